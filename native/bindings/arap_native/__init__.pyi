@@ -1,0 +1,182 @@
+"""As-rigid-as-possible surface deformation: the native solver.
+
+Arrays are C-contiguous numpy arrays of exactly the stated dtype and shape; nothing is copied or converted silently:
+a wrong one raises ValueError that states the expected and the given dtype or shape. Solver failures raise
+RuntimeError. Every long call releases the GIL and takes ``progress``, called with the fraction done in [0, 1]; it
+stops the call by returning False.
+"""
+
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+
+Progress = Callable[[float], bool | None]
+
+class Cancelled(RuntimeError):
+    """A progress callback stopped a bind or a change of constraints; the object is as it was before."""
+
+class Options:
+    """Options fixed at bind."""
+
+    energy: Literal["spokes_and_rims", "spokes"]
+    weights: Literal["cotangent", "uniform"]
+    threads: int
+    join_seams: bool
+    def __init__(
+        self,
+        *,
+        energy: Literal["spokes_and_rims", "spokes"] = "spokes_and_rims",
+        weights: Literal["cotangent", "uniform"] = "cotangent",
+        threads: int = 0,
+        join_seams: bool = False,
+    ) -> None: ...
+
+class SolveOptions:
+    """Options of one solve. step_tolerance is a fraction of the bounding-box diagonal at rest; time_limit_s in seconds."""
+
+    initial_guess: Literal["previous", "rest", "naive_laplacian", "handle_rotations"]
+    max_iterations: int
+    energy_tolerance: float
+    step_tolerance: float
+    time_limit_s: float
+    def __init__(
+        self,
+        *,
+        initial_guess: Literal["previous", "rest", "naive_laplacian", "handle_rotations"] = "previous",
+        max_iterations: int = 100,
+        energy_tolerance: float = 1e-5,
+        step_tolerance: float = 1e-5,
+        time_limit_s: float = ...,
+    ) -> None: ...
+
+class SolveResult:
+    """What a solve did. Energies are in the square of the input's unit and include soft constraints' terms."""
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """(n, 3) float64, in the space and unit of the rest positions."""
+    @property
+    def energy_before(self) -> float: ...
+    @property
+    def energy_after(self) -> float: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def step(self) -> float:
+        """Largest movement of a vertex in the last iteration, as a fraction of the rest diagonal."""
+    @property
+    def stop_reason(self) -> Literal["converged", "max_iterations", "time_limit", "cancelled"]: ...
+    @property
+    def parts_at_rest(self) -> NDArray[np.int32]:
+        """Connected parts without any constraint, left at rest; see SurfaceArap.part_of_vertex."""
+    @property
+    def loose_vertices(self) -> NDArray[np.int32]:
+        """Vertices in no face, left at rest unless constrained."""
+
+class SurfaceArap:
+    """As-rigid-as-possible deformation of a polygon surface. Construction binds the mesh."""
+
+    def __init__(
+        self,
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: Options | None = None,
+        *,
+        stiffness: NDArray[np.float64] | None = None,
+        rigid_regions: NDArray[np.int32] | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds a mesh.
+
+        Args:
+            rest_positions: (n, 3) float64.
+            corner_vertices: (c,) int32, the faces' vertices, one face after the other; or (m, 3) int32 triangles,
+                then ``face_sizes`` may be None.
+            face_sizes: (f,) int32, consecutive entries of ``corner_vertices`` per face.
+            options: see Options.
+            stiffness: (n,) float64 > 0, scales the cell of a vertex; 1 is normal.
+            rigid_regions: (n,) int32, region of each vertex, negative for none; a region moves as one rigid body.
+            progress: may stop the bind by returning False.
+
+        Raises:
+            ValueError: bad shape, dtype, index, or a position that is not finite (names the vertex).
+            Cancelled: ``progress`` returned False.
+        """
+
+    def set_constraints(
+        self,
+        vertices: NDArray[np.int32],
+        strengths: NDArray[np.float64],
+        patches: tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]] | None = None,
+        *,
+        progress: Progress | None = None,
+    ) -> None:
+        """Sets which vertices are constrained and factorizes; the same set again costs nothing.
+
+        Args:
+            vertices: (k,) int32, each at most once.
+            strengths: (k,) float64 in (0, 1]; 1 is hard, s < 1 soft with omega_i = K_ii s / (1 - s).
+            patches: (offsets, vertices, weights): weighted averages held exactly; patch p is the entries
+                offsets[p]:offsets[p + 1].
+            progress: may stop the work by returning False.
+
+        Raises:
+            ValueError: bad input, or nothing constrained. RuntimeError: cannot be factorized. Cancelled. In each
+            case the former set stays current.
+        """
+
+    def solve(
+        self,
+        targets: NDArray[np.float64],
+        options: SolveOptions | None = None,
+        *,
+        rotations: NDArray[np.float64] | None = None,
+        progress: Progress | None = None,
+    ) -> SolveResult:
+        """Moves the mesh towards the targets.
+
+        Args:
+            targets: (k + n_patches, 3) float64, one row per constrained vertex, then one per patch.
+            options: see SolveOptions.
+            rotations: (k + n_patches, 3, 3) float64, the rotation of each target's handle, for the initial guess
+                "handle_rotations"; None: estimated from the targets.
+            progress: may stop by returning False: then nothing has changed and stop_reason is "cancelled".
+
+        Raises:
+            ValueError: no constraints yet, bad shape, or a target that is not finite; the positions stay.
+            RuntimeError: the solver failed; the positions stay.
+        """
+
+    def reset(self) -> None:
+        """Back to the rest positions; constraints stay."""
+
+    def set_positions(self, positions: NDArray[np.float64]) -> None:
+        """Starts the next solve from ``positions``, (n, 3) float64."""
+
+    def energy(self, positions: NDArray[np.float64]) -> float:
+        """Smallest energy over the rotations at ``positions``, (n, 3) float64, without constraint terms."""
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """(n, 3) float64 where the mesh is now (a copy)."""
+    @property
+    def n_vertices(self) -> int: ...
+    @property
+    def n_parts(self) -> int: ...
+    @property
+    def part_of_vertex(self) -> NDArray[np.int32]:
+        """(n,) int32, connected part of each vertex, -1 for loose ones."""
+    @property
+    def loose_vertices(self) -> NDArray[np.int32]: ...
+    @property
+    def coincident_vertices(self) -> NDArray[np.int32]:
+        """Vertices that share their place with another one (an open seam, unless Options.join_seams)."""
+    @property
+    def n_factorizations(self) -> int: ...
+    @property
+    def threads(self) -> int: ...

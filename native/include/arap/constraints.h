@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+namespace arap {
+
+/// Weighted averages of vertices that are constrained as one point each. Patch k consists of the entries
+/// offsets[k] .. offsets[k + 1] - 1 of `vertices` and `weights`. Weights are >= 0 and are scaled to sum 1.
+struct Patches {
+  std::vector<int> offsets;  ///< n_patches + 1 entries, or empty: no patches
+  std::vector<int> vertices;
+  std::vector<double> weights;
+
+  [[nodiscard]] int size() const { return offsets.empty() ? 0 : static_cast<int>(offsets.size()) - 1; }
+  bool operator==(const Patches&) const = default;
+};
+
+/// The set of constraints: which vertices (each at most once), how strongly, and which averages. Targets are not part
+/// of it: they come with every solve, one row per entry of `vertices`, then one per patch.
+struct ConstraintSet {
+  std::vector<int> vertices;
+  std::vector<double> strengths;  ///< in (0, 1]; 1 is hard, s < 1 soft with omega_i = K_ii s / (1 - s)
+  Patches patches;                ///< held exactly
+
+  [[nodiscard]] int size() const { return static_cast<int>(vertices.size()) + patches.size(); }
+  bool operator==(const ConstraintSet&) const = default;
+
+  /// Throws InvalidInput naming the entry: index out of [0, n_vertices), twice the same vertex, strength out of (0, 1],
+  /// lengths that do not fit, a patch without weight, or nothing constrained at all.
+  void validate(int n_vertices) const;
+};
+
+}  // namespace arap

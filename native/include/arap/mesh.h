@@ -1,0 +1,48 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "arap/types.h"
+
+namespace arap {
+
+/// A validated polygon mesh. Faces may be triangles, quads or n-gons, convex or not, non-manifold, flipped, duplicate
+/// or degenerate: what a face cannot give is left out, never refused.
+class PolygonMesh {
+ public:
+  /// @param positions        (n, 3) rest positions, finite
+  /// @param corner_vertices  the faces' vertices, one face after the other
+  /// @param face_sizes       number of consecutive entries of each face, >= 3
+  /// Throws InvalidInput that names the vertex or the face.
+  PolygonMesh(Positions positions, std::vector<int> corner_vertices, std::vector<int> face_sizes);
+
+  [[nodiscard]] int n_vertices() const { return static_cast<int>(positions_.rows()); }
+  [[nodiscard]] int n_faces() const { return static_cast<int>(face_offsets_.size()) - 1; }
+  [[nodiscard]] const Positions& positions() const { return positions_; }
+  [[nodiscard]] std::span<const int> face(int f) const {
+    return std::span<const int>(corner_vertices_)
+        .subspan(static_cast<size_t>(face_offsets_[f]), static_cast<size_t>(face_offsets_[f + 1] - face_offsets_[f]));
+  }
+
+  /// Connected part of each vertex, (n,), numbered by lowest vertex; -1 for loose vertices (in no face).
+  [[nodiscard]] const std::vector<int>& part_of_vertex() const { return part_of_vertex_; }
+  [[nodiscard]] int n_parts() const { return n_parts_; }
+  [[nodiscard]] const std::vector<int>& loose_vertices() const { return loose_vertices_; }
+
+  /// Length of the bounding-box diagonal; 0 where all vertices are at one place.
+  [[nodiscard]] double diagonal() const;
+
+ private:
+  Positions positions_;
+  std::vector<int> corner_vertices_;
+  std::vector<int> face_offsets_;
+  std::vector<int> part_of_vertex_;
+  std::vector<int> loose_vertices_;
+  int n_parts_ = 0;
+};
+
+/// For each vertex the lowest vertex at the same place (within `distance` along every axis chain), itself where there is none.
+[[nodiscard]] std::vector<int> coincident_with(const Positions& positions, double distance);
+
+}  // namespace arap

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <limits>
+
+namespace arap {
+
+/// Which edges a vertex's rotation looks at. Tags of papers are expanded in surface_arap.h.
+enum class Energy {
+  kSpokes,         ///< the edges at the vertex [SA07]
+  kSpokesAndRims,  ///< all edges of the triangles at the vertex [CPSS10]
+};
+
+enum class EdgeWeights {
+  kCotangent,  ///< depends on the shape of the triangles, hardly on how the surface is cut into them
+  kUniform,    ///< every triangle edge counts the same, whatever its shape
+};
+
+/// Where the iteration starts. Constrained vertices start at their targets in every case.
+enum class InitialGuess {
+  kPrevious,         ///< the positions of the last solve: the default in a drag
+  kRest,             ///< the rest positions
+  kNaiveLaplacian,   ///< min |L p' - L p|^2 under the constraints, as [SA07] starts
+  kHandleRotations,  ///< the handles' rotations propagated harmonically, then one global step
+};
+
+enum class StopReason { kConverged, kMaxIterations, kTimeLimit, kCancelled };
+
+/// Fixed at bind.
+struct Options {
+  /// Spokes-and-rims has no artefacts from negative cotangents and bends more evenly; spokes is the classic.
+  Energy energy = Energy::kSpokesAndRims;
+
+  /// Cotangent for surfaces; uniform for meshes whose triangles are so bad that cotangents mean nothing.
+  EdgeWeights weights = EdgeWeights::kCotangent;
+
+  /// Threads of bind and solve; 0 = as many as pay at this size. Set it to 1 where other work needs the cores.
+  int threads = 0;
+
+  /// Treats vertices at the same place (an open seam) as one, so the seam cannot open. Off: they are reported only.
+  bool join_seams = false;
+
+  /// Throws InvalidInput that names field, value and bound.
+  void validate() const;
+};
+
+/// Given to every solve.
+struct SolveOptions {
+  InitialGuess initial_guess = InitialGuess::kPrevious;
+
+  /// Upper bound of local/global iterations; a frame of a drag takes few, a bake many. >= 1.
+  int max_iterations = 100;
+
+  /// Converged needs the relative decrease of the energy in one iteration to be at most this *and* the step too. >= 0.
+  double energy_tolerance = 1e-5;
+
+  /// Largest movement of a vertex in one iteration, as a fraction of the bounding-box diagonal at rest. >= 0.
+  double step_tolerance = 1e-5;
+
+  /// Wall-clock limit in seconds, looked at after each iteration; infinity = none. > 0.
+  double time_limit_s = std::numeric_limits<double>::infinity();
+
+  /// Throws InvalidInput that names field, value and bound.
+  void validate() const;
+};
+
+}  // namespace arap

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "arap/constraints.h"
+#include "arap/error.h"
+#include "arap/mesh.h"
+#include "arap/options.h"
+#include "arap/result.h"
+#include "arap/types.h"
+
+namespace arap {
+
+/// As-rigid-as-possible deformation of a surface.
+///
+/// [SA07]   Sorkine, Alexa: As-Rigid-As-Possible Surface Modeling, SGP 2007.
+/// [CPSS10] Chao, Pinkall, Sanan, Schroeder: A Simple Geometric Model for Elastic Deformations, SIGGRAPH 2010.
+///
+/// Three acts with three costs: construction binds a mesh, set_constraints factorizes for a set of constrained
+/// vertices, solve iterates to new targets. Nothing is recomputed that a change did not touch. One object serves one
+/// thread at a time; different objects may run in different threads.
+class SurfaceArap {
+ public:
+  /// Optional per-vertex properties, fixed at bind. Empty vectors: not used.
+  struct VertexProperties {
+    std::vector<double> stiffness;   ///< (n,) > 0, scales the whole cell of a vertex; 1 is normal
+    std::vector<int> rigid_regions;  ///< (n,) region of each vertex, < 0 = none; a region moves as one rigid body
+  };
+
+  /// Binds. Throws InvalidInput for bad options or properties, Cancelled when `progress` returns false.
+  explicit SurfaceArap(const PolygonMesh& mesh, const Options& options = {}, const VertexProperties& properties = {},
+                       const Progress& progress = {});
+  ~SurfaceArap();
+  SurfaceArap(SurfaceArap&&) noexcept;
+  SurfaceArap& operator=(SurfaceArap&&) noexcept;
+  SurfaceArap(const SurfaceArap&) = delete;
+  SurfaceArap& operator=(const SurfaceArap&) = delete;
+
+  /// Makes the set of constraints current and factorizes; does nothing where it equals the current one. Throws
+  /// InvalidInput, SolverError or Cancelled, and then the former set stays current.
+  void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});
+
+  /// Moves the mesh towards `targets`. A cancelled solve changes nothing and returns the former positions.
+  /// @param targets    (k + n_patches, 3): one row per constrained vertex, then one per patch; finite
+  /// @param rotations  for InitialGuess::kHandleRotations: the rotation of each target's handle, k + n_patches
+  ///                   matrices; empty: estimated from the targets of each connected group of constrained vertices
+  /// Throws InvalidInput (the positions stay) or SolverError.
+  SolveResult solve(const Positions& targets, const SolveOptions& options = {}, std::span<const Matrix3> rotations = {},
+                    const Progress& progress = {});
+
+  /// Back to the rest positions; constraints stay.
+  void reset();
+
+  /// Starts the next solve from `positions`, (n, 3), finite. Throws InvalidInput.
+  void set_positions(const Positions& positions);
+
+  /// (n, 3) where the mesh is now, in the input's space.
+  [[nodiscard]] Positions positions() const;
+
+  /// min over the rotations of E(positions, R), without constraint terms, in the input's unit squared.
+  [[nodiscard]] double energy(const Positions& positions) const;
+
+  /// (n, 3) gradient of energy(); by the envelope theorem the rotations count as constants.
+  [[nodiscard]] Positions energy_gradient(const Positions& positions) const;
+
+  [[nodiscard]] int n_vertices() const;
+  [[nodiscard]] int n_parts() const;
+  [[nodiscard]] const std::vector<int>& part_of_vertex() const;      ///< (n,), -1 = loose
+  [[nodiscard]] const std::vector<int>& loose_vertices() const;      ///< vertices in no face
+  [[nodiscard]] const std::vector<int>& coincident_vertices() const; ///< vertices that share their place with others
+  [[nodiscard]] int n_factorizations() const;                        ///< numeric factorizations since bind
+  [[nodiscard]] int threads() const;                                 ///< threads in use
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace arap
