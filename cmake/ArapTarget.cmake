@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+
+# Flags of our own targets; they never leak into a project that uses the library.
+function(arap_target_flags target)
+  set_target_properties(${target} PROPERTIES
+    CXX_EXTENSIONS OFF
+    CXX_VISIBILITY_PRESET hidden
+    VISIBILITY_INLINES_HIDDEN ON
+    POSITION_INDEPENDENT_CODE ON)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+
+  if(MSVC)
+    target_compile_options(${target} PRIVATE /W4 /permissive- /utf-8)
+    target_compile_definitions(${target} PRIVATE _USE_MATH_DEFINES NOMINMAX)
+  else()
+    # Clang counts signed indices into std::vector as sign conversions under -Wconversion, GCC does not.
+    target_compile_options(${target} PRIVATE
+      -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual
+      -Wold-style-cast -Wcast-qual -Wdouble-promotion -Wunused -Wnull-dereference)
+    if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+      target_compile_options(${target} PRIVATE -Wduplicated-cond -Wduplicated-branches -Wlogical-op)
+    endif()
+  endif()
+
+  if(ARAP_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE $<IF:$<CXX_COMPILER_ID:MSVC>,/WX,-Werror>)
+  endif()
+
+  if(ARAP_SANITIZE)
+    target_compile_options(${target} PRIVATE
+      -fsanitize=${ARAP_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(${target} PRIVATE -fsanitize=${ARAP_SANITIZE})
+  endif()
+endfunction()
