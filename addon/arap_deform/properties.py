@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""What is saved in the .blend: ``bpy.types.Object.arap``.
+
+No ``from __future__ import annotations`` here: Blender reads the annotations themselves, not their text.
+"""
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+from mathutils import Matrix
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+ENERGIES = (
+    ("spokes_and_rims", "Spokes and Rims", "Bends evenly and takes bad triangles well. The default"),
+    ("spokes", "Spokes", "The classic of 2007; a little stiffer across the bend"),
+)
+WEIGHTS = (
+    ("cotangent", "Cotangent", "Follows the shape of the surface, not how it is cut into faces. The default"),
+    ("uniform", "Uniform", "Every edge counts the same; for meshes with very bad faces"),
+)
+INITIAL_GUESSES = (
+    ("previous", "Previous Pose", "Goes on from the pose shown. The default while posing"),
+    ("rest", "Rest", "Starts from the undeformed mesh every time"),
+    ("naive_laplacian", "Smooth", "Starts from a smooth blend of the handles that ignores rotation"),
+    ("handle_rotations", "Handle Rotations", "Spreads the rotations of the handles over the mesh; for large turns"),
+)
+HANDLE_SHAPES = (
+    ("SPHERE", "Sphere", ""),
+    ("CUBE", "Cube", ""),
+    ("CIRCLE", "Circle", ""),
+    ("PLAIN_AXES", "Plain Axes", ""),
+    ("ARROWS", "Arrows", ""),
+    ("SINGLE_ARROW", "Single Arrow", ""),
+    ("CONE", "Cone", ""),
+)
+
+
+def _is_other_object(settings: bpy.types.PropertyGroup, candidate: bpy.types.Object) -> bool:
+    return bool(candidate != settings.id_data)
+
+
+def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    from . import api
+
+    api.update_handle_display(settings.id_data)
+
+
+class ArapPin(bpy.types.PropertyGroup):
+    """A vertex group that stays where it is at rest."""
+
+    name: StringProperty(name="Vertex Group", description="Vertices held at rest: 1 holds, less pulls, 0 is free")
+    is_enabled: BoolProperty(name="Enabled", description="Hold this group. Off: its vertices are free", default=True)
+    has_made_group: BoolProperty(options={"HIDDEN"}, description="The vertex group goes when the pin is removed")
+
+
+class ArapHandle(bpy.types.PropertyGroup):
+    """A vertex group that follows an object or a bone."""
+
+    name: StringProperty(name="Name", description="Name of the handle")
+    is_enabled: BoolProperty(
+        name="Enabled", description="Let the group follow. Off: its vertices are free", default=True
+    )
+    target: PointerProperty(
+        type=bpy.types.Object,
+        name="Object",
+        description="The object that moves the group: an empty, or an armature together with a bone",
+        poll=_is_other_object,
+    )
+    bone: StringProperty(name="Bone", description="Bone of the armature that moves the group")
+    vertex_group: StringProperty(
+        name="Vertex Group", description="Vertices that follow: 1 follows exactly, less pulls, 0 is free"
+    )
+    rest_matrix: FloatVectorProperty(
+        name="Rest Matrix",
+        description="Where the object stands in the mesh's own space while the mesh is at rest; 4x4, row by row",
+        size=16,
+        default=IDENTITY,
+        options={"HIDDEN"},
+    )
+    has_made_group: BoolProperty(options={"HIDDEN"}, description="The vertex group goes when the handle is removed")
+    has_made_target: BoolProperty(options={"HIDDEN"}, description="The empty goes when the handle is removed")
+    group_radius: FloatProperty(
+        options={"HIDDEN"},
+        description="Size of the group when the handle was made, in world units; 0: not made here",
+    )
+
+    @property
+    def rest(self) -> Matrix:
+        """O_rest^-1 M_rest as a 4x4 Matrix."""
+        values = self.rest_matrix
+        return Matrix((values[0:4], values[4:8], values[8:12], values[12:16]))
+
+    @rest.setter
+    def rest(self, matrix: Matrix) -> None:
+        self.rest_matrix = [value for row in matrix for value in row]
+
+
+class ArapObject(bpy.types.PropertyGroup):
+    """Pins, handles and settings of one mesh object."""
+
+    pins: CollectionProperty(type=ArapPin, name="Pins", description="Vertex groups that stay at rest")
+    active_pin_index: IntProperty(name="Active Pin", min=0, description="The pin chosen in the list")
+    handles: CollectionProperty(type=ArapHandle, name="Handles", description="Objects and bones that move the mesh")
+    active_handle_index: IntProperty(name="Active Handle", min=0, description="The handle chosen in the list")
+
+    energy: EnumProperty(
+        name="Energy", description="What counts as stretching", items=ENERGIES, default="spokes_and_rims"
+    )
+    weights: EnumProperty(
+        name="Weights", description="How much each edge counts", items=WEIGHTS, default="cotangent"
+    )
+    initial_guess: EnumProperty(
+        name="Start From", description="Where each update starts", items=INITIAL_GUESSES, default="previous"
+    )
+    iterations_per_update: IntProperty(
+        name="Iterations per Update",
+        description="Steps after each change of a handle. More follows faster but costs more time",
+        default=4,
+        min=1,
+        max=10000,
+        soft_max=50,
+    )
+    max_iterations: IntProperty(
+        name="Max Iterations",
+        description="Steps at most when solving to the end, for one pose or one baked frame",
+        default=200,
+        min=1,
+        max=1000000,
+        soft_max=1000,
+    )
+    tolerance: FloatProperty(
+        name="Tolerance",
+        description="Done when no vertex moves further than this in a step; a fraction of the size of the mesh",
+        default=1e-4,
+        min=1e-9,
+        max=0.1,
+        soft_max=1e-2,
+        precision=6,
+    )
+    threads: IntProperty(
+        name="Threads",
+        description="Processor threads to use; 0 takes as many as pay at this size",
+        default=0,
+        min=0,
+        max=1024,
+        soft_max=64,
+    )
+    join_seams: BoolProperty(
+        name="Join Seams",
+        description="Treat vertices at the same place as one, so that open seams stay closed",
+        default=False,
+    )
+    rigid_group: StringProperty(
+        name="Rigid Group",
+        description="Vertices with weight 0.5 or more stay rigid; each connected piece moves as one body",
+    )
+    stiffness_group: StringProperty(
+        name="Stiffness Group", description="Weight 0 is normal, weight 1 is a hundred times as stiff"
+    )
+    key_name: StringProperty(
+        name="Shape Key", description="Shape key that takes the pose; made where missing", default="ARAP"
+    )
+
+    handle_shape: EnumProperty(
+        name="Shape",
+        description="How the handles' empties look",
+        items=HANDLE_SHAPES,
+        default="SPHERE",
+        update=_on_display_changed,
+    )
+    handle_size: FloatProperty(
+        name="Size",
+        description="Size of the handles' empties; 1 is the size of the group they move",
+        default=1.0,
+        min=0.001,
+        soft_min=0.1,
+        soft_max=10.0,
+        update=_on_display_changed,
+    )
+    handle_in_front: BoolProperty(
+        name="In Front",
+        description="Draw the handles' empties in front of the mesh",
+        default=True,
+        update=_on_display_changed,
+    )
+    handle_color: FloatVectorProperty(
+        name="Color",
+        description="Color of the handles' empties, seen where the wireframe color is set to Object",
+        subtype="COLOR",
+        size=4,
+        default=(1.0, 0.55, 0.1, 1.0),
+        min=0.0,
+        max=1.0,
+        update=_on_display_changed,
+    )
+
+
+CLASSES = (ArapPin, ArapHandle, ArapObject)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Object.arap = PointerProperty(type=ArapObject, name="ARAP", description="As-rigid-as-possible posing")
+
+
+def unregister() -> None:
+    del bpy.types.Object.arap
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
