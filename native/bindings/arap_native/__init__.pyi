@@ -1,9 +1,13 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """As-rigid-as-possible surface deformation: the native solver.
 
-Arrays are C-contiguous numpy arrays of exactly the stated dtype and shape; nothing is copied or converted silently:
-a wrong one raises ValueError that states the expected and the given dtype or shape. Solver failures raise
-RuntimeError. Every long call releases the GIL and takes ``progress``, called with the fraction done in [0, 1]; it
-stops the call by returning False.
+Arrays are C-contiguous numpy arrays of exactly the stated dtype and shape; nothing is converted silently: a wrong one
+raises ValueError that states the expected and the given dtype or shape, what is no array at all TypeError. Solver
+failures raise RuntimeError. Every long call releases the GIL and takes ``progress``, called with the fraction done in
+[0, 1]; it stops the call by returning False. What it raises, and Ctrl-C, ends the call too, and then nothing has changed.
+
+Different objects may work in different threads at once. One object serves one call at a time: a second one, from
+another thread or from the first one's ``progress``, raises RuntimeError.
 """
 
 from collections.abc import Callable
@@ -20,12 +24,16 @@ class Cancelled(RuntimeError):
     """A progress callback stopped a bind or a change of constraints; the object is as it was before."""
 
 class Options:
-    """Options fixed at bind."""
+    """Options fixed at bind. A value that is not allowed raises ValueError when it is set."""
 
     energy: Literal["spokes_and_rims", "spokes"]
+    """Edges that a vertex's rotation looks at: "spokes_and_rims" bends more evenly, "spokes" is the classic."""
     weights: Literal["cotangent", "uniform"]
+    """Edge weights: "cotangent" for surfaces; "uniform" where triangles are so bad that their shape means nothing."""
     threads: int
+    """Threads of bind and solve; 0 is as many as pay at this size."""
     join_seams: bool
+    """Treats vertices at the same place (an open seam) as one, so that the seam cannot open."""
     def __init__(
         self,
         *,
@@ -36,13 +44,19 @@ class Options:
     ) -> None: ...
 
 class SolveOptions:
-    """Options of one solve. step_tolerance is a fraction of the bounding-box diagonal at rest; time_limit_s in seconds."""
+    """Options of one solve. A value that is not allowed raises ValueError when it is set."""
 
     initial_guess: Literal["previous", "rest", "naive_laplacian", "handle_rotations"]
+    """Where the iteration starts: the last solve's positions, rest, the naive Laplacian, or the handles' rotations
+    propagated over the mesh."""
     max_iterations: int
+    """Upper bound of local/global iterations, >= 1."""
     energy_tolerance: float
+    """Converged needs the relative decrease of the energy in one iteration to be at most this, and the step too."""
     step_tolerance: float
+    """Largest movement of a vertex in one iteration, as a fraction of the bounding-box diagonal at rest."""
     time_limit_s: float
+    """Wall-clock limit in seconds, looked at after each iteration; infinity is none."""
     def __init__(
         self,
         *,
@@ -50,7 +64,7 @@ class SolveOptions:
         max_iterations: int = 100,
         energy_tolerance: float = 1e-5,
         step_tolerance: float = 1e-5,
-        time_limit_s: float = ...,
+        time_limit_s: float = 1e999,  # infinity
     ) -> None: ...
 
 class SolveResult:
@@ -60,16 +74,20 @@ class SolveResult:
     def positions(self) -> NDArray[np.float64]:
         """(n, 3) float64, in the space and unit of the rest positions."""
     @property
-    def energy_before(self) -> float: ...
+    def energy_before(self) -> float:
+        """Energy at the start of the iteration, after the initial guess."""
     @property
-    def energy_after(self) -> float: ...
+    def energy_after(self) -> float:
+        """Energy at ``positions``."""
     @property
-    def iterations(self) -> int: ...
+    def iterations(self) -> int:
+        """Local/global iterations done."""
     @property
     def step(self) -> float:
         """Largest movement of a vertex in the last iteration, as a fraction of the rest diagonal."""
     @property
-    def stop_reason(self) -> Literal["converged", "max_iterations", "time_limit", "cancelled"]: ...
+    def stop_reason(self) -> Literal["converged", "max_iterations", "time_limit", "cancelled"]:
+        """What ended the solve."""
     @property
     def parts_at_rest(self) -> NDArray[np.int32]:
         """Connected parts without any constraint, left at rest; see SurfaceArap.part_of_vertex."""
@@ -165,18 +183,23 @@ class SurfaceArap:
     def positions(self) -> NDArray[np.float64]:
         """(n, 3) float64 where the mesh is now (a copy)."""
     @property
-    def n_vertices(self) -> int: ...
+    def n_vertices(self) -> int:
+        """Number of vertices."""
     @property
-    def n_parts(self) -> int: ...
+    def n_parts(self) -> int:
+        """Number of connected parts."""
     @property
     def part_of_vertex(self) -> NDArray[np.int32]:
         """(n,) int32, connected part of each vertex, -1 for loose ones."""
     @property
-    def loose_vertices(self) -> NDArray[np.int32]: ...
+    def loose_vertices(self) -> NDArray[np.int32]:
+        """Vertices in no face."""
     @property
     def coincident_vertices(self) -> NDArray[np.int32]:
         """Vertices that share their place with another one (an open seam, unless Options.join_seams)."""
     @property
-    def n_factorizations(self) -> int: ...
+    def n_factorizations(self) -> int:
+        """Numeric factorizations since bind; new targets never add one."""
     @property
-    def threads(self) -> int: ...
+    def threads(self) -> int:
+        """Threads in use."""

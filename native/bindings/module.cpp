@@ -1,0 +1,584 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The Python module arap_native._native: arrays in and out, names for the enums, the GIL. Nothing is computed here.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <initializer_list>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "arap/surface_arap.h"
+#include "docstrings.h"
+
+namespace py = pybind11;
+
+namespace {
+
+// ---------------------------------------------------------------------------------------------------- arrays in
+
+template <typename T>
+constexpr const char* kDtype = nullptr;
+template <>
+constexpr const char* kDtype<double> = "float64";
+template <>
+constexpr const char* kDtype<int> = "int32";
+static_assert(sizeof(int) == 4 && sizeof(double) == 8);
+
+/// One dimension of an expected shape: a size, or a letter for any size.
+class Extent {
+ public:
+  // Implicit, so that {n, 3} and {"n", 3} read as shapes.
+  Extent(py::ssize_t size) : size_(size), text_(std::to_string(size)) {}  // NOLINT(google-explicit-constructor)
+  Extent(const char* letter) : text_(letter) {}                           // NOLINT(google-explicit-constructor)
+
+  [[nodiscard]] bool accepts(py::ssize_t given) const { return size_ < 0 || size_ == given; }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  py::ssize_t size_ = -1;
+  std::string text_;
+};
+using Shape = std::initializer_list<Extent>;
+
+std::string shape_text(Shape shape) {
+  std::string text;
+  for (const Extent& extent : shape) {
+    if (!text.empty()) text += ", ";
+    text += extent.text();
+  }
+  return "(" + text + (shape.size() == 1 ? ",)" : ")");
+}
+
+std::string shape_text(const py::array& array) { return py::str(py::tuple(array.attr("shape"))); }
+
+std::string type_name(py::handle object) { return py::str(py::type::handle_of(object).attr("__name__")); }
+
+bool has_shape(const py::array& array, Shape shape) {
+  if (array.ndim() != static_cast<py::ssize_t>(shape.size())) return false;
+  const py::ssize_t* given = array.shape();
+  for (const Extent& extent : shape) {
+    if (!extent.accepts(*given++)) return false;
+  }
+  return true;
+}
+
+/// `object` as an array of native Ts in C order. Throws a TypeError or ValueError that says what was expected.
+template <typename T>
+py::array require_dtype(const py::object& object, const std::string& name) {
+  if (!py::isinstance<py::array>(object))
+    throw py::type_error(name + " is of type " + type_name(object) + ", expected a numpy array of " + kDtype<T>);
+  auto array = py::reinterpret_borrow<py::array>(object);
+  const py::dtype dtype = array.dtype();
+  const bool is_native = dtype.byteorder() == '=' || dtype.byteorder() == '|';
+  if (dtype.kind() != (std::is_floating_point_v<T> ? 'f' : 'i') || dtype.itemsize() != sizeof(T) || !is_native)
+    throw py::value_error(name + " has dtype " + std::string(py::str(dtype)) + ", expected " + kDtype<T>);
+  return array;
+}
+
+/// The same for an array of exactly this shape; `rows` says what a row stands for.
+template <typename T>
+py::array require_array(const py::object& object, const std::string& name, Shape shape, const char* rows) {
+  py::array array = require_dtype<T>(object, name);
+  if (!has_shape(array, shape))
+    throw py::value_error(name + " has shape " + shape_text(array) + ", expected " + shape_text(shape) + ": " + rows);
+  if ((array.flags() & py::array::c_style) == 0)
+    throw py::value_error(name + " is not C-contiguous, expected rows one after the other: pass a copy of it");
+  return array;
+}
+
+/// A copy: the library keeps it, or works on it while other Python threads may write to the array.
+template <typename T>
+std::vector<T> to_vector(const py::array& array) {
+  std::vector<T> values(static_cast<size_t>(array.size()));
+  if (!values.empty()) std::memcpy(values.data(), array.data(), values.size() * sizeof(T));
+  return values;
+}
+
+template <typename T>
+std::vector<T> vector_from(const py::object& object, const std::string& name, Extent size, const char* rows) {
+  return to_vector<T>(require_array<T>(object, name, {size}, rows));
+}
+
+arap::Positions positions_from(const py::object& object, const char* name, Extent rows, const char* rows_text) {
+  const py::array array = require_array<double>(object, name, {rows, 3}, rows_text);
+  arap::Positions positions(array.shape(0), 3);
+  if (positions.size() > 0) std::memcpy(positions.data(), array.data(), static_cast<size_t>(array.nbytes()));
+  return positions;
+}
+
+std::vector<arap::Matrix3> rotations_from(const py::object& object, Extent rows) {
+  if (object.is_none()) return {};
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  const std::vector<double> values =
+      to_vector<double>(require_array<double>(object, "rotations", {rows, 3, 3}, "one matrix per row of targets"));
+  std::vector<arap::Matrix3> rotations(values.size() / 9);
+  for (size_t r = 0; r < rotations.size(); ++r) rotations[r] = Eigen::Map<const RowMajor>(&values[9 * r]);
+  return rotations;
+}
+
+/// What a PolygonMesh is made of; made into one without the GIL.
+struct MeshArrays {
+  arap::Positions positions;
+  std::vector<int> corner_vertices;
+  std::vector<int> face_sizes;
+};
+
+MeshArrays mesh_from(const py::object& rest_positions, const py::object& corner_vertices,
+                     const py::object& face_sizes) {
+  MeshArrays mesh{positions_from(rest_positions, "rest_positions", "n", "one row per vertex"), {}, {}};
+  const bool is_triangles = require_dtype<int>(corner_vertices, "corner_vertices").ndim() == 2;
+  if (is_triangles && !face_sizes.is_none())
+    throw py::value_error(
+        "corner_vertices has two dimensions and face_sizes is given, expected one of them: (m, 3) "
+        "triangles alone, or (c,) corners with face_sizes");
+  if (is_triangles) {
+    mesh.corner_vertices =
+        to_vector<int>(require_array<int>(corner_vertices, "corner_vertices", {"m", 3}, "one row per triangle"));
+    mesh.face_sizes.assign(mesh.corner_vertices.size() / 3, 3);
+    return mesh;
+  }
+  mesh.corner_vertices =
+      vector_from<int>(corner_vertices, "corner_vertices", "c", "one entry per corner, or (m, 3) for triangles");
+  if (face_sizes.is_none())
+    throw py::value_error("face_sizes is None, expected (f,) int32: only corner_vertices of shape (m, 3) need none");
+  mesh.face_sizes = vector_from<int>(face_sizes, "face_sizes", "f", "one entry per face");
+  return mesh;
+}
+
+arap::Patches patches_from(const py::object& object) {
+  if (object.is_none()) return {};
+  if (!py::isinstance<py::tuple>(object) || py::len(object) != 3)
+    throw py::type_error("patches is not a tuple of three arrays, expected (offsets, vertices, weights)");
+  const auto fields = py::reinterpret_borrow<py::tuple>(object);
+  return {vector_from<int>(fields[0], "patch offsets", "p + 1", "where each patch begins, and the end"),
+          vector_from<int>(fields[1], "patch vertices", "e", "one entry per vertex of a patch"),
+          vector_from<double>(fields[2], "patch weights", "e", "one entry per vertex of a patch")};
+}
+
+// --------------------------------------------------------------------------------------------------- arrays out
+
+template <typename T>
+py::array to_array(std::vector<T> values) {
+  auto owned = std::make_unique<std::vector<T>>(std::move(values));
+  const auto size = static_cast<py::ssize_t>(owned->size());
+  const T* data = owned->data();
+  const py::capsule owner(owned.release(), [](void* p) { delete static_cast<std::vector<T>*>(p); });
+  return py::array_t<T>(size, data, owner);
+}
+
+py::array to_array(arap::Positions values) {
+  auto owned = std::make_unique<arap::Positions>(std::move(values));
+  const py::ssize_t rows = owned->rows();
+  const double* data = owned->data();
+  const py::capsule owner(owned.release(), [](void* p) { delete static_cast<arap::Positions*>(p); });
+  return py::array_t<double>({rows, py::ssize_t{3}}, data, owner);
+}
+
+// -------------------------------------------------------------------------------------------------------- enums
+
+template <typename Enum>
+using Names = std::span<const std::pair<const char*, Enum>>;
+
+constexpr std::pair<const char*, arap::Energy> kEnergies[] = {
+    {"spokes_and_rims", arap::Energy::kSpokesAndRims},
+    {"spokes", arap::Energy::kSpokes},
+};
+constexpr std::pair<const char*, arap::EdgeWeights> kWeights[] = {
+    {"cotangent", arap::EdgeWeights::kCotangent},
+    {"uniform", arap::EdgeWeights::kUniform},
+};
+constexpr std::pair<const char*, arap::InitialGuess> kInitialGuesses[] = {
+    {"previous", arap::InitialGuess::kPrevious},
+    {"rest", arap::InitialGuess::kRest},
+    {"naive_laplacian", arap::InitialGuess::kNaiveLaplacian},
+    {"handle_rotations", arap::InitialGuess::kHandleRotations},
+};
+constexpr std::pair<const char*, arap::StopReason> kStopReasons[] = {
+    {"converged", arap::StopReason::kConverged},
+    {"max_iterations", arap::StopReason::kMaxIterations},
+    {"time_limit", arap::StopReason::kTimeLimit},
+    {"cancelled", arap::StopReason::kCancelled},
+};
+
+template <typename Enum>
+const char* name_of(Enum value, Names<Enum> names) {
+  for (const auto& [name, named] : names)
+    if (named == value) return name;
+  throw std::logic_error("a value of an enum has no name");
+}
+
+template <typename Enum>
+Enum value_of(const std::string& wanted, const char* field, Names<Enum> names) {
+  std::string valid;
+  for (const auto& [name, value] : names) {
+    if (wanted == name) return value;
+    valid += std::string(valid.empty() ? "'" : ", '") + name + "'";
+  }
+  throw py::value_error(std::string(field) + " = '" + wanted + "', must be one of " + valid);
+}
+
+// ------------------------------------------------------------------------------------------------------ options
+
+/// Assigns one field; the options stay as they are where the new value is not allowed.
+template <typename Options, typename T>
+void assign(Options& options, T Options::*field, T value) {
+  Options changed = options;
+  changed.*field = value;
+  changed.validate();
+  options = changed;
+}
+
+/// Adds a field as an attribute that is validated when it is set.
+template <typename Options, typename T>
+void def_field(py::class_<Options>& type, const char* name, T Options::*field, const char* doc) {
+  type.def_property(
+      name, [field](const Options& options) { return options.*field; },
+      [field](Options& options, T value) { assign(options, field, value); }, doc);
+}
+
+/// Adds an enum as an attribute that is a string.
+template <typename Options, typename Enum>
+void def_enum(py::class_<Options>& type, const char* name, Enum Options::*field, Names<Enum> names, const char* doc) {
+  type.def_property(
+      name, [field, names](const Options& options) { return name_of(options.*field, names); },
+      [field, name, names](Options& options, const std::string& value) {
+        assign(options, field, value_of(value, name, names));
+      },
+      doc);
+}
+
+/// Type(name=value, ...), from the object's own attributes.
+py::str repr(const char* type, py::handle object, std::initializer_list<const char*> attributes) {
+  std::string text;
+  for (const char* attribute : attributes)
+    text += (text.empty() ? "" : ", ") + std::string(attribute) + "=" + std::string(py::repr(object.attr(attribute)));
+  return type + ("(" + text + ")");
+}
+
+void bind_options(py::module_& m) {
+  using arap::Options;
+  py::class_<Options> type(m, "Options", docstrings::Options);
+  const Options defaults;
+  type.def(py::init([](const std::string& energy, const std::string& weights, int threads, bool join_seams) {
+             const Options options{.energy = value_of<arap::Energy>(energy, "energy", kEnergies),
+                                   .weights = value_of<arap::EdgeWeights>(weights, "weights", kWeights),
+                                   .threads = threads,
+                                   .join_seams = join_seams};
+             options.validate();
+             return options;
+           }),
+           docstrings::Options_init, py::kw_only(),
+           py::arg("energy") = name_of<arap::Energy>(defaults.energy, kEnergies),
+           py::arg("weights") = name_of<arap::EdgeWeights>(defaults.weights, kWeights),
+           py::arg("threads") = defaults.threads, py::arg("join_seams") = defaults.join_seams);
+  def_enum<Options, arap::Energy>(type, "energy", &Options::energy, kEnergies, docstrings::Options_energy);
+  def_enum<Options, arap::EdgeWeights>(type, "weights", &Options::weights, kWeights, docstrings::Options_weights);
+  def_field(type, "threads", &Options::threads, docstrings::Options_threads);
+  def_field(type, "join_seams", &Options::join_seams, docstrings::Options_join_seams);
+  type.def("__repr__", [](py::handle self) {
+    return repr("Options", self, {"energy", "weights", "threads", "join_seams"});
+  });
+}
+
+void bind_solve_options(py::module_& m) {
+  using arap::SolveOptions;
+  py::class_<SolveOptions> type(m, "SolveOptions", docstrings::SolveOptions);
+  const SolveOptions defaults;
+  type.def(py::init([](const std::string& initial_guess, int max_iterations, double energy_tolerance,
+                       double step_tolerance, double time_limit_s) {
+             const SolveOptions options{
+                 .initial_guess = value_of<arap::InitialGuess>(initial_guess, "initial_guess", kInitialGuesses),
+                 .max_iterations = max_iterations,
+                 .energy_tolerance = energy_tolerance,
+                 .step_tolerance = step_tolerance,
+                 .time_limit_s = time_limit_s};
+             options.validate();
+             return options;
+           }),
+           docstrings::SolveOptions_init, py::kw_only(),
+           py::arg("initial_guess") = name_of<arap::InitialGuess>(defaults.initial_guess, kInitialGuesses),
+           py::arg("max_iterations") = defaults.max_iterations, py::arg("energy_tolerance") = defaults.energy_tolerance,
+           py::arg("step_tolerance") = defaults.step_tolerance, py::arg("time_limit_s") = defaults.time_limit_s);
+  def_enum<SolveOptions, arap::InitialGuess>(type, "initial_guess", &SolveOptions::initial_guess, kInitialGuesses,
+                                             docstrings::SolveOptions_initial_guess);
+  def_field(type, "max_iterations", &SolveOptions::max_iterations, docstrings::SolveOptions_max_iterations);
+  def_field(type, "energy_tolerance", &SolveOptions::energy_tolerance, docstrings::SolveOptions_energy_tolerance);
+  def_field(type, "step_tolerance", &SolveOptions::step_tolerance, docstrings::SolveOptions_step_tolerance);
+  def_field(type, "time_limit_s", &SolveOptions::time_limit_s, docstrings::SolveOptions_time_limit_s);
+  type.def("__repr__", [](py::handle self) {
+    return repr("SolveOptions", self,
+                {"initial_guess", "max_iterations", "energy_tolerance", "step_tolerance", "time_limit_s"});
+  });
+}
+
+// ------------------------------------------------------------------------------------------------------- result
+
+/// The library's result with its arrays handed over to numpy.
+struct SolveResult {
+  explicit SolveResult(arap::SolveResult result)
+      : positions(to_array(std::move(result.positions))),
+        parts_at_rest(to_array(std::move(result.parts_at_rest))),
+        loose_vertices(to_array(std::move(result.loose_vertices))),
+        energy_before(result.energy_before),
+        energy_after(result.energy_after),
+        iterations(result.iterations),
+        step(result.step),
+        stop_reason(result.stop_reason) {}
+
+  py::array positions, parts_at_rest, loose_vertices;
+  double energy_before, energy_after;
+  int iterations;
+  double step;
+  arap::StopReason stop_reason;
+};
+
+std::string result_repr(const SolveResult& result) {
+  return py::str(
+             "<SolveResult: {} after {} iterations, energy {:.6g} -> {:.6g}, step {:.2g}, {} parts at rest, {} loose "
+             "vertices>")
+      .format(name_of<arap::StopReason>(result.stop_reason, kStopReasons), result.iterations, result.energy_before,
+              result.energy_after, result.step, result.parts_at_rest.size(), result.loose_vertices.size());
+}
+
+void bind_result(py::module_& m) {
+  py::class_<SolveResult>(m, "SolveResult", docstrings::SolveResult)
+      .def_readonly("positions", &SolveResult::positions, docstrings::SolveResult_positions)
+      .def_readonly("energy_before", &SolveResult::energy_before, docstrings::SolveResult_energy_before)
+      .def_readonly("energy_after", &SolveResult::energy_after, docstrings::SolveResult_energy_after)
+      .def_readonly("iterations", &SolveResult::iterations, docstrings::SolveResult_iterations)
+      .def_readonly("step", &SolveResult::step, docstrings::SolveResult_step)
+      .def_property_readonly(
+          "stop_reason",
+          [](const SolveResult& result) { return name_of<arap::StopReason>(result.stop_reason, kStopReasons); },
+          docstrings::SolveResult_stop_reason)
+      .def_readonly("parts_at_rest", &SolveResult::parts_at_rest, docstrings::SolveResult_parts_at_rest)
+      .def_readonly("loose_vertices", &SolveResult::loose_vertices, docstrings::SolveResult_loose_vertices)
+      .def("__repr__", &result_repr);
+}
+
+// ----------------------------------------------------------------------------------------------------- progress
+
+/// Calls a Python callback from work that runs without the GIL, and lets Ctrl-C through, also without a callback.
+class ProgressCall {
+ public:
+  explicit ProgressCall(py::object callback) : callback_(std::move(callback)) {
+    if (!callback_.is_none() && PyCallable_Check(callback_.ptr()) == 0)
+      throw py::type_error("progress is of type " + type_name(callback_) + ", expected a callable or None");
+  }
+
+  /// For the library. A reference: copies of a Python object need the GIL.
+  arap::Progress function() {
+    return [this](double fraction) { return call(fraction); };
+  }
+
+ private:
+  bool call(double fraction) {
+    const bool has_callback = callback_.ptr() != Py_None;
+    if (!has_callback && !is_signal_check_due()) return true;
+    const py::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    if (!has_callback) return true;
+    const py::object answer = callback_(fraction);
+    if (answer.is_none()) return true;
+    const int is_true = PyObject_IsTrue(answer.ptr());
+    if (is_true < 0) throw py::error_already_set();
+    return is_true != 0;
+  }
+
+  /// Seldom: waiting for the GIL can take longer than a step of the work.
+  bool is_signal_check_due() {
+    constexpr std::chrono::milliseconds kInterval{100};
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_signal_check_ < kInterval) return false;
+    last_signal_check_ = now;
+    return true;
+  }
+
+  py::object callback_;
+  std::chrono::steady_clock::time_point last_signal_check_ = std::chrono::steady_clock::now();
+};
+
+// ------------------------------------------------------------------------------------------------------- solver
+
+/// One call at a time on one object; a second one is refused, for waiting could take for ever (below a callback).
+class Turn {
+ public:
+  explicit Turn(std::atomic<bool>& is_busy) : is_busy_(is_busy) {
+    if (is_busy_.exchange(true))
+      throw std::runtime_error(
+          "this SurfaceArap is at work in another thread or below its own progress callback: wait until that call has "
+          "returned, or use one SurfaceArap per thread");
+  }
+  ~Turn() { is_busy_ = false; }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  std::atomic<bool>& is_busy_;
+};
+
+/// arap::SurfaceArap for Python: checks arrays, then works without the GIL.
+class Solver {
+ public:
+  Solver(const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes,
+         const arap::Options& options, const py::object& stiffness, const py::object& rigid_regions,
+         py::object progress)
+      : Solver(mesh_from(rest_positions, corner_vertices, face_sizes), options, stiffness, rigid_regions,
+               ProgressCall(std::move(progress))) {}
+
+  void set_constraints(const py::object& vertices, const py::object& strengths, const py::object& patches,
+                       py::object progress) {
+    arap::ConstraintSet set;
+    set.vertices = vector_from<int>(vertices, "vertices", "k", "one entry per constrained vertex");
+    set.strengths = vector_from<double>(strengths, "strengths", static_cast<py::ssize_t>(set.vertices.size()),
+                                        "one entry per constrained vertex");
+    set.patches = patches_from(patches);
+    ProgressCall call(std::move(progress));
+    exclusively([&] { solver_.set_constraints(set, call.function()); });
+    n_targets_ = set.size();
+  }
+
+  SolveResult solve(const py::object& targets, const arap::SolveOptions& options, const py::object& rotations,
+                    py::object progress) {
+    // Without constraints the library says so; any number of rows is as good then.
+    const Extent rows = n_targets_ > 0 ? Extent(n_targets_) : Extent("k + n_patches");
+    const arap::Positions points =
+        positions_from(targets, "targets", rows, "one row per constrained vertex, then one per patch");
+    const std::vector<arap::Matrix3> matrices = rotations_from(rotations, rows);
+    ProgressCall call(std::move(progress));
+    return SolveResult(exclusively([&] { return solver_.solve(points, options, matrices, call.function()); }));
+  }
+
+  void reset() {
+    exclusively([&] { solver_.reset(); });
+  }
+
+  void set_positions(const py::object& positions) {
+    const arap::Positions points = positions_from(positions, "positions", n_vertices(), "one row per vertex");
+    exclusively([&] { solver_.set_positions(points); });
+  }
+
+  double energy(const py::object& positions) {
+    const arap::Positions points = positions_from(positions, "positions", n_vertices(), "one row per vertex");
+    return exclusively([&] { return solver_.energy(points); });
+  }
+
+  py::array positions() {
+    return to_array(exclusively([&] { return solver_.positions(); }));
+  }
+
+  int n_factorizations() {
+    return exclusively([&] { return solver_.n_factorizations(); });
+  }
+
+  // Fixed at bind: these may be read at any time.
+  [[nodiscard]] py::ssize_t n_vertices() const { return solver_.n_vertices(); }
+  [[nodiscard]] int n_parts() const { return solver_.n_parts(); }
+  [[nodiscard]] int threads() const { return solver_.threads(); }
+  [[nodiscard]] py::array part_of_vertex() const { return to_array(solver_.part_of_vertex()); }
+  [[nodiscard]] py::array loose_vertices() const { return to_array(solver_.loose_vertices()); }
+  [[nodiscard]] py::array coincident_vertices() const { return to_array(solver_.coincident_vertices()); }
+
+  [[nodiscard]] std::string repr() const {
+    return py::str("<SurfaceArap: {} vertices, {} {}, {} {}>")
+        .format(n_vertices(), n_parts(), n_parts() == 1 ? "part" : "parts", threads(),
+                threads() == 1 ? "thread" : "threads");
+  }
+
+ private:
+  Solver(MeshArrays mesh, const arap::Options& options, const py::object& stiffness, const py::object& rigid_regions,
+         ProgressCall progress)
+      : solver_(bind(std::move(mesh), options, stiffness, rigid_regions, progress)) {}
+
+  static arap::SurfaceArap bind(MeshArrays mesh, const arap::Options& options, const py::object& stiffness,
+                                const py::object& rigid_regions, ProgressCall& progress) {
+    arap::SurfaceArap::VertexProperties properties;
+    const Extent n = mesh.positions.rows();
+    if (!stiffness.is_none())
+      properties.stiffness = vector_from<double>(stiffness, "stiffness", n, "one entry per vertex");
+    if (!rigid_regions.is_none())
+      properties.rigid_regions = vector_from<int>(rigid_regions, "rigid_regions", n, "one entry per vertex");
+    const py::gil_scoped_release no_gil;
+    return arap::SurfaceArap(
+        arap::PolygonMesh(std::move(mesh.positions), std::move(mesh.corner_vertices), std::move(mesh.face_sizes)),
+        options, properties, progress.function());
+  }
+
+  template <typename Work>
+  std::invoke_result_t<Work> exclusively(const Work& work) {
+    const Turn turn(is_busy_);
+    const py::gil_scoped_release no_gil;
+    return work();
+  }
+
+  arap::SurfaceArap solver_;
+  int n_targets_ = 0;
+  std::atomic<bool> is_busy_ = false;
+};
+
+void bind_solver(py::module_& m) {
+  const py::object none = py::none();
+  py::class_<Solver>(m, "SurfaceArap", docstrings::SurfaceArap)
+      .def(py::init([](const py::object& rest_positions, const py::object& corner_vertices,
+                       const py::object& face_sizes, const arap::Options* options, const py::object& stiffness,
+                       const py::object& rigid_regions, py::object progress) {
+             return std::make_unique<Solver>(rest_positions, corner_vertices, face_sizes,
+                                             options != nullptr ? *options : arap::Options{}, stiffness, rigid_regions,
+                                             std::move(progress));
+           }),
+           docstrings::SurfaceArap_init, py::arg("rest_positions"), py::arg("corner_vertices"),
+           py::arg("face_sizes") = none, py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
+           py::arg("rigid_regions") = none, py::arg("progress") = none)
+      .def("set_constraints", &Solver::set_constraints, docstrings::SurfaceArap_set_constraints, py::arg("vertices"),
+           py::arg("strengths"), py::arg("patches") = none, py::kw_only(), py::arg("progress") = none)
+      .def(
+          "solve",
+          [](Solver& solver, const py::object& targets, const arap::SolveOptions* options, const py::object& rotations,
+             py::object progress) {
+            return solver.solve(targets, options != nullptr ? *options : arap::SolveOptions{}, rotations,
+                                std::move(progress));
+          },
+          docstrings::SurfaceArap_solve, py::arg("targets"), py::arg("options") = none, py::kw_only(),
+          py::arg("rotations") = none, py::arg("progress") = none)
+      .def("reset", &Solver::reset, docstrings::SurfaceArap_reset)
+      .def("set_positions", &Solver::set_positions, docstrings::SurfaceArap_set_positions, py::arg("positions"))
+      .def("energy", &Solver::energy, docstrings::SurfaceArap_energy, py::arg("positions"))
+      .def_property_readonly("positions", &Solver::positions, docstrings::SurfaceArap_positions)
+      .def_property_readonly("n_vertices", &Solver::n_vertices, docstrings::SurfaceArap_n_vertices)
+      .def_property_readonly("n_parts", &Solver::n_parts, docstrings::SurfaceArap_n_parts)
+      .def_property_readonly("part_of_vertex", &Solver::part_of_vertex, docstrings::SurfaceArap_part_of_vertex)
+      .def_property_readonly("loose_vertices", &Solver::loose_vertices, docstrings::SurfaceArap_loose_vertices)
+      .def_property_readonly("coincident_vertices", &Solver::coincident_vertices,
+                             docstrings::SurfaceArap_coincident_vertices)
+      .def_property_readonly("n_factorizations", &Solver::n_factorizations, docstrings::SurfaceArap_n_factorizations)
+      .def_property_readonly("threads", &Solver::threads, docstrings::SurfaceArap_threads)
+      .def("__repr__", &Solver::repr);
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_native, m) {
+  py::options signatures_come_from_the_stub;
+  signatures_come_from_the_stub.disable_function_signatures();
+
+  m.doc() = docstrings::module;
+  m.attr("__version__") = ARAP_VERSION;
+  // InvalidInput and SolverError derive from the standard exceptions that pybind11 makes ValueError and RuntimeError.
+  auto cancelled = py::register_exception<arap::Cancelled>(m, "Cancelled", PyExc_RuntimeError);
+  cancelled.attr("__doc__") = docstrings::Cancelled;
+  bind_options(m);
+  bind_solve_options(m);
+  bind_result(m);
+  bind_solver(m);
+  // The public place, in messages and help(): the package, not this file.
+  for (const char* name : {"Cancelled", "Options", "SolveOptions", "SolveResult", "SurfaceArap"})
+    m.attr(name).attr("__module__") = "arap_native";
+}
