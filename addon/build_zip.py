@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Packs the add-on: a legacy zip for Blender below 4.2 and an extension zip for 4.2 and later.
 
-Usage: build_zip.py --wheels DIR --out DIR
+Usage: build_zip.py --wheels DIR --out DIR [--only legacy|extension]
 
-The same tree and the same wheels give the same bytes. Prints the paths of the two zips.
+The same tree and the same wheels give the same bytes. Prints the paths of the zips.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import io
 import re
 import sys
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -159,8 +159,8 @@ def write_zip(path: Path, files: Files) -> None:
             archive.writestr(info, content)
 
 
-def build(wheels_dir: Path, out: Path) -> list[Path]:
-    """Writes both zips into ``out`` and returns their paths, the legacy one first.
+def build(wheels_dir: Path, out: Path, kinds: Iterable[str]) -> list[Path]:
+    """Writes the zips into ``out`` and returns their paths.
 
     A zip for which ``wheels_dir`` holds no wheel at all is an error; one that lacks some of the Python versions is
     what a machine without them can build.
@@ -168,20 +168,30 @@ def build(wheels_dir: Path, out: Path) -> list[Path]:
     version = project_version()
     files = addon_files()
     check_versions(version, files["__init__.py"].decode(), files[MANIFEST].decode())
-    legacy, extension = (out / f"arap_deform-{version}-{kind}.zip" for kind in ("legacy", "extension"))
-    write_zip(legacy, legacy_files(files, wheels_for(wheels_dir, LEGACY_PYTHONS, version)))
-    write_zip(extension, extension_files(files, wheels_for(wheels_dir, EXTENSION_PYTHONS, version)))
-    return [legacy, extension]
+    zips = []
+    for kind in kinds:
+        pack, pythons = KINDS[kind]
+        path = out / f"arap_deform-{version}-{kind}.zip"
+        write_zip(path, pack(files, wheels_for(wheels_dir, pythons, version)))
+        zips.append(path)
+    return zips
+
+
+KINDS: dict[str, tuple[Callable[[Files, Mapping[str, list[Path]]], Files], tuple[str, ...]]] = {
+    "legacy": (legacy_files, LEGACY_PYTHONS),
+    "extension": (extension_files, EXTENSION_PYTHONS),
+}
 
 
 def main() -> int:
     """Command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Packs the add-on: a legacy zip and an extension zip.")
     parser.add_argument("--wheels", type=Path, required=True, help="folder with the repaired wheels of arap_native")
     parser.add_argument("--out", type=Path, required=True, help="folder that takes the zips")
+    parser.add_argument("--only", choices=list(KINDS), help="one of the two zips; default: both")
     arguments = parser.parse_args()
     try:
-        zips = build(arguments.wheels, arguments.out)
+        zips = build(arguments.wheels, arguments.out, [arguments.only] if arguments.only else list(KINDS))
     except (OSError, ValueError) as error:
         print(f"build_zip: {error}", file=sys.stderr)
         return 1

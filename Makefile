@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Each command sets up what it needs: apt where it is root (otherwise it prints the line to run), pip into build/venv.
+
+.PHONY: help demo test bench wheel zip lint format asan tsan clang clean
+
+help:
+	@echo "make demo    poses and bakes the sample creature in a real Blender; pictures in build/demo"
+	@echo "make test    native, Python, headless Blender and window tests; BLENDERS=\"path ...\" adds more Blenders"
+	@echo "make bench   times of bind, set_constraints, iteration and of a frame in Blender; build/bench/results.json"
+	@echo "make wheel   wheels of arap-native for the Pythons found; build/dist/wheels"
+	@echo "make zip     the add-on: legacy zip and extension zip; build/dist"
+	@echo "make lint    clang-format, clang-tidy, ruff, mypy          make format   formats everything"
+	@echo "make asan    native tests under the address and undefined-behaviour sanitizers"
+	@echo "make tsan    native tests under the thread sanitizer       make clang    native tests, built by Clang"
+
+demo:
+	@.ci/demo
+
+test:
+	@.ci/test
+
+bench:
+	@.ci/bench
+
+wheel:
+	@.ci/setup native
+	@.ci/wheels build/dist/wheels
+
+zip:
+	@.ci/setup native
+	@.ci/zip
+
+lint:
+	@.ci/lint
+
+format:
+	@.ci/lint --fix
+
+asan tsan clang:
+	@.ci/native $@
+
+clean:
+	rm -rf build/native build/dist build/test build/demo build/bench build/lint build/validate build/wheels
