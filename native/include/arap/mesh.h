@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
 #include <span>
@@ -21,8 +22,7 @@ class PolygonMesh {
   [[nodiscard]] int n_faces() const { return static_cast<int>(face_offsets_.size()) - 1; }
   [[nodiscard]] const Positions& positions() const { return positions_; }
   [[nodiscard]] std::span<const int> face(int f) const {
-    return std::span<const int>(corner_vertices_)
-        .subspan(static_cast<size_t>(face_offsets_[f]), static_cast<size_t>(face_offsets_[f + 1] - face_offsets_[f]));
+    return std::span<const int>(corner_vertices_).subspan(face_offsets_[f], face_offsets_[f + 1] - face_offsets_[f]);
   }
 
   /// Connected part of each vertex, (n,), numbered by lowest vertex; -1 for loose vertices (in no face).
@@ -42,7 +42,7 @@ class PolygonMesh {
   int n_parts_ = 0;
 };
 
-/// For each vertex the lowest vertex at the same place (within `distance` along every axis chain), itself where there is none.
+/// For each vertex the first vertex within `distance` > 0 of it along every axis, itself where there is none before it.
 [[nodiscard]] std::vector<int> coincident_with(const Positions& positions, double distance);
 
 }  // namespace arap

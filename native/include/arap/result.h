@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
 #include <vector>
@@ -10,14 +11,14 @@ namespace arap {
 /// What a solve did. Energies are as docs/formulation.md defines them, in the square of the input's unit, and
 /// include the soft constraints' terms.
 struct SolveResult {
-  Positions positions;                                ///< (n, 3), in the space and unit of the rest positions
-  double energy_before = 0;                           ///< at the start of the iteration, after the initial guess
-  double energy_after = 0;                            ///< at `positions`
-  int iterations = 0;                                 ///< local/global iterations done
-  double step = 0;                                    ///< last iteration's largest movement / rest diagonal
+  Positions positions;       ///< (n, 3), in the space and unit of the rest positions
+  double energy_before = 0;  ///< at the start of the iteration, after the initial guess
+  double energy_after = 0;   ///< at `positions`
+  int iterations = 0;        ///< local/global iterations done
+  double step = 0;           ///< last iteration's largest movement / rest diagonal
   StopReason stop_reason = StopReason::kMaxIterations;
-  std::vector<int> parts_at_rest;                     ///< connected parts without any constraint: left at rest
-  std::vector<int> loose_vertices;                    ///< vertices in no face: left at rest unless constrained
+  std::vector<int> parts_at_rest;   ///< connected parts without any constraint: left at rest
+  std::vector<int> loose_vertices;  ///< vertices in no face: left at rest unless constrained
 };
 
 }  // namespace arap

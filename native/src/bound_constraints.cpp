@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bound_constraints.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "arap/error.h"
+#include "text.h"
+#include "union_find.h"
+
+namespace arap {
+
+namespace {
+
+/// From here on a soft constraint is stiffer than the factor can tell from a hard one.
+constexpr double kHardStrength = 1 - 1e-9;
+
+}  // namespace
+
+BoundConstraints::BoundConstraints(const BoundModel& model, RigidRegions regions, const ConstraintSet& set,
+                                   const std::vector<int>& model_vertex, const Progress& progress)
+    : regions_(std::move(regions)) {
+  merge_entries(model, set, model_vertex);
+  merge_patches(model, set, model_vertex);
+  regions_.set_constraints(is_hard_, soft_diagonal_);
+  const SparseMatrix reduced = regions_.reduce(model.energy.K);
+  find_rest(model, reduced);
+  for (size_t p = 0; p < patches_.size(); ++p) {
+    const std::vector<char> is_fixed = fixed_unknowns();
+    const bool can_move = std::any_of(patches_[p].indices.begin(), patches_[p].indices.end(),
+                                      [&](int v) { return is_fixed[regions_.unknown_of(v)] == 0; });
+    if (!can_move)
+      throw InvalidInput(text("patch ", p, " consists of hard vertices only; take it or them out of the constraints"));
+  }
+  system_ = std::make_unique<ConstrainedSystem>(reduced, fixed_unknowns(), reduced_diagonal(soft_diagonal_),
+                                                reduced_patches(), progress);
+}
+
+void BoundConstraints::merge_entries(const BoundModel& model, const ConstraintSet& set,
+                                     const std::vector<int>& model_vertex) {
+  const auto n = static_cast<int>(model.rest.rows());
+  std::vector<double> strength(n, 0.0);
+  std::vector<double> strength_sum(n, 0.0);
+  for (size_t k = 0; k < set.vertices.size(); ++k) {
+    const int v = model_vertex[set.vertices[k]];
+    entry_vertices_.push_back(v);
+    strength[v] = std::max(strength[v], set.strengths[k]);
+    strength_sum[v] += set.strengths[k];
+  }
+  for (size_t k = 0; k < set.vertices.size(); ++k)
+    entry_shares_.push_back(set.strengths[k] / strength_sum[entry_vertices_[k]]);
+
+  is_constrained_.assign(n, 0);
+  is_hard_.assign(n, 0);
+  soft_diagonal_ = Eigen::VectorXd::Zero(n);
+  const Eigen::VectorXd stiffness = model.energy.K.diagonal();
+  for (int v = 0; v < n; ++v) {
+    const double s = strength[v];
+    if (!(s > 0)) continue;
+    is_constrained_[v] = 1;
+    // A loose vertex has nothing that pulls it from its target.
+    if (s >= kHardStrength || !(stiffness[v] > 0))
+      is_hard_[v] = 1;
+    else
+      soft_diagonal_[v] = 2 * stiffness[v] * s / (1 - s);
+  }
+}
+
+void BoundConstraints::merge_patches(const BoundModel& model, const ConstraintSet& set,
+                                     const std::vector<int>& model_vertex) {
+  for (int p = 0; p < set.patches.size(); ++p) {
+    const int begin = set.patches.offsets[p];
+    const int end = set.patches.offsets[p + 1];
+    std::map<int, double> weight_of_vertex;
+    double sum = 0;
+    for (int k = begin; k < end; ++k) {
+      const int input_vertex = set.patches.vertices[k];
+      const int v = model_vertex[input_vertex];
+      if (!(set.patches.weights[k] > 0)) continue;
+      if (model.part_of_vertex[v] < 0)
+        throw InvalidInput(
+            text("patch ", p, " contains loose vertex ", input_vertex, ", which nothing can move; leave it out"));
+      weight_of_vertex[v] += set.patches.weights[k];
+      sum += set.patches.weights[k];
+    }
+    Average average;
+    for (const auto& [v, weight] : weight_of_vertex) {
+      average.indices.push_back(v);
+      average.weights.push_back(weight / sum);
+    }
+    patches_.push_back(std::move(average));
+  }
+}
+
+void BoundConstraints::find_rest(const BoundModel& model, const SparseMatrix& reduced) {
+  const auto n = static_cast<int>(model.rest.rows());
+  UnionFind components(n);
+  for (int column = 0; column < n; ++column)
+    for (SparseMatrix::InnerIterator it(reduced, column); it; ++it)
+      if (it.value() != 0) components.join(column, static_cast<int>(it.row()));
+  std::vector<char> is_component_constrained(n, 0);
+  const auto component = [&](int v) { return components.find(regions_.unknown_of(v)); };
+  for (int v = 0; v < n; ++v)
+    if (is_constrained_[v] != 0) is_component_constrained[component(v)] = 1;
+  for (const Average& patch : patches_)
+    for (const int v : patch.indices) is_component_constrained[component(v)] = 1;
+
+  is_at_rest_.assign(n, 0);
+  std::vector<char> is_part_constrained(model.n_parts, 0);
+  for (int v = 0; v < n; ++v) {
+    const bool is_constrained = is_component_constrained[component(v)] != 0;
+    is_at_rest_[v] = is_constrained ? 0 : 1;
+    const int part = model.part_of_vertex[v];
+    if (part >= 0 && is_constrained) is_part_constrained[part] = 1;
+  }
+  for (int part = 0; part < model.n_parts; ++part)
+    if (is_part_constrained[part] == 0) parts_at_rest_.push_back(part);
+}
+
+std::vector<char> BoundConstraints::fixed_unknowns() const {
+  std::vector<char> is_fixed(is_hard_.size(), 0);
+  for (size_t v = 0; v < is_hard_.size(); ++v) {
+    const bool is_unknown = regions_.unknown_of(static_cast<int>(v)) == static_cast<int>(v);
+    if (!is_unknown || is_hard_[v] != 0 || is_at_rest_[v] != 0) is_fixed[v] = 1;
+  }
+  for (int r = 0; r < regions_.size(); ++r)
+    if (regions_.is_anchored(r)) is_fixed[regions_.unknown(r)] = 1;
+  return is_fixed;
+}
+
+Eigen::VectorXd BoundConstraints::reduced_diagonal(const Eigen::VectorXd& diagonal) const {
+  Eigen::VectorXd reduced = Eigen::VectorXd::Zero(diagonal.size());
+  for (Eigen::Index v = 0; v < diagonal.size(); ++v) reduced[regions_.unknown_of(static_cast<int>(v))] += diagonal[v];
+  return reduced;
+}
+
+std::vector<Average> BoundConstraints::reduced_patches() const {
+  std::vector<Average> reduced = patches_;
+  for (Average& patch : reduced)
+    for (int& v : patch.indices) v = regions_.unknown_of(v);
+  return reduced;
+}
+
+Positions BoundConstraints::vertex_targets(const Positions& targets) const {
+  Positions of_vertex = Positions::Zero(is_hard_.size(), 3);
+  for (size_t k = 0; k < entry_vertices_.size(); ++k)
+    of_vertex.row(entry_vertices_[k]) += entry_shares_[k] * targets.row(k);
+  return of_vertex;
+}
+
+Positions BoundConstraints::patch_targets(const Positions& targets) const {
+  return targets.bottomRows(patches_.size());
+}
+
+const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& model) {
+  if (laplacian_system_ == nullptr) {
+    const SparseMatrix K_squared = (model.energy.K * model.energy.K).pruned();
+    // The same strength as in the energy, measured in the diagonal of this system.
+    const Eigen::VectorXd diagonal = model.energy.K.diagonal();
+    const Eigen::VectorXd diagonal_squared = K_squared.diagonal();
+    Eigen::VectorXd soft = soft_diagonal_;
+    for (Eigen::Index v = 0; v < soft.size(); ++v)
+      if (soft[v] > 0) soft[v] *= diagonal_squared[v] / diagonal[v];
+    laplacian_system_ = std::make_unique<ConstrainedSystem>(regions_.reduce(K_squared), fixed_unknowns(),
+                                                            reduced_diagonal(soft), reduced_patches(), Progress{});
+  }
+  return *laplacian_system_;
+}
+
+}  // namespace arap

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "arap/constraints.h"
+#include "cell_energy.h"
+#include "constrained_system.h"
+#include "rigid_regions.h"
+
+namespace arap {
+
+/// What a model's parts share: the energy and the shape it was assembled from.
+struct BoundModel {
+  CellEnergy energy;
+  Positions rest;                   ///< (n, 3), centred, diagonal 1
+  std::vector<int> part_of_vertex;  ///< (n,) -1 = loose
+  int n_parts = 0;
+  int threads = 1;
+};
+
+/// A set of constraints bound to a model: entries on the same model vertex merged, what is fixed and what is free
+/// decided, the system factorized. Immutable but for the second system, made when a naive Laplacian guess needs it.
+class BoundConstraints {
+ public:
+  /// @param model_vertex  model vertex of each input vertex
+  /// Throws InvalidInput, SolverError or Cancelled.
+  BoundConstraints(const BoundModel& model, RigidRegions regions, const ConstraintSet& set,
+                   const std::vector<int>& model_vertex, const Progress& progress);
+
+  /// Targets (n_entries + n_patches, 3) on the model: (n, 3) for constrained vertices, 0 elsewhere. A vertex with
+  /// several entries takes their mean, weighted by strength.
+  [[nodiscard]] Positions vertex_targets(const Positions& targets) const;
+  /// The last n_patches rows.
+  [[nodiscard]] Positions patch_targets(const Positions& targets) const;
+
+  [[nodiscard]] const RigidRegions& regions() const { return regions_; }
+  [[nodiscard]] const ConstrainedSystem& system() const { return *system_; }
+
+  /// min |K x - K rest|^2 under the same constraints; made on the first call.
+  [[nodiscard]] const ConstrainedSystem& laplacian_system(const BoundModel& model);
+  [[nodiscard]] bool has_laplacian_system() const { return laplacian_system_ != nullptr; }
+
+  /// (n,) vertices that sit exactly at their target.
+  [[nodiscard]] const std::vector<char>& is_hard() const { return is_hard_; }
+  /// (n,) vertices that stay at rest: loose ones and those of components without constraint.
+  [[nodiscard]] const std::vector<char>& is_at_rest() const { return is_at_rest_; }
+  /// (n,) 2 omega of soft vertices, 0 elsewhere; omega_i = K_ii s / (1 - s).
+  [[nodiscard]] const Eigen::VectorXd& soft_diagonal() const { return soft_diagonal_; }
+  /// Patches as averages over vertices.
+  [[nodiscard]] const std::vector<Average>& patches() const { return patches_; }
+  /// Model vertex of each entry.
+  [[nodiscard]] const std::vector<int>& entry_vertices() const { return entry_vertices_; }
+  /// Parts of the mesh without any constraint.
+  [[nodiscard]] const std::vector<int>& parts_at_rest() const { return parts_at_rest_; }
+
+ private:
+  void merge_entries(const BoundModel& model, const ConstraintSet& set, const std::vector<int>& model_vertex);
+  void merge_patches(const BoundModel& model, const ConstraintSet& set, const std::vector<int>& model_vertex);
+  void find_rest(const BoundModel& model, const SparseMatrix& reduced);
+  [[nodiscard]] std::vector<char> fixed_unknowns() const;
+  [[nodiscard]] Eigen::VectorXd reduced_diagonal(const Eigen::VectorXd& diagonal) const;
+  [[nodiscard]] std::vector<Average> reduced_patches() const;
+
+  RigidRegions regions_;
+  std::vector<int> entry_vertices_;
+  std::vector<double> entry_shares_;
+  std::vector<char> is_constrained_;
+  std::vector<char> is_hard_;
+  std::vector<char> is_at_rest_;
+  Eigen::VectorXd soft_diagonal_;
+  std::vector<Average> patches_;
+  std::vector<int> parts_at_rest_;
+  std::unique_ptr<ConstrainedSystem> system_;
+  std::unique_ptr<ConstrainedSystem> laplacian_system_;
+};
+
+}  // namespace arap

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "arap/types.h"
+#include "sparse.h"
+
+namespace arap {
+
+/// The one form of every as-rigid-as-possible energy:
+///
+///     E(p', R) = 1/2 <p', K p'> - sum_c <R_c, Q_c(p')> + E_0,   Q_c(p') = sum_{j in c} p'_j q_cj^T,
+///
+/// with one rotation R_c a cell, K (n, n) symmetric positive semi-definite and rest vectors q_cj with
+/// sum_j q_cj = 0. A model is a function that fills this in; everything after knows only this.
+struct CellEnergy {
+  SparseMatrix K;
+  std::vector<int> cell_offsets;       ///< n_cells + 1: incidences of cell c are [offset c, offset c + 1)
+  std::vector<int> cell_vertices;      ///< vertex j of each incidence
+  Positions q;                         ///< q_cj of each incidence
+  double rest_energy = 0;              ///< E_0
+  std::vector<int> vertex_offsets;     ///< n + 1: the same incidences, by vertex
+  std::vector<int> vertex_incidences;  ///< index into cell_vertices and q
+  std::vector<int> vertex_cells;       ///< cell of each
+
+  [[nodiscard]] int n_vertices() const { return static_cast<int>(K.rows()); }
+  [[nodiscard]] int n_cells() const { return static_cast<int>(cell_offsets.size()) - 1; }
+
+  /// Fills vertex_* from cell_*; call it last.
+  void index_by_vertex();
+
+  /// Q_c(p').
+  [[nodiscard]] Matrix3 covariance(int cell, const Positions& positions) const;
+
+  /// Local step: sets each R_c to the rotation that maximizes <R_c, Q_c(p')>.
+  void fit_rotations(const Positions& positions, std::vector<Matrix3>& rotations, int threads) const;
+
+  /// Right-hand side of the global step K p' = b: b_j = sum_c R_c q_cj. [SA07] Eq. (8).
+  void right_hand_side(const std::vector<Matrix3>& rotations, Positions& b, int threads) const;
+};
+
+}  // namespace arap

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Dense>
+#include <memory>
+#include <vector>
+
+#include "linear_solver.h"
+#include "sparse.h"
+
+namespace arap {
+
+/// A weighted average of unknowns; the weights sum to 1.
+struct Average {
+  std::vector<int> indices;
+  std::vector<double> weights;
+
+  [[nodiscard]] Eigen::RowVector3d of(const Positions& x) const;
+};
+
+/// Minimizes 1/2 <x, A x> - <b, x> with A = K + a diagonal for soft constraints, some unknowns fixed (their rows and
+/// columns are erased) and some averages held at targets (Lagrange multipliers). Factorized once; then any b, fixed
+/// values and targets. Works on residuals: x + correct(b - A x) is the minimizer, so that the fixed point of an
+/// iteration does not depend on the accuracy of the factor.
+///
+/// Where averages alone hold a component, K is singular there: one unknown of it is grounded by an extra diagonal entry
+/// in the factor, and the small dense system of the multipliers takes the grounding out again.
+class ConstrainedSystem {
+ public:
+  /// @param K              (n, n) symmetric positive semi-definite, stored whole
+  /// @param is_fixed       (n,)
+  /// @param soft_diagonal  (n,) >= 0
+  /// Throws SolverError, or Cancelled.
+  ConstrainedSystem(const SparseMatrix& K, std::vector<char> is_fixed, const Eigen::VectorXd& soft_diagonal,
+                    std::vector<Average> averages, const Progress& progress);
+
+  /// A, without erasing and grounding.
+  [[nodiscard]] const SparseMatrix& matrix() const { return A_; }
+  [[nodiscard]] const std::vector<Average>& averages() const { return averages_; }
+
+  /// Replaces `residual` = b - A x by the correction to x; 0 at fixed unknowns.
+  /// @param gaps         (n_averages, 3) target minus average of x
+  /// @param multipliers  (n_averages, 3), set: A x + sum_k a_k multipliers_k = b at the corrected x
+  void correct(Positions& residual, const Positions& gaps, Positions& multipliers) const;
+
+ private:
+  /// One unknown of each component that no fixed unknown and no soft constraint holds.
+  [[nodiscard]] std::vector<int> find_unheld() const;
+  void prepare_dense_part(const std::vector<int>& grounded, const std::vector<double>& grounding);
+  [[nodiscard]] Eigen::VectorXd column_solution(const Average& column) const;
+
+  SparseMatrix A_;
+  std::vector<char> is_fixed_;
+  std::vector<Average> averages_;
+  std::unique_ptr<LinearSolver> solver_;
+  /// Columns: the averages, then the grounded unknowns (with sign), restricted to free unknowns.
+  std::vector<Average> columns_;
+  Eigen::MatrixXd column_solutions_;  ///< factor^-1 columns, (n, n_columns)
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> dense_;
+};
+
+}  // namespace arap

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "arap/options.h"
+#include "bound_constraints.h"
+
+namespace arap {
+
+/// Everything an iteration changes.
+struct Pose {
+  Positions positions;                ///< (n, 3)
+  std::vector<Matrix3> rotations;     ///< of each cell
+  std::vector<Placement> placements;  ///< of each rigid region
+};
+
+struct IterationReport {
+  double energy_before = 0;
+  double energy_after = 0;
+  int iterations = 0;
+  double step = 0;
+  StopReason stop_reason = StopReason::kMaxIterations;
+};
+
+/// Alternates the local step (best rotations for the positions) and the global step (best positions for the rotations);
+/// neither raises the energy. [SA07] Sec. 2.
+class LocalGlobal {
+ public:
+  /// @param vertex_targets  (n, 3); @param patch_targets (n_patches, 3), in model space
+  LocalGlobal(const BoundModel& model, const BoundConstraints& constraints, Positions vertex_targets,
+              Positions patch_targets);
+
+  /// Puts hard vertices, anchored regions and what stays at rest to their places.
+  void impose_constraints(Pose& pose) const;
+
+  /// The smallest change (in the norm of K) that brings the patches to their targets.
+  void project_on_patches(Pose& pose);
+
+  /// One global step with the rotations of the pose.
+  void global_step(Pose& pose);
+
+  IterationReport run(Pose& pose, const SolveOptions& options, const Progress& progress);
+
+ private:
+  /// Local step; then the energy, and the residual for the next global step.
+  [[nodiscard]] double fit(Pose& pose);
+  [[nodiscard]] double refresh_residual(const Pose& pose);
+  [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
+  void apply_residual(Pose& pose);
+
+  const BoundModel& model_;
+  const BoundConstraints& constraints_;
+  Positions vertex_targets_;
+  Positions patch_targets_;
+  Positions right_hand_side_;
+  Positions residual_;
+  Positions multipliers_;
+};
+
+}  // namespace arap

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "arap/mesh.h"
+
+#include <cmath>
+#include <cstdint>
+#include <unordered_map>
+#include <utility>
+
+#include "arap/error.h"
+#include "text.h"
+#include "union_find.h"
+
+namespace arap {
+
+namespace {
+
+void require_finite_positions(const Positions& positions) {
+  // Beyond this, squares of lengths leave the range of double.
+  constexpr double kLargest = 1e100;
+  for (Eigen::Index v = 0; v < positions.rows(); ++v) {
+    const auto row = positions.row(v);
+    if (row.allFinite() && row.cwiseAbs().maxCoeff() <= kLargest) continue;
+    throw InvalidInput(text("rest_positions: vertex ", v, " is at (", row[0], ", ", row[1], ", ", row[2],
+                            "), must be finite and below 1e100; repair or remove the vertex"));
+  }
+}
+
+}  // namespace
+
+PolygonMesh::PolygonMesh(Positions positions, std::vector<int> corner_vertices, std::vector<int> face_sizes)
+    : positions_(std::move(positions)), corner_vertices_(std::move(corner_vertices)) {
+  if (positions_.rows() == 0) throw InvalidInput("rest_positions is empty; the mesh needs at least one vertex");
+  require_finite_positions(positions_);
+  face_offsets_.reserve(face_sizes.size() + 1);
+  face_offsets_.push_back(0);
+  int64_t n_corners = 0;
+  for (size_t f = 0; f < face_sizes.size(); ++f) {
+    if (face_sizes[f] < 3) throw InvalidInput(text("face_sizes[", f, "] = ", face_sizes[f], ", must be >= 3"));
+    n_corners += face_sizes[f];
+    if (n_corners > static_cast<int64_t>(corner_vertices_.size())) break;
+    face_offsets_.push_back(static_cast<int>(n_corners));
+  }
+  if (n_corners != static_cast<int64_t>(corner_vertices_.size()))
+    throw InvalidInput(text("corner_vertices has ", corner_vertices_.size(), " entries, but face_sizes adds up to ",
+                            n_corners, n_corners > static_cast<int64_t>(corner_vertices_.size()) ? " or more" : ""));
+
+  UnionFind parts(n_vertices());
+  std::vector<char> is_in_face(n_vertices(), 0);
+  for (int f = 0; f < n_faces(); ++f) {
+    const int first = face(f).front();
+    for (const int v : face(f)) {
+      if (v < 0 || v >= n_vertices())
+        throw InvalidInput(
+            text("face ", f, " names vertex ", v, ", but the mesh has vertices 0 to ", n_vertices() - 1));
+      is_in_face[v] = 1;
+      parts.join(first, v);
+    }
+  }
+  part_of_vertex_.assign(n_vertices(), -1);
+  for (int v = 0; v < n_vertices(); ++v) {
+    if (is_in_face[v] == 0) {
+      loose_vertices_.push_back(v);
+      continue;
+    }
+    const int root = parts.find(v);
+    part_of_vertex_[v] = root == v ? n_parts_++ : part_of_vertex_[root];
+  }
+}
+
+double PolygonMesh::diagonal() const {
+  return (positions_.colwise().maxCoeff() - positions_.colwise().minCoeff()).norm();
+}
+
+std::vector<int> coincident_with(const Positions& positions, double distance) {
+  using Cell = Eigen::Matrix<int64_t, 3, 1>;
+  const auto n = static_cast<int>(positions.rows());
+  const Eigen::RowVector3d low = positions.colwise().minCoeff();
+  // Cells much larger than the distance: nearly every vertex then has to look into its own cell only.
+  const double cell_size = 1000 * distance;
+  const auto cell_of = [&](const Eigen::RowVector3d& point) -> Cell {
+    return ((point - low) / cell_size).array().floor().cast<int64_t>().matrix();
+  };
+  const auto hash = [](int64_t x, int64_t y, int64_t z) {
+    return (static_cast<uint64_t>(x) * 0x9E3779B97F4A7C15ULL) ^ (static_cast<uint64_t>(y) * 0xC2B2AE3D27D4EB4FULL) ^
+           (static_cast<uint64_t>(z) * 0x165667B19E3779F9ULL);
+  };
+  std::unordered_multimap<uint64_t, int> first_at_place;
+  first_at_place.reserve(n);
+  const auto find_near = [&](const Eigen::RowVector3d& point) {
+    const Cell from = cell_of(point.array() - distance);
+    const Cell to = cell_of(point.array() + distance);
+    for (int64_t x = from[0]; x <= to[0]; ++x)
+      for (int64_t y = from[1]; y <= to[1]; ++y)
+        for (int64_t z = from[2]; z <= to[2]; ++z) {
+          const auto [begin, end] = first_at_place.equal_range(hash(x, y, z));
+          for (auto it = begin; it != end; ++it)
+            if ((positions.row(it->second) - point).cwiseAbs().maxCoeff() <= distance) return it->second;
+        }
+    return -1;
+  };
+  std::vector<int> lowest(n);
+  for (int v = 0; v < n; ++v) {
+    const int near = find_near(positions.row(v));
+    lowest[v] = near >= 0 ? near : v;
+    if (near >= 0) continue;
+    const Cell cell = cell_of(positions.row(v));
+    first_at_place.emplace(hash(cell[0], cell[1], cell[2]), v);
+  }
+  return lowest;
+}
+
+}  // namespace arap

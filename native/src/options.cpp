@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "arap/options.h"
+
+#include <omp.h>
+
+#include <cmath>
+
+#include "arap/error.h"
+#include "parallel.h"
+#include "text.h"
+
+namespace arap {
+
+namespace {
+
+void require_not_negative(const char* field, double value) {
+  if (!(value >= 0) || std::isinf(value)) throw InvalidInput(text(field, " = ", value, ", must be finite and >= 0"));
+}
+
+}  // namespace
+
+void Options::validate() const {
+  if (threads < 0) throw InvalidInput(text("threads = ", threads, ", must be >= 0 (0 = as many as pay)"));
+}
+
+void SolveOptions::validate() const {
+  if (max_iterations < 1) throw InvalidInput(text("max_iterations = ", max_iterations, ", must be >= 1"));
+  require_not_negative("energy_tolerance", energy_tolerance);
+  require_not_negative("step_tolerance", step_tolerance);
+  if (!(time_limit_s > 0)) throw InvalidInput(text("time_limit_s = ", time_limit_s, ", must be > 0"));
+}
+
+int choose_threads(int requested, int n_vertices) {
+  if (requested > 0) return requested;
+  // Below some thousand vertices the barriers cost more than the second thread brings.
+  constexpr int kVerticesPerThread = 2000;
+  return std::clamp(n_vertices / kVerticesPerThread, 1, std::max(1, omp_get_max_threads()));
+}
+
+}  // namespace arap

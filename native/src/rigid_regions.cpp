@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "rigid_regions.h"
+
+#include <Eigen/Eigenvalues>
+#include <map>
+
+#include "rotation.h"
+
+namespace arap {
+
+RigidRegions::RigidRegions(const std::vector<int>& region_of_vertex, const CellEnergy& energy, const Positions& rest)
+    : energy_(&energy), rest_(&rest) {
+  std::map<int, std::vector<int>> members_of_label;
+  for (size_t v = 0; v < region_of_vertex.size(); ++v)
+    if (region_of_vertex[v] >= 0) members_of_label[region_of_vertex[v]].push_back(static_cast<int>(v));
+  if (members_of_label.empty()) return;
+  unknown_of_vertex_.resize(rest.rows());
+  for (size_t v = 0; v < unknown_of_vertex_.size(); ++v) unknown_of_vertex_[v] = static_cast<int>(v);
+  for (auto& [label, members] : members_of_label) {
+    for (const int v : members) unknown_of_vertex_[v] = members.front();
+    regions_.push_back({.members = std::move(members), .border = {}, .border_cells = {}, .anchors = {}});
+  }
+  for (Region& region : regions_) find_border(region);
+}
+
+void RigidRegions::find_border(Region& region) const {
+  for (const int v : region.members) {
+    bool reaches_out = false;
+    for (SparseMatrix::InnerIterator it(energy_->K, v); it && !reaches_out; ++it)
+      reaches_out = !is_member(static_cast<int>(it.row()), region);
+    const int begin = energy_->vertex_offsets[v];
+    const int end = energy_->vertex_offsets[v + 1];
+    for (int k = begin; k < end && !reaches_out; ++k) reaches_out = !is_member(energy_->vertex_cells[k], region);
+    if (reaches_out) region.border.push_back(v);
+
+    bool cell_reaches_out = false;
+    for (int k = energy_->cell_offsets[v]; k < energy_->cell_offsets[v + 1]; ++k)
+      cell_reaches_out = cell_reaches_out || !is_member(energy_->cell_vertices[k], region);
+    if (cell_reaches_out) region.border_cells.push_back(v);
+  }
+}
+
+SparseMatrix RigidRegions::reduce(const SparseMatrix& K) const {
+  if (empty()) return K;
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(K.nonZeros());
+  for (int column = 0; column < static_cast<int>(K.cols()); ++column)
+    for (SparseMatrix::InnerIterator it(K, column); it; ++it)
+      entries.emplace_back(unknown_of(static_cast<int>(it.row())), unknown_of(column), it.value());
+  SparseMatrix reduced(K.rows(), K.cols());
+  reduced.setFromTriplets(entries.begin(), entries.end());
+  return reduced;
+}
+
+void RigidRegions::reduce(Positions& x) const {
+  for (const Region& region : regions_)
+    for (size_t k = 1; k < region.members.size(); ++k) {
+      x.row(region.members.front()) += x.row(region.members[k]);
+      x.row(region.members[k]).setZero();
+    }
+}
+
+void RigidRegions::expand(Positions& x) const {
+  for (const Region& region : regions_)
+    for (const int v : region.members) x.row(v) = x.row(region.members.front());
+}
+
+void RigidRegions::set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal) {
+  for (Region& region : regions_) {
+    region.anchors.clear();
+    for (const int v : region.members)
+      if (is_hard[v] != 0) region.anchors.push_back(v);
+    if (!region.anchors.empty()) find_anchor_rank(region);
+    choose_center(region, soft_diagonal);
+  }
+}
+
+void RigidRegions::find_anchor_rank(Region& region) const {
+  Vector3 mean = Vector3::Zero();
+  for (const int v : region.anchors) mean += rest(v) / static_cast<double>(region.anchors.size());
+  Matrix3 scatter = Matrix3::Zero();
+  for (const int v : region.anchors) scatter += (rest(v) - mean) * (rest(v) - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter);
+  const Vector3 values = eigen.eigenvalues();
+  // Below these the anchors count as one point, or as a line: 1e-6 of the mesh, which has size 1.
+  region.anchor_rank = values[2] <= 1e-12 ? 0 : (values[1] <= 1e-12 * values[2] ? 1 : 2);
+  region.anchor_axis = eigen.eigenvectors().col(2);
+}
+
+// The terms of the energy that join the region's motion (R, t) with itself are, with c the center,
+//     1/2 kappa |t|^2 + <t, R mixed>,  mixed = sum_{j,k in r} K_jk (p_j - c) + sum_j 2 omega_j (p_j - c) - sum_{cells
+//     in r, k in r} q_ck.
+// Rows of K and of q sum to 0, so the sums over the inside are minus those over the outside: only the border counts.
+void RigidRegions::choose_center(Region& region, const Eigen::VectorXd& soft_diagonal) const {
+  double kappa = 0;
+  Vector3 moment = Vector3::Zero();
+  Vector3 mean = Vector3::Zero();
+  for (const int v : region.border) {
+    double inside = 0;
+    for (SparseMatrix::InnerIterator it(energy_->K, v); it; ++it)
+      if (!is_member(static_cast<int>(it.row()), region)) inside -= it.value();
+    kappa += inside;
+    moment += inside * rest(v);
+  }
+  for (const int v : region.members) {
+    kappa += soft_diagonal[v];
+    moment += soft_diagonal[v] * rest(v);
+    mean += rest(v) / static_cast<double>(region.members.size());
+  }
+  for (const int c : region.border_cells)
+    for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k)
+      if (!is_member(energy_->cell_vertices[k], region)) moment += energy_->q.row(k).transpose();
+  if (!region.anchors.empty()) {
+    region.center.setZero();
+    for (const int v : region.anchors) region.center += rest(v) / static_cast<double>(region.anchors.size());
+  } else {
+    region.center = kappa > 0 ? Vector3(moment / kappa) : mean;
+  }
+  region.mixed = region.anchors.empty() ? Vector3::Zero() : Vector3(moment - kappa * region.center);
+}
+
+std::vector<Placement> RigidRegions::fit_placements(const Positions& positions) const {
+  std::vector<Placement> placements;
+  placements.reserve(regions_.size());
+  for (const Region& region : regions_) {
+    Vector3 mean_rest = Vector3::Zero();
+    Vector3 mean = Vector3::Zero();
+    for (const int v : region.members) {
+      mean_rest += rest(v) / static_cast<double>(region.members.size());
+      mean += positions.row(v).transpose() / static_cast<double>(region.members.size());
+    }
+    Matrix3 S = Matrix3::Zero();
+    for (const int v : region.members) S += (positions.row(v).transpose() - mean) * (rest(v) - mean_rest).transpose();
+    Placement placement;
+    placement.rotation = nearest_rotation(S, Matrix3::Identity());
+    placement.translation = mean + placement.rotation * (region.center - mean_rest);
+    placements.push_back(placement);
+  }
+  return placements;
+}
+
+void RigidRegions::place(const Region& region, const Matrix3& linear, const Positions& targets,
+                         Placement& placement) const {
+  if (region.anchors.empty()) {
+    placement.rotation = nearest_rotation(-linear, placement.rotation);
+    return;
+  }
+  placement.translation.setZero();
+  for (const int v : region.anchors)
+    placement.translation += targets.row(v).transpose() / static_cast<double>(region.anchors.size());
+  Matrix3 S = Matrix3::Zero();
+  for (const int v : region.anchors)
+    S += (targets.row(v).transpose() - placement.translation) * (rest(v) - region.center).transpose();
+  const Vector3 direction = S * region.anchor_axis;
+  if (region.anchor_rank == 2)
+    placement.rotation = nearest_rotation(S, placement.rotation);
+  else if (region.anchor_rank == 1 && direction.norm() > 1e-12)
+    placement.rotation =
+        nearest_rotation_with_axis(-linear, region.anchor_axis, direction.normalized(), placement.rotation);
+  else
+    placement.rotation = nearest_rotation(-linear, placement.rotation);
+}
+
+void RigidRegions::place_anchored(const Positions& targets, std::vector<Placement>& placements) const {
+  for (size_t r = 0; r < regions_.size(); ++r) {
+    if (regions_[r].anchors.empty()) continue;
+    const Matrix3 keep = -placements[r].rotation;
+    place(regions_[r], keep, targets, placements[r]);
+  }
+}
+
+void RigidRegions::write(const Region& region, const Placement& placement, Positions& positions) const {
+  for (const int v : region.members)
+    positions.row(v) = (placement.rotation * (rest(v) - region.center) + placement.translation).transpose();
+}
+
+void RigidRegions::write(const std::vector<Placement>& placements, Positions& positions) const {
+  for (size_t r = 0; r < regions_.size(); ++r) write(regions_[r], placements[r], positions);
+}
+
+void RigidRegions::read_translations(std::vector<Placement>& placements, const Positions& positions) const {
+  for (size_t r = 0; r < regions_.size(); ++r) {
+    const int v = regions_[r].members.front();
+    placements[r].translation = positions.row(v).transpose() - placements[r].rotation * (rest(v) - regions_[r].center);
+  }
+}
+
+// L with E = <R, L> + terms without R; see the header. Soft constraints and averages are added by the caller.
+Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placement, const Positions& positions,
+                                  const std::vector<Matrix3>& rotations) const {
+  Matrix3 L = placement.translation * region.mixed.transpose();
+  for (const int v : region.border) {
+    Vector3 pull = Vector3::Zero();
+    for (SparseMatrix::InnerIterator it(energy_->K, v); it; ++it)
+      if (!is_member(static_cast<int>(it.row()), region)) pull += it.value() * positions.row(it.row()).transpose();
+    const int begin = energy_->vertex_offsets[v];
+    const int end = energy_->vertex_offsets[v + 1];
+    for (int k = begin; k < end; ++k) {
+      const int cell = energy_->vertex_cells[k];
+      if (!is_member(cell, region)) pull -= rotations[cell] * energy_->q.row(energy_->vertex_incidences[k]).transpose();
+    }
+    L += pull * (rest(v) - region.center).transpose();
+  }
+  for (const int c : region.border_cells)
+    for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k) {
+      const int v = energy_->cell_vertices[k];
+      if (!is_member(v, region)) L -= positions.row(v).transpose() * energy_->q.row(k);
+    }
+  return L;
+}
+
+void RigidRegions::fit_rotations(const Positions& targets, const Eigen::VectorXd& soft_diagonal,
+                                 const std::vector<Average>& averages, const Positions& multipliers,
+                                 std::vector<Placement>& placements, std::vector<Matrix3>& rotations,
+                                 Positions& positions) const {
+  for (size_t r = 0; r < regions_.size(); ++r) {
+    const Region& region = regions_[r];
+    Matrix3 L = linear_term(region, placements[r], positions, rotations);
+    for (const int v : region.members)
+      if (soft_diagonal[v] > 0)
+        L -= soft_diagonal[v] * targets.row(v).transpose() * (rest(v) - region.center).transpose();
+    for (size_t a = 0; a < averages.size(); ++a) {
+      Vector3 arm = Vector3::Zero();
+      for (size_t k = 0; k < averages[a].indices.size(); ++k)
+        if (is_member(averages[a].indices[k], region))
+          arm += averages[a].weights[k] * (rest(averages[a].indices[k]) - region.center);
+      L += multipliers.row(a).transpose() * arm.transpose();
+    }
+    place(region, L, targets, placements[r]);
+    write(region, placements[r], positions);
+    for (const int v : region.members) rotations[v] = placements[r].rotation;
+  }
+}
+
+void RigidRegions::share_rotations(const std::vector<Placement>& placements, std::vector<Matrix3>& rotations) const {
+  for (size_t r = 0; r < regions_.size(); ++r)
+    for (const int v : regions_[r].members) rotations[v] = placements[r].rotation;
+}
+
+}  // namespace arap

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "cell_energy.h"
+#include "constrained_system.h"
+
+namespace arap {
+
+/// Where a rigid region is: p'_j = rotation (p_j - center) + translation.
+struct Placement {
+  Matrix3 rotation = Matrix3::Identity();
+  Vector3 translation = Vector3::Zero();
+};
+
+/// Vertices that move as one body each. Rotation and translation are eliminated from the system: the members of a
+/// region share the unknown of their first vertex (the translation), and the cells of the members share its rotation.
+///
+/// With the others fixed, the energy as a function of a region's motion is linear in R, since quadratic terms in R are
+/// constant, and quadratic in t. The center is chosen so that the mixed term vanishes; then the best R does not
+/// depend on t. Terms inside the region are constant and take no part: the region's own edges do not vote for its old
+/// R.
+class RigidRegions {
+ public:
+  /// @param region_of_vertex  (n,) any label >= 0, < 0 = in no region; empty: no regions
+  RigidRegions(const std::vector<int>& region_of_vertex, const CellEnergy& energy, const Positions& rest);
+
+  [[nodiscard]] bool empty() const { return regions_.empty(); }
+  [[nodiscard]] int size() const { return static_cast<int>(regions_.size()); }
+
+  /// The vertex whose unknown moves v.
+  [[nodiscard]] int unknown_of(int v) const { return empty() ? v : unknown_of_vertex_[v]; }
+
+  /// P^T K P, where P maps unknowns to vertices; the rows of members that are not unknowns stay empty.
+  [[nodiscard]] SparseMatrix reduce(const SparseMatrix& K) const;
+  /// P^T x.
+  void reduce(Positions& x) const;
+  /// P x.
+  void expand(Positions& x) const;
+
+  /// Takes the constraints into account: members that are hard fix the region's place, soft ones pull at it.
+  /// @param is_hard        (n,)
+  /// @param soft_diagonal  (n,) 2 omega of each vertex, 0 where it is not soft
+  void set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal);
+  [[nodiscard]] bool is_anchored(int region) const { return !regions_[region].anchors.empty(); }
+  [[nodiscard]] int unknown(int region) const { return regions_[region].members.front(); }
+
+  [[nodiscard]] Placement rest_placement(int region) const { return {Matrix3::Identity(), regions_[region].center}; }
+
+  /// Best placements for the members' present positions.
+  [[nodiscard]] std::vector<Placement> fit_placements(const Positions& positions) const;
+
+  /// Moves anchored regions where their hard members' targets are, as far as a rigid motion can.
+  void place_anchored(const Positions& targets, std::vector<Placement>& placements) const;
+
+  /// Writes the members' positions.
+  void write(const std::vector<Placement>& placements, Positions& positions) const;
+
+  /// Reads the regions' translations from positions that moved by an expanded correction.
+  void read_translations(std::vector<Placement>& placements, const Positions& positions) const;
+
+  /// Local step: fits each region's rotation, one region after the other, and writes its members' positions and cells.
+  /// @param targets        (n, 3) of soft and hard vertices
+  /// @param soft_diagonal  as in set_constraints
+  /// @param averages, multipliers  the averages over vertices and the multipliers of the last global step
+  void fit_rotations(const Positions& targets, const Eigen::VectorXd& soft_diagonal,
+                     const std::vector<Average>& averages, const Positions& multipliers,
+                     std::vector<Placement>& placements, std::vector<Matrix3>& rotations, Positions& positions) const;
+
+  /// Gives the cells of each region its rotation.
+  void share_rotations(const std::vector<Placement>& placements, std::vector<Matrix3>& rotations) const;
+
+ private:
+  struct Region {
+    std::vector<int> members;       ///< vertices, the first is the unknown
+    std::vector<int> border;        ///< members with neighbours, or in cells, outside
+    std::vector<int> border_cells;  ///< members whose cell reaches outside
+    std::vector<int> anchors;       ///< hard members
+    int anchor_rank = 0;            ///< 0 a point, 1 a line, 2 at least a plane
+    Vector3 anchor_axis = Vector3::Zero();
+    Vector3 center = Vector3::Zero();
+    Vector3 mixed = Vector3::Zero();  ///< the mixed term is <t, R mixed>; 0 for free regions
+  };
+
+  [[nodiscard]] bool is_member(int v, const Region& region) const {
+    return unknown_of_vertex_[v] == region.members.front();
+  }
+  void find_border(Region& region) const;
+  void choose_center(Region& region, const Eigen::VectorXd& soft_diagonal) const;
+  void find_anchor_rank(Region& region) const;
+  void place(const Region& region, const Matrix3& linear, const Positions& targets, Placement& placement) const;
+  void write(const Region& region, const Placement& placement, Positions& positions) const;
+  [[nodiscard]] Matrix3 linear_term(const Region& region, const Placement& placement, const Positions& positions,
+                                    const std::vector<Matrix3>& rotations) const;
+  [[nodiscard]] Vector3 rest(int v) const { return rest_->row(v).transpose(); }
+
+  const CellEnergy* energy_;
+  const Positions* rest_;
+  std::vector<int> unknown_of_vertex_;
+  std::vector<Region> regions_;
+};
+
+}  // namespace arap

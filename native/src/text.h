@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sstream>
+#include <string>
+
+namespace arap {
+
+/// The values one after the other, as a stream prints them; for error messages.
+template <class... Values>
+[[nodiscard]] std::string text(const Values&... values) {
+  std::ostringstream stream;
+  (stream << ... << values);
+  return stream.str();
+}
+
+}  // namespace arap
