@@ -16,7 +16,7 @@ function(arap_target_flags target)
     # Clang counts signed indices into std::vector as sign conversions under -Wconversion, GCC does not.
     target_compile_options(${target} PRIVATE
       -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual
-      -Wold-style-cast -Wcast-qual -Wdouble-promotion -Wunused -Wnull-dereference)
+      -Wold-style-cast -Wcast-qual -Wdouble-promotion)
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
       target_compile_options(${target} PRIVATE -Wduplicated-cond -Wduplicated-branches -Wlogical-op)
     endif()
