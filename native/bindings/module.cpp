@@ -158,9 +158,13 @@ arap::Patches patches_from(const py::object& object) {
   if (!py::isinstance<py::tuple>(object) || py::len(object) != 3)
     throw py::type_error("patches is not a tuple of three arrays, expected (offsets, vertices, weights)");
   const auto fields = py::reinterpret_borrow<py::tuple>(object);
-  return {vector_from<int>(fields[0], "patch offsets", "p + 1", "where each patch begins, and the end"),
-          vector_from<int>(fields[1], "patch vertices", "e", "one entry per vertex of a patch"),
-          vector_from<double>(fields[2], "patch weights", "e", "one entry per vertex of a patch")};
+  arap::Patches patches;
+  patches.offsets =
+      vector_from<int>(fields[0], "patch offsets", "n_patches + 1", "where each patch begins, and the end");
+  patches.vertices = vector_from<int>(fields[1], "patch vertices", "e", "one entry per vertex of a patch");
+  patches.weights = vector_from<double>(fields[2], "patch weights", static_cast<py::ssize_t>(patches.vertices.size()),
+                                        "one entry per vertex of a patch");
+  return patches;
 }
 
 // --------------------------------------------------------------------------------------------------- arrays out

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Types and documentation: __init__.pyi, from which the compiled module takes its docstrings.
 from collections.abc import Callable
+from typing import TypeAlias
 
 from . import _native
 from ._native import Cancelled, Options, SolveOptions, SolveResult, SurfaceArap, __version__
 
 __doc__ = _native.__doc__
 
-Progress = Callable[[float], bool | None]
+Progress: TypeAlias = Callable[[float], bool | None]
 
 __all__ = ["Cancelled", "Options", "Progress", "SolveOptions", "SolveResult", "SurfaceArap", "__version__"]

@@ -1,24 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
+# ruff: noqa: PYI021  the one place of the documentation: the compiled objects take theirs from here
 """As-rigid-as-possible surface deformation: the native solver.
 
 Arrays are C-contiguous numpy arrays of exactly the stated dtype and shape; nothing is converted silently: a wrong one
 raises ValueError that states the expected and the given dtype or shape, what is no array at all TypeError. Solver
 failures raise RuntimeError. Every long call releases the GIL and takes ``progress``, called with the fraction done in
-[0, 1]; it stops the call by returning False. What it raises, and Ctrl-C, ends the call too, and then nothing has changed.
+[0, 1]; it stops the call by returning False. What it raises, and Ctrl-C, ends the call too. A call that was stopped has
+changed nothing.
 
 Different objects may work in different threads at once. One object serves one call at a time: a second one, from
 another thread or from the first one's ``progress``, raises RuntimeError.
 """
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 __version__: str
 
-Progress = Callable[[float], bool | None]
+Progress: TypeAlias = Callable[[float], bool | None]
 
 class Cancelled(RuntimeError):
     """A progress callback stopped a bind or a change of constraints; the object is as it was before."""

@@ -1,0 +1,295 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every message of the binding's own checks, once; of what the library refuses, a sample."""
+
+import arap_native
+import numpy as np
+import pytest
+from sample_meshes import ends, tube, twisted_ends
+
+MESH = tube()
+VERTICES = ends(MESH)
+STRENGTHS = np.ones(len(VERTICES))
+PATCH = (np.array([0, 2], np.int32), np.array([20, 21], np.int32), np.ones(2))
+
+
+@pytest.fixture
+def solver() -> arap_native.SurfaceArap:
+    made = arap_native.SurfaceArap(*MESH)
+    made.set_constraints(VERTICES, STRENGTHS)
+    return made
+
+
+def message(error: type[Exception], call, *arguments, **keywords) -> str:
+    with pytest.raises(error) as caught:
+        call(*arguments, **keywords)
+    assert caught.type is error
+    return str(caught.value)
+
+
+# -------------------------------------------------------------------------------------------------------- arrays
+
+
+@pytest.mark.parametrize(
+    ("positions", "error", "expected"),
+    [
+        (MESH.positions.tolist(), TypeError, "rest_positions is of type list, expected a numpy array of float64"),
+        (None, TypeError, "rest_positions is of type NoneType, expected a numpy array of float64"),
+        (MESH.positions.astype(np.float32), ValueError, "rest_positions has dtype float32, expected float64"),
+        (MESH.positions.astype(">f8"), ValueError, "rest_positions has dtype >f8, expected float64"),
+        (MESH.positions.astype(np.int64), ValueError, "rest_positions has dtype int64, expected float64"),
+        (
+            MESH.positions.ravel(),
+            ValueError,
+            "rest_positions has shape (288,), expected (n, 3): one row per vertex",
+        ),
+        (
+            MESH.positions[:, :2].copy(),
+            ValueError,
+            "rest_positions has shape (96, 2), expected (n, 3): one row per vertex",
+        ),
+        (
+            MESH.positions[None],
+            ValueError,
+            "rest_positions has shape (1, 96, 3), expected (n, 3): one row per vertex",
+        ),
+        (
+            np.asfortranarray(MESH.positions),
+            ValueError,
+            "rest_positions is not C-contiguous, expected rows one after the other: pass a copy of it",
+        ),
+        (
+            np.repeat(MESH.positions, 2, axis=0)[::2],
+            ValueError,
+            "rest_positions is not C-contiguous, expected rows one after the other: pass a copy of it",
+        ),
+    ],
+)
+def test_what_is_wrong_with_an_array(positions, error, expected):
+    assert message(error, arap_native.SurfaceArap, positions, *MESH[1:]) == expected
+
+
+def test_nothing_is_converted(solver):
+    """One wrong dtype per array argument: int64 is what numpy makes of a list, float32 what Blender gives."""
+    narrow, wide = np.zeros(3, np.float32), np.zeros(3, np.int64)
+    bind = arap_native.SurfaceArap
+    float32, int64 = "dtype float32, expected float64", "dtype int64, expected int32"
+    assert message(ValueError, bind, MESH.positions, wide) == f"corner_vertices has {int64}"
+    assert message(ValueError, bind, *MESH[:2], wide) == f"face_sizes has {int64}"
+    assert message(ValueError, bind, *MESH, stiffness=narrow) == f"stiffness has {float32}"
+    assert message(ValueError, bind, *MESH, rigid_regions=wide) == f"rigid_regions has {int64}"
+    assert message(ValueError, solver.set_constraints, wide, STRENGTHS) == f"vertices has {int64}"
+    assert message(ValueError, solver.set_constraints, VERTICES, narrow) == f"strengths has {float32}"
+    assert message(ValueError, solver.solve, narrow) == f"targets has {float32}"
+    assert message(ValueError, solver.solve, twisted_ends(MESH), rotations=narrow) == f"rotations has {float32}"
+    assert message(ValueError, solver.set_positions, narrow) == f"positions has {float32}"
+    assert message(ValueError, solver.energy, narrow) == f"positions has {float32}"
+
+
+def test_an_unsigned_array_is_not_an_index_array():
+    corners = MESH.corner_vertices.astype(np.uint32)
+    expected = "corner_vertices has dtype uint32, expected int32"
+    assert message(ValueError, arap_native.SurfaceArap, MESH.positions, corners, MESH.face_sizes) == expected
+
+
+def test_shapes_of_the_faces():
+    bind = arap_native.SurfaceArap
+    corners, sizes = MESH.corner_vertices, MESH.face_sizes
+    assert message(ValueError, bind, MESH.positions, corners) == (
+        "face_sizes is None, expected (f,) int32: only corner_vertices of shape (m, 3) need none"
+    )
+    assert message(ValueError, bind, MESH.positions, corners[:12].reshape(3, 4)) == (
+        "corner_vertices has shape (3, 4), expected (m, 3): one row per triangle"
+    )
+    assert message(ValueError, bind, MESH.positions, corners[:12].reshape(4, 3), sizes) == (
+        "corner_vertices has two dimensions and face_sizes is given, expected one of them: (m, 3) triangles alone, or "
+        "(c,) corners with face_sizes"
+    )
+    assert message(ValueError, bind, MESH.positions, corners[:8].reshape(2, 2, 2), sizes) == (
+        "corner_vertices has shape (2, 2, 2), expected (c,): one entry per corner, or (m, 3) for triangles"
+    )
+    assert message(ValueError, bind, MESH.positions, corners, sizes[:, None]) == (
+        "face_sizes has shape (90, 1), expected (f,): one entry per face"
+    )
+
+
+def test_lengths_of_vertex_properties():
+    bind = arap_native.SurfaceArap
+    assert message(ValueError, bind, *MESH, stiffness=np.ones(5)) == (
+        "stiffness has shape (5,), expected (96,): one entry per vertex"
+    )
+    assert message(ValueError, bind, *MESH, rigid_regions=np.zeros(5, np.int32)) == (
+        "rigid_regions has shape (5,), expected (96,): one entry per vertex"
+    )
+
+
+def test_shapes_of_constraints(solver):
+    assert message(ValueError, solver.set_constraints, VERTICES[:, None], STRENGTHS) == (
+        "vertices has shape (16, 1), expected (k,): one entry per constrained vertex"
+    )
+    assert message(ValueError, solver.set_constraints, VERTICES, STRENGTHS[:3]) == (
+        "strengths has shape (3,), expected (16,): one entry per constrained vertex"
+    )
+
+
+@pytest.mark.parametrize(
+    ("patches", "error", "expected"),
+    [
+        (PATCH[0], TypeError, "patches is not a tuple of three arrays, expected (offsets, vertices, weights)"),
+        (PATCH[:2], TypeError, "patches is not a tuple of three arrays, expected (offsets, vertices, weights)"),
+        ((PATCH[0].astype(float), *PATCH[1:]), ValueError, "patch offsets has dtype float64, expected int32"),
+        (
+            (PATCH[0][None], *PATCH[1:]),
+            ValueError,
+            "patch offsets has shape (1, 2), expected (n_patches + 1,): where each patch begins, and the end",
+        ),
+        (
+            (PATCH[0], PATCH[1][None], PATCH[2]),
+            ValueError,
+            "patch vertices has shape (1, 2), expected (e,): one entry per vertex of a patch",
+        ),
+        (
+            (*PATCH[:2], np.ones(3)),
+            ValueError,
+            "patch weights has shape (3,), expected (2,): one entry per vertex of a patch",
+        ),
+    ],
+)
+def test_shapes_of_patches(solver, patches, error, expected):
+    assert message(error, solver.set_constraints, VERTICES, STRENGTHS, patches) == expected
+
+
+def test_shapes_of_targets_and_positions(solver):
+    solver.set_constraints(VERTICES[:4], STRENGTHS[:4], PATCH)
+    assert message(ValueError, solver.solve, np.zeros((3, 2))) == (
+        "targets has shape (3, 2), expected (5, 3): one row per constrained vertex, then one per patch"
+    )
+    assert message(ValueError, solver.solve, np.zeros((5, 3)), rotations=np.zeros((4, 3, 3))) == (
+        "rotations has shape (4, 3, 3), expected (5, 3, 3): one matrix per row of targets"
+    )
+    expected = "positions has shape (95, 3), expected (96, 3): one row per vertex"
+    assert message(ValueError, solver.set_positions, MESH.positions[1:]) == expected
+    assert message(ValueError, solver.energy, MESH.positions[1:]) == expected
+
+
+# ------------------------------------------------------------------------------------------- options and callbacks
+
+
+def test_options_list_the_valid_names():
+    assert message(ValueError, arap_native.Options, energy="arap") == (
+        "energy = 'arap', must be one of 'spokes_and_rims', 'spokes'"
+    )
+    assert message(ValueError, arap_native.Options, weights="cot") == (
+        "weights = 'cot', must be one of 'cotangent', 'uniform'"
+    )
+    guesses = "'previous', 'rest', 'naive_laplacian', 'handle_rotations'"
+    assert message(ValueError, arap_native.SolveOptions, initial_guess="") == (
+        f"initial_guess = '', must be one of {guesses}"
+    )
+    assert message(ValueError, setattr, arap_native.SolveOptions(), "initial_guess", "no") == (
+        f"initial_guess = 'no', must be one of {guesses}"
+    )
+
+
+@pytest.mark.parametrize(
+    ("make", "expected"),
+    [
+        (lambda: arap_native.Options(threads=-1), "threads = -1, must be >= 0"),
+        (lambda: arap_native.SolveOptions(max_iterations=0), "max_iterations = 0, must be >= 1"),
+        (lambda: arap_native.SolveOptions(energy_tolerance=-1.0), "energy_tolerance = -1, must be finite and >= 0"),
+        (lambda: arap_native.SolveOptions(step_tolerance=np.nan), "step_tolerance = nan, must be finite and >= 0"),
+        (lambda: arap_native.SolveOptions(time_limit_s=0.0), "time_limit_s = 0, must be > 0"),
+    ],
+)
+def test_options_name_field_value_and_bound(make, expected):
+    assert message(ValueError, make).startswith(expected)
+
+
+def test_options_are_given_by_name_and_are_no_numbers():
+    with pytest.raises(TypeError):
+        arap_native.Options("spokes")
+    with pytest.raises(TypeError):
+        arap_native.Options(energy=1)
+    with pytest.raises(TypeError):
+        arap_native.SolveOptions(max_iterations=2.5)
+    with pytest.raises(AttributeError):
+        arap_native.SolveOptions().max_iteration = 3
+    with pytest.raises(TypeError):
+        arap_native.SurfaceArap(*MESH, arap_native.SolveOptions())
+
+
+def test_progress_has_to_be_callable(solver):
+    expected = "progress is of type int, expected a callable or None"
+    assert message(TypeError, arap_native.SurfaceArap, *MESH, progress=3) == expected
+    assert message(TypeError, solver.set_constraints, VERTICES, STRENGTHS, progress=3) == expected
+    assert message(TypeError, solver.solve, twisted_ends(MESH), progress=3) == expected
+
+
+# -------------------------------------------------------------------------- the library's refusals, as Python sees them
+
+
+def test_bad_values_are_value_errors_that_name_the_place(solver):
+    bind = arap_native.SurfaceArap
+    bad = MESH.positions.copy()
+    bad[17, 1] = np.nan
+    assert "vertex 17" in message(ValueError, bind, bad, *MESH[1:])
+    corners = MESH.corner_vertices.copy()
+    corners[5] = -1
+    assert "vertex -1" in message(ValueError, bind, MESH.positions, corners, MESH.face_sizes)
+    corners[5] = 96
+    assert "vertex 96" in message(ValueError, bind, MESH.positions, corners, MESH.face_sizes)
+    assert "stiffness" in message(ValueError, bind, *MESH, stiffness=np.zeros(96))
+
+    vertices = VERTICES.copy()
+    vertices[3] = -2
+    assert "vertex -2" in message(ValueError, solver.set_constraints, vertices, STRENGTHS)
+    assert "strengths[0] = 2" in message(ValueError, solver.set_constraints, VERTICES, STRENGTHS * 2)
+    falling = (np.array([0, 9, 2], np.int32), *PATCH[1:])
+    assert "patch" in message(ValueError, solver.set_constraints, VERTICES, STRENGTHS, falling)
+
+    targets = twisted_ends(MESH)
+    targets[4, 2] = np.inf
+    assert "targets" in message(ValueError, solver.solve, targets)
+    rotations = np.tile(np.eye(3), (16, 1, 1))
+    rotations[2] = np.nan
+    assert "rotations" in message(ValueError, solver.solve, twisted_ends(MESH), rotations=rotations)
+    bad = MESH.positions.copy()
+    bad[8] = np.inf
+    assert "vertex 8" in message(ValueError, solver.set_positions, bad)
+
+
+def test_empty_arrays_are_refused_with_what_is_missing(solver):
+    no_positions, no_indices = np.zeros((0, 3)), np.zeros(0, np.int32)
+    assert "rest_positions is empty" in message(
+        ValueError, arap_native.SurfaceArap, no_positions, no_indices, no_indices
+    )
+    assert "nothing is constrained" in message(ValueError, solver.set_constraints, no_indices, np.zeros(0))
+    assert message(ValueError, solver.solve, no_positions) == (
+        "targets has shape (0, 3), expected (16, 3): one row per constrained vertex, then one per patch"
+    )
+
+
+def test_a_mesh_without_faces_is_all_loose_vertices():
+    no_triangles = np.zeros((0, 3), np.int32)
+    solver = arap_native.SurfaceArap(MESH.positions, no_triangles)
+    assert solver.n_parts == 0
+    assert len(solver.loose_vertices) == 96
+
+
+def test_solving_without_constraints_says_what_to_do():
+    solver = arap_native.SurfaceArap(*MESH)
+    assert "set_constraints" in message(ValueError, solver.solve, np.zeros((3, 3)))
+
+
+def test_a_refused_call_changes_nothing(solver):
+    solver.solve(twisted_ends(MESH))
+    before, factorizations = solver.positions, solver.n_factorizations
+    for call in (
+        lambda: solver.set_constraints(VERTICES, STRENGTHS * 2),
+        lambda: solver.solve(np.full((16, 3), np.nan)),
+        lambda: solver.set_positions(np.full((96, 3), np.nan)),
+        lambda: solver.set_positions(np.zeros((3, 3))),
+    ):
+        message(ValueError, call)
+        assert np.array_equal(solver.positions, before)
+    assert solver.n_factorizations == factorizations
+    solver.solve(twisted_ends(MESH))
