@@ -18,23 +18,22 @@ constexpr double kHardStrength = 1 - 1e-9;
 
 }  // namespace
 
-BoundConstraints::BoundConstraints(const BoundModel& model, RigidRegions regions, const ConstraintSet& set,
+BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet& set,
                                    const std::vector<int>& model_vertex, const Progress& progress)
-    : regions_(std::move(regions)) {
+    : regions_(model.regions) {
   merge_entries(model, set, model_vertex);
   merge_patches(model, set, model_vertex);
   regions_.set_constraints(is_hard_, soft_diagonal_);
-  const SparseMatrix reduced = regions_.reduce(model.energy.K);
-  find_rest(model, reduced);
+  find_rest(model);
+  const std::vector<char> is_fixed = fixed_unknowns();
   for (size_t p = 0; p < patches_.size(); ++p) {
-    const std::vector<char> is_fixed = fixed_unknowns();
     const bool can_move = std::any_of(patches_[p].indices.begin(), patches_[p].indices.end(),
                                       [&](int v) { return is_fixed[regions_.unknown_of(v)] == 0; });
     if (!can_move)
       throw InvalidInput(text("patch ", p, " consists of hard vertices only; take it or them out of the constraints"));
   }
-  system_ = std::make_unique<ConstrainedSystem>(reduced, fixed_unknowns(), reduced_diagonal(soft_diagonal_),
-                                                reduced_patches(), progress);
+  system_ = std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix, is_fixed,
+                                                reduced_diagonal(soft_diagonal_), reduced_patches(), progress);
 }
 
 void BoundConstraints::merge_entries(const BoundModel& model, const ConstraintSet& set,
@@ -93,11 +92,11 @@ void BoundConstraints::merge_patches(const BoundModel& model, const ConstraintSe
   }
 }
 
-void BoundConstraints::find_rest(const BoundModel& model, const SparseMatrix& reduced) {
+void BoundConstraints::find_rest(const BoundModel& model) {
   const auto n = static_cast<int>(model.rest.rows());
   UnionFind components(n);
   for (int column = 0; column < n; ++column)
-    for (SparseMatrix::InnerIterator it(reduced, column); it; ++it)
+    for (SparseMatrix::InnerIterator it(model.system_matrix, column); it; ++it)
       if (it.value() != 0) components.join(column, static_cast<int>(it.row()));
   std::vector<char> is_component_constrained(n, 0);
   const auto component = [&](int v) { return components.find(regions_.unknown_of(v)); };
@@ -162,7 +161,8 @@ const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& mo
     Eigen::VectorXd soft = soft_diagonal_;
     for (Eigen::Index v = 0; v < soft.size(); ++v)
       if (soft[v] > 0) soft[v] *= diagonal_squared[v] / diagonal[v];
-    laplacian_system_ = std::make_unique<ConstrainedSystem>(regions_.reduce(K_squared), fixed_unknowns(),
+    const SparseMatrix reduced = regions_.reduce(K_squared);
+    laplacian_system_ = std::make_unique<ConstrainedSystem>(*make_linear_solver(reduced), reduced, fixed_unknowns(),
                                                             reduced_diagonal(soft), reduced_patches(), Progress{});
   }
   return *laplacian_system_;

@@ -18,6 +18,13 @@ struct BoundModel {
   std::vector<int> part_of_vertex;  ///< (n,) -1 = loose
   int n_parts = 0;
   int threads = 1;
+  RigidRegions regions;                  ///< without constraints
+  SparseMatrix system_matrix;            ///< K over the unknowns of the regions
+  std::unique_ptr<LinearSolver> solver;  ///< for the pattern of system_matrix
+
+  BoundModel() : regions({}, energy, rest) {}
+  BoundModel(const BoundModel&) = delete;  // regions refers to energy and rest
+  BoundModel& operator=(const BoundModel&) = delete;
 };
 
 /// A set of constraints bound to a model: entries on the same model vertex merged, what is fixed and what is free
@@ -26,8 +33,8 @@ class BoundConstraints {
  public:
   /// @param model_vertex  model vertex of each input vertex
   /// Throws InvalidInput, SolverError or Cancelled.
-  BoundConstraints(const BoundModel& model, RigidRegions regions, const ConstraintSet& set,
-                   const std::vector<int>& model_vertex, const Progress& progress);
+  BoundConstraints(const BoundModel& model, const ConstraintSet& set, const std::vector<int>& model_vertex,
+                   const Progress& progress);
 
   /// Targets (n_entries + n_patches, 3) on the model: (n, 3) for constrained vertices, 0 elsewhere. A vertex with
   /// several entries takes their mean, weighted by strength.
@@ -58,7 +65,7 @@ class BoundConstraints {
  private:
   void merge_entries(const BoundModel& model, const ConstraintSet& set, const std::vector<int>& model_vertex);
   void merge_patches(const BoundModel& model, const ConstraintSet& set, const std::vector<int>& model_vertex);
-  void find_rest(const BoundModel& model, const SparseMatrix& reduced);
+  void find_rest(const BoundModel& model);
   [[nodiscard]] std::vector<char> fixed_unknowns() const;
   [[nodiscard]] Eigen::VectorXd reduced_diagonal(const Eigen::VectorXd& diagonal) const;
   [[nodiscard]] std::vector<Average> reduced_patches() const;

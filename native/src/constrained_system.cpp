@@ -24,10 +24,10 @@ Eigen::RowVector3d Average::of(const Positions& x) const {
   return sum;
 }
 
-ConstrainedSystem::ConstrainedSystem(const SparseMatrix& K, std::vector<char> is_fixed,
+ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K, std::vector<char> is_fixed,
                                      const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
                                      const Progress& progress)
-    : A_(K), is_fixed_(std::move(is_fixed)), averages_(std::move(averages)), solver_(make_linear_solver()) {
+    : A_(K), is_fixed_(std::move(is_fixed)), averages_(std::move(averages)) {
   report(progress, 0.1);
   A_.diagonal() += soft_diagonal;
   const std::vector<int> grounded = find_unheld();
@@ -36,11 +36,11 @@ ConstrainedSystem::ConstrainedSystem(const SparseMatrix& K, std::vector<char> is
   for (const int i : grounded) grounding.push_back(A_.coeff(i, i));
   report(progress, 0.2);
   if (grounded.empty()) {
-    solver_->factorize(A_, is_fixed_);
+    factor_ = solver.factorize(A_, is_fixed_);
   } else {
     SparseMatrix held = A_;
     for (size_t k = 0; k < grounded.size(); ++k) held.coeffRef(grounded[k], grounded[k]) += grounding[k];
-    solver_->factorize(held, is_fixed_);
+    factor_ = solver.factorize(held, is_fixed_);
   }
   report(progress, 0.8);
   prepare_dense_part(grounded, grounding);
@@ -80,7 +80,7 @@ std::vector<int> ConstrainedSystem::find_unheld() const {
 Eigen::VectorXd ConstrainedSystem::column_solution(const Average& column) const {
   Positions b = Positions::Zero(A_.rows(), 3);
   for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], 0) += column.weights[k];
-  solver_->solve(b);
+  factor_->solve(b);
   return b.col(0);
 }
 
@@ -123,7 +123,7 @@ void ConstrainedSystem::prepare_dense_part(const std::vector<int>& grounded, con
 void ConstrainedSystem::correct(Positions& residual, const Positions& gaps, Positions& multipliers) const {
   for (Eigen::Index i = 0; i < residual.rows(); ++i)
     if (is_fixed_[i] != 0) residual.row(i).setZero();
-  solver_->solve(residual);
+  factor_->solve(residual);
   multipliers.resize(averages_.size(), 3);
   if (averages_.empty()) return;
   Eigen::MatrixX3d right(columns_.size(), 3);

@@ -27,12 +27,13 @@ struct Average {
 /// in the factor, and the small dense system of the multipliers takes the grounding out again.
 class ConstrainedSystem {
  public:
+  /// @param solver         made for the pattern of K
   /// @param K              (n, n) symmetric positive semi-definite, stored whole
   /// @param is_fixed       (n,)
   /// @param soft_diagonal  (n,) >= 0
   /// Throws SolverError, or Cancelled.
-  ConstrainedSystem(const SparseMatrix& K, std::vector<char> is_fixed, const Eigen::VectorXd& soft_diagonal,
-                    std::vector<Average> averages, const Progress& progress);
+  ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K, std::vector<char> is_fixed,
+                    const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages, const Progress& progress);
 
   /// A, without erasing and grounding.
   [[nodiscard]] const SparseMatrix& matrix() const { return A_; }
@@ -52,7 +53,7 @@ class ConstrainedSystem {
   SparseMatrix A_;
   std::vector<char> is_fixed_;
   std::vector<Average> averages_;
-  std::unique_ptr<LinearSolver> solver_;
+  std::unique_ptr<Factorization> factor_;
   /// Columns: the averages, then the grounded unknowns (with sign), restricted to free unknowns.
   std::vector<Average> columns_;
   Eigen::MatrixXd column_solutions_;  ///< factor^-1 columns, (n, n_columns)

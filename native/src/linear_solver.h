@@ -9,8 +9,20 @@
 
 namespace arap {
 
-/// A direct solver of A x = b for a symmetric positive definite A with some rows and columns erased, for three
-/// right-hand sides at once.
+/// A factorized symmetric positive definite matrix.
+class Factorization {
+ public:
+  Factorization() = default;
+  Factorization(const Factorization&) = delete;
+  Factorization& operator=(const Factorization&) = delete;
+  virtual ~Factorization() = default;
+
+  /// Replaces b (n, 3) by the solution; erased rows become 0.
+  virtual void solve(Positions& b) const = 0;
+};
+
+/// A direct solver for matrices of one pattern. What depends on the pattern alone is done once, at construction; it
+/// serves every choice of values and of erased rows.
 class LinearSolver {
  public:
   LinearSolver() = default;
@@ -20,12 +32,11 @@ class LinearSolver {
 
   /// Factorizes A, stored whole, without the erased rows and columns. Throws SolverError where what is left is not
   /// positive definite.
-  virtual void factorize(const SparseMatrix& A, const std::vector<char>& is_erased) = 0;
-
-  /// Replaces b (n, 3) by the solution; erased rows become 0. May be called from several threads.
-  virtual void solve(Positions& b) const = 0;
+  [[nodiscard]] virtual std::unique_ptr<Factorization> factorize(const SparseMatrix& A,
+                                                                 const std::vector<char>& is_erased) const = 0;
 };
 
-[[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver();
+/// @param pattern  symmetric, stored whole, with its diagonal
+[[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern);
 
 }  // namespace arap

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "simplicial_ldlt.h"
 
+#include <Eigen/SparseCholesky>
+#include <utility>
+
 #include "arap/error.h"
 
 namespace arap {
@@ -24,31 +27,43 @@ SparseMatrix lower_triangle(const SparseMatrix& A, const std::vector<int>& kept)
   return result;
 }
 
+class SimplicialFactorization final : public Factorization {
+ public:
+  SimplicialFactorization(const SparseMatrix& A, std::vector<int> kept) : kept_(std::move(kept)) {
+    if (kept_.empty()) return;
+    factor_.compute(lower_triangle(A, kept_));
+    const bool is_definite = factor_.info() == Eigen::Success && (factor_.vectorD().array() > 0).all();
+    if (!is_definite)
+      throw SolverError("the system is not positive definite; look for parts of the mesh without stiffness");
+  }
+
+  void solve(Positions& b) const override {
+    if (kept_.empty()) {
+      b.setZero();
+      return;
+    }
+    const Eigen::MatrixX3d x = factor_.solve(Eigen::MatrixX3d(b(kept_, Eigen::all)));
+    b.setZero();
+    b(kept_, Eigen::all) = x;
+  }
+
+ private:
+  std::vector<int> kept_;  ///< the rows of A that are left
+  Eigen::SimplicialLDLT<SparseMatrix, Eigen::Lower> factor_;
+};
+
 }  // namespace
 
-void SimplicialLdlt::factorize(const SparseMatrix& A, const std::vector<char>& is_erased) {
-  kept_.clear();
+std::unique_ptr<Factorization> SimplicialLdlt::factorize(const SparseMatrix& A,
+                                                         const std::vector<char>& is_erased) const {
+  std::vector<int> kept;
   for (int i = 0; i < static_cast<int>(A.rows()); ++i)
-    if (is_erased[i] == 0) kept_.push_back(i);
-  if (kept_.empty()) return;
-  factor_.compute(lower_triangle(A, kept_));
-  const bool is_definite = factor_.info() == Eigen::Success && factor_.vectorD().minCoeff() > 0;
-  if (!is_definite)
-    throw SolverError("the system is not positive definite; look for parts of the mesh without stiffness");
+    if (is_erased[i] == 0) kept.push_back(i);
+  return std::make_unique<SimplicialFactorization>(A, std::move(kept));
 }
 
-void SimplicialLdlt::solve(Positions& b) const {
-  if (kept_.empty()) {
-    b.setZero();
-    return;
-  }
-  Eigen::MatrixX3d kept_b(kept_.size(), 3);
-  for (size_t k = 0; k < kept_.size(); ++k) kept_b.row(k) = b.row(kept_[k]);
-  const Eigen::MatrixX3d x = factor_.solve(kept_b);
-  b.setZero();
-  for (size_t k = 0; k < kept_.size(); ++k) b.row(kept_[k]) = x.row(k);
+std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& /*pattern*/) {
+  return std::make_unique<SimplicialLdlt>();
 }
-
-std::unique_ptr<LinearSolver> make_linear_solver() { return std::make_unique<SimplicialLdlt>(); }
 
 }  // namespace arap

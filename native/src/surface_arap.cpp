@@ -124,8 +124,7 @@ struct SurfaceArap::Impl {
       : normalization(mesh.positions()),
         loose_vertices(mesh.loose_vertices()),
         input_part_of_vertex(mesh.part_of_vertex()),
-        join(no_join(0)),
-        regions({}, model.energy, model.rest) {
+        join(no_join(0)) {
     const Positions normalized = normalization.to_model(mesh.positions());
     const std::vector<int> same_as = coincident_with(normalized, kSamePlace);
     report_coincident(same_as);
@@ -137,7 +136,9 @@ struct SurfaceArap::Impl {
     model.threads = choose_threads(options.threads, model_mesh.n_vertices());
     model.energy =
         assemble_surface_energy(model_mesh, options, join.to_model(properties.stiffness), model.threads, progress);
-    regions = RigidRegions(join.to_model(properties.rigid_regions), model.energy, model.rest);
+    model.regions = RigidRegions(join.to_model(properties.rigid_regions), model.energy, model.rest);
+    model.system_matrix = model.regions.reduce(model.energy.K);
+    model.solver = make_linear_solver(model.system_matrix);
     for (size_t v = 0; v < input_part_of_vertex.size(); ++v)
       input_part_of_vertex[v] = model.part_of_vertex[join.model_vertex[v]];
     reset();
@@ -154,7 +155,7 @@ struct SurfaceArap::Impl {
   void reset() {
     pose.positions = model.rest;
     pose.rotations.assign(model.energy.n_cells(), Matrix3::Identity());
-    pose.placements = regions.fit_placements(pose.positions);
+    pose.placements = model.regions.fit_placements(pose.positions);
   }
 
   SolveResult solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,
@@ -178,7 +179,6 @@ struct SurfaceArap::Impl {
   std::vector<int> input_part_of_vertex;
   SeamJoin join;
   BoundModel model;
-  RigidRegions regions;  ///< without constraints
   ConstraintSet constraint_set;
   std::unique_ptr<BoundConstraints> constraints;
   Pose pose;
@@ -249,8 +249,7 @@ SurfaceArap& SurfaceArap::operator=(SurfaceArap&&) noexcept = default;
 void SurfaceArap::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
   constraints.validate(n_vertices());
   if (impl_->constraints != nullptr && constraints == impl_->constraint_set) return;
-  auto bound =
-      std::make_unique<BoundConstraints>(impl_->model, impl_->regions, constraints, impl_->join.model_vertex, progress);
+  auto bound = std::make_unique<BoundConstraints>(impl_->model, constraints, impl_->join.model_vertex, progress);
   ConstraintSet copy = constraints;
   impl_->constraints = std::move(bound);
   impl_->constraint_set = std::move(copy);
