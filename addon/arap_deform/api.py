@@ -28,7 +28,6 @@ from .api_handles import (
     add_handles_for,
     add_pin,
     add_pin_group,
-    handle_matrices,
     handle_problem,
     remove_handle,
     remove_pin,
@@ -38,25 +37,22 @@ from .api_handles import (
     update_handle_display,
 )
 from .api_pose import (
-    PoseState,
-    SessionInput,
     adopt_session,
-    apply_pose_as_rest,
-    bake_pose,
     build_session,
-    capture_state,
     check_live,
     end_session,
     prepare_session,
     readout,
-    reset_pose,
-    restore_state,
     session_input,
     solve,
+    sync_session,
     update_pose,
 )
+from .api_result import PoseState, apply_pose_as_rest, bake_pose, capture_state, reset_pose, restore_state
+from .handle_io import handle_matrices
 from .native import problem as native_problem
 from .session import Cancelled, Readout, Session
+from .sessions import SessionInput
 
 __all__ = [
     "BakeEstimate",
@@ -95,6 +91,7 @@ __all__ = [
     "set_handle_group",
     "set_handle_target",
     "solve",
+    "sync_session",
     "update_handle_display",
     "update_pose",
 ]

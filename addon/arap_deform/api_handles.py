@@ -3,32 +3,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 from numpy.typing import NDArray
+
+from . import handle_io, mesh_io
+from .handle_map import Floats
 
 if TYPE_CHECKING:
     from .properties import ArapHandle, ArapPin
 
 VertexIndices = Sequence[int] | NDArray[np.integer]
 
+SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of the mesh's diagonal
+AT_REST = 1e-4  # how far a handle's motion may be from none, and its shift as a fraction of the diagonal
+
+_is_making = False
+
 
 def add_pin(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Pin") -> ArapPin:
     """Makes a vertex group of ``vertices`` (weight 1) and pins it at rest."""
-    raise NotImplementedError
+    mesh_io.check_mesh(obj)
+    indices = _checked_indices(obj, vertices)
+    pin = add_pin_group(obj, _new_group(obj, indices, name))
+    pin.has_made_group = True
+    return pin
 
 
 def add_pin_group(obj: bpy.types.Object, vertex_group: str) -> ArapPin:
     """Pins an existing vertex group; where it is pinned already, returns that pin, enabled."""
-    raise NotImplementedError
+    mesh_io.check_mesh(obj)
+    _check_group(obj, vertex_group)
+    pins = obj.arap.pins
+    pin: ArapPin | None = pins.get(vertex_group)
+    if pin is None:
+        pin = pins.add()
+        pin.name = vertex_group
+    pin.is_enabled = True
+    obj.arap.active_pin_index = pins.find(vertex_group)
+    return pin
 
 
 def remove_pin(obj: bpy.types.Object, index: int) -> None:
     """Removes a pin, and its vertex group where the pin made it and nothing else uses it."""
-    raise NotImplementedError
+    pins = obj.arap.pins
+    pin = _item(obj, pins, index, "pin")
+    group = pin.name if pin.has_made_group else ""
+    pins.remove(index)
+    obj.arap.active_pin_index = max(0, min(obj.arap.active_pin_index, len(pins) - 1))
+    _remove_group(obj, group)
 
 
 def add_handle(
@@ -40,9 +68,34 @@ def add_handle(
     """Makes a vertex group of ``vertices`` (weight 1) and an empty that moves it.
 
     The empty stands at the group's centroid (or at ``location``, world space), sized to the group, in the object's
-    collections. On a posed mesh it stands where the pose has taken the group, and the mesh does not move.
+    collection, and is parented to the object, so that it goes where the object goes. On a posed mesh it stands where
+    the pose has taken the group, and the mesh does not move.
     """
-    raise NotImplementedError
+    mesh_io.check_mesh(obj)
+    indices = _checked_indices(obj, vertices)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    world = handle_io.object_matrix(obj, depsgraph)
+    rest = mesh_io.read_rest(obj)
+    fit = world @ handle_io.fit_to_pose(obj, depsgraph, indices, rest) @ np.linalg.inv(world)
+
+    points = handle_io.transformed(world, rest[indices])
+    centre = points.mean(axis=0)
+    if location is not None:
+        centre = handle_io.transformed(np.linalg.inv(fit), np.array([location], dtype=np.float64))[0]
+    at_rest = np.eye(4)
+    at_rest[:3, 3] = centre
+
+    with _making():
+        handle = _new_handle(obj, _new_group(obj, indices, name), name)
+        handle.has_made_group = handle.has_made_target = True
+        handle.target = _new_empty(obj, name, world, fit @ at_rest)
+        handle.rest = Matrix(np.linalg.inv(world) @ at_rest)
+        handle.group_radius = max(
+            float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
+            SMALLEST_HANDLE * handle_io.diagonal_of(handle_io.transformed(world, rest)),
+        )
+    update_handle_display(obj)
+    return handle
 
 
 def add_handle_for(
@@ -51,32 +104,106 @@ def add_handle_for(
     """Makes a handle for an existing object, or a bone of an armature, with a vertex group of its own.
 
     Args:
+        obj: the mesh.
+        target: the object, or the armature of ``bone``.
+        bone: name of a pose bone, '' for the object itself.
         radius: world units; the group takes the vertices, as posed, within this distance of the target's origin
             (the bone's head), or the nearest one where there is none, or where ``radius`` is None.
     """
-    raise NotImplementedError
+    mesh_io.check_mesh(obj)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    reason = handle_io.target_problem(obj, target, bone, depsgraph)
+    if reason:
+        raise ValueError(f"'{obj.name}' cannot take the handle: {reason}")
+    world = handle_io.object_matrix(obj, depsgraph)
+    shown = handle_io.transformed(world, handle_io.shown_positions(obj, mesh_io.read_rest(obj)))
+    distance = np.linalg.norm(shown - handle_io.target_matrix(target, bone, depsgraph)[:3, 3], axis=1)
+    within = np.flatnonzero(distance <= radius) if radius is not None else ()
+    indices = np.asarray(within if len(within) else [int(distance.argmin())], dtype=np.int32)
+    name = bone or target.name
+    with _making():
+        handle = _new_handle(obj, _new_group(obj, indices, name), name)
+        handle.has_made_group = True
+        handle.target = target
+        handle.bone = bone
+    take_over(obj, handle)
+    return handle
 
 
 def add_handles_for(
     obj: bpy.types.Object, targets: Sequence[bpy.types.Object], radius: float | None = None
 ) -> list[ArapHandle]:
     """add_handle_for() each of ``targets``; all or none."""
-    raise NotImplementedError
+    mesh_io.check_mesh(obj)
+    if not targets:
+        raise ValueError(f"'{obj.name}' has no objects to take as handles: select some besides the mesh")
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    for target in targets:
+        reason = handle_io.target_problem(obj, target, "", depsgraph)
+        if reason:
+            raise ValueError(f"'{obj.name}' cannot take the handle: {reason}")
+    first = len(obj.arap.handles)
+    for target in targets:
+        add_handle_for(obj, target, radius=radius)
+    return list(obj.arap.handles[first:])
 
 
 def remove_handle(obj: bpy.types.Object, index: int) -> None:
     """Removes a handle, and the vertex group and the empty it made where nothing else uses them."""
-    raise NotImplementedError
+    handles = obj.arap.handles
+    handle = _item(obj, handles, index, "handle")
+    group = handle.vertex_group if handle.has_made_group else ""
+    target = handle.target if handle.has_made_target else None
+    handles.remove(index)
+    obj.arap.active_handle_index = max(0, min(obj.arap.active_handle_index, len(handles) - 1))
+    _remove_group(obj, group)
+    if target is not None and not _is_used(target):
+        bpy.data.objects.remove(target)
 
 
 def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Object, bone: str = "") -> None:
     """Gives a handle another object or bone. The mesh does not move: the new one takes over where it stands."""
-    raise NotImplementedError
+    handle = _item(obj, obj.arap.handles, index, "handle")
+    reason = handle_io.target_problem(obj, target, bone, bpy.context.evaluated_depsgraph_get())
+    if reason:
+        raise ValueError(f"Handle '{handle.name}' of '{obj.name}' cannot take it: {reason}")
+    with _making():
+        handle.has_made_target = handle.has_made_target and handle.target == target
+        handle.target = target
+        handle.bone = bone
+    take_over(obj, handle)
 
 
 def set_handle_group(obj: bpy.types.Object, index: int, vertex_group: str) -> None:
-    """Gives a handle another vertex group of ``obj``; its target stays."""
-    raise NotImplementedError
+    """Gives a handle another vertex group of ``obj``; the mesh does not move."""
+    handle = _item(obj, obj.arap.handles, index, "handle")
+    _check_group(obj, vertex_group)
+    with _making():
+        handle.has_made_group = handle.has_made_group and handle.vertex_group == vertex_group
+        handle.vertex_group = vertex_group
+    take_over(obj, handle)
+
+
+def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
+    """Sets the handle's rest matrix so that the pose shown is the one its target stands for now.
+
+    Called when somebody gives a handle another target, bone or group: the mesh must not jump. Does nothing while the
+    handle lacks one of them.
+    """
+    if _is_making:
+        return
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    if handle_io.problem_of(obj, handle, depsgraph) or obj.type != "MESH" or obj.mode == "EDIT":
+        return
+    world = handle_io.object_matrix(obj, depsgraph)
+    fit = np.eye(4)
+    if handle_io.pose_key(obj) is not None:
+        weights = mesh_io.read_weights(obj, [handle.vertex_group])[handle.vertex_group]
+        indices = np.flatnonzero(weights > 0.0)
+        if len(indices):
+            fit = handle_io.fit_to_pose(obj, depsgraph, indices, mesh_io.read_rest(obj))
+    matrix = handle_io.target_matrix(handle.target, handle.bone, depsgraph)
+    handle.rest = Matrix(np.linalg.inv(fit) @ np.linalg.inv(world) @ matrix)
 
 
 def reset_handles(obj: bpy.types.Object) -> list[str]:
@@ -85,22 +212,140 @@ def reset_handles(obj: bpy.types.Object) -> list[str]:
     Returns:
         Names of the handles that something else (animation, a constraint, a driver) holds away from there.
     """
-    raise NotImplementedError
+    mesh_io.check_mesh(obj)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    handles = [h for h in obj.arap.handles if not handle_io.problem_of(obj, h, depsgraph)]
+    by_depth: dict[int, list[ArapHandle]] = {}
+    for handle in handles:
+        by_depth.setdefault(_depth(handle), []).append(handle)
+    # Parents first: a child's new transform is relative to where its parent stands by then.
+    for depth in sorted(by_depth):
+        world = obj.evaluated_get(depsgraph).matrix_world
+        for handle in by_depth[depth]:
+            if handle.bone:
+                armature = handle.target.evaluated_get(depsgraph).matrix_world
+                handle.target.pose.bones[handle.bone].matrix = armature.inverted() @ world @ handle.rest
+            else:
+                handle.target.matrix_world = world @ handle.rest
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+    if not handles:
+        return []
+    diagonal = handle_io.diagonal_of(mesh_io.read_rest(obj))
+    return [handle.name for handle in handles if not _is_at_rest(handle_io.motion_of(obj, handle, depsgraph), diagonal)]
 
 
 def handle_problem(obj: bpy.types.Object, index: int) -> str:
     """Why a handle cannot work (no object, object deleted, bone or group missing ...), one sentence; '' if it can."""
-    raise NotImplementedError
-
-
-def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> NDArray[np.float64]:
-    """(h, 4, 4) float64 object-space motion of each enabled pin (identity), then of each enabled handle.
-
-    (O_now^-1 M_now)(O_rest^-1 M_rest)^-1, of evaluated matrices. The order is that of the session's handles.
-    """
-    raise NotImplementedError
+    handle = _item(obj, obj.arap.handles, index, "handle")
+    return handle_io.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
 
 
 def update_handle_display(obj: bpy.types.Object) -> None:
     """Gives the empties that the handles made the shape, size and colour of ``obj.arap``."""
-    raise NotImplementedError
+    settings = obj.arap
+    for handle in settings.handles:
+        if handle.has_made_target and handle.target is not None:
+            handle.target.empty_display_type = settings.handle_shape
+            handle.target.empty_display_size = settings.handle_size * handle.group_radius
+            handle.target.show_in_front = settings.handle_in_front
+            handle.target.color = settings.handle_color
+
+
+@contextmanager
+def _making() -> Iterator[None]:
+    """While a function here fills in a handle, half of it must not be taken for the artist's choice."""
+    global _is_making  # noqa: PLW0603 - Blender's update callbacks take no other message
+    _is_making = True
+    try:
+        yield
+    finally:
+        _is_making = False
+
+
+def _checked_indices(obj: bpy.types.Object, vertices: VertexIndices) -> NDArray[np.int32]:
+    indices: NDArray[np.integer] = np.unique(np.asarray(vertices))
+    n = len(obj.data.vertices)
+    if not indices.size:
+        raise ValueError(f"No vertices of '{obj.name}' were given: select some")
+    if indices.dtype.kind not in "iu":
+        raise ValueError(f"Vertices of '{obj.name}' must be whole numbers, not {indices.dtype}")
+    if indices[0] < 0 or indices[-1] >= n:
+        wrong = indices[0] if indices[0] < 0 else indices[-1]
+        raise ValueError(f"'{obj.name}' has no vertex {wrong}: its vertices are 0 to {n - 1}")
+    return indices.astype(np.int32)
+
+
+def _check_group(obj: bpy.types.Object, vertex_group: str) -> None:
+    if vertex_group not in obj.vertex_groups:
+        raise ValueError(f"'{obj.name}' has no vertex group '{vertex_group}': choose one of its groups")
+
+
+def _item(obj: bpy.types.Object, items: Sequence[ArapHandle], index: int, noun: str) -> ArapHandle:
+    if not 0 <= index < len(items):
+        raise ValueError(f"'{obj.name}' has no {noun} {index}: it has {len(items)}")
+    return items[index]
+
+
+def _new_group(obj: bpy.types.Object, indices: NDArray[np.int32], name: str) -> str:
+    group = obj.vertex_groups.new(name=name)
+    group.add(indices.tolist(), 1.0, "REPLACE")
+    return str(group.name)
+
+
+def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
+    handles = obj.arap.handles
+    names = {handle.name for handle in handles}
+    unique, number = name, 0
+    while unique in names:
+        number += 1
+        unique = f"{name}.{number:03d}"
+    handle: ArapHandle = handles.add()
+    handle.name = unique
+    handle.vertex_group = group
+    obj.arap.active_handle_index = len(handles) - 1
+    return handle
+
+
+def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) -> bpy.types.Object:
+    empty = bpy.data.objects.new(name, None)
+    collections = [c for c in obj.users_collection if c.library is None]
+    (collections[0] if collections else bpy.context.scene.collection).objects.link(empty)
+    empty.parent = obj
+    # Undone by the parent's own matrix today: the empty's axes are the world's, even under a stretched object.
+    empty.matrix_parent_inverse = Matrix(np.linalg.inv(world))
+    empty.matrix_basis = Matrix(matrix)
+    return empty
+
+
+def _remove_group(obj: bpy.types.Object, name: str) -> None:
+    """Removes a vertex group that nothing of the object uses any more; '' is none."""
+    group = obj.vertex_groups.get(name) if name else None
+    if group is None:
+        return
+    settings = obj.arap
+    keys = obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
+    used = {pin.name for pin in settings.pins} | {handle.vertex_group for handle in settings.handles}
+    used |= {settings.rigid_group, settings.stiffness_group} | {key.vertex_group for key in keys}
+    used |= {getattr(modifier, "vertex_group", "") for modifier in obj.modifiers}
+    if name not in used:
+        obj.vertex_groups.remove(group)
+
+
+def _is_used(empty: bpy.types.Object) -> bool:
+    """Whether other data (children, constraints, handles of other meshes) still refers to the empty."""
+    users = bpy.data.user_map(subset=[empty])[empty]
+    # A parent is not a user, but Blender's map counts the scene that shows the empty and its collections.
+    return any(isinstance(user, bpy.types.ID) and user.id_type not in {"SCENE", "COLLECTION"} for user in users)
+
+
+def _depth(handle: ArapHandle) -> int:
+    depth, parent = 0, handle.target.parent
+    while parent is not None:
+        depth, parent = depth + 1, parent.parent
+    # Bones below their armature, and each below its parents.
+    return depth + (1 + len(handle.target.pose.bones[handle.bone].parent_recursive) if handle.bone else 0)
+
+
+def _is_at_rest(motion: Floats, diagonal: float) -> bool:
+    difference = np.abs(motion - np.eye(4))
+    return bool(difference[:3, :3].max() <= AT_REST and difference[:3, 3].max() <= AT_REST * diagonal)

@@ -1,31 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Posing: sessions, one update, solving to the end, and what becomes of the pose."""
+"""Posing: sessions, one update, solving to the end."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import bpy
+import numpy as np
 
-from .session import Progress, Readout, Session
+from . import handle_io, mesh_io, native, sessions, shape_key
+from .handle_map import Floats, HandleSpec, Ints
+from .session import Progress, Readout, Session, SessionMesh, SessionSettings, regions_of, stiffness_of
+from .sessions import Counts, Live, MeshSignature, SessionInput
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-
-@dataclass(frozen=True)
-class SessionInput:
-    """Everything a session needs, read from the scene; holds no Blender data, so any thread may use it."""
-
-    object_name: str
-
-
-@dataclass(frozen=True)
-class PoseState:
-    """What the modal act gives back on Esc: the key's values and slider, and the handles' transforms. No Blender data."""
-
-    object_name: str
+BIND_SHARE = 0.3  # of the progress that solve() shows, where it has to bind first
 
 
 def session_input(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> SessionInput:
@@ -35,47 +23,96 @@ def session_input(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None =
         ValueError: not a mesh, in Edit Mode, linked or shared data, absolute keys, singular scale, a pin or handle
             without its group or object, nothing pinned or handled.
     """
-    raise NotImplementedError
+    return _read_input(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
 
 
 def build_session(inputs: SessionInput, progress: Progress | None = None) -> Session:
-    """Binds and factorizes. Touches no Blender data: may run in a worker thread; ``progress`` is called there."""
-    raise NotImplementedError
+    """Binds and factorizes. Touches no Blender data: may run in a worker thread; ``progress`` is called there.
+
+    Raises:
+        ValueError: the mesh cannot be used. RuntimeError: no native module, or the solver failed. Cancelled.
+    """
+    session = Session(
+        native.load(),
+        inputs.mesh,
+        inputs.stretch,
+        inputs.settings,
+        stiffness=inputs.stiffness,
+        rigid_regions=inputs.rigid_regions,
+        progress=_part(progress, 0.0, 0.5),
+    )
+    session.set_handles(inputs.specs, progress=_part(progress, 0.5, 1.0))
+    return session
 
 
 def adopt_session(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None:
-    """Makes ``session`` the object's live one and starts it from the pose shown. Main thread only."""
-    raise NotImplementedError
+    """Makes ``session`` the object's live one and starts it from the pose shown. Main thread only.
+
+    Raises:
+        RuntimeError: the mesh has changed since ``inputs`` were read.
+    """
+    reason = _counts_problem(obj, inputs)
+    if reason:
+        raise RuntimeError(f"{reason} while it was being prepared: start again")
+    sessions.put(obj.name, Live(session, inputs))
+    sync_session(obj)
+
+
+def sync_session(obj: bpy.types.Object) -> None:
+    """Lets the live session, if any, go on from the pose that the key shows now: after an undo, for example."""
+    live = sessions.get(obj.name)
+    if live is None:
+        return
+    key = shape_key.find(obj, obj.arap.key_name)
+    if key is None:
+        live.session.reset()
+    else:
+        live.session.set_positions(shape_key.read(key))
 
 
 def prepare_session(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None, progress: Progress | None = None
 ) -> Session:
-    """The object's live session, made, or brought up to date, where needed: session_input, build_session, adopt_session.
+    """The object's live session, made or brought up to date by session_input, build_session and adopt_session.
 
     A session that fits is kept; changed groups only factorize again; a changed mesh, scale or setting binds again.
+
+    Raises:
+        As session_input() and build_session(); a session that was there before stays.
     """
-    raise NotImplementedError
+    inputs = session_input(obj, depsgraph)
+    live = sessions.get(obj.name)
+    if live is None or sessions.difference_of_bind(live.inputs, inputs):
+        adopt_session(obj, inputs, build_session(inputs, progress))
+    else:
+        live.session.set_handles(inputs.specs, progress)
+        live.session.settings = inputs.settings
+        # The stretch stays the one that was bound: differences below the tolerance must not add up.
+        live.inputs = replace(inputs, stretch=live.inputs.stretch)
+    fresh = sessions.get(obj.name)
+    assert fresh is not None
+    return fresh.session
 
 
 def check_live(obj: bpy.types.Object, is_thorough: bool = False) -> str:
     """Why the object's live session no longer fits the scene, one sentence; '' while it does.
 
     Args:
+        obj: the mesh.
         is_thorough: compare topology, rest shape and weights too (milliseconds); False: counts, scale and
             settings (microseconds).
     """
-    raise NotImplementedError
+    return _live_problem(obj, bpy.context.evaluated_depsgraph_get(), is_thorough=is_thorough)
 
 
 def end_session(obj_or_name: bpy.types.Object | str) -> None:
     """Forgets the live session, if any. The pose stays."""
-    raise NotImplementedError
+    sessions.drop(obj_or_name if isinstance(obj_or_name, str) else obj_or_name.name)
 
 
 def readout(obj_or_name: bpy.types.Object | str) -> Readout | None:
     """What the last solve of this object did, for the panel; None before the first."""
-    raise NotImplementedError
+    return sessions.readout(obj_or_name if isinstance(obj_or_name, str) else obj_or_name.name)
 
 
 def update_pose(
@@ -88,13 +125,29 @@ def update_pose(
 ) -> Readout:
     """One live update: reads the handles, solves a few iterations, writes the key.
 
-    Needs a live session (prepare_session or adopt_session). ``readout.stop_reason`` is "converged" when nothing is
-    left to do at these handles.
+    Needs a live session (prepare_session or adopt_session). ``stop_reason`` is "converged" when nothing is left to do
+    at these handles.
 
     Raises:
         RuntimeError: no live session, or the mesh or scale has changed under it (the session has then ended).
+        ValueError: the key would not show the pose, or a handle cannot work; nothing has changed.
     """
-    raise NotImplementedError
+    depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
+    reason = _live_problem(obj, depsgraph, is_thorough=False)
+    live = sessions.get(obj.name)
+    if reason or live is None:
+        end_session(obj)
+        raise RuntimeError(f"{reason}: start posing again")
+    live.session.settings = settings_of(obj)
+    key = _writable_key(obj)
+    result = live.session.update(
+        handle_io.handle_matrices(obj, depsgraph),
+        iterations=iterations,
+        initial_guess=initial_guess,
+        time_limit_s=time_limit_s,
+    )
+    _write_pose(obj, key, live.session, result)
+    return result
 
 
 def solve(
@@ -103,30 +156,171 @@ def solve(
     """Poses the mesh for the handles where they are now, to convergence, and writes the key.
 
     Starts from rest with the guess from the handles' rotations: the same file gives the same result.
+
+    Raises:
+        As session_input() and build_session(), or ValueError where the key would not show the pose. The mesh stays
+        as it was in each case.
     """
-    raise NotImplementedError
+    depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
+    mesh_io.check_mesh(obj)
+    shape_key.check_writable(obj)
+    existing = shape_key.find(obj, obj.arap.key_name)
+    if existing is not None:
+        shape_key.check_shown(obj, existing)
+    is_bound = not _live_problem(obj, depsgraph, is_thorough=False)
+    session = prepare_session(obj, depsgraph, _part(progress, 0.0, 0.0 if is_bound else BIND_SHARE))
+    result = solve_from_rest(
+        session, handle_io.handle_matrices(obj, depsgraph), _part(progress, 0.0 if is_bound else BIND_SHARE, 1.0)
+    )
+    _write_pose(obj, _writable_key(obj), session, result)
+    return result
 
 
-def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
-    """Copies the pose shown by the live key to a new key (value 0); the live key stays."""
-    raise NotImplementedError
+def solve_from_rest(
+    session: Session, matrices: Floats, progress: Progress | None = None, time_limit_s: float | None = None
+) -> Readout:
+    """Starts from rest with the guess from the handles' rotations, and goes to convergence or the time limit.
+
+    Raises:
+        As Session.update(); the session is then where it was.
+    """
+    before = session.positions.copy()
+    session.reset()
+    try:
+        return session.update(
+            matrices,
+            initial_guess="handle_rotations",
+            to_convergence=True,
+            progress=progress,
+            time_limit_s=time_limit_s,
+        )
+    except BaseException:
+        session.set_positions(before)
+        raise
 
 
-def reset_pose(obj: bpy.types.Object) -> None:
-    """Puts the live key, and the session, back to rest. Handles stay where they are: see reset_handles."""
-    raise NotImplementedError
+def settings_of(obj: bpy.types.Object) -> SessionSettings:
+    """The solver's settings of ``obj.arap``."""
+    settings = obj.arap
+    return SessionSettings(
+        energy=settings.energy,
+        weights=settings.weights,
+        initial_guess=settings.initial_guess,
+        iterations_per_update=settings.iterations_per_update,
+        max_iterations=settings.max_iterations,
+        tolerance=settings.tolerance,
+        threads=settings.threads,
+        join_seams=settings.join_seams,
+    )
 
 
-def apply_pose_as_rest(obj: bpy.types.Object) -> None:
-    """Makes the pose the new rest shape: Basis takes it, other keys keep their offsets, handles are at rest here."""
-    raise NotImplementedError
+def _read_input(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, use_nodes: bool | None = None
+) -> SessionInput:
+    mesh_io.check_mesh(obj)
+    shape_key.check_writable(obj)
+    shape_key.check_name(obj, obj.arap.key_name)
+    handle_io.check_handles(obj, depsgraph)
+    groups = handle_io.enabled_groups(obj)
+    if not groups:
+        raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
+    property_groups = _property_groups(obj)
+    wanted = sorted({*groups, *(name for name in property_groups if name)})
+    weights = mesh_io.read_weights(obj, wanted, use_nodes=use_nodes)
+    mesh = mesh_io.read_mesh(obj)
+    stiffness, regions = _vertex_properties(property_groups, weights, mesh)
+    return SessionInput(
+        object_name=obj.name,
+        mesh=mesh,
+        stretch=mesh_io.read_stretch(obj, depsgraph),
+        settings=settings_of(obj),
+        specs=tuple(_spec(name, weights[name]) for name in groups),
+        group_names=groups,
+        signature=MeshSignature.of(_counts(obj), mesh, (stiffness, regions)),
+        property_groups=property_groups,
+        stiffness=stiffness,
+        rigid_regions=regions,
+    )
 
 
-def capture_state(obj: bpy.types.Object) -> PoseState:
-    """What restore_state() brings back."""
-    raise NotImplementedError
+def _vertex_properties(
+    groups: tuple[str, str], weights: dict[str, Floats], mesh: SessionMesh
+) -> tuple[Floats | None, Ints | None]:
+    stiffness_group, rigid_group = groups
+    return (
+        stiffness_of(weights[stiffness_group]) if stiffness_group else None,
+        regions_of(weights[rigid_group], mesh) if rigid_group else None,
+    )
 
 
-def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
-    """Back to ``state``: the key (removed where there was none), its slider, the handles' transforms, the session."""
-    raise NotImplementedError
+def _spec(name: str, weights: Floats) -> HandleSpec:
+    vertices = np.flatnonzero(weights > 0.0).astype(np.int32)
+    return HandleSpec(name, vertices, weights[vertices])
+
+
+def _property_groups(obj: bpy.types.Object) -> tuple[str, str]:
+    names = (obj.arap.stiffness_group, obj.arap.rigid_group)
+    for name in names:
+        if name and name not in obj.vertex_groups:
+            raise ValueError(f"'{obj.name}' has no vertex group '{name}' for stiffness or rigidity: choose another")
+    return names
+
+
+def _live_problem(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, is_thorough: bool) -> str:
+    live = sessions.get(obj.name)
+    if live is None:
+        return f"'{obj.name}' is not being posed"
+    try:
+        mesh_io.check_mesh(obj)
+        if is_thorough:
+            # Called within handlers, where nothing may be added to the scene.
+            fresh = _read_input(obj, depsgraph, use_nodes=False)
+            is_same = len(fresh.specs) == len(live.inputs.specs) and all(
+                a.is_same_as(b) for a, b in zip(fresh.specs, live.inputs.specs, strict=True)
+            )
+            return sessions.difference_of_bind(live.inputs, fresh) or (
+                "" if is_same else sessions.groups_differ(obj.name)
+            )
+        stretch = mesh_io.read_stretch(obj, depsgraph)
+    except ValueError as error:
+        return str(error)
+    reason = _counts_problem(obj, live.inputs)
+    if reason:
+        return reason
+    if handle_io.enabled_groups(obj) != live.inputs.group_names:
+        return sessions.groups_differ(obj.name)
+    names = (obj.arap.stiffness_group, obj.arap.rigid_group)
+    if settings_of(obj).of_bind != live.inputs.settings.of_bind or names != live.inputs.property_groups:
+        return sessions.settings_differ(obj.name)
+    return "" if sessions.is_same_stretch(live.inputs.stretch, stretch) else sessions.stretch_differs(obj.name)
+
+
+def _counts(obj: bpy.types.Object) -> Counts:
+    mesh = obj.data
+    return len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)
+
+
+def _counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
+    before, now = inputs.signature.counts, _counts(obj)
+    return "" if now == before else sessions.counts_differ(obj.name, before, now)
+
+
+def _writable_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
+    shape_key.check_writable(obj)
+    shape_key.check_name(obj, obj.arap.key_name)
+    key = shape_key.ensure(obj, obj.arap.key_name)
+    shape_key.check_shown(obj, key)
+    return key
+
+
+def _write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout) -> None:
+    shape_key.write(obj, key, session.positions)
+    shape_key.show(key)
+    sessions.set_readout(obj.name, result)
+
+
+def _part(progress: Progress | None, start: float, end: float) -> Progress | None:
+    """``progress`` for a part of the work, from ``start`` to ``end`` of the whole."""
+    if progress is None:
+        return None
+    return lambda fraction: progress(start + fraction * (end - start))

@@ -55,6 +55,12 @@ def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.C
     api.update_handle_display(settings.id_data)
 
 
+def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    from . import api_handles
+
+    api_handles.take_over(handle.id_data, handle)
+
+
 class ArapPin(bpy.types.PropertyGroup):
     """A vertex group that stays where it is at rest."""
 
@@ -75,10 +81,15 @@ class ArapHandle(bpy.types.PropertyGroup):
         name="Object",
         description="The object that moves the group: an empty, or an armature together with a bone",
         poll=_is_other_object,
+        update=_on_handle_changed,
     )
-    bone: StringProperty(name="Bone", description="Bone of the armature that moves the group")
+    bone: StringProperty(
+        name="Bone", description="Bone of the armature that moves the group", update=_on_handle_changed
+    )
     vertex_group: StringProperty(
-        name="Vertex Group", description="Vertices that follow: 1 follows exactly, less pulls, 0 is free"
+        name="Vertex Group",
+        description="Vertices that follow: 1 follows exactly, less pulls, 0 is free",
+        update=_on_handle_changed,
     )
     rest_matrix: FloatVectorProperty(
         name="Rest Matrix",
@@ -116,9 +127,7 @@ class ArapObject(bpy.types.PropertyGroup):
     energy: EnumProperty(
         name="Energy", description="What counts as stretching", items=ENERGIES, default="spokes_and_rims"
     )
-    weights: EnumProperty(
-        name="Weights", description="How much each edge counts", items=WEIGHTS, default="cotangent"
-    )
+    weights: EnumProperty(name="Weights", description="How much each edge counts", items=WEIGHTS, default="cotangent")
     initial_guess: EnumProperty(
         name="Start From", description="Where each update starts", items=INITIAL_GUESSES, default="previous"
     )
@@ -202,6 +211,10 @@ class ArapObject(bpy.types.PropertyGroup):
         min=0.0,
         max=1.0,
         update=_on_display_changed,
+    )
+
+    pose_act: IntProperty(
+        options={"HIDDEN"}, description="Number of the posing act that this state of the scene is part of; 0: of none"
     )
 
 

@@ -1,12 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handles, matrices, solver: what a handle's matrix means for vertices. No bpy."""
+"""Handles, matrices, solver: what a handle's matrix means for vertices. No bpy.
+
+Everything outside is object space. The solver works in object space times the stretch, where rigid means rigid as
+seen; only its own unit is visible outside: energies are in the square of world units.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .handle_map import Floats, HandleMap, HandleSpec, Ints, nearest_rotations
+
+if TYPE_CHECKING:
+    import arap_native
 
 Progress = Callable[[float], "bool | None"]
+
+RIGID_WEIGHT = 0.5  # weight in the rigid group from which a vertex belongs to a region
+STIFFEST = 100.0  # stiffness at weight 1; in between it grows by the same factor for the same step of weight
 
 
 class Cancelled(RuntimeError):
@@ -14,8 +31,50 @@ class Cancelled(RuntimeError):
 
 
 @dataclass(frozen=True)
+class SessionMesh:
+    """A mesh at rest, in object space.
+
+    Attributes:
+        rest_positions: (n, 3) float64.
+        corner_vertices: (c,) int32, the faces' vertices, one face after the other.
+        face_sizes: (f,) int32.
+    """
+
+    rest_positions: Floats
+    corner_vertices: Ints
+    face_sizes: Ints
+
+
+@dataclass(frozen=True)
+class SessionSettings:
+    """The settings of ``Object.arap`` that the solver sees; see there for what they mean."""
+
+    energy: str = "spokes_and_rims"
+    weights: str = "cotangent"
+    initial_guess: str = "previous"
+    iterations_per_update: int = 4
+    max_iterations: int = 200
+    tolerance: float = 1e-4
+    threads: int = 0
+    join_seams: bool = False
+
+    @property
+    def of_bind(self) -> tuple[str, str, int, bool]:
+        """The settings that only a new session can take."""
+        return self.energy, self.weights, self.threads, self.join_seams
+
+
+@dataclass(frozen=True)
 class Readout:
-    """What the last solve did. Energies in the square of world units, times in milliseconds."""
+    """What the last solve did.
+
+    Attributes:
+        energy, energy_before: in the square of world units.
+        step: last iteration's largest movement, as a fraction of the size.
+        stop_reason: "converged", "max_iterations" or "time_limit".
+        last_ms, bind_ms, factor_ms: milliseconds of this solve, of the bind and of the last factorization.
+        parts_at_rest: number of connected parts that nothing holds or moves.
+    """
 
     vertices: int
     free_vertices: int
@@ -32,4 +91,303 @@ class Readout:
 
 
 class Session:
-    """The live session of one mesh."""
+    """The live session of one mesh. Serves one thread at a time."""
+
+    def __init__(
+        self,
+        native: Any,
+        mesh: SessionMesh,
+        stretch: Floats,
+        settings: SessionSettings,
+        stiffness: Floats | None = None,
+        rigid_regions: Ints | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds.
+
+        Args:
+            native: the module arap_native.
+            mesh: at rest.
+            stretch: (3, 3) symmetric factor of the polar decomposition of matrix_world; see stretch_of().
+            settings: see SessionSettings.
+            stiffness: (n,) > 0, or None.
+            rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
+            progress: may stop the bind by returning False.
+
+        Raises:
+            ValueError: the mesh cannot be used; the message says where.
+            Cancelled: ``progress`` returned False.
+        """
+        self._native = native
+        self._stretch = np.ascontiguousarray(stretch, dtype=np.float64)
+        self._unstretch = np.linalg.inv(self._stretch)
+        self._is_stretched = not np.array_equal(self._stretch, np.eye(3))
+        self._rest = np.ascontiguousarray(mesh.rest_positions, dtype=np.float64)
+        self._settings = settings
+        self._map: HandleMap | None = None
+        self._specs: tuple[HandleSpec, ...] = ()
+        self._positions = self._rest.astype(np.float32)
+        self._scratch = np.empty_like(self._rest)
+        self._factor_ms = 0.0
+
+        options = native.Options(
+            energy=settings.energy,
+            weights=settings.weights,
+            threads=settings.threads,
+            join_seams=settings.join_seams,
+        )
+        start = time.perf_counter()
+        with _Cancellation(native, "Binding"):
+            self._solver: arap_native.SurfaceArap = native.SurfaceArap(
+                self._to_solver(self._rest),
+                np.ascontiguousarray(mesh.corner_vertices, dtype=np.int32),
+                np.ascontiguousarray(mesh.face_sizes, dtype=np.int32),
+                options,
+                stiffness=stiffness,
+                rigid_regions=rigid_regions,
+                progress=progress,
+            )
+        self._bind_ms = _ms_since(start)
+
+    @property
+    def n_vertices(self) -> int:
+        return len(self._rest)
+
+    @property
+    def stretch(self) -> Floats:
+        """(3, 3) float64."""
+        return self._stretch
+
+    @property
+    def settings(self) -> SessionSettings:
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: SessionSettings) -> None:
+        if settings.of_bind != self._settings.of_bind:
+            raise ValueError("Energy, weights, threads and joined seams are fixed at bind: make a new session")
+        self._settings = settings
+
+    @property
+    def positions(self) -> NDArray[np.float32]:
+        """(n, 3) float32, contiguous, object space: where the mesh is now. Written over by the next update."""
+        return self._positions
+
+    @property
+    def n_factorizations(self) -> int:
+        """Numeric factorizations since the bind."""
+        return self._solver.n_factorizations
+
+    def set_handles(self, specs: Sequence[HandleSpec], progress: Progress | None = None) -> None:
+        """Makes ``specs`` the handles; factorizes only where vertices or strengths changed.
+
+        Raises:
+            ValueError: a vertex out of range, or nothing is held or moved. Cancelled, RuntimeError. The former
+                handles stay in each case.
+        """
+        if self._map is not None and _are_same(self._specs, specs):
+            self._specs = tuple(specs)
+            return
+        handle_map = HandleMap(specs, self._rest, self._stretch)
+        start = time.perf_counter()
+        with _Cancellation(self._native, "Preparing the handles"):
+            self._solver.set_constraints(handle_map.vertices, handle_map.strengths, progress=progress)
+        self._factor_ms = _ms_since(start)
+        self._map = handle_map
+        self._specs = tuple(specs)
+
+    def update(
+        self,
+        matrices: Floats,
+        *,
+        iterations: int | None = None,
+        initial_guess: str | None = None,
+        to_convergence: bool = False,
+        time_limit_s: float | None = None,
+        progress: Progress | None = None,
+    ) -> Readout:
+        """Moves the mesh after its handles.
+
+        Args:
+            matrices: (h, 4, 4) float64 object-space motion of each handle, in the order of set_handles():
+                (O_now^-1 M_now)(O_rest^-1 M_rest)^-1; identity for pins.
+            iterations: at most so many; None: settings.iterations_per_update, or with ``to_convergence``
+                settings.max_iterations.
+            initial_guess: None: settings.initial_guess.
+            to_convergence: see ``iterations``.
+            time_limit_s: stops after the iteration that passes it; None: no limit.
+            progress: may stop the update by returning False; the mesh is then where it was.
+
+        Raises:
+            ValueError: no handles yet, wrong shape, or a matrix that is not finite. RuntimeError: the solver
+                failed. Cancelled. The mesh stays where it was in each case.
+        """
+        if self._map is None:
+            raise ValueError("The session has no handles: call set_handles first")
+        settings = self._settings
+        guess = initial_guess or settings.initial_guess
+        at_most = settings.max_iterations if to_convergence else settings.iterations_per_update
+        options = {
+            "initial_guess": guess,
+            "max_iterations": at_most if iterations is None else iterations,
+            "energy_tolerance": settings.tolerance,
+            "step_tolerance": settings.tolerance,
+        }
+        if time_limit_s is not None:
+            options["time_limit_s"] = time_limit_s
+        start = time.perf_counter()
+        result = self._solver.solve(
+            self._map.targets(matrices),
+            self._native.SolveOptions(**options),
+            rotations=self._map.rotations(matrices) if guess == "handle_rotations" else None,
+            progress=progress,
+        )
+        if result.stop_reason == "cancelled":
+            raise Cancelled("Solving was cancelled; the pose is as it was")
+        self._take(result.positions)
+        return Readout(
+            vertices=self.n_vertices,
+            free_vertices=self.n_vertices - len(self._map.vertices),
+            last_ms=_ms_since(start),
+            iterations=result.iterations,
+            energy=result.energy_after,
+            energy_before=result.energy_before,
+            step=result.step,
+            stop_reason=result.stop_reason,
+            parts_at_rest=len(result.parts_at_rest),
+            loose_vertices=len(result.loose_vertices),
+            bind_ms=self._bind_ms,
+            factor_ms=self._factor_ms,
+        )
+
+    def set_positions(self, positions: NDArray[np.floating]) -> None:
+        """Goes on from ``positions``, (n, 3), object space.
+
+        Raises:
+            ValueError: wrong shape or not finite; the mesh stays where it was.
+        """
+        if positions.shape != self._rest.shape:
+            raise ValueError(f"positions have shape {positions.shape}, expected {self._rest.shape}")
+        self._solver.set_positions(self._to_solver(np.ascontiguousarray(positions, dtype=np.float64)))
+        self._positions[...] = positions
+
+    def reset(self) -> None:
+        """Back to rest; the handles stay."""
+        self._solver.reset()
+        self._positions[...] = self._rest
+
+    def _to_solver(self, positions: Floats) -> Floats:
+        return np.ascontiguousarray(positions @ self._stretch.T) if self._is_stretched else positions
+
+    def _take(self, positions: Floats) -> None:
+        if self._is_stretched:
+            positions = np.matmul(positions, self._unstretch.T, out=self._scratch)
+        self._positions[...] = positions
+
+
+class _Cancellation:
+    """Turns the native module's Cancelled into ours."""
+
+    def __init__(self, native: Any, act: str) -> None:
+        self._native_cancelled = native.Cancelled
+        self._act = act
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, _kind: object, error: BaseException | None, _traceback: object) -> None:
+        if isinstance(error, self._native_cancelled):
+            raise Cancelled(f"{self._act} was cancelled; nothing has changed") from None
+
+
+def readout_of_whole(parts: Sequence[Readout]) -> Readout:
+    """One readout for a solve that was done in several updates."""
+    return replace(
+        parts[-1],
+        energy_before=parts[0].energy_before,
+        iterations=sum(part.iterations for part in parts),
+        last_ms=sum(part.last_ms for part in parts),
+    )
+
+
+def stretch_of(matrix: Floats) -> Floats:
+    """(3, 3) symmetric positive factor S of matrix = R S, for the 3x3 or 4x4 ``matrix``.
+
+    Raises:
+        ValueError: not finite, or singular: something is flat as seen, and its rest shape is lost.
+    """
+    linear = np.asarray(matrix, dtype=np.float64)[:3, :3]
+    if not np.isfinite(linear).all():
+        raise ValueError("has a transform that is not finite: reset it")
+    _, sigma, vt = np.linalg.svd(linear)
+    if sigma[2] <= 1e-6 * sigma[0]:
+        raise ValueError("is scaled to nothing along an axis: give it a scale")
+    if np.allclose(sigma, 1.0, rtol=0.0, atol=1e-6):
+        return np.eye(3)  # Blender's rotations are single precision; a stretch of 1 + 1e-7 means none
+    return np.asarray((vt.T * sigma) @ vt)
+
+
+def best_rigid_fit(rest: Floats, shown: Floats, stretch: Floats) -> Floats:
+    """(4, 4) object-space motion, rigid as seen, that takes (k, 3) ``rest`` nearest to (k, 3) ``shown``.
+
+    Points on a line, or a single one, do not say all of the rotation: then it is the smallest.
+    """
+    rest_seen = rest @ stretch.T
+    shown_seen = shown @ stretch.T
+    rest_centre = rest_seen.mean(axis=0)
+    shown_centre = shown_seen.mean(axis=0)
+    covariance = (shown_seen - shown_centre).T @ (rest_seen - rest_centre)
+    # Leans what the points leave open towards no rotation.
+    lean = 1e-9 * np.abs(covariance).max() or 1.0
+    rotation = nearest_rotations((covariance + lean * np.eye(3))[None])[0]
+    fit = np.eye(4)
+    unstretch = np.linalg.inv(stretch)
+    fit[:3, :3] = unstretch @ rotation @ stretch
+    fit[:3, 3] = unstretch @ (shown_centre - rotation @ rest_centre)
+    return fit
+
+
+def stiffness_of(weights: Floats) -> Floats:
+    """(n,) stiffness of each vertex: STIFFEST ** weight."""
+    return np.asarray(STIFFEST ** np.clip(weights, 0.0, 1.0))
+
+
+def regions_of(weights: Floats, mesh: SessionMesh) -> Ints:
+    """(n,) int32 rigid region of each vertex, -1 for none: the connected pieces of weights >= RIGID_WEIGHT."""
+    is_rigid = weights >= RIGID_WEIGHT
+    first, second = face_edges(mesh.corner_vertices, mesh.face_sizes)
+    inside = is_rigid[first] & is_rigid[second]
+    labels = connected_labels(len(weights), first[inside], second[inside])
+    _, regions = np.unique(np.where(is_rigid, labels, -1), return_inverse=True)
+    return np.where(is_rigid, regions, -1).astype(np.int32)
+
+
+def face_edges(corner_vertices: Ints, face_sizes: Ints) -> tuple[Ints, Ints]:
+    """The two vertices of every side of every face, (c,) each."""
+    following = np.roll(corner_vertices, -1)
+    ends = np.cumsum(face_sizes, dtype=np.int64)
+    following[ends - 1] = corner_vertices[ends - face_sizes]
+    return corner_vertices, following
+
+
+def connected_labels(n: int, first: Ints, second: Ints) -> NDArray[np.int64]:
+    """(n,) lowest vertex of each vertex's connected piece, for edges first[i] - second[i]."""
+    labels: NDArray[np.int64] = np.arange(n)
+    while True:
+        lowest = np.minimum(labels[first], labels[second])
+        # The roots of both ends take the lower label, then every vertex looks up its root's root.
+        previous = labels.copy()
+        np.minimum.at(labels, previous[first], lowest)
+        np.minimum.at(labels, previous[second], lowest)
+        labels = np.asarray(labels[labels])
+        labels = np.asarray(labels[labels])
+        if np.array_equal(labels, previous):
+            return labels
+
+
+def _are_same(former: Sequence[HandleSpec], specs: Sequence[HandleSpec]) -> bool:
+    return len(former) == len(specs) and all(a.is_same_as(b) for a, b in zip(former, specs, strict=True))
+
+
+def _ms_since(start: float) -> float:
+    return 1e3 * (time.perf_counter() - start)

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What becomes of a pose: a key of its own, the new rest shape, nothing; and the way back on Esc."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+from numpy.typing import NDArray
+
+from . import handle_io, mesh_io, sessions, shape_key
+from .api_pose import end_session
+
+CHANNELS = ("location", "rotation_mode", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale")
+
+
+@dataclass(frozen=True)
+class PoseState:
+    """What the posing act gives back on Esc; no Blender data.
+
+    Attributes:
+        key: values and slider of the live key.
+        transforms: the channels of each object (bone name '') and bone that can move a handle.
+    """
+
+    object_name: str
+    key: shape_key.KeyState
+    transforms: dict[tuple[str, str], tuple[Any, ...]]
+
+
+def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
+    """Copies the pose of the live key to a new key (value 0); the live key stays.
+
+    Raises:
+        ValueError: there is no pose yet, or the mesh must not be written.
+    """
+    key = _live_key(obj)
+    if not name:
+        raise ValueError("The baked pose needs a name: type one, for example Pose")
+    return shape_key.new(obj, name, shape_key.read(key))
+
+
+def reset_pose(obj: bpy.types.Object) -> None:
+    """Puts the live key, and the session, back to rest. Handles stay where they are: see reset_handles."""
+    mesh_io.check_mesh(obj)
+    shape_key.check_writable(obj)
+    key = shape_key.find(obj, obj.arap.key_name)
+    if key is not None:
+        shape_key.check_name(obj, obj.arap.key_name)
+        shape_key.write(obj, key, shape_key.read_reference(obj))
+    live = sessions.get(obj.name)
+    if live is not None:
+        live.session.reset()
+
+
+def apply_pose_as_rest(obj: bpy.types.Object) -> None:
+    """Makes the pose the new rest shape: Basis takes it, other keys keep their offsets, handles are at rest here.
+
+    Raises:
+        ValueError: there is no pose yet, or the mesh must not be written.
+    """
+    key = _live_key(obj)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    mesh_io.read_stretch(obj, depsgraph)  # refuses before anything has changed
+    shape_key.shift_all(obj, key)
+    handle_io.set_rest_here(obj, depsgraph)
+    end_session(obj)
+
+
+def capture_state(obj: bpy.types.Object) -> PoseState:
+    """What restore_state() brings back."""
+    transforms = {place: _channels(item) for place, item in _movers(obj)}
+    return PoseState(obj.name, shape_key.capture(obj, obj.arap.key_name), transforms)
+
+
+def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
+    """Back to ``state``: the handles' transforms, the key (removed where there was none), its slider, the session.
+
+    Objects and bones that are gone are passed over.
+
+    Raises:
+        ValueError: the mesh has another number of vertices by now; then only the handles go back.
+    """
+    for (object_name, bone), channels in state.transforms.items():
+        item = _item_at(object_name, bone)
+        if item is not None:
+            _set_channels(item, channels)
+    shape_key.restore(obj, state.key)
+    live = sessions.get(obj.name)
+    if live is None:
+        return
+    positions: NDArray[Any] | None = state.key.positions
+    if positions is None:
+        live.session.reset()
+    else:
+        live.session.set_positions(positions)
+
+
+def _live_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
+    mesh_io.check_mesh(obj)
+    shape_key.check_writable(obj)
+    shape_key.check_name(obj, obj.arap.key_name)
+    key = shape_key.find(obj, obj.arap.key_name)
+    if key is None:
+        raise ValueError(f"'{obj.name}' has no pose yet, shape key '{obj.arap.key_name}' is missing: pose it first")
+    return key
+
+
+def _movers(obj: bpy.types.Object) -> Iterator[tuple[tuple[str, str], Any]]:
+    """Everything an artist may have moved to move a handle: its object and its parents; all bones of its armature."""
+    seen: set[str] = {obj.name}
+    for handle in obj.arap.handles:
+        item = handle.target
+        while item is not None and item.name not in seen:
+            seen.add(item.name)
+            yield (item.name, ""), item
+            if item.type == "ARMATURE":
+                for bone in item.pose.bones:
+                    yield (item.name, bone.name), bone
+            item = item.parent
+
+
+def _item_at(object_name: str, bone: str) -> Any:
+    item = bpy.data.objects.get(object_name)
+    if item is None or not bone:
+        return item
+    return item.pose.bones.get(bone) if item.pose else None
+
+
+def _channels(item: Any) -> tuple[Any, ...]:
+    values = (getattr(item, name) for name in CHANNELS)
+    return tuple(value if isinstance(value, str) else tuple(value) for value in values)
+
+
+def _set_channels(item: Any, channels: tuple[Any, ...]) -> None:
+    if channels != _channels(item):
+        for name, value in zip(CHANNELS, channels, strict=True):
+            setattr(item, name, value)

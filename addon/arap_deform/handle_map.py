@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the matrices of handles to the targets of vertices. No bpy.
+
+Solver space is object space times the stretch: X = S x. A handle's motion T acts in object space, so a vertex's
+target is S T x = A x + b. Everything that does not depend on T is computed once per set of handles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class HandleSpec:
+    """A group of vertices that follows one matrix. A pin is a handle that never moves.
+
+    Attributes:
+        name: for messages.
+        vertices: (k,) int32.
+        weights: (k,) float64; 1 is hard, between 0 and 1 soft, 0 free.
+    """
+
+    name: str
+    vertices: Ints
+    weights: Floats
+
+    def is_same_as(self, other: HandleSpec) -> bool:
+        return np.array_equal(self.vertices, other.vertices) and np.array_equal(self.weights, other.weights)
+
+
+def nearest_rotations(matrices: Floats) -> Floats:
+    """(..., 3, 3) nearest proper rotations of (..., 3, 3) matrices."""
+    u, _, vt = np.linalg.svd(matrices)
+    flip = np.linalg.det(u @ vt) < 0.0
+    u[flip, :, 2] *= -1.0
+    return np.asarray(u @ vt)
+
+
+class HandleMap:
+    """Rows of targets for a set of handles: first the vertices of one handle each, by handle, then the shared ones.
+
+    Attributes:
+        vertices: (k,) int32 constrained vertices, each once.
+        strengths: (k,) float64 in (0, 1]: the largest weight of each vertex.
+    """
+
+    def __init__(self, specs: Sequence[HandleSpec], rest_positions: Floats, stretch: Floats) -> None:
+        """Prepares the map.
+
+        Args:
+            specs: the handles, in the order of the matrices that targets() takes.
+            rest_positions: (n, 3) float64, object space.
+            stretch: (3, 3) float64, symmetric.
+
+        Raises:
+            ValueError: a vertex out of range, or no weight above 0 anywhere.
+        """
+        self._specs = tuple(specs)
+        self._stretch = stretch
+        handle, vertex, weight = self._entries(len(rest_positions))
+        unique, inverse, counts = np.unique(vertex, return_inverse=True, return_counts=True)
+        is_shared = counts[inverse] > 1
+
+        singles = np.flatnonzero(~is_shared)  # entries are by handle already
+        shared = np.flatnonzero(is_shared)[np.argsort(vertex[is_shared], kind="stable")]
+        shared_vertices = unique[counts > 1]
+        self.vertices: Ints = np.concatenate([vertex[singles], shared_vertices]).astype(np.int32)
+
+        starts = np.cumsum(counts[counts > 1]) - counts[counts > 1]
+        largest = np.maximum.reduceat(weight[shared], starts) if len(starts) else np.empty(0)
+        self.strengths: Floats = np.concatenate([weight[singles], largest])
+
+        bounds = np.searchsorted(handle[singles], np.arange(len(self._specs) + 1))
+        self._blocks = [slice(int(a), int(b)) for a, b in pairwise(bounds)]
+        self._single_rest = np.ascontiguousarray(rest_positions[vertex[singles]])
+        self._single_handles = handle[singles]
+
+        self._shared_rest = rest_positions[vertex[shared]]
+        self._shared_handles = handle[shared]
+        self._shared_starts = starts
+        totals = np.add.reduceat(weight[shared], starts) if len(starts) else np.empty(0)
+        self._shared_shares = weight[shared] / np.repeat(totals, counts[counts > 1])
+
+        self._matrices: Floats = np.full((len(self._specs), 4, 4), np.nan)
+        self._targets = np.empty((len(self.vertices), 3))
+
+    def _entries(self, n_vertices: int) -> tuple[NDArray[np.intp], Ints, Floats]:
+        """Handle, vertex and weight of every weight above 0, ordered by handle."""
+        parts = []
+        for i, spec in enumerate(self._specs):
+            vertices = np.asarray(spec.vertices, dtype=np.int32)
+            weights = np.asarray(spec.weights, dtype=np.float64)
+            if vertices.shape != weights.shape or vertices.ndim != 1:
+                raise ValueError(
+                    f"Handle '{spec.name}' has vertices of shape {vertices.shape} but weights of shape "
+                    f"{weights.shape}: give one weight per vertex"
+                )
+            if vertices.size and (vertices.min() < 0 or vertices.max() >= n_vertices):
+                raise ValueError(
+                    f"Handle '{spec.name}' has a vertex outside 0 to {n_vertices - 1}: check its vertex group"
+                )
+            used = weights > 0.0
+            parts.append((np.full(np.count_nonzero(used), i), vertices[used], np.minimum(weights[used], 1.0)))
+        if not any(len(part[0]) for part in parts):
+            raise ValueError("No vertex is pinned or has a handle: add a pin or a handle, or give its group weight")
+        handle, vertex, weight = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        return handle, vertex, weight
+
+    @property
+    def n_handles(self) -> int:
+        return len(self._specs)
+
+    def targets(self, matrices: Floats) -> Floats:
+        """(k, 3) float64 targets in solver space, one row per vertex; valid until the next call.
+
+        Args:
+            matrices: (h, 4, 4) float64 object-space motion of each handle.
+
+        Raises:
+            ValueError: wrong shape, or a matrix that is not finite (names the handle).
+        """
+        matrices = self._checked(matrices)
+        moved = (matrices != self._matrices).any(axis=(1, 2))
+        if not moved.any():
+            return self._targets
+        linear = self._stretch @ matrices[:, :3, :3]
+        offset = matrices[:, :3, 3] @ self._stretch.T
+        for h in np.flatnonzero(moved):
+            block = self._blocks[h]
+            rows = self._targets[block]
+            np.matmul(self._single_rest[block], linear[h].T, out=rows)
+            rows += offset[h]
+        if len(self._shared_starts) and moved[self._shared_handles].any():
+            self._targets[len(self._single_rest) :] = self._shared_targets(linear, offset)
+        self._matrices = matrices.copy()
+        return self._targets
+
+    def _shared_targets(self, linear: Floats, offset: Floats) -> Floats:
+        moved = np.matmul(linear[self._shared_handles], self._shared_rest[:, :, None])[:, :, 0]
+        moved += offset[self._shared_handles]
+        moved *= self._shared_shares[:, None]
+        return np.asarray(np.add.reduceat(moved, self._shared_starts, axis=0))
+
+    def rotations(self, matrices: Floats) -> Floats:
+        """(k, 3, 3) float64 rotation of each vertex's handle in solver space; shared vertices take the mean."""
+        matrices = self._checked(matrices)
+        seen = self._stretch @ matrices[:, :3, :3] @ np.linalg.inv(self._stretch)
+        rotations = nearest_rotations(seen)
+        result = np.empty((len(self.vertices), 3, 3))
+        n_single = len(self._single_rest)
+        result[:n_single] = rotations[self._single_handles]
+        if len(self._shared_starts):
+            weighted = rotations[self._shared_handles] * self._shared_shares[:, None, None]
+            result[n_single:] = nearest_rotations(np.add.reduceat(weighted, self._shared_starts, axis=0))
+        return result
+
+    def _checked(self, matrices: Floats) -> Floats:
+        matrices = np.asarray(matrices, dtype=np.float64)
+        if matrices.shape != (len(self._specs), 4, 4):
+            raise ValueError(f"matrices have shape {matrices.shape}, expected ({len(self._specs)}, 4, 4)")
+        finite = np.isfinite(matrices).all(axis=(1, 2))
+        if not finite.all():
+            name = self._specs[int(np.flatnonzero(~finite)[0])].name
+            raise ValueError(f"Handle '{name}' has a transform that is not finite: reset it")
+        return matrices

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The live sessions by object name, and when one no longer fits its scene. Holds no Blender data.
+
+Names, because references to Blender's objects do not survive an undo.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .handle_map import Floats, HandleSpec
+from .session import Readout, Session, SessionMesh, SessionSettings
+
+# Single-precision world matrices of a turning object differ by less; a user's change of scale by more.
+STRETCH_TOLERANCE = 1e-5
+
+Counts = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True)
+class MeshSignature:
+    """A fingerprint of what a session was bound to."""
+
+    counts: Counts
+    topology: int
+    rest: int
+    properties: int
+
+    @classmethod
+    def of(cls, counts: Counts, mesh: SessionMesh, properties: Sequence[NDArray[np.generic] | None]) -> MeshSignature:
+        """Args: counts of vertices, edges, corners, faces; stiffness and rigid regions."""
+        return cls(
+            counts,
+            _crc(mesh.corner_vertices, mesh.face_sizes),
+            _crc(mesh.rest_positions.astype(np.float32)),
+            _crc(*(array for array in properties if array is not None)),
+        )
+
+
+@dataclass(frozen=True)
+class SessionInput:
+    """Everything a session needs, read from the scene; holds no Blender data, so any thread may use it.
+
+    Attributes:
+        group_names: vertex groups of the enabled pins, then of the enabled handles, in the order of ``specs``.
+    """
+
+    object_name: str
+    mesh: SessionMesh
+    stretch: Floats
+    settings: SessionSettings
+    specs: tuple[HandleSpec, ...]
+    group_names: tuple[str, ...]
+    signature: MeshSignature
+    property_groups: tuple[str, str] = ("", "")
+    stiffness: Floats | None = field(default=None, repr=False)
+    rigid_regions: NDArray[np.int32] | None = field(default=None, repr=False)
+
+
+@dataclass
+class Live:
+    """A session and what it was made from."""
+
+    session: Session
+    inputs: SessionInput
+
+
+_live: dict[str, Live] = {}
+_readouts: dict[str, Readout] = {}
+
+
+def get(object_name: str) -> Live | None:
+    return _live.get(object_name)
+
+
+def put(object_name: str, live: Live) -> None:
+    _live[object_name] = live
+
+
+def drop(object_name: str) -> None:
+    """Forgets the session; its readout stays for the panel."""
+    _live.pop(object_name, None)
+
+
+def clear() -> None:
+    """Forgets everything: another file was loaded."""
+    _live.clear()
+    _readouts.clear()
+
+
+def readout(object_name: str) -> Readout | None:
+    return _readouts.get(object_name)
+
+
+def set_readout(object_name: str, value: Readout) -> None:
+    _readouts[object_name] = value
+
+
+def difference_of_bind(old: SessionInput, new: SessionInput) -> str:
+    """Why a session of ``old`` must bind again for ``new``, one sentence; '' where it need not."""
+    if old.signature.counts != new.signature.counts:
+        return counts_differ(new.object_name, old.signature.counts, new.signature.counts)
+    if old.signature.topology != new.signature.topology:
+        return f"The faces of '{new.object_name}' have changed"
+    if old.signature.rest != new.signature.rest:
+        return f"The rest shape of '{new.object_name}' has changed"
+    if old.signature.properties != new.signature.properties:
+        return f"The stiffness or the rigid group of '{new.object_name}' has changed"
+    if old.settings.of_bind != new.settings.of_bind:
+        return settings_differ(new.object_name)
+    if not is_same_stretch(old.stretch, new.stretch):
+        return stretch_differs(new.object_name)
+    return ""
+
+
+def counts_differ(name: str, old: Counts, new: Counts) -> str:
+    return f"The mesh of '{name}' has changed ({old[0]} vertices and {old[3]} faces, now {new[0]} and {new[3]})"
+
+
+def settings_differ(name: str) -> str:
+    return f"Energy, weights, threads, seams, stiffness or rigid group of '{name}' have changed"
+
+
+def stretch_differs(name: str) -> str:
+    return f"The scale of '{name}' has changed"
+
+
+def groups_differ(name: str) -> str:
+    return f"The pins or handles of '{name}' have changed"
+
+
+def is_same_stretch(old: Floats, new: Floats) -> bool:
+    return bool(np.abs(old - new).max() <= STRETCH_TOLERANCE * np.abs(old).max())
+
+
+def _crc(*arrays: NDArray[np.generic]) -> int:
+    value = 0
+    for array in arrays:
+        value = zlib.crc32(array.tobytes(), value)
+    return value

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Arrays -> shape keys and their keyframes. The only file that writes to meshes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from . import compat
+
+Float32s = NDArray[np.float32]
+
+NAME_BYTES = 63  # Blender cuts names of keys here
+FRAME_PATTERN = r"-?\d{4,}"  # what frame_key_name() puts behind the prefix
+
+
+@dataclass(frozen=True)
+class KeyState:
+    """What restore() brings back; no Blender data.
+
+    Attributes:
+        has_keys: whether the mesh had any shape key, Basis included.
+        positions: (n, 3) float32 of the key, None where there was no such key.
+    """
+
+    name: str
+    has_keys: bool
+    positions: Float32s | None = None
+    value: float = 0.0
+
+
+def check_writable(obj: bpy.types.Object) -> None:
+    """Raises ValueError where shape keys of this mesh must not be written, and says what to do."""
+    mesh = obj.data
+    if obj.library is not None:
+        raise ValueError(f"'{obj.name}' is linked from another file: make it local (Object > Relations > Make Local)")
+    if mesh.library is not None:
+        raise ValueError(
+            f"The mesh of '{obj.name}' is linked from another file: make it local (Object > Relations > Make Local)"
+        )
+    # Users count more than objects (a fake user, a pointer of another add-on), so look only where there are several.
+    if mesh.users > 1 and sum(other.data == mesh for other in bpy.data.objects) > 1:
+        raise ValueError(
+            f"The mesh of '{obj.name}' is shared with other objects, which would deform too: make it single-user "
+            "(Object > Relations > Make Single User > Object & Data)"
+        )
+    if mesh.shape_keys is not None and not mesh.shape_keys.use_relative:
+        raise ValueError(f"The shape keys of '{obj.name}' are absolute: turn on Relative in the shape keys panel")
+
+
+def check_name(obj: bpy.types.Object, name: str) -> None:
+    """Raises ValueError where ``name`` cannot be the pose's key."""
+    if not name:
+        raise ValueError(f"'{obj.name}' has no name for the pose's shape key: type one, for example ARAP")
+    keys = obj.data.shape_keys
+    if keys is not None and keys.reference_key.name == name:
+        raise ValueError(f"Shape key '{name}' of '{obj.name}' is its rest shape: choose another name for the pose")
+
+
+def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
+    """Raises ValueError where what is written to ``key`` would not be what is seen, and says what to do."""
+    keys = obj.data.shape_keys
+    if key.mute:
+        raise ValueError(
+            f"Shape key '{key.name}' of '{obj.name}' is muted (a bake does that), so the pose would not show: "
+            "unmute it, and mute or remove the baked keys"
+        )
+    if obj.show_only_shape_key and obj.active_shape_key != key:
+        raise ValueError(f"'{obj.name}' shows another shape key alone: turn off Shape Key Lock (the pin icon)")
+    if key.relative_key != keys.reference_key:
+        raise ValueError(
+            f"Shape key '{key.name}' of '{obj.name}' is relative to '{key.relative_key.name}': "
+            f"set Relative To to '{keys.reference_key.name}'"
+        )
+    if key.vertex_group:
+        raise ValueError(
+            f"Shape key '{key.name}' of '{obj.name}' is limited to vertex group '{key.vertex_group}': clear that field"
+        )
+    if compat.is_animated(keys, value_path(key)):
+        raise ValueError(
+            f"The value of shape key '{key.name}' of '{obj.name}' is animated: delete its keyframes or driver"
+        )
+
+
+def find(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey | None:
+    """The key of that name, None where there is none."""
+    keys = obj.data.shape_keys
+    return keys.key_blocks.get(name) if keys else None
+
+
+def ensure(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
+    """The key of that name, made at rest (value 0) where missing, with Basis where the mesh has no keys."""
+    key = find(obj, name)
+    if key is None:
+        if obj.data.shape_keys is None:
+            obj.shape_key_add(name="Basis", from_mix=False)
+        key = new(obj, name, read_reference(obj))
+    return key
+
+
+def new(obj: bpy.types.Object, name: str, positions: Float32s) -> bpy.types.ShapeKey:
+    """A new key, relative to the rest shape, value 0. Blender may make the name unique."""
+    key = obj.shape_key_add(name=name, from_mix=False)
+    key.value = 0.0  # 5.0 and later start at 1
+    key.relative_key = obj.data.shape_keys.reference_key
+    compat.write_key(key, positions)
+    obj.data.update_tag()
+    return key
+
+
+def read_reference(obj: bpy.types.Object) -> Float32s:
+    """(n, 3) float32 of the reference key; there must be keys."""
+    return compat.read_key(obj.data.shape_keys.reference_key)
+
+
+def read(key: bpy.types.ShapeKey) -> Float32s:
+    """(n, 3) float32."""
+    return compat.read_key(key)
+
+
+def write(obj: bpy.types.Object, key: bpy.types.ShapeKey, positions: Float32s) -> None:
+    """Writes (n, 3) contiguous float32 and has Blender show it."""
+    compat.write_key(key, positions)
+    obj.data.update_tag()
+
+
+def show(key: bpy.types.ShapeKey) -> None:
+    """Sets the slider to 1."""
+    if key.value != 1.0:
+        key.slider_max = max(key.slider_max, 1.0)
+        key.value = 1.0
+
+
+def remove(obj: bpy.types.Object, name: str) -> None:
+    """Removes a key and its F-curve, if there is such a key."""
+    key = find(obj, name)
+    if key is not None:
+        compat.remove_fcurve(obj.data.shape_keys, value_path(key))
+        obj.shape_key_remove(key)
+
+
+def value_path(key: bpy.types.ShapeKey) -> str:
+    """Path of the key's value from the shape keys' data-block."""
+    return f'key_blocks["{bpy.utils.escape_identifier(key.name)}"].value'
+
+
+def capture(obj: bpy.types.Object, name: str) -> KeyState:
+    """The state of the key of that name."""
+    key = find(obj, name)
+    if key is None:
+        return KeyState(name, has_keys=obj.data.shape_keys is not None)
+    return KeyState(name, has_keys=True, positions=read(key), value=key.value)
+
+
+def restore(obj: bpy.types.Object, state: KeyState) -> None:
+    """Back to ``state``: keys that were not there go.
+
+    Raises:
+        ValueError: the mesh has another number of vertices by now; nothing is written.
+    """
+    if state.positions is None:
+        remove(obj, state.name)
+        keys = obj.data.shape_keys
+        if not state.has_keys and keys is not None and len(keys.key_blocks) == 1:
+            obj.shape_key_remove(keys.reference_key)
+        obj.data.update_tag()
+        return
+    if len(state.positions) != len(obj.data.vertices):
+        raise ValueError(
+            f"'{obj.name}' has {len(obj.data.vertices)} vertices, but had {len(state.positions)}: its shape key stays"
+        )
+    key = ensure(obj, state.name)
+    key.value = state.value
+    write(obj, key, state.positions)
+
+
+def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey) -> None:
+    """Makes the shape of ``pose`` the rest shape; every other key keeps its offset from what it is relative to."""
+    keys = obj.data.shape_keys
+    shape = read(pose)
+    shift = shape - read(keys.reference_key)
+    for key in keys.key_blocks:
+        # A key relative to the pose keeps its place: the pose stays where it is, and so does the offset.
+        if key not in (pose, keys.reference_key) and _root_of(key, keys.reference_key, pose) != pose:
+            compat.write_key(key, read(key) + shift)
+    compat.write_key(keys.reference_key, shape)
+    compat.write_positions(obj.data, shape)
+    obj.data.update_tag()
+
+
+def _root_of(
+    key: bpy.types.ShapeKey, reference: bpy.types.ShapeKey, pose: bpy.types.ShapeKey
+) -> bpy.types.ShapeKey | None:
+    """The pose or the reference, whichever the chain of relative keys meets first; None where it runs in a circle."""
+    seen: list[bpy.types.ShapeKey] = []
+    while key not in seen:
+        if key in (reference, pose):
+            return key
+        seen.append(key)
+        key = key.relative_key
+    return None
+
+
+def frame_key_name(prefix: str, frame: int) -> str:
+    """Name of the key of a baked frame."""
+    return f"{prefix}{frame:04d}"
+
+
+def frame_keys(obj: bpy.types.Object, prefix: str) -> Iterator[str]:
+    """Names of the keys that an earlier bake with this prefix made."""
+    keys = obj.data.shape_keys
+    pattern = re.compile(re.escape(prefix) + FRAME_PATTERN)
+    for key in keys.key_blocks if keys else ():
+        if pattern.fullmatch(key.name):
+            yield key.name
+
+
+def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], shapes: list[Float32s]) -> list[str]:
+    """One key for each frame, keyframed so that at each frame only its key shows, fully, and neighbours blend linearly.
+
+    Keys of an earlier bake with the same prefix are replaced. Where Blender runs out of memory half way, the new keys
+    are removed again. Takes the shapes out of the list as it goes, so that they are not held twice.
+    """
+    if obj.data.shape_keys is None:
+        obj.shape_key_add(name="Basis", from_mix=False)
+    made: list[str] = []
+    try:
+        while shapes:
+            made.append(new(obj, "arap_bake", shapes.pop(0)).name)
+    except BaseException:
+        for name in made:
+            remove(obj, name)
+        raise
+    for name in list(frame_keys(obj, prefix)):
+        remove(obj, name)
+    keys = obj.data.shape_keys
+    names = []
+    for i, frame in enumerate(frames):
+        key = keys.key_blocks[made[i]]
+        key.name = frame_key_name(prefix, frame)
+        names.append(key.name)
+        around = [(frames[i - 1], 0.0)] if i > 0 else []
+        around += [(frame, 1.0)]
+        around += [(frames[i + 1], 0.0)] if i + 1 < len(frames) else []
+        compat.insert_linear_keyframes(keys, key, value_path(key), around)
+    return names
