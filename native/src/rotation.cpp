@@ -7,14 +7,78 @@
 
 namespace arap {
 
-Matrix3 nearest_rotation(const Matrix3& S, const Matrix3& previous) {
-  const double scale = S.cwiseAbs().maxCoeff();
-  if (!(scale > 0)) return previous;
+namespace {
+
+/// The exact fit: never wrong, ten times slower.
+Matrix3 nearest_rotation_by_svd(const Matrix3& S, double scale) {
   // Scaled: the smallest covariances of a mesh lie near the end of double's range, where an SVD loses its digits.
   const Eigen::JacobiSVD<Matrix3> svd(S / scale, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Matrix3 U = svd.matrixU();
   if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) = -U.col(2);
   return U * svd.matrixV().transpose();
+}
+
+/// exp([w]) to third order of w and orthogonal to rounding: the Cayley transform of w / 2.
+Matrix3 small_rotation(const Vector3& w) {
+  const double x = 0.5 * w[0];
+  const double y = 0.5 * w[1];
+  const double z = 0.5 * w[2];
+  const double scale = 2 / (1 + x * x + y * y + z * z);
+  Matrix3 C;
+  C << 1 - scale * (y * y + z * z), scale * (x * y - z), scale * (x * z + y),  //
+      scale * (x * y + z), 1 - scale * (x * x + z * z), scale * (y * z - x),   //
+      scale * (x * z - y), scale * (y * z + x), 1 - scale * (x * x + y * y);
+  return C;
+}
+
+/// Newton's method on SO(3) from `R`. With M = R^T S the function <R exp([w]), S> has at w = 0 the gradient vee(M -
+/// M^T) and the Hessian -H, H = tr(M) I - sym(M). Where the gradient vanishes and H is positive definite, the sum of
+/// any two eigenvalues of M is positive, which makes R the one global maximum: the certificate. False where it was not
+/// reached.
+bool refine_rotation(const Matrix3& S, double scale, Matrix3& R) {
+  constexpr int kMostSteps = 8;
+  constexpr double kLargestTurn = 1.0;     // radians; beyond, the quadratic model means little
+  constexpr double kLastTurn = 1e-8;       // Newton squares the error: after such a step it is below rounding
+  constexpr double kLeastDefinite = 1e-6;  // relative; below, the maximum is nearly not unique
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Matrix3 M = R.transpose() * S;
+    Matrix3 H = -0.5 * (M + M.transpose());
+    H.diagonal().array() += M.trace();
+    // H = L D L^T by hand: three pivots decide on definiteness.
+    const double d0 = H(0, 0);
+    if (!(d0 > kLeastDefinite * scale)) return false;
+    const double l1 = H(1, 0) / d0;
+    const double l2 = H(2, 0) / d0;
+    const double d1 = H(1, 1) - l1 * H(1, 0);
+    if (!(d1 > kLeastDefinite * scale)) return false;
+    const double l21 = (H(2, 1) - l2 * H(1, 0)) / d1;
+    const double d2 = H(2, 2) - l2 * H(2, 0) - l21 * l21 * d1;
+    if (!(d2 > kLeastDefinite * scale)) return false;
+    const double y0 = M(2, 1) - M(1, 2);
+    const double y1 = M(0, 2) - M(2, 0) - l1 * y0;
+    const double y2 = M(1, 0) - M(0, 1) - l2 * y0 - l21 * y1;
+    Vector3 w;
+    w[2] = y2 / d2;
+    w[1] = y1 / d1 - l21 * w[2];
+    w[0] = y0 / d0 - l1 * w[1] - l2 * w[2];
+    const double turn = w.norm();
+    if (turn > kLargestTurn) w *= kLargestTurn / turn;
+    R = R * small_rotation(w);
+    if (turn <= kLastTurn) {
+      R = R * (1.5 * Matrix3::Identity() - 0.5 * (R.transpose() * R));  // keeps many products orthogonal
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+Matrix3 nearest_rotation(const Matrix3& S, const Matrix3& previous) {
+  const double scale = S.cwiseAbs().maxCoeff();
+  if (!(scale > 0)) return previous;
+  Matrix3 R = previous;
+  return refine_rotation(S, scale, R) ? R : nearest_rotation_by_svd(S, scale);
 }
 
 Matrix3 nearest_rotation_with_axis(const Matrix3& S, const Vector3& from, const Vector3& to, const Matrix3& previous) {
