@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "helpers.h"
+
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace arap_test {
+
+void Task::add(int vertex, const Vector3& target, double strength) {
+  constraints.vertices.push_back(vertex);
+  constraints.strengths.push_back(strength);
+  targets.conservativeResize(targets.rows() + 1, 3);
+  targets.bottomRows(1) = target.transpose();
+}
+
+void Task::add_patch(const std::vector<int>& vertices, const std::vector<double>& weights, const Vector3& target) {
+  auto& patches = constraints.patches;
+  if (patches.offsets.empty()) patches.offsets.push_back(0);
+  patches.vertices.insert(patches.vertices.end(), vertices.begin(), vertices.end());
+  patches.weights.insert(patches.weights.end(), weights.begin(), weights.end());
+  patches.offsets.push_back(static_cast<int>(patches.vertices.size()));
+  targets.conservativeResize(targets.rows() + 1, 3);
+  targets.bottomRows(1) = target.transpose();
+}
+
+std::vector<int> extreme_vertices(const Positions& positions, int axis, double fraction, int least) {
+  std::vector<int> order(static_cast<size_t>(positions.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  const double sign = fraction < 0 ? -1 : 1;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return sign * positions(a, axis) < sign * positions(b, axis); });
+  const double count = std::ceil(std::abs(fraction) * static_cast<double>(order.size()));
+  order.resize(std::min(order.size(), static_cast<size_t>(std::max(count, double(least)))));
+  return order;
+}
+
+int longest_axis(const Positions& positions) {
+  int axis = 0;
+  (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).maxCoeff(&axis);
+  return axis;
+}
+
+Task bend_task(const MeshData& mesh, const RigidMotion& motion) {
+  const Positions p = mesh.positions();
+  const int axis = longest_axis(p);
+  Task task;
+  for (const int v : extreme_vertices(p, axis, .2, 3)) task.add(v, mesh.vertices[v]);
+  const std::vector<int> far_end = extreme_vertices(p, axis, -.2, 3);
+  const Vector3 centre = rows(p, far_end).colwise().mean().transpose();
+  for (const int v : far_end) {
+    const auto& pinned = task.constraints.vertices;
+    if (std::find(pinned.begin(), pinned.end(), v) == pinned.end())
+      task.add(v, centre + motion.apply(Vector3(mesh.vertices[v] - centre)));
+  }
+  return task;
+}
+
+RigidMotion default_bend(const MeshData& mesh) {
+  return {rotation_about({1, .5, .3}, .7), Vector3(.04, .08, .04) * mesh.diagonal()};
+}
+
+Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, const RigidMotion& motion) {
+  Task task{constraints, Positions(constraints.size(), 3)};
+  const auto n = static_cast<Eigen::Index>(constraints.vertices.size());
+  for (Eigen::Index k = 0; k < n; ++k)
+    task.targets.row(k) = motion.apply(mesh.vertices[constraints.vertices[static_cast<size_t>(k)]]).transpose();
+  const auto& patches = constraints.patches;
+  for (int k = 0; k < patches.size(); ++k) {
+    Vector3 mean = Vector3::Zero();
+    double sum = 0;
+    for (int e = patches.offsets[k]; e < patches.offsets[k + 1]; ++e) {
+      mean += patches.weights[e] * mesh.vertices[patches.vertices[e]];
+      sum += patches.weights[e];
+    }
+    task.targets.row(n + k) = motion.apply(Vector3(mean / sum)).transpose();
+  }
+  return task;
+}
+
+Task hold(const MeshData& mesh, const std::vector<int>& vertices) {
+  Task task;
+  for (const int v : vertices) task.add(v, mesh.vertices[v]);
+  return task;
+}
+
+arap::SurfaceArap::VertexProperties with_stiffness(std::vector<double> stiffness) {
+  arap::SurfaceArap::VertexProperties properties;
+  properties.stiffness = std::move(stiffness);
+  return properties;
+}
+
+arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions) {
+  arap::SurfaceArap::VertexProperties properties;
+  properties.rigid_regions = std::move(regions);
+  return properties;
+}
+
+arap::SolveOptions iterations(int n, arap::InitialGuess guess) {
+  arap::SolveOptions options;
+  options.initial_guess = guess;
+  options.max_iterations = n;
+  options.energy_tolerance = 0;
+  options.step_tolerance = 0;
+  return options;
+}
+
+arap::SolveOptions to_step(double step_tolerance, arap::InitialGuess guess, int max_iterations) {
+  arap::SolveOptions options;
+  options.initial_guess = guess;
+  options.max_iterations = max_iterations;
+  options.energy_tolerance = 1e300;
+  options.step_tolerance = step_tolerance;
+  return options;
+}
+
+arap::SolveResult solve_once(const MeshData& mesh, const Task& task, const arap::SolveOptions& solve_options,
+                             const arap::Options& options, const arap::SurfaceArap::VertexProperties& properties) {
+  arap::SurfaceArap solver(mesh.mesh(), options, properties);
+  solver.set_constraints(task.constraints);
+  return solver.solve(task.targets, solve_options);
+}
+
+double max_distance(const Positions& a, const Positions& b) { return (a - b).rowwise().norm().maxCoeff(); }
+
+double off_rigid(const Positions& rest, const Positions& posed, const std::vector<int>& vertices) {
+  const Positions from = rows(rest, vertices);
+  const Positions to = rows(posed, vertices);
+  return max_distance(best_rigid_motion(from, to).apply(from), to);
+}
+
+Positions rows(const Positions& positions, const std::vector<int>& rows) { return positions(rows, Eigen::all); }
+
+arap::Options Model::options() const {
+  arap::Options options;
+  options.energy = energy;
+  options.weights = weights;
+  return options;
+}
+
+std::string Model::name() const {
+  return std::string(energy == arap::Energy::kSpokes ? "Spokes" : "SpokesAndRims") +
+         (weights == arap::EdgeWeights::kCotangent ? "Cotangent" : "Uniform");
+}
+
+std::vector<Model> all_models() {
+  using arap::EdgeWeights;
+  using arap::Energy;
+  return {{Energy::kSpokesAndRims, EdgeWeights::kCotangent},
+          {Energy::kSpokesAndRims, EdgeWeights::kUniform},
+          {Energy::kSpokes, EdgeWeights::kCotangent},
+          {Energy::kSpokes, EdgeWeights::kUniform}};
+}
+
+}  // namespace arap_test

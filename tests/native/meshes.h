@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "arap/mesh.h"
+#include "arap/types.h"
+
+namespace arap_test {
+
+using arap::Matrix3;
+using arap::Positions;
+using arap::Vector3;
+
+/// A mesh as it is written down, before the library looks at it: it may be as broken as a test needs.
+struct MeshData {
+  std::string name;
+  std::vector<Vector3> vertices;
+  std::vector<std::vector<int>> faces;
+
+  [[nodiscard]] int n_vertices() const { return static_cast<int>(vertices.size()); }
+  [[nodiscard]] int n_faces() const { return static_cast<int>(faces.size()); }
+  [[nodiscard]] Positions positions() const;
+  [[nodiscard]] arap::PolygonMesh mesh() const;
+  [[nodiscard]] double diagonal() const;
+
+  /// Index of the new vertex.
+  int add_vertex(const Vector3& position);
+  /// The vertex of the mesh at `position` (to 1e-9), or a new one.
+  int vertex_at(const Vector3& position);
+};
+
+enum class Faces { kTriangles, kQuads };
+
+// Small named meshes. Closed ones are oriented outwards.
+
+/// Regular, edge length 2 sqrt 2, centred.
+MeshData tetrahedron();
+/// Unit cube of six quads, centred.
+MeshData cube();
+/// Surface of a box of nx * ny * nz cells, centred; `size` along each axis. Mirror symmetric where `faces` are quads.
+MeshData box(std::array<int, 3> cells, const Vector3& size, Faces faces);
+/// box with square cells, four times as long (x) as wide: 4 n * n * n cells.
+MeshData bar(int n, Faces faces);
+/// Unit square in z = height(x, y), centred, n * n cells. No height: flat.
+MeshData grid(int n, Faces faces, const std::function<double(double, double)>& height = {});
+/// A polygon in the plane, extruded along z by `height` in `n_layers` rings of quads, closed by two n-gons.
+MeshData prism(const std::vector<std::array<double, 2>>& polygon, double height, int n_layers);
+/// prism of a regular polygon, radius .5, height 2.
+MeshData cylinder(int n_around, int n_along);
+/// The same without the caps.
+MeshData open_cylinder(int n_around, int n_along, Faces faces);
+/// open_cylinder cut along one line: the vertices of the seam are there twice. The second ones come last, from bottom
+/// to top.
+MeshData cylinder_with_open_seam(int n_around, int n_along, Faces faces);
+/// prism of an L, whose caps are concave hexagons.
+MeshData l_prism(int n_layers);
+/// prism of a star with `n_tips`, whose caps are concave 2 n-gons.
+MeshData star_prism(int n_tips, int n_layers);
+/// Unit sphere from an icosahedron whose triangles are cut in four `levels` times.
+MeshData icosphere(int levels);
+/// icosphere with a smooth, asymmetric relief.
+MeshData bumpy_sphere(int levels);
+/// Sphere of 6 n * n quads with a relief that is mirror symmetric in x.
+MeshData quad_sphere(int n);
+/// Quads around a strip with half a twist: not orientable.
+MeshData moebius_strip(int n_around, int n_across);
+/// Two bumpy spheres that do not touch; the second one has the higher vertices.
+MeshData two_spheres(int levels);
+/// Two tetrahedra that share one vertex: not a manifold there.
+MeshData bow_tie();
+/// Three bumpy sheets that meet in one row of edges, as the pages of a book.
+MeshData book(int n, Faces faces);
+/// An open cylinder whose triangles are sheared until most of them are obtuse.
+MeshData sheared_cylinder(int n_around, int n_along);
+/// Sheet of one n-gon row and quads: 8-gons with vertices in the middle of straight sides.
+MeshData sheet_with_collinear_corners();
+
+/// Meshes of every kind that have no degenerate triangle, in every fan from every corner.
+std::vector<MeshData> all_small_meshes();
+
+/// Every triangle cut in four at the middles of its edges; triangles only.
+MeshData subdivide(const MeshData& triangles);
+/// Every polygon as the fan from its first corner.
+MeshData triangulate(const MeshData& mesh);
+/// `second` beside `first` as one mesh; vertices of `second` come last.
+MeshData join(const MeshData& first, const MeshData& second);
+/// Every vertex through `map`; the same faces.
+MeshData transformed(const MeshData& mesh, const std::function<Vector3(const Vector3&)>& map);
+/// For each vertex the one at its image under x -> -x; throws where there is none.
+std::vector<int> mirror_vertices(const MeshData& mesh);
+
+struct RigidMotion {
+  Matrix3 rotation = Matrix3::Identity();
+  Vector3 translation = Vector3::Zero();
+
+  [[nodiscard]] Positions apply(const Positions& points) const;
+  [[nodiscard]] Vector3 apply(const Vector3& point) const { return rotation * point + translation; }
+};
+
+/// The rotation and translation that bring `from` closest to `to`.
+RigidMotion best_rigid_motion(const Positions& from, const Positions& to);
+
+/// Numbers that are the same with every compiler.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  double uniform(double low, double high);
+  Vector3 vector(double size);  ///< each component in [-size, size]
+  RigidMotion rigid_motion(double angle_rad, double translation);
+  Positions noise(int n, double size);
+
+ private:
+  std::uint64_t state_;
+};
+
+Matrix3 rotation_about(const Vector3& axis, double angle_rad);
+
+/// Faces whose normal is against their rest normal turned by the mean of `rotations` of their corners.
+int count_flips(const MeshData& rest, const Positions& posed, const std::vector<Matrix3>& rotations);
+
+/// Reads an OFF file; throws std::runtime_error that names the file.
+MeshData load_off(const std::string& path);
+/// Directory of real meshes, from ARAP_TEST_MESHES; empty where that is not set.
+std::optional<std::string> real_mesh_directory();
+
+}  // namespace arap_test

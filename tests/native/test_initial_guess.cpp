@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "initial_guess.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::InitialGuess;
+using arap::InvalidInput;
+using arap::SolveResult;
+using arap::SurfaceArap;
+
+class InitialGuessTest : public testing::TestWithParam<Model> {
+ protected:
+  arap::Options options() const { return GetParam().options(); }
+  Reference reference(const MeshData& mesh) const { return {mesh, GetParam().energy, GetParam().weights}; }
+};
+
+TEST_P(InitialGuessTest, RestStartsAtRestWithHardVerticesAtTheirTargets) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  const Reference plain = reference(mesh);
+  SurfaceArap solver(mesh.mesh(), options());
+  solver.set_constraints(task.constraints);
+  solver.set_positions(Random(41).noise(mesh.n_vertices(), 2));
+  const double expected = plain.energy(plain.rest_guess(task.constraints, task.targets));
+  EXPECT_NEAR(solver.solve(task.targets, iterations(1, InitialGuess::kRest)).energy_before, expected, 1e-10 * expected);
+}
+
+TEST_P(InitialGuessTest, PreviousStartsWhereTheLastSolveEnded) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  SurfaceArap solver(mesh.mesh(), options());
+  solver.set_constraints(task.constraints);
+  const SolveResult first = solver.solve(task.targets, iterations(3));
+  const SolveResult second = solver.solve(task.targets, iterations(1));
+  EXPECT_NEAR(second.energy_before, first.energy_after, 1e-11 * first.energy_before);
+}
+
+TEST_P(InitialGuessTest, PreviousTakesPositionsThatWereSet) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  const Reference plain = reference(mesh);
+  SurfaceArap solver(mesh.mesh(), options());
+  solver.set_constraints(task.constraints);
+  Positions start = mesh.positions() + Random(42).noise(mesh.n_vertices(), .1);
+  solver.set_positions(start);
+  const Reference::Solution expected = [&] {
+    for (size_t k = 0; k < task.constraints.vertices.size(); ++k)
+      start.row(task.constraints.vertices[k]) = task.targets.row(static_cast<Eigen::Index>(k));
+    return plain.solve(task.constraints, task.targets, start, 3);
+  }();
+  const SolveResult result = solver.solve(task.targets, iterations(3));
+  EXPECT_NEAR(result.energy_before, expected.energies.front(), 1e-10 * expected.energies.front());
+  EXPECT_LT(max_distance(result.positions, expected.positions), 1e-9);
+}
+
+TEST_P(InitialGuessTest, NaiveLaplacianKeepsTheLaplacianInTheLeastSquaresSense) {
+  for (const MeshData& mesh : {bumpy_sphere(1), quad_sphere(2), open_cylinder(8, 4, Faces::kTriangles)}) {
+    const Task task = bend_task(mesh, default_bend(mesh));
+    const Reference plain = reference(mesh);
+    const Reference::Solution expected =
+        plain.solve(task.constraints, task.targets, plain.laplacian_guess(task.constraints, task.targets), 2);
+    const SolveResult result = solve_once(mesh, task, iterations(2, InitialGuess::kNaiveLaplacian), options());
+    EXPECT_NEAR(result.energy_before, expected.energies.front(), 1e-7 * expected.energies.front()) << mesh.name;
+    EXPECT_LT(max_distance(result.positions, expected.positions), 1e-7 * mesh.diagonal()) << mesh.name;
+  }
+}
+
+TEST_P(InitialGuessTest, NaiveLaplacianDoesNotDependOnTheFormerPositions) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  SurfaceArap solver(mesh.mesh(), options());
+  solver.set_constraints(task.constraints);
+  const Positions once = solver.solve(task.targets, iterations(1, InitialGuess::kNaiveLaplacian)).positions;
+  solver.set_positions(Random(43).noise(mesh.n_vertices(), 1));
+  const Positions again = solver.solve(task.targets, iterations(1, InitialGuess::kNaiveLaplacian)).positions;
+  EXPECT_LT(max_distance(once, again), 1e-9);
+}
+
+TEST_P(InitialGuessTest, HandleRotationsOfOneRigidMotionAreThatMotion) {
+  Random random(44);
+  for (const MeshData& mesh : all_small_meshes()) {
+    const RigidMotion motion = random.rigid_motion(2.8, mesh.diagonal());
+    const Task task = rigid_task(mesh, bend_task(mesh, {}).constraints, motion);
+    SurfaceArap solver(mesh.mesh(), options());
+    solver.set_constraints(task.constraints);
+    const std::vector<Matrix3> rotations(static_cast<size_t>(task.targets.rows()), motion.rotation);
+    const SolveResult given = solver.solve(task.targets, iterations(1, InitialGuess::kHandleRotations), rotations);
+    EXPECT_NEAR(given.energy_before, 0, 1e-10 * mesh.diagonal() * mesh.diagonal()) << mesh.name;
+    EXPECT_LT(max_distance(given.positions, motion.apply(mesh.positions())), 1e-7 * mesh.diagonal()) << mesh.name;
+  }
+}
+
+TEST_P(InitialGuessTest, HandleRotationsAreEstimatedFromTheTargets) {
+  Random random(45);
+  for (const MeshData& mesh : {bumpy_sphere(2), cylinder(10, 6), bar(2, Faces::kQuads), star_prism(5, 3)}) {
+    const RigidMotion motion = random.rigid_motion(2.8, mesh.diagonal());
+    const Task task = rigid_task(mesh, bend_task(mesh, {}).constraints, motion);
+    const SolveResult result = solve_once(mesh, task, iterations(1, InitialGuess::kHandleRotations), options());
+    EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-7 * mesh.diagonal()) << mesh.name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(AllModels, InitialGuessTest, testing::ValuesIn(all_models()), model_name);
+
+TEST(HandleRotations, TurnTheMeshBetweenHandlesSmoothly) {
+  // A bar twisted by 2 radians: rotations that vary along it start near the answer, rest far away.
+  const MeshData mesh = bar(3, Faces::kQuads);
+  const Task task = bend_task(mesh, {rotation_about(Vector3::UnitX(), 2), Vector3::Zero()});
+  const auto energy_before = [&](InitialGuess guess) {
+    return solve_once(mesh, task, iterations(1, guess)).energy_before;
+  };
+  EXPECT_LT(energy_before(InitialGuess::kHandleRotations), .1 * energy_before(InitialGuess::kRest));
+}
+
+TEST(HandleRotations, GivenOnesNeedNotAgreeWithTheTargets) {
+  // Two single vertices tell nothing about rotations by themselves.
+  const MeshData mesh = bumpy_sphere(1);
+  Task task = hold(mesh, {0, 41});
+  const std::vector<Matrix3> turned(2, rotation_about({0, 0, 1}, 1));
+  const SolveResult given = [&] {
+    SurfaceArap solver(mesh.mesh());
+    solver.set_constraints(task.constraints);
+    return solver.solve(task.targets, iterations(1, InitialGuess::kHandleRotations), turned);
+  }();
+  EXPECT_GT(max_distance(given.positions, mesh.positions()), .1 * mesh.diagonal());
+  EXPECT_TRUE(given.positions.allFinite());
+}
+
+TEST(HandleRotations, GroupsThatTellNoRotationAreFine) {
+  const MeshData mesh = bar(2, Faces::kQuads);
+  const Positions p = mesh.positions();
+  const auto at = [&](double x, double y, double z) {
+    for (int v = 0; v < mesh.n_vertices(); ++v)
+      if ((mesh.vertices[v] - Vector3(x, y, z)).norm() < 1e-9) return v;
+    throw std::runtime_error("no such vertex");
+  };
+  const RigidMotion lift{Matrix3::Identity(), {0, 0, .7}};
+  // One vertex; a row of an edge.
+  for (const std::vector<int>& group :
+       {std::vector<int>{at(-2, .5, .5)}, {at(2, .5, .5), at(2, 0, .5), at(2, -.5, .5)}}) {
+    Task task;
+    for (const int v : group) task.add(v, lift.apply(mesh.vertices[v]));
+    const SolveResult result = solve_once(mesh, task, iterations(3, InitialGuess::kHandleRotations));
+    EXPECT_LT(max_distance(result.positions, lift.apply(p)), 1e-9) << "a translation asks for no rotation";
+  }
+}
+
+TEST(HandleRotations, ASingleVertexBesideAGroupTakesTheGroupsRotation) {
+  const MeshData mesh = bar(2, Faces::kQuads);
+  const RigidMotion motion = Random(46).rigid_motion(2, 1);
+  arap::ConstraintSet set;
+  for (const int v : extreme_vertices(mesh.positions(), 0, .2)) set.vertices.push_back(v);
+  set.vertices.push_back(extreme_vertices(mesh.positions(), 0, -.01).front());
+  set.strengths.assign(set.vertices.size(), 1);
+  const Task task = rigid_task(mesh, set, motion);
+  const SolveResult result = solve_once(mesh, task, iterations(1, InitialGuess::kHandleRotations));
+  EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-7);
+}
+
+TEST(HandleRotations, WrongNumberIsRefusedWithBothCounts) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Task task = hold(mesh, {0, 1, 2});
+  SurfaceArap solver(mesh.mesh());
+  solver.set_constraints(task.constraints);
+  const std::vector<Matrix3> two(2, Matrix3::Identity());
+  expect_error<InvalidInput>([&] { solver.solve(task.targets, iterations(1, InitialGuess::kHandleRotations), two); },
+                             {"rotations", "2", "3"});
+}
+
+TEST(HandleRotations, NonFiniteRotationIsRefused) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Task task = hold(mesh, {0, 1});
+  SurfaceArap solver(mesh.mesh());
+  solver.set_constraints(task.constraints);
+  std::vector<Matrix3> rotations(2, Matrix3::Identity());
+  rotations[1](0, 2) = std::numeric_limits<double>::quiet_NaN();
+  expect_error<InvalidInput>(
+      [&] { solver.solve(task.targets, iterations(1, InitialGuess::kHandleRotations), rotations); }, {"rotation", "1"});
+  EXPECT_EQ(solver.positions(), mesh.positions());
+}
+
+TEST(Guesses, NeverFactorizeAgainForNewTargets) {
+  const MeshData mesh = bumpy_sphere(2);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  for (const InitialGuess guess :
+       {InitialGuess::kPrevious, InitialGuess::kRest, InitialGuess::kNaiveLaplacian, InitialGuess::kHandleRotations}) {
+    SurfaceArap solver(mesh.mesh());
+    solver.set_constraints(task.constraints);
+    solver.solve(task.targets, iterations(1, guess));
+    const int n = solver.n_factorizations();
+    solver.solve(1.1 * task.targets, iterations(2, guess));
+    EXPECT_EQ(solver.n_factorizations(), n);
+  }
+}
+
+TEST(Guesses, AllReachTheSameMinimumOfAGentleBend) {
+  const MeshData mesh = cylinder(10, 8);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  const Positions expected = solve_once(mesh, task, to_step(1e-9, InitialGuess::kRest)).positions;
+  for (const InitialGuess guess :
+       {InitialGuess::kPrevious, InitialGuess::kNaiveLaplacian, InitialGuess::kHandleRotations})
+    EXPECT_LT(max_distance(solve_once(mesh, task, to_step(1e-9, guess)).positions, expected), 1e-5);
+}
+
+}  // namespace
+}  // namespace arap_test

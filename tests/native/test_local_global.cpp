@@ -1,0 +1,348 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "local_global.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+#include <vector>
+
+#include "helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::EdgeWeights;
+using arap::Energy;
+using arap::InitialGuess;
+using arap::SolveOptions;
+using arap::SolveResult;
+using arap::StopReason;
+using arap::SurfaceArap;
+
+class LocalGlobal : public testing::TestWithParam<Model> {
+ protected:
+  arap::Options options() const { return GetParam().options(); }
+  Reference reference(const MeshData& mesh, std::vector<double> stiffness = {}) const {
+    return {mesh, GetParam().energy, GetParam().weights, std::move(stiffness)};
+  }
+};
+
+/// Runs one iteration at a time and expects that the energy never rises beyond rounding.
+void expect_monotone(const MeshData& mesh, const Task& task, const arap::Options& options, int n,
+                     const SurfaceArap::VertexProperties& properties = {}) {
+  SurfaceArap solver(mesh.mesh(), options, properties);
+  solver.set_constraints(task.constraints);
+  SolveResult last = solver.solve(task.targets, iterations(1));
+  for (int k = 1; k < n; ++k) {
+    const SolveResult next = solver.solve(task.targets, iterations(1));
+    const double rounding = 1e-12 * last.energy_before + 1e-15 * mesh.diagonal() * mesh.diagonal();
+    EXPECT_LE(last.energy_after, last.energy_before + rounding) << mesh.name << ", iteration " << k;
+    EXPECT_NEAR(next.energy_before, last.energy_after, 1e-9 * last.energy_before + rounding)
+        << mesh.name << ": a solve goes on where the last one ended";
+    last = next;
+  }
+}
+
+TEST_P(LocalGlobal, IterationsAreThoseOfTheReference) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    const Task task = bend_task(mesh, default_bend(mesh));
+    const Reference plain = reference(mesh);
+    SurfaceArap solver(mesh.mesh(), options());
+    solver.set_constraints(task.constraints);
+    for (const int n : {1, 2, 5}) {
+      const Reference::Solution expected =
+          plain.solve(task.constraints, task.targets, plain.rest_guess(task.constraints, task.targets), n);
+      const SolveResult result = solver.solve(task.targets, iterations(n, InitialGuess::kRest));
+      const double scale = expected.energies.front();
+      EXPECT_LT(max_distance(result.positions, expected.positions), 1e-8 * mesh.diagonal()) << mesh.name << ", " << n;
+      EXPECT_NEAR(result.energy_before, expected.energies.front(), 1e-9 * scale) << mesh.name;
+      EXPECT_NEAR(result.energy_after, expected.energies.back(), 1e-9 * scale) << mesh.name;
+      EXPECT_NEAR(result.step, expected.step, 1e-8) << mesh.name;
+      EXPECT_EQ(result.iterations, task.constraints.size() < mesh.n_vertices() ? n : 1) << mesh.name;
+    }
+  }
+}
+
+TEST_P(LocalGlobal, ConvergesWhereTheReferenceDoes) {
+  for (const MeshData& mesh : {bumpy_sphere(1), quad_sphere(2), l_prism(4), open_cylinder(8, 5, Faces::kTriangles),
+                               book(3, Faces::kTriangles), sheared_cylinder(8, 4)}) {
+    const Task task = bend_task(mesh, default_bend(mesh));
+    const Reference plain = reference(mesh);
+    const Reference::Solution expected =
+        plain.solve(task.constraints, task.targets, plain.rest_guess(task.constraints, task.targets), 20000, 1e-10);
+    const SolveResult result = solve_once(mesh, task, to_step(1e-10, InitialGuess::kRest), options());
+    EXPECT_EQ(result.stop_reason, StopReason::kConverged) << mesh.name;
+    EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal()) << mesh.name;
+    EXPECT_NEAR(result.energy_after, expected.energies.back(), 1e-9 * expected.energies.front()) << mesh.name;
+  }
+}
+
+TEST_P(LocalGlobal, NoForceIsLeftOnFreeVerticesWhenConverged) {
+  for (const MeshData& mesh : {bumpy_sphere(2), cylinder(10, 8), bar(2, Faces::kQuads)}) {
+    const Task task = bend_task(mesh, default_bend(mesh));
+    const SolveResult result = solve_once(mesh, task, to_step(1e-10), options());
+    Positions force = reference(mesh).gradient(result.positions);
+    const double reaction = force.cwiseAbs().maxCoeff();
+    for (const int v : task.constraints.vertices) force.row(v).setZero();
+    EXPECT_GT(reaction, 1e-3 * mesh.diagonal()) << mesh.name << ": the handles must pull at all";
+    EXPECT_LT(force.cwiseAbs().maxCoeff(), 1e-6 * reaction) << mesh.name;
+  }
+}
+
+TEST_P(LocalGlobal, SoftConstraintsConvergeWhereTheReferenceDoes) {
+  Random random(31);
+  for (const MeshData& mesh : {bumpy_sphere(1), l_prism(3)}) {
+    Task task = bend_task(mesh, default_bend(mesh));
+    for (double& s : task.constraints.strengths)
+      if (random.uniform(0, 1) < .7) s = random.uniform(.01, .99);
+    const Reference plain = reference(mesh);
+    const Reference::Solution expected =
+        plain.solve(task.constraints, task.targets, plain.rest_guess(task.constraints, task.targets), 20000, 1e-10);
+    const SolveResult result = solve_once(mesh, task, to_step(1e-10, InitialGuess::kRest), options());
+    EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal()) << mesh.name;
+    EXPECT_NEAR(result.energy_after, expected.energies.back(), 1e-8 * expected.energies.front()) << mesh.name;
+  }
+}
+
+TEST_P(LocalGlobal, SoftConstraintsAloneConvergeWhereTheReferenceDoes) {
+  const MeshData mesh = bumpy_sphere(1);
+  Task task = bend_task(mesh, default_bend(mesh));
+  for (double& s : task.constraints.strengths) s = .4;
+  const Reference plain = reference(mesh);
+  const Reference::Solution expected = plain.solve(task.constraints, task.targets, mesh.positions(), 20000, 1e-10);
+  const SolveResult result = solve_once(mesh, task, to_step(1e-10, InitialGuess::kRest), options());
+  EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal());
+  EXPECT_NEAR(result.energy_after, expected.energies.back(), 1e-8 * expected.energies.front());
+}
+
+TEST_P(LocalGlobal, RandomStiffnessConvergesWhereTheReferenceDoes) {
+  Random random(32);
+  for (const MeshData& mesh : {bumpy_sphere(1), quad_sphere(2), star_prism(5, 3)}) {
+    std::vector<double> stiffness(static_cast<size_t>(mesh.n_vertices()));
+    for (double& s : stiffness) s = std::pow(100, random.uniform(0, 1));
+    Task task = bend_task(mesh, default_bend(mesh));
+    task.constraints.strengths.back() = .5;
+    const Reference plain = reference(mesh, stiffness);
+    const Reference::Solution expected =
+        plain.solve(task.constraints, task.targets, plain.rest_guess(task.constraints, task.targets), 20000, 1e-10);
+    const SolveResult result =
+        solve_once(mesh, task, to_step(1e-10, InitialGuess::kRest), options(), with_stiffness(stiffness));
+    EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal()) << mesh.name;
+    EXPECT_NEAR(result.energy_after, expected.energies.back(), 1e-8 * expected.energies.front()) << mesh.name;
+  }
+}
+
+TEST_P(LocalGlobal, EnergyNeverRises) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    const RigidMotion hard_bend{rotation_about({1, .4, .2}, 2.5), Vector3(.3, -.2, .3) * mesh.diagonal()};
+    expect_monotone(mesh, bend_task(mesh, hard_bend), options(), 40);
+  }
+}
+
+TEST_P(LocalGlobal, EnergyNeverRisesWithSoftConstraintsStiffnessAndPatches) {
+  const MeshData mesh = bumpy_sphere(1);
+  std::vector<double> stiffness(static_cast<size_t>(mesh.n_vertices()), 1);
+  for (size_t v = 0; v < stiffness.size(); v += 2) stiffness[v] = 100;
+  Task task = bend_task(mesh, {rotation_about({1, .4, .2}, 2.5), {.5, 0, .5}});
+  for (size_t k = 0; k < task.constraints.strengths.size(); k += 2) task.constraints.strengths[k] = .3;
+  task.add_patch({0, 5, 9}, {1, 2, 1}, {0, 0, 3});
+  SurfaceArap solver(mesh.mesh(), options(), with_stiffness(stiffness));
+  solver.set_constraints(task.constraints);
+  double energy = solver.solve(task.targets, iterations(1)).energy_after;
+  for (int k = 0; k < 60; ++k) {
+    const double next = solver.solve(task.targets, iterations(1)).energy_after;
+    EXPECT_LE(next, energy * (1 + 1e-12)) << k;
+    energy = next;
+  }
+}
+
+TEST_P(LocalGlobal, ReportedEnergiesAreThoseOfThePositions) {
+  const MeshData mesh = bumpy_sphere(2);
+  Task task = bend_task(mesh, default_bend(mesh));
+  task.constraints.strengths[1] = .2;
+  SurfaceArap solver(mesh.mesh(), options());
+  solver.set_constraints(task.constraints);
+  const SolveResult result = solver.solve(task.targets, iterations(7));
+  const double soft = reference(mesh).soft_energy(task.constraints, task.targets, result.positions);
+  EXPECT_GT(soft, 0);
+  EXPECT_NEAR(result.energy_after, solver.energy(result.positions) + soft, 1e-9 * result.energy_after);
+}
+
+INSTANTIATE_TEST_SUITE_P(AllModels, LocalGlobal, testing::ValuesIn(all_models()), model_name);
+
+// Small moves of a whole mesh: from rest, by iteration alone.
+
+TEST(Convergence, AllHandlesMovedByOneRigidMotionMoveTheMeshByIt) {
+  Random random(33);
+  for (const MeshData& mesh : all_small_meshes()) {
+    const RigidMotion motion = random.rigid_motion(.6, .3 * mesh.diagonal());
+    const Task task = rigid_task(mesh, bend_task(mesh, {}).constraints, motion);
+    for (const Model& model : all_models()) {
+      const SolveResult result = solve_once(mesh, task, to_step(1e-9, InitialGuess::kRest), model.options());
+      EXPECT_EQ(result.stop_reason, StopReason::kConverged) << mesh.name << model.name();
+      EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-6 * mesh.diagonal())
+          << mesh.name << model.name() << ", " << result.iterations << " iterations";
+    }
+  }
+}
+
+TEST(Convergence, ThereAndBackEndsAtRest) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    const Task there = bend_task(mesh, default_bend(mesh));
+    const Task back = bend_task(mesh, {});
+    for (const Model& model : all_models()) {
+      SurfaceArap solver(mesh.mesh(), model.options());
+      solver.set_constraints(there.constraints);
+      const SolveResult posed = solver.solve(there.targets, to_step(1e-9));
+      EXPECT_EQ(posed.stop_reason, StopReason::kConverged) << mesh.name << model.name();
+      EXPECT_GT(max_distance(posed.positions, mesh.positions()), .05 * mesh.diagonal()) << mesh.name;
+      const SolveResult result = solver.solve(back.targets, to_step(1e-9));
+      EXPECT_LT(max_distance(result.positions, mesh.positions()), 1e-4 * mesh.diagonal()) << mesh.name << model.name();
+    }
+  }
+}
+
+TEST(Convergence, RestInRestOut) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    const Task task = bend_task(mesh, {});
+    for (const Model& model : all_models()) {
+      for (const InitialGuess guess : {InitialGuess::kPrevious, InitialGuess::kRest, InitialGuess::kNaiveLaplacian,
+                                       InitialGuess::kHandleRotations}) {
+        const SolveResult result = solve_once(mesh, task, iterations(10, guess), model.options());
+        EXPECT_LT(max_distance(result.positions, mesh.positions()), 1e-9 * mesh.diagonal())
+            << mesh.name << model.name();
+        EXPECT_NEAR(result.energy_after, 0, 1e-12 * mesh.diagonal() * mesh.diagonal()) << mesh.name << model.name();
+      }
+    }
+  }
+}
+
+TEST(Convergence, AGentleBendOfABarFlipsNoFace) {
+  const MeshData mesh = bar(3, Faces::kQuads);
+  const Task task = bend_task(mesh, {rotation_about(Vector3::UnitY(), .8), {-.1, 0, .2}});
+  const SolveResult result = solve_once(mesh, task, to_step(1e-7));
+  const Reference plain(mesh, Energy::kSpokesAndRims, EdgeWeights::kCotangent);
+  EXPECT_EQ(count_flips(mesh, result.positions, plain.rotations(result.positions)), 0);
+}
+
+// Why an iteration ended.
+
+struct Stepwise {
+  std::vector<double> decreases;  ///< relative, of each iteration
+  std::vector<double> steps;
+};
+
+Stepwise run_stepwise(const MeshData& mesh, const Task& task, int n) {
+  SurfaceArap solver(mesh.mesh());
+  solver.set_constraints(task.constraints);
+  Stepwise run;
+  for (int k = 0; k < n; ++k) {
+    Positions before = solver.positions();
+    for (size_t c = 0; c < task.constraints.vertices.size(); ++c)
+      before.row(task.constraints.vertices[c]) = task.targets.row(static_cast<Eigen::Index>(c));
+    const SolveResult result = solver.solve(task.targets, iterations(1));
+    EXPECT_NEAR(result.step, max_distance(before, result.positions) / mesh.diagonal(), 1e-12);
+    run.decreases.push_back((result.energy_before - result.energy_after) / result.energy_before);
+    run.steps.push_back(result.step);
+  }
+  return run;
+}
+
+TEST(StopReason, ConvergedWhenEnergyAndStepAreBothWithinTheirTolerances) {
+  const MeshData mesh = bar(2, Faces::kTriangles);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  const Stepwise run = run_stepwise(mesh, task, 150);
+  // Once the energy decides last, once the step.
+  for (const auto& [energy_tolerance, step_tolerance] :
+       {std::pair{1e-5, .1}, std::pair{.1, 1e-5}, std::pair{1e-5, 1e-4}}) {
+    int expected = 0;
+    while (expected < 150 && (run.decreases[expected] > energy_tolerance || run.steps[expected] > step_tolerance))
+      ++expected;
+    ASSERT_LT(expected, 149);
+    ASSERT_GT(expected, 2);
+    SolveOptions options;
+    options.energy_tolerance = energy_tolerance;
+    options.step_tolerance = step_tolerance;
+    options.max_iterations = 1000;
+    const SolveResult result = solve_once(mesh, task, options);
+    EXPECT_EQ(result.stop_reason, StopReason::kConverged);
+    EXPECT_EQ(result.iterations, expected + 1);
+    EXPECT_LE(result.step, step_tolerance);
+  }
+}
+
+TEST(StopReason, MaxIterationsWhenTheyRanOut) {
+  const MeshData mesh = bar(2, Faces::kTriangles);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  for (const int n : {1, 4}) {
+    const SolveResult result = solve_once(mesh, task, iterations(n));
+    EXPECT_EQ(result.stop_reason, StopReason::kMaxIterations);
+    EXPECT_EQ(result.iterations, n);
+    EXPECT_GT(result.step, 0);
+    EXPECT_LT(result.energy_after, result.energy_before);
+  }
+}
+
+TEST(StopReason, TimeLimitWhenTimeIsUpAndAtLeastOneIterationIsDone) {
+  const MeshData mesh = bar(2, Faces::kTriangles);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  SolveOptions options = iterations(1000);
+  options.time_limit_s = 1e-9;
+  const SolveResult result = solve_once(mesh, task, options);
+  EXPECT_EQ(result.stop_reason, StopReason::kTimeLimit);
+  EXPECT_EQ(result.iterations, 1);
+  const SolveResult one = solve_once(mesh, task, iterations(1));
+  EXPECT_EQ(result.positions, one.positions) << "what was done by then is kept";
+}
+
+TEST(StopReason, TimeLimitCountsWallClock) {
+  // Sleeping in the callback makes the iterations slow, not busy.
+  const MeshData mesh = bar(2, Faces::kTriangles);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  SurfaceArap solver(mesh.mesh());
+  solver.set_constraints(task.constraints);
+  SolveOptions options = iterations(100000);
+  options.time_limit_s = .05;
+  const SolveResult result = solver.solve(task.targets, options, {}, [](double) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return true;
+  });
+  EXPECT_EQ(result.stop_reason, StopReason::kTimeLimit);
+  EXPECT_LE(result.iterations, 11);
+}
+
+TEST(StopReason, CancelledWhenTheCallbackSaysSo) {
+  const MeshData mesh = bar(2, Faces::kTriangles);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  SurfaceArap solver(mesh.mesh());
+  solver.set_constraints(task.constraints);
+  const SolveResult result = solver.solve(task.targets, iterations(100), {}, [](double) { return false; });
+  EXPECT_EQ(result.stop_reason, StopReason::kCancelled);
+  EXPECT_EQ(result.positions, mesh.positions());
+}
+
+TEST(StopReason, ConvergedAtOnceWhereNothingIsToDo) {
+  const MeshData mesh = bumpy_sphere(1);
+  const SolveResult result = solve_once(mesh, hold(mesh, {0, 1, 2}), {});
+  EXPECT_EQ(result.stop_reason, StopReason::kConverged) << "also where the energy is 0";
+  EXPECT_EQ(result.iterations, 1);
+  EXPECT_LT(result.step, 1e-12);
+}
+
+TEST(StopReason, ConvergedWhereNoVertexIsFree) {
+  const MeshData mesh = cube();
+  const RigidMotion motion = Random(34).rigid_motion(1, 2);
+  const Task task = rigid_task(mesh, bend_task(mesh, {}).constraints, motion);
+  ASSERT_LT(task.constraints.size(), 8);
+  Task all;
+  for (int v = 0; v < 8; ++v) all.add(v, motion.apply(mesh.vertices[v]));
+  const SolveResult result = solve_once(mesh, all, {});
+  EXPECT_EQ(result.stop_reason, StopReason::kConverged);
+  EXPECT_EQ(result.positions, all.targets);
+  EXPECT_NEAR(result.energy_after, 0, 1e-12);
+}
+
+}  // namespace
+}  // namespace arap_test

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "arap/error.h"
+#include "arap/options.h"
+#include "helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::InvalidInput;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+TEST(Options, DefaultsAreSpokesAndRimsWithCotangents) {
+  const arap::Options options;
+  EXPECT_NO_THROW(options.validate());
+  EXPECT_EQ(options.energy, arap::Energy::kSpokesAndRims);
+  EXPECT_EQ(options.weights, arap::EdgeWeights::kCotangent);
+  EXPECT_EQ(options.threads, 0);
+  EXPECT_FALSE(options.join_seams);
+}
+
+TEST(Options, NegativeThreadsAreRefused) {
+  arap::Options options;
+  options.threads = -1;
+  expect_error<InvalidInput>([&] { options.validate(); }, {"threads", "-1", ">= 0"});
+}
+
+TEST(Options, BindRefusesWhatValidateRefuses) {
+  arap::Options options;
+  options.threads = -3;
+  const arap::PolygonMesh mesh = tetrahedron().mesh();
+  expect_error<InvalidInput>([&] { const arap::SurfaceArap solver(mesh, options); }, {"threads", "-3"});
+}
+
+TEST(SolveOptions, DefaultsGoOnFromThePreviousPositionsWithoutTimeLimit) {
+  const arap::SolveOptions options;
+  EXPECT_NO_THROW(options.validate());
+  EXPECT_EQ(options.initial_guess, arap::InitialGuess::kPrevious);
+  EXPECT_EQ(options.time_limit_s, kInfinity);
+}
+
+TEST(SolveOptions, LeastValuesAreAccepted) {
+  arap::SolveOptions options;
+  options.max_iterations = 1;
+  options.energy_tolerance = 0;
+  options.step_tolerance = 0;
+  options.time_limit_s = 1e-300;
+  EXPECT_NO_THROW(options.validate());
+}
+
+TEST(SolveOptions, NoIterationsAreRefused) {
+  arap::SolveOptions options;
+  options.max_iterations = 0;
+  expect_error<InvalidInput>([&] { options.validate(); }, {"max_iterations", "0", ">= 1"});
+}
+
+TEST(SolveOptions, BadEnergyToleranceIsRefused) {
+  arap::SolveOptions options;
+  for (const double bad : {-1e-3, kNan}) {
+    options.energy_tolerance = bad;
+    expect_error<InvalidInput>([&] { options.validate(); }, {"energy_tolerance", ">= 0"});
+  }
+}
+
+TEST(SolveOptions, BadStepToleranceIsRefused) {
+  arap::SolveOptions options;
+  for (const double bad : {-1e-3, kNan}) {
+    options.step_tolerance = bad;
+    expect_error<InvalidInput>([&] { options.validate(); }, {"step_tolerance", ">= 0"});
+  }
+}
+
+TEST(SolveOptions, BadTimeLimitIsRefused) {
+  arap::SolveOptions options;
+  for (const double bad : {0.0, -1.0, kNan}) {
+    options.time_limit_s = bad;
+    expect_error<InvalidInput>([&] { options.validate(); }, {"time_limit_s", "> 0"});
+  }
+}
+
+TEST(SolveOptions, SolveRefusesWhatValidateRefuses) {
+  const MeshData mesh = tetrahedron();
+  const Task task = hold(mesh, {0});
+  arap::SolveOptions options;
+  options.max_iterations = -2;
+  expect_error<InvalidInput>([&] { solve_once(mesh, task, options); }, {"max_iterations", "-2"});
+}
+
+}  // namespace
+}  // namespace arap_test

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "surface_energies.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::CellEnergy;
+using arap::EdgeWeights;
+using arap::Energy;
+
+CellEnergy assemble(const MeshData& mesh, const arap::Options& options, const std::vector<double>& stiffness = {}) {
+  return arap::assemble_surface_energy(mesh.mesh(), options, stiffness, 1, {});
+}
+
+std::vector<double> random_stiffness(int n, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<double> stiffness(static_cast<size_t>(n));
+  for (double& s : stiffness) s = std::pow(100, random.uniform(0, 1));
+  return stiffness;
+}
+
+/// E of the one form, written out.
+double one_form(const CellEnergy& energy, const Positions& p, const std::vector<Matrix3>& rotations) {
+  double sum = .5 * p.cwiseProduct(Positions(energy.K * p)).sum() + energy.rest_energy;
+  for (int c = 0; c < energy.n_cells(); ++c)
+    for (int e = energy.cell_offsets[c]; e < energy.cell_offsets[c + 1]; ++e)
+      sum -= p.row(energy.cell_vertices[e]).dot((rotations[c] * energy.q.row(e).transpose()).transpose());
+  return sum;
+}
+
+class SurfaceEnergies : public testing::TestWithParam<Model> {
+ protected:
+  arap::Options options() const { return GetParam().options(); }
+  Reference reference(const MeshData& mesh, std::vector<double> stiffness = {}) const {
+    return {mesh, GetParam().energy, GetParam().weights, std::move(stiffness)};
+  }
+};
+
+TEST_P(SurfaceEnergies, MatrixIsThatOfTheReference) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    const Eigen::MatrixXd K = assemble(mesh, options()).K;
+    EXPECT_LT((K - reference(mesh).matrix()).cwiseAbs().maxCoeff(), 1e-10 * K.cwiseAbs().maxCoeff()) << mesh.name;
+    EXPECT_LT((K - K.transpose()).cwiseAbs().maxCoeff(), 1e-13 * K.cwiseAbs().maxCoeff()) << mesh.name;
+    EXPECT_LT(K.rowwise().sum().cwiseAbs().maxCoeff(), 1e-11 * K.cwiseAbs().maxCoeff()) << mesh.name;
+  }
+}
+
+TEST_P(SurfaceEnergies, OneFormIsTheDoubleSum) {
+  Random random(21);
+  for (const MeshData& mesh : all_small_meshes()) {
+    const CellEnergy energy = assemble(mesh, options());
+    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .2);
+    std::vector<Matrix3> rotations;
+    for (int c = 0; c < mesh.n_vertices(); ++c) rotations.push_back(random.rigid_motion(1, 0).rotation);
+    const double expected = reference(mesh).energy(p, rotations);
+    EXPECT_NEAR(one_form(energy, p, rotations), expected, 1e-10 * expected) << mesh.name;
+  }
+}
+
+TEST_P(SurfaceEnergies, RestVectorsOfEachCellSumToZero) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    const CellEnergy energy = assemble(mesh, options());
+    ASSERT_EQ(energy.n_cells(), mesh.n_vertices());
+    for (int c = 0; c < energy.n_cells(); ++c) {
+      Vector3 sum = Vector3::Zero();
+      for (int e = energy.cell_offsets[c]; e < energy.cell_offsets[c + 1]; ++e) sum += energy.q.row(e).transpose();
+      EXPECT_LT(sum.norm(), 1e-11 * energy.q.cwiseAbs().maxCoeff()) << mesh.name;
+    }
+  }
+}
+
+TEST_P(SurfaceEnergies, RightHandSideIsThatOfTheReference) {
+  Random random(22);
+  for (const MeshData& mesh : all_small_meshes()) {
+    std::vector<Matrix3> rotations;
+    for (int c = 0; c < mesh.n_vertices(); ++c) rotations.push_back(random.rigid_motion(2, 0).rotation);
+    Positions b;
+    assemble(mesh, options()).right_hand_side(rotations, b, 1);
+    const Positions expected = reference(mesh).right_hand_side(rotations);
+    EXPECT_LT(max_distance(b, expected), 1e-10 * expected.cwiseAbs().maxCoeff()) << mesh.name;
+  }
+}
+
+TEST_P(SurfaceEnergies, LibraryEnergyIsThatOfTheReference) {
+  Random random(23);
+  for (const MeshData& mesh : all_small_meshes()) {
+    const arap::SurfaceArap solver(mesh.mesh(), options());
+    for (const double noise : {.01, .1, 1.0}) {
+      const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), noise * mesh.diagonal());
+      const double expected = reference(mesh).energy(p);
+      EXPECT_NEAR(solver.energy(p), expected, 1e-10 * expected) << mesh.name << ", noise " << noise;
+    }
+  }
+}
+
+TEST_P(SurfaceEnergies, LibraryGradientIsThatOfTheReferenceAndOfFiniteDifferences) {
+  Random random(24);
+  for (const MeshData& mesh : all_small_meshes()) {
+    const arap::SurfaceArap solver(mesh.mesh(), options());
+    const Reference plain = reference(mesh);
+    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .05 * mesh.diagonal());
+    const Positions gradient = solver.energy_gradient(p);
+    const double scale = gradient.cwiseAbs().maxCoeff();
+    EXPECT_LT(max_distance(gradient, plain.gradient(p)), 1e-9 * scale) << mesh.name;
+    const double h = 1e-5 * mesh.diagonal();
+    for (int trial = 0; trial < 10; ++trial) {
+      const int v = std::min(mesh.n_vertices() - 1, static_cast<int>(random.uniform(0, mesh.n_vertices())));
+      const int axis = trial % 3;
+      Positions forth = p;
+      Positions back = p;
+      forth(v, axis) += h;
+      back(v, axis) -= h;
+      EXPECT_NEAR((solver.energy(forth) - solver.energy(back)) / (2 * h), gradient(v, axis), 1e-6 * scale) << mesh.name;
+      EXPECT_NEAR((plain.energy(forth) - plain.energy(back)) / (2 * h), gradient(v, axis), 1e-6 * scale) << mesh.name;
+    }
+  }
+}
+
+TEST_P(SurfaceEnergies, IsZeroForRigidMotionsAndPositiveElsewhere) {
+  Random random(25);
+  for (const MeshData& mesh : all_small_meshes()) {
+    const arap::SurfaceArap solver(mesh.mesh(), options());
+    const double size = mesh.diagonal() * mesh.diagonal();
+    const Positions moved = random.rigid_motion(2, mesh.diagonal()).apply(mesh.positions());
+    EXPECT_NEAR(solver.energy(moved), 0, 1e-12 * size) << mesh.name;
+    EXPECT_LT(solver.energy_gradient(moved).cwiseAbs().maxCoeff(), 1e-10 * mesh.diagonal()) << mesh.name;
+    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .1 * mesh.diagonal());
+    EXPECT_GT(solver.energy(p), 1e-4 * size) << mesh.name;
+    EXPECT_NEAR(solver.energy(random.rigid_motion(2, 1).apply(p)), solver.energy(p), 1e-10 * solver.energy(p))
+        << mesh.name;
+  }
+}
+
+TEST_P(SurfaceEnergies, UnderAReflectionNoRotationIsPerfect) {
+  const MeshData mesh = bumpy_sphere(1);
+  const arap::SurfaceArap solver(mesh.mesh(), options());
+  Positions p = mesh.positions();
+  p.col(0) *= -1;
+  const double expected = reference(mesh).energy(p);
+  EXPECT_GT(expected, 1e-3);
+  EXPECT_NEAR(solver.energy(p), expected, 1e-10 * expected);
+}
+
+TEST_P(SurfaceEnergies, StiffnessScalesWholeCells) {
+  Random random(26);
+  for (const MeshData& mesh : {bumpy_sphere(1), quad_sphere(3), star_prism(5, 3), sheared_cylinder(8, 4)}) {
+    const std::vector<double> stiffness = random_stiffness(mesh.n_vertices(), 5);
+    const arap::SurfaceArap solver(mesh.mesh(), options(), with_stiffness(stiffness));
+    const Reference plain = reference(mesh, stiffness);
+    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .1);
+    EXPECT_NEAR(solver.energy(p), plain.energy(p), 1e-10 * plain.energy(p)) << mesh.name;
+    EXPECT_LT(max_distance(solver.energy_gradient(p), plain.gradient(p)), 1e-9 * plain.gradient(p).norm()) << mesh.name;
+  }
+}
+
+TEST_P(SurfaceEnergies, MatrixIsPositiveDefiniteWithOneVertexErasedWhateverTheStiffness) {
+  for (const MeshData& mesh : {bumpy_sphere(1), sheared_cylinder(10, 5), star_prism(7, 3)}) {
+    const Eigen::MatrixXd K = assemble(mesh, options(), random_stiffness(mesh.n_vertices(), 6)).K;
+    const auto rest = Eigen::seq(1, Eigen::last);
+    EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(K(rest, rest)).info(), Eigen::Success) << mesh.name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(AllModels, SurfaceEnergies, testing::ValuesIn(all_models()), model_name);
+
+TEST(SpokesAndRims, CornersOnStraightSidesAddNoEnergyOfTheirOwn) {
+  // Fans whose triangles are collinear drop out; the other fans hold the corner.
+  const MeshData mesh = sheet_with_collinear_corners();
+  const Reference plain(mesh, Energy::kSpokesAndRims, EdgeWeights::kCotangent);
+  const arap::SurfaceArap solver(mesh.mesh());
+  const Positions p = mesh.positions() + Random(27).noise(mesh.n_vertices(), .1);
+  EXPECT_NEAR(solver.energy(p), plain.energy(p), .05 * plain.energy(p));
+  EXPECT_NEAR(solver.energy(default_bend(mesh).apply(mesh.positions())), 0, 1e-12);
+}
+
+TEST(SpokesAndRims, EnergyOfEachTriangleIsNotNegative) {
+  // One obtuse triangle, its corners anywhere.
+  const MeshData mesh{"obtuse", {{0, 0, 0}, {1, 0, 0}, {-3, .3, 0}}, {{0, 1, 2}}};
+  const arap::SurfaceArap solver(mesh.mesh());
+  Random random(28);
+  for (int trial = 0; trial < 100; ++trial) EXPECT_GE(solver.energy(random.noise(3, 5)), -1e-12);
+}
+
+TEST(Spokes, SingleNegativeCotangentsCountAsZero) {
+  // Two obtuse triangles at an edge: with the sum of cotangents clamped, or not at all, its weight would differ.
+  const MeshData mesh{"kite", {{0, 0, 0}, {1, 0, 0}, {.5, .1, 0}, {.5, -2, 0}}, {{0, 1, 2}, {1, 0, 3}}};
+  arap::Options options;
+  options.energy = Energy::kSpokes;
+  const Eigen::MatrixXd K = assemble(mesh, options).K;
+  const double sharp = 2 * std::atan(.25);  // the angle at vertex 3
+  EXPECT_NEAR(K(0, 1), -4 * .5 / std::tan(sharp), 1e-12);
+}
+
+TEST(Assemble, ProgressMayStopIt) {
+  EXPECT_THROW(arap::assemble_surface_energy(bumpy_sphere(2).mesh(), {}, {}, 1, [](double) { return false; }),
+               arap::Cancelled);
+}
+
+TEST(Assemble, ThreadsDoNotChangeTheResult) {
+  const MeshData mesh = bumpy_sphere(4);
+  const CellEnergy one = arap::assemble_surface_energy(mesh.mesh(), {}, {}, 1, {});
+  const CellEnergy two = arap::assemble_surface_energy(mesh.mesh(), {}, {}, 2, {});
+  EXPECT_EQ((one.K - two.K).norm(), 0);
+  EXPECT_EQ(one.q, two.q);
+  EXPECT_EQ(one.rest_energy, two.rest_energy);
+}
+
+}  // namespace
+}  // namespace arap_test
