@@ -32,8 +32,9 @@ void SolveOptions::validate() const {
 
 int choose_threads(int requested, int n_vertices) {
   if (requested > 0) return requested;
-  // Below some thousand vertices the barriers cost more than the second thread brings.
-  constexpr int kVerticesPerThread = 2000;
+  // An OpenMP barrier costs little on idle cores but a time slice where another program holds one of them; below this
+  // size the second thread brings less than that risks.
+  constexpr int kVerticesPerThread = 10000;
   return std::clamp(n_vertices / kVerticesPerThread, 1, std::max(1, omp_get_max_threads()));
 }
 
