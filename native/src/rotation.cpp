@@ -89,7 +89,7 @@ Matrix3 nearest_rotation_with_axis(const Matrix3& S, const Vector3& from, const 
   const Vector3 vee(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
   const double cosine = M.trace() - to.dot(M * to);
   const double sine = to.dot(vee);
-  if (std::hypot(cosine, sine) <= 1e-14 * M.norm()) return start;
+  if (cosine * cosine + sine * sine <= 1e-28 * M.squaredNorm()) return start;
   return Eigen::AngleAxisd(std::atan2(sine, cosine), to).toRotationMatrix() * start;
 }
 

@@ -35,7 +35,8 @@ struct Normalization {
 
   [[nodiscard]] Positions to_model(const Positions& p) const { return (p.rowwise() - center) / size; }
   [[nodiscard]] Positions to_input(const Positions& p) const { return (p * size).rowwise() + center; }
-  [[nodiscard]] double energy_to_input(double energy) const { return energy * size * size; }
+  /// No energy here is negative; rounding may be.
+  [[nodiscard]] double energy_to_input(double energy) const { return std::max(0.0, energy) * size * size; }
 };
 
 /// Joins the vertices at one place: model vertex of each input vertex, and the mesh of the model vertices.
@@ -210,7 +211,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, const SolveOption
   const Positions model_targets = normalization.to_model(targets);
   LocalGlobal iteration(model, *constraints, constraints->vertex_targets(model_targets),
                         constraints->patch_targets(model_targets));
-  const Pose before = pose;
+  const Positions before = pose.positions;
   IterationReport report;
   try {
     apply_guess(iteration, model_targets, options, rotations);
@@ -218,10 +219,10 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, const SolveOption
     if (!pose.positions.allFinite())
       throw SolverError("the positions are no longer finite; the last good pose is kept");
   } catch (...) {
-    pose = before;
+    pose.positions = before;
     throw;
   }
-  if (report.stop_reason == StopReason::kCancelled) pose = before;
+  if (report.stop_reason == StopReason::kCancelled) pose.positions = before;
 
   SolveResult result;
   result.positions = normalization.to_input(join.to_input(pose.positions));
