@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""ARAP Deform: poses a mesh as rigidly as possible with handles, live, and bakes the poses to shape keys.
+
+Modules are imported in register(), so that those without bpy (session, the posing act) load in a plain Python too.
+"""
+
+import sys
+from types import ModuleType
+
+bl_info = {
+    "name": "ARAP Deform",
+    "author": "ARAP Deform contributors",
+    "description": "Pose a mesh with handles, as rigidly as possible, and bake the poses to shape keys",
+    "version": (0, 1, 0),
+    "blender": (3, 4, 0),
+    "location": "3D View > Sidebar > ARAP",
+    "category": "Animation",
+}
+
+
+def _modules() -> tuple[ModuleType, ...]:
+    from . import cli, handlers, menus, operators, panels, properties
+
+    return (properties, handlers, operators, panels, menus, cli)
+
+
+def register() -> None:
+    for module in _modules():
+        module.register()
+
+
+def unregister() -> None:
+    for module in reversed(_modules()):
+        module.unregister()
+    # Blender reloads this file alone when a new version is installed: the rest must be imported anew.
+    for name in [name for name in sys.modules if name.startswith(f"{__name__}.")]:
+        del sys.modules[name]

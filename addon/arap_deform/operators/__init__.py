@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Operators: each checks the context, calls one function of api, and says what went wrong."""
+
+from types import ModuleType
+
+
+def _modules() -> tuple[ModuleType, ...]:
+    from . import bake, handles, pins, pose, pose_undo, solve
+
+    return (pins, handles, pose_undo, pose, solve, bake)
+
+
+def register() -> None:
+    for module in _modules():
+        module.register()
+
+
+def unregister() -> None:
+    for module in reversed(_modules()):
+        module.unregister()

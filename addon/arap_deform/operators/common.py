@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every operator and panel asks first: which mesh, and may it be changed."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import bpy
+
+from .. import api
+from . import pose_act
+
+Execute = Callable[[Any, bpy.types.Context], set[str]]
+
+
+def posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
+    """The mesh that panels and operators mean.
+
+    The active mesh; else the mesh that has the active object as a handle, so that the panel stays when an empty or an
+    armature is picked; else the one that is being posed; else the one selected mesh.
+    """
+    active = context.object
+    if active is not None and active.type == "MESH":
+        return active
+    if active is not None:
+        for obj in context.view_layer.objects:
+            if obj.type == "MESH" and any(handle.target == active for handle in obj.arap.handles):
+                return obj
+    if len(pose_act.running) == 1:
+        return context.view_layer.objects.get(next(iter(pose_act.running)))
+    meshes = [obj for obj in context.selected_objects if obj.type == "MESH"]
+    return meshes[0] if len(meshes) == 1 else None
+
+
+def why_no_mesh(context: bpy.types.Context) -> str:
+    """Why there is nothing to work on; '' where there is."""
+    obj = posed_object(context)
+    if obj is None:
+        return "Select a mesh first"
+    if obj.library is not None or obj.data.library is not None:
+        return "This mesh is linked from another file: make it local first (Object > Relations > Make Local)"
+    return ""
+
+
+def why_not_idle(context: bpy.types.Context) -> str:
+    """As why_no_mesh(), and the mesh must be in Object Mode (an armature may be in Pose Mode) and not being posed."""
+    reason = why_no_mesh(context)
+    obj = posed_object(context)
+    if reason or obj is None:
+        return reason
+    if obj.mode != "OBJECT":
+        return "Go to Object Mode first (Tab)"
+    if obj.name in pose_act.running:
+        return "End the pose first: Enter keeps it, Esc cancels it"
+    return ""
+
+
+def why_not_solvable(context: bpy.types.Context) -> str:
+    """As why_not_idle(), and there must be a solver and something that moves."""
+    reason = why_not_idle(context) or api.native_problem()
+    obj = posed_object(context)
+    if reason or obj is None:
+        return reason
+    if not any(handle.is_enabled for handle in obj.arap.handles):
+        return "Add a handle first: nothing moves the mesh yet"
+    return ""
+
+
+def allow(cls: Any, reason: str) -> bool:
+    """For poll(): True without a reason; else greyed, with the reason in the tooltip."""
+    if reason:
+        cls.poll_message_set(reason)
+    return not reason
+
+
+def reports_errors(execute: Execute) -> Execute:
+    """Turns errors that api raises for the user into a report and {'CANCELLED'}."""
+
+    @functools.wraps(execute)
+    def wrapper(self: Any, context: bpy.types.Context) -> set[str]:
+        try:
+            return execute(self, context)
+        except (ValueError, RuntimeError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+
+    return wrapper
+
+
+@contextmanager
+def object_mode(obj: bpy.types.Object) -> Iterator[None]:
+    """Leaves Edit Mode for a while: vertex groups cannot be written in it."""
+    was_in_edit_mode = obj.mode == "EDIT"
+    if was_in_edit_mode:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    try:
+        yield
+    finally:
+        if was_in_edit_mode:
+            bpy.ops.object.mode_set(mode="EDIT")
+
+
+def tag_panels(context: bpy.types.Context) -> None:
+    """Redraws the sidebars of all 3D views."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()

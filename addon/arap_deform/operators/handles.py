@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""Handles: objects and bones that move vertices."""
+
+from typing import Any
+
+import bpy
+from bpy.props import FloatProperty, StringProperty
+
+from .. import api, mesh_io
+from .common import (
+    allow,
+    object_mode,
+    posed_object,
+    reports_errors,
+    why_no_mesh,
+    why_not_idle,
+)
+
+Target = tuple[bpy.types.Object, str]  # the name of the bone is '' for a whole object
+
+
+def selected_targets(context: bpy.types.Context, obj: bpy.types.Object) -> list[Target]:
+    """What is selected beside the mesh: bones in Pose Mode, else objects that are not meshes."""
+    if context.mode == "POSE":
+        return [(bone.id_data, bone.name) for bone in context.selected_pose_bones]
+    return [(other, "") for other in context.selected_objects if other != obj and other.type not in {"MESH", "ARMATURE"}]
+
+
+class ARAP_OT_handle_add(bpy.types.Operator):
+    """Hang the selected vertices on a new empty"""
+
+    bl_idname = "arap.handle_add"
+    bl_label = "Add ARAP Handle"
+    bl_description = "Hang the selected vertices on a new empty: move, turn or scale it while posing and they follow"
+    bl_options = {"REGISTER", "UNDO"}
+
+    name: StringProperty(name="Name", description="Name of the new handle and its empty", default="Handle")
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        reason = why_no_mesh(context)
+        obj = posed_object(context)
+        if not reason and obj is not None and obj.mode != "EDIT":
+            reason = "Select vertices in Edit Mode (Tab) to hang them on a handle"
+        return allow(cls, reason)
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj = posed_object(context)
+        vertices = mesh_io.selected_vertices(obj)
+        if not len(vertices):
+            raise ValueError("No vertices are selected: select those that the handle shall move")
+        with object_mode(obj):
+            api.add_handle(obj, vertices, name=self.name)
+        obj.arap.active_handle_index = len(obj.arap.handles) - 1
+        return {"FINISHED"}
+
+
+class ARAP_OT_handle_add_from_empties(bpy.types.Operator):
+    """Make handles of the selected empties or bones"""
+
+    bl_idname = "arap.handle_add_from_empties"
+    bl_label = "Add ARAP Handles from Selected Empties"
+    bl_description = "Each selected empty (in Pose Mode: each selected bone) takes the vertices around it"
+    bl_options = {"REGISTER", "UNDO"}
+
+    radius: FloatProperty(
+        name="Radius",
+        description="Take the vertices within this distance, or the nearest one where there is none. 0: the nearest",
+        default=0.0,
+        min=0.0,
+        subtype="DISTANCE",
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        reason = why_no_mesh(context)
+        obj = posed_object(context)
+        if not reason and obj is not None:
+            if obj.mode != "OBJECT":
+                reason = "Go to Object Mode first (Tab)"
+            elif not selected_targets(context, obj):
+                reason = "Select empties (in Pose Mode: bones) as well as the mesh"
+        return allow(cls, reason)
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj = posed_object(context)
+        targets = selected_targets(context, obj)
+        n_before = len(obj.arap.handles)
+        try:
+            for target, bone in targets:
+                api.add_handle_for(obj, target, bone=bone, radius=self.radius or None)
+        except (ValueError, RuntimeError):
+            for index in reversed(range(n_before, len(obj.arap.handles))):
+                api.remove_handle(obj, index)
+            raise
+        obj.arap.active_handle_index = len(obj.arap.handles) - 1
+        return {"FINISHED"}
+
+
+class ARAP_OT_handle_remove(bpy.types.Operator):
+    """Remove the handle chosen in the list"""
+
+    bl_idname = "arap.handle_remove"
+    bl_label = "Remove ARAP Handle"
+    bl_description = "Remove the handle chosen in the list, with the empty and the vertex group that were made for it"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        reason = why_no_mesh(context)
+        return allow(cls, reason or ("" if posed_object(context).arap.handles else "There are no handles"))
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj = posed_object(context)
+        settings: Any = obj.arap
+        with object_mode(obj):
+            api.remove_handle(obj, settings.active_handle_index)
+        settings.active_handle_index = max(0, min(settings.active_handle_index, len(settings.handles) - 1))
+        return {"FINISHED"}
+
+
+class ARAP_OT_reset_handles(bpy.types.Operator):
+    """Put all handles back to where they are at rest"""
+
+    bl_idname = "arap.reset_handles"
+    bl_label = "Reset ARAP Handles"
+    bl_description = "Put every handle back to where it is while the mesh is at rest"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        reason = why_no_mesh(context)
+        return allow(cls, reason or ("" if posed_object(context).arap.handles else "There are no handles"))
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        held = api.reset_handles(posed_object(context))
+        if held:
+            self.report({"WARNING"}, f"Animation, a constraint or a driver holds these handles: {', '.join(held)}")
+        return {"FINISHED"}
+
+
+class ARAP_OT_reset_pose(bpy.types.Operator):
+    """Put the mesh back to rest"""
+
+    bl_idname = "arap.reset_pose"
+    bl_label = "Reset ARAP Pose"
+    bl_description = "Put the mesh back to its rest shape; the handles stay where they are"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return allow(cls, why_not_idle(context))
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        api.reset_pose(posed_object(context))
+        return {"FINISHED"}
+
+
+class ARAP_OT_apply_pose_as_rest(bpy.types.Operator):
+    """Make the pose the new rest shape"""
+
+    bl_idname = "arap.apply_pose_as_rest"
+    bl_label = "Apply ARAP Pose as Rest"
+    bl_description = "Make the pose shown the new rest shape of the mesh; the handles are at rest where they stand"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return allow(cls, why_not_idle(context))
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        api.apply_pose_as_rest(posed_object(context))
+        return {"FINISHED"}
+
+
+CLASSES = (
+    ARAP_OT_handle_add,
+    ARAP_OT_handle_add_from_empties,
+    ARAP_OT_handle_remove,
+    ARAP_OT_reset_handles,
+    ARAP_OT_reset_pose,
+    ARAP_OT_apply_pose_as_rest,
+)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""Pins: vertex groups that stay where they are."""
+
+from typing import Any
+
+import bpy
+from bpy.props import StringProperty
+
+from .. import api, mesh_io
+from .common import allow, object_mode, posed_object, reports_errors, why_no_mesh
+
+
+class ARAP_OT_pin_add(bpy.types.Operator):
+    """Hold vertices where they are. In Edit Mode: the selected vertices. In Object Mode: a vertex group"""
+
+    bl_idname = "arap.pin_add"
+    bl_label = "Add ARAP Pin"
+    bl_description = "Hold vertices where they are. In Edit Mode: the selected vertices. In Object Mode: a vertex group"
+    bl_options = {"REGISTER", "UNDO"}
+
+    name: StringProperty(name="Name", description="Name of the new pin", default="Pin")
+    vertex_group: StringProperty(
+        name="Vertex Group", description="Group to pin, in Object Mode", options={"SKIP_SAVE"}
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        reason = why_no_mesh(context)
+        obj = posed_object(context)
+        if not reason and obj is not None and obj.mode != "EDIT" and not obj.vertex_groups:
+            reason = "Select vertices in Edit Mode (Tab) to pin them"
+        return allow(cls, reason)
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        obj = posed_object(context)
+        if obj.mode == "EDIT" or self.vertex_group:
+            return self.execute(context)
+        if obj.vertex_groups.active is not None:
+            self.vertex_group = obj.vertex_groups.active.name
+        return context.window_manager.invoke_props_dialog(self)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        obj = posed_object(context)
+        if obj.mode == "EDIT":
+            self.layout.prop(self, "name")
+        else:
+            self.layout.prop_search(self, "vertex_group", obj, "vertex_groups")
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj = posed_object(context)
+        if obj.mode == "EDIT":
+            vertices = mesh_io.selected_vertices(obj)
+            if not len(vertices):
+                raise ValueError("No vertices are selected: select those to hold")
+            with object_mode(obj):
+                api.add_pin(obj, vertices, name=self.name)
+        elif not self.vertex_group:
+            raise ValueError("Choose the vertex group to pin, or select vertices in Edit Mode")
+        else:
+            api.add_pin_group(obj, self.vertex_group)
+        obj.arap.active_pin_index = len(obj.arap.pins) - 1
+        return {"FINISHED"}
+
+
+class ARAP_OT_pin_remove(bpy.types.Operator):
+    """Remove the pin chosen in the list"""
+
+    bl_idname = "arap.pin_remove"
+    bl_label = "Remove ARAP Pin"
+    bl_description = "Let the vertices of the pin chosen in the list go"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        reason = why_no_mesh(context)
+        return allow(cls, reason or ("" if posed_object(context).arap.pins else "There are no pins"))
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        obj = posed_object(context)
+        settings: Any = obj.arap
+        with object_mode(obj):
+            api.remove_pin(obj, settings.active_pin_index)
+        settings.active_pin_index = max(0, min(settings.active_pin_index, len(settings.pins) - 1))
+        return {"FINISHED"}
+
+
+CLASSES = (ARAP_OT_pin_add, ARAP_OT_pin_remove)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,360 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""The posing act in Blender: a modal operator that lets everything through but Enter, Esc and an undo too many.
+
+The act itself is in pose_act. Here is what it needs of Blender: names instead of references (undo replaces all data),
+handlers that say when the scene was evaluated, a timer for refining, and one exit.
+"""
+
+import threading
+import time
+import traceback
+from dataclasses import replace
+
+import bpy
+import numpy as np
+from bpy.props import BoolProperty
+from numpy.typing import NDArray
+
+from .. import api, sessions
+from ..session import Readout, Session
+from . import pose_undo
+from .binding import Binding
+from .common import allow, posed_object, reports_errors, tag_panels, why_not_solvable
+from .pose_act import End, Ending, Phase, PoseAct, running, status_text
+
+TIMER_S = 0.02
+STATUS_AGAIN_S = 0.5  # a transform clears the status bar when it ends, so it is set again this often
+EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
+
+
+class SessionBinding(Binding[Session]):
+    """A bind, with what it was made from."""
+
+    def __init__(self, inputs: api.SessionInput) -> None:
+        self.inputs = inputs
+        super().__init__(lambda progress: api.build_session(inputs, progress))
+
+
+class BlenderPoseScene:
+    """The PoseScene of one object, which is looked up by name each time."""
+
+    def __init__(self, obj: bpy.types.Object) -> None:
+        self.name = obj.name
+        self.number = 0
+        self.state = api.capture_state(obj)
+        self.depsgraph: bpy.types.Depsgraph | None = None
+        self._counts = _counts(obj)
+        live = sessions.get(obj.name)
+        self._topology = live.inputs.signature.topology if live is not None else None
+        self._has_written = False
+        self._is_suspect = True
+
+    @property
+    def obj(self) -> bpy.types.Object | None:
+        """The object; None where it is gone, or another one has its name."""
+        obj = bpy.data.objects.get(self.name)
+        return obj if obj is not None and pose_undo.is_within(obj, self.number) else None
+
+    def note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Looks whether somebody else has changed the mesh."""
+        for update in depsgraph.updates:
+            if update.is_updated_geometry and update.id.name == self.name and isinstance(update.id, bpy.types.Object):
+                self._is_suspect = self._is_suspect or not self._has_written
+                self._has_written = False
+
+    def why_over(self) -> str:
+        obj = self.obj
+        if obj is None or obj.name not in _scene().objects:
+            return f"'{self.name}' is no longer there: posing has ended"
+        if obj.mode != "OBJECT":
+            return f"'{self.name}' is no longer in Object Mode: the pose is kept and posing has ended"
+        if _counts(obj) != self._counts:
+            return f"The mesh of '{self.name}' has changed: posing has ended, its rest shape is another one now"
+        for index, handle in enumerate(obj.arap.handles):
+            problem = api.handle_problem(obj, index) if handle.is_enabled else ""
+            if problem:
+                return f"{problem}. The pose is kept and posing has ended"
+        return ""
+
+    def is_bound(self) -> bool:
+        is_suspect, self._is_suspect = self._is_suspect, False
+        return not api.check_live(self._obj(), is_thorough=is_suspect)
+
+    def begin_bind(self) -> SessionBinding:
+        inputs = api.session_input(self._obj(), self._depsgraph())
+        topology = inputs.signature.topology
+        if self._topology not in {None, topology}:
+            raise ValueError(f"The faces of '{self.name}' have changed")
+        self._topology = topology
+        return SessionBinding(inputs)
+
+    def adopt(self, bind: SessionBinding) -> None:
+        api.adopt_session(self._obj(), bind.inputs, bind.result())
+
+    def go_on_from_shown(self) -> None:
+        api.sync_session(self._obj())
+
+    def matrices(self) -> NDArray[np.float64]:
+        return api.handle_matrices(self._obj(), self._depsgraph())
+
+    def update(self, time_limit_s: float | None) -> Readout:
+        # Written while the scene is being evaluated, the key is evaluated again without a call; else with one.
+        self._has_written = self.depsgraph is None
+        return api.update_pose(self._obj(), self._depsgraph(), time_limit_s=time_limit_s)
+
+    def iteration_limit(self) -> int:
+        return int(self._obj().arap.max_iterations)
+
+    def _obj(self) -> bpy.types.Object:
+        obj = self.obj
+        if obj is None:
+            raise RuntimeError(f"'{self.name}' is no longer there")
+        return obj
+
+    def _depsgraph(self) -> bpy.types.Depsgraph:
+        return self.depsgraph or bpy.context.evaluated_depsgraph_get()
+
+
+def _scene() -> bpy.types.Scene:
+    return bpy.context.scene
+
+
+def _counts(obj: bpy.types.Object) -> tuple[int, int, int]:
+    return len(obj.data.vertices), len(obj.data.loops), len(obj.data.polygons)
+
+
+class Run:
+    """One running act: its state machine, its scene, and what it has put into Blender's window."""
+
+    def __init__(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        """Begins the act. Raises ValueError or RuntimeError where it cannot; then nothing has changed."""
+        self.scene = BlenderPoseScene(obj)
+        self.act = PoseAct(self.scene)
+        self._workspaces: set[str] = set()
+        self._status = ("", 0.0)
+        self.scene.number = pose_undo.mark(obj)
+        try:
+            self.act.begin()
+        except (ValueError, RuntimeError):
+            pose_undo.unmark(obj)
+            raise
+        pose_undo.push("Begin ARAP Pose")
+        self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
+        _add(self)
+
+    def show_status(self, context: bpy.types.Context) -> None:
+        text, shown_at = self._status
+        now = time.monotonic()
+        if context.workspace is None or (status_text(self.act) == text and now - shown_at < STATUS_AGAIN_S):
+            return
+        self._status = (status_text(self.act), now)
+        self._workspaces.add(context.workspace.name)
+        context.workspace.status_text_set(self._status[0])
+
+    def finish(self) -> End:
+        """The one exit of all ends; ``end.message`` is what is left to say."""
+        end = self.act.end
+        assert end is not None
+        bpy.context.window_manager.event_timer_remove(self._timer)
+        _remove(self)
+        obj = self.scene.obj
+        if obj is None:
+            api.end_session(self.scene.name)
+        elif end.how is Ending.RESTORE:
+            end = self._restore(obj, end)
+        pose_undo.finish(obj, self.scene.number, as_one_step=end.how is not Ending.LEAVE)
+        for name in self._workspaces:
+            workspace = bpy.data.workspaces.get(name)
+            if workspace is not None:
+                workspace.status_text_set(None)
+        if end.error is not None and not isinstance(end.error, (ValueError, RuntimeError)):
+            traceback.print_exception(end.error)  # a fault of ours: the report on it needs more than a sentence
+        tag_panels(bpy.context)
+        return end
+
+    def _restore(self, obj: bpy.types.Object, end: End) -> End:
+        try:
+            api.restore_state(obj, self.scene.state)
+        except (ValueError, RuntimeError) as error:
+            return replace(end, message=f"{end.message} {error}".strip(), error=end.error or error)
+        return end
+
+
+_runs: dict[str, Run] = {}
+
+
+def _add(run: Run) -> None:
+    if not _runs:
+        for event, handler in _HANDLERS:
+            getattr(bpy.app.handlers, event).append(handler)
+    _runs[run.scene.name] = run
+    running[run.scene.name] = run.act
+
+
+def _remove(run: Run) -> None:
+    _runs.pop(run.scene.name, None)
+    running.pop(run.scene.name, None)
+    if not _runs:
+        for event, handler in _HANDLERS:
+            handlers = getattr(bpy.app.handlers, event)
+            if handler in handlers:  # a file load has cleared them
+                handlers.remove(handler)
+
+
+def _on_evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> None:
+    # Rendering evaluates in a thread of its own, on data that must not change under it.
+    if depsgraph is None or threading.current_thread() is not threading.main_thread():
+        return
+    if bpy.app.is_job_running("RENDER"):
+        return
+    for run in list(_runs.values()):
+        if scene.objects.get(run.scene.name) is not None or run.scene.obj is None:
+            run.scene.note_change(depsgraph)
+            run.scene.depsgraph = depsgraph
+            run.act.scene_changed()
+            run.scene.depsgraph = None
+
+
+def _on_undo(*_: object) -> None:
+    for run in list(_runs.values()):
+        if run.scene.obj is None:
+            run.act.leave("Undo went back to before this pose: posing has ended")
+        else:
+            run.act.undone()
+
+
+_HANDLERS = (
+    ("depsgraph_update_post", _on_evaluated),
+    ("frame_change_post", _on_evaluated),
+    ("undo_post", _on_undo),
+    ("redo_post", _on_undo),
+)
+
+
+class ARAP_OT_pose(bpy.types.Operator):
+    """Move the handles and the mesh follows, until Enter keeps the pose or Esc cancels it"""
+
+    bl_idname = "arap.pose"
+    bl_label = "ARAP Pose"
+    bl_description = "Move, turn and scale the handles and the mesh follows. Enter keeps the pose, Esc cancels it"
+    bl_options = {"UNDO"}
+
+    _run: Run
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if bpy.app.background:
+            return allow(cls, "Posing needs a window: use Solve")
+        return allow(cls, why_not_solvable(context))
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        return self._begin(context)
+
+    @reports_errors
+    def _begin(self, context: bpy.types.Context) -> set[str]:
+        self._run = Run(context, posed_object(context))
+        context.window_manager.modal_handler_add(self)
+        self._run.show_status(context)
+        tag_panels(context)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        run = self._run
+        is_ours = False
+        if event.type == "TIMER":
+            self._tick(context)
+        else:
+            # A release that ends somebody else's drag reaches us too, so only a press means something.
+            is_ours = event.value == "PRESS" and self._on_press(context, event)
+            run.show_status(context)
+        if run.act.end is None:
+            return {"RUNNING_MODAL"} if is_ours else {"PASS_THROUGH"}
+        end = run.finish()
+        if end.message:
+            self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
+        if end.how is Ending.KEEP:
+            return {"FINISHED"}
+        if end.how is Ending.RESTORE:
+            pose_undo.push("Cancel ARAP Pose")
+        return {"CANCELLED"}
+
+    def cancel(self, _context: bpy.types.Context) -> None:
+        """Blender ends the operator: file load, closed window."""
+        self._run.act.cancel()
+        self._run.finish()
+
+    def _tick(self, context: bpy.types.Context) -> None:
+        if bpy.app.is_job_running("RENDER"):
+            return
+        act = self._run.act
+        before = act.readout
+        act.tick()
+        if act.phase is Phase.BINDING:
+            self._run.show_status(context)
+        if act.readout is not before or act.phase is Phase.BINDING:
+            tag_panels(context)
+
+    def _on_press(self, context: bpy.types.Context, event: bpy.types.Event) -> bool:
+        """Acts on our keys; True where the key was ours."""
+        act = self._run.act
+        if _editor_at(context, event) in EDITORS_WITH_TEXT:
+            return False
+        if event.type in {"RET", "NUMPAD_ENTER"}:
+            act.keep()
+            return True
+        if event.type == "ESC" and not context.screen.is_animation_playing:  # there Esc ends the playback
+            act.cancel()
+            return True
+        if event.type == "Z" and (event.ctrl or event.oskey) and not (event.shift or event.alt):
+            # Undo takes one move back, as ever; but the step before the act is not ours to take back.
+            if not act.has_moved:
+                self.report({"INFO"}, "No handle has moved: there is nothing to take back")
+            return not act.has_moved
+        return False
+
+
+def _editor_at(context: bpy.types.Context, event: bpy.types.Event) -> str:
+    for area in context.window.screen.areas:
+        if area.x <= event.mouse_x < area.x + area.width and area.y <= event.mouse_y < area.y + area.height:
+            return str(area.type)
+    return ""
+
+
+class ARAP_OT_pose_end(bpy.types.Operator):
+    """End the posing of this mesh"""
+
+    bl_idname = "arap.pose_end"
+    bl_label = "End ARAP Pose"
+    bl_description = "End posing: keep the pose, or put everything back to where it was before"
+
+    is_kept: BoolProperty(name="Keep", description="Keep the pose. Off: everything as before", default=True)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = posed_object(context)
+        return allow(cls, "" if obj is not None and obj.name in running else "This mesh is not being posed")
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        act = running[posed_object(context).name]
+        if self.is_kept:
+            act.keep()
+        else:
+            act.cancel()
+        return {"FINISHED"}
+
+
+CLASSES = (ARAP_OT_pose, ARAP_OT_pose_end)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for run in list(_runs.values()):  # Blender drops running operators without a word when their class goes
+        run.act.cancel("The add-on was disabled")
+        run.finish()
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

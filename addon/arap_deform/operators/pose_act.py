@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The posing act as a state machine. No bpy: what it needs of Blender comes through PoseScene, tests fake it.
+
+    BINDING --bound--> FOLLOWING --end--> ENDED
+       ^                   |
+       +----out of date----+
+
+However the act ends, ``end`` says how and why, once; after that nothing in here touches the scene any more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..session import Readout
+
+running: dict[str, PoseAct] = {}
+"""The acts under way, by name of the object: for panels and polls."""
+
+# A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
+REFINE_TIME_LIMIT_S = 0.1
+
+
+class Phase(Enum):
+    BINDING = auto()
+    FOLLOWING = auto()
+    ENDED = auto()
+
+
+class Ending(Enum):
+    KEEP = auto()  # the pose stays
+    RESTORE = auto()  # key, slider and handles as they were before the act
+    LEAVE = auto()  # the scene is left as it is: what the act posed has gone or changed
+
+
+@dataclass(frozen=True)
+class End:
+    """How an act ended. ``message`` is for the user, '' where there is nothing to say."""
+
+    how: Ending
+    message: str = ""
+    error: Exception | None = None
+
+
+class Bind(Protocol):
+    """A bind under way in a worker thread."""
+
+    @property
+    def fraction(self) -> float: ...
+    @property
+    def is_done(self) -> bool: ...
+    def drop(self) -> None: ...
+
+
+class PoseScene(Protocol):
+    """What the act needs of Blender, for one object."""
+
+    def why_over(self) -> str:
+        """Why the act cannot go on (object gone, other mode, other mesh ...), one sentence; '' while it can."""
+
+    def is_bound(self) -> bool:
+        """True while the live session fits the mesh, groups and settings."""
+
+    def begin_bind(self) -> Bind:
+        """Reads the scene and binds in a worker thread. Raises ValueError where the scene cannot be posed."""
+
+    def adopt(self, bind: Bind) -> None:
+        """Makes the result the live session; raises what the bind raised."""
+
+    def go_on_from_shown(self) -> None:
+        """Starts the live session from the pose that the key shows now."""
+
+    def matrices(self) -> NDArray[np.float64]:
+        """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
+
+    def update(self, time_limit_s: float | None) -> Readout:
+        """Solves a few iterations for the handles where they are, and writes the key."""
+
+    def iteration_limit(self) -> int:
+        """Iterations at most for one place of the handles."""
+
+
+class PoseAct:
+    """One posing act of one object, from begin() until ``end`` is set.
+
+    tick() is called by a timer, scene_changed() after each evaluation of the scene, undone() after an undo or redo;
+    keep(), cancel(), leave() and fail() end the act. None of them raises.
+    """
+
+    def __init__(self, scene: PoseScene) -> None:
+        self._scene = scene
+        self._bind: Bind | None = None
+        self._matrices: NDArray[np.float64] | None = None
+        self._matrices_at_start: NDArray[np.float64] | None = None
+        self._iterations_here = 0
+        self._is_busy = False
+        self.readout: Readout | None = None
+        self.is_settled = False
+        self.end: End | None = None
+
+    @property
+    def phase(self) -> Phase:
+        if self.end is not None:
+            return Phase.ENDED
+        return Phase.BINDING if self._bind is not None else Phase.FOLLOWING
+
+    @property
+    def bind_fraction(self) -> float:
+        return self._bind.fraction if self._bind is not None else 1.0
+
+    @property
+    def has_moved(self) -> bool:
+        """True where a handle is elsewhere than when the act began: then there is something to take back."""
+        return (
+            self._matrices is not None
+            and self._matrices_at_start is not None
+            and not np.array_equal(self._matrices, self._matrices_at_start)
+        )
+
+    def begin(self) -> None:
+        """Binds where that is needed. Raises ValueError where the scene cannot be posed: then no act has begun."""
+        if self._scene.is_bound():
+            self._scene.go_on_from_shown()
+        else:
+            self._bind = self._scene.begin_bind()
+
+    def tick(self) -> None:
+        """Goes on binding, or follows and refines; nothing where all is settled."""
+        self._guarded(self._tick)
+
+    def scene_changed(self) -> None:
+        """Follows the handles where they moved."""
+        if self._bind is None:
+            self._guarded(self._follow_if_bound)
+
+    def undone(self) -> None:
+        """Goes on from what undo or redo has brought; the next step follows the handles anew."""
+        self._matrices = None
+        if self._bind is None:
+            self._guarded(self._scene.go_on_from_shown)
+
+    def keep(self) -> None:
+        """Ends the act with the pose as it is; where there is none yet, everything is restored."""
+        if not self._has_followed:
+            self.cancel()
+            return
+        self.scene_changed()
+        self._finish(End(Ending.KEEP))
+
+    def cancel(self, message: str = "") -> None:
+        self._finish(End(Ending.RESTORE, message))
+
+    def leave(self, message: str) -> None:
+        self._finish(End(Ending.LEAVE, message))
+
+    def fail(self, error: Exception) -> None:
+        self._finish(End(Ending.RESTORE, f"Posing has ended and everything is as before: {error}", error))
+
+    @property
+    def _has_followed(self) -> bool:
+        return self._matrices_at_start is not None
+
+    def _guarded(self, step: Callable[[], None]) -> None:
+        # Reading evaluated matrices evaluates the scene, which calls scene_changed() within tick().
+        if self.end is not None or self._is_busy:
+            return
+        self._is_busy = True
+        try:
+            reason = self._scene.why_over()
+            if reason:
+                self.leave(reason)
+            else:
+                step()
+        except Exception as error:  # noqa: BLE001 - whatever it is, the artist's mesh and handles come first
+            self.fail(error)
+        finally:
+            self._is_busy = False
+
+    def _tick(self) -> None:
+        if self._bind is None and self._scene.is_bound():
+            self._follow(is_refining=True)
+            return
+        try:
+            self._go_on_binding()
+        except ValueError as error:
+            if not self._has_followed:
+                raise
+            self.leave(f"{error}. The pose is kept and posing has ended")
+
+    def _go_on_binding(self) -> None:
+        if self._bind is None:
+            self._bind = self._scene.begin_bind()
+        elif self._bind.is_done:
+            bind, self._bind = self._bind, None
+            self._scene.adopt(bind)
+            self._matrices = None
+
+    def _follow_if_bound(self) -> None:
+        if self._scene.is_bound():
+            self._follow(is_refining=False)
+
+    def _follow(self, *, is_refining: bool) -> None:
+        matrices = self._scene.matrices()
+        if self._matrices_at_start is None:
+            self._matrices_at_start = matrices
+        if self._matrices is None or not np.array_equal(matrices, self._matrices):
+            self._matrices = matrices
+            self._iterations_here = 0
+            self._update(None)
+        elif is_refining and not self.is_settled:
+            self._update(REFINE_TIME_LIMIT_S)
+
+    def _update(self, time_limit_s: float | None) -> None:
+        self.readout = self._scene.update(time_limit_s)
+        self._iterations_here += self.readout.iterations
+        self.is_settled = (
+            self.readout.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit()
+        )
+
+    def _finish(self, end: End) -> None:
+        if self.end is not None:
+            return
+        if self._bind is not None:
+            self._bind.drop()
+        self.end = end
+
+
+def status_text(act: PoseAct) -> str:
+    """What the status bar says: state, then keys."""
+    if act.phase is Phase.BINDING:
+        return f"ARAP Pose: preparing the mesh, {act.bind_fraction:.0%}   |   Esc: cancel"
+    state = "settled" if act.is_settled else "following"
+    return (
+        f"ARAP Pose: {state}   |   G, R, S: move, turn, scale a handle   |   Ctrl Z: take a move back"
+        "   |   Enter: keep   |   Esc: cancel"
+    )

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes a finished posing act one step of undo.
+
+Every G, R or S within an act pushes a step of its own, so that undo works inside it as anywhere. Once the act has
+ended, those steps are passed over: the object carries the act's number in each of them (``obj.arap.pose_act``), and
+an undo or redo that lands on one goes on in the same direction.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable
+
+import bpy
+from bpy.app.handlers import persistent
+
+_ended: set[int] = set()
+
+
+def mark(obj: bpy.types.Object) -> int:
+    """Gives the object the number of a new act, which every step of undo has from here on; returns the number."""
+    number = 1 + secrets.randbelow(2**31 - 2)
+    obj.arap.pose_act = number
+    return number
+
+
+def unmark(obj: bpy.types.Object) -> None:
+    """The act never began."""
+    obj.arap.pose_act = 0
+
+
+def push(message: str) -> None:
+    """Pushes a step."""
+    bpy.ops.ed.undo_push(message=message)
+
+
+def is_within(obj: bpy.types.Object, number: int) -> bool:
+    """True where the state of the scene belongs to the act."""
+    return bool(obj.arap.pose_act == number)
+
+
+def finish(obj: bpy.types.Object | None, number: int, *, as_one_step: bool) -> None:
+    """Ends the marking; the caller pushes the step to keep.
+
+    Args:
+        as_one_step: pass over the steps within the act from now on.
+    """
+    if obj is not None:
+        obj.arap.pose_act = 0
+    if as_one_step:
+        _ended.add(number)
+
+
+def _objects_within_ended() -> list[bpy.types.Object]:
+    return [obj for obj in bpy.data.objects if obj.type == "MESH" and obj.arap.pose_act in _ended] if _ended else []
+
+
+def _pass_over(step: Callable[[], set[str]]) -> None:
+    """Goes on with undo or redo, from a timer: not within the one that is just ending."""
+
+    def go_on() -> None:
+        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+            is_last = not step.poll() or "FINISHED" not in step()  # type: ignore[attr-defined]
+        if is_last:  # older steps have been forgotten: this is the oldest state there is
+            for obj in _objects_within_ended():
+                obj.arap.pose_act = 0
+
+    if _objects_within_ended():
+        bpy.app.timers.register(go_on, first_interval=0.0)
+
+
+@persistent
+def _after_undo(*_: object) -> None:
+    _pass_over(bpy.ops.ed.undo)
+
+
+@persistent
+def _after_redo(*_: object) -> None:
+    _pass_over(bpy.ops.ed.redo)
+
+
+@persistent
+def _after_load(*_: object) -> None:
+    _ended.clear()  # another file, another history
+
+
+def register() -> None:
+    bpy.app.handlers.undo_post.append(_after_undo)
+    bpy.app.handlers.redo_post.append(_after_redo)
+    bpy.app.handlers.load_post.append(_after_load)
+
+
+def unregister() -> None:
+    bpy.app.handlers.undo_post.remove(_after_undo)
+    bpy.app.handlers.redo_post.remove(_after_redo)
+    bpy.app.handlers.load_post.remove(_after_load)
+    _ended.clear()

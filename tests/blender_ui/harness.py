@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs inside Blender: installs the zip, or runs one test in a real window.
+
+A test is a generator function of one argument, the Ui. Each ``yield`` lets Blender handle the events simulated so far
+and draw: TICKS_A_STEP turns of its main loop.
+"""
+
+from __future__ import annotations
+
+import importlib
+import subprocess
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+HERE = Path(__file__).resolve().parent
+TICKS_A_STEP = 4  # an event takes up to this many turns of the main loop until everything has seen it
+PASSED = "UI TEST PASSED"
+IS_EXTENSION = bpy.app.version >= (4, 2, 0)
+MODULE = "bl_ext.user_default.arap_deform" if IS_EXTENSION else "arap_deform"
+
+Steps = Iterator[None]
+
+
+def install(zip_path: str) -> None:
+    if IS_EXTENSION:
+        bpy.ops.extensions.package_install_files(filepath=zip_path, repo="user_default", enable_on_install=False)
+    else:
+        bpy.ops.preferences.addon_install(filepath=zip_path)
+    bpy.ops.preferences.addon_enable(module=MODULE)
+    if MODULE not in bpy.context.preferences.addons:
+        raise RuntimeError(f"{MODULE} cannot be enabled after its installation")
+
+
+class Ui:
+    """The window as a test sees it: events in, pictures out. Coordinates are pixels from the lower left corner."""
+
+    def __init__(self, screenshots: Path, test: str) -> None:
+        self._screenshots = screenshots
+        self._test = test
+        self.mouse = (0, 0)
+        self.find_modules()
+
+    def find_modules(self) -> None:
+        """The add-on's own modules; again after it was disabled and enabled."""
+        self.api: Any = importlib.import_module(f"{MODULE}.api")
+        self.running: Any = importlib.import_module(f"{MODULE}.operators.pose_act").running
+
+    @property
+    def window(self) -> bpy.types.Window:
+        return bpy.context.window_manager.windows[0]
+
+    @property
+    def view(self) -> bpy.types.Area:
+        return next(area for area in self.window.screen.areas if area.type == "VIEW_3D")
+
+    def region(self, kind: str = "WINDOW") -> bpy.types.Region:
+        return next(region for region in self.view.regions if region.type == kind)
+
+    def event(self, kind: str, value: str = "PRESS", **modifiers: bool | str) -> None:
+        self.window.event_simulate(type=kind, value=value, x=self.mouse[0], y=self.mouse[1], **modifiers)
+
+    def key(self, kind: str, **modifiers: bool) -> Steps:
+        self.event(kind, "PRESS", **modifiers)
+        self.event(kind, "RELEASE", **modifiers)
+        yield
+
+    def text(self, text: str) -> Steps:
+        names = {**{str(i): name for i, name in enumerate(DIGITS)}, " ": "SPACE", ".": "PERIOD", "-": "MINUS"}
+        for letter in text:
+            self.event(names.get(letter, letter.upper()), "PRESS", unicode=letter)
+            self.event(names.get(letter, letter.upper()), "RELEASE")
+            yield
+
+    def move_mouse(self, x: int, y: int) -> Steps:
+        self.mouse = (x, y)
+        self.event("MOUSEMOVE", "NOTHING")
+        yield
+
+    def move_mouse_to_view(self) -> Steps:
+        region = self.region()
+        yield from self.move_mouse(region.x + region.width // 3, region.y + region.height // 2)
+
+    def until(self, is_true: Callable[[], bool], what: str, time_limit_s: float = 20.0) -> Steps:
+        """Waits until something is true."""
+        end = time.monotonic() + time_limit_s
+        while not is_true():
+            if time.monotonic() > end:
+                raise AssertionError(f"{what}: not after {time_limit_s} s")
+            yield
+
+    def call(self, operator: Any, *args: Any, **properties: Any) -> set[str]:
+        """Calls an operator as a button in the 3D view would."""
+        with bpy.context.temp_override(window=self.window, area=self.view, region=self.region()):
+            return operator(*(args or ("INVOKE_DEFAULT", True)), **properties)
+
+    def select(self, *objects: bpy.types.Object) -> None:
+        """Selects objects; the last one is the active one."""
+        bpy.context.view_layer.update()  # or an object removed just now is still among them, as None
+        for obj in bpy.context.view_layer.objects:
+            obj.select_set(obj in objects)
+        bpy.context.view_layer.objects.active = objects[-1]
+
+    def open_tab(self) -> Steps:
+        """Opens the sidebar on the add-on's tab, the last one."""
+        self.view.spaces.active.show_region_ui = True
+        yield
+        yield
+        region = self.region("UI")
+        yield from self.move_mouse(region.x + region.width - 8, region.y + region.height // 3)
+        for _ in range(5):  # over the tabs, the wheel goes from one to the next and stops at the last
+            self.event("WHEELDOWNMOUSE")
+            yield
+        yield from self.move_mouse_to_view()
+
+    def screenshot(self, name: str) -> Steps:
+        yield  # so that all is drawn
+        path = self._screenshots / f"{self._test}_{name}.png"
+        subprocess.run(["import", "-window", "root", str(path)], check=True)
+
+
+DIGITS = ("ZERO", "ONE", "TWO", "THREE", "FOUR", "FIVE", "SIX", "SEVEN", "EIGHT", "NINE")
+
+
+def prepare_window() -> None:
+    """Nothing that costs time or takes the first event."""
+    preferences = bpy.context.preferences
+    preferences.view.show_splash = False
+    preferences.view.smooth_view = 0
+    preferences.system.viewport_aa = "OFF"
+    preferences.view.show_tooltips = False
+
+
+def run(module: str, function: str, screenshots: str) -> None:
+    prepare_window()
+    bpy.ops.preferences.addon_enable(module=MODULE)
+    sys.path.insert(0, str(HERE))
+    test = getattr(importlib.import_module(module), function)
+    ui = Ui(Path(screenshots), function)
+    steps = test(ui)
+    ticks = 0
+
+    def tick() -> float:
+        nonlocal ticks
+        ticks += 1
+        if ticks % TICKS_A_STEP:
+            return 0.0
+        try:
+            next(steps)
+        except StopIteration:
+            print(PASSED, flush=True)
+            sys.exit(0)
+        except BaseException:
+            traceback.print_exc()
+            for _ in ui.screenshot("failed"):
+                pass
+            sys.exit(1)
+        return 0.0
+
+    bpy.app.timers.register(tick, first_interval=0.1, persistent=True)
+
+
+def main(arguments: Sequence[str]) -> None:
+    if arguments[0] == "install":
+        install(arguments[1])
+    else:
+        run(*arguments[1:])
+
+
+if __name__ == "__main__":
+    main(sys.argv[sys.argv.index("--") + 1 :])

@@ -1,0 +1,340 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The posing act, as an artist does it: with keys, in a window."""
+
+import bmesh
+import bpy
+import numpy as np
+import scenes
+from harness import Steps, Ui
+from mathutils import Vector
+
+NEAR = 1e-5
+
+
+def begin(ui: Ui) -> Steps:
+    """Starts the act and waits until it follows."""
+    yield from ui.move_mouse_to_view()
+    assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
+    yield from ui.until(lambda: "Bar" in ui.running and ui.running["Bar"].is_settled, "the act has bound and settled")
+
+
+def drag(ui: Ui, key: str, axis: str, amount: str) -> Steps:
+    """G, R or S along an axis, by a number, confirmed."""
+    yield from ui.key(key)
+    yield from ui.key(axis)
+    yield from ui.text(amount)
+    yield from ui.key("RET")
+
+
+def handle(name: str = "Top") -> bpy.types.Object:
+    return bpy.data.objects[name]
+
+
+def bar() -> bpy.types.Object:
+    return bpy.data.objects["Bar"]
+
+
+def settle(ui: Ui) -> Steps:
+    yield
+    yield from ui.until(lambda: "Bar" not in ui.running or ui.running["Bar"].is_settled, "the mesh settles")
+
+
+def assert_followed(rest: np.ndarray, shift: tuple[float, float, float]) -> None:
+    """The top has gone with its handle, the bottom has stayed, and what is between is in between."""
+    shown = scenes.shown_positions(bar())
+    np.testing.assert_allclose(shown[scenes.top()], rest[scenes.top()] + shift, atol=NEAR)
+    np.testing.assert_allclose(shown[scenes.bottom()], rest[scenes.bottom()], atol=NEAR)
+    middle = slice(4 * (scenes.N_RINGS // 2), 4 * (scenes.N_RINGS // 2) + 4)
+    moved = np.linalg.norm(shown[middle] - rest[middle], axis=1)
+    assert (moved > 0.1 * np.linalg.norm(shift)).all(), f"the middle of the bar did not follow: {moved}"
+
+
+def assert_at_rest(rest: np.ndarray) -> None:
+    np.testing.assert_allclose(scenes.shown_positions(bar()), rest, atol=NEAR)
+
+
+def select_vertices(obj: bpy.types.Object, vertices: list[int]) -> None:
+    mesh = bmesh.from_edit_mesh(obj.data)
+    mesh.verts.ensure_lookup_table()
+    for vertex in mesh.verts:
+        vertex.select_set(False)
+    for i in vertices:
+        mesh.verts[i].select_set(True)
+    mesh.select_flush(False)
+    bmesh.update_edit_mesh(obj.data)
+
+
+def test_handles_pose_enter_undo_redo(ui: Ui) -> Steps:
+    """The whole way: pin and handle from selected vertices, Pose, G, Enter; undo takes all of the act back at once."""
+    scenes.add_bar()
+    rest = scenes.key_positions(bar())
+    bpy.ops.ed.undo_push(message="scene")
+    yield from ui.move_mouse_to_view()
+    yield from ui.key("TAB")
+    select_vertices(bar(), scenes.bottom())
+    ui.call(bpy.ops.arap.pin_add)
+    yield
+    select_vertices(bar(), scenes.top())
+    ui.call(bpy.ops.arap.handle_add, "EXEC_DEFAULT", True, name="Top")
+    yield from ui.screenshot("handle_added")
+    assert bar().mode == "EDIT"
+    assert (handle().location - Vector(rest[scenes.top()].mean(axis=0))).length < NEAR
+    yield from ui.key("TAB")
+    ui.select(handle())
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    assert_followed(rest, (1.0, 0.0, 0.0))
+    yield from drag(ui, "G", "Z", "1")
+    yield from settle(ui)
+    yield from ui.screenshot("following")
+    yield from ui.key("RET")
+    assert "Bar" not in ui.running
+    assert_followed(rest, (1.0, 0.0, 1.0))
+    assert bar().data.shape_keys.key_blocks["ARAP"].value == 1.0
+    posed = scenes.key_positions(bar())
+    assert np.abs(posed - rest).max() > 1.0, "the pose is in the shape key"
+
+    yield from ui.key("Z", ctrl=True)
+    yield
+    assert_at_rest(rest)
+    assert abs(handle().location.x) < NEAR
+    assert bar().data.shape_keys is None, "the keys that the act made are gone"
+    yield from ui.key("Z", ctrl=True, shift=True)
+    yield
+    np.testing.assert_allclose(scenes.key_positions(bar()), posed, atol=NEAR)
+    assert abs(handle().location.x - 1.0) < NEAR
+    assert bar().arap.pose_act == 0
+
+
+def test_esc_restores_exactly(ui: Ui) -> Steps:
+    """Esc brings back key values, slider and the handles' transforms, to the last bit."""
+    scenes.add_bar_with_handle(ui.api)
+    handle().rotation_mode = "QUATERNION"
+    handle().location.x = 0.5
+    ui.api.solve(bar())
+    bar().data.shape_keys.key_blocks["ARAP"].value = 0.25
+    yield
+    key_before = scenes.key_positions(bar())
+    channels_before = [*handle().location, *handle().rotation_quaternion, *handle().scale]
+    ui.select(handle())
+    yield from begin(ui)
+    yield from drag(ui, "R", "Y", "45")
+    yield from drag(ui, "S", "Z", "2")
+    yield from settle(ui)
+    assert np.abs(scenes.key_positions(bar()) - key_before).max() > 0.1
+    yield from ui.key("G")  # an Esc within G is G's own
+    yield from ui.key("X")
+    yield from ui.key("ESC")
+    assert "Bar" in ui.running
+    yield from ui.key("ESC")
+    assert "Bar" not in ui.running
+    np.testing.assert_array_equal(scenes.key_positions(bar()), key_before)
+    assert bar().data.shape_keys.key_blocks["ARAP"].value == 0.25
+    assert [*handle().location, *handle().rotation_quaternion, *handle().scale] == channels_before
+    yield from ui.screenshot("restored")
+
+
+def test_esc_leaves_no_key_behind(ui: Ui) -> Steps:
+    """A mesh without shape keys has none after Esc, and an undo does not bring the cancelled pose back."""
+    scenes.add_bar_with_handle(ui.api)
+    rest = scenes.key_positions(bar())
+    bpy.ops.ed.undo_push(message="scene")
+    ui.select(handle())
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from ui.key("ESC")
+    assert bar().data.shape_keys is None
+    yield from ui.key("Z", ctrl=True)
+    yield
+    assert_at_rest(rest)
+    assert abs(handle().location.x) < NEAR
+
+
+def test_undo_within(ui: Ui) -> Steps:
+    """Ctrl Z takes one move of a handle back, the mesh follows, and the step before the act is safe."""
+    scenes.add_bar_with_handle(ui.api)
+    rest = scenes.key_positions(bar())
+    ui.select(handle())
+    bpy.ops.ed.undo_push(message="scene")
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    assert_followed(rest, (2.0, 0.0, 0.0))
+    yield from ui.key("Z", ctrl=True)
+    yield from settle(ui)
+    assert "Bar" in ui.running
+    assert_followed(rest, (1.0, 0.0, 0.0))
+    for _ in range(3):  # one more than there are
+        yield from ui.key("Z", ctrl=True)
+        yield from settle(ui)
+    assert "Bar" in ui.running
+    assert_at_rest(rest)
+    yield from ui.key("Z", ctrl=True, shift=True)
+    yield from settle(ui)
+    assert_followed(rest, (1.0, 0.0, 0.0))
+    yield from ui.key("RET")
+    assert_followed(rest, (1.0, 0.0, 0.0))
+
+
+def test_follows_whatever_moves_the_handle(ui: Ui) -> Steps:
+    """A parent, a constraint and the frame move a handle as well as G does."""
+    scenes.add_bar_with_handle(ui.api)
+    rest = scenes.key_positions(bar())
+    parent = bpy.data.objects.new("Parent", None)
+    bpy.context.scene.collection.objects.link(parent)
+    handle().parent = parent
+    handle().matrix_parent_inverse.identity()
+    ui.select(handle())
+    yield from begin(ui)
+    ui.select(parent)
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    assert_followed(rest, (1.0, 0.0, 0.0))
+
+    other = bpy.data.objects.new("Other", None)
+    bpy.context.scene.collection.objects.link(other)
+    other.location = (0.0, 0.0, 1.0)
+    constraint = handle().constraints.new("COPY_LOCATION")
+    constraint.target = other
+    constraint.use_offset = True
+    yield from settle(ui)
+    top = rest[scenes.top()].mean(axis=0)
+    shown = scenes.shown_positions(bar())[scenes.top()].mean(axis=0)
+    np.testing.assert_allclose(shown, handle().matrix_world.translation, atol=NEAR)
+    assert shown[2] > top[2] + 0.5
+    handle().constraints.remove(constraint)
+
+    parent.keyframe_insert("location", frame=1)
+    parent.location.x = 2.0
+    parent.keyframe_insert("location", frame=11)
+    bpy.context.scene.frame_set(11)
+    yield from settle(ui)
+    assert_followed(rest, (2.0, 0.0, 0.0))
+    yield from ui.key("RET")
+
+
+def test_file_load_within(ui: Ui) -> Steps:
+    """Loading a file ends the act, quietly, and the next file can be posed."""
+    scenes.add_bar_with_handle(ui.api)
+    ui.select(handle())
+    path = f"{bpy.app.tempdir}bar.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    ui.call(bpy.ops.wm.open_mainfile, "EXEC_DEFAULT", filepath=path)
+    yield
+    assert not ui.running
+    assert abs(handle().location.x) < NEAR
+    assert bar().data.shape_keys is None
+    rest = scenes.key_positions(bar())
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    assert_followed(rest, (1.0, 0.0, 0.0))
+    yield from ui.key("RET")
+    yield from ui.screenshot("posed_after_load")
+
+
+def test_deleted_mesh_within(ui: Ui) -> Steps:
+    scenes.add_bar_with_handle(ui.api)
+    ui.select(handle())
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    bpy.data.objects.remove(bar())
+    yield
+    assert not ui.running
+    assert abs(handle().location.x - 1.0) < NEAR
+    yield from drag(ui, "G", "X", "1")  # G, R and S are Blender's own again
+    assert abs(handle().location.x - 2.0) < NEAR
+
+
+def test_deleted_handle_within(ui: Ui) -> Steps:
+    """Deleting a handle's empty with X ends the act; the pose stays."""
+    scenes.add_bar_with_handle(ui.api)
+    rest = scenes.key_positions(bar())
+    ui.select(handle())
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    ui.call(bpy.ops.object.delete, "EXEC_DEFAULT", True)
+    yield
+    assert not ui.running
+    assert_followed(rest, (1.0, 0.0, 0.0))
+    yield from ui.screenshot("handle_gone")
+
+
+def test_changed_topology_within(ui: Ui) -> Steps:
+    """A mesh that changes under the act ends it, and nothing is written to it any more."""
+    scenes.add_bar_with_handle(ui.api)
+    ui.select(handle())
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    mesh = bmesh.new()
+    mesh.from_mesh(bar().data)
+    bmesh.ops.subdivide_edges(mesh, edges=mesh.edges[:], cuts=1)
+    mesh.to_mesh(bar().data)
+    mesh.free()
+    bar().data.update()
+    after = scenes.key_positions(bar())
+    yield from settle(ui)
+    assert not ui.running
+    yield from drag(ui, "G", "X", "1")
+    np.testing.assert_array_equal(scenes.key_positions(bar()), after)
+
+
+def test_edit_mode_within(ui: Ui) -> Steps:
+    """Tab ends the act; the pose stays, and Edit Mode does not lose it."""
+    scenes.add_bar_with_handle(ui.api)
+    rest = scenes.key_positions(bar())
+    ui.select(handle())
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    ui.select(bar())
+    yield from ui.key("TAB")
+    assert bar().mode == "EDIT"
+    assert not ui.running
+    yield from ui.key("TAB")
+    assert_followed(rest, (1.0, 0.0, 0.0))
+
+
+def test_pin_switched_off_within(ui: Ui) -> Steps:
+    """Switching a pin off while posing frees its vertices; the act goes on."""
+    scenes.add_bar_with_handle(ui.api)
+    rest = scenes.key_positions(bar())
+    ui.select(handle())
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    bar().arap.pins[0].is_enabled = False
+    yield from settle(ui)
+    yield from settle(ui)
+    assert "Bar" in ui.running
+    yield from ui.until(
+        lambda: np.abs(scenes.shown_positions(bar()) - rest - (1.0, 0.0, 0.0)).max() < 0.1, "the bar goes with its top"
+    )
+    yield from ui.key("RET")
+
+
+def test_disabled_add_on_within(ui: Ui) -> Steps:
+    """Disabling the add-on while posing restores everything; enabled again, it poses again."""
+    scenes.add_bar_with_handle(ui.api)
+    rest = scenes.key_positions(bar())
+    ui.select(handle())
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    module = ui.api.__name__.rpartition(".")[0]
+    bpy.ops.preferences.addon_disable(module=module)
+    yield
+    assert_at_rest(rest)
+    assert abs(handle().location.x) < NEAR
+    bpy.ops.preferences.addon_enable(module=module)
+    ui.find_modules()
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    assert_followed(rest, (1.0, 0.0, 0.0))
+    yield from ui.key("RET")
