@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 
 from . import api
-from .operators.common import posed_object
+from .operators.common import find_posed_object, posed_object
 from .operators.pose_act import Phase, PoseAct, running
 
 STOP_REASONS = {
@@ -36,7 +36,7 @@ class ArapSubPanel(ArapPanel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return posed_object(context) is not None
+        return find_posed_object(context) is not None
 
 
 class ARAP_UL_pins(bpy.types.UIList):
@@ -52,7 +52,7 @@ class ARAP_UL_pins(bpy.types.UIList):
         _active_data: Any,
         _active_property: str,
     ) -> None:
-        obj = posed_object(context)
+        obj = find_posed_object(context)
         is_missing = obj is not None and pin.name not in obj.vertex_groups
         row = layout.row(align=True)
         row.prop(pin, "is_enabled", text="")
@@ -76,7 +76,7 @@ class ARAP_UL_handles(bpy.types.UIList):
         _active_property: str,
         index: int,
     ) -> None:
-        obj = posed_object(context)
+        obj = find_posed_object(context)
         row = layout.row(align=True)
         row.prop(handle, "is_enabled", text="")
         name = row.row(align=True)
@@ -97,7 +97,7 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
         problem = api.native_problem()
         if problem:
             _draw_text(context, layout.box(), problem, "ERROR")
-        obj = posed_object(context)
+        obj = find_posed_object(context)
         if obj is None:
             _draw_text(context, layout, "Select the mesh to pose.", "INFO")
             return
@@ -124,9 +124,7 @@ class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
         obj = posed_object(context)
         settings = obj.arap
         row = layout.row()
-        row.template_list(
-            "ARAP_UL_handles", "", settings, "handles", settings, "active_handle_index", rows=3
-        )
+        row.template_list("ARAP_UL_handles", "", settings, "handles", settings, "active_handle_index", rows=3)
         column = row.column(align=True)
         column.operator("arap.handle_add", text="", icon="ADD")
         column.operator("arap.handle_remove", text="", icon="REMOVE")
@@ -166,9 +164,7 @@ class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
         obj = posed_object(context)
         settings = obj.arap
         row = layout.row()
-        row.template_list(
-            "ARAP_UL_pins", "", settings, "pins", settings, "active_pin_index", rows=3
-        )
+        row.template_list("ARAP_UL_pins", "", settings, "pins", settings, "active_pin_index", rows=3)
         column = row.column(align=True)
         column.operator("arap.pin_add", text="", icon="ADD")
         column.operator("arap.pin_remove", text="", icon="REMOVE")
@@ -199,13 +195,13 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         column.prop(settings, "weights")
         column.prop(settings, "initial_guess")
         column = _split_column(layout)
-        column.prop(settings, "iterations_per_update", text="Iterations / Update")
-        column.prop(settings, "max_iterations")
+        column.prop(settings, "iterations_per_update", text="Iterations")
+        column.prop(settings, "max_iterations", text="At Most")
         column.prop(settings, "tolerance")
-        column.prop(settings, "threads", text="Threads (0 = auto)")
+        column.prop(settings, "threads")
         column = _split_column(layout)
-        column.prop_search(settings, "rigid_group", obj, "vertex_groups")
-        column.prop_search(settings, "stiffness_group", obj, "vertex_groups")
+        column.prop_search(settings, "rigid_group", obj, "vertex_groups", text="Rigid")
+        column.prop_search(settings, "stiffness_group", obj, "vertex_groups", text="Stiffness")
         column.prop(settings, "join_seams")
 
 
@@ -218,6 +214,8 @@ def _next_step(obj: bpy.types.Object) -> str:
         return "Select the vertices to move, and add a handle below."
     if not settings.pins and len(settings.handles) < 2:
         return "Pin the vertices that shall stay, or the whole mesh moves with its handle."
+    if obj.mode == "EDIT":
+        return "Press Tab to leave Edit Mode, then Pose."
     return ""
 
 
@@ -248,9 +246,7 @@ def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseA
     column.operator("arap.pose_end", text="Cancel (Esc)", icon="X").is_kept = False
 
 
-def _draw_handle(
-    context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object, index: int
-) -> None:
+def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object, index: int) -> None:
     handle = obj.arap.handles[index]
     column = _split_column(layout)
     column.prop(handle, "target")

@@ -155,7 +155,7 @@ def run(module: str, function: str, screenshots: str) -> None:
         except StopIteration:
             print(PASSED, flush=True)
             sys.exit(0)
-        except BaseException:
+        except BaseException:  # noqa: BLE001 - whatever it is, the test has failed
             traceback.print_exc()
             for _ in ui.screenshot("failed"):
                 pass

@@ -32,12 +32,12 @@ PASSED = "UI TEST PASSED"
 
 def find_tests(only: str) -> list[tuple[str, str]]:
     """(file stem, function) of every test whose name contains ``only``."""
-    tests = []
-    for path in sorted(HERE.glob("test_*.py")):
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.FunctionDef) and node.name.startswith("test_") and only in node.name:
-                tests.append((path.stem, node.name))
-    return tests
+    return [
+        (path.stem, node.name)
+        for path in sorted(HERE.glob("test_*.py"))
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_") and only in node.name
+    ]
 
 
 @contextmanager
@@ -117,7 +117,11 @@ def main() -> int:
             start = time.monotonic()
             with display() as display_name:
                 wrong = run_test(args.blender, *test, env | {"DISPLAY": display_name}, args.screenshots.resolve())
-            print(f"{'FAIL' if wrong else 'ok  '} {test[1]} ({time.monotonic() - start:.1f} s)\n{wrong}", end="", flush=True)
+            print(
+                f"{'FAIL' if wrong else 'ok  '} {test[1]} ({time.monotonic() - start:.1f} s)\n{wrong}",
+                end="",
+                flush=True,
+            )
             return not wrong
 
         with ThreadPoolExecutor(AT_ONCE) as pool:

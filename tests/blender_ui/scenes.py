@@ -34,6 +34,16 @@ def add_bar() -> bpy.types.Object:
     return bar
 
 
+def add_grid(n: int) -> bpy.types.Object:
+    """A flat grid of n x n vertices, two units wide, in place of the default cube."""
+    for obj in list(bpy.data.objects):
+        bpy.data.objects.remove(obj)
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=n - 1, y_subdivisions=n - 1)
+    grid = bpy.context.object
+    grid.name = "Grid"
+    return grid
+
+
 def bottom() -> list[int]:
     return list(range(8))
 

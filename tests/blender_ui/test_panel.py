@@ -41,9 +41,14 @@ def test_settings_and_look(ui: Ui) -> Steps:
         bpy.utils.unregister_class(panel)
         panel.bl_options = set()
         bpy.utils.register_class(panel)
-    bpy.utils.unregister_class(bpy.types.ARAP_PT_pins)  # room for the others in the picture
     yield from ui.open_tab()
-    yield from ui.screenshot("open")
+    yield from ui.screenshot("look")
+    region = ui.region("UI")
+    yield from ui.move_mouse(region.x + region.width // 3, region.y + region.height // 2)
+    for _ in range(12):
+        ui.event("WHEELDOWNMOUSE")
+        yield
+    yield from ui.screenshot("settings")
 
 
 def test_search_finds_the_acts(ui: Ui) -> Steps:

@@ -319,6 +319,26 @@ def test_pin_switched_off_within(ui: Ui) -> Steps:
     yield from ui.key("RET")
 
 
+def test_esc_while_binding(ui: Ui) -> Steps:
+    """A bind that takes long leaves Blender alive, tells how far it is, and Esc drops it."""
+    obj = scenes.add_grid(500)
+    ui.api.add_pin(obj, list(range(500)), name="Edge")
+    ui.api.add_handle(obj, [500 * 500 - 1], name="Corner")
+    yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.pose)
+    act = ui.running["Grid"]
+    n_steps = 0
+    while act.bind_fraction < 0.2 and n_steps < 100:
+        n_steps += 1
+        yield
+    yield from ui.screenshot("binding")
+    yield from ui.key("ESC")
+    assert act.readout is None, "the bind was over before Esc: the mesh is too small for this test"
+    assert not ui.running
+    assert obj.data.shape_keys is None
+    assert n_steps > 0
+
+
 def test_disabled_add_on_within(ui: Ui) -> Steps:
     """Disabling the add-on while posing restores everything; enabled again, it poses again."""
     scenes.add_bar_with_handle(ui.api)

@@ -8,14 +8,12 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 
 from .. import api
-from .common import allow, posed_object, reports_errors, tag_panels, why_not_idle, why_not_solvable
+from .common import allow, posed_object, reports_errors, tag_panels, why_no_pose, why_not_solvable
 
 STEP_TIME_LIMIT_S = 0.1  # the window is drawn, and Esc is seen, this often
 
 
 class ARAP_OT_bake_pose(bpy.types.Operator):
-    """Copy the pose shown to a new shape key"""
-
     bl_idname = "arap.bake_pose"
     bl_label = "ARAP Bake Pose"
     bl_description = "Copy the pose shown to a new shape key with a name of its own"
@@ -25,10 +23,10 @@ class ARAP_OT_bake_pose(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_idle(context))
+        return allow(cls, why_no_pose(context))
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        return context.window_manager.invoke_props_dialog(self)
+        return set(context.window_manager.invoke_props_dialog(self))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -38,8 +36,6 @@ class ARAP_OT_bake_pose(bpy.types.Operator):
 
 
 class ARAP_OT_bake_animation(bpy.types.Operator):
-    """Bake the animation of the handles to one shape key a frame"""
-
     bl_idname = "arap.bake_animation"
     bl_label = "ARAP Bake Animation"
     bl_description = "Solve each frame and make it a keyframed shape key, so that the file plays without this add-on"
@@ -64,7 +60,7 @@ class ARAP_OT_bake_animation(bpy.types.Operator):
             self.frame_start = scene.frame_start
         if not self.properties.is_property_set("frame_end"):
             self.frame_end = scene.frame_end
-        return context.window_manager.invoke_props_dialog(self)
+        return set(context.window_manager.invoke_props_dialog(self))
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout

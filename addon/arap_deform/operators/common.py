@@ -16,8 +16,16 @@ from . import pose_act
 Execute = Callable[[Any, bpy.types.Context], set[str]]
 
 
-def posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
-    """The mesh that panels and operators mean.
+def posed_object(context: bpy.types.Context) -> bpy.types.Object:
+    """As find_posed_object(), where poll() has found one."""
+    obj = find_posed_object(context)
+    if obj is None:
+        raise ValueError("Select a mesh first")
+    return obj
+
+
+def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
+    """The mesh that panels and operators mean, None where there is none.
 
     The active mesh; else the mesh that has the active object as a handle, so that the panel stays when an empty or an
     armature is picked; else the one that is being posed; else the one selected mesh.
@@ -37,7 +45,7 @@ def posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
 
 def why_no_mesh(context: bpy.types.Context) -> str:
     """Why there is nothing to work on; '' where there is."""
-    obj = posed_object(context)
+    obj = find_posed_object(context)
     if obj is None:
         return "Select a mesh first"
     if obj.library is not None or obj.data.library is not None:
@@ -48,7 +56,7 @@ def why_no_mesh(context: bpy.types.Context) -> str:
 def why_not_idle(context: bpy.types.Context) -> str:
     """As why_no_mesh(), and the mesh must be in Object Mode (an armature may be in Pose Mode) and not being posed."""
     reason = why_no_mesh(context)
-    obj = posed_object(context)
+    obj = find_posed_object(context)
     if reason or obj is None:
         return reason
     if obj.mode != "OBJECT":
@@ -58,10 +66,20 @@ def why_not_idle(context: bpy.types.Context) -> str:
     return ""
 
 
+def why_no_pose(context: bpy.types.Context) -> str:
+    """As why_not_idle(), and there must be a pose to do something with."""
+    reason = why_not_idle(context)
+    obj = find_posed_object(context)
+    if reason or obj is None:
+        return reason
+    keys = obj.data.shape_keys
+    return "" if keys and obj.arap.key_name in keys.key_blocks else "There is no pose yet: press Pose or Solve first"
+
+
 def why_not_solvable(context: bpy.types.Context) -> str:
     """As why_not_idle(), and there must be a solver and something that moves."""
     reason = why_not_idle(context) or api.native_problem()
-    obj = posed_object(context)
+    obj = find_posed_object(context)
     if reason or obj is None:
         return reason
     if not any(handle.is_enabled for handle in obj.arap.handles):

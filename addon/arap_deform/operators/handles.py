@@ -10,26 +10,28 @@ from bpy.props import FloatProperty, StringProperty
 from .. import api, mesh_io
 from .common import (
     allow,
+    find_posed_object,
     object_mode,
     posed_object,
     reports_errors,
     why_no_mesh,
-    why_not_idle,
+    why_no_pose,
 )
 
 Target = tuple[bpy.types.Object, str]  # the name of the bone is '' for a whole object
 
 
 def selected_targets(context: bpy.types.Context, obj: bpy.types.Object) -> list[Target]:
-    """What is selected beside the mesh: bones in Pose Mode, else objects that are not meshes."""
+    """What is selected and not a handle of the mesh yet: bones in Pose Mode, else objects but meshes and armatures."""
     if context.mode == "POSE":
-        return [(bone.id_data, bone.name) for bone in context.selected_pose_bones]
-    return [(other, "") for other in context.selected_objects if other != obj and other.type not in {"MESH", "ARMATURE"}]
+        targets = [(bone.id_data, bone.name) for bone in context.selected_pose_bones]
+    else:
+        targets = [(other, "") for other in context.selected_objects if other.type not in {"MESH", "ARMATURE"}]
+    taken = {(handle.target, handle.bone) for handle in obj.arap.handles}
+    return [target for target in targets if target not in taken]
 
 
 class ARAP_OT_handle_add(bpy.types.Operator):
-    """Hang the selected vertices on a new empty"""
-
     bl_idname = "arap.handle_add"
     bl_label = "Add ARAP Handle"
     bl_description = "Hang the selected vertices on a new empty: move, turn or scale it while posing and they follow"
@@ -40,7 +42,7 @@ class ARAP_OT_handle_add(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         reason = why_no_mesh(context)
-        obj = posed_object(context)
+        obj = find_posed_object(context)
         if not reason and obj is not None and obj.mode != "EDIT":
             reason = "Select vertices in Edit Mode (Tab) to hang them on a handle"
         return allow(cls, reason)
@@ -58,8 +60,6 @@ class ARAP_OT_handle_add(bpy.types.Operator):
 
 
 class ARAP_OT_handle_add_from_empties(bpy.types.Operator):
-    """Make handles of the selected empties or bones"""
-
     bl_idname = "arap.handle_add_from_empties"
     bl_label = "Add ARAP Handles from Selected Empties"
     bl_description = "Each selected empty (in Pose Mode: each selected bone) takes the vertices around it"
@@ -76,12 +76,12 @@ class ARAP_OT_handle_add_from_empties(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         reason = why_no_mesh(context)
-        obj = posed_object(context)
+        obj = find_posed_object(context)
         if not reason and obj is not None:
             if obj.mode != "OBJECT":
                 reason = "Go to Object Mode first (Tab)"
             elif not selected_targets(context, obj):
-                reason = "Select empties (in Pose Mode: bones) as well as the mesh"
+                reason = "Select empties (in Pose Mode: bones) that are not handles yet, with the mesh"
         return allow(cls, reason)
 
     @reports_errors
@@ -101,8 +101,6 @@ class ARAP_OT_handle_add_from_empties(bpy.types.Operator):
 
 
 class ARAP_OT_handle_remove(bpy.types.Operator):
-    """Remove the handle chosen in the list"""
-
     bl_idname = "arap.handle_remove"
     bl_label = "Remove ARAP Handle"
     bl_description = "Remove the handle chosen in the list, with the empty and the vertex group that were made for it"
@@ -124,8 +122,6 @@ class ARAP_OT_handle_remove(bpy.types.Operator):
 
 
 class ARAP_OT_reset_handles(bpy.types.Operator):
-    """Put all handles back to where they are at rest"""
-
     bl_idname = "arap.reset_handles"
     bl_label = "Reset ARAP Handles"
     bl_description = "Put every handle back to where it is while the mesh is at rest"
@@ -145,8 +141,6 @@ class ARAP_OT_reset_handles(bpy.types.Operator):
 
 
 class ARAP_OT_reset_pose(bpy.types.Operator):
-    """Put the mesh back to rest"""
-
     bl_idname = "arap.reset_pose"
     bl_label = "Reset ARAP Pose"
     bl_description = "Put the mesh back to its rest shape; the handles stay where they are"
@@ -154,7 +148,7 @@ class ARAP_OT_reset_pose(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_idle(context))
+        return allow(cls, why_no_pose(context))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -163,8 +157,6 @@ class ARAP_OT_reset_pose(bpy.types.Operator):
 
 
 class ARAP_OT_apply_pose_as_rest(bpy.types.Operator):
-    """Make the pose the new rest shape"""
-
     bl_idname = "arap.apply_pose_as_rest"
     bl_label = "Apply ARAP Pose as Rest"
     bl_description = "Make the pose shown the new rest shape of the mesh; the handles are at rest where they stand"
@@ -172,7 +164,7 @@ class ARAP_OT_apply_pose_as_rest(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_idle(context))
+        return allow(cls, why_no_pose(context))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:

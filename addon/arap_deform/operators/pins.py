@@ -8,26 +8,22 @@ import bpy
 from bpy.props import StringProperty
 
 from .. import api, mesh_io
-from .common import allow, object_mode, posed_object, reports_errors, why_no_mesh
+from .common import allow, find_posed_object, object_mode, posed_object, reports_errors, why_no_mesh
 
 
 class ARAP_OT_pin_add(bpy.types.Operator):
-    """Hold vertices where they are. In Edit Mode: the selected vertices. In Object Mode: a vertex group"""
-
     bl_idname = "arap.pin_add"
     bl_label = "Add ARAP Pin"
     bl_description = "Hold vertices where they are. In Edit Mode: the selected vertices. In Object Mode: a vertex group"
     bl_options = {"REGISTER", "UNDO"}
 
     name: StringProperty(name="Name", description="Name of the new pin", default="Pin")
-    vertex_group: StringProperty(
-        name="Vertex Group", description="Group to pin, in Object Mode", options={"SKIP_SAVE"}
-    )
+    vertex_group: StringProperty(name="Vertex Group", description="Group to pin, in Object Mode", options={"SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         reason = why_no_mesh(context)
-        obj = posed_object(context)
+        obj = find_posed_object(context)
         if not reason and obj is not None and obj.mode != "EDIT" and not obj.vertex_groups:
             reason = "Select vertices in Edit Mode (Tab) to pin them"
         return allow(cls, reason)
@@ -38,7 +34,7 @@ class ARAP_OT_pin_add(bpy.types.Operator):
             return self.execute(context)
         if obj.vertex_groups.active is not None:
             self.vertex_group = obj.vertex_groups.active.name
-        return context.window_manager.invoke_props_dialog(self)
+        return set(context.window_manager.invoke_props_dialog(self))
 
     def draw(self, context: bpy.types.Context) -> None:
         obj = posed_object(context)
@@ -65,8 +61,6 @@ class ARAP_OT_pin_add(bpy.types.Operator):
 
 
 class ARAP_OT_pin_remove(bpy.types.Operator):
-    """Remove the pin chosen in the list"""
-
     bl_idname = "arap.pin_remove"
     bl_label = "Remove ARAP Pin"
     bl_description = "Let the vertices of the pin chosen in the list go"

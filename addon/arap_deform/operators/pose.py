@@ -9,6 +9,8 @@ handlers that say when the scene was evaluated, a timer for refining, and one ex
 import threading
 import time
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import bpy
@@ -20,7 +22,7 @@ from .. import api, sessions
 from ..session import Readout, Session
 from . import pose_undo
 from .binding import Binding
-from .common import allow, posed_object, reports_errors, tag_panels, why_not_solvable
+from .common import allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_solvable
 from .pose_act import End, Ending, Phase, PoseAct, running, status_text
 
 TIMER_S = 0.02
@@ -29,11 +31,15 @@ EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
 
 
 class SessionBinding(Binding[Session]):
-    """A bind, with what it was made from."""
+    """A bind in a worker thread, and what becomes of it."""
 
-    def __init__(self, inputs: api.SessionInput) -> None:
-        self.inputs = inputs
+    def __init__(self, obj: bpy.types.Object, inputs: api.SessionInput) -> None:
+        self._name = obj.name
+        self._inputs = inputs
         super().__init__(lambda progress: api.build_session(inputs, progress))
+
+    def adopt(self) -> None:
+        api.adopt_session(bpy.data.objects[self._name], self._inputs, self.result())
 
 
 class BlenderPoseScene:
@@ -48,6 +54,7 @@ class BlenderPoseScene:
         live = sessions.get(obj.name)
         self._topology = live.inputs.signature.topology if live is not None else None
         self._has_written = False
+        self._is_in_update = False
         self._is_suspect = True
 
     @property
@@ -56,7 +63,23 @@ class BlenderPoseScene:
         obj = bpy.data.objects.get(self.name)
         return obj if obj is not None and pose_undo.is_within(obj, self.number) else None
 
-    def note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
+    @contextmanager
+    def evaluated(self, depsgraph: bpy.types.Depsgraph, *, is_in_update: bool) -> Iterator[None]:
+        """While a handler runs: what was evaluated.
+
+        Args:
+            depsgraph: to read from.
+            is_in_update: what is written now is evaluated without another call of the handler.
+        """
+        if is_in_update:
+            self._note_change(depsgraph)
+        self.depsgraph, self._is_in_update = depsgraph, is_in_update
+        try:
+            yield
+        finally:
+            self.depsgraph, self._is_in_update = None, False
+
+    def _note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
         """Looks whether somebody else has changed the mesh."""
         for update in depsgraph.updates:
             if update.is_updated_geometry and update.id.name == self.name and isinstance(update.id, bpy.types.Object):
@@ -87,10 +110,7 @@ class BlenderPoseScene:
         if self._topology not in {None, topology}:
             raise ValueError(f"The faces of '{self.name}' have changed")
         self._topology = topology
-        return SessionBinding(inputs)
-
-    def adopt(self, bind: SessionBinding) -> None:
-        api.adopt_session(self._obj(), bind.inputs, bind.result())
+        return SessionBinding(self._obj(), inputs)
 
     def go_on_from_shown(self) -> None:
         api.sync_session(self._obj())
@@ -99,8 +119,7 @@ class BlenderPoseScene:
         return api.handle_matrices(self._obj(), self._depsgraph())
 
     def update(self, time_limit_s: float | None) -> Readout:
-        # Written while the scene is being evaluated, the key is evaluated again without a call; else with one.
-        self._has_written = self.depsgraph is None
+        self._has_written = not self._is_in_update
         return api.update_pose(self._obj(), self._depsgraph(), time_limit_s=time_limit_s)
 
     def iteration_limit(self) -> int:
@@ -163,7 +182,7 @@ class Run:
             api.end_session(self.scene.name)
         elif end.how is Ending.RESTORE:
             end = self._restore(obj, end)
-        pose_undo.finish(obj, self.scene.number, as_one_step=end.how is not Ending.LEAVE)
+        pose_undo.finish(self.scene.name, self.scene.number, as_one_step=end.how is not Ending.LEAVE)
         for name in self._workspaces:
             workspace = bpy.data.workspaces.get(name)
             if workspace is not None:
@@ -202,18 +221,22 @@ def _remove(run: Run) -> None:
                 handlers.remove(handler)
 
 
-def _on_evaluated(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> None:
+def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    _scene_changed(scene, depsgraph, is_in_update=True)
+
+
+def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    _scene_changed(scene, depsgraph, is_in_update=False)
+
+
+def _scene_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, is_in_update: bool) -> None:
     # Rendering evaluates in a thread of its own, on data that must not change under it.
-    if depsgraph is None or threading.current_thread() is not threading.main_thread():
-        return
-    if bpy.app.is_job_running("RENDER"):
+    if threading.current_thread() is not threading.main_thread() or bpy.app.is_job_running("RENDER"):
         return
     for run in list(_runs.values()):
         if scene.objects.get(run.scene.name) is not None or run.scene.obj is None:
-            run.scene.note_change(depsgraph)
-            run.scene.depsgraph = depsgraph
-            run.act.scene_changed()
-            run.scene.depsgraph = None
+            with run.scene.evaluated(depsgraph, is_in_update=is_in_update):
+                run.act.scene_changed()
 
 
 def _on_undo(*_: object) -> None:
@@ -225,16 +248,14 @@ def _on_undo(*_: object) -> None:
 
 
 _HANDLERS = (
-    ("depsgraph_update_post", _on_evaluated),
-    ("frame_change_post", _on_evaluated),
+    ("depsgraph_update_post", _on_update),
+    ("frame_change_post", _on_frame),
     ("undo_post", _on_undo),
     ("redo_post", _on_undo),
 )
 
 
 class ARAP_OT_pose(bpy.types.Operator):
-    """Move the handles and the mesh follows, until Enter keeps the pose or Esc cancels it"""
-
     bl_idname = "arap.pose"
     bl_label = "ARAP Pose"
     bl_description = "Move, turn and scale the handles and the mesh follows. Enter keeps the pose, Esc cancels it"
@@ -322,8 +343,6 @@ def _editor_at(context: bpy.types.Context, event: bpy.types.Event) -> str:
 
 
 class ARAP_OT_pose_end(bpy.types.Operator):
-    """End the posing of this mesh"""
-
     bl_idname = "arap.pose_end"
     bl_label = "End ARAP Pose"
     bl_description = "End posing: keep the pose, or put everything back to where it was before"
@@ -332,7 +351,7 @@ class ARAP_OT_pose_end(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        obj = posed_object(context)
+        obj = find_posed_object(context)
         return allow(cls, "" if obj is not None and obj.name in running else "This mesh is not being posed")
 
     def execute(self, context: bpy.types.Context) -> set[str]:

@@ -56,6 +56,8 @@ class Bind(Protocol):
     @property
     def is_done(self) -> bool: ...
     def drop(self) -> None: ...
+    def adopt(self) -> None:
+        """Makes the result the live session; raises what the bind raised. Only when done."""
 
 
 class PoseScene(Protocol):
@@ -69,9 +71,6 @@ class PoseScene(Protocol):
 
     def begin_bind(self) -> Bind:
         """Reads the scene and binds in a worker thread. Raises ValueError where the scene cannot be posed."""
-
-    def adopt(self, bind: Bind) -> None:
-        """Makes the result the live session; raises what the bind raised."""
 
     def go_on_from_shown(self) -> None:
         """Starts the live session from the pose that the key shows now."""
@@ -90,7 +89,8 @@ class PoseAct:
     """One posing act of one object, from begin() until ``end`` is set.
 
     tick() is called by a timer, scene_changed() after each evaluation of the scene, undone() after an undo or redo;
-    keep(), cancel(), leave() and fail() end the act. None of them raises.
+    keep(), cancel(), leave() and fail() end the act. None of them raises. A ValueError of the scene once there is a
+    pose leaves it as it is; any other exception restores everything.
     """
 
     def __init__(self, scene: PoseScene) -> None:
@@ -177,6 +177,11 @@ class PoseAct:
                 self.leave(reason)
             else:
                 step()
+        except ValueError as error:  # the scene is at fault: say so, and do not throw the artist's work away
+            if self._has_followed:
+                self.leave(f"{error}. The pose is kept and posing has ended")
+            else:
+                self.fail(error)
         except Exception as error:  # noqa: BLE001 - whatever it is, the artist's mesh and handles come first
             self.fail(error)
         finally:
@@ -185,20 +190,11 @@ class PoseAct:
     def _tick(self) -> None:
         if self._bind is None and self._scene.is_bound():
             self._follow(is_refining=True)
-            return
-        try:
-            self._go_on_binding()
-        except ValueError as error:
-            if not self._has_followed:
-                raise
-            self.leave(f"{error}. The pose is kept and posing has ended")
-
-    def _go_on_binding(self) -> None:
-        if self._bind is None:
+        elif self._bind is None:
             self._bind = self._scene.begin_bind()
         elif self._bind.is_done:
             bind, self._bind = self._bind, None
-            self._scene.adopt(bind)
+            bind.adopt()
             self._matrices = None
 
     def _follow_if_bound(self) -> None:

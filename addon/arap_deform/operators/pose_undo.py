@@ -14,7 +14,8 @@ from collections.abc import Callable
 import bpy
 from bpy.app.handlers import persistent
 
-_ended: set[int] = set()
+_ended: dict[int, str] = {}
+"""Numbers of the acts to pass over, and the names of their objects."""
 
 
 def mark(obj: bpy.types.Object) -> int:
@@ -39,20 +40,24 @@ def is_within(obj: bpy.types.Object, number: int) -> bool:
     return bool(obj.arap.pose_act == number)
 
 
-def finish(obj: bpy.types.Object | None, number: int, *, as_one_step: bool) -> None:
+def finish(name: str, number: int, *, as_one_step: bool) -> None:
     """Ends the marking; the caller pushes the step to keep.
 
     Args:
+        name: of the object that was posed.
+        number: of the act.
         as_one_step: pass over the steps within the act from now on.
     """
-    if obj is not None:
-        obj.arap.pose_act = 0
+    for obj in bpy.data.objects:  # a copy made within the act has the number too
+        if obj.arap.pose_act == number:
+            obj.arap.pose_act = 0
     if as_one_step:
-        _ended.add(number)
+        _ended[number] = name
 
 
 def _objects_within_ended() -> list[bpy.types.Object]:
-    return [obj for obj in bpy.data.objects if obj.type == "MESH" and obj.arap.pose_act in _ended] if _ended else []
+    objects = bpy.data.objects
+    return [objects[name] for number, name in _ended.items() if name in objects and is_within(objects[name], number)]
 
 
 def _pass_over(step: Callable[[], set[str]]) -> None:

@@ -10,8 +10,6 @@ from .common import allow, posed_object, reports_errors, tag_panels, why_not_sol
 
 
 class ARAP_OT_solve(bpy.types.Operator):
-    """Pose the mesh for the handles where they are now"""
-
     bl_idname = "arap.solve"
     bl_label = "ARAP Solve"
     bl_description = "Pose the mesh for the handles where they are now, to the end. Starts from the rest shape"

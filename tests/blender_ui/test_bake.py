@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baking from the dialogs, with progress and Esc."""
+
+import bpy
+import numpy as np
+import scenes
+from harness import Steps, Ui
+from test_pose import NEAR, bar, handle
+
+
+def animate(ui: Ui, n_frames: int) -> None:
+    """The top of the bar goes one unit along x."""
+    scenes.add_bar_with_handle(ui.api)
+    scene = bpy.context.scene
+    scene.frame_start, scene.frame_end = 1, n_frames
+    handle().keyframe_insert("location", frame=1)
+    handle().location.x += 1.0
+    handle().keyframe_insert("location", frame=n_frames)
+    scene.frame_set(3)
+
+
+def key_names() -> list[str]:
+    keys = bar().data.shape_keys
+    return [key.name for key in keys.key_blocks] if keys else []
+
+
+def test_bake_animation_dialog(ui: Ui) -> Steps:
+    """The dialog tells the size, OK bakes, and every baked frame shows its pose; one undo takes it back."""
+    animate(ui, 6)
+    rest = scenes.key_positions(bar())
+    bpy.ops.ed.undo_push(message="scene")
+    yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.bake_animation)
+    yield from ui.screenshot("dialog")
+    yield from ui.key("RET")
+    yield from ui.until(lambda: len(key_names()) > 6, "six frames are baked")
+    assert bpy.context.scene.frame_current == 3
+    names = key_names()
+    bpy.context.scene.frame_set(6)
+    shown = scenes.shown_positions(bar())
+    np.testing.assert_allclose(shown[scenes.top()], rest[scenes.top()] + (1.0, 0.0, 0.0), atol=NEAR)
+    np.testing.assert_allclose(shown, scenes.key_positions(bar(), names[-1]), atol=1e-6)
+    bpy.context.scene.frame_set(3)
+    yield from ui.screenshot("baked")
+    yield from ui.key("Z", ctrl=True)
+    yield
+    assert len(key_names()) <= 1
+
+
+def test_bake_animation_esc(ui: Ui) -> Steps:
+    """Esc in the dialog does nothing; Esc during the bake leaves everything as it was."""
+    animate(ui, 4000)
+    yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.bake_animation)
+    yield
+    yield from ui.key("ESC")
+    yield
+    assert key_names() == []
+    ui.call(bpy.ops.arap.bake_animation)
+    yield
+    yield from ui.key("RET")
+    yield from ui.until(lambda: bpy.context.scene.frame_current > 10, "the bake is under way")
+    yield from ui.screenshot("baking")
+    yield from ui.key("ESC")
+    yield
+    assert bpy.context.scene.frame_current == 3
+    assert key_names() == []
+    yield from ui.screenshot("cancelled")
+
+
+def test_bake_pose_dialog(ui: Ui) -> Steps:
+    """The dialog takes a name; the key has the pose."""
+    scenes.add_bar_with_handle(ui.api)
+    handle().location.x += 1.0
+    ui.api.solve(bar())
+    yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.bake_pose)
+    yield from ui.screenshot("dialog")
+    yield from ui.key("RET")
+    yield
+    assert key_names() == ["Basis", "ARAP", "Pose"]
+    np.testing.assert_array_equal(scenes.key_positions(bar(), "Pose"), scenes.key_positions(bar()))

@@ -1,0 +1,335 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The posing act without Blender: a fake scene stands for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from arap_deform.operators.binding import Binding
+from arap_deform.operators.pose_act import Ending, Phase, PoseAct, status_text
+from arap_deform.session import Readout
+
+
+def readout(stop_reason: str = "max_iterations", iterations: int = 4) -> Readout:
+    return Readout(
+        vertices=8, free_vertices=4, last_ms=1.0, iterations=iterations, energy=0.0, energy_before=0.0, step=0.0,
+        stop_reason=stop_reason, parts_at_rest=0, loose_vertices=0, bind_ms=0.0, factor_ms=0.0,
+    )  # fmt: skip
+
+
+@dataclass
+class FakeBind:
+    scene: FakeScene
+    fraction: float = 0.5
+    is_done: bool = False
+    is_dropped: bool = False
+    error: Exception | None = None
+
+    def drop(self) -> None:
+        self.is_dropped = True
+
+    def adopt(self) -> None:
+        if self.error is not None:
+            raise self.error
+        self.scene.is_fit = True
+
+
+@dataclass
+class FakeScene:
+    """Counts what the act does; ``place`` is where the one handle stands."""
+
+    is_fit: bool = True
+    reason: str = ""
+    place: float = 0.0
+    needed_updates: int = 3
+    limit: int = 200
+    error: Exception | None = None
+    calls: list[str] = field(default_factory=list)
+    binds: list[FakeBind] = field(default_factory=list)
+
+    def why_over(self) -> str:
+        return self.reason
+
+    def is_bound(self) -> bool:
+        return self.is_fit
+
+    def begin_bind(self) -> FakeBind:
+        if self.error is not None:
+            raise self.error
+        self.binds.append(FakeBind(self))
+        return self.binds[-1]
+
+    def go_on_from_shown(self) -> None:
+        self.calls.append("go on")
+
+    def matrices(self) -> np.ndarray:
+        matrix = np.eye(4)
+        matrix[0, 3] = self.place
+        return matrix[None]
+
+    def update(self, time_limit_s: float | None) -> Readout:
+        if self.error is not None:
+            raise self.error
+        self.calls.append("refine" if time_limit_s else "follow")
+        self.needed_updates -= 1
+        return readout("max_iterations" if self.needed_updates > 0 else "converged")
+
+    def iteration_limit(self) -> int:
+        return self.limit
+
+
+def begun(scene: FakeScene) -> PoseAct:
+    """An act that has followed once."""
+    act = PoseAct(scene)
+    act.begin()
+    act.tick()
+    scene.calls.clear()
+    return act
+
+
+def test_refines_until_settled_and_then_rests() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    assert not act.is_settled
+    for _ in range(5):
+        act.tick()
+    assert scene.calls == ["refine", "refine"]
+    assert act.is_settled
+
+
+def test_a_moved_handle_is_followed_at_once_and_refined_later() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.place = 1.0
+    scene.needed_updates = 2
+    act.scene_changed()
+    act.scene_changed()
+    assert scene.calls == ["follow"]
+    act.tick()
+    assert scene.calls == ["follow", "refine"]
+    assert act.is_settled
+
+
+def test_refining_ends_at_the_iteration_limit() -> None:
+    scene = FakeScene(needed_updates=1000, limit=12)
+    act = begun(scene)
+    for _ in range(10):
+        act.tick()
+    assert scene.calls == ["refine", "refine"]  # 4 iterations each, and 4 in the first update
+    assert act.is_settled
+
+
+def test_a_session_that_fits_goes_on_from_the_pose_shown() -> None:
+    scene = FakeScene()
+    act = PoseAct(scene)
+    act.begin()
+    assert scene.calls == ["go on"]
+    assert act.phase is Phase.FOLLOWING
+
+
+def test_binds_first_where_needed() -> None:
+    scene = FakeScene(is_fit=False)
+    act = PoseAct(scene)
+    act.begin()
+    assert act.phase is Phase.BINDING
+    act.tick()
+    act.scene_changed()
+    assert scene.calls == []
+    assert act.bind_fraction == 0.5
+    scene.binds[0].is_done = True
+    act.tick()
+    act.tick()
+    assert act.phase is Phase.FOLLOWING
+    assert scene.calls == ["follow"]
+
+
+def test_begin_raises_where_the_scene_cannot_be_posed() -> None:
+    act = PoseAct(FakeScene(is_fit=False, error=ValueError("no handles")))
+    with pytest.raises(ValueError, match="no handles"):
+        act.begin()
+
+
+@pytest.mark.parametrize("end", ["keep", "cancel"])
+def test_ending_while_binding_drops_the_bind_and_restores(end: str) -> None:
+    scene = FakeScene(is_fit=False)
+    act = PoseAct(scene)
+    act.begin()
+    getattr(act, end)()
+    assert scene.binds[0].is_dropped
+    assert act.end is not None
+    assert act.end.how is Ending.RESTORE
+
+
+def test_a_failed_bind_restores_and_says_why() -> None:
+    scene = FakeScene(is_fit=False)
+    act = PoseAct(scene)
+    act.begin()
+    scene.binds[0].is_done = True
+    scene.binds[0].error = ValueError("vertex 7 is not finite")
+    act.tick()
+    assert act.end is not None
+    assert act.end.how is Ending.RESTORE
+    assert "vertex 7 is not finite" in act.end.message
+
+
+def test_changed_groups_bind_again_and_the_pose_goes_on() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_fit = False
+    act.scene_changed()
+    assert scene.calls == []
+    act.tick()
+    assert act.phase is Phase.BINDING
+    scene.binds[0].is_done = True
+    act.tick()
+    act.tick()
+    assert scene.calls == ["follow"]
+    assert act.end is None
+
+
+def test_keep_while_binding_again_keeps() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_fit = False
+    act.tick()
+    act.keep()
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+    assert scene.binds[0].is_dropped
+
+
+def test_what_cannot_be_bound_again_leaves_the_pose() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_fit = False
+    scene.error = ValueError("Nothing holds or moves 'Bar'")
+    act.tick()
+    assert act.end is not None
+    assert act.end.how is Ending.LEAVE
+    assert act.end.message.startswith("Nothing holds or moves 'Bar'")
+
+
+def test_keep_follows_a_last_time() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.place = 1.0
+    act.keep()
+    assert scene.calls == ["follow"]
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+
+
+def test_a_scene_that_is_over_ends_without_a_touch() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.place = 1.0
+    scene.reason = "'Bar' is no longer there"
+    act.scene_changed()
+    act.keep()
+    act.tick()
+    assert scene.calls == []
+    assert act.end is not None
+    assert act.end.how is Ending.LEAVE
+    assert act.end.message == scene.reason
+
+
+def test_an_exception_restores_and_is_told() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.place = 1.0
+    scene.error = ZeroDivisionError("a fault of ours")
+    act.scene_changed()
+    assert act.end is not None
+    assert act.end.how is Ending.RESTORE
+    assert act.end.error is scene.error
+    assert "a fault of ours" in act.end.message
+
+
+def test_the_first_end_counts() -> None:
+    act = begun(FakeScene())
+    act.cancel("first")
+    act.keep()
+    act.leave("later")
+    assert act.end is not None
+    assert (act.end.how, act.end.message) == (Ending.RESTORE, "first")
+    assert act.phase is Phase.ENDED
+
+
+def test_undo_goes_on_from_what_it_brought() -> None:
+    scene = FakeScene(needed_updates=1)
+    act = begun(scene)
+    act.undone()
+    act.tick()
+    assert scene.calls == ["go on", "follow"]
+
+
+def test_has_moved_only_while_a_handle_is_elsewhere() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    assert not act.has_moved
+    scene.place = 1.0
+    act.scene_changed()
+    assert act.has_moved
+    scene.place = 0.0
+    act.scene_changed()
+    assert not act.has_moved
+
+
+def test_evaluation_within_a_step_does_not_start_another() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    plain = scene.matrices
+
+    def matrices_that_evaluate() -> np.ndarray:
+        act.scene_changed()
+        return plain()
+
+    scene.matrices = matrices_that_evaluate  # type: ignore[method-assign]
+    scene.place = 1.0
+    act.tick()
+    assert scene.calls == ["follow"]
+
+
+def test_status_says_state_and_keys() -> None:
+    scene = FakeScene(is_fit=False)
+    act = PoseAct(scene)
+    act.begin()
+    assert "preparing the mesh, 50%" in status_text(act)
+    assert "Esc: cancel" in status_text(act)
+    act = begun(FakeScene(needed_updates=1))
+    assert "settled" in status_text(act)
+    for key in ("G, R, S", "Ctrl Z", "Enter: keep", "Esc: cancel"):
+        assert key in status_text(act)
+
+
+def test_binding_runs_beside_and_gives_its_result() -> None:
+    binding = Binding(lambda progress: progress(0.25) and "bound")
+    binding.wait(10.0)
+    assert binding.is_done
+    assert binding.fraction == 0.25
+    assert binding.result() == "bound"
+
+
+def test_binding_raises_what_the_work_raised() -> None:
+    def work(_progress: object) -> None:
+        raise ValueError("no faces")
+
+    binding = Binding(work)
+    binding.wait(10.0)
+    with pytest.raises(ValueError, match="no faces"):
+        binding.result()
+
+
+def test_dropped_binding_stops_the_work() -> None:
+    def work(progress: object) -> str:
+        while progress(0.5):  # type: ignore[operator]
+            pass
+        return "stopped"
+
+    binding = Binding(work)
+    assert not binding.is_done
+    binding.drop()
+    binding.wait(10.0)
+    assert binding.is_done
