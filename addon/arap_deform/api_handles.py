@@ -313,7 +313,7 @@ def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) 
     empty.parent = obj
     # Undone by the parent's own matrix today: the empty's axes are the world's, even under a stretched object.
     empty.matrix_parent_inverse = Matrix(np.linalg.inv(world))
-    empty.matrix_basis = Matrix(matrix)
+    empty.matrix_world = Matrix(matrix)  # not matrix_basis: this one can be read back before the next evaluation
     return empty
 
 
@@ -334,8 +334,8 @@ def _remove_group(obj: bpy.types.Object, name: str) -> None:
 def _is_used(empty: bpy.types.Object) -> bool:
     """Whether other data (children, constraints, handles of other meshes) still refers to the empty."""
     users = bpy.data.user_map(subset=[empty])[empty]
-    # A parent is not a user, but Blender's map counts the scene that shows the empty and its collections.
-    return any(isinstance(user, bpy.types.ID) and user.id_type not in {"SCENE", "COLLECTION"} for user in users)
+    # The scene and the collections that show it are users too.
+    return any(not isinstance(user, (bpy.types.Scene, bpy.types.Collection)) for user in users)
 
 
 def _depth(handle: ArapHandle) -> int:

@@ -16,7 +16,7 @@ from . import compat
 Float32s = NDArray[np.float32]
 
 NAME_BYTES = 63  # Blender cuts names of keys here
-FRAME_PATTERN = r"-?\d{4,}"  # what frame_key_name() puts behind the prefix
+FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the prefix
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Poses and bakes the objects of a .blend without a window.
+
+    blender --command arap bake creature.blend -o baked.blend --start 1 --end 48          Blender 4.2 and later
+    blender -b creature.blend --python-expr "from arap_deform import cli; cli.run()" -- bake -o baked.blend
+
+Exit code 0 where everything worked; else 1 (2 for a wrong command line) and one line that says why.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+import bpy
+
+from . import api, shape_key
+
+COMMAND = "arap"
+
+_command: Any = None
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{COMMAND}: {message}\n")
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Runs one command and returns its exit code.
+
+    Args:
+        arguments: as on the command line, without ``blender --command arap``.
+    """
+    try:
+        options = _parser().parse_args(list(arguments))
+    except SystemExit as end:
+        return int(end.code or 0)
+    try:
+        _run(options)
+    except (ValueError, RuntimeError, OSError) as error:
+        return _failed(str(error))
+    except Exception as error:  # noqa: BLE001 - a script that calls us must see a reason and a code, whatever it is
+        return _failed(f"internal error, please report it: {type(error).__name__}: {error}")
+    return 0
+
+
+def run() -> NoReturn:
+    """For --python and --python-expr: runs what stands behind ``--`` and ends Blender with the exit code."""
+    arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
+    sys.exit(main(arguments))
+
+
+def register() -> None:
+    """Makes ``blender --command arap`` known where Blender has commands (4.2)."""
+    global _command  # noqa: PLW0603 - Blender asks for it back to unregister
+    if hasattr(bpy.utils, "register_cli_command"):
+        _command = bpy.utils.register_cli_command(COMMAND, main)
+
+
+def unregister() -> None:
+    global _command  # noqa: PLW0603
+    if _command is not None:
+        bpy.utils.unregister_cli_command(_command)
+        _command = None
+
+
+def _parser() -> argparse.ArgumentParser:
+    common = _Parser(add_help=False)
+    common.add_argument("file", nargs="?", type=Path, help="the .blend to work on; default: the one that is open")
+    common.add_argument("-o", "--output", type=Path, help="the .blend to write")
+    common.add_argument("--overwrite", action="store_true", help="write over an existing file, the input too")
+    common.add_argument(
+        "--object", action="append", dest="objects", metavar="NAME", help="default: every mesh that has handles"
+    )
+
+    parser = _Parser(prog=COMMAND, description="Pose and bake meshes as rigidly as possible")
+    commands = parser.add_subparsers(dest="command", required=True, parser_class=_Parser)
+    pose = commands.add_parser("pose", parents=[common], help="solve for the handles at a frame")
+    pose.add_argument("--frame", type=int, help="default: the file's current frame")
+    bake = commands.add_parser("bake", parents=[common], help="bake a frame, or a range, to shape keys")
+    bake.add_argument("--frame", type=int, help="bake this frame alone to a key")
+    bake.add_argument("--start", type=int, help="first frame; default: the scene's")
+    bake.add_argument("--end", type=int, help="last frame; default: the scene's")
+    bake.add_argument("--step", type=int, default=1, help="frames from one key to the next")
+    bake.add_argument("--prefix", default="", help="what the keys' names begin with; default: the live key's name, '_'")
+    return parser
+
+
+def _run(options: argparse.Namespace) -> None:
+    if options.command == "bake" and options.frame is not None and (options.start, options.end) != (None, None):
+        raise ValueError("--frame bakes one frame, --start and --end a range: give one or the other")
+    _check_output(options)
+    if options.file is not None:
+        if not options.file.is_file():
+            raise ValueError(f"{options.file} is not there: check the path")
+        bpy.ops.wm.open_mainfile(filepath=str(options.file.resolve()), load_ui=False)
+    elif not bpy.data.filepath:
+        raise ValueError("No .blend to work on: name one")
+    _check_output(options)
+    problem = api.native_problem()
+    if problem:
+        raise RuntimeError(problem)
+    scene = bpy.context.scene
+    objects = _objects(scene, options.objects)
+    if options.frame is not None:
+        scene.frame_set(options.frame)
+    for obj in objects:
+        print(_pose(obj) if options.command == "pose" else _bake(obj, scene, options), flush=True)
+    output = (options.output or Path(bpy.data.filepath)).resolve()
+    bpy.ops.wm.save_as_mainfile(filepath=str(output), copy=True, check_existing=False)
+    print(f"Saved {output}", flush=True)
+
+
+def _check_output(options: argparse.Namespace) -> None:
+    """Before any work is done: the output must be one that may be written."""
+    given = options.file or (Path(bpy.data.filepath) if bpy.data.filepath else None)
+    output = options.output or given
+    if output is None or options.overwrite:
+        return
+    if given is not None and output.resolve() == given.resolve():
+        raise ValueError(f"{output} is the input: give another file with -o, or --overwrite to write over it")
+    if output.exists():
+        raise ValueError(f"{output} exists already: give another file with -o, or --overwrite to write over it")
+    if not output.resolve().parent.is_dir():
+        raise ValueError(f"{output.resolve().parent} is not a folder: make it first")
+
+
+def _objects(scene: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.types.Object]:
+    if not names:
+        found = [
+            obj for obj in scene.objects if obj.type == "MESH" and any(handle.is_enabled for handle in obj.arap.handles)
+        ]
+        if not found:
+            raise ValueError(f"No mesh in scene '{scene.name}' has handles: add some in Blender first")
+        return found
+    for name in names:
+        if name not in scene.objects:
+            raise ValueError(f"There is no object '{name}' in scene '{scene.name}': check its name")
+    return [scene.objects[name] for name in names]
+
+
+def _pose(obj: bpy.types.Object) -> str:
+    done = api.solve(obj)
+    return (
+        f"{obj.name}: {done.vertices} vertices, {done.iterations} iterations, {done.stop_reason}, {done.last_ms:.0f} ms"
+    )
+
+
+def _bake(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> str:
+    if options.frame is not None:
+        line = _pose(obj)
+        prefix = options.prefix or f"{obj.arap.key_name}_"
+        return f"{line}, key '{api.bake_pose(obj, shape_key.frame_key_name(prefix, options.frame)).name}'"
+    start = scene.frame_start if options.start is None else options.start
+    end = scene.frame_end if options.end is None else options.end
+    names = api.bake_animation(obj, start, end, options.step, prefix=options.prefix, scene=scene)
+    return f"{obj.name}: {len(names)} keys, '{names[0]}' to '{names[-1]}'"
+
+
+def _failed(reason: str) -> int:
+    print(f"{COMMAND}: {' '.join(reason.split())}", file=sys.stderr, flush=True)
+    return 1

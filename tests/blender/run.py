@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Installs a zip of the add-on into a throw-away user folder and runs the tests beside this file on it.
+
+    blender -b --factory-startup --python-exit-code 1 --python tests/blender/run.py -- ZIP [NAME]
+    python tests/blender/run.py -- ZIP [NAME]                                                   (a Python with bpy)
+
+NAME: only tests whose full name contains it. Ends with unittest's summary, a line 'N passed, N failed' and exit code
+1 where a test failed.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import tempfile
+import traceback
+from pathlib import Path
+
+USER_FOLDER = "ARAP_TEST_USER_FOLDER"
+
+
+def start_again() -> None:
+    """Replaces this process by one whose user folder is a throw-away one: Blender looks for it when it starts."""
+    folder = tempfile.mkdtemp(prefix="arap-test-")
+    parts = {
+        "BLENDER_USER_RESOURCES": folder,  # 4.2 and later
+        "BLENDER_USER_CONFIG": f"{folder}/config",
+        "BLENDER_USER_SCRIPTS": f"{folder}/scripts",
+        "BLENDER_USER_DATAFILES": f"{folder}/datafiles",
+    }
+    for part in parts.values():
+        Path(part).mkdir(exist_ok=True)
+    command = [sys.executable, *sys.argv]
+    if "bpy" in sys.modules:
+        import bpy
+
+        command = [bpy.app.binary_path, *sys.argv[1:]]
+    os.execve(command[0], command, {**os.environ, **parts, USER_FOLDER: folder})
+
+
+def install(zip_path: Path) -> str:
+    """Installs and enables as a user does; returns the name of the add-on's package."""
+    import bpy
+
+    if zip_path.stem.endswith("extension"):
+        bpy.ops.extensions.package_install_files(filepath=str(zip_path), repo="user_default", enable_on_install=True)
+        return "bl_ext.user_default.arap_deform"
+    bpy.ops.preferences.addon_install(filepath=str(zip_path))
+    bpy.ops.preferences.addon_enable(module="arap_deform")
+    return "arap_deform"
+
+
+def run(zip_path: Path, name: str) -> int:
+    import unittest
+
+    package = install(zip_path)
+    if package not in sys.modules:
+        raise RuntimeError(f"{zip_path} was installed, but its package {package} was not enabled")
+    sys.path.insert(0, str(Path(__file__).parent))
+    import support
+
+    support.ZIP = zip_path
+    support.PACKAGE = package
+    loader = unittest.TestLoader()
+    suite = unittest.TestSuite(
+        test
+        for test in support.flattened(loader.discover(str(Path(__file__).parent), pattern="test_*.py"))
+        if name in test.id()
+    )
+    result = unittest.TextTestRunner(stream=sys.stdout, verbosity=2).run(suite)
+    n_failed = len(result.failures) + len(result.errors) + len(result.unexpectedSuccesses)
+    n_skipped = len(result.skipped)
+    for test, reason in result.skipped:
+        print(f"NOT RUN: {test.id()}: {reason}")
+    skipped = f", {n_skipped} not run" if n_skipped else ""
+    print(f"{result.testsRun - n_failed - n_skipped} passed, {n_failed} failed{skipped}")
+    return 1 if n_failed or not result.testsRun else 0
+
+
+def main() -> None:
+    if USER_FOLDER not in os.environ:
+        start_again()
+    code = 1
+    try:
+        arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
+        if not arguments:
+            raise SystemExit("run.py: give the zip behind --")
+        code = run(Path(arguments[0]).resolve(), arguments[1] if len(arguments) > 1 else "")
+    except BaseException:  # noqa: BLE001 - whatever it is, the exit code must say that it failed
+        traceback.print_exc()
+    finally:
+        shutil.rmtree(os.environ[USER_FOLDER], ignore_errors=True)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)  # bpy prints thousands of lines about leaks at a usual exit
+
+
+if __name__ == "__main__":
+    main()

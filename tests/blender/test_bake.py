@@ -1,0 +1,319 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baking an animation: every baked frame shows exactly its pose, and nothing else changes."""
+
+import numpy as np
+from support import (
+    BOTTOM,
+    TOP,
+    SceneTest,
+    bpy,
+    key_positions,
+    mesh_object,
+    module,
+    posable,
+    rest_positions,
+    shown_positions,
+)
+
+
+def animate(obj, start=1, end=21):
+    """The handle moves, turns and comes half way back, with Blender's own easing."""
+    target = obj.arap.handles[0].target
+    for frame, y, turn in ((start, 0.0, 0.0), ((start + end) // 2, 1.5, -1.2), (end, 0.6, -0.3)):
+        target.location.y, target.rotation_euler.x = y, turn
+        target.keyframe_insert("location", frame=frame)
+        target.keyframe_insert("rotation_euler", frame=frame)
+    obj.arap.tolerance = 1e-4
+    obj.arap.max_iterations = 200
+
+
+def data_of(obj):
+    """Everything a cancelled bake must not have changed."""
+    keys = obj.data.shape_keys
+    blocks = [(key.name, key.value, key.mute) for key in keys.key_blocks] if keys else []
+    positions = [key_positions(obj, name).tolist() for name, _, _ in blocks]
+    action = keys.animation_data.action if keys and keys.animation_data else None
+    return blocks, positions, action, bpy.context.scene.frame_current
+
+
+class BakeTest(SceneTest):
+    def test_every_baked_frame_shows_exactly_its_pose(self):
+        obj = posable()
+        animate(obj)
+        names = self.api.bake_animation(obj, 1, 21, 5)
+        self.assertEqual(names, ["ARAP_0001", "ARAP_0006", "ARAP_0011", "ARAP_0016", "ARAP_0021"])
+        poses = [key_positions(obj, name) for name in names]
+        for pose, frame in zip(poses, (1, 6, 11, 16, 21), strict=True):
+            self.scene.frame_set(frame)
+            self.assert_close(shown_positions(obj), pose, 1e-6)
+            # The handle's own vertices tell the true place at that frame.
+            motion = self.api.handle_matrices(obj)[1]
+            expected = rest_positions(obj)[TOP] @ motion[:3, :3].T + motion[:3, 3]
+            self.assert_close(pose[TOP], expected, 1e-5)
+        self.assertGreater(np.abs(poses[2] - poses[0]).max(), 1.0)
+
+    def test_frames_in_between_blend_linearly_and_outside_the_ends_hold(self):
+        obj = posable()
+        animate(obj)
+        names = self.api.bake_animation(obj, 1, 21, 10)
+        first, second, third = (key_positions(obj, name) for name in names)
+        for frame, expected in (
+            (4, 0.7 * first + 0.3 * second),
+            (16, 0.5 * second + 0.5 * third),
+            (-5, first),
+            (40, third),
+        ):
+            self.scene.frame_set(frame)
+            self.assert_close(shown_positions(obj), expected, 1e-5)
+
+    def test_each_frame_is_solved_to_the_end(self):
+        """The first frame from rest, each other one from the one before: not the few iterations of a drag."""
+        obj = posable()
+        animate(obj)
+        obj.arap.tolerance, obj.arap.max_iterations = 1e-7, 5000
+        names = self.api.bake_animation(obj, 6, 11, 5)
+        for name, frame in zip(names, (6, 11), strict=True):
+            self.scene.frame_set(frame)
+            other = mesh_object(f"At{frame}")
+            self.api.add_pin(other, BOTTOM)
+            self.api.add_handle(other, TOP)
+            other.arap.handles[0].rest = obj.arap.handles[0].rest
+            self.api.remove_handle(other, 0)
+            handle = self.api.add_handle(other, TOP)
+            handle.target.matrix_world = obj.arap.handles[0].target.matrix_world
+            bpy.context.view_layer.update()
+            other.arap.tolerance, other.arap.max_iterations = 1e-7, 5000
+            self.api.solve(other)
+            self.assert_close(key_positions(obj, name), key_positions(other), 2e-3)
+
+    def test_the_same_file_gives_the_same_bake(self):
+        obj = posable()
+        animate(obj)
+        names = self.api.bake_animation(obj, 1, 11, 5)
+        first = [key_positions(obj, name) for name in names]
+        self.scene.frame_set(17)
+        names = self.api.bake_animation(obj, 1, 11, 5)
+        for name, expected in zip(names, first, strict=True):
+            self.assert_close(key_positions(obj, name), expected, 0.0)
+
+    def test_the_last_frame_is_always_baked(self):
+        frames = module("api_bake").frames_of
+        self.assertEqual(frames(1, 10, 4), [1, 5, 9, 10])
+        self.assertEqual(frames(-3, 1, 2), [-3, -1, 1])
+        self.assertEqual(frames(7, 7, 1), [7])
+
+    def test_one_frame_and_negative_frames(self):
+        obj = posable()
+        animate(obj)
+        self.assertEqual(self.api.bake_animation(obj, -2, -2), ["ARAP_-002"])
+        self.scene.frame_set(15)
+        self.assert_close(shown_positions(obj), key_positions(obj, "ARAP_-002"), 1e-6)
+        self.api.bake_animation(obj, -1200, -1200)
+        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP_-1200"])
+
+    def test_a_bake_replaces_the_one_before_and_nothing_else(self):
+        obj = posable()
+        animate(obj)
+        self.api.bake_animation(obj, 1, 21, 5)
+        self.api.bake_animation(obj, 1, 5, 4, prefix="Walk ")
+        kept = obj.shape_key_add(name="ARAP_mine")
+        kept.value = 0.5
+        kept.keyframe_insert("value", frame=3)
+        names = self.api.bake_animation(obj, 3, 9, 3)
+        keys = obj.data.shape_keys
+        self.assertEqual(
+            {key.name for key in keys.key_blocks},
+            {"Basis", "ARAP_mine", "Walk 0001", "Walk 0005", *names},
+        )
+        fcurves = module("compat").fcurves_of(keys)
+        self.assertEqual(len(fcurves), len(names) + 3)
+
+    def test_the_live_key_does_not_add_to_the_baked_ones(self):
+        obj = posable()
+        animate(obj)
+        self.scene.frame_set(11)
+        self.api.solve(obj)
+        live = key_positions(obj)
+        names = self.api.bake_animation(obj, 1, 21, 10)
+        self.assertTrue(obj.data.shape_keys.key_blocks["ARAP"].mute)
+        self.assert_close(key_positions(obj), live, 0.0)
+        self.scene.frame_set(21)
+        self.assert_close(shown_positions(obj), key_positions(obj, names[-1]), 1e-6)
+        self.api.bake_animation(obj, 1, 21, 10)  # again, with the live key muted
+
+    def test_other_keys_and_the_frame_stay(self):
+        obj = posable()
+        animate(obj)
+        obj.shape_key_add(name="Basis")
+        smile = obj.shape_key_add(name="Smile")
+        for point in smile.data:
+            point.co.x += 0.25
+        smile.value = 1.0
+        self.scene.frame_set(7, subframe=0.25)
+        names = self.api.bake_animation(obj, 1, 21, 10)
+        self.assertEqual((self.scene.frame_current, self.scene.frame_subframe), (7, 0.25))
+        self.assertEqual(smile.value, 1.0)
+        self.scene.frame_set(11)
+        self.assert_close(shown_positions(obj), key_positions(obj, names[1]) + np.array([0.25, 0.0, 0.0]), 1e-5)
+
+    def test_an_animated_scale_keeps_the_mesh_rigid_as_seen(self):
+        """At each frame the bake is what a solve at that frame gives."""
+        obj = posable()
+        animate(obj)
+        for frame, z in ((1, 1.0), (11, 2.0)):
+            obj.scale.z = z
+            obj.keyframe_insert("scale", frame=frame)
+        obj.arap.tolerance, obj.arap.max_iterations = 1e-7, 5000
+        names = self.api.bake_animation(obj, 1, 11, 10)
+        baked = key_positions(obj, names[1])
+        for name in names:
+            obj.data.shape_keys.key_blocks[name].mute = True
+        self.scene.frame_set(11)
+        self.api.solve(obj)
+        self.assert_close(baked, key_positions(obj), 2e-3)
+
+    def test_estimate(self):
+        obj = mesh_object()
+        n = len(obj.data.vertices)
+        estimate = self.api.estimate_bake(obj, 1, 48)
+        self.assertEqual((estimate.n_keys, estimate.n_vertices), (48, n))
+        self.assertEqual((estimate.bytes_in_file, estimate.bytes_in_memory), (48 * n * 12, 96 * n * 12))
+        self.assertEqual(str(estimate), "48 keys, 78 kB in the file, 157 kB in memory")
+        self.assertEqual(
+            str(module("api_bake").BakeEstimate(1, 1_000_000)), "1 key, 12 MB in the file, 24 MB in memory"
+        )
+        self.assertEqual(
+            str(module("api_bake").BakeEstimate(250, 1_000_000)), "250 keys, 3.0 GB in the file, 6.0 GB in memory"
+        )
+        self.assertEqual(
+            str(module("api_bake").BakeEstimate(2, 4)), "2 keys, 96 bytes in the file, 192 bytes in memory"
+        )
+
+
+class CancelTest(SceneTest):
+    def test_a_cancelled_bake_leaves_nothing(self):
+        obj = posable()
+        animate(obj)
+        self.api.bake_animation(obj, 1, 5, 2)
+        obj.data.shape_keys.key_blocks["ARAP_0003"].name = "Mine"
+        before = data_of(obj)
+        fractions = []
+
+        def stop_half_way(fraction):
+            fractions.append(fraction)
+            return fraction < 0.5
+
+        message = "The bake of 'Tube' was cancelled; nothing has changed"
+        self.assert_error(self.api.Cancelled, message, self.api.bake_animation, obj, 1, 21, 2, stop_half_way)
+        self.assertEqual(data_of(obj), before)
+        self.assertGreaterEqual(fractions[-1], 0.5)
+        self.assertLess(fractions[-1], 1.0)
+        self.assertEqual(fractions, sorted(fractions))
+
+    def test_a_bake_that_fails_half_way_leaves_nothing(self):
+        obj = posable()
+        animate(obj)
+        target = obj.arap.handles[0].target
+        target.keyframe_insert("hide_viewport", frame=1)
+        target.hide_viewport = True
+        target.keyframe_insert("hide_viewport", frame=9)
+        self.scene.frame_set(2)
+        before = data_of(obj)
+        with self.assertRaises(ValueError) as caught:
+            self.api.bake_animation(obj, 1, 21, 4)
+        self.assertIn("'Head' is disabled in viewports", str(caught.exception))
+        self.assertEqual(data_of(obj), before)
+
+    def test_a_job_goes_in_steps(self):
+        obj = posable()
+        animate(obj)
+        obj.arap.tolerance = 1e-9
+        self.scene.frame_set(3)
+        before = data_of(obj)
+        job = self.api.begin_bake(obj, 1, 21, 10)
+        steps = 0
+        while job.step(time_limit_s=1e-6):
+            steps += 1
+            self.assertIn(job.frame, (1, 11, 21))
+        self.assertGreater(steps, 20)  # many small steps for each frame
+        self.assertEqual(job.fraction, 1.0)
+        job.cancel()
+        self.assertEqual(data_of(obj), before)
+        whole = self.api.begin_bake(obj, 1, 21, 10)
+        while whole.step(time_limit_s=60.0):
+            pass
+        self.assertEqual([done.iterations for done in whole.readouts], [done.iterations for done in job.readouts])
+        self.assertEqual(whole.finish(), ["ARAP_0001", "ARAP_0011", "ARAP_0021"])
+
+    def test_an_unfinished_job_writes_nothing(self):
+        obj = posable()
+        animate(obj)
+        job = self.api.begin_bake(obj, 1, 21, 10)
+        message = "The bake of 'Tube' is not done: call step() until it returns False"
+        self.assert_error(RuntimeError, message, job.finish)
+        job.cancel()
+
+    def test_a_job_whose_object_or_mesh_goes_says_so(self):
+        obj = posable()
+        animate(obj)
+        job = self.api.begin_bake(obj, 1, 21, 10)
+        n = len(obj.data.vertices)
+        obj.data.vertices.add(1)
+        message = f"The mesh of 'Tube' has changed ({n} vertices, now {n + 1}): the bake has ended"
+        self.assert_error(RuntimeError, message, job.step)
+        bpy.data.objects.remove(obj)
+        self.assert_error(RuntimeError, "'Tube' is not there any more: the bake has ended", job.step)
+        self.scene.name = "Other"
+        self.assert_error(RuntimeError, "Scene 'Scene' is not there any more: the bake has ended", job.step)
+        job.cancel()
+
+    def test_live_session_goes_on_where_it_was(self):
+        obj = posable()
+        animate(obj)
+        self.scene.frame_set(11)
+        self.api.solve(obj)
+        session = self.api.prepare_session(obj)
+        before = session.positions.copy()
+        self.api.bake_animation(obj, 1, 5, 2)
+        self.assertIs(self.api.prepare_session(obj), session)
+        self.assert_close(session.positions, before, 0.0)
+
+
+class RefusalTest(SceneTest):
+    def test_arguments_are_checked(self):
+        obj = posable()
+        for function in (self.api.bake_animation, self.api.estimate_bake):
+            self.assert_error(ValueError, "step = 0, must be 1 or more", function, obj, 1, 5, 0)
+            self.assert_error(ValueError, "The last frame 1 is before the first, 5: swap them", function, obj, 5, 1)
+        prefix = "x" * 60
+        message = f"Prefix '{prefix}' is too long for the names of shape keys: take a shorter one"
+        self.assert_error(ValueError, message, self.api.bake_animation, obj, 1, 2, prefix=prefix)
+        obj.arap.key_name = "ARAP_0001"
+        message = "A bake with prefix 'ARAP_' would replace shape key 'ARAP_0001': take another prefix"
+        self.assert_error(ValueError, message, self.api.bake_animation, obj, 1, 2, prefix="ARAP_")
+
+    def test_objects_outside_the_scene_are_refused(self):
+        obj = posable()
+        other = bpy.data.scenes.new("Other")
+        message = "'Tube' is not in scene 'Other': choose an object of it"
+        self.assert_error(ValueError, message, self.api.bake_animation, obj, 1, 2, scene=other)
+        message = "'Nothing' is not in scene 'Scene': choose an object of it"
+        self.assert_error(ValueError, message, self.api.bake_animation, None, 1, 2)
+
+    def test_another_scene_can_be_baked(self):
+        obj = posable()
+        animate(obj)
+        other = bpy.data.scenes.new("Other")
+        target = obj.arap.handles[0].target
+        for item in (obj, target):
+            other.collection.objects.link(item)
+            self.scene.collection.objects.unlink(item)
+        names = self.api.bake_animation(obj, 1, 11, 10, scene=other)
+        self.assertGreater(np.abs(key_positions(obj, names[1]) - rest_positions(obj)).max(), 1.0)
+
+    def test_absolute_keys_are_refused(self):
+        obj = posable()
+        obj.shape_key_add(name="Basis")
+        obj.data.shape_keys.use_relative = False
+        message = "The shape keys of 'Tube' are absolute: turn on Relative in the shape keys panel"
+        self.assert_error(ValueError, message, self.api.bake_animation, obj, 1, 2)

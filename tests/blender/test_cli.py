@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line, on real files: in this process, and in a Blender of its own."""
+
+import contextlib
+import io
+import os
+import subprocess
+import sys
+import tempfile
+import unittest.mock
+from pathlib import Path
+
+import numpy as np
+import support
+from support import TOP, SceneTest, bpy, key_positions, mesh_object, module, posable, rest_positions, shown_positions
+
+
+class CliTest(SceneTest):
+    def setUp(self) -> None:
+        super().setUp()
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name).resolve()
+        self.input = self.folder / "input.blend"
+        self.output = self.folder / "output.blend"
+
+    def save_scene(self) -> None:
+        obj = posable()
+        obj.arap.tolerance = 1e-5
+        target = obj.arap.handles[0].target
+        target.keyframe_insert("location", frame=1)
+        target.location.y += 1.0
+        target.keyframe_insert("location", frame=11)
+        self.scene.frame_start, self.scene.frame_end = 1, 11
+        self.scene.frame_set(1)
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+
+    def run_cli(self, *arguments) -> tuple[int, str, str]:
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            code = module("cli").main([str(argument) for argument in arguments])
+        return code, out.getvalue(), err.getvalue()
+
+    def load(self, path: Path) -> bpy.types.Object:
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+        return bpy.data.objects["Tube"]
+
+    def assert_failed(self, reason: str, *arguments, code: int = 1) -> None:
+        self.assertEqual(self.run_cli(*arguments), (code, "", f"arap: {reason}\n"))
+
+    def test_pose_at_a_frame_and_save_to_a_new_file(self):
+        self.save_scene()
+        before = self.input.read_bytes()
+        code, out, err = self.run_cli("pose", self.input, "--frame", 11, "-o", self.output)
+        self.assertEqual((code, err), (0, ""))
+        self.assertRegex(out, r"^Tube: 136 vertices, \d+ iterations, converged, \d+ ms\n")
+        self.assertTrue(out.endswith(f"Saved {self.output}\n"))
+        self.assertEqual(self.input.read_bytes(), before)
+        obj = self.load(self.output)
+        self.assert_close(key_positions(obj)[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
+        self.assertEqual(bpy.context.scene.frame_current, 11)
+
+    def test_bake_a_range(self):
+        self.save_scene()
+        code, out, _ = self.run_cli("bake", self.input, "--start", 1, "--end", 11, "--step", 5, "-o", self.output)
+        self.assertEqual(code, 0)
+        self.assertTrue(out.startswith("Tube: 3 keys, 'ARAP_0001' to 'ARAP_0011'\n"))
+        obj = self.load(self.output)
+        bpy.context.scene.frame_set(11)
+        self.assert_close(shown_positions(obj)[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
+
+    def test_bake_takes_the_scenes_range_and_a_prefix(self):
+        self.save_scene()
+        code, _, _ = self.run_cli("bake", self.input, "--prefix", "Walk ", "-o", self.output)
+        self.assertEqual(code, 0)
+        names = [key.name for key in self.load(self.output).data.shape_keys.key_blocks]
+        self.assertEqual(names, ["Basis", *(f"Walk {frame:04d}" for frame in range(1, 12))])
+
+    def test_bake_one_frame(self):
+        self.save_scene()
+        code, out, _ = self.run_cli("bake", self.input, "--frame", 11, "-o", self.output)
+        self.assertEqual(code, 0)
+        self.assertRegex(out, r"^Tube: 136 vertices, .* ms, key 'ARAP_0011'\n")
+        obj = self.load(self.output)
+        self.assert_close(key_positions(obj, "ARAP_0011")[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
+
+    def test_the_open_file_is_the_default(self):
+        self.save_scene()
+        self.assertEqual(self.run_cli("pose", "-o", self.output)[0], 0)
+        self.assertTrue(self.output.is_file())
+
+    def test_only_the_named_objects_are_posed(self):
+        posable("Other")
+        self.save_scene()
+        code, out, _ = self.run_cli("pose", self.input, "--object", "Tube", "-o", self.output)
+        self.assertEqual(code, 0)
+        self.assertNotIn("Other", out)
+        self.load(self.output)
+        self.assertIsNone(bpy.data.objects["Other"].data.shape_keys)
+
+    def test_nothing_is_written_over_unless_told(self):
+        self.save_scene()
+        before = self.input.read_bytes()
+        remedy = "give another file with -o, or --overwrite to write over it"
+        self.assert_failed(f"{self.input} is the input: {remedy}", "pose", self.input)
+        self.assert_failed(f"{self.input} is the input: {remedy}", "pose", self.input, "-o", self.input)
+        self.assert_failed(f"{self.input} is the input: {remedy}", "pose")
+        self.output.write_text("mine")
+        self.assert_failed(f"{self.output} exists already: {remedy}", "pose", self.input, "-o", self.output)
+        self.assertEqual(self.output.read_text(), "mine")
+        self.assertEqual(self.input.read_bytes(), before)
+        self.assertEqual(self.run_cli("pose", self.input, "--frame", 11, "--overwrite")[0], 0)
+        self.assertNotEqual(self.input.read_bytes(), before)
+        self.assertIn("ARAP", self.load(self.input).data.shape_keys.key_blocks)
+
+    def test_failures_give_one_line_and_a_code(self):
+        missing = self.folder / "missing.blend"
+        self.assert_failed("No .blend to work on: name one", "pose", "-o", self.output)
+        self.assert_failed(f"{missing} is not there: check the path", "pose", missing, "-o", self.output)
+        nowhere = self.folder / "nowhere"
+        self.save_scene()
+        self.assert_failed(f"{nowhere} is not a folder: make it first", "pose", self.input, "-o", nowhere / "a.blend")
+        message = "There is no object 'Tail' in scene 'Scene': check its name"
+        self.assert_failed(message, "pose", self.input, "-o", self.output, "--object", "Tail")
+        message = "--frame bakes one frame, --start and --end a range: give one or the other"
+        self.assert_failed(message, "bake", self.input, "-o", self.output, "--frame", 1, "--end", 5)
+        message = "The last frame 1 is before the first, 5: swap them"
+        self.assert_failed(message, "bake", self.input, "-o", self.output, "--start", 5, "--end", 1)
+        self.assertFalse(self.output.exists())
+
+    def test_a_wrong_command_line_gives_one_line_and_code_2(self):
+        self.assert_failed("the following arguments are required: command", code=2)
+        self.assert_failed("unrecognized arguments: --fast", "pose", "--fast", code=2)
+        self.assert_failed("argument --step: invalid int value: 'x'", "bake", "--step", "x", code=2)
+
+    def test_help_is_no_failure(self):
+        code, out, _ = self.run_cli("bake", "--help")
+        self.assertEqual(code, 0)
+        self.assertIn("--start", out)
+
+    def test_a_file_that_cannot_be_read_fails(self):
+        broken = self.folder / "broken.blend"
+        broken.write_text("this is not a .blend")
+        code, _, err = self.run_cli("pose", broken, "-o", self.output)
+        self.assertEqual(code, 1)
+        self.assertTrue(err.startswith("arap: "))
+        self.assertEqual(err.count("\n"), 1)
+
+    def test_a_scene_without_handles_fails(self):
+        mesh_object()
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+        message = "No mesh in scene 'Scene' has handles: add some in Blender first"
+        self.assert_failed(message, "pose", self.input, "-o", self.output)
+
+    def test_a_broken_handle_fails(self):
+        self.save_scene()
+        obj = bpy.data.objects["Tube"]
+        obj.vertex_groups.remove(obj.vertex_groups["Head"])
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+        message = "Handle 'Head' of 'Tube': there is no vertex group 'Head'; choose one or remove the handle"
+        self.assert_failed(message, "pose", self.input, "-o", self.output)
+
+    def test_faults_of_ours_are_failures_too(self):
+        self.save_scene()
+        with unittest.mock.patch.object(module("api"), "solve", side_effect=KeyError("x")):
+            message = "internal error, please report it: KeyError: 'x'"
+            self.assert_failed(message, "pose", self.input, "-o", self.output)
+
+    def test_in_a_blender_of_its_own(self):
+        """As a user types it; bpy from PyPI has no executable, there a Python script stands for it."""
+        self.save_scene()
+        arguments = ["bake", str(self.input), "--end", "3", "-o", str(self.output)]
+        for wanted_code, extra in ((0, []), (1, []), (2, ["--fast"])):  # the second time the output exists
+            done = self.blender([*arguments, *extra])
+            self.assertEqual(done.returncode, wanted_code, done.stdout + done.stderr)
+        self.assertIn("unrecognized arguments: --fast", done.stderr)
+        self.assertIn("ARAP_0003", self.load(self.output).data.shape_keys.key_blocks)
+
+    def blender(self, arguments: list[str]) -> subprocess.CompletedProcess[str]:
+        call = f"from {support.PACKAGE} import cli; cli.run()"
+        if bpy.app.binary_path:
+            # The user folder is this process's, its preferences were not saved: enable for this one alone.
+            command = [bpy.app.binary_path, "-b", "--factory-startup", "--addons", support.PACKAGE]
+            command += ["--python-exit-code", "1", "--python-expr", call, "--", *arguments]
+        else:
+            enable = f"import bpy, addon_utils; bpy.ops.preferences.addon_enable(module={support.PACKAGE!r})"
+            command = [sys.executable, "-c", f"{enable}; {call}", "--", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=False, env=dict(os.environ), timeout=300)
+
+
+class RegistrationTest(SceneTest):
+    def test_the_command_is_registered_where_blender_has_commands(self):
+        has_commands = hasattr(bpy.utils, "register_cli_command")
+        self.assertEqual(has_commands, bpy.app.version >= (4, 2, 0))
+        self.assertEqual(module("cli")._command is not None, has_commands)
