@@ -124,7 +124,7 @@ def test_previous_positions_are_where_the_next_solve_begins():
     assert np.array_equal(solver.positions, second.positions)
 
     solver.reset()
-    assert np.array_equal(solver.positions, mesh.positions)
+    assert np.allclose(solver.positions, mesh.positions, rtol=0, atol=1e-12)
     solver.set_positions(first.positions)
     assert np.allclose(solver.positions, first.positions, rtol=0, atol=1e-12)
     assert np.allclose(
@@ -165,7 +165,7 @@ def test_loose_vertices_and_parts_without_constraints_stay_and_are_reported():
     result = solver.solve(twisted_ends(near))
     assert result.parts_at_rest.tolist() == [1]
     assert result.loose_vertices.tolist() == [2 * n]
-    assert np.array_equal(result.positions[n:], positions[n:])
+    assert np.allclose(result.positions[n:], positions[n:], rtol=0, atol=1e-12)
 
 
 def test_coincident_vertices_are_reported():
@@ -326,5 +326,5 @@ def test_repr_says_what_it_is():
 
 
 def test_a_solver_cannot_be_copied():
-    with pytest.raises(TypeError, match="cannot pickle 'SurfaceArap' object"):
+    with pytest.raises(TypeError, match="cannot pickle"):
         copy.copy(bound(tube()))

@@ -254,7 +254,7 @@ def test_bad_values_are_value_errors_that_name_the_place(solver):
     assert "rotations" in message(ValueError, solver.solve, twisted_ends(MESH), rotations=rotations)
     bad = MESH.positions.copy()
     bad[8] = np.inf
-    assert "vertex 8" in message(ValueError, solver.set_positions, bad)
+    assert "positions: row 8" in message(ValueError, solver.set_positions, bad)
 
 
 def test_empty_arrays_are_refused_with_what_is_missing(solver):

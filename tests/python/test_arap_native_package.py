@@ -52,7 +52,7 @@ def test_the_compiled_objects_have_the_stubs_docstrings(stub):
         assert compiled.__doc__ == ast.get_docstring(node)
         for member in node.body:
             if isinstance(member, ast.FunctionDef):
-                assert getattr(compiled, member.name).__doc__ == (ast.get_docstring(member) or "")
+                assert getattr(compiled, member.name).__doc__ == ast.get_docstring(member)
 
 
 def test_every_public_member_is_described():
