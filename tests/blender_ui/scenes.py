@@ -44,6 +44,19 @@ def add_grid(n: int) -> bpy.types.Object:
     return grid
 
 
+def add_bone() -> bpy.types.Object:
+    """An armature of one bone that begins in the middle of the bar's top."""
+    armature = bpy.data.objects.new("Armature", bpy.data.armatures.new("Armature"))
+    bpy.context.scene.collection.objects.link(armature)
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    bone = armature.data.edit_bones.new("Bone")
+    bone.head, bone.tail = (0.0, 0.0, LENGTH), (0.0, 0.0, LENGTH + 1.0)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    armature.data.bones["Bone"].select = True
+    return armature
+
+
 def bottom() -> list[int]:
     return list(range(8))
 

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 import scenes
 from harness import Steps, Ui
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
 NEAR = 1e-5
 
@@ -82,9 +82,11 @@ def test_handles_pose_enter_undo_redo(ui: Ui) -> Steps:
     yield from ui.key("TAB")
     ui.select(handle())
     yield from begin(ui)
-    yield from drag(ui, "G", "X", "1")
-    yield from settle(ui)
-    assert_followed(rest, (1.0, 0.0, 0.0))
+    yield from ui.key("G")
+    yield from ui.key("X")
+    yield from ui.text("1")
+    assert_followed(rest, (1.0, 0.0, 0.0))  # live, before G is confirmed
+    yield from ui.key("RET")
     yield from drag(ui, "G", "Z", "1")
     yield from settle(ui)
     yield from ui.screenshot("following")
@@ -337,6 +339,111 @@ def test_esc_while_binding(ui: Ui) -> Steps:
     assert not ui.running
     assert obj.data.shape_keys is None
     assert n_steps > 0
+
+
+def test_undo_past_the_beginning(ui: Ui) -> Steps:
+    """An undo from the Edit menu that goes back to before the act ends it there."""
+    scenes.add_bar_with_handle(ui.api)
+    rest = scenes.key_positions(bar())
+    ui.select(handle())
+    bpy.ops.ed.undo_push(message="scene")
+    yield from begin(ui)
+    assert not bpy.ops.arap.pose.poll(), "one act at a time on an object"
+    yield from drag(ui, "G", "X", "1")
+    for _ in range(2):
+        ui.call(bpy.ops.ed.undo, "EXEC_DEFAULT")
+        yield
+    yield
+    assert not ui.running
+    assert_at_rest(rest)
+    assert bar().data.shape_keys is None
+    assert abs(handle().location.x) < NEAR
+
+
+def test_other_work_within(ui: Ui) -> Steps:
+    """What else is done within the act stays with it: a copy of the mesh, saving; later undo steps are not swallowed."""
+    scenes.add_bar_with_handle(ui.api)
+    rest = scenes.key_positions(bar())
+    ui.select(handle())
+    bpy.ops.ed.undo_push(message="scene")
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    ui.select(bar())
+    ui.call(bpy.ops.object.duplicate, "EXEC_DEFAULT", True)
+    ui.select(handle())
+    path = f"{bpy.app.tempdir}within.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    yield from settle(ui)
+    yield from ui.key("RET")
+    assert "Bar.001" in bpy.data.objects
+    yield from drag(ui, "G", "X", "1")
+    yield from ui.key("Z", ctrl=True)
+    yield
+    assert "Bar.001" in bpy.data.objects
+    assert_followed(rest, (1.0, 0.0, 0.0))
+    assert abs(handle().location.x - 1.0) < NEAR
+    yield from ui.key("Z", ctrl=True)
+    yield
+    yield
+    assert "Bar.001" not in bpy.data.objects
+    assert_at_rest(rest)
+
+    ui.call(bpy.ops.wm.open_mainfile, "EXEC_DEFAULT", filepath=path)
+    yield
+    assert not ui.running
+    bpy.context.scene.cursor.location.x = 1.0
+    bpy.ops.ed.undo_push(message="cursor")
+    ui.call(bpy.ops.ed.undo, "EXEC_DEFAULT")
+    yield
+    yield
+    yield from begin(ui)
+    yield from ui.key("RET")
+
+
+def test_bone_as_handle(ui: Ui) -> Steps:
+    """A bone moved in Pose Mode moves the mesh, and Esc puts it back."""
+    scenes.add_bar()
+    rest = scenes.key_positions(bar())
+    armature = scenes.add_bone()
+    ui.api.add_pin(bar(), scenes.bottom())
+    ui.select(bar(), armature)
+    bpy.ops.object.mode_set(mode="POSE")
+    ui.call(bpy.ops.arap.handle_add_from_empties, "EXEC_DEFAULT", True, radius=0.8)
+    assert bar().arap.handles[0].bone == "Bone"
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    assert_followed(rest, (1.0, 0.0, 0.0))
+    yield from ui.screenshot("pose_mode")
+    yield from drag(ui, "R", "Z", "90")
+    yield from settle(ui)
+    yield from ui.key("ESC")
+    assert_at_rest(rest)
+    assert armature.pose.bones["Bone"].matrix_basis == Matrix()
+
+
+def test_render_within(ui: Ui) -> Steps:
+    """A render while posing neither crashes nor ends the act."""
+    scenes.add_bar_with_handle(ui.api)
+    rest = scenes.key_positions(bar())
+    scene = bpy.context.scene
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    scene.render.engine = "BLENDER_WORKBENCH"
+    scene.render.resolution_x = scene.render.resolution_y = 64
+    scene.frame_end = 3
+    scene.render.filepath = f"{bpy.app.tempdir}frame"
+    bpy.context.preferences.view.render_display_type = "NONE"
+    ui.select(handle())
+    yield from begin(ui)
+    ui.call(bpy.ops.render.render, "INVOKE_DEFAULT", True, animation=True)
+    yield from ui.until(lambda: not bpy.app.is_job_running("RENDER"), "the render is done")
+    yield
+    assert "Bar" in ui.running
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    assert_followed(rest, (1.0, 0.0, 0.0))
+    yield from ui.key("RET")
 
 
 def test_disabled_add_on_within(ui: Ui) -> Steps:

@@ -32,13 +32,13 @@ class ARAP_OT_solve(bpy.types.Operator):
         finally:
             windows.progress_end()
         tag_panels(context)
+        iterations = "1 iteration" if readout.iterations == 1 else f"{readout.iterations} iterations"
         if readout.stop_reason == "converged":
-            self.report({"INFO"}, f"Solved in {readout.iterations} iterations, {readout.last_ms:.0f} ms")
+            self.report({"INFO"}, f"Solved in {iterations}, {readout.last_ms:.0f} ms")
         else:
             self.report(
                 {"WARNING"},
-                f"Stopped after {readout.iterations} iterations before the tolerance was met:"
-                " raise Max Iterations, or Solve again from Pose",
+                f"Stopped after {iterations}, before the tolerance was met: allow more under Settings, At Most",
             )
         return {"FINISHED"}
 
