@@ -35,3 +35,5 @@ def unregister() -> None:
     # Blender reloads this file alone when a new version is installed: the rest must be imported anew.
     for name in [name for name in sys.modules if name.startswith(f"{__name__}.")]:
         del sys.modules[name]
+        # "from . import x" takes the package's attribute before it looks for a module: the old one would come back.
+        globals().pop(name.removeprefix(f"{__name__}."), None)

@@ -100,6 +100,10 @@ class RegisterTest(SceneTest):
         obj = bpy.data.objects["Tube"]
         self.assertEqual(obj.arap.handles[0].name, "Head")
         module("api").solve(obj)
+        # One set of modules, not old ones beside new ones.
+        self.assertIs(module("api_pose").sessions, sys.modules[f"{support.PACKAGE}.sessions"])
+        self.assertIs(module("api_result").sessions, module("api_pose").sessions)
+        self.assertIsNotNone(module("api").readout(obj))
 
     def test_properties_have_names_and_descriptions(self):
         properties = module("properties")
