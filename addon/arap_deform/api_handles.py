@@ -193,12 +193,14 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
     if _is_making:
         return
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    if handle_io.problem_of(obj, handle, depsgraph) or obj.type != "MESH" or obj.mode == "EDIT":
+    is_whole = not handle_io.target_problem(obj, handle.target, handle.bone, depsgraph)
+    if obj.type != "MESH" or not is_whole or handle.vertex_group not in obj.vertex_groups:
         return
     world = handle_io.object_matrix(obj, depsgraph)
     fit = np.eye(4)
     if handle_io.pose_key(obj) is not None:
-        weights = mesh_io.read_weights(obj, [handle.vertex_group])[handle.vertex_group]
+        use_nodes = False if obj.mode == "EDIT" else None  # they would see the mesh that is being edited
+        weights = mesh_io.read_weights(obj, [handle.vertex_group], use_nodes=use_nodes)[handle.vertex_group]
         indices = np.flatnonzero(weights > 0.0)
         if len(indices):
             fit = handle_io.fit_to_pose(obj, depsgraph, indices, mesh_io.read_rest(obj))

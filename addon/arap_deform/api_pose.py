@@ -76,6 +76,7 @@ def prepare_session(
     """The object's live session, made or brought up to date by session_input, build_session and adopt_session.
 
     A session that fits is kept; changed groups only factorize again; a changed mesh, scale or setting binds again.
+    The session starts from the pose that the key shows.
 
     Raises:
         As session_input() and build_session(); a session that was there before stays.
@@ -89,6 +90,7 @@ def prepare_session(
         live.session.settings = inputs.settings
         # The stretch stays the one that was bound: differences below the tolerance must not add up.
         live.inputs = replace(inputs, stretch=live.inputs.stretch)
+        sync_session(obj)
     fresh = sessions.get(obj.name)
     assert fresh is not None
     return fresh.session

@@ -17,6 +17,8 @@ from .session import best_rigid_fit
 if TYPE_CHECKING:
     from .properties import ArapHandle
 
+SMALLEST_VOLUME = 1e-24  # determinant of a handle's rest matrix; below, its motion since rest cannot be told
+
 
 def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> NDArray[np.float64]:
     """(h, 4, 4) float64 object-space motion of each enabled pin (identity), then of each enabled handle.
@@ -73,6 +75,8 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     reason = target_problem(obj, handle.target, handle.bone, depsgraph)
     if reason:
         return whose + reason
+    if abs(handle.rest.determinant()) < SMALLEST_VOLUME:
+        return f"{whose}'{handle.target.name}' was scaled to nothing at rest; give it a scale and choose it again"
     if handle.vertex_group not in obj.vertex_groups:
         return f"{whose}there is no vertex group '{handle.vertex_group}'; choose one or remove the handle"
     return ""

@@ -352,6 +352,17 @@ class RefusalTest(SceneTest):
         obj.arap.pins[0].is_enabled = False
         self.assert_error(ValueError, "Nothing holds or moves 'Tube': add a pin or a handle", self.api.solve, obj)
 
+    def test_a_target_that_was_scaled_to_nothing_is_named_until_it_is_chosen_again(self):
+        obj = mesh_object()
+        empty = empty_at((0.0, 0.0, 4.0))
+        empty.scale = (0.0, 1.0, 1.0)
+        self.api.add_handle_for(obj, empty)
+        message = "Handle 'Empty' of 'Tube': 'Empty' was scaled to nothing at rest; give it a scale and choose it again"
+        self.assert_error(ValueError, message, self.api.solve, obj)
+        empty.scale = (1.0, 1.0, 1.0)
+        self.api.set_handle_target(obj, 0, empty)
+        self.api.solve(obj)
+
     def test_targets_of_an_excluded_collection_are_refused(self):
         obj = posable()
         target = obj.arap.handles[0].target
@@ -381,3 +392,35 @@ class RefusalTest(SceneTest):
             )
             bpy.data.objects.remove(bpy.data.objects["Empty"])
         self.assert_error(ValueError, "'Nothing' is not a mesh: choose a mesh object", self.api.solve, None)
+
+
+class TakeOverTest(SceneTest):
+    def test_choosing_step_by_step_takes_over_in_the_end(self):
+        """As in the panel: first the armature, then its bone; the group last; in Edit Mode too."""
+        for mode in ("OBJECT", "EDIT"):
+            obj = posable(f"In {mode}")
+            bend(obj)
+            self.api.solve(obj)
+            posed = key_positions(obj)
+            rig = armature()
+            handle = obj.arap.handles[0]
+            bpy.context.view_layer.objects.active = obj
+            bpy.ops.object.mode_set(mode=mode)
+            handle.vertex_group = ""
+            handle.target = rig
+            handle.bone = "Upper"
+            handle.vertex_group = "Head"
+            bpy.ops.object.mode_set(mode="OBJECT")
+            self.api.solve(obj)
+            self.assert_close(key_positions(obj), posed, 1e-3)
+
+    def test_an_unfinished_handle_keeps_what_it_has(self):
+        obj = posable()
+        handle = obj.arap.handles[0]
+        target, rest = handle.target, handle.rest.copy()
+        handle.target = None
+        handle.bone = "Tail"
+        self.assertEqual(handle.rest, rest)
+        handle.bone = ""
+        handle.target = target
+        self.assert_close(handle.rest, rest, 1e-6)
