@@ -361,7 +361,7 @@ def test_undo_past_the_beginning(ui: Ui) -> Steps:
 
 
 def test_other_work_within(ui: Ui) -> Steps:
-    """What else is done within the act stays with it: a copy of the mesh, saving; later undo steps are not swallowed."""
+    """Other work within the act (a copy of the mesh, saving) stays with it; later undo steps are not swallowed."""
     scenes.add_bar_with_handle(ui.api)
     rest = scenes.key_positions(bar())
     ui.select(handle())

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -33,12 +34,14 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     active = context.object
     if active is not None and active.type == "MESH":
         return active
+    posed = [context.view_layer.objects.get(name) for name in pose_act.running]
     if active is not None:
-        for obj in context.view_layer.objects:
-            if obj.type == "MESH" and any(handle.target == active for handle in obj.arap.handles):
+        # Asked many times a redraw: the likely ones first, and all objects of the scene only where it is none of them.
+        for obj in itertools.chain(posed, [active.parent], context.view_layer.objects):
+            if obj is not None and obj.type == "MESH" and any(handle.target == active for handle in obj.arap.handles):
                 return obj
-    if len(pose_act.running) == 1:
-        return context.view_layer.objects.get(next(iter(pose_act.running)))
+    if len(posed) == 1:
+        return posed[0]
     meshes = [obj for obj in context.selected_objects if obj.type == "MESH"]
     return meshes[0] if len(meshes) == 1 else None
 
