@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import handle_io, mesh_io, sessions, shape_key
 from .api_pose import build_session, prepare_session, solve_from_rest
+from .api_result import capture_transforms, restore_transforms
 from .handle_map import Floats
 from .session import Cancelled, Progress, Readout, readout_of_whole
 
@@ -60,6 +61,7 @@ class BakeJob:
         self._live_session = live.session
         self._live_positions = live.session.positions.copy()
         self._frame_before = (scene.frame_current, scene.frame_subframe)
+        self._transforms_before = capture_transforms(obj)
         self._shapes: list[NDArray[np.float32]] = []
         self._parts: list[Readout] = []  # of the frame being solved
         self._matrices: Floats | None = None
@@ -146,6 +148,8 @@ class BakeJob:
         if scene is not None:
             frame, subframe = self._frame_before
             scene.frame_set(frame, subframe=subframe)
+            # Moves of animated handles that have no keyframe yet would be lost with the change of frame.
+            restore_transforms(self._transforms_before)
 
     def _scene(self) -> bpy.types.Scene:
         scene = bpy.data.scenes.get(self._scene_name)
@@ -192,7 +196,9 @@ def begin_bake(
     if obj is None or scene.objects.get(obj.name) != obj:
         raise ValueError(f"'{obj.name if obj else 'Nothing'}' is not in scene '{scene.name}': choose an object of it")
     prefix = prefix or f"{obj.arap.key_name}_"
+    mesh_io.check_mesh(obj)
     _check_prefix(obj, prefix, frames)
+    shape_key.check_animatable(obj)
     prepare_session(obj, _depsgraph_of(scene), progress)
     return BakeJob(obj, scene, frames, prefix)
 
@@ -251,7 +257,7 @@ def _check_prefix(obj: bpy.types.Object, prefix: str, frames: list[int]) -> None
     if any(len(shape_key.frame_key_name(prefix, frame).encode()) > shape_key.NAME_BYTES for frame in frames):
         raise ValueError(f"Prefix '{prefix}' is too long for the names of shape keys: take a shorter one")
     taken = {obj.arap.key_name}
-    if obj.data is not None and getattr(obj.data, "shape_keys", None):
+    if obj.data.shape_keys is not None:
         taken.add(obj.data.shape_keys.reference_key.name)
     for name in taken:
         if re.fullmatch(re.escape(prefix) + shape_key.FRAME_PATTERN, name):

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from . import handle_io, mesh_io, sessions, shape_key
 from .api_pose import end_session
 
+Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone ('': the object)
+
 CHANNELS = ("location", "rotation_mode", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale")
 
 
@@ -22,12 +24,12 @@ class PoseState:
 
     Attributes:
         key: values and slider of the live key.
-        transforms: the channels of each object (bone name '') and bone that can move a handle.
+        transforms: of everything that an artist may have moved to move a handle.
     """
 
     object_name: str
     key: shape_key.KeyState
-    transforms: dict[tuple[str, str], tuple[Any, ...]]
+    transforms: Transforms
 
 
 def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
@@ -71,8 +73,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
 
 def capture_state(obj: bpy.types.Object) -> PoseState:
     """What restore_state() brings back."""
-    transforms = {place: _channels(item) for place, item in _movers(obj)}
-    return PoseState(obj.name, shape_key.capture(obj, obj.arap.key_name), transforms)
+    return PoseState(obj.name, shape_key.capture(obj, obj.arap.key_name), capture_transforms(obj))
 
 
 def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
@@ -83,10 +84,7 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
     Raises:
         ValueError: the mesh has another number of vertices by now; then only the handles go back.
     """
-    for (object_name, bone), channels in state.transforms.items():
-        item = _item_at(object_name, bone)
-        if item is not None:
-            _set_channels(item, channels)
+    restore_transforms(state.transforms)
     shape_key.restore(obj, state.key)
     live = sessions.get(obj.name)
     if live is None:
@@ -96,6 +94,19 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
         live.session.reset()
     else:
         live.session.set_positions(positions)
+
+
+def capture_transforms(obj: bpy.types.Object) -> Transforms:
+    """Channels of the handles' objects, of their parents, and of all bones of their armatures."""
+    return {place: _channels(item) for place, item in _movers(obj)}
+
+
+def restore_transforms(transforms: Transforms) -> None:
+    """Back to what capture_transforms() returned, where it is still there."""
+    for (object_name, bone), channels in transforms.items():
+        item = _item_at(object_name, bone)
+        if item is not None:
+            _set_channels(item, channels)
 
 
 def _live_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:

@@ -53,6 +53,16 @@ def check_writable(obj: bpy.types.Object) -> None:
         raise ValueError(f"The shape keys of '{obj.name}' are absolute: turn on Relative in the shape keys panel")
 
 
+def check_animatable(obj: bpy.types.Object) -> None:
+    """Raises ValueError where the values of shape keys cannot take keyframes, and says what to do."""
+    animation = obj.data.shape_keys.animation_data if obj.data.shape_keys else None
+    if animation and animation.action and animation.action.library:
+        raise ValueError(
+            f"The animation of the shape keys of '{obj.name}', action '{animation.action.name}', is linked from "
+            "another file: make it local or take it off"
+        )
+
+
 def check_name(obj: bpy.types.Object, name: str) -> None:
     """Raises ValueError where ``name`` cannot be the pose's key."""
     if not name:

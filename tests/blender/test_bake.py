@@ -210,6 +210,21 @@ class CancelTest(SceneTest):
         self.assertLess(fractions[-1], 1.0)
         self.assertEqual(fractions, sorted(fractions))
 
+    def test_moves_without_a_keyframe_survive_a_bake(self):
+        obj = posable()
+        animate(obj)
+        target = obj.arap.handles[0].target
+        self.scene.frame_set(3)
+        target.location.x = 0.75
+        before = target.matrix_basis.copy()
+        stop = self.api.bake_animation, obj, 1, 21, 10, lambda _: False
+        self.assert_error(self.api.Cancelled, "Binding was cancelled; nothing has changed", *stop)
+        self.api.prepare_session(obj)
+        self.assert_error(self.api.Cancelled, "The bake of 'Tube' was cancelled; nothing has changed", *stop)
+        self.assertEqual(target.matrix_basis, before)
+        self.api.bake_animation(obj, 1, 21, 10)
+        self.assertEqual(target.matrix_basis, before)
+
     def test_a_bake_that_fails_half_way_leaves_nothing(self):
         obj = posable()
         animate(obj)
@@ -310,6 +325,30 @@ class RefusalTest(SceneTest):
             self.scene.collection.objects.unlink(item)
         names = self.api.bake_animation(obj, 1, 11, 10, scene=other)
         self.assertGreater(np.abs(key_positions(obj, names[1]) - rest_positions(obj)).max(), 1.0)
+
+    def test_linked_animation_of_the_keys_is_refused(self):
+        import tempfile
+        from pathlib import Path
+
+        obj = posable()
+        self.api.solve(obj)
+        keys = obj.data.shape_keys
+        key = obj.shape_key_add(name="Other")
+        key.keyframe_insert("value", frame=1)
+        action = keys.animation_data.action
+        action.name = "Linked"
+        with tempfile.TemporaryDirectory() as folder:
+            path = str(Path(folder) / "library.blend")
+            bpy.data.libraries.write(path, {action})
+            bpy.data.actions.remove(action)
+            with bpy.data.libraries.load(path, link=True) as (_, data):
+                data.actions = ["Linked"]
+            keys.animation_data.action = bpy.data.actions["Linked"]
+            message = (
+                "The animation of the shape keys of 'Tube', action 'Linked', is linked from another file: "
+                "make it local or take it off"
+            )
+            self.assert_error(ValueError, message, self.api.bake_animation, obj, 1, 2)
 
     def test_absolute_keys_are_refused(self):
         obj = posable()
