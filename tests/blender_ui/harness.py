@@ -65,17 +65,24 @@ class Ui:
     def event(self, kind: str, value: str = "PRESS", **modifiers: bool | str) -> None:
         self.window.event_simulate(type=kind, value=value, x=self.mouse[0], y=self.mouse[1], **modifiers)
 
-    def key(self, kind: str, **modifiers: bool) -> Steps:
+    def press(self, kind: str, **modifiers: bool) -> None:
+        """A key down and up."""
         self.event(kind, "PRESS", **modifiers)
         self.event(kind, "RELEASE", **modifiers)
+
+    def press_letter(self, letter: str) -> None:
+        names = {**{str(i): name for i, name in enumerate(DIGITS)}, " ": "SPACE", ".": "PERIOD", "-": "MINUS"}
+        self.event(names.get(letter, letter.upper()), "PRESS", unicode=letter)
+        self.event(names.get(letter, letter.upper()), "RELEASE")
+
+    def key(self, kind: str, **modifiers: bool) -> Steps:
+        self.press(kind, **modifiers)
         yield
 
     def text(self, text: str) -> Steps:
-        names = {**{str(i): name for i, name in enumerate(DIGITS)}, " ": "SPACE", ".": "PERIOD", "-": "MINUS"}
         for letter in text:
-            self.event(names.get(letter, letter.upper()), "PRESS", unicode=letter)
-            self.event(names.get(letter, letter.upper()), "RELEASE")
-            yield
+            self.press_letter(letter)
+        yield
 
     def move_mouse(self, x: int, y: int) -> Steps:
         self.mouse = (x, y)
@@ -86,7 +93,7 @@ class Ui:
         region = self.region()
         yield from self.move_mouse(region.x + region.width // 3, region.y + region.height // 2)
 
-    def until(self, is_true: Callable[[], bool], what: str, time_limit_s: float = 20.0) -> Steps:
+    def until(self, is_true: Callable[[], bool], what: str, time_limit_s: float = 60.0) -> Steps:
         """Waits until something is true."""
         end = time.monotonic() + time_limit_s
         while not is_true():

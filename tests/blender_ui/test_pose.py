@@ -20,10 +20,12 @@ def begin(ui: Ui) -> Steps:
 
 def drag(ui: Ui, key: str, axis: str, amount: str) -> Steps:
     """G, R or S along an axis, by a number, confirmed."""
-    yield from ui.key(key)
-    yield from ui.key(axis)
-    yield from ui.text(amount)
-    yield from ui.key("RET")
+    ui.press(key)
+    ui.press(axis)
+    for letter in amount:
+        ui.press_letter(letter)
+    ui.press("RET")
+    yield
 
 
 def handle(name: str = "Top") -> bpy.types.Object:

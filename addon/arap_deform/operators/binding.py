@@ -24,8 +24,9 @@ class Binding(Generic[Result]):
         self._is_dropped = False
         self._result: Result | None = None
         self._error: BaseException | None = None
-        # A daemon: quitting Blender does not wait for it.
-        self._thread = threading.Thread(target=self._run, name="arap-bind", daemon=True)
+        # No daemon: Python would kill it inside the native code when Blender quits, and that aborts. Quitting ends the
+        # act first, which drops the work, so there is little to wait for.
+        self._thread = threading.Thread(target=self._run, name="arap-bind", daemon=False)
         self._thread.start()
 
     @property
