@@ -17,7 +17,8 @@ Point = Sequence[float] | NDArray[np.float64]
 class Cage:
     """Vertices and quads. In a symmetric model vertices made by ``seam`` lie on the mirror plane, all others at x > 0.
 
-    Loops are lists of vertices, counter-clockwise seen from where a loft goes to. A half loop starts and ends on the seam.
+    Loops are lists of vertices, counter-clockwise seen from where a loft goes to. A half loop starts and ends on the
+    seam.
 
     Attributes:
         tag: written into each quad made.
@@ -84,13 +85,15 @@ class Cage:
         if self._is_seam[index]:
             self._positions[index][0] = 0.0
 
-    def open_block(self, loops: Sequence[Sequence[int]], k: int, j: int) -> list[int]:
-        """Removes the 2 x 2 quads between loops k to k + 2 and places j to j + 2; returns the eight vertices around the hole."""
-        block = {loop[(j + b) % len(loop)] for loop in loops[k : k + 3] for b in range(3)}
+    def open_block(self, loops: Sequence[Sequence[int]], k: int, j: int, size: int = 2) -> list[int]:
+        """Removes size x size quads, from loop k and place j on; returns the 4 size vertices around the hole."""
+        block = {loop[(j + b) % len(loop)] for loop in loops[k : k + size + 1] for b in range(size + 1)}
         kept = [i for i, quad in enumerate(self._quads) if not set(quad) <= block]
         self._quads = [self._quads[i] for i in kept]
         self._tags = [self._tags[i] for i in kept]
-        around = ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+        steps = range(size)
+        around = [(a, 0) for a in steps] + [(size, b) for b in steps]
+        around += [(size - a, size) for a in steps] + [(0, size - b) for b in steps]
         return [loops[k + a][(j + b) % len(loops[k + a])] for a, b in around]
 
     def path(self, name: str, vertices: Sequence[int]) -> None:
@@ -98,7 +101,7 @@ class Cage:
         self._paths[name] = list(vertices)
 
     def whole(self) -> QuadMesh:
-        """The cage as it is, without the vertices in no quad; face data "tag", vertex data by the names in ``weights``."""
+        """The cage as it is, without vertices in no quad; face data "tag", vertex data by the names in ``weights``."""
         quads = np.array(self._quads, dtype=np.int32)
         used = np.unique(quads)
         renumber = np.full(len(self._positions), -1, dtype=np.int32)
@@ -133,7 +136,7 @@ class Cage:
 
 
 def ellipse(centre: Point, axis_u: Point, axis_v: Point, n: int = 8, phase: float = 0.0) -> list[Floats]:
-    """n points centre + cos a u + sin a v, a from ``phase`` on; counter-clockwise seen from u x v."""
+    """Points centre + cos a u + sin a v, a from ``phase`` on; counter-clockwise seen from u x v."""
     centre, u, v = (np.asarray(p, dtype=np.float64) for p in (centre, axis_u, axis_v))
     angles = [phase + 2 * pi * i / n for i in range(n)]
     return [centre + cos(a) * u + sin(a) * v for a in angles]

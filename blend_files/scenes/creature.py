@@ -17,6 +17,14 @@ CREAM = (0.93, 0.80, 0.62)
 SOCKS = (0.13, 0.055, 0.035)
 PINK = (0.88, 0.42, 0.34)
 
+# Under each paw, from its middle, forwards negative: x, y, half sizes.
+PADS = (
+    (0.0, 0.045, 0.062, 0.050),
+    (-0.065, -0.050, 0.026, 0.032),
+    (0.0, -0.085, 0.028, 0.034),
+    (0.065, -0.050, 0.026, 0.032),
+)
+
 
 def creature(n_vertices: int = DEFAULT_VERTICES) -> QuadMesh:
     """The fox cub with about ``n_vertices``: the nearest of 12 418 times products of 4 and 9.
@@ -78,6 +86,16 @@ def _add_details(mesh: QuadMesh) -> None:
     mesh.vertex_data["color"] = _colors(mesh, normals, mouth)
 
 
+def _pads(mesh: QuadMesh, paw: LegRing) -> Floats:
+    """(n,) 1 on the pads under two of the paws, soft at their edges."""
+    x, y, z = np.abs(mesh.positions[:, 0]), mesh.positions[:, 1], mesh.positions[:, 2]
+    amount: Floats = np.zeros(len(x))
+    for px, py, rx, ry in PADS:
+        distance = np.hypot((x - paw.x - px) / rx, (y - paw.y - py) / ry)
+        amount = np.maximum(amount, _step(1.35, 0.75, distance))
+    return amount * (z < 0.012)
+
+
 def _carve_toes(mesh: QuadMesh, paw: LegRing) -> None:
     """Two grooves down the front of each of two paws."""
     x, y, z = mesh.positions.T
@@ -108,6 +126,7 @@ def _colors(mesh: QuadMesh, normals: Floats, mouth: Floats) -> Floats:
         (cheek, CREAM),
         (_step(0.70, 0.80, part["tail"]), CREAM),
         (_step(0.19, 0.14, z) * (part["leg"] > 0.5), SOCKS),
+        (_pads(mesh, FRONT_LEG[-2]) + _pads(mesh, HIND_LEG[-2]), PINK),
         (_step(0.72, 0.86, part["ear"]), SOCKS),
         (_step(0.45, 0.70, part["inner"]), PINK),
         (0.8 * mouth, SOCKS),

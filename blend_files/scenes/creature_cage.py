@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from math import cos, pi, radians, sin
 from typing import NamedTuple
 
@@ -162,8 +163,9 @@ EYE_RINGS = ((1.12, 0.012, SKIN), (0.98, -0.012, SKIN), (0.95, 0.020, EYE), (0.6
 def creature_cage() -> QuadMesh:
     """The whole cage, 776 quads.
 
-    Face data "tag" is SKIN, EYE or NOSE; vertex data are 1 on "head", "snout" and "leg", 1 in the hollow of the ears ("inner"),
-    and grow towards the tip along "ear" and "tail". The paths "mouth" and "mouth_mirror" run from below the nose to the corners.
+    Face data "tag" is SKIN, EYE or NOSE. Vertex data are 1 on "head", "snout" and "leg", 1 in the hollow of the ears
+    ("inner"), and grow towards the tip along "ear" and "tail". The paths "mouth" and "mouth_mirror" run from below the
+    nose to the corners.
     """
     cage = Cage()
     rings = _spine(cage)
@@ -184,7 +186,7 @@ def _spine(cage: Cage) -> list[list[int]]:
         rings.append(cage.half_loop(_spine_points(ring)))
     for (k, j), lift in NUDGES.items():
         cage.move(rings[k][j], cage.position(rings[k][j]) + lift)
-    for back, front in zip(rings, rings[1:], strict=False):
+    for back, front in pairwise(rings):
         cage.loft_half(back[::-1], front[::-1])
     return rings
 
@@ -260,7 +262,8 @@ def _ear(cage: Cage, loop: list[int]) -> None:
     face = _unit(EAR_FACE - axis * (EAR_FACE @ axis))
     side = np.cross(axis, face)
     places = _ear_places(cage, loop, side, face)
-    _gather_on_head(cage, loop, [EAR_BASE + 0.225 * s * side + 0.15 * (1.1 * f + 0.1) * face for s, f in _section(places)])
+    around = [EAR_BASE + 0.225 * s * side + (0.165 * f + 0.015) * face for s, f in _section(places)]
+    _gather_on_head(cage, loop, around)
     for k, ring in enumerate(EAR):
         upper = []
         for place, (s, f) in zip(places, _section(places), strict=True):
@@ -299,7 +302,7 @@ def _gather_on_head(cage: Cage, loop: list[int], targets: list[Floats]) -> None:
 def _eye(cage: Cage, loop: list[int]) -> None:
     normal = _unit(EYE_NORMAL)
     up = _unit(np.array([0.0, 0.0, 1.0]) - normal * normal[2])
-    right = np.cross(up, normal)
+    right = _unit(np.cross(up, normal))
     offsets = np.array([cage.position(i) for i in loop]) - EYE_CENTRE
     angles = np.arctan2(offsets @ up, offsets @ right)
     # The turn that fits the hole's vertices best, so that the rings do not twist.
@@ -329,4 +332,4 @@ def _normal(cage: Cage, loop: list[int]) -> Floats:
 
 
 def _unit(vector: Floats) -> Floats:
-    return vector / np.linalg.norm(vector)
+    return np.asarray(vector / np.linalg.norm(vector), dtype=np.float64)

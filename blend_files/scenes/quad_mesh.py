@@ -21,7 +21,7 @@ class QuadMesh:
     Attributes:
         positions: (n, 3) float64.
         quads: (f, 4) int32, counter-clockwise seen from outside.
-        mirror: (n,) int32, the partner of each vertex under x -> -x, itself on the plane; None where there is no symmetry.
+        mirror: (n,) int32, the partner of each vertex under x -> -x, itself on the plane; None without symmetry.
         vertex_data: values per vertex that are smoothed like positions, each (n, k) float64.
         face_data: values per face that children inherit, each (f,) int32.
         paths: chains of vertices along edges, each (k,) int32.
@@ -36,7 +36,7 @@ class QuadMesh:
 
 
 def edges_of(quads: Ints) -> tuple[Ints, Ints]:
-    """The edges (e, 2), smaller vertex first, and the edge of each face side (f, 4); side k joins corners k and k + 1."""
+    """Edges (e, 2), smaller vertex first, and the edge of each face side (f, 4); side k joins corners k and k + 1."""
     sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
     edges, inverse = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
     return edges.astype(np.int32), inverse.reshape(quads.shape).astype(np.int32)
@@ -46,7 +46,7 @@ def symmetrized(positions: Floats, mirror: Ints | None) -> Floats:
     """The positions with both halves equal to the last bit, which rounding in sums does not give."""
     if mirror is None:
         return positions
-    return 0.5 * (positions + positions[mirror] * FLIP_X)
+    return np.asarray(0.5 * (positions + positions[mirror] * FLIP_X))
 
 
 def vertex_normals(mesh: QuadMesh) -> Floats:
@@ -56,7 +56,7 @@ def vertex_normals(mesh: QuadMesh) -> Floats:
     sums = np.zeros_like(mesh.positions)
     np.add.at(sums, mesh.quads.ravel(), np.repeat(face_normals, 4, axis=0))
     sums = symmetrized(sums, mesh.mirror)
-    return sums / np.linalg.norm(sums, axis=1)[:, None]
+    return np.asarray(sums / np.linalg.norm(sums, axis=1)[:, None])
 
 
 def find_rows(wanted: Ints, rows: Ints) -> Ints:

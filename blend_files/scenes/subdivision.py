@@ -94,7 +94,7 @@ def _average(values: Floats, quads: Ints) -> Floats:
     corners = values[quads]
     # A neighbour is in two of the vertex's faces, a far corner in one.
     around = 0.5 * (np.roll(corners, 1, axis=1) + np.roll(corners, -1, axis=1)) + np.roll(corners, 2, axis=1)
-    return (values + _sum(quads, around, n)) / (1 + 2 * valence)
+    return np.asarray((values + _sum(quads, around, n)) / (1 + 2 * valence))
 
 
 def _mean(index: Ints, values: Floats, n: int) -> Floats:
@@ -120,7 +120,7 @@ def _mirror_by_three(mesh: QuadMesh, edges: Ints, side_edge: Ints) -> Ints:
     partners = mesh.quads[face_mirror]
     corner = np.argmax(partners[:, None, :] == mesh.mirror[mesh.quads][:, :, None], axis=2)
     inner = n + 2 * n_edges + 4 * face_mirror[:, None] + corner
-    return np.concatenate([mesh.mirror, n + ends.ravel(), inner.ravel()]).astype(np.int32)
+    return np.asarray(np.concatenate([mesh.mirror, n + ends.ravel(), inner.ravel()]), dtype=np.int32)
 
 
 def _finer_path(path: Ints, edges: Ints, n: int) -> Ints:

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shows the product at work: installs the add-on into a throw-away Blender, bakes creature.blend, renders pictures.
+
+Usage: demo.py --blender PATH --zip ZIP --out DIR
+
+PATH is a Blender, or a Python with bpy. Writes creature_posed.blend, before.png, after.png, before_after.png, strip.png
+and summary.json into DIR, and prints the summary. Blender's own messages go to DIR/blender.log, and are shown when it
+fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+SCENE = HERE / "creature.blend"
+RESULTS = ("creature_posed.blend", "before.png", "after.png", "before_after.png", "strip.png", "summary.json")
+TIME_LIMIT_S = 900.0
+LOG_LINES = 60  # shown where Blender fails
+
+LABELS = {
+    "vertices": "vertices",
+    "handles": "handles",
+    "bind_ms": "bind, ms",
+    "factor_ms": "factorization, ms",
+    "ms_per_iteration": "one iteration, ms",
+    "iterations": "iterations, all frames",
+    "energy_before": "energy of last frame, before",
+    "energy_after": "energy of last frame, after",
+    "stop_reason": "stopped",
+    "keys": "shape keys",
+    "engine": "rendered by",
+    "blender": "Blender",
+}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="demo.py", description="Bakes and renders the sample creature.")
+    parser.add_argument("--blender", "--bpy-python", required=True, help="a Blender, or a Python with bpy")
+    parser.add_argument("--zip", required=True, type=Path, help="the add-on's zip for that Blender")
+    parser.add_argument("--out", type=Path, default=Path("build/demo"), help="folder for the results")
+    args = parser.parse_args()
+
+    out = args.out.resolve()
+    out.mkdir(parents=True, exist_ok=True)
+    for name in RESULTS:
+        (out / name).unlink(missing_ok=True)
+    start = time.perf_counter()
+    code = run_blender(args.blender, args.zip.resolve(), out)
+    missing = [name for name in RESULTS if not (out / name).exists()]
+    if code or missing:
+        print(last_lines(out / "blender.log"), file=sys.stderr)
+        reason = f"ended with exit code {code}" if code else f"did not write {', '.join(missing)}"
+        print(f"demo: {args.blender} {reason}; its messages are above and in {out / 'blender.log'}", file=sys.stderr)
+        return 1
+    print_summary(out, time.perf_counter() - start)
+    return 0
+
+
+def run_blender(blender: str, zip_path: Path, out: Path) -> int:
+    """Runs the part of the demo that is in Blender; prints its progress, keeps the rest for the log; its exit code."""
+    inside = [str(HERE / "demo_in_blender.py")]
+    if Path(blender).name.startswith("python"):
+        command = [blender, *inside]
+    else:
+        command = [blender, "-b", "--factory-startup", "--python-exit-code", "1", "--python", *inside, "--"]
+    command += [str(zip_path), str(SCENE), str(out)]
+    with tempfile.TemporaryDirectory(prefix="arap_demo_") as folder, (out / "blender.log").open("w") as log:
+        process = subprocess.Popen(
+            command,
+            env=environment(blender, folder),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+        )
+        assert process.stdout is not None
+        for line in process.stdout:
+            if line.startswith("demo: "):
+                print(line, end="", flush=True)
+            log.write(line)
+        return process.wait(timeout=TIME_LIMIT_S)
+
+
+def environment(blender: str, folder: str) -> dict[str, str]:
+    """The environment with Blender's user folders in ``folder``: the user's own add-ons and settings stay out of it."""
+    beside = str(Path(shutil.which(blender) or blender).resolve().parent)
+    return os.environ | {
+        # Debian's Blender takes the libraries of the first python3 on PATH: it must be the one beside it.
+        "PATH": os.pathsep.join((beside, os.environ.get("PATH", ""))),
+        "BLENDER_USER_RESOURCES": folder,  # 4.2 and later; the others before
+        "BLENDER_USER_CONFIG": f"{folder}/config",
+        "BLENDER_USER_SCRIPTS": f"{folder}/scripts",
+        "BLENDER_USER_DATAFILES": f"{folder}/datafiles",
+    }
+
+
+def last_lines(log: Path) -> str:
+    return "\n".join(log.read_text(errors="replace").splitlines()[-LOG_LINES:])
+
+
+def print_summary(out: Path, seconds: float) -> None:
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    rows = [
+        (LABELS[name], f"{value:.6g}" if isinstance(value, float) else str(value)) for name, value in summary.items()
+    ]
+    rows += [("demo, seconds", f"{seconds:.1f}")]
+    width = max(len(label) for label, _ in rows)
+    print()
+    for label, value in rows:
+        print(f"  {label:<{width}}  {value}")
+    print()
+    for name in RESULTS:
+        path = out / name
+        print(f"  {path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The part of the demo that runs in Blender: installs the add-on, bakes creature.blend, renders. See demo.py.
+
+Usage, in Blender after "--" or in a Python with bpy: demo_in_blender.py ZIP SCENE OUT_DIR
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+IS_EXTENSION = bpy.app.version >= (4, 2, 0)
+MODULE = "bl_ext.user_default.arap_deform" if IS_EXTENSION else "arap_deform"
+PICTURE = (600, 640)  # pixels
+STRIP_PICTURE = (225, 290)
+STRIP_FRAMES = 8
+SAMPLES = 8
+
+Pixels = NDArray[np.float32]
+
+
+def main(zip_path: Path, scene_path: Path, out: Path) -> None:
+    api = install(zip_path)
+    bpy.ops.wm.open_mainfile(filepath=str(scene_path))
+    scene = bpy.context.scene
+    obj = next(o for o in scene.objects if o.type == "MESH" and len(o.arap.handles))
+
+    say("Baking")
+    job = api.begin_bake(obj, scene.frame_start, scene.frame_end)
+    while job.step():
+        pass
+    keys = job.finish()
+    posed = out / "creature_posed.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(posed), compress=True, copy=True)
+
+    use_engine(scene)
+    pictures = render_all(scene, out)
+    results = summary(obj, job.readouts, keys) | {"engine": scene.render.engine}
+    (out / "summary.json").write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
+    say(f"Wrote {posed.name}, {', '.join(pictures)}, summary.json")
+
+
+def install(zip_path: Path) -> ModuleType:
+    """Installs the add-on as a user would, and returns its api."""
+    if IS_EXTENSION:
+        bpy.ops.extensions.package_install_files(filepath=str(zip_path), repo="user_default", enable_on_install=True)
+    else:
+        bpy.ops.preferences.addon_install(filepath=str(zip_path))
+        bpy.ops.preferences.addon_enable(module=MODULE)
+    if MODULE not in bpy.context.preferences.addons:
+        raise RuntimeError(f"The add-on of {zip_path.name} cannot be enabled")
+    return importlib.import_module(f"{MODULE}.api")
+
+
+def summary(obj: bpy.types.Object, readouts: Sequence[Any], keys: Sequence[str]) -> dict[str, Any]:
+    """Energies are those of the last frame; iterations are those of the whole bake."""
+    iterations = sum(r.iterations for r in readouts)
+    reasons = sorted({r.stop_reason for r in readouts})
+    return {
+        "vertices": readouts[-1].vertices,
+        "handles": len(obj.arap.handles),
+        "bind_ms": round(readouts[-1].bind_ms, 2),
+        "factor_ms": round(readouts[-1].factor_ms, 2),
+        "ms_per_iteration": round(sum(r.last_ms for r in readouts) / max(iterations, 1), 3),
+        "iterations": iterations,
+        "energy_before": readouts[-1].energy_before,
+        "energy_after": readouts[-1].energy,
+        "stop_reason": ", ".join(reasons),
+        "keys": len(keys),
+        "blender": bpy.app.version_string,
+    }
+
+
+def use_engine(scene: bpy.types.Scene) -> None:
+    """The best look that is fast without a graphics card: Cycles where it can denoise, else Eevee."""
+    if not hasattr(scene, "cycles"):
+        bpy.ops.preferences.addon_enable(module="cycles")
+    denoisers = scene.cycles.bl_rna.properties["denoiser"].enum_items.keys()
+    if bpy.app.build_options.openimagedenoise if hasattr(bpy.app.build_options, "openimagedenoise") else denoisers:
+        scene.render.engine = "CYCLES"
+        scene.cycles.samples = SAMPLES
+        scene.cycles.use_denoising = True
+        scene.render.use_persistent_data = True
+    else:
+        scene.eevee.taa_render_samples = SAMPLES
+
+
+def render_all(scene: bpy.types.Scene, out: Path) -> list[str]:
+    """Renders before, after, both side by side, and the strip; returns the files' names."""
+    frames = np.linspace(scene.frame_start, scene.frame_end, STRIP_FRAMES).round().astype(int).tolist()
+    before = render(scene, scene.frame_start, PICTURE, out / "before.png")
+    after = render(scene, scene.frame_end, PICTURE, out / "after.png")
+    save_picture(np.concatenate([before, after], axis=1), out / "before_after.png")
+    part = out / "part.png"
+    strip = [render(scene, frame, STRIP_PICTURE, part) for frame in frames]
+    part.unlink()
+    save_picture(np.concatenate(strip, axis=1), out / "strip.png")
+    return ["before.png", "after.png", "before_after.png", "strip.png"]
+
+
+def render(scene: bpy.types.Scene, frame: int, size: tuple[int, int], path: Path) -> Pixels:
+    """Renders one frame into ``path``; returns its pixels (height, width, 4), bottom row first."""
+    say(f"Rendering frame {frame}")
+    scene.frame_set(frame)
+    scene.render.resolution_x, scene.render.resolution_y = size
+    scene.render.resolution_percentage = 100
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+    image = bpy.data.images.load(str(path))
+    pixels = np.empty(size[0] * size[1] * 4, dtype=np.float32)
+    image.pixels.foreach_get(pixels)
+    bpy.data.images.remove(image)
+    return pixels.reshape(size[1], size[0], 4)
+
+
+def save_picture(pixels: Pixels, path: Path) -> None:
+    """Saves pixels (height, width, 4), bottom row first, as they are."""
+    height, width = pixels.shape[:2]
+    image = bpy.data.images.new(path.stem, width, height)
+    image.pixels.foreach_set(np.ascontiguousarray(pixels, dtype=np.float32).ravel())
+    image.filepath_raw = str(path)
+    image.file_format = "PNG"
+    image.save()
+    bpy.data.images.remove(image)
+
+
+def say(text: str) -> None:
+    print(f"demo: {text}", flush=True)
+
+
+if __name__ == "__main__":
+    arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
+    main(*(Path(a).resolve() for a in arguments[:3]))

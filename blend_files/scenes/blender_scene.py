@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the sample scenes share: an empty file, meshes from arrays, materials, studio, keyframes. Runs in Blender."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import cos, pi, radians, sin
+from pathlib import Path
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+from mathutils import Euler, Vector
+
+from .quad_mesh import Floats, QuadMesh
+
+FPS = 24
+LAST_FRAME = 48
+
+Color = tuple[float, float, float]
+Triple = tuple[float, float, float]
+
+
+class Finish(NamedTuple):
+    """A material: linear RGB, or the mesh's colours where None."""
+
+    name: str
+    color: Color | None
+    roughness: float = 0.6
+    specular: float = 0.3
+
+
+class Move(NamedTuple):
+    """Where a handle is at a frame: turned from rest around its pivot (XYZ Euler, degrees), then shifted (metres)."""
+
+    frame: int
+    turn: Triple = (0.0, 0.0, 0.0)
+    shift: Triple = (0.0, 0.0, 0.0)
+
+
+class Lamp(NamedTuple):
+    """A disk of light that looks at the subject; ``specular`` scales its mirror image in the eyes."""
+
+    name: str
+    place: Triple
+    size: float
+    watts: float
+    color: Color
+    specular: float = 1.0
+
+
+LAMPS = (
+    Lamp("Key", (-2.2, -4.5, 3.6), 2.0, 215.0, (1.0, 0.86, 0.70)),
+    Lamp("Fill", (4.0, -2.0, 2.2), 3.0, 55.0, (0.70, 0.85, 1.0), specular=0.2),
+    Lamp("Rim", (2.0, 3.0, 3.5), 1.5, 100.0, (1.0, 0.90, 0.80), specular=0.5),
+)
+
+
+def empty_file() -> bpy.types.Scene:
+    """Removes everything and sets up two seconds of animation."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.render.fps = FPS
+    scene.frame_start, scene.frame_end = 1, LAST_FRAME
+    scene.unit_settings.system = "METRIC"
+    return scene
+
+
+def material(finish: Finish) -> bpy.types.Material:
+    result = bpy.data.materials.new(finish.name)
+    result.use_nodes = True
+    shader = result.node_tree.nodes["Principled BSDF"]
+    shader.inputs["Roughness"].default_value = finish.roughness
+    shader.inputs["Specular"].default_value = finish.specular
+    result.roughness = finish.roughness
+    if finish.color is None:
+        colors = result.node_tree.nodes.new("ShaderNodeVertexColor")
+        colors.layer_name = "Color"
+        colors.location = (-250, 250)
+        result.node_tree.links.new(colors.outputs["Color"], shader.inputs["Base Color"])
+    else:
+        shader.inputs["Base Color"].default_value = (*finish.color, 1.0)
+        result.diffuse_color = (*finish.color, 1.0)
+    return result
+
+
+def mesh_object(name: str, mesh: QuadMesh, finishes: Sequence[Finish], *, is_smooth: bool = True) -> bpy.types.Object:
+    """An object of the mesh; face data "tag" chooses the finish, vertex data "color" becomes the colour attribute."""
+    data = bpy.data.meshes.new(name)
+    data.vertices.add(len(mesh.positions))
+    data.loops.add(mesh.quads.size)
+    data.polygons.add(len(mesh.quads))
+    data.vertices.foreach_set("co", mesh.positions.astype(np.float32).ravel())
+    data.loops.foreach_set("vertex_index", mesh.quads.ravel())
+    data.polygons.foreach_set("loop_start", np.arange(0, mesh.quads.size, 4, dtype=np.int32))
+    data.polygons.foreach_set("loop_total", np.full(len(mesh.quads), 4, dtype=np.int32))
+    data.polygons.foreach_set("use_smooth", np.full(len(mesh.quads), is_smooth))
+    data.update(calc_edges=True)
+    for finish in finishes:
+        data.materials.append(material(finish))
+    if "tag" in mesh.face_data and len(finishes) > 1:
+        data.polygons.foreach_set("material_index", mesh.face_data["tag"])
+    if "color" in mesh.vertex_data:
+        _set_colors(data, mesh.vertex_data["color"])
+    data.validate()
+    obj = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(obj)
+    return obj
+
+
+def _set_colors(data: bpy.types.Mesh, colors: Floats) -> None:
+    layer = data.color_attributes.new("Color", "BYTE_COLOR", "POINT")
+    rgba = np.ones((len(colors), 4), dtype=np.float32)
+    rgba[:, :3] = np.clip(colors, 0.0, 1.0)
+    layer.data.foreach_set("color", rgba.ravel())
+    data.color_attributes.active_color = layer
+
+
+def studio(
+    scene: bpy.types.Scene, backdrop: Color, target: Triple, eye: Triple, *, size: float = 1.0, lens: float = 70.0
+) -> None:
+    """Ground with a rounded backdrop, warm key light, cool fill, rim light, camera, and the render settings.
+
+    Args:
+        scene: the scene.
+        backdrop: colour of the ground.
+        target: what camera and lights look at.
+        eye: the camera's place.
+        size: height of what is shown, in units of 1.8 m.
+        lens: focal length in mm.
+    """
+    _ground(scene, backdrop, target, eye)
+    for lamp in LAMPS:
+        _light(scene, lamp, target, size)
+    scene.world = bpy.data.worlds.new("World")
+    scene.world.use_nodes = True
+    background = scene.world.node_tree.nodes["Background"]
+    background.inputs["Color"].default_value = (0.75, 0.85, 1.0, 1.0)
+    background.inputs["Strength"].default_value = 0.4
+
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.data.lens = lens
+    _look_at(camera, eye, target)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    _render_settings(scene)
+
+
+def _render_settings(scene: bpy.types.Scene) -> None:
+    render = scene.render
+    render.engine = "BLENDER_EEVEE"
+    render.resolution_x = render.resolution_y = 720
+    render.dither_intensity = 0.0  # noise would make the pictures several times larger
+    # The same in every Blender; the default view transform is not.
+    scene.view_settings.view_transform = "Standard"
+    scene.eevee.taa_render_samples = 16
+    scene.eevee.use_gtao = True
+    scene.eevee.gtao_distance = 0.3
+    scene.eevee.use_soft_shadows = True
+    scene.cycles.samples = 32
+    scene.cycles.max_bounces = 4
+    # For Workbench, where there is neither.
+    shading = scene.display.shading
+    shading.color_type = "MATERIAL"
+    shading.show_cavity = True
+    shading.show_shadows = True
+
+
+def _ground(scene: bpy.types.Scene, color: Color, target: Triple, eye: Triple) -> None:
+    """A floor that bends up into a wall behind the subject, turned towards the camera."""
+    profile = [(-12.0, 0.0), (2.2, 0.0)]
+    profile += [(2.2 + 1.5 * sin(a), 1.5 - 1.5 * cos(a)) for a in np.linspace(0.0, pi / 2, 12)[1:]]
+    profile += [(3.7, 8.0)]
+    n = len(profile)
+    vertices = [(x, y, z) for x in (-20.0, 20.0) for y, z in profile]
+    data = bpy.data.meshes.new("Ground")
+    data.from_pydata(vertices, [], [(i, n + i, n + i + 1, i + 1) for i in range(n - 1)])
+    data.polygons.foreach_set("use_smooth", [True] * (n - 1))
+    data.materials.append(material(Finish("Ground", color, roughness=0.9, specular=0.2)))
+    ground = bpy.data.objects.new("Ground", data)
+    ground.rotation_euler.z = np.arctan2(target[1] - eye[1], target[0] - eye[0]) - pi / 2
+    ground.hide_select = True
+    scene.collection.objects.link(ground)
+
+
+def _light(scene: bpy.types.Scene, lamp: Lamp, target: Triple, scale: float) -> None:
+    light = bpy.data.lights.new(lamp.name, "AREA")
+    light.shape = "DISK"
+    light.size = lamp.size * scale
+    light.energy = lamp.watts * scale**2
+    light.color = lamp.color
+    light.specular_factor = lamp.specular
+    obj = bpy.data.objects.new(lamp.name, light)
+    _look_at(obj, [scale * x for x in lamp.place], target)
+    obj.hide_select = True
+    scene.collection.objects.link(obj)
+
+
+def _look_at(obj: bpy.types.Object, eye: Sequence[float], target: Triple) -> None:
+    obj.location = eye
+    obj.rotation_euler = (Vector(target) - Vector(eye)).to_track_quat("-Z", "Y").to_euler()
+
+
+def animate(obj: bpy.types.Object, moves: Sequence[Move], pivot: Triple | None = None) -> None:
+    """Keyframes an object relative to where it is now; it turns around ``pivot``, a place in its parent's space."""
+    rest = obj.location.copy()
+    centre = Vector(pivot) if pivot else rest
+    obj.rotation_mode = "XYZ"
+    for move in _with_midways(moves) if pivot else moves:
+        turn = Euler([radians(a) for a in move.turn])
+        obj.location = centre + turn.to_matrix() @ (rest - centre) + Vector(move.shift)
+        obj.rotation_euler = turn
+        obj.keyframe_insert("location", frame=move.frame)
+        obj.keyframe_insert("rotation_euler", frame=move.frame)
+    obj.location = rest
+    obj.rotation_euler = (0.0, 0.0, 0.0)
+
+
+def _with_midways(moves: Sequence[Move]) -> list[Move]:
+    """The moves with one more between each two: around a pivot the straight way would be a short cut."""
+    result = [moves[0]]
+    for a, b in pairwise(moves):
+        if b.frame - a.frame > 3:
+            result.append(Move((a.frame + b.frame) // 2, _middle(a.turn, b.turn), _middle(a.shift, b.shift)))
+        result.append(b)
+    return result
+
+
+def _middle(a: Triple, b: Triple) -> Triple:
+    return 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])
+
+
+def save(path: Path, active: bpy.types.Object) -> None:
+    """Saves the file, compressed, at frame 1 with ``active`` selected."""
+    bpy.context.scene.frame_set(1)
+    for obj in bpy.context.view_layer.objects:
+        obj.select_set(obj == active)
+    bpy.context.view_layer.objects.active = active
+    bpy.context.preferences.filepaths.save_version = 0  # no .blend1 beside it
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=True)
