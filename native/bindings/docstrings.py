@@ -53,8 +53,9 @@ def main() -> None:
             "// SPDX-License-Identifier: GPL-3.0-or-later\n",
             f"// Made by {Path(__file__).name} from {stub_file.name}: change that.\n",
             "#pragma once\n\nnamespace docstrings {\n\n",
+            "// NOLINTBEGIN(readability-identifier-naming): the names are Python's.\n",
             *constants,
-            "\n}  // namespace docstrings\n",
+            "// NOLINTEND(readability-identifier-naming)\n\n}  // namespace docstrings\n",
         ]
     )
     if not header_file.exists() or header_file.read_text(encoding="utf-8") != header:

@@ -103,18 +103,18 @@ std::vector<T> to_vector(const py::array& array) {
 }
 
 template <typename T>
-std::vector<T> vector_from(const py::object& object, const std::string& name, Extent size, const char* rows) {
+std::vector<T> vector_from(const py::object& object, const std::string& name, const Extent& size, const char* rows) {
   return to_vector<T>(require_array<T>(object, name, {size}, rows));
 }
 
-arap::Positions positions_from(const py::object& object, const char* name, Extent rows, const char* rows_text) {
+arap::Positions positions_from(const py::object& object, const char* name, const Extent& rows, const char* rows_text) {
   const py::array array = require_array<double>(object, name, {rows, 3}, rows_text);
   arap::Positions positions(array.shape(0), 3);
   if (positions.size() > 0) std::memcpy(positions.data(), array.data(), static_cast<size_t>(array.nbytes()));
   return positions;
 }
 
-std::vector<arap::Matrix3> rotations_from(const py::object& object, Extent rows) {
+std::vector<arap::Matrix3> rotations_from(const py::object& object, const Extent& rows) {
   if (object.is_none()) return {};
   using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   const std::vector<double> values =
