@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Each command sets up what it needs: apt where it is root (otherwise it prints the line to run), pip into build/venv.
 
+export CCACHE_DIR ?= $(CURDIR)/build/ccache
+
 .PHONY: help demo test bench wheel zip lint format asan tsan clang clean
 
 help:
