@@ -88,8 +88,8 @@ class BlenderPoseScene:
 
     def why_over(self) -> str:
         obj = self.obj
-        if obj is None or obj.name not in _scene().objects:
-            return f"'{self.name}' is no longer there: posing has ended"
+        if obj is None or obj.name not in bpy.context.scene.objects:
+            return f"'{self.name}' was deleted or renamed: posing has ended"
         if obj.mode != "OBJECT":
             return f"'{self.name}' is no longer in Object Mode: the pose is kept and posing has ended"
         if _counts(obj) != self._counts:
@@ -128,15 +128,11 @@ class BlenderPoseScene:
     def _obj(self) -> bpy.types.Object:
         obj = self.obj
         if obj is None:
-            raise RuntimeError(f"'{self.name}' is no longer there")
+            raise RuntimeError(f"'{self.name}' was deleted or renamed")
         return obj
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
         return self.depsgraph or bpy.context.evaluated_depsgraph_get()
-
-
-def _scene() -> bpy.types.Scene:
-    return bpy.context.scene
 
 
 def _counts(obj: bpy.types.Object) -> tuple[int, int, int]:
@@ -155,7 +151,7 @@ class Run:
         self.scene.number = pose_undo.mark(obj)
         try:
             self.act.begin()
-        except (ValueError, RuntimeError):
+        except BaseException:
             pose_undo.unmark(obj)
             raise
         pose_undo.push("Begin ARAP Pose")
