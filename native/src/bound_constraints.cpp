@@ -23,14 +23,15 @@ BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet&
     : regions_(model.regions) {
   merge_entries(model, set, model_vertex);
   merge_patches(model, set, model_vertex);
-  regions_.set_constraints(is_hard_, soft_diagonal_);
+  regions_.set_constraints(is_hard_, soft_diagonal_, anchor_patches_);
   find_rest(model);
   const std::vector<char> is_fixed = fixed_unknowns();
   for (size_t p = 0; p < patches_.size(); ++p) {
     const bool can_move = std::any_of(patches_[p].indices.begin(), patches_[p].indices.end(),
                                       [&](int v) { return is_fixed[regions_.unknown_of(v)] == 0; });
     if (!can_move)
-      throw InvalidInput(text("patch ", p, " consists of hard vertices only; take it or them out of the constraints"));
+      throw InvalidInput(text("patch ", patch_rows_[p] - set.vertices.size(),
+                              " consists of hard vertices only; take it or them out of the constraints"));
   }
   system_ = std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix, is_fixed,
                                                 reduced_diagonal(soft_diagonal_), reduced_patches(), progress);
@@ -88,8 +89,13 @@ void BoundConstraints::merge_patches(const BoundModel& model, const ConstraintSe
       average.indices.push_back(v);
       average.weights.push_back(weight / sum);
     }
-    patches_.push_back(std::move(average));
+    const bool is_anchor = regions_.region_of(average) >= 0;
+    (is_anchor ? anchor_patches_ : patches_).push_back(std::move(average));
+    (is_anchor ? anchor_rows_ : patch_rows_).push_back(static_cast<int>(set.vertices.size()) + p);
   }
+  for (const Average& patch : patches_)
+    has_mixed_patches_ = has_mixed_patches_ || std::any_of(patch.indices.begin(), patch.indices.end(),
+                                                           [&](int v) { return regions_.is_in_region(v); });
 }
 
 void BoundConstraints::find_rest(const BoundModel& model) {
@@ -102,8 +108,9 @@ void BoundConstraints::find_rest(const BoundModel& model) {
   const auto component = [&](int v) { return components.find(regions_.unknown_of(v)); };
   for (int v = 0; v < n; ++v)
     if (is_constrained_[v] != 0) is_component_constrained[component(v)] = 1;
-  for (const Average& patch : patches_)
-    for (const int v : patch.indices) is_component_constrained[component(v)] = 1;
+  for (const std::vector<Average>* patches : {&patches_, &anchor_patches_})
+    for (const Average& patch : *patches)
+      for (const int v : patch.indices) is_component_constrained[component(v)] = 1;
 
   is_at_rest_.assign(n, 0);
   std::vector<char> is_part_constrained(model.n_parts, 0);
@@ -146,10 +153,6 @@ Positions BoundConstraints::vertex_targets(const Positions& targets) const {
   for (size_t k = 0; k < entry_vertices_.size(); ++k)
     of_vertex.row(entry_vertices_[k]) += entry_shares_[k] * targets.row(k);
   return of_vertex;
-}
-
-Positions BoundConstraints::patch_targets(const Positions& targets) const {
-  return targets.bottomRows(patches_.size());
 }
 
 const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& model) {

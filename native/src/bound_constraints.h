@@ -39,8 +39,9 @@ class BoundConstraints {
   /// Targets (n_entries + n_patches, 3) on the model: (n, 3) for constrained vertices, 0 elsewhere. A vertex with
   /// several entries takes their mean, weighted by strength.
   [[nodiscard]] Positions vertex_targets(const Positions& targets) const;
-  /// The last n_patches rows.
-  [[nodiscard]] Positions patch_targets(const Positions& targets) const;
+  /// The rows of patches(), and of the patches that anchor regions.
+  [[nodiscard]] Positions patch_targets(const Positions& targets) const { return targets(patch_rows_, Eigen::all); }
+  [[nodiscard]] Positions anchor_targets(const Positions& targets) const { return targets(anchor_rows_, Eigen::all); }
 
   [[nodiscard]] const RigidRegions& regions() const { return regions_; }
   [[nodiscard]] const ConstrainedSystem& system() const { return *system_; }
@@ -55,8 +56,14 @@ class BoundConstraints {
   [[nodiscard]] const std::vector<char>& is_at_rest() const { return is_at_rest_; }
   /// (n,) 2 omega of soft vertices, 0 elsewhere; omega_i = K_ii s / (1 - s).
   [[nodiscard]] const Eigen::VectorXd& soft_diagonal() const { return soft_diagonal_; }
-  /// Patches as averages over vertices.
+  /// Patches as averages over vertices, but for those inside of a rigid region, which anchor it.
   [[nodiscard]] const std::vector<Average>& patches() const { return patches_; }
+  [[nodiscard]] const std::vector<Average>& anchor_patches() const { return anchor_patches_; }
+  /// Their rows in the targets.
+  [[nodiscard]] const std::vector<int>& patch_rows() const { return patch_rows_; }
+  [[nodiscard]] const std::vector<int>& anchor_rows() const { return anchor_rows_; }
+  /// Whether a patch has vertices in a region and others: then a turn of the region moves its average.
+  [[nodiscard]] bool has_mixed_patches() const { return has_mixed_patches_; }
   /// Model vertex of each entry.
   [[nodiscard]] const std::vector<int>& entry_vertices() const { return entry_vertices_; }
   /// Parts of the mesh without any constraint.
@@ -78,6 +85,10 @@ class BoundConstraints {
   std::vector<char> is_at_rest_;
   Eigen::VectorXd soft_diagonal_;
   std::vector<Average> patches_;
+  std::vector<Average> anchor_patches_;
+  std::vector<int> patch_rows_;
+  std::vector<int> anchor_rows_;
+  bool has_mixed_patches_ = false;
   std::vector<int> parts_at_rest_;
   std::unique_ptr<ConstrainedSystem> system_;
   std::unique_ptr<ConstrainedSystem> laplacian_system_;

@@ -100,6 +100,9 @@ void spread_handle_rotations(const BoundModel& model, const BoundConstraints& co
       const int v = entries[k];
       if (constraints.is_hard()[v] != 0) x.row(regions.unknown_of(v)) = rotations[k].row(a);
     }
+    for (size_t k = 0; k < constraints.anchor_patches().size(); ++k)
+      x.row(regions.unknown_of(constraints.anchor_patches()[k].indices.front())) =
+          rotations[constraints.anchor_rows()[k]].row(a);
     Positions pull;
     multiply(system.matrix(), x, pull, model.threads);
     for (size_t k = 0; k < entries.size(); ++k)
@@ -107,7 +110,7 @@ void spread_handle_rotations(const BoundModel& model, const BoundConstraints& co
     residual -= pull;
     Positions gaps(n_patches, 3);
     for (Eigen::Index k = 0; k < n_patches; ++k)
-      gaps.row(k) = rotations[entries.size() + k].row(a) - system.averages()[k].of(x);
+      gaps.row(k) = rotations[constraints.patch_rows()[k]].row(a) - system.averages()[k].of(x);
     Positions multipliers;
     system.correct(residual, gaps, multipliers);
     x += residual;
@@ -143,8 +146,12 @@ std::vector<Matrix3> estimate_rotations(const BoundModel& model, const BoundCons
   for (size_t k = 0; k < entries.size(); ++k)
     pairs_of_group[groups.find(entries[k])].add(model.rest.row(entries[k]).transpose(), targets.row(k).transpose());
   for (const auto& [group, pairs] : pairs_of_group) all.add(pairs);
-  for (size_t k = 0; k < constraints.patches().size(); ++k)
-    all.add(constraints.patches()[k].of(model.rest).transpose(), targets.row(entries.size() + k).transpose());
+  const auto add_patches = [&](const std::vector<Average>& patches, const std::vector<int>& rows) {
+    for (size_t k = 0; k < patches.size(); ++k)
+      all.add(patches[k].of(model.rest).transpose(), targets.row(rows[k]).transpose());
+  };
+  add_patches(constraints.patches(), constraints.patch_rows());
+  add_patches(constraints.anchor_patches(), constraints.anchor_rows());
 
   std::map<int, std::optional<Matrix3>> rotation_of_group;
   Matrix3 sum = Matrix3::Zero();
@@ -159,9 +166,9 @@ std::vector<Matrix3> estimate_rotations(const BoundModel& model, const BoundCons
       has_any ? nearest_rotation(sum, Matrix3::Identity()) : all.rotation().value_or(Matrix3::Identity());
 
   std::vector<Matrix3> rotations;
-  rotations.reserve(entries.size() + constraints.patches().size());
+  rotations.reserve(targets.rows());
   for (const int v : entries) rotations.push_back(rotation_of_group[groups.find(v)].value_or(other));
-  rotations.resize(entries.size() + constraints.patches().size(), other);
+  rotations.resize(targets.rows(), other);
   return rotations;
 }
 

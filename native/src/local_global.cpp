@@ -21,27 +21,29 @@ double largest_movement(const Positions& a, const Positions& b) {
 
 }  // namespace
 
-LocalGlobal::LocalGlobal(const BoundModel& model, const BoundConstraints& constraints, Positions vertex_targets,
-                         Positions patch_targets)
+LocalGlobal::LocalGlobal(const BoundModel& model, const BoundConstraints& constraints, const Positions& targets)
     : model_(model),
       constraints_(constraints),
-      vertex_targets_(std::move(vertex_targets)),
-      patch_targets_(std::move(patch_targets)),
+      targets_{constraints.vertex_targets(targets), constraints.anchor_targets(targets)},
+      patch_targets_(constraints.patch_targets(targets)),
       multipliers_(Positions::Zero(patch_targets_.rows(), 3)) {}
 
-void LocalGlobal::impose_constraints(Pose& pose) const {
+bool LocalGlobal::impose_constraints(Pose& pose) const {
+  // Of a mesh of size 1: far above rounding, far below what could turn a rotation.
+  constexpr double kMoved = 1e-12;
+  const Positions before = pose.positions;
   for (Eigen::Index v = 0; v < pose.positions.rows(); ++v) {
     if (constraints_.is_hard()[v] != 0)
-      pose.positions.row(v) = vertex_targets_.row(v);
+      pose.positions.row(v) = targets_.vertices.row(v);
     else if (constraints_.is_at_rest()[v] != 0)
       pose.positions.row(v) = model_.rest.row(v);
   }
   const RigidRegions& regions = constraints_.regions();
-  if (regions.empty()) return;
   for (int r = 0; r < regions.size(); ++r)
     if (constraints_.is_at_rest()[regions.unknown(r)] != 0) pose.placements[r] = regions.rest_placement(r);
-  regions.place_anchored(vertex_targets_, pose.placements);
+  regions.place_anchored(targets_, pose.placements);
   regions.write(pose.placements, pose.positions);
+  return largest_movement(pose.positions, before) > kMoved;
 }
 
 Positions LocalGlobal::patch_gaps(const Positions& positions) const {
@@ -78,13 +80,13 @@ double LocalGlobal::refresh_residual(const Pose& pose) {
       part += p.row(v).dot(0.5 * residual_.row(v) - right_hand_side_.row(v));
       residual_.row(v) = right_hand_side_.row(v) - residual_.row(v);
       if (!(soft[v] > 0)) continue;
-      const Eigen::RowVector3d gap = vertex_targets_.row(v) - p.row(v);
+      const Eigen::RowVector3d gap = targets_.vertices.row(v) - p.row(v);
       part += 0.5 * soft[v] * gap.squaredNorm();
       residual_.row(v) += soft[v] * gap;
     }
     return part;
   });
-  return sum + energy.rest_energy;
+  return std::max(0.0, sum + energy.rest_energy);  // no energy here is negative; rounding may be
 }
 
 double LocalGlobal::fit(Pose& pose) {
@@ -92,8 +94,13 @@ double LocalGlobal::fit(Pose& pose) {
   const RigidRegions& regions = constraints_.regions();
   if (!regions.empty()) {
     regions.share_rotations(pose.placements, pose.rotations);
-    regions.fit_rotations(vertex_targets_, constraints_.soft_diagonal(), constraints_.patches(), multipliers_,
-                          pose.placements, pose.rotations, pose.positions);
+    regions.fit_rotations(targets_, constraints_.soft_diagonal(), constraints_.patches(), multipliers_, pose.placements,
+                          pose.rotations, pose.positions);
+    if (constraints_.has_mixed_patches()) {
+      const Positions pulls = multipliers_;
+      project_on_patches(pose);
+      multipliers_ = pulls;
+    }
   }
   return refresh_residual(pose);
 }

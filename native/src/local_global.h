@@ -27,12 +27,11 @@ struct IterationReport {
 /// neither raises the energy. [SA07] Sec. 2.
 class LocalGlobal {
  public:
-  /// @param vertex_targets  (n, 3); @param patch_targets (n_patches, 3), in model space
-  LocalGlobal(const BoundModel& model, const BoundConstraints& constraints, Positions vertex_targets,
-              Positions patch_targets);
+  /// @param targets  (n_entries + n_patches, 3) in model space
+  LocalGlobal(const BoundModel& model, const BoundConstraints& constraints, const Positions& targets);
 
-  /// Puts hard vertices, anchored regions and what stays at rest to their places.
-  void impose_constraints(Pose& pose) const;
+  /// Puts hard vertices, anchored regions and what stays at rest to their places; true where that moved any of them.
+  bool impose_constraints(Pose& pose) const;
 
   /// The smallest change (in the norm of K) that brings the patches to their targets.
   void project_on_patches(Pose& pose);
@@ -51,7 +50,7 @@ class LocalGlobal {
 
   const BoundModel& model_;
   const BoundConstraints& constraints_;
-  Positions vertex_targets_;
+  RegionTargets targets_;  ///< of vertices, and of patches that anchor regions
   Positions patch_targets_;
   Positions right_hand_side_;
   Positions residual_;

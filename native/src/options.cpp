@@ -20,7 +20,9 @@ void require_not_negative(const char* field, double value) {
 }  // namespace
 
 void Options::validate() const {
-  if (threads < 0) throw InvalidInput(text("threads = ", threads, ", must be >= 0 (0 = as many as pay)"));
+  constexpr int kMostThreads = 1024;
+  if (threads < 0 || threads > kMostThreads)
+    throw InvalidInput(text("threads = ", threads, ", must be 0 (as many as pay) to ", kMostThreads));
 }
 
 void SolveOptions::validate() const {

@@ -15,7 +15,7 @@ template <class Body>
 void parallel_for(int threads, int n, const Body& body) {
   constexpr int kRange = 512;
   const int n_ranges = (n + kRange - 1) / kRange;
-#pragma omp parallel for num_threads(threads) if (threads > 1 && n_ranges > 1) schedule(static)
+#pragma omp parallel for num_threads(std::min(threads, n_ranges)) if (threads > 1 && n_ranges > 1) schedule(static)
   for (int r = 0; r < n_ranges; ++r) body(r * kRange, std::min(n, (r + 1) * kRange));
 }
 

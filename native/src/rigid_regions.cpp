@@ -2,6 +2,8 @@
 #include "rigid_regions.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <iterator>
 #include <map>
 
 #include "rotation.h"
@@ -65,21 +67,38 @@ void RigidRegions::expand(Positions& x) const {
     for (const int v : region.members) x.row(v) = x.row(region.members.front());
 }
 
-void RigidRegions::set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal) {
+bool RigidRegions::is_in_region(int v) const {
+  return std::any_of(regions_.begin(), regions_.end(), [&](const Region& region) { return is_member(v, region); });
+}
+
+int RigidRegions::region_of(const Average& patch) const {
+  for (int r = 0; r < size(); ++r)
+    if (std::all_of(patch.indices.begin(), patch.indices.end(), [&](int v) { return is_member(v, regions_[r]); }))
+      return r;
+  return -1;
+}
+
+void RigidRegions::set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal,
+                                   const std::vector<Average>& patches) {
   for (Region& region : regions_) {
     region.anchors.clear();
     for (const int v : region.members)
-      if (is_hard[v] != 0) region.anchors.push_back(v);
+      if (is_hard[v] != 0) region.anchors.push_back({rest(v), v, -1});
+  }
+  for (int p = 0; p < std::ssize(patches); ++p)
+    regions_[region_of(patches[p])].anchors.push_back({patches[p].of(*rest_).transpose(), -1, p});
+  for (Region& region : regions_) {
     if (!region.anchors.empty()) find_anchor_rank(region);
     choose_center(region, soft_diagonal);
   }
 }
 
-void RigidRegions::find_anchor_rank(Region& region) const {
+void RigidRegions::find_anchor_rank(Region& region) {
+  const auto n = static_cast<double>(region.anchors.size());
   Vector3 mean = Vector3::Zero();
-  for (const int v : region.anchors) mean += rest(v) / static_cast<double>(region.anchors.size());
+  for (const Anchor& anchor : region.anchors) mean += anchor.rest / n;
   Matrix3 scatter = Matrix3::Zero();
-  for (const int v : region.anchors) scatter += (rest(v) - mean) * (rest(v) - mean).transpose();
+  for (const Anchor& anchor : region.anchors) scatter += (anchor.rest - mean) * (anchor.rest - mean).transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter);
   const Vector3 values = eigen.eigenvalues();
   // Below these the anchors count as one point, or as a line: 1e-6 of the mesh, which has size 1.
@@ -112,11 +131,12 @@ void RigidRegions::choose_center(Region& region, const Eigen::VectorXd& soft_dia
       if (!is_member(energy_->cell_vertices[k], region)) moment += energy_->q.row(k).transpose();
   if (!region.anchors.empty()) {
     region.center.setZero();
-    for (const int v : region.anchors) region.center += rest(v) / static_cast<double>(region.anchors.size());
+    for (const Anchor& anchor : region.anchors)
+      region.center += anchor.rest / static_cast<double>(region.anchors.size());
   } else {
     region.center = kappa > 0 ? Vector3(moment / kappa) : mean;
   }
-  region.mixed = region.anchors.empty() ? Vector3::Zero() : Vector3(moment - kappa * region.center);
+  region.mixed = region.anchors.empty() ? Vector3(Vector3::Zero()) : Vector3(moment - kappa * region.center);
 }
 
 std::vector<Placement> RigidRegions::fit_placements(const Positions& positions) const {
@@ -139,18 +159,18 @@ std::vector<Placement> RigidRegions::fit_placements(const Positions& positions) 
   return placements;
 }
 
-void RigidRegions::place(const Region& region, const Matrix3& linear, const Positions& targets,
-                         Placement& placement) const {
+void RigidRegions::place(const Region& region, const Matrix3& linear, const RegionTargets& targets,
+                         Placement& placement) {
   if (region.anchors.empty()) {
     placement.rotation = nearest_rotation(-linear, placement.rotation);
     return;
   }
   placement.translation.setZero();
-  for (const int v : region.anchors)
-    placement.translation += targets.row(v).transpose() / static_cast<double>(region.anchors.size());
+  for (const Anchor& anchor : region.anchors)
+    placement.translation += anchor.target(targets) / static_cast<double>(region.anchors.size());
   Matrix3 S = Matrix3::Zero();
-  for (const int v : region.anchors)
-    S += (targets.row(v).transpose() - placement.translation) * (rest(v) - region.center).transpose();
+  for (const Anchor& anchor : region.anchors)
+    S += (anchor.target(targets) - placement.translation) * (anchor.rest - region.center).transpose();
   const Vector3 direction = S * region.anchor_axis;
   if (region.anchor_rank == 2)
     placement.rotation = nearest_rotation(S, placement.rotation);
@@ -161,7 +181,7 @@ void RigidRegions::place(const Region& region, const Matrix3& linear, const Posi
     placement.rotation = nearest_rotation(-linear, placement.rotation);
 }
 
-void RigidRegions::place_anchored(const Positions& targets, std::vector<Placement>& placements) const {
+void RigidRegions::place_anchored(const RegionTargets& targets, std::vector<Placement>& placements) const {
   for (size_t r = 0; r < regions_.size(); ++r) {
     if (regions_[r].anchors.empty()) continue;
     const Matrix3 keep = -placements[r].rotation;
@@ -209,7 +229,7 @@ Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placeme
   return L;
 }
 
-void RigidRegions::fit_rotations(const Positions& targets, const Eigen::VectorXd& soft_diagonal,
+void RigidRegions::fit_rotations(const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
                                  const std::vector<Average>& averages, const Positions& multipliers,
                                  std::vector<Placement>& placements, std::vector<Matrix3>& rotations,
                                  Positions& positions) const {
@@ -218,7 +238,7 @@ void RigidRegions::fit_rotations(const Positions& targets, const Eigen::VectorXd
     Matrix3 L = linear_term(region, placements[r], positions, rotations);
     for (const int v : region.members)
       if (soft_diagonal[v] > 0)
-        L -= soft_diagonal[v] * targets.row(v).transpose() * (rest(v) - region.center).transpose();
+        L -= soft_diagonal[v] * targets.vertices.row(v).transpose() * (rest(v) - region.center).transpose();
     for (size_t a = 0; a < averages.size(); ++a) {
       Vector3 arm = Vector3::Zero();
       for (size_t k = 0; k < averages[a].indices.size(); ++k)

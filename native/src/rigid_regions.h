@@ -14,6 +14,12 @@ struct Placement {
   Vector3 translation = Vector3::Zero();
 };
 
+/// Where constraints want the regions.
+struct RegionTargets {
+  Positions vertices;  ///< (n, 3), of soft and hard vertices
+  Positions patches;   ///< of the patches given to RigidRegions::set_constraints
+};
+
 /// Vertices that move as one body each. Rotation and translation are eliminated from the system: the members of a
 /// region share the unknown of their first vertex (the translation), and the cells of the members share its rotation.
 ///
@@ -32,6 +38,8 @@ class RigidRegions {
   /// The vertex whose unknown moves v.
   [[nodiscard]] int unknown_of(int v) const { return empty() ? v : unknown_of_vertex_[v]; }
 
+  [[nodiscard]] bool is_in_region(int v) const;
+
   /// P^T K P, where P maps unknowns to vertices; the rows of members that are not unknowns stay empty.
   [[nodiscard]] SparseMatrix reduce(const SparseMatrix& K) const;
   /// P^T x.
@@ -39,10 +47,16 @@ class RigidRegions {
   /// P x.
   void expand(Positions& x) const;
 
-  /// Takes the constraints into account: members that are hard fix the region's place, soft ones pull at it.
+  /// Takes the constraints into account: members that are hard, and patches of members alone, anchor the region; soft
+  /// members pull at it.
   /// @param is_hard        (n,)
   /// @param soft_diagonal  (n,) 2 omega of each vertex, 0 where it is not soft
-  void set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal);
+  /// @param patches        each inside of one region
+  void set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal,
+                       const std::vector<Average>& patches);
+
+  /// The region that contains all vertices of the patch, -1 where there is none.
+  [[nodiscard]] int region_of(const Average& patch) const;
   [[nodiscard]] bool is_anchored(int region) const { return !regions_[region].anchors.empty(); }
   [[nodiscard]] int unknown(int region) const { return regions_[region].members.front(); }
 
@@ -51,8 +65,8 @@ class RigidRegions {
   /// Best placements for the members' present positions.
   [[nodiscard]] std::vector<Placement> fit_placements(const Positions& positions) const;
 
-  /// Moves anchored regions where their hard members' targets are, as far as a rigid motion can.
-  void place_anchored(const Positions& targets, std::vector<Placement>& placements) const;
+  /// Moves anchored regions where their anchors' targets are, as far as a rigid motion can.
+  void place_anchored(const RegionTargets& targets, std::vector<Placement>& placements) const;
 
   /// Writes the members' positions.
   void write(const std::vector<Placement>& placements, Positions& positions) const;
@@ -61,10 +75,9 @@ class RigidRegions {
   void read_translations(std::vector<Placement>& placements, const Positions& positions) const;
 
   /// Local step: fits each region's rotation, one region after the other, and writes its members' positions and cells.
-  /// @param targets        (n, 3) of soft and hard vertices
   /// @param soft_diagonal  as in set_constraints
   /// @param averages, multipliers  the averages over vertices and the multipliers of the last global step
-  void fit_rotations(const Positions& targets, const Eigen::VectorXd& soft_diagonal,
+  void fit_rotations(const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
                      const std::vector<Average>& averages, const Positions& multipliers,
                      std::vector<Placement>& placements, std::vector<Matrix3>& rotations, Positions& positions) const;
 
@@ -72,11 +85,22 @@ class RigidRegions {
   void share_rotations(const std::vector<Placement>& placements, std::vector<Matrix3>& rotations) const;
 
  private:
+  /// A point of the region that a constraint fixes: a hard member, or the average of a patch.
+  struct Anchor {
+    Vector3 rest;
+    int vertex;  ///< < 0 for a patch
+    int patch;
+
+    [[nodiscard]] Vector3 target(const RegionTargets& targets) const {
+      return vertex >= 0 ? targets.vertices.row(vertex).transpose() : targets.patches.row(patch).transpose();
+    }
+  };
+
   struct Region {
     std::vector<int> members;       ///< vertices, the first is the unknown
     std::vector<int> border;        ///< members with neighbours, or in cells, outside
     std::vector<int> border_cells;  ///< members whose cell reaches outside
-    std::vector<int> anchors;       ///< hard members
+    std::vector<Anchor> anchors;    ///< hard members
     int anchor_rank = 0;            ///< 0 a point, 1 a line, 2 at least a plane
     Vector3 anchor_axis = Vector3::Zero();
     Vector3 center = Vector3::Zero();
@@ -88,8 +112,8 @@ class RigidRegions {
   }
   void find_border(Region& region) const;
   void choose_center(Region& region, const Eigen::VectorXd& soft_diagonal) const;
-  void find_anchor_rank(Region& region) const;
-  void place(const Region& region, const Matrix3& linear, const Positions& targets, Placement& placement) const;
+  static void find_anchor_rank(Region& region);
+  static void place(const Region& region, const Matrix3& linear, const RegionTargets& targets, Placement& placement);
   void write(const Region& region, const Placement& placement, Positions& positions) const;
   [[nodiscard]] Matrix3 linear_term(const Region& region, const Placement& placement, const Positions& positions,
                                     const std::vector<Matrix3>& rotations) const;

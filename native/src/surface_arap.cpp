@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <string>
 #include <utility>
 
 #include "bound_constraints.h"
@@ -35,8 +36,7 @@ struct Normalization {
 
   [[nodiscard]] Positions to_model(const Positions& p) const { return (p.rowwise() - center) / size; }
   [[nodiscard]] Positions to_input(const Positions& p) const { return (p * size).rowwise() + center; }
-  /// No energy here is negative; rounding may be.
-  [[nodiscard]] double energy_to_input(double energy) const { return std::max(0.0, energy) * size * size; }
+  [[nodiscard]] double energy_to_input(double energy) const { return energy * size * size; }
 };
 
 /// Joins the vertices at one place: model vertex of each input vertex, and the mesh of the model vertices.
@@ -110,12 +110,21 @@ void require_rows(const char* what, Eigen::Index rows, Eigen::Index expected) {
   if (rows != expected) throw InvalidInput(text(what, " has ", rows, " rows, expected ", expected));
 }
 
-void require_finite(const char* what, const Positions& positions) {
+/// @param name  name(row) for the message
+template <class Name>
+void require_finite(const char* what, const Positions& positions, const Name& name) {
   constexpr double kLargest = 1e100;
   for (Eigen::Index k = 0; k < positions.rows(); ++k)
     if (!positions.row(k).allFinite() || positions.row(k).cwiseAbs().maxCoeff() > kLargest)
-      throw InvalidInput(text(what, ": row ", k, " is (", positions(k, 0), ", ", positions(k, 1), ", ", positions(k, 2),
-                              "), must be finite and below 1e100"));
+      throw InvalidInput(text(what, ": ", name(static_cast<int>(k)), " is (", positions(k, 0), ", ", positions(k, 1),
+                              ", ", positions(k, 2), "), must be finite and below 1e100"));
+}
+
+/// What row k of the targets belongs to.
+std::string target_name(const ConstraintSet& set, int k) {
+  const int n_vertices = static_cast<int>(set.vertices.size());
+  return k < n_vertices ? text("row ", k, ", vertex ", set.vertices[k], ",")
+                        : text("row ", k, ", patch ", k - n_vertices, ",");
 }
 
 }  // namespace
@@ -170,7 +179,7 @@ struct SurfaceArap::Impl {
   }
   [[nodiscard]] Positions checked_to_model(const Positions& positions) const {
     require_rows("positions", positions.rows(), join.model_vertex.size());
-    require_finite("positions", positions);
+    require_finite("positions", positions, [](int v) { return text("vertex ", v); });
     return join.to_model(normalization.to_model(positions));
   }
 
@@ -183,6 +192,7 @@ struct SurfaceArap::Impl {
   ConstraintSet constraint_set;
   std::unique_ptr<BoundConstraints> constraints;
   Pose pose;
+  Pose before;  ///< what a cancelled solve goes back to; kept, so that its memory is there
   int n_factorizations = 0;
 };
 
@@ -191,7 +201,9 @@ void SurfaceArap::Impl::apply_guess(LocalGlobal& iteration, const Positions& tar
   if (options.initial_guess != InitialGuess::kPrevious) reset();
   // The centers of rigid regions depend on the constraints.
   pose.placements = constraints->regions().fit_placements(pose.positions);
-  iteration.impose_constraints(pose);
+  const bool has_torn = iteration.impose_constraints(pose);
+  // With the rotations of the former pose: fitted to a torn one, they would turn what a single handle only moves.
+  if (options.initial_guess == InitialGuess::kPrevious && has_torn) iteration.global_step(pose);
   if (options.initial_guess == InitialGuess::kNaiveLaplacian) {
     if (!constraints->has_laplacian_system()) ++n_factorizations;
     guess_naive_laplacian(model, *constraints, constraints->vertex_targets(targets),
@@ -209,9 +221,8 @@ void SurfaceArap::Impl::apply_guess(LocalGlobal& iteration, const Positions& tar
 SolveResult SurfaceArap::Impl::solve(const Positions& targets, const SolveOptions& options,
                                      std::span<const Matrix3> rotations, const Progress& progress) {
   const Positions model_targets = normalization.to_model(targets);
-  LocalGlobal iteration(model, *constraints, constraints->vertex_targets(model_targets),
-                        constraints->patch_targets(model_targets));
-  const Positions before = pose.positions;
+  LocalGlobal iteration(model, *constraints, model_targets);
+  before = pose;
   IterationReport report;
   try {
     apply_guess(iteration, model_targets, options, rotations);
@@ -219,10 +230,10 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, const SolveOption
     if (!pose.positions.allFinite())
       throw SolverError("the positions are no longer finite; the last good pose is kept");
   } catch (...) {
-    pose.positions = before;
+    std::swap(pose, before);
     throw;
   }
-  if (report.stop_reason == StopReason::kCancelled) pose.positions = before;
+  if (report.stop_reason == StopReason::kCancelled) std::swap(pose, before);
 
   SolveResult result;
   result.positions = normalization.to_input(join.to_input(pose.positions));
@@ -264,7 +275,7 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
     throw InvalidInput("nothing is constrained; call set_constraints with at least one vertex before solve");
   const auto n_targets = impl_->constraint_set.size();
   require_rows("targets", targets.rows(), n_targets);
-  require_finite("targets", targets);
+  require_finite("targets", targets, [&](int k) { return target_name(impl_->constraint_set, k); });
   if (!rotations.empty()) require_rows("rotations", rotations.size(), n_targets);
   for (size_t k = 0; k < rotations.size(); ++k)
     if (!rotations[k].allFinite()) throw InvalidInput(text("rotations[", k, "] is not finite"));
@@ -274,7 +285,9 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
 void SurfaceArap::reset() { impl_->reset(); }
 
 void SurfaceArap::set_positions(const Positions& positions) {
-  impl_->pose.positions = impl_->checked_to_model(positions);
+  Positions checked = impl_->checked_to_model(positions);
+  impl_->pose.rotations = impl_->fitted_rotations(checked);
+  impl_->pose.positions = std::move(checked);
 }
 
 Positions SurfaceArap::positions() const {
@@ -288,7 +301,7 @@ double SurfaceArap::energy(const Positions& positions) const {
   Positions b;
   multiply(energy.K, p, Kp, impl_->model.threads);
   energy.right_hand_side(impl_->fitted_rotations(p), b, impl_->model.threads);
-  return impl_->normalization.energy_to_input(p.cwiseProduct(0.5 * Kp - b).sum() + energy.rest_energy);
+  return impl_->normalization.energy_to_input(std::max(0.0, p.cwiseProduct(0.5 * Kp - b).sum() + energy.rest_energy));
 }
 
 Positions SurfaceArap::energy_gradient(const Positions& positions) const {

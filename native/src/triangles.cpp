@@ -3,6 +3,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <iterator>
+#include <map>
+#include <set>
+#include <utility>
 
 namespace arap {
 
@@ -24,6 +28,7 @@ class Triangulator {
 
   Triangulation run() {
     for (int f = 0; f < mesh_.n_faces(); ++f) add_face(mesh_.face(f));
+    strengthen_glue();
     return std::move(result_);
   }
 
@@ -70,7 +75,11 @@ class Triangulator {
     if (v[0] != other) add_edge(v[0], other, kWeakWeight * share);
   }
 
-  void add_edge(int a, int b, double weight) { result_.ties.push_back({{a, b, b}, {1, -1, 0}, weight}); }
+  /// Half with the rotation of either end, so that the order of the corners does not matter.
+  void add_edge(int a, int b, double weight) {
+    result_.ties.push_back({{a, b, b}, {1, -1, 0}, 0.5 * weight});
+    result_.ties.push_back({{b, a, a}, {1, -1, 0}, 0.5 * weight});
+  }
 
   void add_degenerate(const std::array<int, 3>& v, const std::array<Vector3, 3>& p,
                       const std::array<double, 3>& lengths, double share, bool is_whole_face) {
@@ -84,11 +93,50 @@ class Triangulator {
       return;
     }
     // A cap: the middle vertex lies on the longest edge. In a larger face the other fans hold it, and tying it there
-    // would make a straight row of corners stiff.
+    // would make a straight row of corners stiff. As a face of its own it may be all that joins the longest edge's
+    // other face to the middle vertex: see strengthen_glue().
     const Vector3 edge = p[b] - p[a];
     const double t = (p[longest] - p[a]).dot(edge) / edge.squaredNorm();
-    result_.ties.push_back(
-        {{v[longest], v[a], v[b]}, {1, t - 1, -t}, (is_whole_face ? kTieWeight : kWeakWeight) * share});
+    if (is_whole_face) caps_.push_back(result_.ties.size());
+    result_.ties.push_back({{v[longest], v[a], v[b]}, {1, t - 1, -t}, kWeakWeight * share});
+  }
+
+  using Edge = std::pair<int, int>;
+  using Corners = std::vector<int>;
+
+  static Edge edge_of(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
+
+  static Corners sorted(std::span<const int> face) {
+    Corners corners(face.begin(), face.end());
+    std::sort(corners.begin(), corners.end());
+    return corners;
+  }
+
+  /// A cap is the glue between the faces at its longest edge and those at its short ones: it gets its full weight.
+  /// Where the surface goes on without it, it must be as if it were not there.
+  void strengthen_glue() {
+    if (caps_.empty()) return;
+    std::map<Edge, std::set<Corners>> faces_of_edge;
+    for (const size_t cap : caps_)
+      for (size_t k = 0; k < 3; ++k)
+        faces_of_edge[edge_of(result_.ties[cap].vertices[k], result_.ties[cap].vertices[(k + 1) % 3])];
+    for (int f = 0; f < mesh_.n_faces(); ++f) {
+      const std::span<const int> face = mesh_.face(f);
+      for (int k = 0; k < std::ssize(face); ++k) {
+        const auto found = faces_of_edge.find(edge_of(face[k], corner(face, k + 1)));
+        if (found != faces_of_edge.end()) found->second.insert(sorted(face));
+      }
+    }
+    for (const size_t cap : caps_) {
+      Tie& tie = result_.ties[cap];
+      const auto [middle, a, b] = tie.vertices;
+      const Corners own = sorted(tie.vertices);
+      const auto joins_others = [&](int from, int to) {
+        const std::set<Corners>& faces = faces_of_edge[edge_of(from, to)];
+        return faces.size() > faces.count(own);
+      };
+      if (joins_others(a, b) && (joins_others(a, middle) || joins_others(middle, b))) tie.weight = kTieWeight;
+    }
   }
 
   [[nodiscard]] Vector3 point(int v) const { return mesh_.positions().row(v).transpose(); }
@@ -96,6 +144,7 @@ class Triangulator {
   const PolygonMesh& mesh_;
   EdgeWeights weights_;
   Triangulation result_;
+  std::vector<size_t> caps_;  ///< ties that stand for a triangle face with its middle vertex on its longest edge
 };
 
 }  // namespace
