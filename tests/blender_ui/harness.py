@@ -114,15 +114,30 @@ class Ui:
         bpy.context.view_layer.objects.active = objects[-1]
 
     def open_tab(self) -> Steps:
-        """Opens the sidebar on the add-on's tab, the last one."""
+        """Opens the sidebar on the add-on's tab, and sees that its panel is drawn."""
+        panel = bpy.types.ARAP_PT_main
+        draw, n_drawn = panel.draw, 0
+
+        def counted_draw(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+            nonlocal n_drawn
+            n_drawn += 1
+            draw(self, context)
+
+        panel.draw = counted_draw
         self.view.spaces.active.show_region_ui = True
-        yield
+        yield  # the tabs are there once they were drawn
         yield
         region = self.region("UI")
-        yield from self.move_mouse(region.x + region.width - 8, region.y + region.height // 3)
-        for _ in range(5):  # over the tabs, the wheel goes from one to the next and stops at the last
-            self.event("WHEELDOWNMOUSE")
-            yield
+        if hasattr(region, "active_panel_category"):  # 4.2
+            region.active_panel_category = "ARAP"
+            region.tag_redraw()
+        else:
+            yield from self.move_mouse(region.x + region.width - 8, region.y + region.height // 3)
+            for _ in range(5):  # over the tabs, the wheel goes from one to the next and stops at the last
+                self.event("WHEELDOWNMOUSE")
+                yield
+        yield from self.until(lambda: n_drawn > 0, "the tab is shown")
+        panel.draw = draw
         yield from self.move_mouse_to_view()
 
     def screenshot(self, name: str) -> Steps:

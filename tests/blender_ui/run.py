@@ -64,6 +64,7 @@ def environment(user_folder: Path) -> dict[str, str]:
         # Debian's Blender takes the libraries of the first python3 on PATH: not those of a virtual environment.
         "PATH": os.defpath,
         "LIBGL_ALWAYS_SOFTWARE": "1",
+        "LP_NUM_THREADS": "1",  # of software GL; a second test draws beside
         "BLENDER_USER_RESOURCES": str(user_folder),  # 4.2 and later; the others before
         "BLENDER_USER_CONFIG": str(user_folder / "config"),
         "BLENDER_USER_SCRIPTS": str(user_folder / "scripts"),

@@ -52,8 +52,8 @@ def add_bone() -> bpy.types.Object:
     bpy.ops.object.mode_set(mode="EDIT")
     bone = armature.data.edit_bones.new("Bone")
     bone.head, bone.tail = (0.0, 0.0, LENGTH), (0.0, 0.0, LENGTH + 1.0)
+    bone.select = bone.select_head = bone.select_tail = True
     bpy.ops.object.mode_set(mode="OBJECT")
-    armature.data.bones["Bone"].select = True
     return armature
 
 
