@@ -11,9 +11,14 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <type_traits>
 #include <utility>
 #include <vector>
+
+#ifdef __GLIBCXX__
+#include <cxxabi.h>
+#endif
 
 #include "arap/surface_arap.h"
 #include "docstrings.h"
@@ -368,7 +373,43 @@ void bind_result(py::module_& m) {
       .def("__repr__", &result_repr);
 }
 
-// ----------------------------------------------------------------------------------------------------- progress
+// ------------------------------------------------------------------------------------------------ GIL and progress
+
+/// Does what needs the GIL in a thread that may outlive the interpreter (a daemon thread while Python exits). Such a
+/// thread has nothing left to do; it sleeps until the process ends, as Python 3.14 has it. Earlier ones unwind its
+/// stack where it wants the GIL, which is terminate() where C++ destructors are on the stack: `work` has none, pure C
+/// API.
+template <typename Work>
+std::invoke_result_t<Work> outlive_python(const Work& work) {
+  const auto sleep_until_the_end = [] {
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+  };
+  if (Py_IsInitialized() == 0) sleep_until_the_end();
+#ifdef __GLIBCXX__
+  try {
+    return work();
+  } catch (const abi::__forced_unwind&) {
+    sleep_until_the_end();
+    throw;  // never reached; libstdc++ asks for it
+  }
+#else
+  return work();
+#endif
+}
+
+/// The GIL is released while this lives.
+class WithoutGil {
+ public:
+  WithoutGil() : state_(PyEval_SaveThread()) {}
+  ~WithoutGil() {
+    outlive_python([this] { PyEval_RestoreThread(state_); });
+  }
+  WithoutGil(const WithoutGil&) = delete;
+  WithoutGil& operator=(const WithoutGil&) = delete;
+
+ private:
+  PyThreadState* state_;
+};
 
 /// Calls a Python callback from work that runs without the GIL, and lets Ctrl-C through, also without a callback.
 class ProgressCall {
@@ -385,16 +426,30 @@ class ProgressCall {
 
  private:
   bool call(double fraction) {
-    const bool has_callback = callback_.ptr() != Py_None;
-    if (!has_callback && !is_signal_check_due()) return true;
-    const py::gil_scoped_acquire gil;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    if (!has_callback) return true;
-    const py::object answer = callback_(fraction);
-    if (answer.is_none()) return true;
-    const int is_true = PyObject_IsTrue(answer.ptr());
-    if (is_true < 0) throw py::error_already_set();
-    return is_true != 0;
+    if (callback_.ptr() == Py_None && !is_signal_check_due()) return true;
+    PyGILState_STATE gil{};
+    const int answer = outlive_python([&] {
+      gil = PyGILState_Ensure();
+      return ask(fraction);
+    });
+    if (answer >= 0) {
+      PyGILState_Release(gil);
+      return answer != 0;
+    }
+    const py::error_already_set error;
+    PyGILState_Release(gil);
+    throw py::error_already_set(error);
+  }
+
+  /// Whether to go on: 1 or 0; -1 with a Python error set.
+  [[nodiscard]] int ask(double fraction) const {
+    if (PyErr_CheckSignals() != 0) return -1;
+    if (callback_.ptr() == Py_None) return 1;
+    PyObject* answer = PyObject_CallFunction(callback_.ptr(), "d", fraction);
+    if (answer == nullptr) return -1;
+    const int go_on = answer == Py_None ? 1 : PyObject_IsTrue(answer);
+    Py_DECREF(answer);
+    return go_on;
   }
 
   /// Seldom: waiting for the GIL can take longer than a step of the work.
@@ -510,7 +565,7 @@ class Solver {
       properties.stiffness = vector_from<double>(stiffness, "stiffness", n, "one entry per vertex");
     if (!rigid_regions.is_none())
       properties.rigid_regions = vector_from<int>(rigid_regions, "rigid_regions", n, "one entry per vertex");
-    const py::gil_scoped_release no_gil;
+    const WithoutGil no_gil;
     return arap::SurfaceArap(
         arap::PolygonMesh(std::move(mesh.positions), std::move(mesh.corner_vertices), std::move(mesh.face_sizes)),
         options, properties, progress.function());
@@ -519,7 +574,7 @@ class Solver {
   template <typename Work>
   std::invoke_result_t<Work> exclusively(const Work& work) {
     const Turn turn(is_busy_);
-    const py::gil_scoped_release no_gil;
+    const WithoutGil no_gil;
     return work();
   }
 

@@ -3,6 +3,7 @@
 
 import gc
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -248,6 +249,31 @@ def test_hammering_one_solver_from_many_threads_never_breaks_it():
     solver.reset()
     expected = held_at_ends(mesh).solve(twisted_ends(mesh)).positions
     assert np.array_equal(solver.solve(twisted_ends(mesh)).positions, expected)
+
+
+LEAVE_A_SOLVE_BEHIND = """
+import threading, time
+import numpy as np
+import arap_native
+from sample_meshes import ends, tube, twisted_ends
+
+mesh = tube(30, 20)
+solver = arap_native.SurfaceArap(*mesh)
+solver.set_constraints(ends(mesh), np.ones(40))
+options = arap_native.SolveOptions(max_iterations=10**9, energy_tolerance=0, step_tolerance=0, time_limit_s=60)
+solve = lambda: solver.solve(twisted_ends(mesh), options, progress={progress})
+threading.Thread(target=solve, daemon=True).start()
+time.sleep(0.3)
+"""
+
+
+@pytest.mark.parametrize("progress", ["None", "lambda fraction: True"])
+def test_python_exits_cleanly_while_a_daemon_thread_solves(progress):
+    code = LEAVE_A_SOLVE_BEHIND.format(progress=progress)
+    run = subprocess.run(
+        [sys.executable, "-c", code], cwd=Path(__file__).parent, capture_output=True, text=True, timeout=50, check=False
+    )
+    assert (run.returncode, run.stderr) == (0, "")
 
 
 # --------------------------------------------------------------------------------------------------------- memory
