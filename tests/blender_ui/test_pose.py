@@ -289,6 +289,26 @@ def test_changed_topology_within(ui: Ui) -> Steps:
     np.testing.assert_array_equal(scenes.key_positions(bar()), after)
 
 
+def test_reordered_vertices_within(ui: Ui) -> Steps:
+    """As many vertices as before, in another order: nothing is written to a wrong one."""
+    scenes.add_bar_with_handle(ui.api)
+    ui.select(handle())
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    mesh = bmesh.new()
+    mesh.from_mesh(bar().data)
+    mesh.verts.sort(reverse=True)
+    mesh.to_mesh(bar().data)
+    mesh.free()
+    bar().data.update()
+    after = scenes.key_positions(bar())
+    yield from settle(ui)
+    assert not ui.running
+    yield from drag(ui, "G", "X", "1")
+    np.testing.assert_array_equal(scenes.key_positions(bar()), after)
+
+
 def test_edit_mode_within(ui: Ui) -> Steps:
     """Tab ends the act; the pose stays, and Edit Mode does not lose it."""
     scenes.add_bar_with_handle(ui.api)

@@ -101,8 +101,10 @@ class BlenderPoseScene:
         return ""
 
     def is_bound(self) -> bool:
-        is_suspect, self._is_suspect = self._is_suspect, False
-        return not api.check_live(self._obj(), is_thorough=is_suspect)
+        if api.check_live(self._obj(), is_thorough=self._is_suspect):
+            return False  # and suspect still, until it is bound again
+        self._is_suspect = False
+        return True
 
     def begin_bind(self) -> SessionBinding:
         inputs = api.session_input(self._obj(), self._depsgraph())
@@ -110,6 +112,7 @@ class BlenderPoseScene:
         if self._topology not in {None, topology}:
             raise ValueError(f"The faces of '{self.name}' have changed")
         self._topology = topology
+        self._is_suspect = False  # all is read anew here
         return SessionBinding(self._obj(), inputs)
 
     def go_on_from_shown(self) -> None:
