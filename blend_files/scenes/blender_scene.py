@@ -32,11 +32,19 @@ class Finish(NamedTuple):
 
 
 class Move(NamedTuple):
-    """Where a handle is at a frame: turned from rest around its pivot (XYZ Euler, degrees), then shifted (metres)."""
+    """Where a handle is at a frame, from rest. Angles are XYZ Euler angles in degrees.
+
+    Attributes:
+        frame: the frame.
+        turn: around the pivot.
+        shift: after that, in metres.
+        tilt: around its own place, before both.
+    """
 
     frame: int
     turn: Triple = (0.0, 0.0, 0.0)
     shift: Triple = (0.0, 0.0, 0.0)
+    tilt: Triple = (0.0, 0.0, 0.0)
 
 
 class Lamp(NamedTuple):
@@ -208,9 +216,9 @@ def animate(obj: bpy.types.Object, moves: Sequence[Move], pivot: Triple | None =
     centre = Vector(pivot) if pivot else rest
     obj.rotation_mode = "XYZ"
     for move in _with_midways(moves) if pivot else moves:
-        turn = Euler([radians(a) for a in move.turn])
-        obj.location = centre + turn.to_matrix() @ (rest - centre) + Vector(move.shift)
-        obj.rotation_euler = turn
+        turn, tilt = (Euler([radians(a) for a in angles]).to_matrix() for angles in (move.turn, move.tilt))
+        obj.location = centre + turn @ (rest - centre) + Vector(move.shift)
+        obj.rotation_euler = (turn @ tilt).to_euler("XYZ", obj.rotation_euler)
         obj.keyframe_insert("location", frame=move.frame)
         obj.keyframe_insert("rotation_euler", frame=move.frame)
     obj.location = rest
@@ -222,7 +230,8 @@ def _with_midways(moves: Sequence[Move]) -> list[Move]:
     result = [moves[0]]
     for a, b in pairwise(moves):
         if b.frame - a.frame > 3:
-            result.append(Move((a.frame + b.frame) // 2, _middle(a.turn, b.turn), _middle(a.shift, b.shift)))
+            halves = (_middle(p, q) for p, q in zip(a[1:], b[1:], strict=True))
+            result.append(Move((a.frame + b.frame) // 2, *halves))
         result.append(b)
     return result
 

@@ -302,7 +302,7 @@ def _gather_on_head(cage: Cage, loop: list[int], targets: list[Floats]) -> None:
 def _eye(cage: Cage, loop: list[int]) -> None:
     normal = _unit(EYE_NORMAL)
     up = _unit(np.array([0.0, 0.0, 1.0]) - normal * normal[2])
-    right = _unit(np.cross(up, normal))
+    right: Floats = np.asarray(np.cross(up, normal), dtype=np.float64)
     offsets = np.array([cage.position(i) for i in loop]) - EYE_CENTRE
     angles = np.arctan2(offsets @ up, offsets @ right)
     # The turn that fits the hole's vertices best, so that the rings do not twist.
