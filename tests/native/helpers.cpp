@@ -109,7 +109,7 @@ arap::SolveOptions to_step(double step_tolerance, arap::InitialGuess guess, int 
   arap::SolveOptions options;
   options.initial_guess = guess;
   options.max_iterations = max_iterations;
-  options.energy_tolerance = 1e300;
+  options.energy_tolerance = 1;
   options.step_tolerance = step_tolerance;
   return options;
 }

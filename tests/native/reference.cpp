@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reference.h"
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -120,11 +116,12 @@ std::vector<Matrix3> Reference::rotations(const Positions& positions) const {
   return R;
 }
 
-Positions Reference::gradient(const Positions& positions) const {
-  const std::vector<Matrix3> R = rotations(positions);
+Positions Reference::gradient(const Positions& positions) const { return gradient(positions, rotations(positions)); }
+
+Positions Reference::gradient(const Positions& positions, const std::vector<Matrix3>& rotations) const {
   Positions result = Positions::Zero(n_, 3);
   for (const auto& [cell, a, b, weight] : terms_) {
-    const Vector3 g = 2 * weight * (edge(positions, a, b) - R[cell] * edge(rest_, a, b));
+    const Vector3 g = 2 * weight * (edge(positions, a, b) - rotations[cell] * edge(rest_, a, b));
     result.row(a) += g.transpose();
     result.row(b) -= g.transpose();
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "arap/constraints.h"
@@ -35,6 +34,8 @@ class Reference {
   /// Of every cell, from the SVD of its covariance.
   [[nodiscard]] std::vector<Matrix3> rotations(const Positions& positions) const;
   /// (n, 3): derivative of energy() with the rotations held.
+  [[nodiscard]] Positions gradient(const Positions& positions, const std::vector<Matrix3>& rotations) const;
+  /// The same with the best rotation for every cell.
   [[nodiscard]] Positions gradient(const Positions& positions) const;
   /// Half the Hessian's 3x3 block-scalars: E is 1/2 <p', K p'> plus terms of lower order. (n, n).
   [[nodiscard]] Eigen::MatrixXd matrix() const;

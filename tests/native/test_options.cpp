@@ -27,7 +27,14 @@ TEST(Options, DefaultsAreSpokesAndRimsWithCotangents) {
 TEST(Options, NegativeThreadsAreRefused) {
   arap::Options options;
   options.threads = -1;
-  expect_error<InvalidInput>([&] { options.validate(); }, {"threads", "-1", ">= 0"});
+  expect_error<InvalidInput>([&] { options.validate(); }, {"threads", "-1", "must be 0"});
+}
+
+TEST(Options, TooManyThreadsAreRefused) {
+  // No machine has them; starting them would end the process.
+  arap::Options options;
+  options.threads = 100000;
+  expect_error<InvalidInput>([&] { options.validate(); }, {"threads", "100000", "1024"});
 }
 
 TEST(Options, BindRefusesWhatValidateRefuses) {

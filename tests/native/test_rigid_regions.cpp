@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::InitialGuess;
+using arap::InvalidInput;
+using arap::SolveResult;
+using arap::SurfaceArap;
+
+/// Region 0: the vertices with `is_inside`.
+std::vector<int> region_where(const MeshData& mesh, const std::function<bool(const Vector3&)>& is_inside) {
+  std::vector<int> regions;
+  for (const Vector3& p : mesh.vertices) regions.push_back(is_inside(p) ? 0 : -1);
+  return regions;
+}
+
+std::vector<int> members(const std::vector<int>& regions, int region) {
+  std::vector<int> result;
+  for (size_t v = 0; v < regions.size(); ++v)
+    if (regions[v] == region) result.push_back(static_cast<int>(v));
+  return result;
+}
+
+MeshData long_bar() { return bar(3, Faces::kQuads); }
+
+/// The middle of long_bar.
+std::vector<int> middle_region() {
+  return region_where(long_bar(), [](const Vector3& p) { return std::abs(p.x()) < .7; });
+}
+
+Task bar_task(double angle_rad = 1) {
+  return bend_task(long_bar(), {rotation_about({.3, 1, .2}, angle_rad), {-.3, .2, .5}});
+}
+
+/// The reference's best rotations, but one for all cells of each region: that of the region's motion.
+std::vector<Matrix3> shared_rotations(const Reference& plain, const MeshData& mesh, const std::vector<int>& regions,
+                                      const Positions& p) {
+  std::vector<Matrix3> rotations = plain.rotations(p);
+  for (int region = 0; region <= *std::max_element(regions.begin(), regions.end()); ++region) {
+    const std::vector<int> inside = members(regions, region);
+    if (inside.size() < 3) continue;
+    const RigidMotion motion = best_rigid_motion(rows(mesh.positions(), inside), rows(p, inside));
+    for (const int v : inside) rotations[v] = motion.rotation;
+  }
+  return rotations;
+}
+
+/// A motion of a region to first order: along `axis`, or about `axis` through `centre`.
+struct Direction {
+  bool is_turn;
+  Vector3 axis;
+  Vector3 centre;
+};
+
+std::vector<Direction> turns_about(const Vector3& centre) {
+  return {{true, Vector3::UnitX(), centre}, {true, Vector3::UnitY(), centre}, {true, Vector3::UnitZ(), centre}};
+}
+
+std::vector<Direction> all_directions() {
+  std::vector<Direction> directions = turns_about({.1, .2, .3});
+  for (int axis = 0; axis < 3; ++axis) directions.push_back({false, Vector3::Unit(axis), Vector3::Zero()});
+  return directions;
+}
+
+class RigidRegions : public testing::TestWithParam<Model> {
+ protected:
+  arap::Options options() const { return GetParam().options(); }
+  Reference reference(const MeshData& mesh) const { return {mesh, GetParam().energy, GetParam().weights}; }
+
+  /// Expects region 0 rigid, hard vertices outside of it at their targets, and the energy never to rise, iteration by
+  /// iteration.
+  void expect_rigid_and_monotone(const MeshData& mesh, const std::vector<int>& regions, const Task& task,
+                                 const char* what) const {
+    SurfaceArap solver(mesh.mesh(), options(), with_regions(regions));
+    solver.set_constraints(task.constraints);
+    const Positions rest = mesh.positions();
+    double energy = 1e300;
+    for (int k = 0; k < 60; ++k) {
+      const SolveResult result = solver.solve(task.targets, iterations(1));
+      for (int region = 0; region <= *std::max_element(regions.begin(), regions.end()); ++region)
+        EXPECT_LT(off_rigid(rest, result.positions, members(regions, region)), 1e-6 * mesh.diagonal())
+            << what << ", region " << region;
+      const double rounding = 1e-12 * result.energy_before + 1e-14 * mesh.diagonal() * mesh.diagonal();
+      EXPECT_LE(result.energy_after, result.energy_before + rounding) << what << ", iteration " << k;
+      EXPECT_LE(result.energy_before, energy + rounding) << what << ", iteration " << k;
+      energy = result.energy_after;
+      for (size_t c = 0; c < task.constraints.vertices.size(); ++c) {
+        if (task.constraints.strengths[c] < 1) continue;
+        EXPECT_LT((result.positions.row(task.constraints.vertices[c]) - task.targets.row(static_cast<Eigen::Index>(c)))
+                      .norm(),
+                  1e-9 * mesh.diagonal())
+            << what;
+      }
+    }
+  }
+
+  /// Expects that no small motion of region 0 in one of `directions`, and no free vertex, lowers the energy.
+  void expect_stationary(const MeshData& mesh, const std::vector<int>& regions, const Task& task,
+                         const SolveResult& result, const std::vector<Direction>& directions) const {
+    const Reference plain = reference(mesh);
+    const std::vector<int> inside = members(regions, 0);
+    const std::vector<Matrix3> rotations = shared_rotations(plain, mesh, regions, result.positions);
+    const auto energy = [&](const Direction& direction, double size) {
+      const Matrix3 turn = direction.is_turn ? rotation_about(direction.axis, size) : Matrix3::Identity();
+      const Vector3 shift = direction.is_turn ? Vector3::Zero() : Vector3(size * direction.axis);
+      Positions p = result.positions;
+      std::vector<Matrix3> turned = rotations;
+      for (const int v : inside) {
+        const Vector3 arm = p.row(v).transpose() - direction.centre;
+        p.row(v) = (direction.centre + turn * arm + shift).transpose();
+        turned[v] = turn * rotations[v];
+      }
+      return plain.energy(p, turned) + plain.soft_energy(task.constraints, task.targets, p);
+    };
+    const double h = 1e-5;
+    const Positions force = plain.gradient(result.positions, rotations);
+    const double scale = force.cwiseAbs().maxCoeff();
+    EXPECT_GT(scale, 1e-3) << "the handles must pull at all";
+    for (const Direction& direction : directions)
+      EXPECT_NEAR((energy(direction, h) - energy(direction, -h)) / (2 * h), 0, 1e-5 * scale)
+          << (direction.is_turn ? "turn" : "shift") << direction.axis.transpose();
+    const auto& held = task.constraints.vertices;
+    for (int v = 0; v < mesh.n_vertices(); ++v) {
+      const bool is_free = regions[v] < 0 && std::find(held.begin(), held.end(), v) == held.end();
+      EXPECT_LT(is_free ? force.row(v).norm() : 0, 1e-5 * scale) << v;
+    }
+  }
+};
+
+TEST_P(RigidRegions, FreeRegionMovesAsOneAndRestsWhereNothingPullsItOn) {
+  const MeshData mesh = long_bar();
+  const std::vector<int> regions = middle_region();
+  expect_rigid_and_monotone(mesh, regions, bar_task(), "free");
+  expect_rigid_and_monotone(mesh, regions, bar_task(2.8), "free, great bend");
+  const SolveResult result = solve_once(mesh, bar_task(), to_step(1e-11), options(), with_regions(regions));
+  EXPECT_GT(max_distance(rows(result.positions, members(regions, 0)), rows(mesh.positions(), members(regions, 0))), .1);
+  expect_stationary(mesh, regions, bar_task(), result, all_directions());
+}
+
+TEST_P(RigidRegions, RegionWithOneHardVertexTurnsAboutIt) {
+  const MeshData mesh = long_bar();
+  const std::vector<int> regions = middle_region();
+  const int inside = members(regions, 0).front();
+  Task task = bar_task();
+  const Vector3 target = mesh.vertices[inside] + Vector3(0, .1, .3);
+  task.add(inside, target);
+  expect_rigid_and_monotone(mesh, regions, task, "one hard vertex");
+  const SolveResult result = solve_once(mesh, task, to_step(1e-11), options(), with_regions(regions));
+  expect_stationary(mesh, regions, task, result, turns_about(target));
+}
+
+TEST_P(RigidRegions, RegionWithTwoHardVerticesTurnsAboutTheirLine) {
+  const MeshData mesh = long_bar();
+  const std::vector<int> regions = middle_region();
+  const std::vector<int> inside = members(regions, 0);
+  const RigidMotion motion{rotation_about({1, 1, 0}, .4), {.05, .1, .3}};
+  Task task = bar_task();
+  const Vector3 first = motion.apply(mesh.vertices[inside.front()]);
+  const Vector3 second = motion.apply(mesh.vertices[inside.back()]);
+  task.add(inside.front(), first);
+  task.add(inside.back(), second);
+  expect_rigid_and_monotone(mesh, regions, task, "two hard vertices");
+  const SolveResult result = solve_once(mesh, task, to_step(1e-11), options(), with_regions(regions));
+  expect_stationary(mesh, regions, task, result, {{true, (second - first).normalized(), first}});
+}
+
+TEST_P(RigidRegions, RegionWithThreeHardVerticesIsWhereTheySay) {
+  const MeshData mesh = long_bar();
+  const std::vector<int> regions = middle_region();
+  const std::vector<int> inside = members(regions, 0);
+  const RigidMotion motion{rotation_about({1, 1, 0}, .4), {.05, .1, .3}};
+  Task task = bar_task();
+  for (const int v : {inside.front(), inside[1], inside.back()}) task.add(v, motion.apply(mesh.vertices[v]));
+  expect_rigid_and_monotone(mesh, regions, task, "three hard vertices");
+  const SolveResult result = solve_once(mesh, task, iterations(1), options(), with_regions(regions));
+  const Positions expected = motion.apply(rows(mesh.positions(), inside));
+  EXPECT_LT(max_distance(rows(result.positions, inside), expected), 1e-9);
+}
+
+TEST_P(RigidRegions, RegionWithSoftVerticesRestsWhereNothingPullsItOn) {
+  const MeshData mesh = long_bar();
+  const std::vector<int> regions = middle_region();
+  const std::vector<int> inside = members(regions, 0);
+  Task task = bar_task();
+  for (const int v : {inside.front(), inside[5], inside.back()}) task.add(v, mesh.vertices[v] + Vector3(0, .2, .4), .4);
+  expect_rigid_and_monotone(mesh, regions, task, "soft vertices");
+  const SolveResult result = solve_once(mesh, task, to_step(1e-11), options(), with_regions(regions));
+  expect_stationary(mesh, regions, task, result, all_directions());
+}
+
+TEST_P(RigidRegions, AdjacentRegionsMoveAsOneEach) {
+  const MeshData mesh = long_bar();
+  std::vector<int> regions = region_where(mesh, [](const Vector3& p) { return p.x() > -.9 && p.x() < .1; });
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (regions[v] < 0 && mesh.vertices[v].x() >= .1 && mesh.vertices[v].x() < 1) regions[v] = 1;
+  expect_rigid_and_monotone(mesh, regions, bar_task(), "two regions side by side");
+  const SolveResult result = solve_once(mesh, bar_task(), to_step(1e-11), options(), with_regions(regions));
+  expect_stationary(mesh, regions, bar_task(), result, all_directions());
+}
+
+Vector3 middle_of(const Positions& p, int a, int b) { return (p.row(a) + p.row(b)).transpose() / 2; }
+
+TEST_P(RigidRegions, PatchInARegionMeetsItsTarget) {
+  const MeshData mesh = long_bar();
+  const std::vector<int> regions = middle_region();
+  const std::vector<int> inside = members(regions, 0);
+  Task task = bar_task();
+  const Vector3 target = middle_of(mesh.positions(), inside[0], inside[4]) + Vector3(0, 0, .5);
+  task.add_patch({inside[0], inside[4]}, {1, 1}, target);
+  expect_rigid_and_monotone(mesh, regions, task, "patch inside");
+  for (const int n : {1, 2, 5, 50}) {
+    const Positions p = solve_once(mesh, task, iterations(n), options(), with_regions(regions)).positions;
+    EXPECT_LT((middle_of(p, inside[0], inside[4]) - target).norm(), 1e-9 * mesh.diagonal()) << n;
+  }
+  const SolveResult result = solve_once(mesh, task, to_step(1e-11), options(), with_regions(regions));
+  expect_stationary(mesh, regions, task, result, turns_about(target));
+}
+
+TEST_P(RigidRegions, PatchHalfInARegionMeetsItsTarget) {
+  const MeshData mesh = long_bar();
+  const std::vector<int> regions = middle_region();
+  const int inside = members(regions, 0)[8];
+  const int outside = static_cast<int>(std::find_if(mesh.vertices.begin(), mesh.vertices.end(),
+                                                    [](const Vector3& p) { return p.x() > .9 && p.x() < 1.1; }) -
+                                       mesh.vertices.begin());
+  ASSERT_LT(regions[outside], 0);
+  Task task = bar_task();
+  const Vector3 target = middle_of(mesh.positions(), inside, outside) + Vector3(0, .2, .5);
+  task.add_patch({inside, outside}, {1, 1}, target);
+  for (const int n : {1, 2, 5, 50}) {
+    const Positions p = solve_once(mesh, task, iterations(n), options(), with_regions(regions)).positions;
+    EXPECT_LT((middle_of(p, inside, outside) - target).norm(), 1e-9 * mesh.diagonal()) << n;
+    EXPECT_LT(off_rigid(mesh.positions(), p, members(regions, 0)), 1e-6 * mesh.diagonal()) << n;
+  }
+  // The region's turn moves the average, so single steps may raise the energy; it converges all the same.
+  SurfaceArap solver(mesh.mesh(), options(), with_regions(regions));
+  solver.set_constraints(task.constraints);
+  const SolveResult result = solver.solve(task.targets, to_step(1e-10));
+  EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
+  EXPECT_LT(result.energy_after, result.energy_before);
+  const SolveResult more = solver.solve(task.targets, to_step(1e-10));
+  EXPECT_LT(max_distance(more.positions, result.positions), 1e-6) << "converged is where another solve stays";
+}
+
+TEST_P(RigidRegions, ReportedEnergyIsThatOfThePositionsWithTheRegionsRotation) {
+  const MeshData mesh = long_bar();
+  const std::vector<int> regions = middle_region();
+  const Reference plain = reference(mesh);
+  const auto expected = [&](const SolveResult& result) {
+    return plain.energy(result.positions, shared_rotations(plain, mesh, regions, result.positions));
+  };
+  const SolveResult converged = solve_once(mesh, bar_task(), to_step(1e-11), options(), with_regions(regions));
+  EXPECT_NEAR(converged.energy_after, expected(converged), 1e-9 * converged.energy_after);
+  // Before, the other cells may lag behind the region by one fit, but never report too little.
+  const SolveResult early = solve_once(mesh, bar_task(), iterations(8), options(), with_regions(regions));
+  EXPECT_GE(early.energy_after, expected(early) * (1 - 1e-12));
+  EXPECT_LE(early.energy_after, expected(early) * 1.01);
+}
+
+TEST_P(RigidRegions, AllHandlesMovedByOneRigidMotionMoveEverythingByIt) {
+  const MeshData mesh = long_bar();
+  const RigidMotion motion = Random(81).rigid_motion(.7, 1);
+  const Task task = rigid_task(mesh, bar_task().constraints, motion);
+  const SolveResult result = solve_once(mesh, task, to_step(1e-9), options(), with_regions(middle_region()));
+  EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-6 * mesh.diagonal());
+  const SolveResult guessed =
+      solve_once(mesh, task, iterations(1, InitialGuess::kHandleRotations), options(), with_regions(middle_region()));
+  EXPECT_LT(max_distance(guessed.positions, motion.apply(mesh.positions())), 1e-7 * mesh.diagonal());
+}
+
+TEST_P(RigidRegions, RegionOfOneVertexIsNoRegion) {
+  const MeshData mesh = long_bar();
+  std::vector<int> regions(static_cast<size_t>(mesh.n_vertices()), -1);
+  regions[mesh.n_vertices() / 2] = 0;
+  const Positions with = solve_once(mesh, bar_task(), to_step(1e-11), options(), with_regions(regions)).positions;
+  EXPECT_LT(max_distance(with, solve_once(mesh, bar_task(), to_step(1e-11), options()).positions), 1e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(AllModels, RigidRegions, testing::ValuesIn(all_models()), model_name);
+
+TEST(RigidRegion, OfTheWholeMeshIsTheBestFitToItsSoftTargets) {
+  const MeshData mesh = bumpy_sphere(1);
+  Random random(82);
+  Task task;
+  const RigidMotion motion = random.rigid_motion(1.2, 1);
+  for (int v = 0; v < mesh.n_vertices(); v += 3)
+    task.add(v, motion.apply(mesh.vertices[v]) + random.vector(.2), random.uniform(.1, .9));
+  const Reference plain(mesh, arap::Energy::kSpokesAndRims, arap::EdgeWeights::kCotangent);
+  const std::vector<int> regions(static_cast<size_t>(mesh.n_vertices()), 0);
+  const SolveResult result = solve_once(mesh, task, to_step(1e-12), {}, with_regions(regions));
+  // The weighted fit in closed form.
+  const Eigen::MatrixXd K = plain.matrix();
+  Vector3 from = Vector3::Zero();
+  Vector3 to = Vector3::Zero();
+  double sum = 0;
+  const auto omega = [&](size_t k) {
+    const double s = task.constraints.strengths[k];
+    return K(task.constraints.vertices[k], task.constraints.vertices[k]) * s / (1 - s);
+  };
+  for (size_t k = 0; k < task.constraints.vertices.size(); ++k) {
+    from += omega(k) * mesh.vertices[task.constraints.vertices[k]];
+    to += omega(k) * task.targets.row(static_cast<Eigen::Index>(k)).transpose();
+    sum += omega(k);
+  }
+  from /= sum;
+  to /= sum;
+  Matrix3 S = Matrix3::Zero();
+  for (size_t k = 0; k < task.constraints.vertices.size(); ++k)
+    S += omega(k) * (task.targets.row(static_cast<Eigen::Index>(k)).transpose() - to) *
+         (mesh.vertices[task.constraints.vertices[k]] - from).transpose();
+  const Eigen::JacobiSVD<Matrix3> svd(S, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Matrix3 R = svd.matrixU() * svd.matrixV().transpose();
+  ASSERT_GT(R.determinant(), 0);
+  EXPECT_LT(max_distance(result.positions, RigidMotion{R, to - R * from}.apply(mesh.positions())), 1e-6);
+}
+
+TEST(RigidRegion, LabelsAreOnlyLabels) {
+  const MeshData mesh = long_bar();
+  std::vector<int> regions = middle_region();
+  const Positions expected = solve_once(mesh, bar_task(), iterations(10), {}, with_regions(regions)).positions;
+  for (int& region : regions) region = region == 0 ? 1000000 : -7;
+  EXPECT_EQ(solve_once(mesh, bar_task(), iterations(10), {}, with_regions(regions)).positions, expected);
+}
+
+TEST(RigidRegion, NoVertexInAnyRegionIsAsWithoutRegions) {
+  const MeshData mesh = long_bar();
+  const std::vector<int> none(static_cast<size_t>(mesh.n_vertices()), -1);
+  EXPECT_EQ(solve_once(mesh, bar_task(), iterations(10), {}, with_regions(none)).positions,
+            solve_once(mesh, bar_task(), iterations(10)).positions);
+}
+
+TEST(RigidRegion, AcrossTwoPartsHoldsThemTogether) {
+  const MeshData mesh = two_spheres(1);
+  std::vector<int> regions(static_cast<size_t>(mesh.n_vertices()), -1);
+  const int n = mesh.n_vertices() / 2;
+  for (const int v : {0, 5, 9, n + 3, n + 8, n + 20}) regions[v] = 0;
+  const RigidMotion motion = Random(83).rigid_motion(.6, 1);
+  arap::ConstraintSet set{{20, 21, 22, 30}, {1, 1, 1, 1}, {}};
+  const SolveResult result = solve_once(mesh, rigid_task(mesh, set, motion), to_step(1e-10), {}, with_regions(regions));
+  EXPECT_TRUE(result.parts_at_rest.empty()) << "the second part hangs on the first";
+  EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-5 * mesh.diagonal());
+}
+
+TEST(RigidRegion, WithoutAnyConstraintStaysAtRest) {
+  const MeshData mesh = two_spheres(1);
+  const int n = mesh.n_vertices() / 2;
+  std::vector<int> regions(static_cast<size_t>(mesh.n_vertices()), -1);
+  for (int v = n; v < n + 10; ++v) regions[v] = 0;
+  Task task = hold(mesh, {0, 1});
+  task.targets.array() += 1;
+  const SolveResult result = solve_once(mesh, task, iterations(5), {}, with_regions(regions));
+  EXPECT_EQ(result.parts_at_rest, std::vector<int>{1});
+  EXPECT_LT(max_distance(result.positions.bottomRows(n), mesh.positions().bottomRows(n)), 1e-12);
+}
+
+TEST(RigidRegion, OnALineOrOfTwoVerticesIsRigidToo) {
+  const MeshData mesh = long_bar();
+  std::vector<int> row =
+      region_where(mesh, [](const Vector3& p) { return std::abs(p.x()) < 1 && p.y() > .49 && p.z() > .49; });
+  std::vector<int> two(static_cast<size_t>(mesh.n_vertices()), -1);
+  two[members(row, 0).front()] = two[members(row, 0)[1]] = 0;
+  for (const std::vector<int>& regions : {row, two}) {
+    const SolveResult result = solve_once(mesh, bar_task(), to_step(1e-8), {}, with_regions(regions));
+    EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
+    EXPECT_LT(off_rigid(mesh.positions(), result.positions, members(regions, 0)), 1e-6 * mesh.diagonal());
+  }
+}
+
+TEST(RigidRegion, WhoseHardTargetsAreNotRigidFollowsThemAsFarAsItCan) {
+  const MeshData mesh = long_bar();
+  const std::vector<int> regions = middle_region();
+  const std::vector<int> inside = members(regions, 0);
+  Task task = bar_task();
+  for (const int v : {inside.front(), inside[7], inside.back()}) task.add(v, 1.3 * mesh.vertices[v]);
+  const SolveResult result = solve_once(mesh, task, iterations(20), {}, with_regions(regions));
+  EXPECT_TRUE(result.positions.allFinite());
+  EXPECT_LT(off_rigid(mesh.positions(), result.positions, inside), 1e-6 * mesh.diagonal());
+  EXPECT_LT(max_distance(rows(result.positions, inside), 1.3 * rows(mesh.positions(), inside)), .5);
+}
+
+TEST(RigidRegion, NewTargetsNeverFactorizeAgain) {
+  const MeshData mesh = long_bar();
+  SurfaceArap solver(mesh.mesh(), {}, with_regions(middle_region()));
+  solver.set_constraints(bar_task().constraints);
+  solver.solve(bar_task().targets, iterations(3));
+  const int n = solver.n_factorizations();
+  solver.solve(bar_task(2).targets, iterations(3));
+  EXPECT_EQ(solver.n_factorizations(), n);
+}
+
+TEST(RigidRegion, LabelsOfAnotherLengthAreRefusedWithBothLengths) {
+  const MeshData mesh = cube();
+  expect_error<InvalidInput>(
+      [&] {
+        const SurfaceArap solver(mesh.mesh(), {}, with_regions({0, 0, 0}));
+      },
+      {"rigid_regions", "3", "8"});
+}
+
+}  // namespace
+}  // namespace arap_test
