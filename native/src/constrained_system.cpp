@@ -16,6 +16,14 @@ void report(const Progress& progress, double fraction) {
   if (progress && !progress(fraction)) throw Cancelled("the change of constraints was cancelled");
 }
 
+/// K plus the diagonal, which is stored whole even where K has none: loose vertices, members of rigid regions.
+SparseMatrix with_diagonal(const SparseMatrix& K, const Eigen::VectorXd& diagonal) {
+  SparseMatrix D(K.rows(), K.cols());
+  D.setIdentity();
+  D.diagonal() = diagonal;
+  return K + D;
+}
+
 }  // namespace
 
 Eigen::RowVector3d Average::of(const Positions& x) const {
@@ -27,9 +35,8 @@ Eigen::RowVector3d Average::of(const Positions& x) const {
 ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K, std::vector<char> is_fixed,
                                      const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
                                      const Progress& progress)
-    : A_(K), is_fixed_(std::move(is_fixed)), averages_(std::move(averages)) {
+    : A_(with_diagonal(K, soft_diagonal)), is_fixed_(std::move(is_fixed)), averages_(std::move(averages)) {
   report(progress, 0.1);
-  A_.diagonal() += soft_diagonal;
   const std::vector<int> grounded = find_unheld();
   std::vector<double> grounding;
   grounding.reserve(grounded.size());

@@ -206,7 +206,8 @@ Reference::Solution Reference::solve(const arap::ConstraintSet& constraints, con
   A.topLeftCorner(n_free, n_free) = K(free, free);
   A.topRightCorner(n_free, patches.size()) = C(Eigen::all, free).transpose();
   A.bottomLeftCorner(patches.size(), n_free) = C(Eigen::all, free);
-  const Eigen::FullPivLU<MatrixXd> lu(A);
+  // Where nothing is free there is nothing to solve, and Eigen does not take the empty matrix.
+  const Eigen::FullPivLU<MatrixXd> lu(A.rows() > 0 ? A : MatrixXd(MatrixXd::Identity(1, 1)));
 
   Solution solution;
   const auto total = [&](const Positions& at) { return energy(at) + soft_energy(constraints, targets, at); };
@@ -217,7 +218,7 @@ Reference::Solution Reference::solve(const arap::ConstraintSet& constraints, con
     MatrixXd right(A.rows(), 3);
     right.topRows(n_free) = b(free, Eigen::all) - K(free, hard) * hard_positions;
     right.bottomRows(patches.size()) = targets.bottomRows(patches.size()) - C(Eigen::all, hard) * hard_positions;
-    const MatrixXd x = lu.solve(right);
+    const MatrixXd x = A.rows() > 0 ? MatrixXd(lu.solve(right)) : right;
     Positions next = p;
     for (Index k = 0; k < n_free; ++k) next.row(free[static_cast<size_t>(k)]) = x.row(k);
     solution.step = (next - p).rowwise().norm().maxCoeff() / diagonal_;
