@@ -13,10 +13,12 @@ import bpy
 import numpy as np
 from mathutils import Euler, Vector
 
-from .quad_mesh import Floats, QuadMesh
+from .quad_mesh import Floats, Ints, QuadMesh
 
 FPS = 24
 LAST_FRAME = 48
+
+VIEW_SHARE = 0.75  # how much nearer the viewport is than the camera
 
 Color = tuple[float, float, float]
 Triple = tuple[float, float, float]
@@ -94,7 +96,10 @@ def material(finish: Finish) -> bpy.types.Material:
 
 
 def mesh_object(name: str, mesh: QuadMesh, finishes: Sequence[Finish], *, is_smooth: bool = True) -> bpy.types.Object:
-    """An object of the mesh; face data "tag" chooses the finish, vertex data "color" becomes the colour attribute."""
+    """An object of the mesh; face data "tag" chooses the finish.
+
+    The colour attribute "Color" holds the finishes' colours, and vertex data "color" where a finish has none.
+    """
     data = bpy.data.meshes.new(name)
     data.vertices.add(len(mesh.positions))
     data.loops.add(mesh.quads.size)
@@ -107,20 +112,28 @@ def mesh_object(name: str, mesh: QuadMesh, finishes: Sequence[Finish], *, is_smo
     data.update(calc_edges=True)
     for finish in finishes:
         data.materials.append(material(finish))
-    if "tag" in mesh.face_data and len(finishes) > 1:
-        data.polygons.foreach_set("material_index", mesh.face_data["tag"])
-    if "color" in mesh.vertex_data:
-        _set_colors(data, mesh.vertex_data["color"])
+    tags = mesh.face_data.get("tag", np.zeros(len(mesh.quads), dtype=np.int32))
+    data.polygons.foreach_set("material_index", tags)
+    _set_colors(data, _corner_colors(mesh, tags, finishes))
     data.validate()
     obj = bpy.data.objects.new(name, data)
     bpy.context.scene.collection.objects.link(obj)
     return obj
 
 
+def _corner_colors(mesh: QuadMesh, tags: Ints, finishes: Sequence[Finish]) -> Floats:
+    """(f, 4, 3): by corner, so that an eye ends where its faces end."""
+    corners = mesh.vertex_data["color"][mesh.quads] if "color" in mesh.vertex_data else np.ones((len(tags), 4, 3))
+    for tag, finish in enumerate(finishes):
+        if finish.color is not None:
+            corners[tags == tag] = finish.color
+    return np.asarray(corners)
+
+
 def _set_colors(data: bpy.types.Mesh, colors: Floats) -> None:
-    layer = data.color_attributes.new("Color", "BYTE_COLOR", "POINT")
-    rgba = np.ones((len(colors), 4), dtype=np.float32)
-    rgba[:, :3] = np.clip(colors, 0.0, 1.0)
+    layer = data.color_attributes.new("Color", "BYTE_COLOR", "CORNER")
+    rgba = np.ones((len(data.loops), 4), dtype=np.float32)
+    rgba[:, :3] = np.clip(colors, 0.0, 1.0).reshape(-1, 3)
     layer.data.foreach_set("color", rgba.ravel())
     data.color_attributes.active_color = layer
 
@@ -138,9 +151,11 @@ def studio(
         size: height of what is shown, in units of 1.8 m.
         lens: focal length in mm.
     """
-    _ground(scene, backdrop, target, eye)
+    collection = bpy.data.collections.new("Studio")
+    scene.collection.children.link(collection)
+    collection.objects.link(_ground(backdrop, target, eye))
     for lamp in LAMPS:
-        _light(scene, lamp, target, size)
+        collection.objects.link(_light(lamp, target, size))
     scene.world = bpy.data.worlds.new("World")
     scene.world.use_nodes = True
     background = scene.world.node_tree.nodes["Background"]
@@ -150,8 +165,10 @@ def studio(
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.data.lens = lens
     _look_at(camera, eye, target)
-    scene.collection.objects.link(camera)
+    collection.objects.link(camera)
     scene.camera = camera
+    # Out of the artist's way in the viewport; the eye in the outliner brings it back. Renders show it.
+    bpy.context.view_layer.layer_collection.children[collection.name].hide_viewport = True
     _render_settings(scene)
 
 
@@ -170,12 +187,12 @@ def _render_settings(scene: bpy.types.Scene) -> None:
     scene.cycles.max_bounces = 4
     # For Workbench, where there is neither.
     shading = scene.display.shading
-    shading.color_type = "MATERIAL"
+    shading.color_type = "VERTEX"
     shading.show_cavity = True
     shading.show_shadows = True
 
 
-def _ground(scene: bpy.types.Scene, color: Color, target: Triple, eye: Triple) -> None:
+def _ground(color: Color, target: Triple, eye: Triple) -> bpy.types.Object:
     """A floor that bends up into a wall behind the subject, turned towards the camera."""
     profile = [(-12.0, 0.0), (2.2, 0.0)]
     profile += [(2.2 + 1.5 * sin(a), 1.5 - 1.5 * cos(a)) for a in np.linspace(0.0, pi / 2, 12)[1:]]
@@ -188,11 +205,10 @@ def _ground(scene: bpy.types.Scene, color: Color, target: Triple, eye: Triple) -
     data.materials.append(material(Finish("Ground", color, roughness=0.9, specular=0.2)))
     ground = bpy.data.objects.new("Ground", data)
     ground.rotation_euler.z = np.arctan2(target[1] - eye[1], target[0] - eye[0]) - pi / 2
-    ground.hide_select = True
-    scene.collection.objects.link(ground)
+    return ground
 
 
-def _light(scene: bpy.types.Scene, lamp: Lamp, target: Triple, scale: float) -> None:
+def _light(lamp: Lamp, target: Triple, scale: float) -> bpy.types.Object:
     light = bpy.data.lights.new(lamp.name, "AREA")
     light.shape = "DISK"
     light.size = lamp.size * scale
@@ -201,8 +217,7 @@ def _light(scene: bpy.types.Scene, lamp: Lamp, target: Triple, scale: float) -> 
     light.specular_factor = lamp.specular
     obj = bpy.data.objects.new(lamp.name, light)
     _look_at(obj, [scale * x for x in lamp.place], target)
-    obj.hide_select = True
-    scene.collection.objects.link(obj)
+    return obj
 
 
 def _look_at(obj: bpy.types.Object, eye: Sequence[float], target: Triple) -> None:
@@ -246,5 +261,20 @@ def save(path: Path, active: bpy.types.Object) -> None:
     for obj in bpy.context.view_layer.objects:
         obj.select_set(obj == active)
     bpy.context.view_layer.objects.active = active
+    _set_views(bpy.context.scene)
     bpy.context.preferences.filepaths.save_version = 0  # no .blend1 beside it
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, copy=True)
+
+
+def _set_views(scene: bpy.types.Scene) -> None:
+    """The 3D views of the file's windows look from where the camera does, in the models' colours."""
+    areas = [area for screen in bpy.data.screens for area in screen.areas if area.type == "VIEW_3D"]
+    for space in (area.spaces.active for area in areas):
+        view = space.region_3d
+        matrix = scene.camera.matrix_world
+        view.view_perspective = "PERSP"
+        view.view_rotation = matrix.to_quaternion()
+        view.view_distance = VIEW_SHARE * matrix.translation.length
+        view.view_location = matrix @ Vector((0.0, 0.0, -matrix.translation.length))
+        space.shading.color_type = "VERTEX"
+        space.overlay.show_relationship_lines = False

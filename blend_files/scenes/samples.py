@@ -146,14 +146,14 @@ def make_bars(api: ModuleType) -> bpy.types.Object:
         "Bar twist": (Finish("Sand", (0.85, 0.62, 0.32), 0.5), Finish("Brick", (0.62, 0.16, 0.07), 0.5)),
         "Bar bend": (Finish("Ice", (0.68, 0.80, 0.82), 0.5), Finish("Sea", (0.04, 0.26, 0.38), 0.5)),
     }
-    for name, x in (("Bar twist", -0.9), ("Bar bend", 0.5)):
+    for name, x in (("Bar twist", -0.85), ("Bar bend", 0.15)):
         mesh = bar()
         obj = bars[name] = scenes.mesh_object(name, mesh, finishes[name], is_smooth=False)
         obj.location.x = x
         bpy.context.view_layer.update()
         handles = _bind(api, obj, bar_groups(mesh), ("Bottom",), ("Top",))
         scenes.animate(handles["Top"], moves[name])
-    scenes.studio(scene, (0.46, 0.45, 0.50), (0.15, 0.0, 0.98), (1.4, -7.6, 2.5), size=1.2, lens=84.0)
+    scenes.studio(scene, (0.46, 0.45, 0.50), (0.35, 0.0, 0.95), (1.6, -7.6, 2.5), size=1.2, lens=76.0)
     return bars["Bar twist"]
 
 
