@@ -49,6 +49,10 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("build/demo"), help="folder for the results")
     args = parser.parse_args()
 
+    if shutil.which(args.blender) is None:
+        parser.error(f"there is no program {args.blender}: name a Blender, or a Python with bpy")
+    if not args.zip.is_file():
+        parser.error(f"there is no file {args.zip}: make it with make zip")
     out = args.out.resolve()
     out.mkdir(parents=True, exist_ok=True)
     for name in RESULTS:
