@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The part of the demo that runs in Blender: installs the add-on, bakes creature.blend, renders. See demo.py.
 
-Usage, in Blender after "--" or in a Python with bpy: demo_in_blender.py ZIP SCENE OUT_DIR
+Usage, in Blender after "--" or in a Python with bpy: demo_in_blender.py ZIP SCENE OUT_DIR [--without-opengl]
 """
 
 from __future__ import annotations
@@ -24,11 +24,12 @@ PICTURE = (600, 640)  # pixels
 STRIP_PICTURE = (225, 290)
 STRIP_FRAMES = 8
 SAMPLES = 8
+SAMPLES_WITHOUT_DENOISER = 16
 
 Pixels = NDArray[np.float32]
 
 
-def main(zip_path: Path, scene_path: Path, out: Path) -> None:
+def main(zip_path: Path, scene_path: Path, out: Path, has_opengl: bool) -> None:
     api = install(zip_path)
     bpy.ops.wm.open_mainfile(filepath=str(scene_path))
     scene = bpy.context.scene
@@ -42,7 +43,7 @@ def main(zip_path: Path, scene_path: Path, out: Path) -> None:
     posed = out / "creature_posed.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(posed), compress=True, copy=True)
 
-    use_engine(scene)
+    use_engine(scene, has_opengl)
     pictures = render_all(scene, out)
     results = summary(obj, job.readouts, keys) | {"engine": scene.render.engine}
     (out / "summary.json").write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
@@ -80,21 +81,26 @@ def summary(obj: bpy.types.Object, readouts: Sequence[Any], keys: Sequence[str])
     }
 
 
-def use_engine(scene: bpy.types.Scene) -> None:
+def use_engine(scene: bpy.types.Scene, has_opengl: bool) -> None:
     """What looks good and is fast without a graphics card: Cycles where it can denoise, else Eevee.
 
     Eevee on the processor takes seconds a picture before 4.2, and minutes from then on.
     """
     scene.eevee.taa_render_samples = SAMPLES
+    can_denoise = True
     try:
         scene.cycles.denoiser = "OPENIMAGEDENOISE"
     except (AttributeError, TypeError):
-        return  # a Blender without Cycles, or built without the denoiser, as Debian's 3.4 is
+        can_denoise = False  # a Blender without Cycles, or built without the denoiser, as Debian's 3.4 is
+    if has_opengl and not can_denoise:
+        return
     scene.render.engine = "CYCLES"
     scene.render.use_persistent_data = True
-    scene.cycles.samples = SAMPLES
+    scene.cycles.samples = SAMPLES if can_denoise else SAMPLES_WITHOUT_DENOISER
     scene.cycles.use_adaptive_sampling = False
-    scene.cycles.use_denoising = True
+    scene.cycles.use_denoising = can_denoise
+    if not can_denoise:
+        return
     scene.cycles.denoising_prefilter = "FAST"
     if hasattr(scene.cycles, "denoising_quality"):  # 4.2 on
         scene.cycles.denoising_quality = "FAST"
@@ -145,4 +151,5 @@ def say(text: str) -> None:
 
 if __name__ == "__main__":
     arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
-    main(*(Path(a).resolve() for a in arguments[:3]))
+    zip_path, scene_path, out = (Path(a).resolve() for a in arguments[:3])
+    main(zip_path, scene_path, out, has_opengl="--without-opengl" not in arguments)
