@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "arap/mesh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <unordered_map>
 #include <utility>
 
@@ -75,8 +77,10 @@ std::vector<int> coincident_with(const Positions& positions, double distance) {
   using Cell = Eigen::Matrix<int64_t, 3, 1>;
   const auto n = static_cast<int>(positions.rows());
   const Eigen::RowVector3d low = positions.colwise().minCoeff();
-  // Cells much larger than the distance: nearly every vertex then has to look into its own cell only.
-  const double cell_size = 1000 * distance;
+  // Cells much larger than the distance: nearly every vertex then has to look into its own cell only. And not so small
+  // that their indices overflow.
+  const double extent = (positions.colwise().maxCoeff() - low).maxCoeff();
+  const double cell_size = std::max({1000 * distance, 1e-6 * extent, std::numeric_limits<double>::min()});
   const auto cell_of = [&](const Eigen::RowVector3d& point) -> Cell {
     return ((point - low) / cell_size).array().floor().cast<int64_t>().matrix();
   };
