@@ -106,7 +106,7 @@ TEST_F(RealMeshes, SpokesReachTheKnownMinimum) {
   const MeshData mesh = load("armadillo_10k");
   const Task task = standard_task(mesh);
   const Model model{Energy::kSpokes, EdgeWeights::kCotangent};
-  const SolveResult result = solve_once(mesh, task, to_step(1e-7, InitialGuess::kRest, 1500), model.options());
+  const SolveResult result = solve_once(mesh, task, to_step(1e-5, InitialGuess::kRest, 300), model.options());
   const double Ec = Reference(mesh, model.energy, model.weights).energy(result.positions);
   EXPECT_NEAR(Ec, .0107515, .005 * .0107515);
   EXPECT_NEAR(result.energy_after, Ec, 1e-9 * Ec);
@@ -116,7 +116,7 @@ TEST_F(RealMeshes, SpokesAndRimsReachTheKnownMinimum) {
   const MeshData mesh = load("armadillo_10k");
   const Task task = standard_task(mesh);
   const Model model{Energy::kSpokesAndRims, EdgeWeights::kCotangent};
-  const SolveResult result = solve_once(mesh, task, to_step(1e-7, InitialGuess::kRest, 1500), model.options());
+  const SolveResult result = solve_once(mesh, task, to_step(1e-5, InitialGuess::kRest, 300), model.options());
   // The yardstick has no 1/3.
   const double Er = 3 * Reference(mesh, model.energy, model.weights).energy(result.positions);
   EXPECT_NEAR(Er, .0154888, .005 * .0154888);
