@@ -100,7 +100,7 @@ void RigidRegions::find_anchor_rank(Region& region) {
   Matrix3 scatter = Matrix3::Zero();
   for (const Anchor& anchor : region.anchors) scatter += (anchor.rest - mean) * (anchor.rest - mean).transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter);
-  const Vector3 values = eigen.eigenvalues();
+  const Vector3& values = eigen.eigenvalues();
   // Below these the anchors count as one point, or as a line: 1e-6 of the mesh, which has size 1.
   region.anchor_rank = values[2] <= 1e-12 ? 0 : (values[1] <= 1e-12 * values[2] ? 1 : 2);
   region.anchor_axis = eigen.eigenvectors().col(2);
