@@ -2,7 +2,8 @@
 """Poses and bakes the objects of a .blend without a window.
 
     blender --command arap bake creature.blend -o baked.blend --start 1 --end 48          Blender 4.2 and later
-    blender -b creature.blend --python-expr "from arap_deform import cli; cli.run()" -- bake -o baked.blend
+    blender -b creature.blend --python-exit-code 1 --python-expr "from arap_deform import cli; cli.run()" --
+        bake -o baked.blend
 
 Exit code 0 where everything worked; else 1 (2 for a wrong command line) and one line that says why.
 """
@@ -39,6 +40,8 @@ def main(arguments: Sequence[str]) -> int:
         options = _parser().parse_args(list(arguments))
     except SystemExit as end:
         return int(end.code or 0)
+    if not hasattr(bpy.types.Object, "arap"):
+        return _failed("the add-on is not enabled: tick it in Preferences or add --addons arap_deform")
     try:
         _run(options)
     except (ValueError, RuntimeError, OSError) as error:

@@ -128,6 +128,14 @@ class CliTest(SceneTest):
         self.assert_failed(message, "bake", self.input, "-o", self.output, "--start", 5, "--end", 1)
         self.assertFalse(self.output.exists())
 
+    def test_an_add_on_that_is_not_enabled_fails(self):
+        self.save_scene()
+        properties = module("properties")
+        properties.unregister()
+        self.addCleanup(properties.register)
+        message = "the add-on is not enabled: tick it in Preferences or add --addons arap_deform"
+        self.assert_failed(message, "pose", self.input, "-o", self.output)
+
     def test_a_wrong_command_line_gives_one_line_and_code_2(self):
         self.assert_failed("the following arguments are required: command", code=2)
         self.assert_failed("unrecognized arguments: --fast", "pose", "--fast", code=2)
