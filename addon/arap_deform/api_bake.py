@@ -262,6 +262,11 @@ def _check_prefix(obj: bpy.types.Object, prefix: str, frames: list[int]) -> None
     for name in taken:
         if re.fullmatch(re.escape(prefix) + shape_key.FRAME_PATTERN, name):
             raise ValueError(f"A bake with prefix '{prefix}' would replace shape key '{name}': take another prefix")
+    baked = set(shape_key.frame_keys(obj, prefix))
+    for frame in frames:
+        name = shape_key.frame_key_name(prefix, frame)
+        if name not in baked and shape_key.find(obj, name) is not None:
+            raise ValueError(f"There is a shape key '{name}' that no bake has made: rename it, or take another prefix")
 
 
 def _depsgraph_of(scene: bpy.types.Scene) -> bpy.types.Depsgraph:

@@ -33,15 +33,15 @@ class PoseState:
 
 
 def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
-    """Copies the pose of the live key to a new key (value 0); the live key stays.
+    """Copies the pose that the live key shows to a new key (value 0); the live key stays.
 
     Raises:
-        ValueError: there is no pose yet, or the mesh must not be written.
+        ValueError: there is no pose yet, the live key does not show it, or the mesh must not be written.
     """
-    key = _live_key(obj)
+    shape_key.check_shown(obj, _live_key(obj))
     if not name:
         raise ValueError("The baked pose needs a name: type one, for example Pose")
-    return shape_key.new(obj, name, shape_key.read(key))
+    return shape_key.new(obj, name, handle_io.shown_positions(obj, shape_key.read_reference(obj)))
 
 
 def reset_pose(obj: bpy.types.Object) -> None:
@@ -58,15 +58,16 @@ def reset_pose(obj: bpy.types.Object) -> None:
 
 
 def apply_pose_as_rest(obj: bpy.types.Object) -> None:
-    """Makes the pose the new rest shape: Basis takes it, other keys keep their offsets, handles are at rest here.
+    """Makes the pose shown the new rest shape: Basis takes it, other keys keep their offsets, handles are at rest here.
 
     Raises:
-        ValueError: there is no pose yet, or the mesh must not be written.
+        ValueError: there is no pose yet, the live key does not show it, or the mesh must not be written.
     """
     key = _live_key(obj)
+    shape_key.check_shown(obj, key)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     mesh_io.read_stretch(obj, depsgraph)  # refuses before anything has changed
-    shape_key.shift_all(obj, key)
+    shape_key.shift_all(obj, key, handle_io.shown_positions(obj, shape_key.read_reference(obj)))
     handle_io.set_rest_here(obj, depsgraph)
     end_session(obj)
 

@@ -168,10 +168,25 @@ def fcurves_of(data: bpy.types.ID) -> Any:
     return None
 
 
+def has_fcurve(data: bpy.types.ID, data_path: str) -> bool:
+    """Whether an F-curve sets ``data_path``."""
+    fcurves = fcurves_of(data)
+    return fcurves is not None and fcurves.find(data_path) is not None
+
+
+def is_action_shared(data: bpy.types.ID) -> bool:
+    """Whether the action of ``data`` animates other data as well: before 4.4 the whole of it, since then its slot."""
+    animation = data.animation_data
+    if hasattr(animation, "action_slot"):
+        users = animation.action_slot.users() if animation.action_slot else ()
+    else:
+        users = bpy.data.user_map(subset=[animation.action])[animation.action]
+    return any(user != data for user in users)
+
+
 def is_animated(data: bpy.types.ID, data_path: str) -> bool:
     """Whether an F-curve or a driver sets ``data_path``."""
-    fcurves = fcurves_of(data)
-    if fcurves is not None and fcurves.find(data_path) is not None:
+    if has_fcurve(data, data_path):
         return True
     return bool(data.animation_data and data.animation_data.drivers.find(data_path))
 

@@ -75,6 +75,11 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     reason = target_problem(obj, handle.target, handle.bone, depsgraph)
     if reason:
         return whose + reason
+    if not any(handle.rest_matrix):
+        return (
+            f"{whose}'{obj.name}' was scaled to nothing when '{handle.target.name}' was chosen; "
+            "give the mesh a scale and choose it again"
+        )
     if abs(handle.rest.determinant()) < SMALLEST_VOLUME:
         return f"{whose}'{handle.target.name}' was scaled to nothing at rest; give it a scale and choose it again"
     if handle.vertex_group not in obj.vertex_groups:
@@ -134,6 +139,8 @@ def pose_key(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
 def shown_positions(obj: bpy.types.Object, rest: NDArray[np.float32]) -> NDArray[np.float32]:
     """(n, 3) float32 the pose shown by the live key, without other keys and modifiers."""
     key = pose_key(obj)
+    if key is not None and key.value == 1.0:
+        return shape_key.read(key)  # to the last bit
     return rest if key is None else np.asarray(rest + key.value * (shape_key.read(key) - rest), dtype=np.float32)
 
 

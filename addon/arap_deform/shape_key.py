@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import bpy
@@ -26,12 +27,15 @@ class KeyState:
     Attributes:
         has_keys: whether the mesh had any shape key, Basis included.
         positions: (n, 3) float32 of the key, None where there was no such key.
+        active: the key chosen in the list, '' where there was none.
     """
 
     name: str
     has_keys: bool
     positions: Float32s | None = None
     value: float = 0.0
+    slider_max: float = 1.0
+    active: str = ""
 
 
 def check_writable(obj: bpy.types.Object) -> None:
@@ -60,6 +64,11 @@ def check_animatable(obj: bpy.types.Object) -> None:
         raise ValueError(
             f"The animation of the shape keys of '{obj.name}', action '{animation.action.name}', is linked from "
             "another file: make it local or take it off"
+        )
+    if animation and animation.action and compat.is_action_shared(obj.data.shape_keys):
+        raise ValueError(
+            f"The animation of the shape keys of '{obj.name}', action '{animation.action.name}', moves other data too, "
+            "which would change: make the action single-user"
         )
 
 
@@ -151,7 +160,30 @@ def remove(obj: bpy.types.Object, name: str) -> None:
     key = find(obj, name)
     if key is not None:
         compat.remove_fcurve(obj.data.shape_keys, value_path(key))
-        obj.shape_key_remove(key)
+        with _active_kept(obj):
+            obj.shape_key_remove(key)
+
+
+@contextmanager
+def _active_kept(obj: bpy.types.Object) -> Iterator[None]:
+    """Leaves the active key the same one, by name, whatever keys come and go."""
+    name = _active_name(obj)
+    try:
+        yield
+    finally:
+        _make_active(obj, name)
+
+
+def _active_name(obj: bpy.types.Object) -> str:
+    key = obj.active_shape_key
+    return key.name if key is not None else ""
+
+
+def _make_active(obj: bpy.types.Object, name: str) -> None:
+    keys = obj.data.shape_keys
+    index = keys.key_blocks.find(name) if keys else -1
+    if index >= 0:
+        obj.active_shape_key_index = index
 
 
 def value_path(key: bpy.types.ShapeKey) -> str:
@@ -162,9 +194,10 @@ def value_path(key: bpy.types.ShapeKey) -> str:
 def capture(obj: bpy.types.Object, name: str) -> KeyState:
     """The state of the key of that name."""
     key = find(obj, name)
+    active = _active_name(obj)
     if key is None:
-        return KeyState(name, has_keys=obj.data.shape_keys is not None)
-    return KeyState(name, has_keys=True, positions=read(key), value=key.value)
+        return KeyState(name, has_keys=obj.data.shape_keys is not None, active=active)
+    return KeyState(name, has_keys=True, positions=read(key), value=key.value, slider_max=key.slider_max, active=active)
 
 
 def restore(obj: bpy.types.Object, state: KeyState) -> None:
@@ -178,6 +211,7 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
         keys = obj.data.shape_keys
         if not state.has_keys and keys is not None and len(keys.key_blocks) == 1:
             obj.shape_key_remove(keys.reference_key)
+        _make_active(obj, state.active)
         obj.data.update_tag()
         return
     if len(state.positions) != len(obj.data.vertices):
@@ -185,19 +219,29 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
             f"'{obj.name}' has {len(obj.data.vertices)} vertices, but had {len(state.positions)}: its shape key stays"
         )
     key = ensure(obj, state.name)
+    key.slider_max = state.slider_max
     key.value = state.value
+    _make_active(obj, state.active)
     write(obj, key, state.positions)
 
 
-def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey) -> None:
-    """Makes the shape of ``pose`` the rest shape; every other key keeps its offset from what it is relative to."""
+def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) -> None:
+    """Makes ``shape`` the rest shape and the shape of ``pose``; other keys keep their offsets.
+
+    Args:
+        obj: the mesh.
+        pose: the live key.
+        shape: (n, 3) contiguous float32.
+    """
     keys = obj.data.shape_keys
-    shape = read(pose)
+    shift_of_pose = shape - read(pose)
     shift = shape - read(keys.reference_key)
     for key in keys.key_blocks:
-        # A key relative to the pose keeps its place: the pose stays where it is, and so does the offset.
-        if key not in (pose, keys.reference_key) and _root_of(key, keys.reference_key, pose) != pose:
-            compat.write_key(key, read(key) + shift)
+        if key not in (pose, keys.reference_key):
+            # Keys relative to the pose go with it, wherever it goes.
+            is_on_pose = _root_of(key, keys.reference_key, pose) == pose
+            compat.write_key(key, read(key) + (shift_of_pose if is_on_pose else shift))
+    compat.write_key(pose, shape)
     compat.write_key(keys.reference_key, shape)
     compat.write_positions(obj.data, shape)
     obj.data.update_tag()
@@ -222,11 +266,11 @@ def frame_key_name(prefix: str, frame: int) -> str:
 
 
 def frame_keys(obj: bpy.types.Object, prefix: str) -> Iterator[str]:
-    """Names of the keys that an earlier bake with this prefix made."""
+    """Names of the keys that an earlier bake with this prefix made: their values have keyframes."""
     keys = obj.data.shape_keys
     pattern = re.compile(re.escape(prefix) + FRAME_PATTERN)
     for key in keys.key_blocks if keys else ():
-        if pattern.fullmatch(key.name):
+        if pattern.fullmatch(key.name) and compat.has_fcurve(keys, value_path(key)):
             yield key.name
 
 
@@ -246,6 +290,7 @@ def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], s
         for name in made:
             remove(obj, name)
         raise
+    active = _active_name(obj)
     for name in list(frame_keys(obj, prefix)):
         remove(obj, name)
     keys = obj.data.shape_keys
@@ -258,4 +303,5 @@ def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], s
         around += [(frame, 1.0)]
         around += [(frames[i + 1], 0.0)] if i + 1 < len(frames) else []
         compat.insert_linear_keyframes(keys, key, value_path(key), around)
+    _make_active(obj, active)
     return names

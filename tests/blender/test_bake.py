@@ -128,6 +128,31 @@ class BakeTest(SceneTest):
         fcurves = module("compat").fcurves_of(keys)
         self.assertEqual(len(fcurves), len(names) + 3)
 
+    def test_a_key_that_no_bake_made_stays(self):
+        obj = posable()
+        animate(obj)
+        self.scene.frame_set(11)
+        self.api.solve(obj)
+        self.api.bake_pose(obj, "ARAP_2024")
+        posed = key_positions(obj, "ARAP_2024")
+        self.api.bake_animation(obj, 1, 5, 4)
+        names = self.api.bake_animation(obj, 3, 9, 3)
+        self.assertEqual({key.name for key in obj.data.shape_keys.key_blocks}, {"Basis", "ARAP", "ARAP_2024", *names})
+        self.assert_close(key_positions(obj, "ARAP_2024"), posed, 0.0)
+        message = "There is a shape key 'ARAP_2024' that no bake has made: rename it, or take another prefix"
+        self.assert_error(ValueError, message, self.api.bake_animation, obj, 2020, 2030)
+
+    def test_the_active_key_stays(self):
+        obj = posable()
+        animate(obj)
+        self.api.bake_animation(obj, 1, 9, 4)
+        keys = obj.data.shape_keys.key_blocks
+        obj.shape_key_add(name="Smile").value = 0.0
+        for name in ("Smile", "ARAP_0005", "Basis"):
+            obj.active_shape_key_index = keys.find(name)
+            self.api.bake_animation(obj, 1, 9, 4)
+            self.assertEqual(obj.active_shape_key.name, name)
+
     def test_the_live_key_does_not_add_to_the_baked_ones(self):
         obj = posable()
         animate(obj)
@@ -349,6 +374,30 @@ class RefusalTest(SceneTest):
                 "make it local or take it off"
             )
             self.assert_error(ValueError, message, self.api.bake_animation, obj, 1, 2)
+
+    def test_a_shared_action_of_the_keys_is_refused(self):
+        obj = posable()
+        animate(obj)
+        self.api.bake_animation(obj, 1, 5, 4)
+        action = obj.data.shape_keys.animation_data.action
+        action.name = "Shared"
+        action.use_fake_user = True
+        self.api.bake_animation(obj, 1, 5, 4)
+        other = mesh_object("Other")
+        other.shape_key_add(name="Basis")
+        animation = other.data.shape_keys.animation_data_create()
+        animation.action = action
+        if hasattr(animation, "action_slot"):
+            animation.action_slot = obj.data.shape_keys.animation_data.action_slot
+        message = (
+            "The animation of the shape keys of 'Tube', action 'Shared', moves other data too, which would change: "
+            "make the action single-user"
+        )
+        before = data_of(obj)
+        self.assert_error(ValueError, message, self.api.bake_animation, obj, 1, 2)
+        self.assertEqual(data_of(obj), before)
+        animation.action = None
+        self.api.bake_animation(obj, 1, 2)
 
     def test_absolute_keys_are_refused(self):
         obj = posable()

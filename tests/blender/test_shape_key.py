@@ -199,6 +199,37 @@ class ResultTest(SceneTest):
             ValueError, "The baked pose needs a name: type one, for example Pose", self.api.bake_pose, obj, ""
         )
 
+    def test_what_becomes_of_a_pose_is_what_is_shown(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        rest, posed = rest_positions(obj), key_positions(obj)
+        key = obj.data.shape_keys.key_blocks["ARAP"]
+        key.mute = True
+        message = (
+            "Shape key 'ARAP' of 'Tube' is muted (a bake does that), so the pose would not show: "
+            "unmute it, and mute or remove the baked keys"
+        )
+        for function in (self.api.bake_pose, self.api.apply_pose_as_rest):
+            self.assert_error(ValueError, message, function, obj)
+        key.mute = False
+        key.value = 0.5
+        half = rest + 0.5 * (posed - rest)
+        on_pose = obj.shape_key_add(name="On pose")
+        on_pose.value = 0.0
+        on_pose.relative_key = key
+        for point, place in zip(on_pose.data, posed, strict=True):
+            point.co = place
+            point.co.y += 0.5
+        self.api.bake_pose(obj, name="Half")
+        self.assert_close(key_positions(obj, "Half"), half, 1e-6)
+        self.assert_close(shown_positions(obj), half, 1e-6)
+        self.api.apply_pose_as_rest(obj)
+        self.assert_close(key_positions(obj, "Basis"), half, 1e-6)
+        self.assert_close(key_positions(obj), half, 1e-6)
+        self.assert_close(shown_positions(obj), half, 1e-6)
+        self.assert_close(key_positions(obj, "On pose"), half + np.array([0.0, 0.5, 0.0]), 1e-5)
+
     def test_what_needs_a_pose_says_so(self):
         obj = posable()
         message = "'Tube' has no pose yet, shape key 'ARAP' is missing: pose it first"
@@ -249,6 +280,7 @@ class ResultTest(SceneTest):
         bend(obj)
         self.api.solve(obj)
         key = obj.data.shape_keys.key_blocks["ARAP"]
+        key.slider_max = 0.5
         key.value = 0.4
         target = obj.arap.handles[0].target
         parent = bpy.data.objects.new("Parent", None)
@@ -263,6 +295,7 @@ class ResultTest(SceneTest):
         self.api.restore_state(obj, state)
         self.assert_close(key_positions(obj), before[0], 0.0)
         self.assertAlmostEqual(key.value, 0.4, places=6)
+        self.assertEqual(key.slider_max, 0.5)
         self.assertEqual((target.matrix_basis, parent.matrix_basis), before[1:])
         self.assert_close(self.api.prepare_session(obj).positions, before[0], 1e-6)
 
@@ -279,6 +312,22 @@ class ResultTest(SceneTest):
             keys = obj.data.shape_keys
             self.assertEqual([key.name for key in keys.key_blocks] if keys else None, ["Basis"] if has_keys else None)
             self.assert_close(shown_positions(obj), rest, 1e-6)
+
+    def test_state_brings_back_the_active_key(self):
+        obj = posable()
+        for name in ("Basis", "Smile", "Frown"):
+            obj.shape_key_add(name=name).value = 0.0
+        for name in ("Smile", "Frown"):
+            obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)
+            for _ in range(2):  # without the live key, then with it
+                state = self.api.capture_state(obj)
+                self.api.solve(obj)
+                obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("ARAP")
+                self.api.restore_state(obj, state)
+                self.assertEqual(obj.active_shape_key.name, name)
+                self.api.solve(obj)
+            module("shape_key").remove(obj, "ARAP")
+            self.assertEqual(obj.active_shape_key.name, name)
 
     def test_state_of_another_mesh_is_refused_but_the_handles_go_back(self):
         obj = posable()
