@@ -21,7 +21,7 @@ def session_input(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None =
 
     Raises:
         ValueError: not a mesh, in Edit Mode, linked or shared data, absolute keys, singular scale, a pin or handle
-            without its group or object, nothing pinned or handled.
+            without its group or object, a handle whose group has no weights, nothing pinned or handled.
     """
     return _read_input(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
 
@@ -229,6 +229,7 @@ def _read_input(
     property_groups = _property_groups(obj)
     wanted = sorted({*groups, *(name for name in property_groups if name)})
     weights = mesh_io.read_weights(obj, wanted, use_nodes=use_nodes)
+    _check_handle_weights(obj, weights)
     mesh = mesh_io.read_mesh(obj)
     stiffness, regions = _vertex_properties(property_groups, weights, mesh)
     return SessionInput(
@@ -240,9 +241,19 @@ def _read_input(
         group_names=groups,
         signature=MeshSignature.of(_counts(obj), mesh, (stiffness, regions)),
         property_groups=property_groups,
+        key_name=obj.arap.key_name,
         stiffness=stiffness,
         rigid_regions=regions,
     )
+
+
+def _check_handle_weights(obj: bpy.types.Object, weights: dict[str, Floats]) -> None:
+    for handle in obj.arap.handles:
+        if handle.is_enabled and not weights[handle.vertex_group].any():
+            raise ValueError(
+                f"Handle '{handle.name}' of '{obj.name}': vertex group '{handle.vertex_group}' has no weights; "
+                "assign vertices to it or remove the handle"
+            )
 
 
 def _vertex_properties(
@@ -272,6 +283,8 @@ def _live_problem(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, is_t
     live = sessions.get(obj.name)
     if live is None:
         return f"'{obj.name}' is not being posed"
+    if obj.arap.key_name != live.inputs.key_name:
+        return sessions.key_differs(obj.name)  # the pose would show twice, in the former key and in this one
     try:
         mesh_io.check_mesh(obj)
         if is_thorough:

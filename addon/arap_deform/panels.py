@@ -190,7 +190,9 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         obj = posed_object(context)
         settings = obj.arap
         column = _split_column(layout)
-        column.prop(settings, "key_name")
+        key_name = column.row()
+        key_name.enabled = obj.name not in running  # the pose under way is in that key
+        key_name.prop(settings, "key_name")
         column.prop(settings, "energy")
         column.prop(settings, "weights")
         column.prop(settings, "initial_guess")

@@ -48,6 +48,7 @@ class SessionInput:
 
     Attributes:
         group_names: vertex groups of the enabled pins, then of the enabled handles, in the order of ``specs``.
+        key_name: the shape key that takes the pose.
     """
 
     object_name: str
@@ -58,6 +59,7 @@ class SessionInput:
     group_names: tuple[str, ...]
     signature: MeshSignature
     property_groups: tuple[str, str] = ("", "")
+    key_name: str = ""
     stiffness: Floats | None = field(default=None, repr=False)
     rigid_regions: NDArray[np.int32] | None = field(default=None, repr=False)
 
@@ -128,6 +130,10 @@ def settings_differ(name: str) -> str:
 
 def stretch_differs(name: str) -> str:
     return f"The scale of '{name}' has changed"
+
+
+def key_differs(name: str) -> str:
+    return f"The pose of '{name}' has another shape key now"
 
 
 def groups_differ(name: str) -> str:

@@ -141,6 +141,21 @@ class LiveTest(SceneTest):
         bpy.context.view_layer.update()
         self.check_ended(obj, "The scale of 'Tube' has changed")
 
+    def test_another_key_ends_a_session_and_the_act_before_it_is_written(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        act = module("operators.pose").BlenderPoseScene(obj)
+        self.assertEqual(act.why_over(), "")
+        obj.arap.key_name = "Bent"
+        changed = "The pose of 'Tube' has another shape key now"
+        self.assertEqual(act.why_over(), f"{changed}: it is kept in 'ARAP' and posing has ended")
+        self.assertEqual(self.api.check_live(obj, is_thorough=True), changed)
+        self.assert_error(RuntimeError, f"{changed}: start posing again", self.api.update_pose, obj)
+        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])
+        self.api.prepare_session(obj)
+        self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+
     def test_painted_stiffness_is_noticed(self):
         obj = posable()
         obj.vertex_groups.new(name="Stiff")

@@ -94,6 +94,8 @@ class BlenderPoseScene:
             return f"'{self.name}' is no longer in Object Mode: the pose is kept and posing has ended"
         if _counts(obj) != self._counts:
             return f"The mesh of '{self.name}' has changed: posing has ended, its rest shape is another one now"
+        if obj.arap.key_name != self.state.key.name:
+            return f"{sessions.key_differs(self.name)}: it is kept in '{self.state.key.name}' and posing has ended"
         for index, handle in enumerate(obj.arap.handles):
             problem = api.handle_problem(obj, index) if handle.is_enabled else ""
             if problem:
