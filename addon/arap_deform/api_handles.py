@@ -73,6 +73,8 @@ def add_handle(
     """
     mesh_io.check_mesh(obj)
     indices = _checked_indices(obj, vertices)
+    if location is not None and np.shape(location) != (3,):
+        raise ValueError(f"The location of handle '{name}' has shape {np.shape(location)}: give x, y and z")
     depsgraph = bpy.context.evaluated_depsgraph_get()
     world = handle_io.object_matrix(obj, depsgraph)
     rest = mesh_io.read_rest(obj)

@@ -58,7 +58,10 @@ def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.C
 def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     from . import api_handles
 
-    api_handles.take_over(handle.id_data, handle)
+    try:
+        api_handles.take_over(handle.id_data, handle)
+    except ValueError:
+        handle.rest_matrix = (0.0,) * 16  # the place at rest cannot be told: handle_problem() says so
 
 
 class ArapPin(bpy.types.PropertyGroup):

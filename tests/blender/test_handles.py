@@ -14,6 +14,7 @@ from support import (
     in_world,
     key_positions,
     mesh_object,
+    module,
     move,
     posable,
     rest_positions,
@@ -393,8 +394,56 @@ class RefusalTest(SceneTest):
             bpy.data.objects.remove(bpy.data.objects["Empty"])
         self.assert_error(ValueError, "'Nothing' is not a mesh: choose a mesh object", self.api.solve, None)
 
+    def test_a_group_without_weights_is_refused(self):
+        obj = posable()
+        obj.vertex_groups["Head"].remove(TOP)
+        message = (
+            "Handle 'Head' of 'Tube': vertex group 'Head' has no weights; assign vertices to it or remove the handle"
+        )
+        self.assert_error(ValueError, message, self.api.solve, obj)
+        obj.arap.handles[0].is_enabled = False
+        self.api.solve(obj)
+
+    def test_a_location_has_three_numbers(self):
+        obj = mesh_object()
+        message = "The location of handle 'Handle' has shape (2,): give x, y and z"
+        self.assert_error(ValueError, message, self.api.add_handle, obj, TOP, location=(1.0, 2.0))
+        self.assertEqual((len(obj.arap.handles), len(obj.vertex_groups)), (0, 0))
+
+    def test_a_mesh_that_moves_the_posed_one_shows_its_panel(self):
+        obj, mover = posable(), mesh_object("Mover")
+        self.api.set_handle_target(obj, 0, mover)
+        bpy.context.view_layer.objects.active = mover
+        common = module("operators.common")
+        self.assertEqual(common.find_posed_object(bpy.context), mover)
+        running = module("operators.pose_act").running
+        running[obj.name] = None
+        self.addCleanup(running.clear)
+        self.assertEqual(common.find_posed_object(bpy.context), obj)
+        self.api.add_pin(mover, BOTTOM)
+        self.assertEqual(common.find_posed_object(bpy.context), mover)
+
 
 class TakeOverTest(SceneTest):
+    def test_choosing_while_the_mesh_is_flat_marks_the_handle(self):
+        obj = posable()
+        obj.scale.z = 0.0
+        bpy.context.view_layer.update()
+        handle = obj.arap.handles[0]
+        target = empty_at((0.0, 0.0, 4.0), "Other")
+        handle.target = target
+        obj.scale.z = 1.0
+        bpy.context.view_layer.update()
+        message = (
+            "Handle 'Head' of 'Tube': 'Tube' was scaled to nothing when 'Other' was chosen; "
+            "give the mesh a scale and choose it again"
+        )
+        self.assertEqual(self.api.handle_problem(obj, 0), message)
+        self.assert_error(ValueError, message, self.api.solve, obj)
+        handle.target = target
+        self.assertEqual(self.api.handle_problem(obj, 0), "")
+        self.api.solve(obj)
+
     def test_choosing_step_by_step_takes_over_in_the_end(self):
         """As in the panel: first the armature, then its bone; the group last; in Edit Mode too."""
         for mode in ("OBJECT", "EDIT"):

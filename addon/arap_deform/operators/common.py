@@ -28,22 +28,29 @@ def posed_object(context: bpy.types.Context) -> bpy.types.Object:
 def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     """The mesh that panels and operators mean, None where there is none.
 
-    The active mesh; else the mesh that has the active object as a handle, so that the panel stays when an empty or an
-    armature is picked; else the one that is being posed; else the one selected mesh.
+    The active mesh, unless it is a mere handle of one that is being posed; else the mesh that has the active object as
+    a handle, so that the panel stays when an empty or an armature is picked; else the one that is being posed; else the
+    one selected mesh.
     """
     active = context.object
-    if active is not None and active.type == "MESH":
-        return active
     posed = [context.view_layer.objects.get(name) for name in pose_act.running]
+    if active is not None and active.type == "MESH":
+        if active.arap.pins or active.arap.handles:
+            return active
+        return next((obj for obj in posed if obj is not None and _is_moved_by(obj, active)), active)
     if active is not None:
         # Asked many times a redraw: the likely ones first, and all objects of the scene only where it is none of them.
         for obj in itertools.chain(posed, [active.parent], context.view_layer.objects):
-            if obj is not None and obj.type == "MESH" and any(handle.target == active for handle in obj.arap.handles):
+            if obj is not None and _is_moved_by(obj, active):
                 return obj
     if len(posed) == 1:
         return posed[0]
     meshes = [obj for obj in context.selected_objects if obj.type == "MESH"]
     return meshes[0] if len(meshes) == 1 else None
+
+
+def _is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
+    return obj.type == "MESH" and any(handle.target == target for handle in obj.arap.handles)
 
 
 def why_no_mesh(context: bpy.types.Context) -> str:
