@@ -35,17 +35,20 @@ Eigen::RowVector3d Average::of(const Positions& x) const {
 ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K, std::vector<char> is_fixed,
                                      const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
                                      const Progress& progress)
-    : A_(with_diagonal(K, soft_diagonal)), is_fixed_(std::move(is_fixed)), averages_(std::move(averages)) {
+    : matrix_(with_diagonal(K, soft_diagonal)), is_fixed_(std::move(is_fixed)), averages_(std::move(averages)) {
   report(progress, 0.1);
-  const std::vector<int> grounded = find_unheld();
+  const std::vector<int> grounded = find_unheld(soft_diagonal);
   std::vector<double> grounding;
   grounding.reserve(grounded.size());
-  for (const int i : grounded) grounding.push_back(A_.coeff(i, i));
+  for (const int i : grounded) {
+    const double diagonal = matrix_.coeff(i, i);
+    grounding.push_back(diagonal > 0 ? diagonal : 1.0);  // a part that is one rigid region has no stiffness at all
+  }
   report(progress, 0.2);
   if (grounded.empty()) {
-    factor_ = solver.factorize(A_, is_fixed_);
+    factor_ = solver.factorize(matrix_, is_fixed_);
   } else {
-    SparseMatrix held = A_;
+    SparseMatrix held = matrix_;
     for (size_t k = 0; k < grounded.size(); ++k) held.coeffRef(grounded[k], grounded[k]) += grounding[k];
     factor_ = solver.factorize(held, is_fixed_);
   }
@@ -54,26 +57,21 @@ ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMat
   report(progress, 1.0);
 }
 
-std::vector<int> ConstrainedSystem::find_unheld() const {
-  const auto n = static_cast<int>(A_.rows());
+std::vector<int> ConstrainedSystem::find_unheld(const Eigen::VectorXd& soft_diagonal) const {
+  const auto n = static_cast<int>(matrix_.rows());
   UnionFind components(n);
   std::vector<char> is_held(n, 0);
   const auto is_free = [&](Eigen::Index i) { return is_fixed_[i] == 0; };
   for (int i = 0; i < n; ++i) {
     if (!is_free(i)) continue;
-    double row_sum = 0;
-    double diagonal = 0;
-    for (SparseMatrix::InnerIterator it(A_, i); it; ++it) {
-      row_sum += it.value();
-      if (it.row() == i) diagonal = it.value();
+    if (soft_diagonal[i] > 0) is_held[i] = 1;
+    for (SparseMatrix::InnerIterator it(matrix_, i); it; ++it) {
       if (it.row() == i || it.value() == 0) continue;
       if (is_free(it.row()))
         components.join(i, static_cast<int>(it.row()));
       else
         is_held[i] = 1;
     }
-    // The rows of K sum to 0: what is left comes from a soft constraint.
-    if (row_sum > 1e-10 * diagonal) is_held[i] = 1;
   }
   std::vector<char> is_component_held(n, 0);
   for (int i = 0; i < n; ++i)
@@ -85,7 +83,7 @@ std::vector<int> ConstrainedSystem::find_unheld() const {
 }
 
 Eigen::VectorXd ConstrainedSystem::column_solution(const Average& column) const {
-  Positions b = Positions::Zero(A_.rows(), 3);
+  Positions b = Positions::Zero(matrix_.rows(), 3);
   for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], 0) += column.weights[k];
   factor_->solve(b);
   return b.col(0);
@@ -109,7 +107,7 @@ void ConstrainedSystem::prepare_dense_part(const std::vector<int>& grounded, con
   }
   for (const int i : grounded) columns_.push_back({{i}, {-1.0}});
   const std::ptrdiff_t n_columns = std::ssize(columns_);
-  column_solutions_.resize(A_.rows(), n_columns);
+  column_solutions_.resize(matrix_.rows(), n_columns);
   for (Eigen::Index c = 0; c < n_columns; ++c) column_solutions_.col(c) = column_solution(columns_[c]);
   Eigen::MatrixXd S(n_columns, n_columns);
   for (Eigen::Index r = 0; r < n_columns; ++r) {

@@ -36,7 +36,7 @@ class ConstrainedSystem {
                     const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages, const Progress& progress);
 
   /// A, without erasing and grounding.
-  [[nodiscard]] const SparseMatrix& matrix() const { return A_; }
+  [[nodiscard]] const SparseMatrix& matrix() const { return matrix_; }
   [[nodiscard]] const std::vector<Average>& averages() const { return averages_; }
 
   /// Replaces `residual` = b - A x by the correction to x; 0 at fixed unknowns.
@@ -46,11 +46,11 @@ class ConstrainedSystem {
 
  private:
   /// One unknown of each component that no fixed unknown and no soft constraint holds.
-  [[nodiscard]] std::vector<int> find_unheld() const;
+  [[nodiscard]] std::vector<int> find_unheld(const Eigen::VectorXd& soft_diagonal) const;
   void prepare_dense_part(const std::vector<int>& grounded, const std::vector<double>& grounding);
   [[nodiscard]] Eigen::VectorXd column_solution(const Average& column) const;
 
-  SparseMatrix A_;
+  SparseMatrix matrix_;
   std::vector<char> is_fixed_;
   std::vector<Average> averages_;
   std::unique_ptr<Factorization> factor_;

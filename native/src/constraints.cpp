@@ -63,7 +63,9 @@ void validate_patches(const Patches& patches, int n_vertices) {
             text("patch ", p, ": weight of vertex ", patches.vertices[k], " is ", weight, ", must be finite and >= 0"));
       sum += weight;
     }
-    if (!(sum > 0)) throw InvalidInput(text("patch ", p, " has no weight; give at least one vertex a weight above 0"));
+    if (!(sum > 0) || std::isinf(sum))
+      throw InvalidInput(
+          text("patch ", p, " has no weight, or an infinite one; give at least one vertex a finite weight above 0"));
   }
 }
 

@@ -77,10 +77,10 @@ std::vector<int> coincident_with(const Positions& positions, double distance) {
   using Cell = Eigen::Matrix<int64_t, 3, 1>;
   const auto n = static_cast<int>(positions.rows());
   const Eigen::RowVector3d low = positions.colwise().minCoeff();
-  // Cells much larger than the distance: nearly every vertex then has to look into its own cell only. And not so small
-  // that their indices overflow.
+  // Small, so that one stray vertex far away does not put all others into one cell; but their indices must not
+  // overflow.
   const double extent = (positions.colwise().maxCoeff() - low).maxCoeff();
-  const double cell_size = std::max({1000 * distance, 1e-6 * extent, std::numeric_limits<double>::min()});
+  const double cell_size = std::max({4 * distance, 1e-12 * extent, std::numeric_limits<double>::min()});
   const auto cell_of = [&](const Eigen::RowVector3d& point) -> Cell {
     return ((point - low) / cell_size).array().floor().cast<int64_t>().matrix();
   };

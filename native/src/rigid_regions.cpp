@@ -51,6 +51,15 @@ SparseMatrix RigidRegions::reduce(const SparseMatrix& K) const {
       entries.emplace_back(unknown_of(static_cast<int>(it.row())), unknown_of(column), it.value());
   SparseMatrix reduced(K.rows(), K.cols());
   reduced.setFromTriplets(entries.begin(), entries.end());
+  // The rows of K sum to 0. The sum over a whole region is rounding where 0 is meant, so its diagonal comes from the
+  // border.
+  for (const Region& region : regions_) {
+    const int unknown = region.members.front();
+    double border = 0;
+    for (SparseMatrix::InnerIterator it(reduced, unknown); it; ++it)
+      if (it.row() != unknown) border -= it.value();
+    reduced.coeffRef(unknown, unknown) = border;
+  }
   return reduced;
 }
 

@@ -10,9 +10,13 @@ namespace arap {
 namespace {
 
 /// The exact fit: never wrong, ten times slower.
-Matrix3 nearest_rotation_by_svd(const Matrix3& S, double scale) {
+Matrix3 nearest_rotation_by_svd(const Matrix3& S, double scale, const Matrix3& previous) {
   // Scaled: the smallest covariances of a mesh lie near the end of double's range, where an SVD loses its digits.
   const Eigen::JacobiSVD<Matrix3> svd(S / scale, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  // Of rank 1 it says where one axis goes, and nothing about the turn around it: that stays.
+  constexpr double kRank = 1e-13;
+  if (svd.singularValues()[1] <= kRank * svd.singularValues()[0])
+    return nearest_rotation_with_axis(previous, svd.matrixV().col(0), svd.matrixU().col(0), previous);
   Matrix3 U = svd.matrixU();
   if ((U * svd.matrixV().transpose()).determinant() < 0) U.col(2) = -U.col(2);
   return U * svd.matrixV().transpose();
@@ -78,12 +82,12 @@ Matrix3 nearest_rotation(const Matrix3& S, const Matrix3& previous) {
   const double scale = S.cwiseAbs().maxCoeff();
   if (!(scale > 0)) return previous;
   Matrix3 R = previous;
-  return refine_rotation(S, scale, R) ? R : nearest_rotation_by_svd(S, scale);
+  return refine_rotation(S, scale, R) ? R : nearest_rotation_by_svd(S, scale, previous);
 }
 
 Matrix3 nearest_rotation_with_axis(const Matrix3& S, const Vector3& from, const Vector3& to, const Matrix3& previous) {
   const Vector3 turned = previous * from;
-  const Matrix3 start = Eigen::Quaterniond::FromTwoVectors(turned, to).toRotationMatrix() * previous;
+  Matrix3 start = Eigen::Quaterniond::FromTwoVectors(turned, to).toRotationMatrix() * previous;
   // Rot(to, angle) * start: <., S> = cos * (tr M - to.M to) + sin * (to . vee M) + const with M = S start^T.
   const Matrix3 M = S * start.transpose();
   const Vector3 vee(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));

@@ -65,6 +65,16 @@ struct SeamJoin {
     return result;
   }
 
+  /// A vertex belongs to the region of any of its copies; of several, to the lowest.
+  [[nodiscard]] std::vector<int> regions_to_model(const std::vector<int>& of_input) const {
+    std::vector<int> result(of_input.empty() ? 0 : first_input_vertex.size(), -1);
+    for (size_t v = 0; v < of_input.size(); ++v) {
+      int& region = result[model_vertex[v]];
+      if (of_input[v] >= 0 && (region < 0 || of_input[v] < region)) region = of_input[v];
+    }
+    return result;
+  }
+
   [[nodiscard]] Positions to_model(const Positions& of_input) const {
     Positions result(first_input_vertex.size(), 3);
     for (size_t v = 0; v < first_input_vertex.size(); ++v) result.row(v) = of_input.row(first_input_vertex[v]);
@@ -146,7 +156,7 @@ struct SurfaceArap::Impl {
     model.threads = choose_threads(options.threads, model_mesh.n_vertices());
     model.energy =
         assemble_surface_energy(model_mesh, options, join.to_model(properties.stiffness), model.threads, progress);
-    model.regions = RigidRegions(join.to_model(properties.rigid_regions), model.energy, model.rest);
+    model.regions = RigidRegions(join.regions_to_model(properties.rigid_regions), model.energy, model.rest);
     model.system_matrix = model.regions.reduce(model.energy.K);
     model.solver = make_linear_solver(model.system_matrix);
     for (size_t v = 0; v < input_part_of_vertex.size(); ++v)

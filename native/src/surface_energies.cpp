@@ -172,7 +172,7 @@ struct Rows {
 
   template <class Fill>
   Rows(int n, int threads, const Fill& fill) : offsets(n + 1, 0) {
-    const int n_pieces = std::max(1, std::min(threads, n));
+    const int n_pieces = std::clamp(threads, 1, n / 4096 + 1);  // each has a table of n entries
     std::vector<Piece> pieces(n_pieces);
     const auto start = [&](int piece) { return static_cast<int>(static_cast<int64_t>(n) * piece / n_pieces); };
 #pragma omp parallel for num_threads(threads) schedule(static, 1)

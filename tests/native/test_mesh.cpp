@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <span>
 #include <vector>
 
 #include "arap/error.h"

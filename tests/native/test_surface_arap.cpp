@@ -382,6 +382,18 @@ TEST(SetPositions, ComeBack) {
   EXPECT_LT(max_distance(solver.positions(), p), 1e-14);
 }
 
+TEST(SetPositions, LeaveNothingOfTheFormerPose) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  const Positions p = Random(92).rigid_motion(1, 0).apply(mesh.positions());
+  SurfaceArap fresh(mesh.mesh());
+  SurfaceArap used(mesh.mesh());
+  for (SurfaceArap* each : {&fresh, &used}) each->set_constraints(task.constraints);
+  used.solve(task.targets, iterations(20));
+  for (SurfaceArap* each : {&fresh, &used}) each->set_positions(p);
+  EXPECT_EQ(used.solve(task.targets, iterations(3)).positions, fresh.solve(task.targets, iterations(3)).positions);
+}
+
 TEST(SurfaceArap, MayBeMoved) {
   const MeshData mesh = bumpy_sphere(1);
   const Task task = bend_task(mesh, default_bend(mesh));
