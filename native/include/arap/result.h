@@ -13,7 +13,7 @@ namespace arap {
 struct SolveResult {
   Positions positions;       ///< (n, 3), in the space and unit of the rest positions
   double energy_before = 0;  ///< at the start of the iteration, after the initial guess
-  double energy_after = 0;   ///< at `positions`
+  double energy_after = 0;   ///< at `positions`; of a cancelled solve, where it was stopped
   int iterations = 0;        ///< local/global iterations done
   double step = 0;           ///< last iteration's largest movement / rest diagonal
   StopReason stop_reason = StopReason::kMaxIterations;
