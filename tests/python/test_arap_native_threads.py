@@ -121,6 +121,15 @@ def test_what_progress_answers_has_to_be_true_or_false():
         held_at_ends(mesh).solve(twisted_ends(mesh), progress=lambda fraction: np.zeros(2))
 
 
+@pytest.fixture
+def heard_interrupts():
+    """Programs that a shell starts in the background ignore SIGINT, and so does what they start."""
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, former)
+
+
+@pytest.mark.usefixtures("heard_interrupts")
 def test_an_interrupt_ends_a_solve_without_progress():
     mesh = tube(30, 20)
     solver = held_at_ends(mesh)
@@ -135,6 +144,7 @@ def test_an_interrupt_ends_a_solve_without_progress():
     assert np.allclose(solver.positions, mesh.positions, rtol=0, atol=1e-12)
 
 
+@pytest.mark.usefixtures("heard_interrupts")
 def test_an_interrupt_during_progress_ends_the_solve():
     mesh = tube(30, 20)
     solver = held_at_ends(mesh)
