@@ -165,8 +165,9 @@ const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& mo
     for (Eigen::Index v = 0; v < soft.size(); ++v)
       if (soft[v] > 0) soft[v] *= diagonal_squared[v] / diagonal[v];
     const SparseMatrix reduced = regions_.reduce(K_squared);
-    laplacian_system_ = std::make_unique<ConstrainedSystem>(*make_linear_solver(reduced), reduced, fixed_unknowns(),
-                                                            reduced_diagonal(soft), reduced_patches(), Progress{});
+    laplacian_system_ =
+        std::make_unique<ConstrainedSystem>(*make_linear_solver(reduced, model.linear_solver, model.threads), reduced,
+                                            fixed_unknowns(), reduced_diagonal(soft), reduced_patches(), Progress{});
   }
   return *laplacian_system_;
 }

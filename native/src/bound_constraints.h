@@ -18,6 +18,7 @@ struct BoundModel {
   std::vector<int> part_of_vertex;  ///< (n,) -1 = loose
   int n_parts = 0;
   int threads = 1;
+  LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
   RigidRegions regions;                  ///< without constraints
   SparseMatrix system_matrix;            ///< K over the unknowns of the regions
   std::unique_ptr<LinearSolver> solver;  ///< for the pattern of system_matrix

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "arap/options.h"
 #include "arap/types.h"
 #include "sparse.h"
 
@@ -37,6 +38,8 @@ class LinearSolver {
 };
 
 /// @param pattern  symmetric, stored whole, with its diagonal
-[[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern);
+/// @param threads  at most, of factorizations and solves
+[[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(
+    const SparseMatrix& pattern, LinearSolverKind kind = LinearSolverKind::kSimplicialLdlt, int threads = 1);
 
 }  // namespace arap

@@ -62,8 +62,4 @@ std::unique_ptr<Factorization> SimplicialLdlt::factorize(const SparseMatrix& A,
   return std::make_unique<SimplicialFactorization>(A, std::move(kept));
 }
 
-std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& /*pattern*/) {
-  return std::make_unique<SimplicialLdlt>();
-}
-
 }  // namespace arap

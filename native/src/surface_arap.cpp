@@ -158,7 +158,8 @@ struct SurfaceArap::Impl {
         assemble_surface_energy(model_mesh, options, join.to_model(properties.stiffness), model.threads, progress);
     model.regions = RigidRegions(join.regions_to_model(properties.rigid_regions), model.energy, model.rest);
     model.system_matrix = model.regions.reduce(model.energy.K);
-    model.solver = make_linear_solver(model.system_matrix);
+    model.linear_solver = options.linear_solver;
+    model.solver = make_linear_solver(model.system_matrix, model.linear_solver, model.threads);
     for (size_t v = 0; v < input_part_of_vertex.size(); ++v)
       input_part_of_vertex[v] = model.part_of_vertex[join.model_vertex[v]];
     reset();

@@ -16,6 +16,12 @@ enum class EdgeWeights {
   kUniform,    ///< every triangle edge counts the same, whatever its shape
 };
 
+/// How the linear system of the global step is factorized and solved. The result is the same, the time is not.
+enum class LinearSolverKind {
+  kBlockLdlt,       ///< supernodal, in threads and vectors, corrections in single precision
+  kSimplicialLdlt,  ///< Eigen's column by column: plain, in double, one thread
+};
+
 /// Where the iteration starts. Constrained vertices start at their targets in every case.
 enum class InitialGuess {
   kPrevious,         ///< the positions of the last solve: the default in a drag
@@ -33,6 +39,8 @@ struct Options {
 
   /// Cotangent for surfaces; uniform for meshes whose triangles are so bad that cotangents mean nothing.
   EdgeWeights weights = EdgeWeights::kCotangent;
+
+  LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
 
   /// Threads of bind and solve; 0 = as many as pay at this size. Set it to 1 where other work needs the cores.
   int threads = 0;

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "isa.h"
+#include "linear_solver.h"
+#include "tile_plan.h"
+
+namespace arap {
+
+/// Block LDL^T for three right-hand sides, for any sparse symmetric positive definite matrix.
+///
+/// At construction, from the pattern: order (nested_dissection.h), elimination tree, supernodes, plan of the solve.
+/// Factorizing is multifrontal and in double (multifrontal.h); erased rows become those of the identity, so a change of
+/// them keeps all of that. What is kept of the factor are tiles of floats (tile_kernels.h), half as much to read: a
+/// solve does nothing but read them, twice. Its result has an error of about 1e-6, more for badly conditioned
+/// matrices; users iterate x += solve(b - A x), see linear_solver.h.
+struct FrontPlan;
+
+class BlockLdlt final : public LinearSolver {
+ public:
+  /// @param pattern    symmetric, stored whole, with its diagonal
+  /// @param n_threads  of factorizations and solves; results depend on it in the last digits
+  explicit BlockLdlt(const SparseMatrix& pattern, int n_threads, Isa isa = choose_isa());
+
+  [[nodiscard]] std::unique_ptr<Factorization> factorize(const SparseMatrix& A,
+                                                         const std::vector<char>& is_erased) const override;
+
+  ~BlockLdlt() override;
+  BlockLdlt(const BlockLdlt&) = delete;
+  BlockLdlt& operator=(const BlockLdlt&) = delete;
+
+  [[nodiscard]] const TilePlan& plan() const { return *plan_; }
+
+ private:
+  Isa isa_;
+  std::uint64_t pattern_hash_;
+  std::shared_ptr<const TilePlan> plan_;
+  std::unique_ptr<const FrontPlan> front_plan_;
+};
+
+}  // namespace arap

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "front_kernels.h"
+#include "isa.h"
+#include "tile_kernels.h"
+
+namespace arap {
+
+/// The inner loops, compiled for one instruction set.
+struct Kernels {
+  FrontKernels front;
+  TileKernels tile;
+};
+
+[[nodiscard]] const Kernels& kernels(Isa isa);
+
+}  // namespace arap

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Vectors of numbers on the vector extensions of GCC and Clang: + - * work lane by lane, and the compiler picks the
+// instructions. Only for sources that are compiled once per instruction set. Everything is in an unnamed namespace and
+// nothing of the standard library is called: an inline function that two of those sources share would be linked once,
+// in the version of either.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+
+namespace arap {
+namespace {
+
+#if defined(__AVX512F__)
+inline constexpr int kVectorBytes = 64;
+#elif defined(__AVX__)
+inline constexpr int kVectorBytes = 32;
+#else
+inline constexpr int kVectorBytes = 16;
+#endif
+
+template <class Number, int n>
+struct VectorOf {
+  using Type [[gnu::vector_size(sizeof(Number) * n)]] = Number;
+  /// The same in memory, where it is aligned as a number only and overlaps arrays of them.
+  using InMemory [[gnu::vector_size(sizeof(Number) * n), gnu::aligned(alignof(Number)), gnu::may_alias]] = Number;
+};
+
+template <class Number, int n>
+using Vector = typename VectorOf<Number, n>::Type;
+
+template <class Number, int n>
+[[gnu::always_inline]] inline Vector<Number, n> load(const Number* p) {
+  return *reinterpret_cast<const typename VectorOf<Number, n>::InMemory*>(p);
+}
+
+template <class Number, int n>
+[[gnu::always_inline]] inline void store(Number* p, Vector<Number, n> v) {
+  *reinterpret_cast<typename VectorOf<Number, n>::InMemory*>(p) = v;
+}
+
+/// The same four lanes of a pattern in each group of four: lane 4 g + i of the result is lane 4 g + p_i of a, or of b
+/// where p_i is 4 and more.
+template <int n, int p0, int p1, int p2, int p3>
+[[gnu::always_inline]] inline Vector<float, n> shuffle_fours(Vector<float, n> a, Vector<float, n> b) {
+  constexpr auto kLane = [](int lane) {
+    const int p = lane % 4 == 0 ? p0 : lane % 4 == 1 ? p1 : lane % 4 == 2 ? p2 : p3;
+    return lane / 4 * 4 + (p < 4 ? p : n + p - 4);
+  };
+  return [&]<int... lane>(std::integer_sequence<int, lane...>) __attribute__((always_inline)) {
+    return __builtin_shufflevector(a, b, kLane(lane)...);
+  }
+  (std::make_integer_sequence<int, n>());
+}
+
+/// Lane c of each group of four, four times.
+template <int n, int c>
+[[gnu::always_inline]] inline Vector<float, n> spread(Vector<float, n> v) {
+  return shuffle_fours<n, c, c, c, c>(v, v);
+}
+
+/// The four numbers at p in each group of four.
+template <int n>
+[[gnu::always_inline]] inline Vector<float, n> repeat_four(const float* p) {
+  const Vector<float, 4> v = load<float, 4>(p);
+  if constexpr (n == 4) {
+    return v;
+  } else {
+    return [&]<int... lane>(std::integer_sequence<int, lane...>) __attribute__((always_inline)) {
+      return __builtin_shufflevector(v, v, (lane % 4)...);
+    }
+    (std::make_integer_sequence<int, n>());
+  }
+}
+
+/// Group g of four lanes.
+template <int n, int g>
+[[gnu::always_inline]] inline Vector<float, 4> four(Vector<float, n> v) {
+  if constexpr (n == 4) {
+    return v;
+  } else {
+    return __builtin_shufflevector(v, v, 4 * g, 4 * g + 1, 4 * g + 2, 4 * g + 3);
+  }
+}
+
+/// The sum of the groups of four.
+template <int n>
+[[gnu::always_inline]] inline Vector<float, 4> sum_of_fours(Vector<float, n> v) {
+  if constexpr (n == 4) {
+    return v;
+  } else if constexpr (n == 8) {
+    return four<8, 0>(v) + four<8, 1>(v);
+  } else {
+    return (four<16, 0>(v) + four<16, 2>(v)) + (four<16, 1>(v) + four<16, 3>(v));
+  }
+}
+
+/// body(0), ..., body(n - 1), unrolled: the argument is a constant.
+template <int n, class Body>
+[[gnu::always_inline]] inline void unroll(const Body& body) {
+  [&]<int... i>(std::integer_sequence<int, i...>) __attribute__((always_inline)) {
+    (body(std::integral_constant<int, i>()), ...);
+  }
+  (std::make_integer_sequence<int, n>());
+}
+
+}  // namespace
+}  // namespace arap

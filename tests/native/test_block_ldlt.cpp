@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "block_ldlt.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+#include <thread>
+#include <vector>
+
+#include "arap/error.h"
+#include "helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::BlockLdlt;
+using arap::Isa;
+using arap::SolverError;
+using arap::SparseMatrix;
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+struct NamedMatrix {
+  std::string name;
+  SparseMatrix A;
+};
+
+/// Symmetric with the given couplings, and the diagonal that makes it positive definite.
+SparseMatrix dominant(int n, const std::vector<std::array<int, 2>>& couplings, Random& random, double margin = 1e-2) {
+  Triplets entries;
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(n, margin);
+  for (const auto& [i, j] : couplings) {
+    if (i == j) continue;
+    const double value = random.uniform(-1, 1);
+    entries.emplace_back(i, j, value);
+    entries.emplace_back(j, i, value);
+    diagonal[i] += std::abs(value);
+    diagonal[j] += std::abs(value);
+  }
+  for (int i = 0; i < n; ++i) entries.emplace_back(i, i, diagonal[i]);
+  SparseMatrix A(n, n);
+  A.setFromTriplets(entries.begin(), entries.end());
+  return A;
+}
+
+SparseMatrix random_sparse(int n, double per_row, Random& random) {
+  std::vector<std::array<int, 2>> couplings;
+  for (int k = 0; k < per_row * n; ++k)
+    couplings.push_back({static_cast<int>(random.uniform(0, n)), static_cast<int>(random.uniform(0, n))});
+  return dominant(n, couplings, random);
+}
+
+/// n unknowns of which `n_dense` are coupled with every other one.
+SparseMatrix arrowhead(int n, int n_dense, Random& random) {
+  std::vector<std::array<int, 2>> couplings;
+  for (int d = 0; d < n_dense; ++d)
+    for (int i = d + 1; i < n; ++i) couplings.push_back({d, i});
+  return dominant(n, couplings, random);
+}
+
+SparseMatrix laplacian(const MeshData& mesh, double shift) {
+  SparseMatrix K = Reference(mesh, arap::Energy::kSpokesAndRims, arap::EdgeWeights::kCotangent).matrix().sparseView();
+  for (int v = 0; v < K.rows(); ++v) K.coeffRef(v, v) += shift * K.coeff(v, v);
+  return K;
+}
+
+/// n * n unknowns, each coupled with the 8 around it.
+SparseMatrix grid_matrix(int n, Random& random) {
+  std::vector<std::array<int, 2>> couplings;
+  for (int y = 0; y < n; ++y)
+    for (int x = 0; x < n; ++x)
+      for (const auto& [dx, dy] : {std::array{1, 0}, std::array{0, 1}, std::array{1, 1}, std::array{-1, 1}})
+        if (x + dx >= 0 && x + dx < n && y + dy < n) couplings.push_back({y * n + x, (y + dy) * n + x + dx});
+  return dominant(n * n, couplings, random);
+}
+
+std::vector<NamedMatrix> matrices() {
+  Random random(81);
+  std::vector<NamedMatrix> result;
+  for (const int n : {1, 2, 3, 5, 30, 33, 100}) result.push_back({"dense", random_sparse(n, n, random)});
+  for (const int n : {10, 100, 400}) result.push_back({"random sparse", random_sparse(n, 1.5, random)});
+  result.push_back({"disconnected", random_sparse(300, .4, random)});
+  result.push_back({"diagonal", dominant(50, {}, random)});
+  result.push_back({"arrowhead", arrowhead(500, 1, random)});
+  result.push_back({"three dense rows", arrowhead(300, 3, random)});
+  result.push_back({"grid", grid_matrix(40, random)});
+  const SparseMatrix K = laplacian(bumpy_sphere(2), 1e-2);
+  result.push_back({"mesh", K});
+  result.push_back({"two rings", SparseMatrix(K * K)});
+  result.push_back({"two meshes", laplacian(two_spheres(2), 1e-3)});
+  return result;
+}
+
+std::vector<char> erase_some(Eigen::Index n, double fraction, Random& random) {
+  std::vector<char> is_erased(static_cast<size_t>(n), 0);
+  for (char& e : is_erased) e = random.uniform(0, 1) < fraction ? 1 : 0;
+  return is_erased;
+}
+
+/// A^-1 b without the erased rows, dense and in double.
+Positions dense_solution(const SparseMatrix& A, const std::vector<char>& is_erased, const Positions& b) {
+  Eigen::MatrixXd dense = A;
+  Eigen::MatrixX3d right = b;
+  for (Eigen::Index i = 0; i < A.rows(); ++i) {
+    if (is_erased[i] == 0) continue;
+    dense.row(i).setZero();
+    dense.col(i).setZero();
+    dense(i, i) = 1;
+    right.row(i).setZero();
+  }
+  return dense.ldlt().solve(right);
+}
+
+/// Rows of the erased ones are 0 and the others right to `tolerance`.
+void expect_solution(const arap::Factorization& factor, const SparseMatrix& A, const std::vector<char>& is_erased,
+                     double tolerance, const std::string& what) {
+  const Positions b = Random(82).noise(static_cast<int>(A.rows()), 1);
+  Positions x = b;
+  factor.solve(x);
+  const Positions expected = dense_solution(A, is_erased, b);
+  EXPECT_LE((x - expected).norm(), tolerance * expected.norm()) << what;
+  for (size_t i = 0; i < is_erased.size(); ++i)
+    if (is_erased[i] != 0) EXPECT_EQ(x.row(static_cast<Eigen::Index>(i)).norm(), 0) << what << ", row " << i;
+}
+
+class BlockLdltOnIsa : public testing::TestWithParam<Isa> {};
+
+TEST_P(BlockLdltOnIsa, AgreesWithDense) {
+  for (const auto& [name, A] : matrices()) {
+    for (const int threads : {1, 2, 3, 4}) {
+      const BlockLdlt solver(A, threads, GetParam());
+      const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+      expect_solution(*solver.factorize(A, nothing), A, nothing, 2e-5,
+                      name + ", " + std::to_string(A.rows()) + " rows, " + std::to_string(threads) + " threads");
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BlockLdltOnIsa, testing::ValuesIn(arap::available_isas()),
+                         [](const auto& info) { return std::string(arap::name(info.param)); });
+
+}  // namespace
+}  // namespace arap_test
