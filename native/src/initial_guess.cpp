@@ -74,8 +74,7 @@ void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraint
   Positions patch_gaps = patch_targets;
   for (Eigen::Index k = 0; k < patch_gaps.rows(); ++k) patch_gaps.row(k) -= constraints.patches()[k].of(pose.positions);
   regions.reduce(residual);
-  Positions multipliers;
-  system.correct(residual, patch_gaps, multipliers);
+  system.correct_exactly(residual, patch_gaps);
   regions.expand(residual);
   pose.positions += residual;
   regions.read_translations(pose.placements, pose.positions);
@@ -111,8 +110,7 @@ void spread_handle_rotations(const BoundModel& model, const BoundConstraints& co
     Positions gaps(n_patches, 3);
     for (Eigen::Index k = 0; k < n_patches; ++k)
       gaps.row(k) = rotations[constraints.patch_rows()[k]].row(a) - system.averages()[k].of(x);
-    Positions multipliers;
-    system.correct(residual, gaps, multipliers);
+    system.correct_exactly(residual, gaps);
     x += residual;
   }
 
