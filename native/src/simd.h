@@ -73,6 +73,21 @@ template <int n>
   }
 }
 
+/// The fours at(0), at(1), ... side by side. Through registers: a load of what two stores have just written waits.
+template <int n, int first = 0, class At>
+[[gnu::always_inline]] inline Vector<float, n> join_fours(const At& at) {
+  if constexpr (n == 4) {
+    return at(std::integral_constant<int, first>());
+  } else {
+    const Vector<float, n / 2> low = join_fours<n / 2, first>(at);
+    const Vector<float, n / 2> high = join_fours<n / 2, first + n / 8>(at);
+    return [&]<int... lane>(std::integer_sequence<int, lane...>) __attribute__((always_inline)) {
+      return __builtin_shufflevector(low, high, lane...);
+    }
+    (std::make_integer_sequence<int, n>());
+  }
+}
+
 /// Group g of four lanes.
 template <int n, int g>
 [[gnu::always_inline]] inline Vector<float, 4> four(Vector<float, n> v) {

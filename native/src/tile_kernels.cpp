@@ -82,7 +82,7 @@ template <int count, int width>
   unroll<count>([&](auto t) __attribute__((always_inline)) {
     __builtin_prefetch(reinterpret_cast<const char*>(tiles + t * kTileNumbers) + kPrefetchBytes);
     unroll<kVectors>([&](auto v) __attribute__((always_inline)) {
-      const Floats w = load<float, kLanes>(tiles + t * kTileNumbers + v * kLanes);
+      Floats w = load<float, kLanes>(tiles + t * kTileNumbers + v * kLanes);
       sum[v][0] += w * columns.template get<t, 0>();
       sum[v][1] += w * columns.template get<t, 1>();
       sum[v][2] += w * columns.template get<t, 2>();
@@ -129,11 +129,9 @@ template <int first, int count, int available>
 [[gnu::always_inline]] inline void multiply_transposed_strip(const float* tiles, const int* rows, const float* x,
                                                              Floats (*sum)[kSides]) {
   unroll<kVectors>([&](auto v) __attribute__((always_inline)) {
-    float gathered[kLanes];
-    unroll<kGroups>([&](auto g) __attribute__((always_inline)) {
-      store<float, 4>(gathered + 4 * g, load<float, 4>(place(x, rows[v * kGroups + g])));
+    const Floats values = join_fours<kLanes>([&](auto g) __attribute__((always_inline)) {
+      return load<float, 4>(place(x, rows[v * kGroups + g]));
     });
-    const Floats values = load<float, kLanes>(gathered);
     const Floats x0 = spread<kLanes, 0>(values);
     const Floats x1 = spread<kLanes, 1>(values);
     const Floats x2 = spread<kLanes, 2>(values);

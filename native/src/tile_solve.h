@@ -43,7 +43,7 @@ class TileFactorization final : public Factorization {
   void collect_top(float* x) const;
   void forward_top(const Team& team, Workspace& work) const;
   void backward_top(const Team& team, Workspace& work) const;
-  [[nodiscard]] double largest_entry(const Positions& b, int begin, int end) const;
+  [[nodiscard]] static double largest_entry(const Positions& b, int begin, int end);
 
   std::shared_ptr<const TilePlan> plan_;
   const TileKernels& kernels_;

@@ -11,6 +11,7 @@
 
 #include "arap/error.h"
 #include "helpers.h"
+#include "refined_solve.h"
 
 namespace arap_test {
 namespace {
@@ -120,8 +121,10 @@ void expect_solution(const arap::Factorization& factor, const SparseMatrix& A, c
   factor.solve(x);
   const Positions expected = dense_solution(A, is_erased, b);
   EXPECT_LE((x - expected).norm(), tolerance * expected.norm()) << what;
-  for (size_t i = 0; i < is_erased.size(); ++i)
-    if (is_erased[i] != 0) EXPECT_EQ(x.row(static_cast<Eigen::Index>(i)).norm(), 0) << what << ", row " << i;
+  for (size_t i = 0; i < is_erased.size(); ++i) {
+    if (is_erased[i] == 0) continue;
+    EXPECT_EQ(x.row(static_cast<Eigen::Index>(i)).norm(), 0) << what << ", row " << i;
+  }
 }
 
 class BlockLdltOnIsa : public testing::TestWithParam<Isa> {};
@@ -137,8 +140,150 @@ TEST_P(BlockLdltOnIsa, AgreesWithDense) {
   }
 }
 
+TEST_P(BlockLdltOnIsa, ErasesRowsInsideTheKeptStructure) {
+  Random random(83);
+  for (const auto& [name, A] : matrices()) {
+    for (const int threads : {1, 3}) {
+      const BlockLdlt solver(A, threads, GetParam());
+      for (const double fraction : {.1, .6, 1.0}) {
+        const std::vector<char> is_erased = erase_some(A.rows(), fraction, random);
+        const auto factor = solver.factorize(A, is_erased);
+        expect_solution(*factor, A, is_erased, 2e-5, name);
+        // The same as of a solver that has done nothing else.
+        Positions x = Random(84).noise(static_cast<int>(A.rows()), 1);
+        Positions y = x;
+        factor->solve(x);
+        BlockLdlt(A, threads, GetParam()).factorize(A, is_erased)->solve(y);
+        EXPECT_EQ(x, y) << name;
+      }
+    }
+  }
+}
+
+TEST_P(BlockLdltOnIsa, CorrectionsEndAtTheExactSolution) {
+  for (const auto& [name, A] : matrices()) {
+    const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+    const auto factor = BlockLdlt(A, 2, GetParam()).factorize(A, nothing);
+    const Positions b = Random(85).noise(static_cast<int>(A.rows()), 1);
+    Positions x = Positions::Zero(A.rows(), 3);
+    for (int step = 0; step < 6; ++step) {
+      Positions correction = b - A * x;
+      factor->solve(correction);
+      x += correction;
+    }
+    const Positions expected = dense_solution(A, nothing, b);
+    EXPECT_LE((x - expected).norm(), 1e-12 * expected.norm()) << name;
+  }
+}
+
+TEST_P(BlockLdltOnIsa, ScaleOfMatrixAndRightHandSideDoesNotMatter) {
+  Random random(86);
+  const SparseMatrix A = grid_matrix(12, random);
+  const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+  const Positions b = random.noise(static_cast<int>(A.rows()), 1);
+  const BlockLdlt solver(A, 2, GetParam());
+  Positions expected = b;
+  solver.factorize(A, nothing)->solve(expected);
+  // Powers of two, far outside of the range of a float: the same digits.
+  for (const int e_matrix : {-200, 0, 200}) {
+    for (const int e_side : {-300, 0, 300}) {
+      Positions x = std::exp2(e_side) * b;
+      solver.factorize(std::exp2(e_matrix) * A, nothing)->solve(x);
+      EXPECT_EQ(std::exp2(e_matrix - e_side) * x, expected) << e_matrix << ", " << e_side;
+    }
+  }
+}
+
+TEST_P(BlockLdltOnIsa, SolvesFromSeveralThreads) {
+  Random random(87);
+  const SparseMatrix A = grid_matrix(40, random);
+  const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+  const auto factor = BlockLdlt(A, 2, GetParam()).factorize(A, nothing);
+  const Positions b = random.noise(static_cast<int>(A.rows()), 1);
+  Positions expected = b;
+  factor->solve(expected);
+  std::vector<Positions> results(4, b);
+  std::vector<std::thread> threads;
+  threads.reserve(results.size());
+  for (Positions& x : results) threads.emplace_back([&factor, &x] { factor->solve(x); });
+  for (std::thread& thread : threads) thread.join();
+  for (const Positions& x : results) EXPECT_EQ(x, expected);
+}
+
+TEST_P(BlockLdltOnIsa, RefusesWhatIsNotPositiveDefinite) {
+  Random random(88);
+  for (const int threads : {1, 3}) {
+    for (SparseMatrix A : {grid_matrix(30, random), random_sparse(200, 200, random)}) {
+      const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+      const BlockLdlt solver(A, threads, GetParam());
+      const double diagonal = A.coeff(7, 7);
+      for (const double wrong : {-1.0, 0.0, std::numeric_limits<double>::quiet_NaN()}) {
+        A.coeffRef(7, 7) = wrong;
+        expect_error<SolverError>([&] { static_cast<void>(solver.factorize(A, nothing)); },
+                                  {"positive definite", "stiffness"});
+      }
+      std::vector<char> is_erased = nothing;
+      is_erased[7] = 1;
+      EXPECT_NO_THROW(static_cast<void>(solver.factorize(A, is_erased))) << "what is wrong is erased";
+      A.coeffRef(7, 7) = diagonal;
+      EXPECT_NO_THROW(static_cast<void>(solver.factorize(A, nothing)));
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, BlockLdltOnIsa, testing::ValuesIn(arap::available_isas()),
-                         [](const auto& info) { return std::string(arap::name(info.param)); });
+                         [](const auto& isa) { return std::string(arap::name(isa.param)); });
+
+TEST(BlockLdlt, RefusesAnotherPattern) {
+  Random random(89);
+  const SparseMatrix A = random_sparse(50, 2, random);
+  const SparseMatrix other = random_sparse(50, 2, random);
+  expect_error<SolverError>([&] { static_cast<void>(BlockLdlt(A, 1).factorize(other, std::vector<char>(50, 0))); },
+                            {"pattern"});
+}
+
+TEST(BlockLdlt, NoUnknowns) {
+  const SparseMatrix A(0, 0);
+  Positions x(0, 3);
+  BlockLdlt(A, 2).factorize(A, {})->solve(x);
+  EXPECT_EQ(x.rows(), 0);
+}
+
+TEST(BlockLdlt, RightHandSideThatIsNotFiniteGivesNothingFinite) {
+  Random random(90);
+  const SparseMatrix A = random_sparse(50, 2, random);
+  Positions b = Positions::Ones(50, 3);
+  b(20, 1) = std::numeric_limits<double>::infinity();
+  BlockLdlt(A, 1).factorize(A, std::vector<char>(50, 0))->solve(b);
+  EXPECT_TRUE(b.array().isNaN().all());
+}
+
+TEST(SolveRefined, IsExactEvenForBadConditions) {
+  for (const double shift : {1e-2, 1e-4, 1e-6}) {
+    const SparseMatrix K = laplacian(bumpy_sphere(2), shift);
+    for (const SparseMatrix& A : {K, SparseMatrix(K * K)}) {
+      const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+      const auto factor = BlockLdlt(A, 2).factorize(A, nothing);
+      Positions x = Random(91).noise(static_cast<int>(A.rows()), 1);
+      const Positions b = x;
+      arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x);
+      // As good as a dense factorization in double: the residual is rounding of A x.
+      EXPECT_LE((A * x - b).norm(), 1e-13 * A.norm() * x.norm()) << shift;
+    }
+  }
+}
+
+TEST(SolveRefined, ZeroStaysZero) {
+  Random random(92);
+  const SparseMatrix A = random_sparse(50, 2, random);
+  Positions x = Positions::Zero(50, 3);
+  x(3, 1) = 1;  // one side of three
+  const auto factor = BlockLdlt(A, 1).factorize(A, std::vector<char>(50, 0));
+  arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x);
+  EXPECT_EQ(x.col(0).norm(), 0);
+  EXPECT_EQ(x.col(2).norm(), 0);
+  EXPECT_TRUE(x.allFinite());
+}
 
 }  // namespace
 }  // namespace arap_test
