@@ -64,6 +64,7 @@ void LocalGlobal::apply_residual(Pose& pose) {
 void LocalGlobal::project_on_patches(Pose& pose) {
   if (patch_targets_.rows() == 0) return;
   residual_ = Positions::Zero(pose.positions.rows(), 3);
+  multipliers_.setZero();
   apply_residual(pose);
   multipliers_.setZero();
 }
