@@ -60,10 +60,12 @@ void BoundConstraints::merge_entries(const BoundModel& model, const ConstraintSe
     if (!(s > 0)) continue;
     is_constrained_[v] = 1;
     // A loose vertex has nothing that pulls it from its target.
-    if (s >= kHardStrength || !(stiffness[v] > 0))
+    if (s >= kHardStrength || !(stiffness[v] > 0)) {
       is_hard_[v] = 1;
-    else
+    } else {
       soft_diagonal_[v] = 2 * stiffness[v] * s / (1 - s);
+      soft_vertices_.push_back(v);
+    }
   }
 }
 

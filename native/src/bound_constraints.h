@@ -6,6 +6,7 @@
 
 #include "arap/constraints.h"
 #include "cell_energy.h"
+#include "cell_passes.h"
 #include "constrained_system.h"
 #include "rigid_regions.h"
 
@@ -19,6 +20,7 @@ struct BoundModel {
   int n_parts = 0;
   int threads = 1;
   LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
+  std::unique_ptr<CellPasses> passes;    ///< over energy
   RigidRegions regions;                  ///< without constraints
   SparseMatrix system_matrix;            ///< K over the unknowns of the regions
   std::unique_ptr<LinearSolver> solver;  ///< for the pattern of system_matrix
@@ -57,6 +59,8 @@ class BoundConstraints {
   [[nodiscard]] const std::vector<char>& is_at_rest() const { return is_at_rest_; }
   /// (n,) 2 omega of soft vertices, 0 elsewhere; omega_i = K_ii s / (1 - s).
   [[nodiscard]] const Eigen::VectorXd& soft_diagonal() const { return soft_diagonal_; }
+  /// The vertices of soft_diagonal() that are not 0.
+  [[nodiscard]] const std::vector<int>& soft_vertices() const { return soft_vertices_; }
   /// Patches as averages over vertices, but for those inside of a rigid region, which anchor it.
   [[nodiscard]] const std::vector<Average>& patches() const { return patches_; }
   [[nodiscard]] const std::vector<Average>& anchor_patches() const { return anchor_patches_; }
@@ -85,6 +89,7 @@ class BoundConstraints {
   std::vector<char> is_hard_;
   std::vector<char> is_at_rest_;
   Eigen::VectorXd soft_diagonal_;
+  std::vector<int> soft_vertices_;
   std::vector<Average> patches_;
   std::vector<Average> anchor_patches_;
   std::vector<int> patch_rows_;

@@ -2,7 +2,6 @@
 #include "cell_energy.h"
 
 #include "parallel.h"
-#include "rotation.h"
 
 namespace arap {
 
@@ -30,34 +29,6 @@ void CellEnergy::index_by_vertex() {
       vertex_incidences[slot] = k;
       vertex_cells[slot] = c;
     }
-}
-
-Matrix3 CellEnergy::covariance(int cell, const Positions& positions) const {
-  Matrix3 Q = Matrix3::Zero();
-  for (int k = cell_offsets[cell]; k < cell_offsets[cell + 1]; ++k)
-    Q.noalias() += positions.row(cell_vertices[k]).transpose() * q.row(k);
-  return Q;
-}
-
-void CellEnergy::fit_rotations(const Positions& positions, std::vector<Matrix3>& rotations, int threads) const {
-  parallel_for(threads, n_cells(), [&](int begin, int end) {
-    for (int c = begin; c < end; ++c) {
-      Matrix3& R = rotations[c];
-      R = nearest_rotation(covariance(c, positions), R);
-    }
-  });
-}
-
-void CellEnergy::right_hand_side(const std::vector<Matrix3>& rotations, Positions& b, int threads) const {
-  b.resize(n_vertices(), 3);
-  parallel_for(threads, n_vertices(), [&](int begin, int end) {
-    for (int v = begin; v < end; ++v) {
-      Vector3 sum = Vector3::Zero();
-      for (int k = vertex_offsets[v]; k < vertex_offsets[v + 1]; ++k)
-        sum.noalias() += rotations[vertex_cells[k]] * q.row(vertex_incidences[k]).transpose();
-      b.row(v) = sum.transpose();
-    }
-  });
 }
 
 }  // namespace arap

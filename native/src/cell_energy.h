@@ -29,15 +29,6 @@ struct CellEnergy {
 
   /// Fills vertex_* from cell_*; call it last.
   void index_by_vertex();
-
-  /// Q_c(p').
-  [[nodiscard]] Matrix3 covariance(int cell, const Positions& positions) const;
-
-  /// Local step: sets each R_c to the rotation that maximizes <R_c, Q_c(p')>.
-  void fit_rotations(const Positions& positions, std::vector<Matrix3>& rotations, int threads) const;
-
-  /// Right-hand side of the global step K p' = b: b_j = sum_c R_c q_cj. [SA07] Eq. (8).
-  void right_hand_side(const std::vector<Matrix3>& rotations, Positions& b, int threads) const;
 };
 
 }  // namespace arap

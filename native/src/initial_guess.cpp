@@ -119,8 +119,8 @@ void spread_handle_rotations(const BoundModel& model, const BoundConstraints& co
     for (Eigen::Index a = 0; a < 3; ++a) blend.row(a) = field[a].row(unknown);
     return nearest_rotation(blend, previous);
   };
-  for (size_t c = 0; c < pose.rotations.size(); ++c)
-    pose.rotations[c] = rotation_at(regions.unknown_of(static_cast<int>(c)), pose.rotations[c]);
+  for (int c = 0; c < model.energy.n_cells(); ++c)
+    pose.rotations[c] = rotation_at(regions.unknown_of(c), pose.rotations[c].toRotationMatrix());
   for (int r = 0; r < regions.size(); ++r) {
     Placement& placement = pose.placements[r];
     if (!regions.is_anchored(r)) placement.rotation = rotation_at(regions.unknown(r), placement.rotation);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "cell_kernels.h"
 #include "front_kernels.h"
 #include "isa.h"
 #include "tile_kernels.h"
@@ -11,6 +12,7 @@ namespace arap {
 struct Kernels {
   FrontKernels front;
   TileKernels tile;
+  CellKernels cell;
 };
 
 [[nodiscard]] const Kernels& kernels(Isa isa);

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "parallel.h"
-
 namespace arap {
 
 namespace {
@@ -15,9 +13,9 @@ namespace {
 /// Decreases of the energy below this part of E_0 are rounding.
 constexpr double kEnergyRounding = 1e-14;
 
-double largest_movement(const Positions& a, const Positions& b) {
-  return std::sqrt((a - b).rowwise().squaredNorm().maxCoeff());
-}
+double largest_row(const Positions& x) { return std::sqrt(x.rowwise().squaredNorm().maxCoeff()); }
+
+double inner_product(const Positions& a, const Positions& b) { return a.cwiseProduct(b).sum(); }
 
 }  // namespace
 
@@ -43,7 +41,7 @@ bool LocalGlobal::impose_constraints(Pose& pose) const {
     if (constraints_.is_at_rest()[regions.unknown(r)] != 0) pose.placements[r] = regions.rest_placement(r);
   regions.place_anchored(targets_, pose.placements);
   regions.write(pose.placements, pose.positions);
-  return largest_movement(pose.positions, before) > kMoved;
+  return largest_row(pose.positions - before) > kMoved;
 }
 
 Positions LocalGlobal::patch_gaps(const Positions& positions) const {
@@ -52,10 +50,18 @@ Positions LocalGlobal::patch_gaps(const Positions& positions) const {
   return gaps;
 }
 
-void LocalGlobal::apply_residual(Pose& pose) {
+void LocalGlobal::find_correction(const Positions& gaps, Positions& correction) {
+  const RigidRegions& regions = constraints_.regions();
+  correction = residual_;
+  regions.reduce(correction);
+  constraints_.system().correct(correction, gaps, multipliers_);
+  regions.expand(correction);
+}
+
+void LocalGlobal::apply_residual_exactly(Pose& pose) {
   const RigidRegions& regions = constraints_.regions();
   regions.reduce(residual_);
-  constraints_.system().correct(residual_, patch_gaps(pose.positions), multipliers_);
+  constraints_.system().correct_exactly(residual_, patch_gaps(pose.positions));
   regions.expand(residual_);
   pose.positions += residual_;
   regions.read_translations(pose.placements, pose.positions);
@@ -64,51 +70,94 @@ void LocalGlobal::apply_residual(Pose& pose) {
 void LocalGlobal::project_on_patches(Pose& pose) {
   if (patch_targets_.rows() == 0) return;
   residual_ = Positions::Zero(pose.positions.rows(), 3);
-  multipliers_.setZero();
-  apply_residual(pose);
-  multipliers_.setZero();
+  apply_residual_exactly(pose);
 }
 
 double LocalGlobal::refresh_residual(const Pose& pose) {
-  const CellEnergy& energy = model_.energy;
-  const Positions& p = pose.positions;
-  energy.right_hand_side(pose.rotations, right_hand_side_, model_.threads);
-  multiply(energy.K, p, residual_, model_.threads);
+  double energy = model_.energy.rest_energy + model_.passes->find_residual(pose.rotations, residual_);
   const Eigen::VectorXd& soft = constraints_.soft_diagonal();
-  const double sum = parallel_sum(model_.threads, static_cast<int>(p.rows()), [&](int begin, int end) {
-    double part = 0;
-    for (int v = begin; v < end; ++v) {
-      part += p.row(v).dot(0.5 * residual_.row(v) - right_hand_side_.row(v));
-      residual_.row(v) = right_hand_side_.row(v) - residual_.row(v);
-      if (!(soft[v] > 0)) continue;
-      const Eigen::RowVector3d gap = targets_.vertices.row(v) - p.row(v);
-      part += 0.5 * soft[v] * gap.squaredNorm();
-      residual_.row(v) += soft[v] * gap;
-    }
-    return part;
-  });
-  return std::max(0.0, sum + energy.rest_energy);  // no energy here is negative; rounding may be
+  for (const int v : constraints_.soft_vertices()) {
+    const Eigen::RowVector3d gap = targets_.vertices.row(v) - pose.positions.row(v);
+    energy += 0.5 * soft[v] * gap.squaredNorm();
+    residual_.row(v) += soft[v] * gap;
+  }
+  return std::max(0.0, energy);  // no energy here is negative; rounding may be
 }
 
 double LocalGlobal::fit(Pose& pose) {
-  model_.energy.fit_rotations(pose.positions, pose.rotations, model_.threads);
+  model_.passes->set_positions(pose.positions);
+  model_.passes->fit_rotations(pose.rotations);
   const RigidRegions& regions = constraints_.regions();
   if (!regions.empty()) {
     regions.share_rotations(pose.placements, pose.rotations);
     regions.fit_rotations(targets_, constraints_.soft_diagonal(), constraints_.patches(), multipliers_, pose.placements,
                           pose.rotations, pose.positions);
-    if (constraints_.has_mixed_patches()) {
-      const Positions pulls = multipliers_;
-      project_on_patches(pose);
-      multipliers_ = pulls;
-    }
+    if (constraints_.has_mixed_patches()) project_on_patches(pose);
+    model_.passes->set_positions(pose.positions);
   }
   return refresh_residual(pose);
 }
 
 void LocalGlobal::global_step(Pose& pose) {
+  model_.passes->set_positions(pose.positions);
   static_cast<void>(refresh_residual(pose));
-  apply_residual(pose);
+  apply_residual_exactly(pose);
+}
+
+double LocalGlobal::try_step(Pose& pose, double length, const Search& search) {
+  pose.positions = search.start + length * search.direction;
+  pose.placements = search.placements;
+  constraints_.regions().read_translations(pose.placements, pose.positions);
+  return fit(pose);
+}
+
+// Nonlinear conjugate gradients on E(p') = min_R E(p', R), preconditioned by the factorized matrix. The preconditioned
+// residual z is the global step, so with beta = 0 and length 1 this is plain local/global, which never raises the
+// energy: it is the first step, and the way out wherever a longer one raises it. beta by Polak and Ribiere, not below
+// 0; the length by the secant of the slope at 0 and at the last length.
+double LocalGlobal::iterate(Pose& pose, double energy, Search& search) {
+  constexpr double kLongest = 4;
+  constexpr double kShortest = 0.25;
+  constexpr double kSecondLook = 0.3;  // relative change of the length that is worth another evaluation
+  find_correction(patch_gaps(pose.positions), search.correction);
+  const double z_r = inner_product(search.correction, residual_);
+  const double beta =
+      search.is_fresh ? 0 : std::max(0.0, (z_r - inner_product(search.correction, search.residual)) / search.z_r);
+  if (beta > 0)
+    search.direction = search.correction + beta * search.direction;
+  else
+    search.direction = search.correction;
+  double slope = beta > 0 ? inner_product(search.direction, residual_) : z_r;
+  if (!(slope > 0)) {
+    search.direction = search.correction;
+    slope = z_r;
+  }
+  std::swap(search.start, pose.positions);
+  search.residual = residual_;
+  search.placements = pose.placements;
+  const double rounding = kEnergyRounding * model_.energy.rest_energy;
+
+  double length = search.is_fresh ? 1 : search.length;
+  double reached = try_step(pose, length, search);
+  if (!search.is_fresh || reached > energy + rounding) {
+    const double slope_there = inner_product(search.direction, residual_);
+    double better = length * slope / (slope - slope_there);
+    if (!(better > 0) || better > kLongest * length) better = kLongest * length;
+    if (std::abs(better - length) > kSecondLook * length || reached > energy + rounding) {
+      length = better;
+      reached = try_step(pose, length, search);
+    }
+  }
+  search.is_fresh = false;
+  if (reached > energy + rounding) {
+    length = 1;
+    search.direction = search.correction;
+    search.is_fresh = true;
+    reached = try_step(pose, length, search);
+  }
+  search.length = std::clamp(length, kShortest, kLongest);
+  search.z_r = z_r;
+  return reached;
 }
 
 IterationReport LocalGlobal::run(Pose& pose, const SolveOptions& options, const Progress& progress) {
@@ -117,17 +166,16 @@ IterationReport LocalGlobal::run(Pose& pose, const SolveOptions& options, const 
   const double rounding = kEnergyRounding * model_.energy.rest_energy;
   IterationReport report;
   report.energy_before = report.energy_after = fit(pose);
+  Search search;
   while (report.iterations < options.max_iterations) {
     const double fraction = static_cast<double>(report.iterations) / options.max_iterations;
     if (progress && !progress(fraction)) {
       report.stop_reason = StopReason::kCancelled;
       return report;
     }
-    const Positions previous = pose.positions;
-    apply_residual(pose);
-    const double energy = fit(pose);
+    const double energy = iterate(pose, report.energy_after, search);
     ++report.iterations;
-    report.step = largest_movement(pose.positions, previous);
+    report.step = std::max(largest_row(pose.positions - search.start), largest_row(search.correction));
     const double decrease = report.energy_after - energy;
     report.energy_after = energy;
     if (decrease <= options.energy_tolerance * energy + rounding && report.step <= options.step_tolerance) {

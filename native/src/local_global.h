@@ -11,7 +11,7 @@ namespace arap {
 /// Everything an iteration changes.
 struct Pose {
   Positions positions;                ///< (n, 3)
-  std::vector<Matrix3> rotations;     ///< of each cell
+  Rotations rotations;                ///< of each cell
   std::vector<Placement> placements;  ///< of each rigid region
 };
 
@@ -46,13 +46,31 @@ class LocalGlobal {
   [[nodiscard]] double fit(Pose& pose);
   [[nodiscard]] double refresh_residual(const Pose& pose);
   [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
-  void apply_residual(Pose& pose);
+  /// The global step from the residual at hand: what brings patches closer by `gaps`.
+  void find_correction(const Positions& gaps, Positions& correction);
+  /// The whole step at once, to the accuracy of double.
+  void apply_residual_exactly(Pose& pose);
+
+  /// The state of the conjugate gradients between two iterations.
+  struct Search {
+    bool is_fresh = true;  ///< the next step is a plain global step
+    double length = 1;     ///< of the last step
+    double z_r = 0;        ///< <correction, residual> of the last iteration
+    Positions start;       ///< positions before the last step
+    Positions residual;    ///< there
+    Positions correction;  ///< the plain global step from there
+    Positions direction;
+    std::vector<Placement> placements;  ///< before the last step
+  };
+  /// Steps from search.start by `length` along search.direction and fits the rotations there; returns the energy.
+  [[nodiscard]] double try_step(Pose& pose, double length, const Search& search);
+  /// One iteration; returns the energy, which is not above `energy`, that of the pose.
+  [[nodiscard]] double iterate(Pose& pose, double energy, Search& search);
 
   const BoundModel& model_;
   const BoundConstraints& constraints_;
   RegionTargets targets_;  ///< of vertices, and of patches that anchor regions
   Positions patch_targets_;
-  Positions right_hand_side_;
   Positions residual_;
   Positions multipliers_;
 };

@@ -216,7 +216,7 @@ void RigidRegions::read_translations(std::vector<Placement>& placements, const P
 
 // L with E = <R, L> + terms without R; see the header. Soft constraints and averages are added by the caller.
 Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placement, const Positions& positions,
-                                  const std::vector<Matrix3>& rotations) const {
+                                  const Rotations& rotations) const {
   Matrix3 L = placement.translation * region.mixed.transpose();
   for (const int v : region.border) {
     Vector3 pull = Vector3::Zero();
@@ -240,8 +240,7 @@ Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placeme
 
 void RigidRegions::fit_rotations(const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
                                  const std::vector<Average>& averages, const Positions& multipliers,
-                                 std::vector<Placement>& placements, std::vector<Matrix3>& rotations,
-                                 Positions& positions) const {
+                                 std::vector<Placement>& placements, Rotations& rotations, Positions& positions) const {
   for (size_t r = 0; r < regions_.size(); ++r) {
     const Region& region = regions_[r];
     Matrix3 L = linear_term(region, placements[r], positions, rotations);
@@ -257,13 +256,13 @@ void RigidRegions::fit_rotations(const RegionTargets& targets, const Eigen::Vect
     }
     place(region, L, targets, placements[r]);
     write(region, placements[r], positions);
-    for (const int v : region.members) rotations[v] = placements[r].rotation;
+    for (const int v : region.members) rotations[v] = Eigen::Quaterniond(placements[r].rotation);
   }
 }
 
-void RigidRegions::share_rotations(const std::vector<Placement>& placements, std::vector<Matrix3>& rotations) const {
+void RigidRegions::share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const {
   for (size_t r = 0; r < regions_.size(); ++r)
-    for (const int v : regions_[r].members) rotations[v] = placements[r].rotation;
+    for (const int v : regions_[r].members) rotations[v] = Eigen::Quaterniond(placements[r].rotation);
 }
 
 }  // namespace arap

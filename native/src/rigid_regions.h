@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cell_energy.h"
+#include "cell_passes.h"
 #include "constrained_system.h"
 
 namespace arap {
@@ -79,10 +80,10 @@ class RigidRegions {
   /// @param averages, multipliers  the averages over vertices and the multipliers of the last global step
   void fit_rotations(const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
                      const std::vector<Average>& averages, const Positions& multipliers,
-                     std::vector<Placement>& placements, std::vector<Matrix3>& rotations, Positions& positions) const;
+                     std::vector<Placement>& placements, Rotations& rotations, Positions& positions) const;
 
   /// Gives the cells of each region its rotation.
-  void share_rotations(const std::vector<Placement>& placements, std::vector<Matrix3>& rotations) const;
+  void share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const;
 
  private:
   /// A point of the region that a constraint fixes: a hard member, or the average of a patch.
@@ -116,7 +117,7 @@ class RigidRegions {
   static void place(const Region& region, const Matrix3& linear, const RegionTargets& targets, Placement& placement);
   void write(const Region& region, const Placement& placement, Positions& positions) const;
   [[nodiscard]] Matrix3 linear_term(const Region& region, const Placement& placement, const Positions& positions,
-                                    const std::vector<Matrix3>& rotations) const;
+                                    const Rotations& rotations) const;
   [[nodiscard]] Vector3 rest(int v) const { return rest_->row(v).transpose(); }
 
   const CellEnergy* energy_;

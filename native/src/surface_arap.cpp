@@ -156,6 +156,7 @@ struct SurfaceArap::Impl {
     model.threads = choose_threads(options.threads, model_mesh.n_vertices());
     model.energy =
         assemble_surface_energy(model_mesh, options, join.to_model(properties.stiffness), model.threads, progress);
+    model.passes = std::make_unique<CellPasses>(model.energy, model.threads);
     model.regions = RigidRegions(join.regions_to_model(properties.rigid_regions), model.energy, model.rest);
     model.system_matrix = model.regions.reduce(model.energy.K);
     model.linear_solver = options.linear_solver;
@@ -175,7 +176,7 @@ struct SurfaceArap::Impl {
 
   void reset() {
     pose.positions = model.rest;
-    pose.rotations.assign(model.energy.n_cells(), Matrix3::Identity());
+    pose.rotations = identity_rotations(model.energy.n_cells());
     pose.placements = model.regions.fit_placements(pose.positions);
   }
 
@@ -183,10 +184,19 @@ struct SurfaceArap::Impl {
                     const Progress& progress);
   void apply_guess(LocalGlobal& iteration, const Positions& targets, const SolveOptions& options,
                    std::span<const Matrix3> rotations);
-  [[nodiscard]] std::vector<Matrix3> fitted_rotations(const Positions& positions) const {
-    std::vector<Matrix3> rotations(model.energy.n_cells(), Matrix3::Identity());
-    model.energy.fit_rotations(positions, rotations, model.threads);
+  /// min over R of E at `positions`, on the model; sets the gradient.
+  [[nodiscard]] Rotations fitted_rotations(const Positions& positions) const {
+    Rotations rotations = identity_rotations(model.energy.n_cells());
+    model.passes->set_positions(positions);
+    model.passes->fit_rotations(rotations);
     return rotations;
+  }
+  /// min over R of E at `positions`, on the model; sets the gradient.
+  double evaluate(const Positions& positions, Positions& gradient) const {
+    const Rotations rotations = fitted_rotations(positions);
+    const double energy = model.energy.rest_energy + model.passes->find_residual(rotations, gradient);
+    gradient = -gradient;
+    return std::max(0.0, energy);
   }
   [[nodiscard]] Positions checked_to_model(const Positions& positions) const {
     require_rows("positions", positions.rows(), join.model_vertex.size());
@@ -306,23 +316,13 @@ Positions SurfaceArap::positions() const {
 }
 
 double SurfaceArap::energy(const Positions& positions) const {
-  const Positions p = impl_->checked_to_model(positions);
-  const CellEnergy& energy = impl_->model.energy;
-  Positions Kp;
-  Positions b;
-  multiply(energy.K, p, Kp, impl_->model.threads);
-  energy.right_hand_side(impl_->fitted_rotations(p), b, impl_->model.threads);
-  return impl_->normalization.energy_to_input(std::max(0.0, p.cwiseProduct(0.5 * Kp - b).sum() + energy.rest_energy));
+  Positions gradient;
+  return impl_->normalization.energy_to_input(impl_->evaluate(impl_->checked_to_model(positions), gradient));
 }
 
 Positions SurfaceArap::energy_gradient(const Positions& positions) const {
-  const Positions p = impl_->checked_to_model(positions);
-  const CellEnergy& energy = impl_->model.energy;
   Positions gradient;
-  Positions b;
-  multiply(energy.K, p, gradient, impl_->model.threads);
-  energy.right_hand_side(impl_->fitted_rotations(p), b, impl_->model.threads);
-  gradient -= b;
+  impl_->evaluate(impl_->checked_to_model(positions), gradient);
   return impl_->join.to_input(gradient) * impl_->normalization.size;
 }
 

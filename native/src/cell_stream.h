@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "aligned_buffer.h"
+#include "cell_energy.h"
+#include "cell_kernels.h"
+
+namespace arap {
+
+/// The owner of a SlicedView.
+class SlicedRows {
+ public:
+  SlicedRows() = default;
+
+  /// Zeros.
+  /// @param offsets       n_rows + 1: entries of each row
+  /// @param n_components  values of each entry
+  SlicedRows(const std::vector<int>& offsets, int n_components);
+
+  [[nodiscard]] int n_slices() const { return static_cast<int>(slice_offsets_.size()) - 1; }
+  [[nodiscard]] SlicedView view() const { return {slice_offsets_.data(), indices_.data(), values_.data()}; }
+
+  /// Sets entry e of a row.
+  template <class... Values>
+  void set(int row, int e, int index, Values... values) {
+    const size_t group = static_cast<size_t>(slice_offsets_[row / kSliceWidth] + e);
+    indices_[group * kSliceWidth + row % kSliceWidth] = index;
+    size_t component = group * sizeof...(Values);
+    ((values_[component++ * kSliceWidth + row % kSliceWidth] = values), ...);
+  }
+
+ private:
+  std::vector<int> slice_offsets_{0};
+  AlignedBuffer<int> indices_;
+  AlignedBuffer<double> values_;
+};
+
+/// A CellEnergy in the order in which an iteration reads it.
+struct CellStream {
+  SlicedRows cells;       ///< row: cell, index: vertex, values: q_cj
+  SlicedRows incidences;  ///< row: vertex, index: cell, values: q_cj
+  SlicedRows system;      ///< row: vertex, index: vertex, value: K
+
+  CellStream() = default;
+  explicit CellStream(const CellEnergy& energy);
+};
+
+}  // namespace arap
