@@ -11,6 +11,8 @@
 
 namespace arap {
 
+struct FrontPlan;
+
 /// Block LDL^T for three right-hand sides, for any sparse symmetric positive definite matrix.
 ///
 /// At construction, from the pattern: order (nested_dissection.h), elimination tree, supernodes, plan of the solve.
@@ -18,8 +20,6 @@ namespace arap {
 /// them keeps all of that. What is kept of the factor are tiles of floats (tile_kernels.h), half as much to read: a
 /// solve does nothing but read them, twice. Its result has an error of about 1e-6, more for badly conditioned
 /// matrices; users iterate x += solve(b - A x), see linear_solver.h.
-struct FrontPlan;
-
 class BlockLdlt final : public LinearSolver {
  public:
   /// @param pattern    symmetric, stored whole, with its diagonal
@@ -29,6 +29,9 @@ class BlockLdlt final : public LinearSolver {
   [[nodiscard]] std::unique_ptr<Factorization> factorize(const SparseMatrix& A,
                                                          const std::vector<char>& is_erased) const override;
 
+  [[nodiscard]] const std::vector<int>* order() const override;
+  void renumber(const SparseMatrix& pattern) override;
+
   ~BlockLdlt() override;
   BlockLdlt(const BlockLdlt&) = delete;
   BlockLdlt& operator=(const BlockLdlt&) = delete;
@@ -36,9 +39,12 @@ class BlockLdlt final : public LinearSolver {
   [[nodiscard]] const TilePlan& plan() const { return *plan_; }
 
  private:
+  void require_pattern(const SparseMatrix& A, const std::vector<int>& new_index) const;
+
   Isa isa_;
-  std::uint64_t pattern_hash_;
   std::shared_ptr<const TilePlan> plan_;
+  std::vector<int> new_index_;  ///< the inverse of the plan's order
+  std::uint64_t pattern_hash_;
   std::unique_ptr<const FrontPlan> front_plan_;
 };
 

@@ -37,6 +37,16 @@ class LinearSolver {
   /// positive definite.
   [[nodiscard]] virtual std::unique_ptr<Factorization> factorize(const SparseMatrix& A,
                                                                  const std::vector<char>& is_erased) const = 0;
+
+  /// The order in which this solver goes through the unknowns, order()[new] = old, or null if it has none. A model that
+  /// numbers its unknowns so from the start spares every solve the way there and back.
+  [[nodiscard]] virtual const std::vector<int>* order() const { return nullptr; }
+
+  /// From now on matrices and vectors are numbered in order(), which becomes null. Existing factorizations keep their
+  /// numbering.
+  /// @param pattern  the solver's, numbered so: entry (i, j) was (order[i], order[j])
+  /// Throws SolverError where it is another one.
+  virtual void renumber(const SparseMatrix& pattern) { static_cast<void>(pattern); }
 };
 
 /// @param pattern  symmetric, stored whole, with its diagonal

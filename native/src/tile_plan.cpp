@@ -27,7 +27,10 @@ std::vector<int> columns_above(const SupernodalStructure& structure, const Branc
 }  // namespace
 
 TilePlan::TilePlan(SupernodalStructure the_structure, int the_n_threads)
-    : structure(std::move(the_structure)), n_threads(the_n_threads), partition(make_partition(structure, n_threads)) {
+    : structure(std::move(the_structure)),
+      is_in_order(std::is_sorted(structure.order.begin(), structure.order.end())),
+      n_threads(the_n_threads),
+      partition(make_partition(structure, n_threads)) {
   // Which place each column has for the branch at hand.
   std::vector<int> place(n_columns());
   for (int c = 0; c < n_columns(); ++c) place[c] = c;

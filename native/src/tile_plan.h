@@ -28,6 +28,7 @@ struct TilePlan {
   [[nodiscard]] int n_supernodes() const { return static_cast<int>(structure.supernodes.size()); }
 
   SupernodalStructure structure;
+  bool is_in_order;  ///< the unknowns are numbered as the columns, structure.order[k] = k
   int n_threads;
   Partition partition;
   std::vector<Copies> copies;    ///< of each branch

@@ -17,6 +17,17 @@ constexpr size_t kSharedTiles = 600;
 
 bool is_shared(const TileSupernode& node) { return tile_count(node.n_tiles, node.n_strips) > kSharedTiles; }
 
+/// visit(column, the unknown that it is) for the columns [begin, end): without indirection where they are the same.
+template <class Visit>
+void for_unknowns(const TilePlan& plan, int begin, int end, const Visit& visit) {
+  if (plan.is_in_order) {
+    for (int k = begin; k < end; ++k) visit(k, k);
+  } else {
+    const int* order = plan.structure.order.data();
+    for (int k = begin; k < end; ++k) visit(k, order[k]);
+  }
+}
+
 }  // namespace
 
 TileFactorization::Workspace::Workspace(const TilePlan& plan)
@@ -113,21 +124,21 @@ double TileFactorization::largest_entry(const Positions& b, int begin, int end) 
 }
 
 void TileFactorization::read_columns(const Positions& b, double factor, int begin, int end, float* x) const {
-  for (int k = begin; k < end; ++k) {
+  for_unknowns(*plan_, begin, end, [&](int k, int unknown) {
     const double f = is_erased_[k] != 0 ? 0 : factor;
-    const double* row = b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k]);
+    const double* row = b.data() + 3 * static_cast<std::ptrdiff_t>(unknown);
     float* place = x + 4 * static_cast<std::ptrdiff_t>(k);
     for (int d = 0; d < 3; ++d) place[d] = static_cast<float>(f * row[d]);
     place[3] = 0;
-  }
+  });
 }
 
 void TileFactorization::write_columns(Positions& b, double factor, int begin, int end, const float* x) const {
-  for (int k = begin; k < end; ++k) {
-    double* row = b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k]);
+  for_unknowns(*plan_, begin, end, [&](int k, int unknown) {
+    double* row = b.data() + 3 * static_cast<std::ptrdiff_t>(unknown);
     const float* place = x + 4 * static_cast<std::ptrdiff_t>(k);
     for (int d = 0; d < 3; ++d) row[d] = factor * static_cast<double>(place[d]);
-  }
+  });
 }
 
 void TileFactorization::forward_branch(int b, float* x) const {

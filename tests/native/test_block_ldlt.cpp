@@ -99,6 +99,19 @@ std::vector<char> erase_some(Eigen::Index n, double fraction, Random& random) {
   return is_erased;
 }
 
+/// Entry (i, j) of the result is (order[i], order[j]) of A.
+SparseMatrix renumbered(const SparseMatrix& A, const std::vector<int>& order) {
+  std::vector<int> new_index(order.size());
+  for (size_t k = 0; k < order.size(); ++k) new_index[order[k]] = static_cast<int>(k);
+  Triplets entries;
+  for (int column = 0; column < A.cols(); ++column)
+    for (SparseMatrix::InnerIterator it(A, column); it; ++it)
+      entries.emplace_back(new_index[it.row()], new_index[column], it.value());
+  SparseMatrix result(A.rows(), A.cols());
+  result.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+
 /// A^-1 b without the erased rows, dense and in double.
 Positions dense_solution(const SparseMatrix& A, const std::vector<char>& is_erased, const Positions& b) {
   Eigen::MatrixXd dense = A;
@@ -231,6 +244,30 @@ TEST_P(BlockLdltOnIsa, RefusesWhatIsNotPositiveDefinite) {
   }
 }
 
+TEST_P(BlockLdltOnIsa, RenumberedToItsOrderItDoesTheSame) {
+  Random random(93);
+  for (const auto& [name, A] : matrices()) {
+    const auto n = static_cast<int>(A.rows());
+    BlockLdlt solver(A, 2, GetParam());
+    if (solver.order() == nullptr) continue;  // by chance: small ones
+    const std::vector<int> order = *solver.order();
+    const std::vector<char> is_erased = erase_some(n, .2, random);
+    const auto before = solver.factorize(A, is_erased);
+    const Positions b = random.noise(n, 1);
+
+    const SparseMatrix B = renumbered(A, order);
+    std::vector<char> is_erased_now;
+    for (const int i : order) is_erased_now.push_back(is_erased[i]);
+    solver.renumber(B);
+    EXPECT_EQ(solver.order(), nullptr);
+    Positions x = b;
+    before->solve(x);
+    Positions y = b(order, Eigen::all);
+    solver.factorize(B, is_erased_now)->solve(y);
+    EXPECT_EQ(y, Positions(x(order, Eigen::all))) << name;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, BlockLdltOnIsa, testing::ValuesIn(arap::available_isas()),
                          [](const auto& isa) { return std::string(arap::name(isa.param)); });
 
@@ -240,6 +277,20 @@ TEST(BlockLdlt, RefusesAnotherPattern) {
   const SparseMatrix other = random_sparse(50, 2, random);
   expect_error<SolverError>([&] { static_cast<void>(BlockLdlt(A, 1).factorize(other, std::vector<char>(50, 0))); },
                             {"pattern"});
+}
+
+TEST(BlockLdlt, RefusesARenumberedMatrixOfAnotherPattern) {
+  Random random(94);
+  const SparseMatrix A = random_sparse(50, 2, random);
+  BlockLdlt solver(A, 1);
+  ASSERT_NE(solver.order(), nullptr);
+  expect_error<SolverError>([&] { solver.renumber(A); }, {"pattern"});
+  EXPECT_NE(solver.order(), nullptr);
+  EXPECT_NO_THROW(static_cast<void>(solver.factorize(A, std::vector<char>(50, 0)))) << "nothing has changed";
+  const SparseMatrix B = renumbered(A, *solver.order());
+  solver.renumber(B);
+  expect_error<SolverError>([&] { static_cast<void>(solver.factorize(A, std::vector<char>(50, 0))); }, {"pattern"});
+  EXPECT_NO_THROW(static_cast<void>(solver.factorize(B, std::vector<char>(50, 0))));
 }
 
 TEST(BlockLdlt, NoUnknowns) {
