@@ -8,6 +8,17 @@
 #include <cstddef>
 #include <utility>
 
+#if defined(__AVX__)
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wuninitialized"  // GCC's bug 105593: it warns of its own header
+#include <immintrin.h>
+#pragma GCC diagnostic pop
+#else
+#include <immintrin.h>
+#endif
+#endif
+
 namespace arap {
 namespace {
 
@@ -63,17 +74,19 @@ template <int n, int c>
 template <int n>
 [[gnu::always_inline]] inline Vector<float, n> repeat_four(const float* p) {
   const Vector<float, 4> v = load<float, 4>(p);
-  if constexpr (n == 4) {
-    return v;
-  } else {
-    return [&]<int... lane>(std::integer_sequence<int, lane...>) __attribute__((always_inline)) {
-      return __builtin_shufflevector(v, v, (lane % 4)...);
-    }
-    (std::make_integer_sequence<int, n>());
-  }
+  if constexpr (n == 4) return v;
+#if defined(__AVX__)
+  if constexpr (n == 8) return _mm256_insertf128_ps(_mm256_castps128_ps256(v), v, 1);
+#endif
+#if defined(__AVX512F__)
+  if constexpr (n == 16) return _mm512_broadcast_f32x4(v);
+#endif
 }
 
-/// The fours at(0), at(1), ... side by side. Through registers: a load of what two stores have just written waits.
+// Vectors of different width are joined and parted by intrinsics: GCC 12 sends __builtin_shufflevector of them through
+// memory, and a load of what two stores have just written waits.
+
+/// The fours at(0), at(1), ... side by side.
 template <int n, int first = 0, class At>
 [[gnu::always_inline]] inline Vector<float, n> join_fours(const At& at) {
   if constexpr (n == 4) {
@@ -81,21 +94,25 @@ template <int n, int first = 0, class At>
   } else {
     const Vector<float, n / 2> low = join_fours<n / 2, first>(at);
     const Vector<float, n / 2> high = join_fours<n / 2, first + n / 8>(at);
-    return [&]<int... lane>(std::integer_sequence<int, lane...>) __attribute__((always_inline)) {
-      return __builtin_shufflevector(low, high, lane...);
-    }
-    (std::make_integer_sequence<int, n>());
+#if defined(__AVX__)
+    if constexpr (n == 8) return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
+#endif
+#if defined(__AVX512F__)
+    if constexpr (n == 16) return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
+#endif
   }
 }
 
 /// Group g of four lanes.
 template <int n, int g>
 [[gnu::always_inline]] inline Vector<float, 4> four(Vector<float, n> v) {
-  if constexpr (n == 4) {
-    return v;
-  } else {
-    return __builtin_shufflevector(v, v, 4 * g, 4 * g + 1, 4 * g + 2, 4 * g + 3);
-  }
+  if constexpr (n == 4) return v;
+#if defined(__AVX__)
+  if constexpr (n == 8) return _mm256_extractf128_ps(v, g);
+#endif
+#if defined(__AVX512F__)
+  if constexpr (n == 16) return _mm512_extractf32x4_ps(v, g);
+#endif
 }
 
 /// The sum of the groups of four.
@@ -105,9 +122,10 @@ template <int n>
     return v;
   } else if constexpr (n == 8) {
     return four<8, 0>(v) + four<8, 1>(v);
-  } else {
-    return (four<16, 0>(v) + four<16, 2>(v)) + (four<16, 1>(v) + four<16, 3>(v));
   }
+#if defined(__AVX512F__)
+  if constexpr (n == 16) return sum_of_fours<8>(_mm512_castps512_ps256(v) + _mm512_extractf32x8_ps(v, 1));
+#endif
 }
 
 /// body(0), ..., body(n - 1), unrolled: the argument is a constant.
