@@ -31,4 +31,8 @@ struct CellEnergy {
   void index_by_vertex();
 };
 
+/// The same energy with vertex order[k] and cell cell_order[k] numbered k. The first vertex of each cell stays first.
+[[nodiscard]] CellEnergy renumbered(const CellEnergy& energy, const std::vector<int>& order,
+                                    const std::vector<int>& cell_order, int threads);
+
 }  // namespace arap

@@ -2,7 +2,12 @@
 #include "cell_passes.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
+#include "aligned_buffer.h"
+#include "cell_stream.h"
+#include "kernels.h"
 #include "parallel.h"
 
 namespace arap {
@@ -12,43 +17,117 @@ namespace {
 /// Slices that a thread takes at once.
 constexpr int kSliceRange = 32;
 
-int whole_slices(int n) { return (n + kSliceWidth - 1) / kSliceWidth * kSliceWidth; }
+size_t whole_slices(int n) {
+  return static_cast<size_t>((n + kSliceWidth - 1) / kSliceWidth) * static_cast<size_t>(kSliceWidth);
+}
+
+template <class Real>
+const CellKernels<Real>& cell_kernels(Isa isa) {
+  if constexpr (std::is_same_v<Real, float>)
+    return kernels(isa).single_cell;
+  else
+    return kernels(isa).double_cell;
+}
+
+template <class Real>
+class CellPassesOf final : public CellPasses {
+ public:
+  CellPassesOf(const CellEnergy& energy, const Positions& rest, int threads, Isa isa)
+      : n_vertices_(energy.n_vertices()),
+        n_cells_(energy.n_cells()),
+        threads_(threads),
+        kernels_(cell_kernels<Real>(isa)),
+        stream_(energy, threads),
+        positions_(4 * whole_slices(n_vertices_)),
+        rotations_(4 * whole_slices(n_cells_)) {
+    std::fill_n(positions_.data(), positions_.size(), 0.0);
+    set_rotations(Rotations(n_cells_, Eigen::Quaterniond::Identity()));
+    for (size_t c = n_cells_; c < whole_slices(n_cells_); ++c) set_rotation(c, Eigen::Quaterniond::Identity());
+    set_positions(rest);
+    Positions residual;
+    rest_energy_ = alignment() - find_residual(residual);
+  }
+
+  void set_positions(const Positions& positions) override {
+    parallel_for<kSliceRange * kSliceWidth>(threads_, n_vertices_, [&](int begin, int end) {
+      for (int v = begin; v < end; ++v) std::copy_n(positions.data() + 3L * v, 3, positions_.data() + 4L * v);
+    });
+  }
+
+  void set_rotations(const Rotations& rotations) override {
+    parallel_for<kSliceRange * kSliceWidth>(threads_, n_cells_, [&](int begin, int end) {
+      for (int c = begin; c < end; ++c) set_rotation(c, rotations[c]);
+    });
+  }
+
+  void read_rotations(Rotations& rotations) const override {
+    rotations.resize(n_cells_);
+    parallel_for<kSliceRange * kSliceWidth>(threads_, n_cells_, [&](int begin, int end) {
+      for (int c = begin; c < end; ++c)
+        rotations[c].coeffs() = Eigen::Vector4<Real>::Map(rotations_.data() + 4L * c).template cast<double>();
+    });
+  }
+
+  double fit_rotations() override {
+    return parallel_sum<kSliceRange>(threads_, stream_.cells.n_slices(), [&](int begin, int end) {
+      return kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), positions_.data(),
+                                    rotations_.data(), begin, end);
+    });
+  }
+
+  [[nodiscard]] double alignment() const override {
+    return parallel_sum<kSliceRange>(threads_, stream_.cells.n_slices(), [&](int begin, int end) {
+      return kernels_.alignment(stream_.cells.view(), stream_.references.data(), positions_.data(), rotations_.data(),
+                                begin, end);
+    });
+  }
+
+  double find_residual(Positions& residual) const override {
+    residual.resize(n_vertices_, 3);
+    return parallel_sum<kSliceRange>(threads_, stream_.incidences.n_slices(), [&](int begin, int end) {
+      return kernels_.residual(stream_.incidences.view(), stream_.springs.view(), positions_.data(), rotations_.data(),
+                               residual.data(), n_vertices_, begin, end);
+    });
+  }
+
+  [[nodiscard]] double energy_rounding() const override {
+    // Single errors of cells have any sign, so those of a sum grow with the root of their number.
+    constexpr double kEpsilon = std::numeric_limits<Real>::epsilon();
+    return std::is_same_v<Real, float> ? 4 * kEpsilon / std::sqrt(1.0 + n_cells_) * rest_energy_
+                                       : 50 * kEpsilon * rest_energy_;
+  }
+
+  [[nodiscard]] double rest_energy() const override { return rest_energy_; }
+
+ private:
+  void set_rotation(size_t c, const Eigen::Quaterniond& rotation) {
+    Eigen::Vector4<Real>::Map(rotations_.data() + 4 * c) = rotation.coeffs().template cast<Real>();
+  }
+
+  int n_vertices_;
+  int n_cells_;
+  int threads_;
+  const CellKernels<Real>& kernels_;
+  CellStream<Real> stream_;
+  AlignedBuffer<double> positions_;  ///< (n, 4)
+  AlignedBuffer<Real> rotations_;    ///< (n_cells, 4)
+  double rest_energy_ = 0;
+};
 
 }  // namespace
 
-Rotations identity_rotations(int n_cells) {
-  return Rotations(static_cast<size_t>(whole_slices(n_cells)), Eigen::Quaterniond::Identity());
+std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Positions& rest, Precision precision,
+                                             int threads, Isa isa) {
+  if (precision == Precision::kSingle) return std::make_unique<CellPassesOf<float>>(energy, rest, threads, isa);
+  return std::make_unique<CellPassesOf<double>>(energy, rest, threads, isa);
 }
 
-CellPasses::CellPasses(const CellEnergy& energy, int threads)
-    : n_vertices_(energy.n_vertices()),
-      threads_(threads),
-      kernels_(&kernels(choose_isa()).cell),
-      stream_(energy),
-      positions_(4 * static_cast<size_t>(whole_slices(energy.n_vertices()))) {
-  std::fill_n(positions_.data(), positions_.size(), 0.0);
-}
-
-void CellPasses::set_positions(const Positions& positions) {
-  parallel_for<kSliceRange * kSliceWidth>(threads_, n_vertices_, [&](int begin, int end) {
-    for (int v = begin; v < end; ++v) std::copy_n(positions.data() + 3L * v, 3, positions_.data() + 4L * v);
-  });
-}
-
-void CellPasses::fit_rotations(Rotations& rotations) const {
-  double* quaternions = rotations.front().coeffs().data();
-  parallel_for<kSliceRange>(threads_, stream_.cells.n_slices(), [&](int begin, int end) {
-    kernels_->fit_rotations(stream_.cells.view(), positions_.data(), quaternions, begin, end);
-  });
-}
-
-double CellPasses::find_residual(const Rotations& rotations, Positions& residual) const {
-  residual.resize(n_vertices_, 3);
-  const double* quaternions = rotations.front().coeffs().data();
-  return parallel_sum<kSliceRange>(threads_, stream_.incidences.n_slices(), [&](int begin, int end) {
-    return kernels_->residual(stream_.incidences.view(), stream_.system.view(), positions_.data(), quaternions,
-                              residual.data(), n_vertices_, begin, end);
-  });
+bool fits_single_precision(const CellEnergy& energy) {
+  constexpr double kLargest = 1e12;
+  constexpr double kSmallest = 1e-12;
+  const auto is_far_off = [](double x) { return x != 0 && !(std::abs(x) > kSmallest && std::abs(x) < kLargest); };
+  const double* values = energy.K.valuePtr();
+  return std::none_of(values, values + energy.K.nonZeros(), is_far_off);
 }
 
 }  // namespace arap

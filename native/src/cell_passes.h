@@ -2,42 +2,56 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <vector>
 
-#include "aligned_buffer.h"
 #include "cell_energy.h"
-#include "cell_stream.h"
-#include "kernels.h"
+#include "isa.h"
 
 namespace arap {
 
-/// Rotation of each cell, filled up to whole slices.
+/// Rotation of each cell.
 using Rotations = std::vector<Eigen::Quaterniond>;
 
-[[nodiscard]] Rotations identity_rotations(int n_cells);
+/// How exact the passes of an iteration are. Positions and their differences are in double in both.
+enum class Precision {
+  kSingle,  ///< errors of about 1e-7 of an edge in a residual, which move the minimizer by less than 1e-8 of the mesh
+  kDouble,  ///< twice the data and half the lanes; for what kSingle leaves
+};
 
-/// The two passes of an iteration over a cell energy, on the machine's fastest kernels. Holds room for one set of
-/// positions: serves one thread at a time.
+/// The two passes of an iteration over a cell energy, on the machine's fastest kernels. Holds a pose to work on: serves
+/// one thread at a time.
 class CellPasses {
  public:
-  CellPasses(const CellEnergy& energy, int threads);
+  CellPasses() = default;
+  CellPasses(const CellPasses&) = delete;
+  CellPasses& operator=(const CellPasses&) = delete;
+  virtual ~CellPasses() = default;
 
-  /// Takes over the positions, (n, 3), for the passes.
-  void set_positions(const Positions& positions);
+  /// Takes over positions, (n, 3).
+  virtual void set_positions(const Positions& positions) = 0;
+  virtual void set_rotations(const Rotations& rotations) = 0;
+  virtual void read_rotations(Rotations& rotations) const = 0;
 
-  /// Local step: each R_c becomes the rotation that maximizes <R_c, Q_c(p')>.
-  void fit_rotations(Rotations& rotations) const;
+  /// Local step: each R_c becomes the rotation that maximizes <R_c, Q_c(p')>. Returns the sum of <R_c, Q_c>.
+  virtual double fit_rotations() = 0;
+  /// The same sum for the rotations as they are.
+  [[nodiscard]] virtual double alignment() const = 0;
 
-  /// residual = b - K p' with b_j = sum_c R_c q_cj, (n, 3), [SA07] Eq. (8); returns 1/2 <p', K p'> - <p', b>, which is
-  /// the energy without E_0.
-  double find_residual(const Rotations& rotations, Positions& residual) const;
+  /// residual = b - K p' with b_j = sum_c R_c q_cj, (n, 3), [SA07] Eq. (8); returns 1/2 <p', K p'>.
+  virtual double find_residual(Positions& residual) const = 0;
 
- private:
-  int n_vertices_;
-  int threads_;
-  const CellKernels* kernels_;
-  CellStream stream_;
-  AlignedBuffer<double> positions_;  ///< (n, 4)
+  /// Smallest change of an energy, E_0 + 1/2 <p', K p'> - sum of <R_c, Q_c>, that is not rounding.
+  [[nodiscard]] virtual double energy_rounding() const = 0;
+  /// E_0, as these passes sum it: the energy at rest is 0.
+  [[nodiscard]] virtual double rest_energy() const = 0;
 };
+
+/// @param rest  (n, 3)
+[[nodiscard]] std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Positions& rest,
+                                                           Precision precision, int threads, Isa isa = choose_isa());
+
+/// Whether the numbers of an energy lie where single precision has all its digits.
+[[nodiscard]] bool fits_single_precision(const CellEnergy& energy);
 
 }  // namespace arap

@@ -3,37 +3,83 @@
 
 #include <algorithm>
 
+#include "parallel.h"
+
 namespace arap {
 
-SlicedRows::SlicedRows(const std::vector<int>& offsets, int n_components) {
-  const int n_rows = static_cast<int>(offsets.size()) - 1;
-  for (int first = 0; first < n_rows; first += kSliceWidth) {
-    int longest = 0;
-    for (int row = first; row < std::min(n_rows, first + kSliceWidth); ++row)
-      longest = std::max(longest, offsets[row + 1] - offsets[row]);
-    slice_offsets_.push_back(slice_offsets_.back() + longest);
+namespace {
+
+/// Rows that a thread fills at once: whole slices, so that no two threads write to one.
+constexpr int kRowRange = 64 * kSliceWidth;
+
+std::vector<int> cell_sizes(const CellEnergy& energy) {
+  std::vector<int> sizes(energy.n_cells());
+  for (int c = 0; c < energy.n_cells(); ++c)
+    sizes[c] = std::max(0, energy.cell_offsets[c + 1] - energy.cell_offsets[c] - 1);
+  return sizes;
+}
+
+std::vector<int> incidence_counts(const CellEnergy& energy) {
+  std::vector<int> sizes(energy.n_vertices());
+  for (int v = 0; v < energy.n_vertices(); ++v) sizes[v] = energy.vertex_offsets[v + 1] - energy.vertex_offsets[v];
+  return sizes;
+}
+
+std::vector<int> neighbor_counts(const SparseMatrix& K) {
+  std::vector<int> sizes(K.cols());
+  for (int v = 0; v < K.cols(); ++v)
+    for (SparseMatrix::InnerIterator it(K, v); it; ++it)
+      if (it.row() != v) ++sizes[v];
+  return sizes;
+}
+
+}  // namespace
+
+template <class Real>
+SlicedRows<Real>::SlicedRows(const std::vector<int>& sizes, int n_components) {
+  for (size_t first = 0; first < sizes.size(); first += kSliceWidth) {
+    const auto begin = sizes.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto n = static_cast<std::ptrdiff_t>(std::min(size_t{kSliceWidth}, sizes.size() - first));
+    slice_offsets_.push_back(slice_offsets_.back() + *std::max_element(begin, begin + n));
   }
   const size_t n_entries = static_cast<size_t>(slice_offsets_.back()) * kSliceWidth;
   indices_ = AlignedBuffer<int>(n_entries);
-  values_ = AlignedBuffer<double>(n_entries * n_components);
+  values_ = AlignedBuffer<Real>(n_entries * n_components);
   std::fill_n(indices_.data(), indices_.size(), 0);
-  std::fill_n(values_.data(), values_.size(), 0.0);
+  std::fill_n(values_.data(), values_.size(), Real{0});
 }
 
-CellStream::CellStream(const CellEnergy& energy) : cells(energy.cell_offsets, 3), incidences(energy.vertex_offsets, 3) {
-  for (int c = 0; c < energy.n_cells(); ++c)
-    for (int k = energy.cell_offsets[c]; k < energy.cell_offsets[c + 1]; ++k)
-      cells.set(c, k - energy.cell_offsets[c], energy.cell_vertices[k], energy.q(k, 0), energy.q(k, 1), energy.q(k, 2));
-  for (int v = 0; v < energy.n_vertices(); ++v)
-    for (int k = energy.vertex_offsets[v]; k < energy.vertex_offsets[v + 1]; ++k) {
-      const auto q = energy.q.row(energy.vertex_incidences[k]);
-      incidences.set(v, k - energy.vertex_offsets[v], energy.vertex_cells[k], q[0], q[1], q[2]);
+template <class Real>
+CellStream<Real>::CellStream(const CellEnergy& energy, int threads)
+    : cells(cell_sizes(energy), 3),
+      references(static_cast<size_t>(cells.n_slices()) * kSliceWidth),
+      incidences(incidence_counts(energy), 3),
+      springs(neighbor_counts(energy.K), 1) {
+  std::fill_n(references.data(), references.size(), 0);
+  parallel_for<kRowRange>(threads, energy.n_cells(), [&](int begin, int end) {
+    for (int c = begin; c < end; ++c) {
+      const int first = energy.cell_offsets[c];
+      if (first < energy.cell_offsets[c + 1]) references[c] = energy.cell_vertices[first];
+      for (int k = first + 1; k < energy.cell_offsets[c + 1]; ++k)
+        cells.set(c, k - first - 1, energy.cell_vertices[k], energy.q(k, 0), energy.q(k, 1), energy.q(k, 2));
     }
-  std::vector<int> column_offsets(energy.K.outerIndexPtr(), energy.K.outerIndexPtr() + energy.n_vertices() + 1);
-  system = SlicedRows(column_offsets, 1);
-  for (int v = 0; v < energy.n_vertices(); ++v)
-    for (int k = column_offsets[v]; k < column_offsets[v + 1]; ++k)
-      system.set(v, k - column_offsets[v], energy.K.innerIndexPtr()[k], energy.K.valuePtr()[k]);
+  });
+  parallel_for<kRowRange>(threads, energy.n_vertices(), [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      for (int k = energy.vertex_offsets[v]; k < energy.vertex_offsets[v + 1]; ++k) {
+        const auto q = energy.q.row(energy.vertex_incidences[k]);
+        incidences.set(v, k - energy.vertex_offsets[v], energy.vertex_cells[k], q[0], q[1], q[2]);
+      }
+      int e = 0;
+      for (SparseMatrix::InnerIterator it(energy.K, v); it; ++it)
+        if (it.row() != v) springs.set(v, e++, static_cast<int>(it.row()), -it.value());
+    }
+  });
 }
+
+template class SlicedRows<float>;
+template class SlicedRows<double>;
+template struct CellStream<float>;
+template struct CellStream<double>;
 
 }  // namespace arap

@@ -10,17 +10,18 @@
 namespace arap {
 
 /// The owner of a SlicedView.
+template <class Real>
 class SlicedRows {
  public:
   SlicedRows() = default;
 
   /// Zeros.
-  /// @param offsets       n_rows + 1: entries of each row
+  /// @param sizes         entries of each row
   /// @param n_components  values of each entry
-  SlicedRows(const std::vector<int>& offsets, int n_components);
+  SlicedRows(const std::vector<int>& sizes, int n_components);
 
   [[nodiscard]] int n_slices() const { return static_cast<int>(slice_offsets_.size()) - 1; }
-  [[nodiscard]] SlicedView view() const { return {slice_offsets_.data(), indices_.data(), values_.data()}; }
+  [[nodiscard]] SlicedView<Real> view() const { return {slice_offsets_.data(), indices_.data(), values_.data()}; }
 
   /// Sets entry e of a row.
   template <class... Values>
@@ -28,23 +29,24 @@ class SlicedRows {
     const size_t group = static_cast<size_t>(slice_offsets_[row / kSliceWidth] + e);
     indices_[group * kSliceWidth + row % kSliceWidth] = index;
     size_t component = group * sizeof...(Values);
-    ((values_[component++ * kSliceWidth + row % kSliceWidth] = values), ...);
+    ((values_[component++ * kSliceWidth + row % kSliceWidth] = static_cast<Real>(values)), ...);
   }
 
  private:
   std::vector<int> slice_offsets_{0};
   AlignedBuffer<int> indices_;
-  AlignedBuffer<double> values_;
+  AlignedBuffer<Real> values_;
 };
 
 /// A CellEnergy in the order in which an iteration reads it.
+template <class Real>
 struct CellStream {
-  SlicedRows cells;       ///< row: cell, index: vertex, values: q_cj
-  SlicedRows incidences;  ///< row: vertex, index: cell, values: q_cj
-  SlicedRows system;      ///< row: vertex, index: vertex, value: K
+  SlicedRows<Real> cells;         ///< row: cell, index: vertex, values: q_cj; all but the cell's first vertex
+  AlignedBuffer<int> references;  ///< the first vertex of each cell, filled up to whole slices
+  SlicedRows<Real> incidences;    ///< row: vertex, index: cell, values: q_cj
+  SlicedRows<Real> springs;       ///< row: vertex j, index: vertex k other than j, value: -K_jk
 
-  CellStream() = default;
-  explicit CellStream(const CellEnergy& energy);
+  explicit CellStream(const CellEnergy& energy, int threads);
 };
 
 }  // namespace arap

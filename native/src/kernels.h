@@ -12,7 +12,8 @@ namespace arap {
 struct Kernels {
   FrontKernels front;
   TileKernels tile;
-  CellKernels cell;
+  CellKernels<float> single_cell;
+  CellKernels<double> double_cell;
 };
 
 [[nodiscard]] const Kernels& kernels(Isa isa);

@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "arap/options.h"
 #include "bound_constraints.h"
 
 namespace arap {
@@ -15,20 +14,18 @@ struct Pose {
   std::vector<Placement> placements;  ///< of each rigid region
 };
 
-struct IterationReport {
-  double energy_before = 0;
-  double energy_after = 0;
-  int iterations = 0;
-  double step = 0;
-  StopReason stop_reason = StopReason::kMaxIterations;
-};
-
-/// Alternates the local step (best rotations for the positions) and the global step (best positions for the rotations);
-/// neither raises the energy. [SA07] Sec. 2.
+/// The two halves of an iteration: the local step (best rotations for the positions) and the global step (best
+/// positions for the rotations); neither raises the energy. [SA07] Sec. 2.
 class LocalGlobal {
  public:
+  LocalGlobal(const BoundModel& model, const BoundConstraints& constraints);
+
+  /// Comes first, and again for new targets.
   /// @param targets  (n_entries + n_patches, 3) in model space
-  LocalGlobal(const BoundModel& model, const BoundConstraints& constraints, const Positions& targets);
+  void aim(const Positions& targets, Precision precision);
+
+  /// (n, 3), 0 where there is none.
+  [[nodiscard]] const Positions& vertex_targets() const { return targets_.vertices; }
 
   /// Puts hard vertices, anchored regions and what stays at rest to their places; true where that moved any of them.
   bool impose_constraints(Pose& pose) const;
@@ -36,39 +33,42 @@ class LocalGlobal {
   /// The smallest change (in the norm of K) that brings the patches to their targets.
   void project_on_patches(Pose& pose);
 
-  /// One global step with the rotations of the pose.
+  /// One global step with the rotations of the pose, to the accuracy of the factor or of double.
   void global_step(Pose& pose);
+  void exact_global_step(Pose& pose);
 
-  IterationReport run(Pose& pose, const SolveOptions& options, const Progress& progress);
+  /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().
+  void start(const Pose& pose) { passes_->set_rotations(pose.rotations); }
+  void finish(Pose& pose) const { passes_->read_rotations(pose.rotations); }
+
+  /// Local step. Returns the energy, and leaves the residual for the next global step.
+  [[nodiscard]] double fit(Pose& pose);
+
+  /// Minus the gradient of the energy, soft constraints included, (n, 3).
+  [[nodiscard]] Positions& residual() { return residual_; }
+  /// The whole global step from the residual at hand, (n, 3).
+  void find_correction(const Pose& pose, Positions& correction);
+  /// Tells the regions that their vertices were moved alike.
+  void follow_positions(Pose& pose) const { constraints_.regions().read_translations(pose.placements, pose.positions); }
+
+  /// Smallest change of the energy that is not rounding.
+  [[nodiscard]] double energy_rounding() const { return passes_->energy_rounding(); }
+  /// E_0.
+  [[nodiscard]] double rest_energy() const { return passes_->rest_energy(); }
+  [[nodiscard]] int threads() const { return model_.threads; }
 
  private:
-  /// Local step; then the energy, and the residual for the next global step.
-  [[nodiscard]] double fit(Pose& pose);
+  /// Brings rigid regions to their best rotations, after the cells.
+  void fit_regions(Pose& pose);
+  /// The energy without its term of rotations.
   [[nodiscard]] double refresh_residual(const Pose& pose);
   [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
-  /// The global step from the residual at hand: what brings patches closer by `gaps`.
-  void find_correction(const Positions& gaps, Positions& correction);
   /// The whole step at once, to the accuracy of double.
   void apply_residual_exactly(Pose& pose);
 
-  /// The state of the conjugate gradients between two iterations.
-  struct Search {
-    bool is_fresh = true;  ///< the next step is a plain global step
-    double length = 1;     ///< of the last step
-    double z_r = 0;        ///< <correction, residual> of the last iteration
-    Positions start;       ///< positions before the last step
-    Positions residual;    ///< there
-    Positions correction;  ///< the plain global step from there
-    Positions direction;
-    std::vector<Placement> placements;  ///< before the last step
-  };
-  /// Steps from search.start by `length` along search.direction and fits the rotations there; returns the energy.
-  [[nodiscard]] double try_step(Pose& pose, double length, const Search& search);
-  /// One iteration; returns the energy, which is not above `energy`, that of the pose.
-  [[nodiscard]] double iterate(Pose& pose, double energy, Search& search);
-
   const BoundModel& model_;
   const BoundConstraints& constraints_;
+  CellPasses* passes_ = nullptr;
   RegionTargets targets_;  ///< of vertices, and of patches that anchor regions
   Positions patch_targets_;
   Positions residual_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace arap {
@@ -18,14 +19,20 @@ void parallel_for(int threads, int n, const Body& body) {
   for (int r = 0; r < n_ranges; ++r) body(r * kRange, std::min(n, (r + 1) * kRange));
 }
 
-/// Sum of body(begin, end) over ranges of [0, n), added in order: the same for every number of threads.
+/// Results of body(begin, end) over ranges of [0, n), joined in order: the same for every number of threads.
+template <int kRange = 512, class Value, class Body, class Join>
+[[nodiscard]] Value parallel_reduce(int threads, int n, const Value& neutral, const Body& body, const Join& join) {
+  std::vector<Value> partial(((n + kRange - 1) / kRange), neutral);
+  parallel_for<kRange>(threads, n, [&](int begin, int end) { partial[begin / kRange] = body(begin, end); });
+  Value result = neutral;
+  for (const Value& value : partial) result = join(result, value);
+  return result;
+}
+
+/// Sum of body(begin, end) over ranges of [0, n).
 template <int kRange = 512, class Body>
 [[nodiscard]] double parallel_sum(int threads, int n, const Body& body) {
-  std::vector<double> partial(((n + kRange - 1) / kRange), 0.0);
-  parallel_for<kRange>(threads, n, [&](int begin, int end) { partial[begin / kRange] = body(begin, end); });
-  double sum = 0;
-  for (const double value : partial) sum += value;
-  return sum;
+  return parallel_reduce<kRange>(threads, n, 0.0, body, [](double a, double b) { return a + b; });
 }
 
 }  // namespace arap

@@ -25,6 +25,16 @@ RigidRegions::RigidRegions(const std::vector<int>& region_of_vertex, const CellE
   for (Region& region : regions_) find_border(region);
 }
 
+void RigidRegions::renumber(const std::vector<int>& new_of_old) {
+  std::vector<int> unknown_of_vertex(unknown_of_vertex_.size());
+  for (size_t v = 0; v < unknown_of_vertex_.size(); ++v)
+    unknown_of_vertex[new_of_old[v]] = new_of_old[unknown_of_vertex_[v]];
+  unknown_of_vertex_ = std::move(unknown_of_vertex);
+  for (Region& region : regions_)
+    for (std::vector<int>* vertices : {&region.members, &region.border, &region.border_cells})
+      for (int& v : *vertices) v = new_of_old[v];
+}
+
 void RigidRegions::find_border(Region& region) const {
   for (const int v : region.members) {
     bool reaches_out = false;
@@ -43,9 +53,9 @@ void RigidRegions::find_border(Region& region) const {
 }
 
 SparseMatrix RigidRegions::reduce(const SparseMatrix& K) const {
-  if (empty()) return K;
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(K.nonZeros());
+  entries.reserve(K.nonZeros() + K.rows());
+  for (int v = 0; v < static_cast<int>(K.rows()); ++v) entries.emplace_back(v, v, 0.0);
   for (int column = 0; column < static_cast<int>(K.cols()); ++column)
     for (SparseMatrix::InnerIterator it(K, column); it; ++it)
       entries.emplace_back(unknown_of(static_cast<int>(it.row())), unknown_of(column), it.value());

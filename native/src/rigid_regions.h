@@ -41,6 +41,9 @@ class RigidRegions {
 
   [[nodiscard]] bool is_in_region(int v) const;
 
+  /// Follows the vertices of energy and rest to new numbers; a region keeps its unknown.
+  void renumber(const std::vector<int>& new_of_old);
+
   /// P^T K P, where P maps unknowns to vertices; the rows of members that are not unknowns stay empty.
   [[nodiscard]] SparseMatrix reduce(const SparseMatrix& K) const;
   /// P^T x.

@@ -74,6 +74,9 @@ arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions);
 /// Exactly this many iterations, unless nothing moves at all.
 arap::SolveOptions iterations(int n, arap::InitialGuess guess = arap::InitialGuess::kPrevious);
 
+/// The same without acceleration.
+arap::SolveOptions plain_iterations(int n, arap::InitialGuess guess = arap::InitialGuess::kPrevious);
+
 /// Until the step is at most `step_tolerance`, whatever the energy does.
 arap::SolveOptions to_step(double step_tolerance, arap::InitialGuess guess = arap::InitialGuess::kPrevious,
                            int max_iterations = 200000);

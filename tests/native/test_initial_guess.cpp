@@ -53,9 +53,9 @@ TEST_P(InitialGuessTest, PreviousTakesPositionsThatWereSet) {
     start.row(task.constraints.vertices[k]) = task.targets.row(static_cast<Eigen::Index>(k));
   solver.set_positions(start);
   const Reference::Solution expected = plain.solve(task.constraints, task.targets, start, 3);
-  const SolveResult result = solver.solve(task.targets, iterations(3));
+  const SolveResult result = solver.solve(task.targets, plain_iterations(3));
   EXPECT_NEAR(result.energy_before, expected.energies.front(), 1e-10 * expected.energies.front());
-  EXPECT_LT(max_distance(result.positions, expected.positions), 1e-9);
+  EXPECT_LT(max_distance(result.positions, expected.positions), 1e-5);
 }
 
 TEST_P(InitialGuessTest, PreviousIsNotTornByHandlesThatMoved) {
@@ -73,9 +73,9 @@ TEST_P(InitialGuessTest, NaiveLaplacianKeepsTheLaplacianInTheLeastSquaresSense) 
     const Reference plain = reference(mesh);
     const Reference::Solution expected =
         plain.solve(task.constraints, task.targets, plain.laplacian_guess(task.constraints, task.targets), 2);
-    const SolveResult result = solve_once(mesh, task, iterations(2, InitialGuess::kNaiveLaplacian), options());
+    const SolveResult result = solve_once(mesh, task, plain_iterations(2, InitialGuess::kNaiveLaplacian), options());
     EXPECT_NEAR(result.energy_before, expected.energies.front(), 1e-7 * expected.energies.front()) << mesh.name;
-    EXPECT_LT(max_distance(result.positions, expected.positions), 1e-7 * mesh.diagonal()) << mesh.name;
+    EXPECT_LT(max_distance(result.positions, expected.positions), 1e-5 * mesh.diagonal()) << mesh.name;
   }
 }
 

