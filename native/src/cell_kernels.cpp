@@ -54,8 +54,9 @@ template <class Real>
   });
 }
 
+/// R - I.
 template <class Real>
-[[gnu::always_inline]] inline Matrix<Real> to_matrix(const Quaternion<Real>& q) {
+[[gnu::always_inline]] inline Matrix<Real> turn_matrix(const Quaternion<Real>& q) {
   const Lanes<Real> x2 = q[0] + q[0];
   const Lanes<Real> y2 = q[1] + q[1];
   const Lanes<Real> z2 = q[2] + q[2];
@@ -68,8 +69,14 @@ template <class Real>
   const Lanes<Real> wx = q[3] * x2;
   const Lanes<Real> wy = q[3] * y2;
   const Lanes<Real> wz = q[3] * z2;
-  const Lanes<Real> one = broadcast<Real>(1);
-  return {{{one - yy - zz, xy - wz, xz + wy}, {xy + wz, one - xx - zz, yz - wx}, {xz - wy, yz + wx, one - xx - yy}}};
+  return {{{-yy - zz, xy - wz, xz + wy}, {xy + wz, -xx - zz, yz - wx}, {xz - wy, yz + wx, -xx - yy}}};
+}
+
+template <class Real>
+[[gnu::always_inline]] inline Matrix<Real> to_matrix(const Quaternion<Real>& q) {
+  Matrix<Real> R = turn_matrix<Real>(q);
+  for (int i = 0; i < 3; ++i) R[i][i] += broadcast<Real>(1);
+  return R;
 }
 
 template <class Real>
@@ -178,12 +185,13 @@ template <class Real>
   return q;
 }
 
-/// <R, Q> for the rotation that q is but for its length, which is 1 only to the last digit.
+/// <R, Q> for the rotation that q is but for its length, which is 1 only to the last digit. Sums over many cells must
+/// not go through numbers next to 1: what is rounded off there has one sign.
 template <class Real>
 [[gnu::always_inline]] inline Lanes<Real> aligned(const Quaternion<Real>& q, const Matrix<Real>& Q) {
-  const Lanes<Real> trace = Q[0][0] + Q[1][1] + Q[2][2];
-  const Lanes<Real> norm_squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-  return trace + (inner_product<Real>(to_matrix<Real>(q), Q) - trace) / norm_squared;
+  const Lanes<Real> turned = inner_product<Real>(turn_matrix<Real>(q), Q);
+  const Lanes<Real> excess = q[3] * q[3] - broadcast<Real>(1) + q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
+  return Q[0][0] + Q[1][1] + Q[2][2] + (turned - turned * excess);
 }
 
 /// Q_c of the cells in the lanes from `part` on of a slice.

@@ -125,7 +125,7 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
     is_fresh_ = true;
     reached = try_length(pose, length);
   }
-  promised_decrease_ = 0.5 * length * slope;
+  promised_decrease_ = length * slope;
   length_ = std::clamp(length, kShortest, kLongest);
   return reached;
 }

@@ -25,7 +25,7 @@ class NonlinearCg {
 
   /// The longer of the last movement and the plain global step there, of any vertex.
   [[nodiscard]] double step() const { return step_; }
-  /// The decrease of the energy in the last iteration, as the slope at its start has it.
+  /// Upper bound of the decrease of the energy in the last iteration, from the slope at its start.
   [[nodiscard]] double promised_decrease() const { return promised_decrease_; }
 
  private:
