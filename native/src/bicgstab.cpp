@@ -35,7 +35,7 @@ class BiCgStabFactorization final : public Factorization {
  private:
   static constexpr int kMostIterations = 2000;
   static constexpr double kDropped = 1e-3;
-  static constexpr int kFill = 4;
+  static constexpr int kFill = 10;
 
   [[nodiscard]] Eigen::VectorXd solve_column(const Eigen::VectorXd& b) const {
     // Of length 1: the squares of a residual near the end of a solve would leave the range of double.

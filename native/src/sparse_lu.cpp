@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "sparse_lu.h"
 
-#include <Eigen/OrderingMethods>
 #include <Eigen/SparseLU>
 
 #include "kept_rows.h"
+#include "symmetric_ordering.h"
 
 namespace arap {
 
 namespace {
 
 /// SparseLU with the pivots on the diagonal, and a look at them, which Eigen has for its determinants only.
-class DiagonalPivotLu : public Eigen::SparseLU<SparseMatrix, Eigen::AMDOrdering<int>> {
+class DiagonalPivotLu : public Eigen::SparseLU<SparseMatrix, SymmetricOrdering> {
  public:
   DiagonalPivotLu() {
     isSymmetric(true);

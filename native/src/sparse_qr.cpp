@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "sparse_qr.h"
 
-#include <Eigen/OrderingMethods>
 #include <Eigen/SparseQR>
 
 #include "kept_rows.h"
+#include "symmetric_ordering.h"
 
 namespace arap {
 
@@ -29,7 +29,7 @@ class QrFactorization final : public Factorization {
 
  private:
   KeptRows rows_;
-  Eigen::SparseQR<SparseMatrix, Eigen::COLAMDOrdering<int>> factor_;
+  Eigen::SparseQR<SparseMatrix, SymmetricOrdering> factor_;
 };
 
 }  // namespace

@@ -5,9 +5,9 @@
 
 namespace arap {
 
-/// Eigen's Householder QR factorization, column by column, with column ordering: it needs no symmetry and no
-/// definiteness, and pays for it with far more fill and work. For comparisons on up to about ten thousand unknowns.
-/// It tells a singular matrix, but not an indefinite one whose diagonal is positive.
+/// Eigen's Householder QR factorization, column by column: it needs no symmetry and no definiteness, and pays for it
+/// with far more fill and work, seconds at three thousand unknowns of a mesh and a minute at ten thousand: for
+/// comparisons on small ones. It tells a singular matrix, but not an indefinite one whose diagonal is positive.
 class SparseQr final : public LinearSolver {
  public:
   [[nodiscard]] std::unique_ptr<Factorization> factorize(const SparseMatrix& A,

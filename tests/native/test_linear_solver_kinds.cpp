@@ -4,6 +4,7 @@
 
 #include <array>
 #include <limits>
+#include <ostream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -28,6 +29,8 @@ struct Kind {
   double tolerance;       ///< of one solve, relative to the solution
   bool tells_indefinite;  ///< also where the diagonal is positive
 };
+
+void PrintTo(const Kind& kind, std::ostream* stream) { *stream << kind.name; }
 
 constexpr std::array kKinds = {
     Kind{LinearSolverKind::kBlockLdlt, "block_ldlt", 1e-4, true},
@@ -149,17 +152,33 @@ TEST_P(LinearSolverKinds, RefusesASingularMatrix) {
   expect_error<SolverError>([&] { factorize(A, {})->solve(b); }, {"BiCGSTAB did not converge", "linear_solver"});
 }
 
-TEST_P(LinearSolverKinds, RefusesIndefiniteMatricesWithAPositiveDiagonal) {
+TEST_P(LinearSolverKinds, SolvesTheSmallestMatrices) {
+  for (int n = 1; n <= 6; ++n) {
+    const Eigen::MatrixXd F = Random(90 + n).noise(n, 1) * Random(91 + n).noise(n, 1).transpose();
+    const Eigen::MatrixXd dense = F * F.transpose() + Eigen::MatrixXd::Identity(n, n);
+    const Positions b = Random(92 + n).noise(n, 1);
+    Positions x = b;
+    factorize(dense.sparseView(), {})->solve(x);
+    EXPECT_LT(max_distance(dense * x, b), GetParam().tolerance) << n;
+  }
+}
+
+TEST_P(LinearSolverKinds, CholeskyAndLuRefuseIndefiniteMatricesWithAPositiveDiagonal) {
   // The second one has a leading minor of 0: with pivots on the diagonal alone it has no factor at all.
   for (const SparseMatrix& A : {matrix(2, {1, 2, 2, 1}), matrix(3, {1, 1, 0, 1, 1, 1, 0, 1, 1})}) {
     if (GetParam().tells_indefinite) {
       expect_refused(A, {});
       continue;
     }
-    // The general ones solve it: what linear_solver.h promises is theirs only as far as their headers say.
-    Positions x = Positions::Ones(A.rows(), 3);
-    factorize(A, {})->solve(x);
-    EXPECT_LT((A * x - Positions::Ones(A.rows(), 3)).norm(), 1e-9);
+    // The general ones give the solution; the iterative one may say instead that it found none.
+    const Positions b = Positions::Ones(A.rows(), 3);
+    Positions x = b;
+    try {
+      factorize(A, {})->solve(x);
+      EXPECT_LT(max_distance(A * x, b), 1e-9);
+    } catch (const SolverError& error) {
+      EXPECT_NE(std::string(error.what()).find("BiCGSTAB did not converge"), std::string::npos) << error.what();
+    }
   }
 }
 

@@ -34,8 +34,8 @@ class Options:
     """Edge weights: "cotangent" for surfaces; "uniform" where triangles are so bad that their shape means nothing."""
     linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"]
     """How the linear system of the global step is solved. The result is the same, the time is not: "block_ldlt" is the
-    fast one. The others are Eigen's, for comparisons: "simplicial_ldlt" is its Cholesky, "sparse_qr" is for up to about
-    ten thousand vertices, "bicgstab" iterates and raises RuntimeError where it does not converge."""
+    fast one. The others are Eigen's, for comparisons: "simplicial_ldlt" is its Cholesky; "sparse_qr" is for up to about
+    three thousand vertices; "bicgstab" iterates, and raises RuntimeError where it does not converge."""
     threads: int
     """Threads of bind and solve; 0 is as many as pay at this size."""
     join_seams: bool

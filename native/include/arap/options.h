@@ -22,7 +22,7 @@ enum class LinearSolverKind {
   kBlockLdlt,       ///< supernodal Cholesky, in threads and vectors, corrections in single precision
   kSimplicialLdlt,  ///< Cholesky, column by column
   kSparseLu,        ///< does not use the symmetry: twice the numbers
-  kSparseQr,        ///< very slow: for up to about ten thousand vertices
+  kSparseQr,        ///< very slow: for up to about three thousand vertices
   kBiCgStab,        ///< iterative, to a residual of 1e-10: the least memory; SolverError where it does not converge
 };
 
