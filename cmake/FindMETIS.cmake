@@ -7,7 +7,7 @@ mark_as_advanced(METIS_INCLUDE_DIR METIS_LIBRARY)
 include(FindPackageHandleStandardArgs)
 find_package_handle_standard_args(METIS
   REQUIRED_VARS METIS_LIBRARY METIS_INCLUDE_DIR
-  REASON_FAILURE_MESSAGE "the linear solver orders its unknowns with METIS 5: install libmetis-dev (Debian, Ubuntu), metis-devel (Fedora) or metis (Homebrew)")
+  FAIL_MESSAGE "METIS 5, which orders the unknowns of the linear solver, is missing: install libmetis-dev (Debian, Ubuntu), metis-devel (Fedora) or metis (Homebrew, vcpkg), or set METIS_ROOT to where it is")
 
 if(METIS_FOUND AND NOT TARGET METIS::METIS)
   add_library(METIS::METIS UNKNOWN IMPORTED)

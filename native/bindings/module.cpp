@@ -204,6 +204,11 @@ constexpr std::pair<const char*, arap::EdgeWeights> kWeights[] = {
     {"cotangent", arap::EdgeWeights::kCotangent},
     {"uniform", arap::EdgeWeights::kUniform},
 };
+constexpr std::pair<const char*, arap::LinearSolverKind> kLinearSolvers[] = {
+    {"block_ldlt", arap::LinearSolverKind::kBlockLdlt}, {"simplicial_ldlt", arap::LinearSolverKind::kSimplicialLdlt},
+    {"sparse_lu", arap::LinearSolverKind::kSparseLu},   {"sparse_qr", arap::LinearSolverKind::kSparseQr},
+    {"bicgstab", arap::LinearSolverKind::kBiCgStab},
+};
 constexpr std::pair<const char*, arap::InitialGuess> kInitialGuesses[] = {
     {"previous", arap::InitialGuess::kPrevious},
     {"rest", arap::InitialGuess::kRest},
@@ -276,24 +281,30 @@ void bind_options(py::module_& m) {
   using arap::Options;
   py::class_<Options> type(m, "Options", docstrings::Options);
   const Options defaults;
-  type.def(py::init([](const std::string& energy, const std::string& weights, int threads, bool join_seams) {
-             const Options options{.energy = value_of<arap::Energy>(energy, "energy", kEnergies),
-                                   .weights = value_of<arap::EdgeWeights>(weights, "weights", kWeights),
-                                   .threads = threads,
-                                   .join_seams = join_seams};
+  type.def(py::init([](const std::string& energy, const std::string& weights, const std::string& linear_solver,
+                       int threads, bool join_seams) {
+             const Options options{
+                 .energy = value_of<arap::Energy>(energy, "energy", kEnergies),
+                 .weights = value_of<arap::EdgeWeights>(weights, "weights", kWeights),
+                 .linear_solver = value_of<arap::LinearSolverKind>(linear_solver, "linear_solver", kLinearSolvers),
+                 .threads = threads,
+                 .join_seams = join_seams};
              options.validate();
              return options;
            }),
            docstrings::Options_init, py::kw_only(),
            py::arg("energy") = name_of<arap::Energy>(defaults.energy, kEnergies),
            py::arg("weights") = name_of<arap::EdgeWeights>(defaults.weights, kWeights),
+           py::arg("linear_solver") = name_of<arap::LinearSolverKind>(defaults.linear_solver, kLinearSolvers),
            py::arg("threads") = defaults.threads, py::arg("join_seams") = defaults.join_seams);
   def_enum<Options, arap::Energy>(type, "energy", &Options::energy, kEnergies, docstrings::Options_energy);
   def_enum<Options, arap::EdgeWeights>(type, "weights", &Options::weights, kWeights, docstrings::Options_weights);
+  def_enum<Options, arap::LinearSolverKind>(type, "linear_solver", &Options::linear_solver, kLinearSolvers,
+                                            docstrings::Options_linear_solver);
   def_field(type, "threads", &Options::threads, docstrings::Options_threads);
   def_field(type, "join_seams", &Options::join_seams, docstrings::Options_join_seams);
   type.def("__repr__", [](py::handle self) {
-    return repr("Options", self, {"energy", "weights", "threads", "join_seams"});
+    return repr("Options", self, {"energy", "weights", "linear_solver", "threads", "join_seams"});
   });
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "isa.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <string>
 
@@ -8,6 +10,22 @@
 #include "text.h"
 
 namespace arap {
+
+namespace {
+
+constexpr std::array kIsas = {Isa::kBaseline, Isa::kAvx2, Isa::kAvx512};
+
+template <class Isas>
+std::string list(const Isas& isas) {
+  std::string names;
+  for (const Isa isa : isas) {
+    names += names.empty() ? "" : ", ";
+    names += name(isa);
+  }
+  return names;
+}
+
+}  // namespace
 
 std::string_view name(Isa isa) {
   switch (isa) {
@@ -33,17 +51,20 @@ std::vector<Isa> available_isas() {
   return isas;
 }
 
+Isa choose_isa(std::string_view wanted, const std::vector<Isa>& available) {
+  if (wanted.empty()) return available.back();
+  const auto named = std::find_if(kIsas.begin(), kIsas.end(), [&](Isa isa) { return name(isa) == wanted; });
+  if (named == kIsas.end())
+    throw InvalidInput(text("ARAP_ISA = ", wanted, ", must be ", list(kIsas), ", or not set for the fastest"));
+  if (std::find(available.begin(), available.end(), *named) == available.end())
+    throw InvalidInput(text("ARAP_ISA = ", wanted, ", must be what this machine has, ", list(available),
+                            ", or not set for the fastest"));
+  return *named;
+}
+
 Isa choose_isa() {
-  const std::vector<Isa> isas = available_isas();
-  const char* forced = std::getenv("ARAP_ISA");  // NOLINT(concurrency-mt-unsafe): nothing here sets variables
-  if (forced == nullptr || *forced == '\0') return isas.back();
-  std::string names;
-  for (const Isa isa : isas) {
-    if (name(isa) == forced) return isa;
-    names += names.empty() ? "" : ", ";
-    names += name(isa);
-  }
-  throw InvalidInput(text("ARAP_ISA = ", forced, ", must be one of what this machine has: ", names));
+  const char* wanted = std::getenv("ARAP_ISA");  // NOLINT(concurrency-mt-unsafe): nothing here sets variables
+  return choose_isa(wanted != nullptr ? wanted : "", available_isas());
 }
 
 }  // namespace arap

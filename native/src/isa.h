@@ -19,8 +19,11 @@ enum class Isa {
 /// What this machine runs and this build has, the slowest first.
 [[nodiscard]] std::vector<Isa> available_isas();
 
-/// The fastest available, or what the environment variable ARAP_ISA says. Throws InvalidInput where the machine does
-/// not have that.
+/// The fastest of `available`, or the one that `wanted`, the value of ARAP_ISA, names. Throws InvalidInput where there
+/// is no such instruction set, or `available` lacks it.
+[[nodiscard]] Isa choose_isa(std::string_view wanted, const std::vector<Isa>& available);
+
+/// The same of available_isas() and the environment variable ARAP_ISA.
 [[nodiscard]] Isa choose_isa();
 
 }  // namespace arap

@@ -11,6 +11,8 @@
 namespace arap_test {
 namespace {
 
+using arap::Isa;
+
 /// Sets ARAP_ISA and puts the old value back.
 class Forced {
  public:
@@ -26,7 +28,7 @@ class Forced {
   std::string old_;
 };
 
-TEST(Isa, BaselineIsAlwaysThere) { EXPECT_EQ(arap::available_isas().front(), arap::Isa::kBaseline); }
+TEST(Isa, BaselineIsAlwaysThere) { EXPECT_EQ(arap::available_isas().front(), Isa::kBaseline); }
 
 TEST(Isa, TheFastestIsTheDefault) {
   const Forced forced("");
@@ -34,7 +36,7 @@ TEST(Isa, TheFastestIsTheDefault) {
 }
 
 TEST(Isa, EnvironmentForcesOne) {
-  for (const arap::Isa isa : arap::available_isas()) {
+  for (const Isa isa : arap::available_isas()) {
     const Forced forced{std::string(arap::name(isa))};
     EXPECT_EQ(arap::choose_isa(), isa);
   }
@@ -42,7 +44,16 @@ TEST(Isa, EnvironmentForcesOne) {
 
 TEST(Isa, UnknownOneIsRefusedByName) {
   const Forced forced("mmx");
-  expect_error<arap::InvalidInput>([] { static_cast<void>(arap::choose_isa()); }, {"ARAP_ISA", "mmx", "baseline"});
+  expect_error<arap::InvalidInput>([] { static_cast<void>(arap::choose_isa()); },
+                                   {"ARAP_ISA = mmx, must be baseline, avx2, avx512, or not set"});
+}
+
+TEST(Isa, OneThatTheMachineLacksIsRefusedWithWhatItHas) {
+  expect_error<arap::InvalidInput>(
+      [] {
+        static_cast<void>(arap::choose_isa("avx512", {Isa::kBaseline, Isa::kAvx2}));
+      },
+      {"ARAP_ISA = avx512, must be what this machine has, baseline, avx2, or not set"});
 }
 
 }  // namespace

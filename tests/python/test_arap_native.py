@@ -83,6 +83,18 @@ def test_patch_holds_its_weighted_average():
     assert np.average(result.positions[upper], axis=0, weights=weights) == pytest.approx(targets[-1], abs=1e-9)
 
 
+@pytest.mark.parametrize("linear_solver", ["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"])
+def test_every_linear_solver_ends_at_the_same_shape(linear_solver):
+    mesh = tube()
+    options = arap_native.Options(linear_solver=linear_solver)
+    assert options.linear_solver == linear_solver
+    to_the_end = arap_native.SolveOptions(max_iterations=10**4, energy_tolerance=1e-14, step_tolerance=1e-9)
+    result = held_at_ends(mesh, options=options).solve(twisted_ends(mesh), to_the_end)
+    expected = held_at_ends(mesh).solve(twisted_ends(mesh), to_the_end)
+    assert result.stop_reason == "converged"
+    assert np.abs(result.positions - expected.positions).max() < 1e-6 * mesh.diagonal
+
+
 # ------------------------------------------------------------------------------------------------------- solving
 
 
@@ -280,9 +292,14 @@ def test_writing_to_what_a_solver_gave_does_not_reach_the_solver():
 
 
 def test_options_are_named_values():
-    options = arap_native.Options(energy="spokes", weights="uniform", threads=2, join_seams=True)
-    assert (options.energy, options.weights, options.threads, options.join_seams) == ("spokes", "uniform", 2, True)
-    assert repr(options) == "Options(energy='spokes', weights='uniform', threads=2, join_seams=True)"
+    options = arap_native.Options(
+        energy="spokes", weights="uniform", linear_solver="sparse_lu", threads=2, join_seams=True
+    )
+    assert (options.energy, options.weights, options.linear_solver) == ("spokes", "uniform", "sparse_lu")
+    assert (options.threads, options.join_seams) == (2, True)
+    assert repr(options) == (
+        "Options(energy='spokes', weights='uniform', linear_solver='sparse_lu', threads=2, join_seams=True)"
+    )
     options.energy = "spokes_and_rims"
     assert options.energy == "spokes_and_rims"
 

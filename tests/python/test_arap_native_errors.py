@@ -181,6 +181,10 @@ def test_options_list_the_valid_names():
     assert message(ValueError, arap_native.Options, weights="cot") == (
         "weights = 'cot', must be one of 'cotangent', 'uniform'"
     )
+    assert message(ValueError, arap_native.Options, linear_solver="cholesky") == (
+        "linear_solver = 'cholesky', must be one of 'block_ldlt', 'simplicial_ldlt', 'sparse_lu', 'sparse_qr', "
+        "'bicgstab'"
+    )
     guesses = "'previous', 'rest', 'naive_laplacian', 'handle_rotations'"
     assert message(ValueError, arap_native.SolveOptions, initial_guess="") == (
         f"initial_guess = '', must be one of {guesses}"
@@ -202,6 +206,13 @@ def test_options_list_the_valid_names():
 )
 def test_options_name_field_value_and_bound(make, expected):
     assert message(ValueError, make).startswith(expected)
+
+
+def test_an_instruction_set_that_is_not_there_is_refused_at_bind(monkeypatch):
+    monkeypatch.setenv("ARAP_ISA", "mmx")
+    text = message(ValueError, arap_native.SurfaceArap, *MESH)
+    assert text.startswith("ARAP_ISA = mmx, must be ")
+    assert "baseline" in text
 
 
 def test_options_are_given_by_name_and_are_no_numbers():

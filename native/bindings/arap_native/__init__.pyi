@@ -32,6 +32,10 @@ class Options:
     """Edges that a vertex's rotation looks at: "spokes_and_rims" bends more evenly, "spokes" is the classic."""
     weights: Literal["cotangent", "uniform"]
     """Edge weights: "cotangent" for surfaces; "uniform" where triangles are so bad that their shape means nothing."""
+    linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"]
+    """How the linear system of the global step is solved. The result is the same, the time is not: "block_ldlt" is the
+    fast one. The others are Eigen's, for comparisons: "simplicial_ldlt" is its Cholesky; "sparse_qr" is for up to about
+    three thousand vertices; "bicgstab" iterates, and raises RuntimeError where it does not converge."""
     threads: int
     """Threads of bind and solve; 0 is as many as pay at this size."""
     join_seams: bool
@@ -41,6 +45,7 @@ class Options:
         *,
         energy: Literal["spokes_and_rims", "spokes"] = "spokes_and_rims",
         weights: Literal["cotangent", "uniform"] = "cotangent",
+        linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"] = "block_ldlt",
         threads: int = 0,
         join_seams: bool = False,
     ) -> None: ...

@@ -16,10 +16,14 @@ enum class EdgeWeights {
   kUniform,    ///< every triangle edge counts the same, whatever its shape
 };
 
-/// How the linear system of the global step is factorized and solved. The result is the same, the time is not.
+/// How the linear system of the global step is factorized and solved. The result is the same, the time is not: all but
+/// the first are Eigen's, in double and one thread, for comparisons.
 enum class LinearSolverKind {
-  kBlockLdlt,       ///< supernodal, in threads and vectors, corrections in single precision
-  kSimplicialLdlt,  ///< Eigen's column by column: plain, in double, one thread
+  kBlockLdlt,       ///< supernodal Cholesky, in threads and vectors, corrections in single precision
+  kSimplicialLdlt,  ///< Cholesky, column by column
+  kSparseLu,        ///< does not use the symmetry: twice the numbers
+  kSparseQr,        ///< very slow: for up to about three thousand vertices
+  kBiCgStab,        ///< iterative, to a residual of 1e-10: the least memory; SolverError where it does not converge
 };
 
 /// Where the iteration starts. Constrained vertices start at their targets in every case.
