@@ -292,40 +292,47 @@ void forward_strips(const TileSupernode& node, int begin, int end, const float* 
       });
 }
 
-using FourDoubles = Vector<double, 4>;
+/// (factor b[0], factor b[1], factor b[2], 0).
+/// @param has_next  b[3] may be read
+[[gnu::always_inline]] inline Four to_place(const double* b, double factor, [[maybe_unused]] bool has_next) {
+#if defined(__AVX__)
+  using Doubles = Vector<double, 4>;
+  Doubles row = {b[0], b[1], b[2], 0};
+  if (has_next) row = load<double, 4>(b) * Doubles{1, 1, 1, 0};
+  return __builtin_convertvector(row * factor, Four);
+#else
+  return Four{static_cast<float>(factor * b[0]), static_cast<float>(factor * b[1]), static_cast<float>(factor * b[2]),
+              0};
+#endif
+}
 
 float read(const double* b, const float* scaling, double factor, int n, float* x) {
-  Four largest = {};
-  Four not_finite = {};
-  const auto add = [&](int k, FourDoubles row) __attribute__((always_inline)) {
-    const FourDoubles scaled = row * (factor * static_cast<double>(scaling[k]));
-    const Four value = __builtin_convertvector(scaled, Four);
-    not_finite += value * 0.0F;
-    const Four size = value < 0.0F ? -value : value;
+  using Bits = Vector<int, 4>;
+  constexpr Bits kNoSign = {0x7fffffff, 0x7fffffff, 0x7fffffff, 0x7fffffff};
+  // Positive numbers are in the order of their bits, and NaN and infinity come last.
+  Bits largest = {};
+  for (int k = 0; k < n; ++k, b += 3, x += 4) {
+    const Four value = to_place(b, factor * static_cast<double>(scaling[k]), k + 1 < n);
+    const Bits size = reinterpret_cast<Bits>(value) & kNoSign;
     largest = size > largest ? size : largest;
-    store<float, 4>(x + 4 * static_cast<size_t>(k), value);
-  };
-  // The fourth number is the next row's, or none.
-  for (int k = 0; k + 1 < n; ++k, b += 3) {
-    FourDoubles row = load<double, 4>(b);
-    row[3] = 0;
-    add(k, row);
+    store<float, 4>(x, value);
   }
-  if (n > 0) add(n - 1, FourDoubles{b[0], b[1], b[2], 0});
-  const float x_y = largest[0] > largest[1] ? largest[0] : largest[1];
-  return (x_y > largest[2] ? x_y : largest[2]) + (not_finite[0] + not_finite[1] + not_finite[2]);
+  const int x_y = largest[0] > largest[1] ? largest[0] : largest[1];
+  return __builtin_bit_cast(float, x_y > largest[2] ? x_y : largest[2]);
 }
 
 void write(const float* x, const float* scaling, double factor, int n, double* b) {
-  const auto row = [&](int k) __attribute__((always_inline)) {
-    const FourDoubles value = __builtin_convertvector(load<float, 4>(x + 4 * static_cast<size_t>(k)), FourDoubles);
-    return value * (factor * static_cast<double>(scaling[k]));
-  };
-  // The fourth number is overwritten by the next row; the last row must not have it.
-  for (int k = 0; k + 1 < n; ++k, b += 3) store<double, 4>(b, row(k));
-  if (n == 0) return;
-  const FourDoubles last = row(n - 1);
-  for (int d = 0; d < 3; ++d) b[d] = last[d];
+  for (int k = 0; k < n; ++k, b += 3, x += 4) {
+    const double f = factor * static_cast<double>(scaling[k]);
+#if defined(__AVX__)
+    // The fourth number is overwritten by the next row.
+    if (k + 1 < n) {
+      store<double, 4>(b, __builtin_convertvector(load<float, 4>(x), Vector<double, 4>) * f);
+      continue;
+    }
+#endif
+    for (int d = 0; d < 3; ++d) b[d] = f * static_cast<double>(x[d]);
+  }
 }
 
 template <class Number>

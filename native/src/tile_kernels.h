@@ -65,8 +65,8 @@ enum class TileFormat { kFloat, kHalf };
 struct TileKernels {
   size_t number_bytes;
 
-  /// x[k] = (factor scaling[k] b[k], 0) for n rows of b (n, 3). Returns the largest absolute value, NaN if one is not
-  /// finite.
+  /// x[k] = (factor scaling[k] b[k], 0) for n rows of b (n, 3). Returns the largest absolute value, not
+  /// finite if one is not.
   float (*read)(const double* b, const float* scaling, double factor, int n, float* x);
   /// b[k] = factor scaling[k] x[k] without the fourth.
   void (*write)(const float* x, const float* scaling, double factor, int n, double* b);
