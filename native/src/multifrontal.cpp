@@ -12,13 +12,14 @@
 #include "arap/error.h"
 #include "elimination_tree.h"
 #include "team.h"
+#include "text.h"
 
 namespace arap {
 
 namespace {
 
-/// A pivot below this part of the diagonal entry it came from is rounding.
-constexpr double kLeastPivot = 1e-15;
+/// A pivot below this part of the diagonal entry it came from is rounding: what is left where nothing holds a mesh.
+constexpr double kLeastPivot = 1e-13;
 
 /// Fronts with more numbers in their columns than this are worth several threads.
 constexpr size_t kSharedFront = 40'000;
@@ -87,12 +88,21 @@ class Factorizer {
       for (const int s : plan_.partition.top) eliminate_in_team(team, s, shared, own);
     });
     if (exception_) std::rethrow_exception(exception_);
-    if (has_failed_)
-      throw SolverError("the system is not positive definite; look for parts of the mesh without stiffness");
+    if (has_failed_) fail();
     return fits_;
   }
 
  private:
+  /// Says why a pivot was not positive.
+  [[noreturn]] void fail() const {
+    for (int column = 0; column < A_.cols(); ++column)
+      for (SparseMatrix::InnerIterator it(A_, column); it; ++it)
+        if (scaling_.of_each[column] != 0 && scaling_.of_each[it.row()] != 0 && !std::isfinite(it.value()))
+          throw SolverError(text("entry (", it.row(), ", ", column, ") of the system is ", it.value(),
+                                 "; look for positions, weights and stiffnesses that are not finite"));
+    throw SolverError("the system is not positive definite; look for parts of the mesh without stiffness");
+  }
+
   const Supernode& node(int s) const { return plan_.structure.supernodes[s]; }
   void store(int s, const Front& front, int begin, int end, Workspace& workspace) {
     if (!store_tiles_(front, node(s).n_columns, node(s).n_rows, begin, end, workspace.row_block.data(),

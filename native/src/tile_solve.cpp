@@ -13,8 +13,9 @@ namespace arap {
 
 namespace {
 
-/// Supernodes with more tiles than this are worth two barriers.
-constexpr size_t kSharedTiles = 600;
+/// Supernodes with more tiles than this, some microseconds of work, are worth two barriers: cheap as long as every
+/// thread has its core, a time slice each where it does not.
+constexpr size_t kSharedTiles = 6000;
 
 bool is_shared(const TileSupernode& node) { return tile_count(node.n_tiles, node.n_strips) > kSharedTiles; }
 
