@@ -130,26 +130,61 @@ void update_columns(const Front& front, int begin, int end, int target_begin, in
 }
 
 /// Strip `strip` of G, whose rows are `rows` of (kFrontRowBlock, n_columns), column-major, to its tiles.
-void store_strip(const Front& front, int strip, const double* rows, float* tiles) {
+/// @param n_own_rows  rows of F21 that are not padding
+/// @param carry       (n_columns,) what earlier rows of F21 lost by rounding; changes
+template <class Number>
+bool store_strip(const Front& front, int strip, int n_own_rows, const double* rows, double* carry, Number* tiles) {
+  using Four = Vector<float, 4>;
+  using FourDoubles = Vector<double, 4>;
+  // Rows of this strip that take and leave what was lost.
+  const int first = kTile * strip - front.n_columns;
+  const int n_carrying = first < 0 ? 0 : n_own_rows - first < kTile ? n_own_rows - first : kTile;
+  Four largest = {};
   const int n_tiles = front.n_columns / kTile;
   const int n_strips = front.n_rows / kTile;
   for (int p = panel_count(n_tiles) - 1; p >= 0; --p) {
     const int s = strip - p * kPanelTiles;
     const int width = panel_width(n_tiles, p);
     if (s >= 0) {
-      float* tile = tiles + strip_offset(width, s) * kTileNumbers;
+      Number* tile = tiles + strip_offset(width, s) * kTileNumbers;
       const double* columns = rows + p * kPanelColumns * kFrontRowBlock;
-      for (int t = 0; t < width && t <= s; ++t, tile += kTileNumbers, columns += kTile * kFrontRowBlock)
-        for (int r = 0; r < kTile; ++r)
-          for (int c = 0; c < kTile; ++c) tile[kTile * r + c] = static_cast<float>(columns[c * kFrontRowBlock + r]);
+      double* lost = carry + p * kPanelColumns;
+      for (int t = 0; t < width && t <= s;
+           ++t, tile += kTileNumbers, columns += kTile * kFrontRowBlock, lost += kTile) {
+        FourDoubles left = load<double, 4>(lost);
+        for (int r = 0; r < kTile; ++r) {
+          const FourDoubles exact = {columns[r], columns[kFrontRowBlock + r], columns[2 * kFrontRowBlock + r],
+                                     columns[3 * kFrontRowBlock + r]};
+          const FourDoubles wanted = r < n_carrying ? exact + left : exact;
+          const Four value = __builtin_convertvector(wanted, Four);
+          store_four(tile + kTile * r, value);
+          if constexpr (sizeof(Number) < sizeof(float)) {
+            const Four size = value < 0.0F ? -value : value;
+            largest = size > largest ? size : largest;
+            const Four stored = load_as_float<Number, 4>(tile + kTile * r);
+            if (r < n_carrying) left = wanted - __builtin_convertvector(stored, FourDoubles);
+          }
+        }
+        store<double, 4>(lost, left);
+      }
     }
     tiles += panel_size(n_tiles, n_strips, p) * kTileNumbers;
   }
+#if defined(__F16C__)
+  if constexpr (sizeof(Number) < sizeof(float))
+    return largest[0] <= kLargestHalf && largest[1] <= kLargestHalf && largest[2] <= kLargestHalf &&
+           largest[3] <= kLargestHalf;
+#endif
+  return true;
 }
 
 /// G L11 = [I; -L21], so the rows of G are independent: each is a triangular solve, from the last column to the first.
-void store_tiles(const Front& front, int n_own, int begin, int end, double* workspace, float* tiles) {
+template <class Number>
+bool store_tiles(const Front& front, int n_own, int n_own_rows, int begin, int end, double* workspace, void* tiles) {
   static_assert(kFrontRowBlock % kLanes == 0);
+  bool fits = true;
+  double* carry = workspace + static_cast<size_t>(kFrontRowBlock) * static_cast<size_t>(front.n_columns);
+  for (int c = 0; c < front.n_columns; ++c) carry[c] = 0;
   const auto stride = static_cast<size_t>(front.stride);
   for (int row = begin; row < end; row += kFrontRowBlock) {
     // Rows of L11^-1 end at the diagonal.
@@ -170,8 +205,10 @@ void store_tiles(const Front& front, int n_own, int begin, int end, double* work
     for (int c = n_own; c < n_columns; ++c)
       for (int r = 0; r < kFrontRowBlock; ++r) workspace[c * kFrontRowBlock + r] = 0;
     const int last = row + kFrontRowBlock < end ? row + kFrontRowBlock : end;
-    for (int r = row; r < last; r += kTile) store_strip(front, r / kTile, workspace + (r - row), tiles);
+    for (int r = row; r < last; r += kTile)
+      fits &= store_strip(front, r / kTile, n_own_rows, workspace + (r - row), carry, static_cast<Number*>(tiles));
   }
+  return fits;
 }
 
 }  // namespace
@@ -179,7 +216,11 @@ void store_tiles(const Front& front, int n_own, int begin, int end, double* work
 namespace ARAP_ISA_NAMESPACE {
 
 FrontKernels front_kernels();  // declared again in kernels.cpp
-FrontKernels front_kernels() { return {factor_panel, update_columns, store_tiles}; }
+FrontKernels front_kernels() {
+  FrontKernels result{factor_panel, update_columns, store_tiles<float>, nullptr};
+  if constexpr (kHasHalf) result.store_half_tiles = store_tiles<Half>;
+  return result;
+}
 
 }  // namespace ARAP_ISA_NAMESPACE
 }  // namespace arap

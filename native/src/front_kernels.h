@@ -39,11 +39,20 @@ struct FrontKernels {
   /// all multiples of 4.
   void (*update_columns)(const Front& front, int begin, int end, int target_begin, int target_end);
 
-  /// Stores the strips of rows [begin, end) of G = [L11^-1; -L21 L11^-1] as tiles (tile_kernels.h).
-  /// @param n_own      columns that are not padding; the others become 0
-  /// @param workspace  (kFrontRowBlock, n_columns)
-  /// @param tiles      of the supernode
-  void (*store_tiles)(const Front& front, int n_own, int begin, int end, double* workspace, float* tiles);
+  /// Stores the strips of rows [begin, end) of G = [L11^-1; -L21 L11^-1] as tiles (tile_kernels.h). Returns false where
+  /// a number is too large for the format.
+  /// @param n_own       columns that are not padding; the others become 0
+  /// @param n_own_rows  rows of F21 that are not padding
+  /// @param workspace   (kFrontRowBlock + 1, n_columns)
+  /// @param tiles       of the supernode
+  bool (*store_tiles)(const Front& front, int n_own, int n_own_rows, int begin, int end, double* workspace,
+                      void* tiles);
+
+  /// The same as halves; null where the instruction set does not convert them. What one row loses by rounding the next
+  /// one gets, so that sums down the columns stay right: smooth vectors, the ones that solves are about, see hardly any
+  /// rounding.
+  bool (*store_half_tiles)(const Front& front, int n_own, int n_own_rows, int begin, int end, double* workspace,
+                           void* tiles);
 };
 
 }  // namespace arap

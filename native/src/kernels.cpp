@@ -7,6 +7,7 @@ namespace arap {
 namespace baseline {
 FrontKernels front_kernels();
 TileKernels tile_kernels();
+TileKernels half_tile_kernels();
 CellKernels<float> single_cell_kernels();
 CellKernels<double> double_cell_kernels();
 }  // namespace baseline
@@ -15,12 +16,14 @@ CellKernels<double> double_cell_kernels();
 namespace avx2 {
 FrontKernels front_kernels();
 TileKernels tile_kernels();
+TileKernels half_tile_kernels();
 CellKernels<float> single_cell_kernels();
 CellKernels<double> double_cell_kernels();
 }  // namespace avx2
 namespace avx512 {
 FrontKernels front_kernels();
 TileKernels tile_kernels();
+TileKernels half_tile_kernels();
 CellKernels<float> single_cell_kernels();
 CellKernels<double> double_cell_kernels();
 }  // namespace avx512
@@ -29,19 +32,19 @@ CellKernels<double> double_cell_kernels();
 const Kernels& kernels(Isa isa) {
 #if defined(ARAP_HAS_X86_KERNELS)
   if (isa == Isa::kAvx512) {
-    static const Kernels for_avx512{avx512::front_kernels(), avx512::tile_kernels(), avx512::single_cell_kernels(),
-                                    avx512::double_cell_kernels()};
+    static const Kernels for_avx512{avx512::front_kernels(), avx512::tile_kernels(), avx512::half_tile_kernels(),
+                                    avx512::single_cell_kernels(), avx512::double_cell_kernels()};
     return for_avx512;
   }
   if (isa == Isa::kAvx2) {
-    static const Kernels for_avx2{avx2::front_kernels(), avx2::tile_kernels(), avx2::single_cell_kernels(),
-                                  avx2::double_cell_kernels()};
+    static const Kernels for_avx2{avx2::front_kernels(), avx2::tile_kernels(), avx2::half_tile_kernels(),
+                                  avx2::single_cell_kernels(), avx2::double_cell_kernels()};
     return for_avx2;
   }
 #else
   static_cast<void>(isa);
 #endif
-  static const Kernels for_baseline{baseline::front_kernels(), baseline::tile_kernels(),
+  static const Kernels for_baseline{baseline::front_kernels(), baseline::tile_kernels(), baseline::half_tile_kernels(),
                                     baseline::single_cell_kernels(), baseline::double_cell_kernels()};
   return for_baseline;
 }

@@ -12,6 +12,7 @@ namespace arap {
 struct Kernels {
   FrontKernels front;
   TileKernels tile;
+  TileKernels half_tile;  ///< all null where the instruction set does not convert halves
   CellKernels<float> single_cell;
   CellKernels<double> double_cell;
 };

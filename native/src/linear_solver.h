@@ -19,7 +19,7 @@ class Factorization {
   virtual ~Factorization() = default;
 
   /// Replaces b (n, 3) by the solution, erased rows by 0. The solution may be that of a nearby matrix, symmetric and
-  /// positive definite too, whose difference shows from the sixth digit on. So iterate x += solve(b - A x), which ends
+  /// positive definite too, whose difference shows from the third digit on. So iterate x += solve(b - A x), which ends
   /// at the exact x, or use solve_refined.
   virtual void solve(Positions& b) const = 0;
 };

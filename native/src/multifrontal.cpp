@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <exception>
 #include <iterator>
 #include <memory>
@@ -11,13 +12,14 @@
 #include "arap/error.h"
 #include "elimination_tree.h"
 #include "team.h"
+#include "text.h"
 
 namespace arap {
 
 namespace {
 
-/// A pivot below this part of the diagonal entry it came from is rounding.
-constexpr double kLeastPivot = 1e-15;
+/// A pivot below this part of the diagonal entry it came from is rounding: what is left where nothing holds a mesh.
+constexpr double kLeastPivot = 1e-13;
 
 /// Fronts with more numbers in their columns than this are worth several threads.
 constexpr size_t kSharedFront = 40'000;
@@ -55,7 +57,7 @@ struct Workspace {
   }
 
   void reserve_row_block(int n_columns) {
-    const size_t size = size_t{kFrontRowBlock} * static_cast<size_t>(n_columns);
+    const size_t size = size_t{kFrontRowBlock + 1} * static_cast<size_t>(n_columns);
     if (row_block.size() < size) row_block = AlignedBuffer<double>(size);
   }
 };
@@ -63,17 +65,19 @@ struct Workspace {
 class Factorizer {
  public:
   Factorizer(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels, const SparseMatrix& A,
-             const std::vector<char>& is_erased, double scale, float* tiles)
+             const Scaling& scaling, TileFormat format, std::byte* tiles)
       : plan_(plan),
         fronts_(fronts),
         kernels_(kernels),
         A_(A),
-        is_erased_(is_erased),
-        scale_(scale),
+        scaling_(scaling),
+        store_tiles_(format == TileFormat::kHalf ? kernels.store_half_tiles : kernels.store_tiles),
+        tile_bytes_(kTileNumbers * (format == TileFormat::kHalf ? sizeof(float) / 2 : sizeof(float))),
         tiles_(tiles),
         updates_(plan.structure.supernodes.size()) {}
 
-  void run() {
+  /// Returns false where a number does not fit.
+  bool run() {
     Workspace shared;
     run_team(plan_.n_threads, [&](const Team& team) {
       guard([&] { eliminate_branches(); });
@@ -84,13 +88,27 @@ class Factorizer {
       for (const int s : plan_.partition.top) eliminate_in_team(team, s, shared, own);
     });
     if (exception_) std::rethrow_exception(exception_);
-    if (has_failed_)
-      throw SolverError("the system is not positive definite; look for parts of the mesh without stiffness");
+    if (has_failed_) fail();
+    return fits_;
   }
 
  private:
+  /// Says why a pivot was not positive.
+  [[noreturn]] void fail() const {
+    for (int column = 0; column < A_.cols(); ++column)
+      for (SparseMatrix::InnerIterator it(A_, column); it; ++it)
+        if (scaling_.of_each[column] != 0 && scaling_.of_each[it.row()] != 0 && !std::isfinite(it.value()))
+          throw SolverError(text("entry (", it.row(), ", ", column, ") of the system is ", it.value(),
+                                 "; look for positions, weights and stiffnesses that are not finite"));
+    throw SolverError("the system is not positive definite; look for parts of the mesh without stiffness");
+  }
+
   const Supernode& node(int s) const { return plan_.structure.supernodes[s]; }
-  float* tiles_of(int s) const { return tiles_ + size_t{kTileNumbers} * plan_.tile_offsets[s]; }
+  void store(int s, const Front& front, int begin, int end, Workspace& workspace) {
+    if (!store_tiles_(front, node(s).n_columns, node(s).n_rows, begin, end, workspace.row_block.data(),
+                      tiles_ + tile_bytes_ * plan_.tile_offsets[s]))
+      fits_ = false;
+  }
 
   /// An exception may not leave a thread of the team; after the first nobody starts anything new.
   template <class Act>
@@ -155,13 +173,16 @@ class Factorizer {
       double* column = front.values + stride * static_cast<size_t>(c);
       least_pivot[c] = 0;
       const int global = node(s).first_column + c;
-      if (c >= node(s).n_columns || is_erased_[plan_.structure.order[global]] != 0) {
+      const double scale =
+          c < node(s).n_columns ? scaling_.of_all * double{scaling_.of_each[plan_.structure.order[global]]} : 0;
+      if (scale == 0) {
         column[c] = 1;
         continue;
       }
       for (int e = fronts_.entry_offsets[global]; e < fronts_.entry_offsets[global + 1]; ++e) {
         const FrontPlan::Entry entry = fronts_.entries[e];
-        if (is_erased_[rows[entry.source]] == 0) column[entry.row] = scale_ * values[entry.source];
+        const double other = scaling_.of_all * double{scaling_.of_each[rows[entry.source]]};
+        if (other != 0) column[entry.row] = scale * values[entry.source] * other;
       }
       least_pivot[c] = kLeastPivot * column[c];
     }
@@ -200,7 +221,7 @@ class Factorizer {
       kernels_.update_columns(front, begin, end, end, front.n_rows);
     }
     take_update(s, front, 0, node(s).n_rows);
-    kernels_.store_tiles(front, node(s).n_columns, 0, front.n_rows, workspace.row_block.data(), tiles_of(s));
+    store(s, front, 0, front.n_rows, workspace);
   }
 
   /// The same by all threads of the team, between two barriers.
@@ -228,8 +249,7 @@ class Factorizer {
     if (!has_failed_) {
       const int n = node(s).n_rows;
       take_update(s, front, team.begin(n), team.end(n));
-      kernels_.store_tiles(front, node(s).n_columns, team.begin(front.n_rows, kFrontRowBlock),
-                           team.end(front.n_rows, kFrontRowBlock), own.row_block.data(), tiles_of(s));
+      store(s, front, team.begin(front.n_rows, kFrontRowBlock), team.end(front.n_rows, kFrontRowBlock), own);
     }
     team.barrier();
   }
@@ -238,12 +258,14 @@ class Factorizer {
   const FrontPlan& fronts_;
   const FrontKernels& kernels_;
   const SparseMatrix& A_;
-  const std::vector<char>& is_erased_;
-  double scale_;
-  float* tiles_;
+  const Scaling& scaling_;
+  decltype(FrontKernels::store_tiles) store_tiles_;
+  size_t tile_bytes_;
+  std::byte* tiles_;
   std::vector<Update> updates_;  ///< of each supernode, until its parent has it
   std::atomic<int> next_branch_ = 0;
   std::atomic<bool> has_failed_ = false;
+  std::atomic<bool> fits_ = true;
   std::exception_ptr exception_;
 };
 
@@ -284,9 +306,25 @@ FrontPlan::FrontPlan(const SparseMatrix& pattern, const TilePlan& plan) {
   }
 }
 
-void factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels,
-                            const SparseMatrix& A, const std::vector<char>& is_erased, double scale, float* tiles) {
-  Factorizer(plan, fronts, kernels, A, is_erased, scale, tiles).run();
+Scaling::Scaling(const SparseMatrix& A, const std::vector<char>& is_erased) : of_all(1), of_each(is_erased.size(), 0) {
+  const Eigen::VectorXd diagonal = A.diagonal();
+  const auto is_scale = [&](Eigen::Index i) { return diagonal[i] > 0 && std::isfinite(diagonal[i]); };
+  double largest = 0;
+  for (Eigen::Index i = 0; i < diagonal.size(); ++i)
+    if (is_erased[i] == 0 && is_scale(i)) largest = std::max(largest, diagonal[i]);
+  if (largest == 0) largest = 1;
+  of_all = std::exp2(-std::ilogb(largest) / 2);
+  for (Eigen::Index i = 0; i < diagonal.size(); ++i) {
+    if (is_erased[i] != 0) continue;
+    // What is not positive fails as a pivot; beyond the range of a float there are only zeros and mistakes.
+    const int exponent = is_scale(i) ? std::ilogb(diagonal[i]) + 2 * std::ilogb(of_all) : 0;
+    of_each[i] = static_cast<float>(std::exp2(std::min(-exponent / 2, 100)));
+  }
+}
+
+bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels,
+                            const SparseMatrix& A, const Scaling& scaling, TileFormat format, std::byte* tiles) {
+  return Factorizer(plan, fronts, kernels, A, scaling, format, tiles).run();
 }
 
 }  // namespace arap

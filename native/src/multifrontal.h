@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <vector>
 
 #include "kernels.h"
@@ -30,11 +30,20 @@ struct FrontPlan {
   std::vector<int> next_sibling;
 };
 
-/// Factorizes A with the rows and columns of `is_erased` replaced by those of the identity. Throws SolverError where
-/// that is not positive definite.
-/// @param scale  A is multiplied by it
+/// Rows and columns of A are multiplied by these before it is factorized, so that all numbers are near 1: powers of
+/// two, which change no digits.
+struct Scaling {
+  /// @param is_erased  (n,) where A has no meaning
+  Scaling(const SparseMatrix& A, const std::vector<char>& is_erased);
+
+  double of_all;               ///< times
+  std::vector<float> of_each;  ///< of each unknown, 0 where it is erased
+};
+
+/// Factorizes A, scaled, with the rows and columns of erased unknowns replaced by those of the identity. Throws
+/// SolverError where that is not positive definite. Returns false where a number does not fit in the format.
 /// @param tiles  (16 * number of tiles,) set
-void factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels,
-                            const SparseMatrix& A, const std::vector<char>& is_erased, double scale, float* tiles);
+bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels,
+                            const SparseMatrix& A, const Scaling& scaling, TileFormat format, std::byte* tiles);
 
 }  // namespace arap

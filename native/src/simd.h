@@ -50,6 +50,47 @@ template <class Number, int n>
   *reinterpret_cast<typename VectorOf<Number, n>::InMemory*>(p) = v;
 }
 
+/// A number of 16 bits: 11 digits, up to 65504.
+struct Half {
+  unsigned short bits;
+};
+
+/// Where a processor converts them in vectors; it does wherever it has AVX2.
+#if defined(__F16C__)
+inline constexpr bool kHasHalf = true;
+
+inline constexpr float kLargestHalf = 65504;
+
+template <class Number, int n>
+[[gnu::always_inline]] inline Vector<float, n> load_as_float(const Number* p) {
+  if constexpr (sizeof(Number) == sizeof(float)) {
+    return load<float, n>(p);
+  } else if constexpr (n == 4) {
+    return _mm_cvtph_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p)));
+  } else if constexpr (n == 8) {
+    return _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
+  } else {
+#if defined(__AVX512F__)
+    return _mm512_cvtph_ps(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
+#endif
+  }
+}
+
+/// Stores the nearest.
+[[gnu::always_inline]] inline void store_four(Half* p, Vector<float, 4> v) {
+  _mm_storel_epi64(reinterpret_cast<__m128i*>(p), _mm_cvtps_ph(v, 0));
+}
+#else
+inline constexpr bool kHasHalf = false;
+
+template <class Number, int n>
+[[gnu::always_inline]] inline Vector<float, n> load_as_float(const Number* p) {
+  return load<float, n>(p);
+}
+#endif
+
+[[gnu::always_inline]] inline void store_four(float* p, Vector<float, 4> v) { store<float, 4>(p, v); }
+
 /// The same four lanes of a pattern in each group of four: lane 4 g + i of the result is lane 4 g + p_i of a, or of b
 /// where p_i is 4 and more.
 template <int n, int p0, int p1, int p2, int p3>

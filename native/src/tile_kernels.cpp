@@ -75,14 +75,22 @@ struct Columns {
   int stride;
 };
 
+/// Asks for the stream where it will be used, once for each cache line.
+template <int tile, class Number>
+[[gnu::always_inline]] inline void prefetch(const Number* tiles, int bytes_ahead) {
+  constexpr int kTilesOfLine = 64 / (kTileNumbers * static_cast<int>(sizeof(Number)));
+  if constexpr (tile % kTilesOfLine == 0)
+    __builtin_prefetch(reinterpret_cast<const char*>(tiles + tile * kTileNumbers) + bytes_ahead);
+}
+
 /// The products of `count` tiles side by side with the columns: 4 rows (x, y, z, 0).
-template <int count, int width>
-[[gnu::always_inline]] inline void multiply_strip(const float* tiles, const Columns<width>& columns, Four* result) {
+template <int count, int width, class Number>
+[[gnu::always_inline]] inline void multiply_strip(const Number* tiles, const Columns<width>& columns, Four* result) {
   Floats sum[kVectors][kSides] = {};
   unroll<count>([&](auto t) __attribute__((always_inline)) {
-    __builtin_prefetch(reinterpret_cast<const char*>(tiles + t * kTileNumbers) + kPrefetchBytes);
+    prefetch<t>(tiles, kPrefetchBytes);
     unroll<kVectors>([&](auto v) __attribute__((always_inline)) {
-      Floats w = load<float, kLanes>(tiles + t * kTileNumbers + v * kLanes);
+      const Floats w = load_as_float<Number, kLanes>(tiles + t * kTileNumbers + v * kLanes);
       sum[v][0] += w * columns.template get<t, 0>();
       sum[v][1] += w * columns.template get<t, 1>();
       sum[v][2] += w * columns.template get<t, 2>();
@@ -102,8 +110,9 @@ template <int count, int width>
 
 /// Strips [begin, end) of a panel; the triangle's set their rows, the others add to theirs.
 /// @param tiles, rows  of the panel's first strip
-template <int width>
-void forward_panel(const float* tiles, const int* rows, int begin, int end, const float* packed, int stride, float* x) {
+template <int width, class Number>
+void forward_panel(const Number* tiles, const int* rows, int begin, int end, const float* packed, int stride,
+                   float* x) {
   const Columns<width> columns(packed, stride);
   unroll<width>([&](auto i) __attribute__((always_inline)) {
     if (i < begin || i >= end) return;
@@ -113,7 +122,7 @@ void forward_panel(const float* tiles, const int* rows, int begin, int end, cons
                       __attribute__((always_inline)) { store<float, 4>(place(x, rows[4 * i + r]), result[r]); });
   });
   const int first = begin > width ? begin : width;
-  const float* strip = tiles + strip_offset(width, first) * kTileNumbers;
+  const Number* strip = tiles + strip_offset(width, first) * kTileNumbers;
   for (int s = first; s < end; ++s, strip += width * kTileNumbers) {
     Four result[kTile];
     multiply_strip<width>(strip, columns, result);
@@ -125,8 +134,8 @@ void forward_panel(const float* tiles, const int* rows, int begin, int end, cons
 }
 
 /// Adds to sum[tile][side] the products of one strip's tiles [first, first + count) and its rows of x.
-template <int first, int count, int available>
-[[gnu::always_inline]] inline void multiply_transposed_strip(const float* tiles, const int* rows, const float* x,
+template <int first, int count, int available, class Number>
+[[gnu::always_inline]] inline void multiply_transposed_strip(const Number* tiles, const int* rows, const float* x,
                                                              Floats (*sum)[kSides]) {
   unroll<kVectors>([&](auto v) __attribute__((always_inline)) {
     const Floats values = join_fours<kLanes>([&](auto g) __attribute__((always_inline)) {
@@ -138,9 +147,8 @@ template <int first, int count, int available>
     unroll<(first + count <= available ? count
             : available > first        ? available - first
                                        : 0)>([&](auto t) __attribute__((always_inline)) {
-      const float* tile = tiles + (first + t) * kTileNumbers;
-      if constexpr (v == 0) __builtin_prefetch(reinterpret_cast<const char*>(tile) - kPrefetchBytes);
-      const Floats w = load<float, kLanes>(tile + v * kLanes);
+      if constexpr (v == 0) prefetch<first + t>(tiles, -kPrefetchBytes);
+      const Floats w = load_as_float<Number, kLanes>(tiles + (first + t) * kTileNumbers + v * kLanes);
       sum[t][0] += w * x0;
       sum[t][1] += w * x1;
       sum[t][2] += w * x2;
@@ -149,11 +157,11 @@ template <int first, int count, int available>
 }
 
 /// Columns of the tiles [first, first + count) of a panel; out (4 count, 4).
-template <int width, int first, int count>
-[[gnu::always_inline]] inline void backward_tiles(const float* tiles, const int* rows, int n_strips, const float* x,
+template <int width, int first, int count, class Number>
+[[gnu::always_inline]] inline void backward_tiles(const Number* tiles, const int* rows, int n_strips, const float* x,
                                                   float* out) {
   Floats sum[count][kSides] = {};
-  const float* strip = tiles + strip_offset(width, n_strips) * kTileNumbers;
+  const Number* strip = tiles + strip_offset(width, n_strips) * kTileNumbers;
   for (int s = n_strips - 1; s >= width; --s) {
     strip -= width * kTileNumbers;
     multiply_transposed_strip<first, count, width>(strip, rows + 4 * s, x, sum);
@@ -178,8 +186,8 @@ template <int width, int first, int count>
 }
 
 /// @param tiles, rows  of the panel's first strip
-template <int width>
-void backward_panel_of(const float* tiles, const int* rows, int n_strips, const float* x, float* out) {
+template <int width, class Number>
+void backward_panel_of(const Number* tiles, const int* rows, int n_strips, const float* x, float* out) {
   // Three sums a tile: 8 tiles fill the 32 registers of AVX-512, 4 the 16 of the others.
   constexpr int kAtOnce = kLanes == 16 ? 8 : 4;
   if constexpr (width > kAtOnce) {
@@ -215,20 +223,21 @@ template <class Call>
 }
 
 /// call(panel, its width, its first tile) from right to left.
-template <class Call>
+template <class Number, class Call>
 [[gnu::always_inline]] inline void for_panels_in_stream_order(const TileSupernode& node, const Call& call) {
-  const float* tiles = node.tiles;
+  const auto* tiles = static_cast<const Number*>(node.tiles);
   for (int p = panel_count(node.n_tiles) - 1; p >= 0; --p) {
     call(p, panel_width(node.n_tiles, p), tiles);
     tiles += panel_size(node.n_tiles, node.n_strips, p) * kTileNumbers;
   }
 }
 
+template <class Number>
 void forward(const TileSupernode* begin, const TileSupernode* end, float* x) {
   alignas(64) float packed[kSides * kPanelColumns];
   for (const TileSupernode* node = begin; node != end; ++node) {
-    for_panels_in_stream_order(
-        *node, [&](int p, int width, const float* tiles) __attribute__((always_inline)) {
+    for_panels_in_stream_order<Number>(
+        *node, [&](int p, int width, const Number* tiles) __attribute__((always_inline)) {
           const int* rows = node->rows + p * kPanelColumns;
           pack_columns(rows, width, x, packed, kPanelColumns);
           with_width(
@@ -239,20 +248,23 @@ void forward(const TileSupernode* begin, const TileSupernode* end, float* x) {
   }
 }
 
+template <class Number>
 void backward_panel(const TileSupernode& node, int panel, const float* x, float* out) {
-  const float* tiles = node.tiles + panel_offset(node.n_tiles, node.n_strips, panel) * kTileNumbers;
+  const auto* tiles =
+      static_cast<const Number*>(node.tiles) + panel_offset(node.n_tiles, node.n_strips, panel) * kTileNumbers;
   with_width(
       panel_width(node.n_tiles, panel), [&](auto w) __attribute__((always_inline)) {
         backward_panel_of<w>(tiles, node.rows + panel * kPanelColumns, node.n_strips - panel * kPanelTiles, x, out);
       });
 }
 
+template <class Number>
 void backward(const TileSupernode* begin, const TileSupernode* end, float* x) {
   alignas(64) float out[kPanelColumns * kTile];
   for (const TileSupernode* node = end; node != begin;) {
     --node;
     for (int p = 0; p < panel_count(node->n_tiles); ++p) {
-      backward_panel(*node, p, x, out);
+      backward_panel<Number>(*node, p, x, out);
       const int* rows = node->rows + p * kPanelColumns;
       // Padding gets 0: its columns of G are 0.
       for (int i = 0; i < panel_width(node->n_tiles, p) * kTile; ++i)
@@ -265,9 +277,10 @@ void pack(const TileSupernode& node, const float* x, float* packed) {
   pack_columns(node.rows, node.n_tiles, x, packed, kTile * node.n_tiles);
 }
 
+template <class Number>
 void forward_strips(const TileSupernode& node, int begin, int end, const float* packed, float* x) {
-  for_panels_in_stream_order(
-      node, [&](int p, int width, const float* tiles) __attribute__((always_inline)) {
+  for_panels_in_stream_order<Number>(
+      node, [&](int p, int width, const Number* tiles) __attribute__((always_inline)) {
         const int first = begin > p * kPanelTiles ? begin - p * kPanelTiles : 0;
         const int last = end - p * kPanelTiles;
         if (first >= last) return;
@@ -279,12 +292,67 @@ void forward_strips(const TileSupernode& node, int begin, int end, const float* 
       });
 }
 
+/// (factor b[0], factor b[1], factor b[2], 0).
+/// @param has_next  b[3] may be read
+[[gnu::always_inline]] inline Four to_place(const double* b, double factor, [[maybe_unused]] bool has_next) {
+#if defined(__AVX__)
+  using Doubles = Vector<double, 4>;
+  Doubles row = {b[0], b[1], b[2], 0};
+  if (has_next) row = load<double, 4>(b) * Doubles{1, 1, 1, 0};
+  return __builtin_convertvector(row * factor, Four);
+#else
+  return Four{static_cast<float>(factor * b[0]), static_cast<float>(factor * b[1]), static_cast<float>(factor * b[2]),
+              0};
+#endif
+}
+
+float read(const double* b, const float* scaling, double factor, int n, float* x) {
+  using Bits = Vector<int, 4>;
+  constexpr Bits kNoSign = {0x7fffffff, 0x7fffffff, 0x7fffffff, 0x7fffffff};
+  // Positive numbers are in the order of their bits, and NaN and infinity come last.
+  Bits largest = {};
+  for (int k = 0; k < n; ++k, b += 3, x += 4) {
+    const Four value = to_place(b, factor * static_cast<double>(scaling[k]), k + 1 < n);
+    const Bits size = reinterpret_cast<Bits>(value) & kNoSign;
+    largest = size > largest ? size : largest;
+    store<float, 4>(x, value);
+  }
+  const int x_y = largest[0] > largest[1] ? largest[0] : largest[1];
+  return __builtin_bit_cast(float, x_y > largest[2] ? x_y : largest[2]);
+}
+
+void write(const float* x, const float* scaling, double factor, int n, double* b) {
+  for (int k = 0; k < n; ++k, b += 3, x += 4) {
+    const double f = factor * static_cast<double>(scaling[k]);
+#if defined(__AVX__)
+    // The fourth number is overwritten by the next row.
+    if (k + 1 < n) {
+      store<double, 4>(b, __builtin_convertvector(load<float, 4>(x), Vector<double, 4>) * f);
+      continue;
+    }
+#endif
+    for (int d = 0; d < 3; ++d) b[d] = f * static_cast<double>(x[d]);
+  }
+}
+
+template <class Number>
+TileKernels kernels_for() {
+  return {sizeof(Number),        read, write, forward<Number>, backward<Number>, pack, forward_strips<Number>,
+          backward_panel<Number>};
+}
+
 }  // namespace
 
 namespace ARAP_ISA_NAMESPACE {
 
 TileKernels tile_kernels();  // declared again in kernels.cpp
-TileKernels tile_kernels() { return {forward, backward, pack, forward_strips, backward_panel}; }
+TileKernels tile_kernels() { return kernels_for<float>(); }
+
+TileKernels half_tile_kernels();
+TileKernels half_tile_kernels() {
+  if constexpr (kHasHalf) return kernels_for<Half>();
+  return {};
+}
 
 }  // namespace ARAP_ISA_NAMESPACE
 }  // namespace arap

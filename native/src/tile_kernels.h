@@ -17,7 +17,7 @@ namespace arap {
 /// at its diagonal: its first strips are a triangle (strip i has i + 1 tiles), the others have all its tiles. Strip
 /// after strip, so one pass reads G from the first number to the last, and the other one back.
 struct TileSupernode {
-  const float* tiles;
+  const void* tiles;  ///< of the format that the kernels are for
   /// 4 * n_strips places in x, of 4 floats each (x, y, z, 0): own columns, padding, rows, padding. Padding is a place
   /// that holds 0.
   const int* rows;
@@ -57,8 +57,20 @@ inline constexpr int kPanelColumns = kPanelTiles * kTile;
 
 [[nodiscard]] constexpr size_t tile_count(int n_tiles, int n_strips) { return panel_offset(n_tiles, n_strips, -1); }
 
-/// Products with G for three right-hand sides.
+/// How the numbers of tiles are stored. Halves are half as much to read, and reading is what a solve does; but they
+/// make it right to two or three digits only, where floats give six.
+enum class TileFormat { kFloat, kHalf };
+
+/// Products with G for three right-hand sides. There is a set of them for each format that the processor converts.
 struct TileKernels {
+  size_t number_bytes;
+
+  /// x[k] = (factor scaling[k] b[k], 0) for n rows of b (n, 3). Returns the largest absolute value, not
+  /// finite if one is not.
+  float (*read)(const double* b, const float* scaling, double factor, int n, float* x);
+  /// b[k] = factor scaling[k] x[k] without the fourth.
+  void (*write)(const float* x, const float* scaling, double factor, int n, double* b);
+
   /// Elimination with the supernodes of [begin, end), in ascending order: b1 becomes y1, b2 changes.
   void (*forward)(const TileSupernode* begin, const TileSupernode* end, float* x);
   /// Back substitution with the supernodes of [begin, end), in descending order: y1 becomes x1.

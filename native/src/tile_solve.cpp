@@ -2,31 +2,48 @@
 #include "tile_solve.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdint>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace arap {
 
 namespace {
 
-/// Supernodes with more tiles than this are worth two barriers.
-constexpr size_t kSharedTiles = 600;
+/// Supernodes with more tiles than this, some microseconds of work, are worth two barriers: cheap as long as every
+/// thread has its core, a time slice each where it does not.
+constexpr size_t kSharedTiles = 6000;
 
 bool is_shared(const TileSupernode& node) { return tile_count(node.n_tiles, node.n_strips) > kSharedTiles; }
 
-/// visit(column, the unknown that it is) for the columns [begin, end): without indirection where they are the same.
-template <class Visit>
-void for_unknowns(const TilePlan& plan, int begin, int end, const Visit& visit) {
-  if (plan.is_in_order) {
-    for (int k = begin; k < end; ++k) visit(k, k);
-  } else {
-    const int* order = plan.structure.order.data();
-    for (int k = begin; k < end; ++k) visit(k, order[k]);
-  }
-}
+/// Rows of b on their way from or to another order.
+constexpr int kRows = 64;
+using Rows = std::array<double, 3 * kRows>;
+
+/// Numbers below the range of a float become 0, as long as this lives: far from where b is not 0 there would be many of
+/// them, and processors are slow with them.
+class FlushToZero {
+ public:
+  FlushToZero() { set(before_ | kFlush); }
+  FlushToZero(const FlushToZero&) = delete;
+  FlushToZero& operator=(const FlushToZero&) = delete;
+  ~FlushToZero() { set(before_); }
+
+ private:
+#if defined(__SSE__)
+  static constexpr unsigned kFlush = 0x8040;  // of results, and of operands
+  static unsigned get() { return __builtin_ia32_stmxcsr(); }
+  static void set(unsigned mode) { __builtin_ia32_ldmxcsr(mode); }
+#else
+  static constexpr unsigned kFlush = 0;
+  static unsigned get() { return 0; }
+  static void set(unsigned /*mode*/) {}
+#endif
+  unsigned before_ = get();
+};
 
 }  // namespace
 
@@ -40,18 +57,18 @@ TileFactorization::Workspace::Workspace(const TilePlan& plan)
 }
 
 TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, const TileKernels& kernels,
-                                     AlignedBuffer<float> tiles, const std::vector<char>& is_erased, double scale)
-    : plan_(std::move(plan)), kernels_(kernels), tiles_(std::move(tiles)), scale_(scale) {
+                                     AlignedBuffer<std::byte> tiles, const Scaling& scaling)
+    : plan_(std::move(plan)), kernels_(kernels), tiles_(std::move(tiles)), scale_(scaling.of_all) {
   const auto& supernodes = plan_->structure.supernodes;
   supernodes_.reserve(supernodes.size());
   for (size_t s = 0; s < supernodes.size(); ++s) {
     const int n_tiles = tiles_for(supernodes[s].n_columns);
-    supernodes_.push_back({tiles_.data() + size_t{kTileNumbers} * plan_->tile_offsets[s],
+    supernodes_.push_back({tiles_.data() + kernels_.number_bytes * kTileNumbers * plan_->tile_offsets[s],
                            plan_->rows.data() + plan_->rows_offsets[s], n_tiles,
                            n_tiles + tiles_for(supernodes[s].n_rows)});
   }
-  is_erased_.reserve(plan_->structure.order.size());
-  for (const int i : plan_->structure.order) is_erased_.push_back(is_erased[i]);
+  scaling_.reserve(plan_->structure.order.size());
+  for (const int i : plan_->structure.order) scaling_.push_back(scaling.of_each[i]);
 }
 
 void TileFactorization::solve(Positions& b) const {
@@ -72,73 +89,112 @@ void TileFactorization::solve(Positions& b) const {
 }
 
 void TileFactorization::solve_in_team(const Team& team, Positions& b, Workspace& work) const {
-  const int n = plan_->n_columns();
-  float* x = work.x.data();
-  work.largest[team.rank] = largest_entry(b, team.begin(n), team.end(n));
-  team.barrier();
-  const double largest = *std::max_element(work.largest.begin(), work.largest.begin() + team.size);
-  if (!(largest > 0) || !std::isfinite(largest)) {
-    const double value = largest == 0 ? 0 : std::numeric_limits<double>::quiet_NaN();
-    for (int i = team.begin(n); i < team.end(n); ++i) b.row(i).setConstant(value);
-    return;
+  const FlushToZero mode;
+  // Nearly every b is in the middle of a float's range as it is. Others get there by powers of two, so that the digits
+  // are the same.
+  constexpr double kSmallest = 0x1p-40;
+  constexpr double kLargest = 0x1p40;
+  double into = scale_;
+  const double reached = eliminate_branches(team, b, into, work);
+  if (!(reached >= kSmallest && reached <= kLargest)) {
+    const double largest = start_again(team, b, work);
+    if (!(largest > 0) || !std::isfinite(largest)) {
+      const double value = largest == 0 ? 0 : std::numeric_limits<double>::quiet_NaN();
+      const int n = plan_->n_columns();
+      for (int i = team.begin(n); i < team.end(n); ++i) b.row(i).setConstant(value);
+      return;
+    }
+    into = std::exp2(-std::ilogb(largest));
+    eliminate_branches(team, b, into, work);
   }
-  // Powers of two, so that the numbers are the same, in the middle of a float's range.
-  const double into = std::exp2(-std::ilogb(largest));
-  const double out = scale_ / into;
+  const double out = scale_ * (scale_ / into);
+  solve_top(team, b, out, work);
+  const auto n_branches = static_cast<int>(plan_->partition.branches.size());
+  for (int i; (i = work.next_backward.fetch_add(1)) < n_branches;) {
+    const Branch& branch = plan_->partition.branches[i];
+    backward_branch(i, work.x.data());
+    write_columns(b, out, branch.begin, branch.end, work.x.data());
+  }
+}
+
+double TileFactorization::eliminate_branches(const Team& team, const Positions& b, double factor,
+                                             Workspace& work) const {
+  float* x = work.x.data();
+  double largest = 0;
+  // A sum tells of the largest one as well as a maximum does, and of a NaN better.
+  if (team.rank == 0)
+    for (const int s : plan_->partition.top) largest += double{read_columns(b, factor, s, s + 1, x)};
   const auto n_branches = static_cast<int>(plan_->partition.branches.size());
   for (int i; (i = work.next_forward.fetch_add(1)) < n_branches;) {
     const Branch& branch = plan_->partition.branches[i];
-    read_columns(b, into, plan_->structure.supernodes[branch.begin].first_column,
-                 plan_->structure.supernodes[branch.end - 1].end_column(), x);
+    largest += double{read_columns(b, factor, branch.begin, branch.end, x)};
     forward_branch(i, x);
   }
+  work.largest[team.rank] = largest;
   team.barrier();
-  if (!plan_->partition.top.empty()) {
-    if (team.rank == 0) {
-      for (const int s : plan_->partition.top)
-        read_columns(b, into, plan_->structure.supernodes[s].first_column, plan_->structure.supernodes[s].end_column(),
-                     x);
-      collect_top(x);
-    }
-    forward_top(team, work);
-    backward_top(team, work);
-    team.barrier();
-    if (team.rank == 0)
-      for (const int s : plan_->partition.top)
-        write_columns(b, out, plan_->structure.supernodes[s].first_column, plan_->structure.supernodes[s].end_column(),
-                      x);
+  return std::accumulate(work.largest.begin(), work.largest.begin() + team.size, 0.0);
+}
+
+double TileFactorization::start_again(const Team& team, const Positions& b, Workspace& work) const {
+  team.barrier();  // everybody has seen `largest`
+  work.next_forward = 0;
+  const int n = plan_->n_columns();
+  const Eigen::Map<const Eigen::ArrayXd> values(b.data() + 3 * static_cast<std::ptrdiff_t>(team.begin(n)),
+                                                3 * static_cast<std::ptrdiff_t>(team.end(n) - team.begin(n)));
+  // 0 * x is NaN where x is not finite.
+  work.largest[team.rank] = values.size() == 0 ? 0 : values.abs().maxCoeff() + (0 * values).sum();
+  team.barrier();
+  const double largest = std::accumulate(work.largest.begin(), work.largest.begin() + team.size, 0.0);
+  team.barrier();
+  return largest;
+}
+
+void TileFactorization::solve_top(const Team& team, Positions& b, double factor, Workspace& work) const {
+  const auto& top = plan_->partition.top;
+  if (top.empty()) return;
+  float* x = work.x.data();
+  if (team.rank == 0) collect_top(x);
+  forward_top(team, work);
+  backward_top(team, work);
+  team.barrier();
+  if (team.rank == 0)
+    for (const int s : top) write_columns(b, factor, s, s + 1, x);
+}
+
+float TileFactorization::read_columns(const Positions& b, double factor, int first, int last, float* x) const {
+  const int begin = plan_->structure.supernodes[first].first_column;
+  const int end = plan_->structure.supernodes[last - 1].end_column();
+  const float* scaling = scaling_.data();
+  if (plan_->is_in_order)
+    return kernels_.read(b.data() + 3 * static_cast<std::ptrdiff_t>(begin), scaling + begin, factor, end - begin,
+                         x + 4 * static_cast<std::ptrdiff_t>(begin));
+  float largest = 0;
+  Rows rows;
+  for (int k = begin; k < end; k += kRows) {
+    const int n = std::min(kRows, end - k);
+    for (int i = 0; i < n; ++i)
+      std::copy_n(b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]), 3, rows.data() + 3 * i);
+    largest += kernels_.read(rows.data(), scaling + k, factor, n, x + 4 * static_cast<std::ptrdiff_t>(k));
   }
-  for (int i; (i = work.next_backward.fetch_add(1)) < n_branches;) {
-    const Branch& branch = plan_->partition.branches[i];
-    backward_branch(i, x);
-    write_columns(b, out, plan_->structure.supernodes[branch.begin].first_column,
-                  plan_->structure.supernodes[branch.end - 1].end_column(), x);
+  return largest;
+}
+
+void TileFactorization::write_columns(Positions& b, double factor, int first, int last, const float* x) const {
+  const int begin = plan_->structure.supernodes[first].first_column;
+  const int end = plan_->structure.supernodes[last - 1].end_column();
+  const float* scaling = scaling_.data();
+  if (plan_->is_in_order) {
+    kernels_.write(x + 4 * static_cast<std::ptrdiff_t>(begin), scaling + begin, factor, end - begin,
+                   b.data() + 3 * static_cast<std::ptrdiff_t>(begin));
+    return;
   }
-}
-
-double TileFactorization::largest_entry(const Positions& b, int begin, int end) {
-  // Two sums of maxima that the compiler turns to vectors; 0 * x is NaN where x is not finite.
-  const Eigen::Map<const Eigen::ArrayXd> values(b.data() + 3 * static_cast<std::ptrdiff_t>(begin),
-                                                3 * static_cast<std::ptrdiff_t>(end - begin));
-  return values.size() == 0 ? 0 : values.abs().maxCoeff() + (0 * values).sum();
-}
-
-void TileFactorization::read_columns(const Positions& b, double factor, int begin, int end, float* x) const {
-  for_unknowns(*plan_, begin, end, [&](int k, int unknown) {
-    const double f = is_erased_[k] != 0 ? 0 : factor;
-    const double* row = b.data() + 3 * static_cast<std::ptrdiff_t>(unknown);
-    float* place = x + 4 * static_cast<std::ptrdiff_t>(k);
-    for (int d = 0; d < 3; ++d) place[d] = static_cast<float>(f * row[d]);
-    place[3] = 0;
-  });
-}
-
-void TileFactorization::write_columns(Positions& b, double factor, int begin, int end, const float* x) const {
-  for_unknowns(*plan_, begin, end, [&](int k, int unknown) {
-    double* row = b.data() + 3 * static_cast<std::ptrdiff_t>(unknown);
-    const float* place = x + 4 * static_cast<std::ptrdiff_t>(k);
-    for (int d = 0; d < 3; ++d) row[d] = factor * static_cast<double>(place[d]);
-  });
+  Rows rows;
+  for (int k = begin; k < end; k += kRows) {
+    const int n = std::min(kRows, end - k);
+    kernels_.write(x + 4 * static_cast<std::ptrdiff_t>(k), scaling + k, factor, n, rows.data());
+    for (int i = 0; i < n; ++i)
+      std::copy_n(rows.data() + 3 * i, 3, b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]));
+  }
 }
 
 void TileFactorization::forward_branch(int b, float* x) const {
