@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -72,9 +73,12 @@ TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, const
 }
 
 void TileFactorization::solve(Positions& b) const {
+  using Clock = std::chrono::steady_clock;
   std::unique_ptr<Workspace> work;
+  int n_threads = 1;
   {
     const std::lock_guard lock(mutex_);
+    n_threads = pace_.choose(plan_->n_threads);
     if (!idle_.empty()) {
       work = std::move(idle_.back());
       idle_.pop_back();
@@ -83,8 +87,11 @@ void TileFactorization::solve(Positions& b) const {
   if (work == nullptr) work = std::make_unique<Workspace>(*plan_);
   work->next_forward = 0;
   work->next_backward = 0;
-  run_team(plan_->n_threads, [&](const Team& team) { solve_in_team(team, b, *work); });
+  const Clock::time_point start = Clock::now();
+  run_team(n_threads, [&](const Team& team) { solve_in_team(team, b, *work); });
+  const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const std::lock_guard lock(mutex_);
+  pace_.record(n_threads, seconds);
   idle_.push_back(std::move(work));
 }
 

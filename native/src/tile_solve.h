@@ -12,11 +12,13 @@
 #include "linear_solver.h"
 #include "multifrontal.h"
 #include "team.h"
+#include "team_pace.h"
 #include "tile_plan.h"
 
 namespace arap {
 
-/// A factor as tiles, and the solve: elimination up the tree, back substitution down.
+/// A factor as tiles, and the solve: elimination up the tree, back substitution down. The digits of a result depend on
+/// the plan, not on how many threads there are.
 class TileFactorization final : public Factorization {
  public:
   /// @param scaling  of the matrix that the tiles are of
@@ -60,6 +62,7 @@ class TileFactorization final : public Factorization {
   std::vector<float> scaling_;  ///< Scaling::of_each, in the factor's order
   mutable std::mutex mutex_;
   mutable std::vector<std::unique_ptr<Workspace>> idle_;
+  mutable TeamPace pace_;
 };
 
 }  // namespace arap

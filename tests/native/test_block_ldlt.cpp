@@ -14,6 +14,7 @@
 #include "arap/error.h"
 #include "helpers.h"
 #include "refined_solve.h"
+#include "team_pace.h"
 
 namespace arap_test {
 namespace {
@@ -348,6 +349,41 @@ TEST(BlockLdlt, UnknownsMayHaveScalesOfTheirOwn) {
   factor->solve(x);
   const Positions product = scale.cwiseInverse().asDiagonal() * Positions(A * x);
   EXPECT_LE((product - unscaled).norm(), 2e-2 * unscaled.norm());
+}
+
+TEST(BlockLdlt, DigitsDoNotDependOnWhoHasTimeToHelp) {
+  Random random(96);
+  const SparseMatrix A = grid_matrix(40, random);
+  const auto factor = BlockLdlt(A, 3).factorize(A, std::vector<char>(static_cast<size_t>(A.rows()), 0));
+  const Positions b = random.noise(static_cast<int>(A.rows()), 1);
+  Positions first = b;
+  factor->solve(first);
+  for (int k = 0; k < 40; ++k) {  // alone and in teams
+    Positions x = b;
+    factor->solve(x);
+    ASSERT_EQ(x, first) << k;
+  }
+}
+
+TEST(TeamPace, TeamsThatAreSlowerStayAway) {
+  arap::TeamPace pace;
+  EXPECT_EQ(pace.choose(1), 1);
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_EQ(pace.choose(2), 1) << "to know what it takes alone";
+    pace.record(1, 1.0);
+  }
+  EXPECT_EQ(pace.choose(2), 2);
+  pace.record(2, 0.6);
+  EXPECT_EQ(pace.choose(2), 2);
+  pace.record(2, 16.0);
+  int turns = 0;
+  for (; pace.choose(2) == 1; ++turns) pace.record(1, 1.0);
+  EXPECT_GE(turns, 4);
+  pace.record(2, 16.0);
+  int more_turns = 0;
+  for (; pace.choose(2) == 1; ++more_turns) pace.record(1, 1.0);
+  EXPECT_GT(more_turns, turns);
+  EXPECT_LT(more_turns, 1000) << "the others may have gone";
 }
 
 TEST(BlockLdlt, RefusesAnotherPattern) {
