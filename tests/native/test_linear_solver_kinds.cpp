@@ -33,7 +33,7 @@ struct Kind {
 void PrintTo(const Kind& kind, std::ostream* stream) { *stream << kind.name; }
 
 constexpr std::array kKinds = {
-    Kind{LinearSolverKind::kBlockLdlt, "block_ldlt", 1e-4, true},
+    Kind{LinearSolverKind::kBlockLdlt, "block_ldlt", 5e-3, true},
     Kind{LinearSolverKind::kSimplicialLdlt, "simplicial_ldlt", 1e-11, true},
     Kind{LinearSolverKind::kSparseLu, "sparse_lu", 1e-11, true},
     Kind{LinearSolverKind::kSparseQr, "sparse_qr", 1e-11, false},
