@@ -44,6 +44,13 @@ def test_iteration_time_of_a_slow_library_takes_few_iterations():
     assert longest <= 8
 
 
+def test_iterations_are_timed_while_the_energy_still_falls():
+    asked = []
+    iteration_ms(lambda n: asked.append(n) or 1e-3 * n)
+    assert max(asked) <= 80
+    assert len(asked) > 2 * 7  # fast ones are sampled more often instead
+
+
 def test_a_descent_doubles_until_the_energy_settles():
     solve = Falling()
     descent = descend(solve, budget_s=1e9)

@@ -19,22 +19,26 @@ class Run(NamedTuple):
 
 Solve = Callable[[int], Run]
 
+MOST_ITERATIONS, MOST_SAMPLES = 40, 41
+
 
 def iteration_ms(time_ms: Callable[[int], float], n_samples: int = 7, enough_ms: float = 150.0) -> float:
     """Median time of one iteration.
 
     Each sample is the difference between a run of 2 m iterations and one of m, so that what a solve costs once does
-    not count; m is chosen so that m iterations take about ``enough_ms``.
+    not count. m is chosen so that m iterations take about ``enough_ms``, but never so many that the end of a descent
+    is timed, where iterations may cost something else; fast ones are sampled more often instead.
 
     Args:
         time_ms: time of a run of so many iterations from rest.
-        n_samples: how many.
+        n_samples: how many at least.
         enough_ms: much more than the clock's and the scheduler's grain.
     """
     first, twice = time_ms(4), time_ms(8)
     one = max((twice - first) / 4.0, twice / 64.0, 1e-4)
-    m = max(3, min(400, round(enough_ms / one)))
-    return median([(time_ms(2 * m) - time_ms(m)) / m for _ in range(n_samples)])
+    m = max(3, min(MOST_ITERATIONS, round(enough_ms / one)))
+    n = max(n_samples, min(MOST_SAMPLES, round(n_samples * enough_ms / (m * one))))
+    return median([(time_ms(2 * m) - time_ms(m)) / m for _ in range(n)])
 
 
 @dataclass

@@ -13,14 +13,9 @@ PYTHON = "3.13"
 PROGRAMS = ROOT / "build" / "native" / "release" / "native" / "bench"
 
 
-def library_python(name: str, *system_packages: str) -> Path:
-    """The Python that has a library from PyPI.
-
-    Args:
-        name: on PyPI.
-        system_packages: groups of .ci/setup that it needs.
-    """
-    for group in system_packages:
+def library_python(name: str, *groups: str) -> Path:
+    """The Python that has a library from PyPI, which may need groups of .ci/setup."""
+    for group in groups:
         _run(".ci/setup", group)
     python = _run(".ci/venv", f"peer-{name}", PYTHON, name, "numpy")
     return Path(python)
