@@ -7,7 +7,7 @@
 //   bind             {"ms", "threads"}   constructs the model anew
 //   constraints      {"ms"}              factorizes for another set than the last one
 //   solve K          {"ms", "cpu_ms", "energy"}   K iterations from rest
-//   steps            {"local_ms", "global_ms", "solve_ms", "solve_bytes"}
+//   steps            {"local_ms", "global_ms", "solve_ms", "factor_bytes"}
 //   bandwidth BYTES  {"gb_per_s"}
 //   memory           {"peak_mb"}
 #include <cstdint>
@@ -63,7 +63,7 @@ class Worker {
       model_.reset();
       const StepTimes t = time_steps(task_, options_);
       out << R"("local_ms": )" << t.local_ms << R"(, "global_ms": )" << t.global_ms << R"(, "solve_ms": )" << t.solve_ms
-          << R"(, "solve_bytes": )" << t.solve_bytes;
+          << R"(, "factor_bytes": )" << t.factor_bytes;
     } else if (name == "bandwidth") {
       out << R"("gb_per_s": )" << read_bandwidth_gb_per_s(number, options_.threads);
     } else if (name == "memory") {

@@ -67,9 +67,9 @@ def measure_acts(program: Program, energy: str, threads: int, isa: str) -> dict[
             "bind_ms": repeated_ms(worker, "bind", 3),
             **worker.ask("steps"),
         }
-        if row["solve_bytes"]:
-            row["solve_gb_per_s"] = 1e-6 * row["solve_bytes"] / row["solve_ms"]
-            row["read_gb_per_s"] = worker.ask(f"bandwidth {row['solve_bytes']}")["gb_per_s"]
+        if row["factor_bytes"]:
+            row["solve_gb_per_s"] = 2e-6 * row["factor_bytes"] / row["solve_ms"]
+            row["read_gb_per_s"] = worker.ask(f"bandwidth {row['factor_bytes']}")["gb_per_s"]
         row["dram_gb_per_s"] = worker.ask(f"bandwidth {DRAM_BYTES}")["gb_per_s"]
         return row
 
