@@ -41,13 +41,15 @@ class Worker {
     sets_[1].strengths.pop_back();
   }
 
-  /// The answer to a command, without the braces; throws std::runtime_error for an unknown one.
+  /// The answer to a command; throws std::runtime_error for an unknown one.
   std::string answer(const std::string& command) {
     std::istringstream words(command);
     std::string name;
     std::int64_t number = 0;
     words >> name >> number;
     std::ostringstream out;
+    out.precision(17);
+    out << '{';
     if (name == "bind") {
       model_.reset();
       const PolygonMesh mesh = task_.mesh();
@@ -71,6 +73,7 @@ class Worker {
     } else {
       throw std::runtime_error("no command " + name);
     }
+    out << '}';
     return out.str();
   }
 
@@ -114,9 +117,7 @@ int main(int argc, char** argv) {
   try {
     if (argc != 4) throw std::runtime_error("usage: arap_worker TASK ENERGY THREADS");
     arap::bench::Worker worker(argv[1], argv[2], std::stoi(argv[3]));
-    std::cout.precision(17);
-    for (std::string command; std::getline(std::cin, command);)
-      std::cout << '{' << worker.answer(command) << '}' << std::endl;
+    for (std::string command; std::getline(std::cin, command);) std::cout << worker.answer(command) << std::endl;
     return 0;
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';

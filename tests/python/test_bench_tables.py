@@ -191,6 +191,12 @@ def test_a_worker_that_fails_gives_its_last_words(python):
     assert str(reason.value) == "no such mesh"
 
 
+def test_half_an_answer_is_none(python):
+    command = [python, "-c", "import sys; sys.stdout.write('{'); sys.exit('no memory')"]
+    with Worker(command) as worker, pytest.raises(NotRun, match="no memory"):
+        worker.ask("bind")
+
+
 def test_a_worker_that_ends_silently_gives_its_exit_code(python):
     with Worker([python, "-c", "raise SystemExit(3)"]) as worker, pytest.raises(NotRun, match="exit code 3"):
         worker.ask("bind")

@@ -66,7 +66,7 @@ class Worker:
             line = ""
         finally:
             timer.cancel()
-        if not line:
+        if not line.endswith("\n"):
             raise NotRun(self._last_words(command))
         answer: dict[str, Any] = json.loads(line)
         return answer
