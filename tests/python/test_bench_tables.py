@@ -41,8 +41,9 @@ PEERS = {
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (None, "-"), (0.0, "0"), (0.0123449, "0.0123"), (0.000999, "0.000999"), (0.9996, "1.00"), (5.206, "5.21"),
-        (51.25, "51.2"), (999.6, "1000"), (1283.4, "1283"), (123456.7, "123457"), (-2.5, "-2.50"),
+        (None, "-"), (0.0, "0"), (0.0123449, "0.0123"), (0.000999, "0.000999"), (0.9996, "1.00"),
+        (5.206, "5.21"), (9.5959, "9.60"), (51.25, "51.2"), (999.6, "1000"),
+        (1283.4, "1283"), (123456.7, "123457"), (-2.5, "-2.50"),
     ],
 )  # fmt: skip
 def test_numbers_have_three_digits_and_no_exponent(value, text):
@@ -77,7 +78,6 @@ def native_data(**descent):
     row = {
         "isa": "avx2", "energy": "spokes", "peak_mb": 50.0, "refactor_ms": 5.0, "bind_ms": 9.0, "local_ms": 1.0,
         "global_ms": 2.0, "solve_ms": 1.5, "factor_bytes": 1_500_000, "solve_gb_per_s": 20.0, "read_gb_per_s": 40.0,
-        "dram_gb_per_s": 30.0,
     }  # fmt: skip
     return {
         "machine": MACHINE,
@@ -85,6 +85,7 @@ def native_data(**descent):
             {
                 "mesh": "bar",
                 "n_vertices": 1234,
+                "dram_gb_per_s": [20.0, 30.0],
                 "rows": [
                     {"isa": "avx512", "not_run": "the machine lacks it"},
                     row | {"threads": 1, "iteration_ms": 4.0},
@@ -106,6 +107,7 @@ def test_each_act_is_shown_on_the_best_number_of_threads():
     assert "| bar, 1234 | spokes | 2 | 9.00 | 5.00 | 1.00 | 2.00 | 3.00 | 9.00 | - | 20.0 | 40.0 | 50.0 |" in text
     assert "| bar, 1234 | spokes | 4.00 | **3.00** | 2 |" in text
     assert "- Not run: AVX-512: the machine lacks it" in text
+    assert "memory is read at 20.0, 30.0 GB/s by 1, 2, ... threads" in text
 
 
 def test_times_to_a_minimum_that_was_not_reached_are_marked():

@@ -69,9 +69,17 @@ def measure_acts(program: Program, energy: str, threads: int, isa: str) -> dict[
         }
         if row["factor_bytes"]:
             row["solve_gb_per_s"] = 2e-6 * row["factor_bytes"] / row["solve_ms"]
-            row["read_gb_per_s"] = worker.ask(f"bandwidth {row['factor_bytes']}")["gb_per_s"]
-        row["dram_gb_per_s"] = worker.ask(f"bandwidth {DRAM_BYTES}")["gb_per_s"]
+        row["read_gb_per_s"] = worker.ask(f"bandwidth {row['factor_bytes'] or DRAM_BYTES}")["gb_per_s"]
         return row
+
+
+def dram_gb_per_s(program: Program) -> list[float]:
+    """Rate at which memory is read by 1, 2, ... threads."""
+    rates = []
+    for threads in range(1, (os.cpu_count() or 1) + 1):
+        with program.start("spokes", threads, "") as worker:
+            rates.append(float(worker.ask(f"bandwidth {DRAM_BYTES}")["gb_per_s"]))
+    return rates
 
 
 def measure_descent(program: Program, energy: str, isa: str, budget_s: float) -> dict[str, Any]:
@@ -115,7 +123,13 @@ def measure_mesh(path: Path, mesh: Mesh, folder: Path, budget_s: float) -> dict[
                 shown = row.get("not_run") or f"{row['iteration_ms']:.3f} ms an iteration"
                 print(f"{mesh.name}: {isa} {energy}, {threads} threads: {shown}", file=sys.stderr, flush=True)
     descents = [measure_descent(program, energy, isas[-1], budget_s) for energy in ENERGIES]
-    return {"mesh": mesh.name, "n_vertices": len(mesh.positions), "rows": rows, "descents": descents}
+    return {
+        "mesh": mesh.name,
+        "n_vertices": len(mesh.positions),
+        "dram_gb_per_s": dram_gb_per_s(program),
+        "rows": rows,
+        "descents": descents,
+    }
 
 
 def main() -> None:

@@ -37,12 +37,12 @@ class Case:
     """A mesh with one move."""
 
     def __init__(self, mesh: Mesh, share: float, folder: Path, timeout_s: float) -> None:
-        self.files = Files(folder / "task.bin", folder / "positions.bin")
+        self.files = Files(folder / f"task-{share:g}.bin", folder / "positions.bin")
         write_task(self.files.task, mesh, displacement(mesh, share))
         self._yardstick = Yardstick(mesh)
         self._timeout_s = timeout_s
 
-    def run(self, threads: int = 1, initial_guess: str = "previous", **options: object) -> dict[str, Any]:
+    def run(self, threads: int = 0, initial_guess: str = "previous", **options: object) -> dict[str, Any]:
         """Seconds of bind and 200 iterations, and the energy reached; or why it was not run."""
         given: dict[str, object] = {"energy": ENERGY, "threads": threads, "initial_guess": initial_guess, **options}
         command = worker_command(sys.executable, "ours", self.files, given)
@@ -58,8 +58,9 @@ class Case:
 
 def linear_solvers() -> list[str | None]:
     """What arap_native lets one choose; [None] where it has no choice."""
+    keyword: dict[str, Any] = {"linear_solver": SOLVERS[0]}
     try:
-        arap_native.Options(linear_solver=SOLVERS[0])  # type: ignore[call-arg]
+        arap_native.Options(**keyword)
     except TypeError:
         return [None]
     return list(SOLVERS)
@@ -82,13 +83,13 @@ def measure(folder: Path, timeout_s: float) -> dict[str, Any]:
         about = {"mesh": name, "n_vertices": len(mesh.positions)}
         large = Case(mesh, MOVES["large"], folder, timeout_s)
         say("times", {**about, "one": large.run(1), "all": large.run(cores), "own": large.run(0)})
-        say("guesses", {**about, **{guess: large.run(cores, guess) for guess in GUESSES}})
+        say("guesses", {**about, **{guess: large.run(initial_guess=guess) for guess in GUESSES}})
         if name in SOLVER_MESHES:
             for solver in linear_solvers():
-                options = {"linear_solver": solver} if solver else {}
-                say("solvers", {**about, "solver": solver, **large.run(cores, **options)})
+                options: dict[str, Any] = {"linear_solver": solver} if solver else {}
+                say("solvers", {**about, "solver": solver, **large.run(**options)})
         if name in ENERGY_MESHES:
-            moves = {move: Case(mesh, share, folder, timeout_s).run(cores) for move, share in MOVES.items()}
+            moves = {move: Case(mesh, share, folder, timeout_s).run() for move, share in MOVES.items()}
             say("energies", {**about, **moves})
     return {"cores": cores, **tables}
 

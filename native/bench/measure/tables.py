@@ -29,7 +29,8 @@ def number(value: float | None, digits: int = 3) -> str:
     if value == 0:
         return "0"
     rounded = float(f"{value:.{digits}g}") if abs(value) < 10**digits else round(value)
-    places = max(0, digits - len(f"{abs(rounded):.0f}")) if abs(rounded) >= 1 else _places_below_one(rounded, digits)
+    whole = len(str(int(abs(rounded))))
+    places = max(0, digits - whole) if abs(rounded) >= 1 else _places_below_one(rounded, digits)
     return f"{rounded:.{places}f}"
 
 
@@ -160,8 +161,10 @@ def round_ratio(theirs: Row, ours: Row | None) -> float | None:
 
 def native(data: Row) -> str:
     meshes = data["meshes"]
+    rates = [median(of_threads) for of_threads in zip(*(mesh["dram_gb_per_s"] for mesh in meshes), strict=True)]
+    dram = ", ".join(map(number, rates))
     return joined(
-        machine_line(data["machine"]),
+        machine_line(data["machine"], f"memory is read at {dram} GB/s by 1, 2, ... threads"),
         native_acts(meshes),
         native_iterations(meshes),
         not_run_lines(row for mesh in meshes for row in mesh["rows"]),
@@ -180,7 +183,7 @@ def native_acts(meshes: Sequence[Row]) -> str:
                 continue
             near = (near_of(descent, "1.1"), near_of(descent, "1.01"))
             times = (row[key] for key in ("bind_ms", "refactor_ms", "local_ms", "global_ms", "iteration_ms"))
-            rates = (row.get("solve_gb_per_s"), row.get("read_gb_per_s") or row["dram_gb_per_s"], row["peak_mb"])
+            rates = (row.get("solve_gb_per_s"), row["read_gb_per_s"], row["peak_mb"])
             name = f"{mesh['mesh']}, {mesh['n_vertices']}"
             cells = (*map(number, times), *near, *map(number, rates))
             lines.append((name, ENERGIES[row["energy"]], str(row["threads"]), *cells))
