@@ -6,7 +6,7 @@
 //
 //   bind             {"ms", "threads"}   constructs the model anew
 //   constraints      {"ms"}              factorizes for another set than the last one
-//   solve K          {"ms", "cpu_ms", "energy"}   K iterations from rest
+//   solve K          {"ms", "energy"}    K iterations from rest
 //   steps            {"local_ms", "global_ms", "solve_ms", "factor_bytes"}
 //   bandwidth BYTES  {"gb_per_s"}
 //   memory           {"peak_mb"}
@@ -100,7 +100,7 @@ class Worker {
     model().reset();
     const Stopwatch watch;
     const SolveResult result = model().solve(task_.targets, options);
-    out << R"("ms": )" << watch.ms() << R"(, "cpu_ms": )" << watch.cpu_ms() << R"(, "energy": )" << result.energy_after;
+    out << R"("ms": )" << watch.ms() << R"(, "energy": )" << result.energy_after;
   }
 
   TaskFile task_;

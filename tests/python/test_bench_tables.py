@@ -2,10 +2,8 @@
 """Results as Markdown, and where they go in the document."""
 
 import pytest
-from measure import tables
-from measure.machine import instruction_sets
+from measure import tables, tables_native, tables_peers, tables_report
 from measure.render import replace_section, sections
-from measure.workers import NotRun, Worker
 
 MACHINE = {"processor": "P", "cores": 2, "memory_gib": 8, "system": "Linux", "load": 0.1, "day": "2026-01-02"}
 
@@ -55,23 +53,23 @@ def test_markdown_aligns_words_left_and_numbers_right():
 
 
 def test_the_ratio_is_the_median_of_the_rounds():
-    text = tables.peer_ratios(PEERS["meshes"][0]["rows"])
+    text = tables_peers.peer_ratios(PEERS["meshes"][0]["rows"])
     assert "| libigl | spokes | 15.0 |" in text  # 20, 15, 10
     assert "AVX2" in text
 
 
 def test_what_cannot_run_is_named_with_its_reason():
-    assert "- Not run: CGAL: no CGAL here" in tables.peers(PEERS)
+    assert "- Not run: CGAL: no CGAL here" in tables_peers.peers(PEERS)
 
 
 def test_what_does_not_get_near_the_minimum_says_how_long_it_was_given():
-    text = tables.peers(PEERS)
+    text = tables_peers.peers(PEERS)
     assert "| libigl | spokes | not in 0.0160 s (of 60 s) | - |" in text
 
 
 def test_a_minimum_that_is_not_the_library_s_own_is_marked():
-    assert tables.near_ms(peer_row("cgal", 2.0), 60.0) == "16.0"
-    assert tables.near_ms(peer_row("cgal", 2.0, is_converged=False), 60.0) == "16.0*"
+    assert tables_peers.near_ms(peer_row("cgal", 2.0), 60.0) == "16.0"
+    assert tables_peers.near_ms(peer_row("cgal", 2.0, is_converged=False), 60.0) == "16.0*"
 
 
 def native_data(**descent):
@@ -103,7 +101,7 @@ def native_data(**descent):
 
 
 def test_each_act_is_shown_on_the_best_number_of_threads():
-    text = tables.native(native_data())
+    text = tables_native.native(native_data())
     assert "| bar, 1234 | spokes | 2 | 9.00 | 5.00 | 1.00 | 2.00 | 3.00 | 9.00 | - | 20.0 | 40.0 | 50.0 |" in text
     assert "| bar, 1234 | spokes | 4.00 | **3.00** | 2 |" in text
     assert "- Not run: AVX-512: the machine lacks it" in text
@@ -111,7 +109,7 @@ def test_each_act_is_shown_on_the_best_number_of_threads():
 
 
 def test_times_to_a_minimum_that_was_not_reached_are_marked():
-    assert "| 9.00* | - |" in tables.native(native_data(is_converged=False))
+    assert "| 9.00* | - |" in tables_native.native(native_data(is_converged=False))
 
 
 def test_frames_are_columns():
@@ -119,8 +117,8 @@ def test_frames_are_columns():
         {"blender": v, "vertices": 7, "ms": {"write": {"best": 1.0, "median": ms}}}
         for v, ms in (("4.5", 2.0), ("5.2", 3.0))
     ]
-    assert "| write | 2.00 | 3.00 |" in tables.frame(results)
-    assert tables.frame([]) == ""
+    assert "| write | 2.00 | 3.00 |" in tables_native.frame(results)
+    assert tables_native.frame([]) == ""
 
 
 def test_report_tables_name_what_was_not_run():
@@ -135,9 +133,9 @@ def test_report_tables_name_what_was_not_run():
         ],
         "solvers": [{"mesh": "dino", "n_vertices": 9, "solver": "sparse_qr", **late}],
         "energies": [{"mesh": "armadillo_1k", "n_vertices": 9, "small": run, "medium": run, "large": late}],
-        "guesses": [{"mesh": "dino", "n_vertices": 9, **dict.fromkeys(tables.GUESSES, run)}],
+        "guesses": [{"mesh": "dino", "n_vertices": 9, **dict.fromkeys(tables_report.GUESSES, run)}],
     }
-    text = tables.report(data)
+    text = tables_report.report(data)
     assert "| dino, 9 | 64.22 | 51.19 | 0.500 | 0.500 | 0.500 |" in text
     assert "| armadillo_1k | 1.38 | 0.93 | not run: its file is not in ARAP_BENCH_MESHES | - | - |" in text
     assert "| sparse_qr | 21.23 | not run: solve 200 took longer than 9 s |" in text
@@ -161,62 +159,3 @@ def test_a_document_without_the_section_is_refused(document):
 def test_sections_without_results_are_left_alone():
     assert sections({}, {}, {}) == {}
     assert list(sections({"native": native_data(), "frame": []}, {}, {})) == ["native"]
-
-
-def test_instruction_sets_are_those_that_bind():
-    def bind(isa: str) -> None:
-        if isa not in ("baseline", "avx2"):
-            raise NotRun(f"ARAP_ISA = {isa}")
-
-    assert instruction_sets(bind) == (["baseline", "avx2"], {"avx512": "ARAP_ISA = avx512"})
-
-
-def test_a_library_that_takes_any_instruction_set_has_no_choice():
-    assert instruction_sets(lambda isa: None) == ([""], {})
-
-
-ECHO = 'import sys\nfor line in sys.stdin: print(\'{"said": "%s"}\' % line.strip(), flush=True)'
-
-
-def test_a_worker_answers_each_command(python):
-    with Worker([python, "-c", ECHO]) as worker:
-        assert worker.ask("one") == {"said": "one"}
-        assert worker.ask("two") == {"said": "two"}
-
-
-def test_a_worker_that_fails_gives_its_last_words(python):
-    with (
-        Worker([python, "-c", "import sys; sys.exit('first\\nno such mesh')"]) as worker,
-        pytest.raises(NotRun) as reason,
-    ):
-        worker.ask("bind")
-    assert str(reason.value) == "no such mesh"
-
-
-def test_half_an_answer_is_none(python):
-    command = [python, "-c", "import sys; sys.stdout.write('{'); sys.exit('no memory')"]
-    with Worker(command) as worker, pytest.raises(NotRun, match="no memory"):
-        worker.ask("bind")
-
-
-def test_a_worker_that_ends_silently_gives_its_exit_code(python):
-    with Worker([python, "-c", "raise SystemExit(3)"]) as worker, pytest.raises(NotRun, match="exit code 3"):
-        worker.ask("bind")
-
-
-def test_a_worker_that_takes_too_long_is_ended(python):
-    command = [python, "-c", "import time; time.sleep(60)"]
-    with Worker(command, timeout_s=0.2) as worker, pytest.raises(NotRun, match=r"bind took longer than 0\.2 s"):
-        worker.ask("bind")
-
-
-def test_a_program_that_is_not_there_is_not_run():
-    with pytest.raises(NotRun, match="no-such-program: No such file"):
-        Worker(["no-such-program"])
-
-
-@pytest.fixture
-def python():
-    import sys
-
-    return sys.executable

@@ -92,6 +92,10 @@ def contenders(files: Files, threads: int) -> tuple[list[Contender], list[dict[s
         python = _python_of(library, *groups)
         return lambda energy: worker_command(python, library, files, {"energy": energy})
 
+    def with_cgal() -> Callable[[str], list[str]]:
+        program = _cgal()
+        return lambda energy: [str(program), str(files.task), energy, str(files.positions)]
+
     isas, not_run = our_instruction_sets(files)
     for isa in reversed(isas):
         for energy in ENERGIES:
@@ -100,7 +104,7 @@ def contenders(files: Files, threads: int) -> tuple[list[Contender], list[dict[s
     missing += [{"library": "ours", "isa": isa, "not_run": reason} for isa, reason in not_run.items()]
     add("libigl", ENERGIES, lambda: with_python("libigl"))
     add("open3d", ("spokes",), lambda: with_python("open3d", "peers"))
-    add("cgal", ENERGIES, lambda: lambda energy: [str(_cgal()), str(files.task), energy, str(files.positions)])
+    add("cgal", ENERGIES, with_cgal)
     return found, missing
 
 
@@ -119,13 +123,12 @@ def our_instruction_sets(files: Files) -> tuple[list[str], dict[str, str]]:
 
 def time_once(contender: Contender, timeout_s: float) -> dict[str, Any]:
     """Bind and iteration times, cores used and memory, in a new process."""
-    busy = {"ms": 0.0, "cpu_ms": 0.0}
+    cores_used: list[float] = []
     with Worker(contender.command, contender.env, timeout_s) as worker:
 
         def solve_ms(n_iterations: int) -> float:
             answer = worker.ask(f"solve {n_iterations}")
-            for key in busy:
-                busy[key] += answer[key]
+            cores_used.append(answer["cores"])
             return float(answer["ms"])
 
         version = worker.ask("version")["version"]
@@ -134,12 +137,11 @@ def time_once(contender: Contender, timeout_s: float) -> dict[str, Any]:
         solve_ms(4)
         peak_mb = worker.ask("memory")["peak_mb"]
         bind_ms += [worker.ask("bind")["ms"] for _ in range(N_BINDS - 1)]
-        busy.update(ms=0.0, cpu_ms=0.0)
         return {
             "version": version,
             "bind_ms": median(bind_ms),
             "iteration_ms": iteration_ms(solve_ms, N_SAMPLES),
-            "cores_used": busy["cpu_ms"] / busy["ms"],
+            "cores_used": median(cores_used),
             "before_mb": before_mb,
             "peak_mb": peak_mb,
         }

@@ -12,7 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .machine import ISA_NAMES
-from .tables import ENERGIES, best_row, library_name, measured
+from .tables import ENERGIES, library_name, measured
+from .tables_native import best_row
 
 COLORS = {"ours": "#c8501e", "libigl": "#3b6ea5", "cgal": "#5a8f4e", "open3d": "#8a6bb1"}
 STYLES = {"spokes": "--", "spokes_and_rims": "-"}

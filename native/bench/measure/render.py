@@ -15,7 +15,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from . import tables
+from . import tables_native, tables_peers, tables_report
+from .tables import joined
 
 PICTURES = {
     "sizes": "Time of an iteration over the number of vertices, by instruction set",
@@ -46,13 +47,13 @@ def sections(results: dict[str, Any], peers: dict[str, Any], report: dict[str, A
     """The Markdown of each section that there are results for."""
     found = {}
     if "native" in results:
-        found["native"] = tables.joined(tables.native(results["native"]), picture("sizes"))
+        found["native"] = joined(tables_native.native(results["native"]), picture("sizes"))
     if results.get("frame"):
-        found["frame"] = tables.frame(results["frame"])
+        found["frame"] = tables_native.frame(results["frame"])
     if peers:
-        found["peers"] = tables.joined(tables.peers(peers), picture("peers"), picture("descent"))
+        found["peers"] = joined(tables_peers.peers(peers), picture("peers"), picture("descent"))
     if report:
-        found["report"] = tables.report(report)
+        found["report"] = tables_report.report(report)
     return found
 
 
