@@ -86,8 +86,8 @@ def native_data(**descent):
                 "dram_gb_per_s": [20.0, 30.0],
                 "rows": [
                     {"isa": "avx512", "not_run": "the machine lacks it"},
-                    row | {"threads": 1, "iteration_ms": 4.0},
-                    row | {"threads": 2, "iteration_ms": 3.0},
+                    row | {"threads": 1, "iteration_ms": 4.0, "once_ms": 0.5},
+                    row | {"threads": 2, "iteration_ms": 3.0, "once_ms": 0.5},
                 ],
                 "descents": [
                     {
@@ -102,7 +102,9 @@ def native_data(**descent):
 
 def test_each_act_is_shown_on_the_best_number_of_threads():
     text = tables_native.native(native_data())
-    assert "| bar, 1234 | spokes | 2 | 9.00 | 5.00 | 1.00 | 2.00 | 3.00 | 9.00 | - | 20.0 | 40.0 | 50.0 |" in text
+    assert (
+        "| bar, 1234 | spokes | 2 | 9.00 | 5.00 | 1.00 | 2.00 | 3.00 | 0.500 | 9.00 | - | 20.0 | 40.0 | 50.0 |" in text
+    )
     assert "| bar, 1234 | spokes | 4.00 | **3.00** | 2 |" in text
     assert "- Not run: AVX-512: the machine lacks it" in text
     assert "memory is read at 20.0, 30.0 GB/s by 1, 2, ... threads" in text

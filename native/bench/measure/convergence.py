@@ -22,11 +22,18 @@ Solve = Callable[[int], Run]
 MOST_ITERATIONS, MOST_SAMPLES = 40, 41
 
 
-def iteration_ms(time_ms: Callable[[int], float], n_samples: int = 7, enough_ms: float = 150.0) -> float:
-    """Median time of one iteration.
+class Cost(NamedTuple):
+    """Milliseconds of one iteration, and what a solve costs once, whatever the iterations."""
 
-    Each sample is the difference between a run of 2 m iterations and one of m, so that what a solve costs once does
-    not count. m is chosen so that m iterations take about ``enough_ms``, but never so many that the end of a descent
+    iteration_ms: float
+    once_ms: float
+
+
+def solve_cost(time_ms: Callable[[int], float], n_samples: int = 7, enough_ms: float = 150.0) -> Cost:
+    """Medians of what solves cost.
+
+    Each sample is the difference between a run of 2 m iterations and one of m, so that what a solve costs once is told
+    apart. m is chosen so that m iterations take about ``enough_ms``, but never so many that the end of a descent
     is timed, where iterations may cost something else; fast ones are sampled more often instead.
 
     Args:
@@ -38,7 +45,8 @@ def iteration_ms(time_ms: Callable[[int], float], n_samples: int = 7, enough_ms:
     one = max((twice - first) / 4.0, twice / 64.0, 1e-4)
     m = max(3, min(MOST_ITERATIONS, round(enough_ms / one)))
     n = max(n_samples, min(MOST_SAMPLES, round(n_samples * enough_ms / (m * one))))
-    return median([(time_ms(2 * m) - time_ms(m)) / m for _ in range(n)])
+    runs = [(time_ms(m), time_ms(2 * m)) for _ in range(n)]
+    return Cost(median([(b - a) / m for a, b in runs]), max(0.0, median([2 * a - b for a, b in runs])))
 
 
 @dataclass

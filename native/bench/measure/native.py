@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from . import machine
-from .convergence import Run, descend, iteration_ms, median, reach
+from .convergence import Run, descend, median, reach, solve_cost
 from .meshes import Mesh, creature, load_off, mesh_files
 from .tasks import bend, write_task
 from .workers import NotRun, Worker
@@ -62,7 +62,7 @@ def measure_acts(program: Program, energy: str, threads: int, isa: str) -> dict[
         peak_mb = worker.ask("memory")["peak_mb"]
         row: dict[str, Any] = {
             "peak_mb": peak_mb,
-            "iteration_ms": iteration_ms(lambda n: float(worker.ask(f"solve {n}")["ms"])),
+            **solve_cost(lambda n: float(worker.ask(f"solve {n}")["ms"]))._asdict(),
             "refactor_ms": repeated_ms(worker, "constraints"),
             "bind_ms": repeated_ms(worker, "bind", 3),
             **worker.ask("steps"),

@@ -25,7 +25,7 @@ import numpy as np
 from arap_native import Options, SurfaceArap
 
 from . import machine
-from .convergence import Run, descend, iteration_ms, median, reach
+from .convergence import Run, descend, median, reach, solve_cost
 from .installed import ROOT, cgal_program, library_python
 from .meshes import Mesh, creature, load_off, mesh_files, midpoint_subdivision, triangulated
 from .tasks import Task, bend, write_task
@@ -140,7 +140,7 @@ def time_once(contender: Contender, timeout_s: float) -> dict[str, Any]:
         return {
             "version": version,
             "bind_ms": median(bind_ms),
-            "iteration_ms": iteration_ms(solve_ms, N_SAMPLES),
+            **solve_cost(solve_ms, N_SAMPLES)._asdict(),
             "cores_used": median(cores_used),
             "before_mb": before_mb,
             "peak_mb": peak_mb,
