@@ -10,7 +10,7 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from . import mesh_io, shape_key
+from . import live_key, mesh_io, shape_key
 from .handle_map import Floats
 from .session import best_rigid_fit
 
@@ -132,7 +132,7 @@ def target_matrix(target: bpy.types.Object, bone: str, depsgraph: bpy.types.Deps
 
 def pose_key(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
     """The live key where it shows something."""
-    key = shape_key.find(obj, obj.arap.key_name)
+    key = live_key.find(obj)
     return None if key is None or key.mute or key.value == 0.0 else key
 
 
