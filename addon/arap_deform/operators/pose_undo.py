@@ -14,6 +14,8 @@ from collections.abc import Callable
 import bpy
 from bpy.app.handlers import persistent
 
+from .. import binding
+
 _ended: dict[int, str] = {}
 """Numbers of the acts to pass over, and the names of their objects."""
 
@@ -63,12 +65,15 @@ def _objects_within_ended() -> list[bpy.types.Object]:
 def _pass_over(step: Callable[[], set[str]]) -> None:
     """Goes on with undo or redo, from a timer: not within the one that is just ending."""
 
-    def go_on() -> None:
+    def go_on() -> float | None:
+        if binding.is_any_running():  # an operator under an override must wait, see Binding
+            return 0.05
         with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
             is_last = not step.poll() or "FINISHED" not in step()  # type: ignore[attr-defined]
         if is_last:  # older steps have been forgotten: this is the oldest state there is
             for obj in _objects_within_ended():
                 obj.arap.pose_act = 0
+        return None
 
     if _objects_within_ended():
         bpy.app.timers.register(go_on, first_interval=0.0)
