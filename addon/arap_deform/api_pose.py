@@ -268,10 +268,7 @@ def _read_input(
 def _check_handle_weights(obj: bpy.types.Object, weights: dict[str, Floats]) -> None:
     for handle in obj.arap.handles:
         if handle.is_enabled and not weights[handle.vertex_group].any():
-            raise ValueError(
-                f"Handle '{handle.name}' of '{obj.name}': vertex group '{handle.vertex_group}' has no weights; "
-                "assign vertices to it or remove the handle"
-            )
+            raise ValueError(handle_io.no_weights(obj, handle))
 
 
 def _vertex_properties(

@@ -87,6 +87,13 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     return ""
 
 
+def no_weights(obj: bpy.types.Object, handle: ArapHandle) -> str:
+    return (
+        f"Handle '{handle.name}' of '{obj.name}': vertex group '{handle.vertex_group}' has no weights; "
+        "assign vertices to it or remove the handle"
+    )
+
+
 def target_problem(
     obj: bpy.types.Object, target: bpy.types.Object | None, bone: str, depsgraph: bpy.types.Depsgraph
 ) -> str:
