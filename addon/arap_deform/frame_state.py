@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import bpy
@@ -52,7 +53,8 @@ def restore(values: AnimatedValues) -> None:
         for channel, value in channels.items():
             now = _value(data, channel)
             if now is not None and now != value:
-                _set_value(data, channel, value)
+                with suppress(AttributeError, TypeError, ValueError):  # read-only by now: Blender passes it over too
+                    _set_value(data, channel, value)
 
 
 def _animated() -> Iterator[tuple[Place, bpy.types.ID]]:

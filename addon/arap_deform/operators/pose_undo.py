@@ -113,4 +113,6 @@ def unregister() -> None:
     bpy.app.handlers.undo_post.remove(_after_undo)
     bpy.app.handlers.redo_post.remove(_after_redo)
     bpy.app.handlers.load_post.remove(_after_load)
+    if bpy.app.timers.is_registered(_go_on):
+        bpy.app.timers.unregister(_go_on)
     _ended.clear()
