@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from arap_deform.operators.binding import Binding
+from arap_deform.binding import Binding, is_any_running
 from arap_deform.operators.pose_act import Ending, Phase, PoseAct, status_text
 from arap_deform.session import Readout
 
@@ -26,6 +26,11 @@ class FakeBind:
     is_done: bool = False
     is_dropped: bool = False
     error: Exception | None = None
+
+    has_started: bool = False
+
+    def start(self) -> None:
+        self.has_started = True
 
     def drop(self) -> None:
         self.is_dropped = True
@@ -134,7 +139,9 @@ def test_binds_first_where_needed() -> None:
     act = PoseAct(scene)
     act.begin()
     assert act.phase is Phase.BINDING
+    assert not scene.binds[0].has_started, "the operator that begins the act has not returned yet"
     act.tick()
+    assert scene.binds[0].has_started
     act.scene_changed()
     assert scene.calls == []
     assert act.bind_fraction == 0.5
@@ -265,18 +272,6 @@ def test_undo_goes_on_from_what_it_brought() -> None:
     assert scene.calls == ["go on", "follow"]
 
 
-def test_has_moved_only_while_a_handle_is_elsewhere() -> None:
-    scene = FakeScene()
-    act = begun(scene)
-    assert not act.has_moved
-    scene.place = 1.0
-    act.scene_changed()
-    assert act.has_moved
-    scene.place = 0.0
-    act.scene_changed()
-    assert not act.has_moved
-
-
 def test_evaluation_within_a_step_does_not_start_another() -> None:
     scene = FakeScene()
     act = begun(scene)
@@ -306,6 +301,7 @@ def test_status_says_state_and_keys() -> None:
 
 def test_binding_runs_beside_and_gives_its_result() -> None:
     binding = Binding(lambda progress: progress(0.25) and "bound")
+    binding.start()
     binding.wait(10.0)
     assert binding.is_done
     assert binding.fraction == 0.25
@@ -317,6 +313,7 @@ def test_binding_raises_what_the_work_raised() -> None:
         raise ValueError("no faces")
 
     binding = Binding(work)
+    binding.start()
     binding.wait(10.0)
     with pytest.raises(ValueError, match="no faces"):
         binding.result()
@@ -329,7 +326,19 @@ def test_dropped_binding_stops_the_work() -> None:
         return "stopped"
 
     binding = Binding(work)
+    binding.start()
     assert not binding.is_done
+    assert is_any_running()
     binding.drop()
     binding.wait(10.0)
     assert binding.is_done
+    assert not is_any_running()
+
+
+def test_binding_waits_for_its_start_and_does_not_begin_once_dropped() -> None:
+    calls: list[object] = []
+    binding = Binding(calls.append)
+    assert not binding.is_done
+    binding.drop()
+    binding.start()
+    assert (binding.is_done, is_any_running(), calls) == (False, False, [])

@@ -49,12 +49,15 @@ class End:
 
 
 class Bind(Protocol):
-    """A bind under way in a worker thread."""
+    """A bind in a worker thread, from start() on."""
 
     @property
     def fraction(self) -> float: ...
     @property
     def is_done(self) -> bool: ...
+    def start(self) -> None:
+        """Does nothing where it has started."""
+
     def drop(self) -> None: ...
     def adopt(self) -> None:
         """Makes the result the live session; raises what the bind raised. Only when done."""
@@ -70,7 +73,7 @@ class PoseScene(Protocol):
         """True while the live session fits the mesh, groups and settings."""
 
     def begin_bind(self) -> Bind:
-        """Reads the scene and binds in a worker thread. Raises ValueError where the scene cannot be posed."""
+        """Reads the scene for a bind in a worker thread. Raises ValueError where the scene cannot be posed."""
 
     def go_on_from_shown(self) -> None:
         """Starts the live session from the pose that the key shows now."""
@@ -97,7 +100,7 @@ class PoseAct:
         self._scene = scene
         self._bind: Bind | None = None
         self._matrices: NDArray[np.float64] | None = None
-        self._matrices_at_start: NDArray[np.float64] | None = None
+        self._has_followed = False
         self._iterations_here = 0
         self._is_busy = False
         self.readout: Readout | None = None
@@ -113,15 +116,6 @@ class PoseAct:
     @property
     def bind_fraction(self) -> float:
         return self._bind.fraction if self._bind is not None else 1.0
-
-    @property
-    def has_moved(self) -> bool:
-        """True where a handle is elsewhere than when the act began: then there is something to take back."""
-        return (
-            self._matrices is not None
-            and self._matrices_at_start is not None
-            and not np.array_equal(self._matrices, self._matrices_at_start)
-        )
 
     def begin(self) -> None:
         """Binds where that is needed. Raises ValueError where the scene cannot be posed: then no act has begun."""
@@ -162,10 +156,6 @@ class PoseAct:
     def fail(self, error: Exception) -> None:
         self._finish(End(Ending.RESTORE, f"Posing has ended and everything is as before: {error}", error))
 
-    @property
-    def _has_followed(self) -> bool:
-        return self._matrices_at_start is not None
-
     def _guarded(self, step: Callable[[], None]) -> None:
         # Reading evaluated matrices evaluates the scene, which calls scene_changed() within tick().
         if self.end is not None or self._is_busy:
@@ -196,6 +186,8 @@ class PoseAct:
             bind, self._bind = self._bind, None
             bind.adopt()
             self._matrices = None
+        else:
+            self._bind.start()
 
     def _follow_if_bound(self) -> None:
         if self._scene.is_bound():
@@ -203,8 +195,7 @@ class PoseAct:
 
     def _follow(self, *, is_refining: bool) -> None:
         matrices = self._scene.matrices()
-        if self._matrices_at_start is None:
-            self._matrices_at_start = matrices
+        self._has_followed = True
         if self._matrices is None or not np.array_equal(matrices, self._matrices):
             self._matrices = matrices
             self._iterations_here = 0
