@@ -37,6 +37,7 @@ class ConstrainedSystem {
 
   /// A, without erasing and grounding.
   [[nodiscard]] const SparseMatrix& matrix() const { return matrix_; }
+  [[nodiscard]] const Factorization& factor() const { return *factor_; }
   [[nodiscard]] const std::vector<Average>& averages() const { return averages_; }
 
   /// Replaces `residual` = b - A x by the correction to x, as exact as the factor is; 0 at fixed unknowns. The averages

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "arap/error.h"
+#include "text.h"
 
 namespace arap {
 
@@ -23,7 +24,7 @@ SparseMatrix KeptRows::of(const SparseMatrix& A) const {
     double diagonal = 0;
     for (SparseMatrix::InnerIterator it(A, kept_[k]); it; ++it) {
       if (new_index_[it.row()] < 0) continue;
-      if (!std::isfinite(it.value())) refuse_indefinite();
+      if (!std::isfinite(it.value())) refuse_entry(it.row(), it.col(), it.value());
       if (it.row() == kept_[k]) diagonal = it.value();
       result.insertBack(new_index_[it.row()], k) = it.value();
     }
@@ -31,6 +32,11 @@ SparseMatrix KeptRows::of(const SparseMatrix& A) const {
   }
   result.finalize();
   return result;
+}
+
+void refuse_entry(Eigen::Index row, Eigen::Index column, double value) {
+  throw SolverError(text("entry (", row, ", ", column, ") of the system is ", value,
+                         "; look for positions, weights and stiffnesses that are not finite"));
 }
 
 void refuse_indefinite() {

@@ -36,6 +36,9 @@ class KeptRows {
   std::vector<int> new_index_;  ///< of each row among those, -1 = erased
 };
 
+/// Throws the SolverError of an entry that is not finite.
+[[noreturn]] void refuse_entry(Eigen::Index row, Eigen::Index column, double value);
+
 /// Throws the SolverError of a matrix that is not positive definite.
 [[noreturn]] void refuse_indefinite();
 

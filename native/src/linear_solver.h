@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -22,6 +23,9 @@ class Factorization {
   /// positive definite too, whose difference shows from the third digit on. So iterate x += solve(b - A x), which ends
   /// at the exact x, or use solve_refined.
   virtual void solve(Positions& b) const = 0;
+
+  /// Of the factor; a solve reads it twice. 0 where the solver does not say.
+  [[nodiscard]] virtual size_t bytes() const { return 0; }
 };
 
 /// A direct solver for matrices of one pattern. What depends on the pattern alone is done once, at construction; it

@@ -11,6 +11,7 @@
 #include "aligned_buffer.h"
 #include "arap/error.h"
 #include "elimination_tree.h"
+#include "kept_rows.h"
 #include "team.h"
 #include "text.h"
 
@@ -98,9 +99,8 @@ class Factorizer {
     for (int column = 0; column < A_.cols(); ++column)
       for (SparseMatrix::InnerIterator it(A_, column); it; ++it)
         if (scaling_.of_each[column] != 0 && scaling_.of_each[it.row()] != 0 && !std::isfinite(it.value()))
-          throw SolverError(text("entry (", it.row(), ", ", column, ") of the system is ", it.value(),
-                                 "; look for positions, weights and stiffnesses that are not finite"));
-    throw SolverError("the system is not positive definite; look for parts of the mesh without stiffness");
+          refuse_entry(it.row(), column, it.value());
+    refuse_indefinite();
   }
 
   const Supernode& node(int s) const { return plan_.structure.supernodes[s]; }

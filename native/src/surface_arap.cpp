@@ -15,7 +15,7 @@
 #include "nonlinear_cg.h"
 #include "parallel.h"
 #include "rigid_regions.h"
-#include "surface_energies.h"
+#include "surface_model.h"
 #include "text.h"
 
 namespace arap {
@@ -58,23 +58,6 @@ std::string target_name(const ConstraintSet& set, int k) {
                         : text("row ", k, ", patch ", k - n_vertices, ",");
 }
 
-/// Numbers the model's vertices in the order of its solver; returns the new number of each.
-std::vector<int> number_for_solver(BoundModel& model) {
-  const std::vector<int> order = *model.solver->order();
-  std::vector<int> new_of_old(order.size());
-  for (size_t k = 0; k < order.size(); ++k) new_of_old[order[k]] = static_cast<int>(k);
-  model.energy = renumbered(model.energy, order, order, model.threads);
-  model.rest = Positions(model.rest(order, Eigen::all));
-  std::vector<int> part_of_vertex;
-  part_of_vertex.reserve(order.size());
-  for (const int v : order) part_of_vertex.push_back(model.part_of_vertex[v]);
-  model.part_of_vertex = std::move(part_of_vertex);
-  model.regions.renumber(new_of_old);
-  model.system_matrix = model.regions.reduce(model.energy.K);
-  model.solver->renumber(model.system_matrix);
-  return new_of_old;
-}
-
 void copy_rows(int threads, const Positions& from, Positions& to) {
   to.resize(from.rows(), 3);
   parallel_for<4096>(threads, static_cast<int>(from.rows()), [&](int begin, int end) {
@@ -105,18 +88,8 @@ struct SurfaceArap::Impl {
     report_coincident(same_as);
     if (options.join_seams) space.join(same_as);
     const PolygonMesh model_mesh = space.to_model(mesh);
-    model.rest = model_mesh.positions();
-    model.part_of_vertex = model_mesh.part_of_vertex();
-    model.n_parts = model_mesh.n_parts();
-    model.threads = choose_threads(options.threads, model_mesh.n_vertices());
-    model.energy =
-        assemble_surface_energy(model_mesh, options, space.to_model(properties.stiffness), model.threads, progress);
-    model.fits_single = fits_single_precision(model.energy);
-    model.regions = RigidRegions(space.regions_to_model(properties.rigid_regions), model.energy, model.rest);
-    model.system_matrix = model.regions.reduce(model.energy.K);
-    model.linear_solver = options.linear_solver;
-    model.solver = make_linear_solver(model.system_matrix, model.linear_solver, model.threads);
-    if (model.solver->order() != nullptr) space.renumber(number_for_solver(model));
+    space.renumber(bind_surface(model, model_mesh, options, space.to_model(properties.stiffness),
+                                space.regions_to_model(properties.rigid_regions), progress));
     for (size_t v = 0; v < input_part_of_vertex.size(); ++v)
       input_part_of_vertex[v] = model.part_of_vertex[space.model_vertices()[v]];
     reset();

@@ -26,6 +26,7 @@ class TileFactorization final : public Factorization {
                     const Scaling& scaling);
 
   void solve(Positions& b) const override;
+  [[nodiscard]] size_t bytes() const override { return tiles_.size(); }
 
  private:
   /// What one solve writes to; solves may run at the same time.

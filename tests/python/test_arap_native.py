@@ -305,8 +305,8 @@ def test_options_are_named_values():
 
     options = arap_native.SolveOptions(initial_guess="rest", max_iterations=3, time_limit_s=0.5)
     assert repr(options) == (
-        "SolveOptions(initial_guess='rest', max_iterations=3, energy_tolerance=1e-05, step_tolerance=1e-05, "
-        "time_limit_s=0.5)"
+        "SolveOptions(initial_guess='rest', acceleration='conjugate_gradients', max_iterations=3, "
+        "energy_tolerance=1e-05, step_tolerance=1e-05, time_limit_s=0.5)"
     )
     assert arap_native.SolveOptions().time_limit_s == float("inf")
 

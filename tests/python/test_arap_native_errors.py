@@ -192,6 +192,9 @@ def test_options_list_the_valid_names():
     assert message(ValueError, setattr, arap_native.SolveOptions(), "initial_guess", "no") == (
         f"initial_guess = 'no', must be one of {guesses}"
     )
+    assert message(ValueError, arap_native.SolveOptions, acceleration="anderson") == (
+        "acceleration = 'anderson', must be one of 'conjugate_gradients', 'none'"
+    )
 
 
 @pytest.mark.parametrize(

@@ -56,8 +56,11 @@ class SolveOptions:
     initial_guess: Literal["previous", "rest", "naive_laplacian", "handle_rotations"]
     """Where the iteration starts: the last solve's positions, rest, the naive Laplacian, or the handles' rotations
     propagated over the mesh."""
+    acceleration: Literal["conjugate_gradients", "none"]
+    """How an iteration goes on from a local and a global step: conjugate gradients take far fewer iterations to the
+    same minimum; none is plain local/global, [SA07]."""
     max_iterations: int
-    """Upper bound of local/global iterations, >= 1."""
+    """Upper bound of iterations, each a global and a local step, >= 1."""
     energy_tolerance: float
     """Converged needs the relative decrease of the energy in one iteration to be at most this, and the step too."""
     step_tolerance: float
@@ -68,6 +71,7 @@ class SolveOptions:
         self,
         *,
         initial_guess: Literal["previous", "rest", "naive_laplacian", "handle_rotations"] = "previous",
+        acceleration: Literal["conjugate_gradients", "none"] = "conjugate_gradients",
         max_iterations: int = 100,
         energy_tolerance: float = 1e-5,
         step_tolerance: float = 1e-5,
