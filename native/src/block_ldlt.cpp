@@ -19,7 +19,7 @@ namespace {
 
 /// Of the set of entries, whatever the unknowns are called: new_index[i] is the column of unknown i.
 std::uint64_t hash_pattern(const SparseMatrix& A, const std::vector<int>& new_index) {
-  std::uint64_t hash = static_cast<std::uint64_t>(A.rows());
+  auto hash = static_cast<std::uint64_t>(A.rows());
   for (int column = 0; column < A.outerSize(); ++column) {
     const std::uint64_t high = static_cast<std::uint64_t>(new_index[column]) << 32U;
     for (SparseMatrix::InnerIterator it(A, column); it; ++it) {

@@ -5,6 +5,9 @@
 #include "simd.h"
 #include "tile_kernels.h"
 
+// Offsets inside of a supernode fit in an int.
+// NOLINTBEGIN(bugprone-implicit-widening-of-multiplication-result)
+
 namespace arap {
 namespace {
 
@@ -224,3 +227,5 @@ FrontKernels front_kernels() {
 
 }  // namespace ARAP_ISA_NAMESPACE
 }  // namespace arap
+
+// NOLINTEND(bugprone-implicit-widening-of-multiplication-result)

@@ -103,7 +103,7 @@ class Factorizer {
     refuse_indefinite();
   }
 
-  const Supernode& node(int s) const { return plan_.structure.supernodes[s]; }
+  [[nodiscard]] const Supernode& node(int s) const { return plan_.structure.supernodes[s]; }
   void store(int s, const Front& front, int begin, int end, Workspace& workspace) {
     if (!store_tiles_(front, node(s).n_columns, node(s).n_rows, begin, end, workspace.row_block.data(),
                       tiles_ + tile_bytes_ * plan_.tile_offsets[s]))
@@ -173,15 +173,16 @@ class Factorizer {
       double* column = front.values + stride * static_cast<size_t>(c);
       least_pivot[c] = 0;
       const int global = node(s).first_column + c;
-      const double scale =
-          c < node(s).n_columns ? scaling_.of_all * double{scaling_.of_each[plan_.structure.order[global]]} : 0;
+      const double scale = c < node(s).n_columns
+                               ? scaling_.of_all * static_cast<double>(scaling_.of_each[plan_.structure.order[global]])
+                               : 0;
       if (scale == 0) {
         column[c] = 1;
         continue;
       }
       for (int e = fronts_.entry_offsets[global]; e < fronts_.entry_offsets[global + 1]; ++e) {
         const FrontPlan::Entry entry = fronts_.entries[e];
-        const double other = scaling_.of_all * double{scaling_.of_each[rows[entry.source]]};
+        const double other = scaling_.of_all * static_cast<double>(scaling_.of_each[rows[entry.source]]);
         if (other != 0) column[entry.row] = scale * values[entry.source] * other;
       }
       least_pivot[c] = kLeastPivot * column[c];
@@ -306,7 +307,7 @@ FrontPlan::FrontPlan(const SparseMatrix& pattern, const TilePlan& plan) {
   }
 }
 
-Scaling::Scaling(const SparseMatrix& A, const std::vector<char>& is_erased) : of_all(1), of_each(is_erased.size(), 0) {
+Scaling::Scaling(const SparseMatrix& A, const std::vector<char>& is_erased) : of_each(is_erased.size(), 0) {
   const Eigen::VectorXd diagonal = A.diagonal();
   const auto is_scale = [&](Eigen::Index i) { return diagonal[i] > 0 && std::isfinite(diagonal[i]); };
   double largest = 0;

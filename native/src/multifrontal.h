@@ -36,7 +36,7 @@ struct Scaling {
   /// @param is_erased  (n,) where A has no meaning
   Scaling(const SparseMatrix& A, const std::vector<char>& is_erased);
 
-  double of_all;               ///< times
+  double of_all = 1;           ///< times
   std::vector<float> of_each;  ///< of each unknown, 0 where it is erased
 };
 

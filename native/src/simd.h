@@ -96,7 +96,8 @@ template <class Number, int n>
 template <int n, int p0, int p1, int p2, int p3>
 [[gnu::always_inline]] inline Vector<float, n> shuffle_fours(Vector<float, n> a, Vector<float, n> b) {
   constexpr auto kLane = [](int lane) {
-    const int p = lane % 4 == 0 ? p0 : lane % 4 == 1 ? p1 : lane % 4 == 2 ? p2 : p3;
+    constexpr int kPattern[] = {p0, p1, p2, p3};
+    const int p = kPattern[lane % 4];
     return lane / 4 * 4 + (p < 4 ? p : n + p - 4);
   };
   return [&]<int... lane>(std::integer_sequence<int, lane...>) __attribute__((always_inline)) {

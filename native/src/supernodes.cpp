@@ -180,8 +180,9 @@ double solve_cost(int n_columns, int n_rows) {
   constexpr double kNumber = 0.2;
   constexpr double kRow = 2;
   constexpr double kColumn = 1;
-  const double c = (n_columns + 3) / 4 * 4;  // stored are tiles of 4 x 4
-  const double r = (n_rows + 3) / 4 * 4;
+  const auto padded = [](int n) { return static_cast<double>(n + (4 - n % 4) % 4); };  // stored are tiles of 4 x 4
+  const double c = padded(n_columns);
+  const double r = padded(n_rows);
   return kSupernode + kNumber * (c * (c + 4) + 2 * c * r) + kRow * r + kColumn * c;
 }
 

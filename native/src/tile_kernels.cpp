@@ -4,6 +4,9 @@
 
 #include "simd.h"
 
+// Offsets inside of a supernode fit in an int.
+// NOLINTBEGIN(bugprone-implicit-widening-of-multiplication-result)
+
 namespace arap {
 namespace {
 
@@ -356,3 +359,5 @@ TileKernels half_tile_kernels() {
 
 }  // namespace ARAP_ISA_NAMESPACE
 }  // namespace arap
+
+// NOLINTEND(bugprone-implicit-widening-of-multiplication-result)

@@ -22,7 +22,7 @@ bool is_shared(const TileSupernode& node) { return tile_count(node.n_tiles, node
 
 /// Rows of b on their way from or to another order.
 constexpr int kRows = 64;
-using Rows = std::array<double, 3 * kRows>;
+using Rows = std::array<double, size_t{3} * kRows>;
 
 /// Numbers below the range of a float become 0, as long as this lives: far from where b is not 0 there would be many of
 /// them, and processors are slow with them.
@@ -54,7 +54,7 @@ TileFactorization::Workspace::Workspace(const TilePlan& plan)
   for (const int s : plan.partition.top) n_columns = std::max(n_columns, plan.structure.supernodes[s].n_columns);
   // b1 packed has 3 numbers a column, x1 by panels has 4 and is padded to panels.
   const auto panels = static_cast<size_t>(panel_count(tiles_for(n_columns)));
-  for (int t = 0; t < plan.n_threads; ++t) of_thread.emplace_back(kTile * kPanelColumns * panels);
+  for (int t = 0; t < plan.n_threads; ++t) of_thread.emplace_back(size_t{kTile} * kPanelColumns * panels);
 }
 
 TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, const TileKernels& kernels,
@@ -130,11 +130,11 @@ double TileFactorization::eliminate_branches(const Team& team, const Positions& 
   double largest = 0;
   // A sum tells of the largest one as well as a maximum does, and of a NaN better.
   if (team.rank == 0)
-    for (const int s : plan_->partition.top) largest += double{read_columns(b, factor, s, s + 1, x)};
+    for (const int s : plan_->partition.top) largest += static_cast<double>(read_columns(b, factor, s, s + 1, x));
   const auto n_branches = static_cast<int>(plan_->partition.branches.size());
   for (int i; (i = work.next_forward.fetch_add(1)) < n_branches;) {
     const Branch& branch = plan_->partition.branches[i];
-    largest += double{read_columns(b, factor, branch.begin, branch.end, x)};
+    largest += static_cast<double>(read_columns(b, factor, branch.begin, branch.end, x));
     forward_branch(i, x);
   }
   work.largest[team.rank] = largest;
@@ -180,7 +180,8 @@ float TileFactorization::read_columns(const Positions& b, double factor, int fir
   for (int k = begin; k < end; k += kRows) {
     const int n = std::min(kRows, end - k);
     for (int i = 0; i < n; ++i)
-      std::copy_n(b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]), 3, rows.data() + 3 * i);
+      std::copy_n(b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]), 3,
+                  rows.data() + size_t{3} * i);
     largest += kernels_.read(rows.data(), scaling + k, factor, n, x + 4 * static_cast<std::ptrdiff_t>(k));
   }
   return largest;
@@ -200,7 +201,8 @@ void TileFactorization::write_columns(Positions& b, double factor, int first, in
     const int n = std::min(kRows, end - k);
     kernels_.write(x + 4 * static_cast<std::ptrdiff_t>(k), scaling + k, factor, n, rows.data());
     for (int i = 0; i < n; ++i)
-      std::copy_n(rows.data() + 3 * i, 3, b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]));
+      std::copy_n(rows.data() + size_t{3} * i, 3,
+                  b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]));
   }
 }
 
@@ -253,8 +255,8 @@ void TileFactorization::backward_top(const Team& team, Workspace& work) const {
   float* x = work.x.data();
   const auto& top = plan_->partition.top;
   bool is_together = is_shared(supernodes_[top.back()]);
-  for (auto s = top.rbegin(); s != top.rend(); ++s) {
-    const TileSupernode& node = supernodes_[*s];
+  for (size_t k = top.size(); k-- > 0;) {
+    const TileSupernode& node = supernodes_[top[k]];
     if (is_shared(node) && team.size > 1) {
       if (!is_together) team.barrier();
       // Panels in turns: the first ones are longer.
