@@ -340,8 +340,9 @@ void bind_solve_options(py::module_& m) {
   def_field(type, "step_tolerance", &SolveOptions::step_tolerance, docstrings::SolveOptions_step_tolerance);
   def_field(type, "time_limit_s", &SolveOptions::time_limit_s, docstrings::SolveOptions_time_limit_s);
   type.def("__repr__", [](py::handle self) {
-    return repr("SolveOptions", self,
-                {"initial_guess", "acceleration", "max_iterations", "energy_tolerance", "step_tolerance", "time_limit_s"});
+    return repr(
+        "SolveOptions", self,
+        {"initial_guess", "acceleration", "max_iterations", "energy_tolerance", "step_tolerance", "time_limit_s"});
   });
 }
 

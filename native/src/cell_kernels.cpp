@@ -19,17 +19,18 @@ struct Matrix {
   [[gnu::always_inline]] const Three<Real>& operator[](int i) const { return rows[i]; }
 };
 
-/// When a fit is done.
+/// When a fit is done. Terms of third order are as small as the gradient times the square of the turn, so a Newton step
+/// by an angle t (radians) leaves an error of t^3.
 template <class Real>
 struct FitLimits;
 template <>
 struct FitLimits<double> {
-  static constexpr double kLastTurnSquared = 1e-14;  // radians squared; Newton squares the error once more
-  static constexpr double kLeastDefinite = 1e-6;     // of the norm of Q
+  static constexpr double kLastTurnSquared = 1e-10;
+  static constexpr double kLeastDefinite = 1e-6;  // of the norm of Q
 };
 template <>
 struct FitLimits<float> {
-  static constexpr float kLastTurnSquared = 3e-8F;
+  static constexpr float kLastTurnSquared = 1e-5F;
   static constexpr float kLeastDefinite = 1e-4F;
 };
 

@@ -48,11 +48,15 @@ class CellPassesOf final : public CellPasses {
     rest_energy_ = alignment() - find_residual(residual);
   }
 
+  void set_threads(int threads) override { threads_ = threads; }
+
   void set_positions(const Positions& positions) override {
     parallel_for<kSliceRange * kSliceWidth>(threads_, n_vertices_, [&](int begin, int end) {
       for (int v = begin; v < end; ++v) std::copy_n(positions.data() + 3L * v, 3, positions_.data() + 4L * v);
     });
   }
+
+  [[nodiscard]] double* padded_positions() override { return positions_.data(); }
 
   void set_rotations(const Rotations& rotations) override {
     parallel_for<kSliceRange * kSliceWidth>(threads_, n_cells_, [&](int begin, int end) {

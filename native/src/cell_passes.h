@@ -28,8 +28,13 @@ class CellPasses {
   CellPasses& operator=(const CellPasses&) = delete;
   virtual ~CellPasses() = default;
 
+  /// Threads from now on; results do not depend on them.
+  virtual void set_threads(int threads) = 0;
+
   /// Takes over positions, (n, 3).
   virtual void set_positions(const Positions& positions) = 0;
+  /// Where they are: (n, 4), each row with room for one number more. What is written here is taken over too.
+  [[nodiscard]] virtual double* padded_positions() = 0;
   virtual void set_rotations(const Rotations& rotations) = 0;
   virtual void read_rotations(Rotations& rotations) const = 0;
 

@@ -159,7 +159,6 @@ Positions ConstrainedSystem::meet_averages(Positions& x, const Positions& gaps) 
 void ConstrainedSystem::correct(Positions& residual, const Positions& gaps, Positions& multipliers) const {
   const std::ptrdiff_t n_averages = std::ssize(averages_);
   if (multipliers.rows() != n_averages) multipliers = Positions::Zero(n_averages, 3);
-  erase_fixed(residual);
   for (std::ptrdiff_t c = 0; c < n_averages; ++c)
     for (size_t k = 0; k < columns_[c].indices.size(); ++k)
       residual.row(columns_[c].indices[k]) -= columns_[c].weights[k] * multipliers.row(c);

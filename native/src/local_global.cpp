@@ -2,13 +2,14 @@
 #include "local_global.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include "parallel.h"
 
 namespace arap {
 
 LocalGlobal::LocalGlobal(const BoundModel& model, const BoundConstraints& constraints)
-    : model_(model), constraints_(constraints) {
+    : model_(model), constraints_(constraints), threads_(model.threads) {
   targets_.vertices = Positions::Zero(model.rest.rows(), 3);
 }
 
@@ -93,6 +94,20 @@ void LocalGlobal::fit_regions(Pose& pose) {
 
 double LocalGlobal::fit(Pose& pose) {
   passes_->set_positions(pose.positions);
+  return fit_padded(pose);
+}
+
+double LocalGlobal::fit_padded(Pose& pose) {
+  using Clock = std::chrono::steady_clock;
+  threads_ = pace_.choose(model_.threads);
+  passes_->set_threads(threads_);
+  const Clock::time_point start = Clock::now();
+  const double energy = fit_on_threads(pose);
+  pace_.record(threads_, std::chrono::duration<double>(Clock::now() - start).count());
+  return energy;
+}
+
+double LocalGlobal::fit_on_threads(Pose& pose) {
   double alignment = passes_->fit_rotations();
   if (!constraints_.regions().empty()) {
     fit_regions(pose);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bound_constraints.h"
+#include "team_pace.h"
 
 namespace arap {
 
@@ -43,9 +44,12 @@ class LocalGlobal {
 
   /// Local step. Returns the energy, and leaves the residual for the next global step.
   [[nodiscard]] double fit(Pose& pose);
+  /// The same where the positions of the pose have been written to padded_positions() too, (n, 4).
+  [[nodiscard]] double fit_padded(Pose& pose);
+  [[nodiscard]] double* padded_positions() { return passes_->padded_positions(); }
 
   /// Minus the gradient of the energy, soft constraints included, (n, 3).
-  [[nodiscard]] Positions& residual() { return residual_; }
+  [[nodiscard]] const Positions& residual() const { return residual_; }
   /// The whole global step from the residual at hand, (n, 3).
   void find_correction(const Pose& pose, Positions& correction);
   /// Tells the regions that their vertices were moved alike.
@@ -55,9 +59,12 @@ class LocalGlobal {
   [[nodiscard]] double energy_rounding() const { return passes_->energy_rounding(); }
   /// E_0.
   [[nodiscard]] double rest_energy() const { return passes_->rest_energy(); }
-  [[nodiscard]] int threads() const { return model_.threads; }
+  /// Threads that pay at the moment: of the model's as many as the machine has cores to spare for.
+  [[nodiscard]] int threads() const { return threads_; }
 
  private:
+  /// The fit itself.
+  [[nodiscard]] double fit_on_threads(Pose& pose);
   /// Brings rigid regions to their best rotations, after the cells.
   void fit_regions(Pose& pose);
   /// The energy without its term of rotations.
@@ -68,6 +75,8 @@ class LocalGlobal {
 
   const BoundModel& model_;
   const BoundConstraints& constraints_;
+  int threads_;
+  TeamPace pace_;
   CellPasses* passes_ = nullptr;
   RegionTargets targets_;  ///< of vertices, and of patches that anchor regions
   Positions patch_targets_;

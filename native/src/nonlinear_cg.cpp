@@ -5,6 +5,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 #include "parallel.h"
@@ -19,80 +20,101 @@ constexpr double kSmallestDecrease = 1e-14;
 /// Rows that a thread takes at once.
 constexpr int kRows = 2048;
 
-using Array = Eigen::Map<const Eigen::ArrayXd>;
+template <class Rows>
+auto flat(Rows& x, int begin, int end) {
+  // As one array: the compilers see through that, not through blocks of a matrix.
+  using Number = typename Rows::Scalar;
+  using Array = Eigen::Array<Number, Eigen::Dynamic, 1>;
+  using Map = std::conditional_t<std::is_const_v<Rows>, Eigen::Map<const Array>, Eigen::Map<Array>>;
+  return Map(x.data() + 3L * begin, 3L * static_cast<std::ptrdiff_t>(end - begin));
+}
 
-/// Rows [begin, end) as one array.
-Array rows(const Positions& x, int begin, int end) {
-  return {x.data() + 3L * begin, 3L * static_cast<std::ptrdiff_t>(end - begin)};
+template <class Number>
+Number longest_squared(const Number* begin, const Number* end) {
+  Number longest = 0;
+  for (const Number* row = begin; row != end; row += 3)
+    longest = std::max(longest, row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
+  return longest;
 }
 
 int row_count(const Positions& x) { return static_cast<int>(x.rows()); }
 
-double inner_product(int threads, const Positions& a, const Positions& b) {
-  return parallel_sum<kRows>(threads, row_count(a),
-                             [&](int begin, int end) { return (rows(a, begin, end) * rows(b, begin, end)).sum(); });
-}
-
 }  // namespace
 
-double NonlinearCg::choose_direction() {
+double NonlinearCg::slope_along_direction() const {
+  const Positions& residual = steps_.residual();
+  return parallel_sum<kRows>(steps_.threads(), row_count(residual), [&](int begin, int end) {
+    return (flat(direction_, begin, end).cast<double>() * flat(residual, begin, end)).sum();
+  });
+}
+
+double NonlinearCg::choose_beta() {
   using Sums = std::array<double, 3>;
   const Positions& residual = steps_.residual();
+  const Positions& correction = correction_;
+  residual_.resize(residual.rows(), 3);  // memory only where it is not there yet
+  direction_.resize(residual.rows(), 3);
   const bool is_fresh = is_fresh_;
   const Sums sums = parallel_reduce<kRows>(
       steps_.threads(), row_count(residual), Sums{},
       [&](int begin, int end) {
-        const Array z = rows(correction_, begin, end);
-        const Array r = rows(residual, begin, end);
-        if (is_fresh) return Sums{(z * r).sum(), 0, 0};
-        return Sums{(z * r).sum(), (z * rows(residual_, begin, end)).sum(), (rows(direction_, begin, end) * r).sum()};
+        const auto z = flat(correction, begin, end);
+        const auto r = flat(residual, begin, end);
+        auto last_r = flat(residual_, begin, end);
+        Sums part{(z * r).sum(), 0, 0};
+        if (!is_fresh) {
+          part[1] = (z * last_r.cast<double>()).sum();
+          part[2] = (flat(direction_, begin, end).cast<double>() * r).sum();
+        }
+        last_r = r.cast<float>();
+        return part;
       },
       [](const Sums& a, const Sums& b) {
         return Sums{a[0] + b[0], a[1] + b[1], a[2] + b[2]};
       });
   const double z_r = sums[0];
   double beta = is_fresh ? 0 : std::max(0.0, (z_r - sums[1]) / z_r_);
-  double slope = z_r + beta * sums[2];
-  if (!(slope > 0) || !std::isfinite(beta)) {
+  slope_ = z_r + beta * sums[2];
+  if (!(slope_ > 0) || !std::isfinite(beta)) {
     beta = 0;
-    slope = z_r;
+    slope_ = z_r;
   }
-  update_direction(beta);
   z_r_ = z_r;
-  return slope;
+  return beta;
 }
 
-void NonlinearCg::update_direction(double beta) {
-  using Longest = std::array<double, 2>;
-  direction_.resize(correction_.rows(), 3);  // memory only where it is not there yet
-  const Longest longest = parallel_reduce<kRows>(
-      steps_.threads(), row_count(correction_), Longest{},
+template <class Update>
+double NonlinearCg::move(Pose& pose, double length, const Update& update) {
+  pose.positions.resize(start_.rows(), 3);
+  double* const padded = steps_.padded_positions();
+  const float longest = parallel_reduce<kRows>(
+      steps_.threads(), row_count(start_), 0.0F,
       [&](int begin, int end) {
-        const auto z = correction_.middleRows(begin, end - begin);
-        auto d = direction_.middleRows(begin, end - begin);
-        if (beta > 0)
-          d = z + beta * d;
-        else
-          d = z;
-        return Longest{z.rowwise().squaredNorm().maxCoeff(), d.rowwise().squaredNorm().maxCoeff()};
+        auto d = flat(direction_, begin, end);
+        update(d, begin, end);
+        flat(pose.positions, begin, end) = flat(std::as_const(start_), begin, end) + length * d.template cast<double>();
+        for (int v = begin; v < end; ++v) std::copy_n(pose.positions.data() + 3L * v, 3, padded + 4L * v);
+        return longest_squared(d.data(), d.data() + d.size());
       },
-      [](const Longest& a, const Longest& b) {
-        return Longest{std::max(a[0], b[0]), std::max(a[1], b[1])};
-      });
-  longest_correction_ = std::sqrt(longest[0]);
-  longest_direction_ = std::sqrt(longest[1]);
+      [](float a, float b) { return std::max(a, b); });
+  pose.placements = placements_;
+  steps_.follow_positions(pose);
+  step_ = length * std::sqrt(static_cast<double>(longest));
+  return steps_.fit_padded(pose);
 }
 
 double NonlinearCg::try_length(Pose& pose, double length) {
-  pose.positions.resize(start_.rows(), 3);
-  parallel_for<kRows>(steps_.threads(), row_count(start_), [&](int begin, int end) {
-    const int n = end - begin;
-    pose.positions.middleRows(begin, n) = start_.middleRows(begin, n) + length * direction_.middleRows(begin, n);
-  });
-  pose.placements = placements_;
-  steps_.follow_positions(pose);
-  step_ = std::max(length * longest_direction_, longest_correction_);
-  return steps_.fit(pose);
+  return move(pose, length, [](const auto&, int, int) {});
+}
+
+double NonlinearCg::try_direction(Pose& pose, double length, double beta) {
+  const Positions& correction = correction_;
+  if (beta > 0)
+    return move(pose, length, [&](auto& d, int begin, int end) {
+      d = flat(correction, begin, end).template cast<float>() + static_cast<float>(beta) * d;
+    });
+  return move(pose, length,
+              [&](auto& d, int begin, int end) { d = flat(correction, begin, end).template cast<float>(); });
 }
 
 double NonlinearCg::iterate(Pose& pose, double energy) {
@@ -100,17 +122,15 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
   constexpr double kShortest = 0.25;
   constexpr double kSecondLook = 0.3;  // relative change of the length that is worth another fit
   steps_.find_correction(pose, correction_);
-  double slope = choose_direction();
+  const double beta = choose_beta();
   start_.swap(pose.positions);
-  residual_.swap(steps_.residual());
   placements_ = pose.placements;
   const double rounding = steps_.energy_rounding();
 
   double length = is_fresh_ ? 1 : length_;
-  double reached = try_length(pose, length);
+  double reached = try_direction(pose, length, beta);
   if (!is_fresh_ || reached > energy + rounding) {
-    const double slope_there = inner_product(steps_.threads(), direction_, steps_.residual());
-    double better = length * slope / (slope - slope_there);
+    double better = length * slope_ / (slope_ - slope_along_direction());
     if (!(better > 0) || better > kLongest * length) better = kLongest * length;
     if (std::abs(better - length) > kSecondLook * length || reached > energy + rounding) {
       length = better;
@@ -120,14 +140,23 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
   is_fresh_ = false;
   if (reached > energy + rounding) {
     length = 1;
-    slope = z_r_;
-    update_direction(0);
+    slope_ = z_r_;
     is_fresh_ = true;
-    reached = try_length(pose, length);
+    reached = try_direction(pose, length, 0);
   }
-  promised_decrease_ = length * slope;
+  promised_decrease_ = length * slope_;
   length_ = std::clamp(length, kShortest, kLongest);
   return reached;
+}
+
+double NonlinearCg::longest_correction() const {
+  const double longest = parallel_reduce<kRows>(
+      steps_.threads(), row_count(correction_), 0.0,
+      [&](int begin, int end) {
+        return longest_squared(correction_.data() + 3L * begin, correction_.data() + 3L * end);
+      },
+      [](double a, double b) { return std::max(a, b); });
+  return std::sqrt(longest);
 }
 
 IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
@@ -149,6 +178,8 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
     const double energy = search.iterate(pose, report.energy_after);
     ++report.iterations;
     report.step = search.step();
+    // A short step may only be a short length.
+    if (report.step <= options.step_tolerance) report.step = std::max(report.step, search.longest_correction());
     // Where the measured decrease drowns in rounding, the one that the slope promised still has its digits.
     const double measured = report.energy_after - energy;
     const double decrease = measured > 10 * steps.energy_rounding() ? measured : search.promised_decrease();

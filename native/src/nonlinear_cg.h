@@ -23,31 +23,39 @@ class NonlinearCg {
   /// rounding.
   [[nodiscard]] double iterate(Pose& pose, double energy);
 
-  /// The longer of the last movement and the plain global step there, of any vertex.
+  /// The last iteration's largest movement of a vertex.
   [[nodiscard]] double step() const { return step_; }
+  /// That of the plain global step where it began.
+  [[nodiscard]] double longest_correction() const;
   /// Upper bound of the decrease of the energy in the last iteration, from the slope at its start.
   [[nodiscard]] double promised_decrease() const { return promised_decrease_; }
 
  private:
-  /// Sets the direction; returns the slope of minus the energy along it.
-  [[nodiscard]] double choose_direction();
+  using Steps = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+  /// beta of the next direction, 0 for the plain global step; sets the slope along it.
+  [[nodiscard]] double choose_beta();
+  /// Slope of minus the energy along the direction, from the residual at hand.
+  [[nodiscard]] double slope_along_direction() const;
+  /// direction = correction + beta direction, and try_length along it.
+  [[nodiscard]] double try_direction(Pose& pose, double length, double beta);
   /// Moves from the start by `length` along the direction and fits the rotations there; returns the energy.
   [[nodiscard]] double try_length(Pose& pose, double length);
-  /// direction = correction + beta direction; notes the longest rows.
-  void update_direction(double beta);
+  /// update(rows of the direction, begin, end) comes first, range by range.
+  template <class Update>
+  [[nodiscard]] double move(Pose& pose, double length, const Update& update);
 
   LocalGlobal& steps_;
   bool is_fresh_ = true;
   double length_ = 1;
-  double z_r_ = 0;  ///< <correction, residual> of the last iteration
+  double slope_ = 0;  ///< of minus the energy at the start of the last step, along it
+  double z_r_ = 0;    ///< <correction, residual> of the last iteration
   double step_ = 0;
   double promised_decrease_ = 0;
-  double longest_correction_ = 0;
-  double longest_direction_ = 0;
   Positions start_;       ///< positions before the last step
-  Positions residual_;    ///< there
   Positions correction_;  ///< the plain global step from there
-  Positions direction_;
+  Steps residual_;        ///< there; rounded, as directions are: the step has few digits anyway
+  Steps direction_;
   std::vector<Placement> placements_;  ///< before the last step
 };
 

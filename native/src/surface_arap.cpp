@@ -147,7 +147,7 @@ struct SurfaceArap::Impl {
 };
 
 void SurfaceArap::Impl::keep_pose(bool with_rotations) {
-  copy_rows(model.threads, pose.positions, kept.positions);
+  copy_rows(steps->threads(), pose.positions, kept.positions);
   kept.placements = pose.placements;
   kept.rotations.clear();
   if (with_rotations) kept.rotations = pose.rotations;
@@ -190,7 +190,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, const SolveOption
   try {
     apply_guess(model_targets, options, rotations);
     report = minimize(*steps, *search, pose, options, progress);
-    if (!all_finite(model.threads, pose.positions))
+    if (!all_finite(steps->threads(), pose.positions))
       throw SolverError("the positions are no longer finite; the last good pose is kept");
   } catch (...) {
     restore_pose();
@@ -199,7 +199,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, const SolveOption
   if (report.stop_reason == StopReason::kCancelled) restore_pose();
 
   SolveResult result;
-  result.positions = space.to_input(pose.positions, model.threads);
+  result.positions = space.to_input(pose.positions, steps->threads());
   result.energy_before = space.energy_to_input(report.energy_before);
   result.energy_after = space.energy_to_input(report.energy_after);
   result.iterations = report.iterations;
