@@ -47,13 +47,14 @@ StepTimes time_steps(const TaskFile& task, const Options& options) {
   Pose pose{model.rest, Rotations(static_cast<size_t>(model.energy.n_cells()), Eigen::Quaterniond::Identity()), {}};
   steps.impose_constraints(pose);
   steps.start(pose);
+  Positions residual;
   Positions correction;
   std::vector<double> local;
   std::vector<double> global;
   std::vector<double> solve;
   for (int k = -kWarmUp; k < kSamples; ++k) {
     const double fit_ms = timed_ms([&] { static_cast<void>(steps.fit(pose)); });
-    const double residual_ms = timed_ms([&] { model.passes(Precision::kSingle).find_residual(steps.residual()); });
+    const double residual_ms = timed_ms([&] { model.passes(Precision::kSingle).find_residual(residual); });
     const double solve_ms = timed_ms([&] { steps.find_correction(pose, correction); });
     const double step_ms = timed_ms([&] { pose.positions += correction; });
     if (k < 0) continue;
