@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <mutex>
 #include <new>
 #include <utility>
 
@@ -47,6 +48,10 @@ std::vector<idx_t> dissect(Graph graph) {
   std::vector<idx_t> inverse(n);
   std::array<idx_t, METIS_NOPTIONS> options{};
   METIS_SetDefaultOptions(options.data());
+  // METIS draws from the C library's rand(), seeded at each call: two calls at once would get each other's numbers, and
+  // orders that no other run has.
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
   const int status = METIS_NodeND(&n, graph.offsets.data(), graph.neighbours.data(), nullptr, options.data(),
                                   order.data(), inverse.data());
   if (status == METIS_ERROR_MEMORY) throw std::bad_alloc();

@@ -54,10 +54,10 @@ TEST_P(LocalGlobal, PlainIterationsAreThoseOfTheReference) {
           plain.solve(task.constraints, task.targets, plain.rest_guess(task.constraints, task.targets), n);
       const SolveResult result = solver.solve(task.targets, plain_iterations(n, InitialGuess::kRest));
       const double scale = expected.energies.front();
-      EXPECT_LT(max_distance(result.positions, expected.positions), 1e-8 * mesh.diagonal()) << mesh.name << ", " << n;
+      EXPECT_LT(max_distance(result.positions, expected.positions), 2e-7 * mesh.diagonal()) << mesh.name << ", " << n;
       EXPECT_NEAR(result.energy_before, expected.energies.front(), 1e-9 * scale) << mesh.name;
-      EXPECT_NEAR(result.energy_after, expected.energies.back(), 1e-9 * scale) << mesh.name;
-      EXPECT_NEAR(result.step, expected.step, 1e-8) << mesh.name;
+      EXPECT_NEAR(result.energy_after, expected.energies.back(), 1e-7 * scale) << mesh.name;
+      EXPECT_NEAR(result.step, expected.step, 1e-6) << mesh.name;
       EXPECT_EQ(result.iterations, task.constraints.size() < mesh.n_vertices() ? n : 1) << mesh.name;
     }
   }
@@ -256,7 +256,7 @@ Stepwise run_stepwise(const MeshData& mesh, const Task& task, int n) {
       before.row(task.constraints.vertices[c]) = task.targets.row(static_cast<Eigen::Index>(c));
     const InitialGuess guess = k == 0 ? InitialGuess::kRest : InitialGuess::kPrevious;
     const SolveResult result = solver.solve(task.targets, iterations(1, guess));
-    EXPECT_NEAR(result.step, max_distance(before, result.positions) / mesh.diagonal(), 1e-12);
+    EXPECT_NEAR(result.step, max_distance(before, result.positions) / mesh.diagonal(), 1e-7 * result.step + 1e-15);
     run.decreases.push_back((result.energy_before - result.energy_after) / result.energy_before);
     run.steps.push_back(result.step);
   }
