@@ -114,7 +114,7 @@ template <class Real>
 [[gnu::always_inline]] inline NewtonStep<Real> newton_step(const Matrix<Real>& Q, const Quaternion<Real>& q,
                                                            const Lanes<Real>& least_pivot) {
   const Matrix<Real> R = to_matrix<Real>(q);
-  Matrix<Real> M;
+  Matrix<Real> M{};
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) M[i][j] = R[0][i] * Q[0][j] + R[1][i] * Q[1][j] + R[2][i] * Q[2][j];
   const Lanes<Real> one = broadcast<Real>(1);
@@ -133,7 +133,7 @@ template <class Real>
   const Lanes<Real> y0 = M[2][1] - M[1][2];
   const Lanes<Real> y1 = M[0][2] - M[2][0] - l1 * y0;
   const Lanes<Real> y2 = M[1][0] - M[0][1] - l2 * y0 - l21 * y1;
-  NewtonStep<Real> step;
+  NewtonStep<Real> step{};
   step.turn[2] = y2 / d2;
   step.turn[1] = y1 * over_d1 - l21 * step.turn[2];
   step.turn[0] = y0 * over_d0 - l1 * step.turn[1] - l2 * step.turn[2];

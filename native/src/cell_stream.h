@@ -26,7 +26,7 @@ class SlicedRows {
   /// Sets entry e of a row.
   template <class... Values>
   void set(int row, int e, int index, Values... values) {
-    const size_t group = static_cast<size_t>(slice_offsets_[row / kSliceWidth] + e);
+    const auto group = static_cast<size_t>(slice_offsets_[row / kSliceWidth]) + static_cast<size_t>(e);
     indices_[group * kSliceWidth + row % kSliceWidth] = index;
     size_t component = group * sizeof...(Values);
     ((values_[component++ * kSliceWidth + row % kSliceWidth] = static_cast<Real>(values)), ...);
