@@ -27,6 +27,12 @@ struct CellEnergy {
   [[nodiscard]] int n_vertices() const { return static_cast<int>(K.rows()); }
   [[nodiscard]] int n_cells() const { return static_cast<int>(cell_offsets.size()) - 1; }
 
+  /// The first vertex of a cell, at which it counts where a place is asked for: a cell is in the rigid region of its
+  /// home. -1 where the cell is empty.
+  [[nodiscard]] int home(int cell) const {
+    return cell_offsets[cell] < cell_offsets[cell + 1] ? cell_vertices[cell_offsets[cell]] : -1;
+  }
+
   /// Fills vertex_* from cell_*; call it last.
   void index_by_vertex();
 };

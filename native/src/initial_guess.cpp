@@ -120,7 +120,8 @@ void spread_handle_rotations(const BoundModel& model, const BoundConstraints& co
     return nearest_rotation(blend, previous);
   };
   for (int c = 0; c < model.energy.n_cells(); ++c)
-    pose.rotations[c] = rotation_at(regions.unknown_of(c), pose.rotations[c].toRotationMatrix());
+    if (const int home = model.energy.home(c); home >= 0)
+      pose.rotations[c] = rotation_at(regions.unknown_of(home), pose.rotations[c].toRotationMatrix());
   for (int r = 0; r < regions.size(); ++r) {
     Placement& placement = pose.placements[r];
     if (!regions.is_anchored(r)) placement.rotation = rotation_at(regions.unknown(r), placement.rotation);

@@ -22,7 +22,7 @@ struct RegionTargets {
 };
 
 /// Vertices that move as one body each. Rotation and translation are eliminated from the system: the members of a
-/// region share the unknown of their first vertex (the translation), and the cells of the members share its rotation.
+/// region share the unknown of their first vertex (the translation), and the cells at home in it share its rotation.
 ///
 /// With the others fixed, the energy as a function of a region's motion is linear in R, since quadratic terms in R are
 /// constant, and quadratic in t. The center is chosen so that the mixed term vanishes; then the best R does not
@@ -41,7 +41,7 @@ class RigidRegions {
 
   [[nodiscard]] bool is_in_region(int v) const;
 
-  /// Follows the vertices of energy and rest to new numbers; a region keeps its unknown.
+  /// Follows the vertices and cells of energy and rest, which have new numbers; a region keeps its unknown.
   void renumber(const std::vector<int>& new_of_old);
 
   /// P^T K P, where P maps unknowns to vertices; the rows of members that are not unknowns stay empty.
@@ -103,7 +103,8 @@ class RigidRegions {
   struct Region {
     std::vector<int> members;       ///< vertices, the first is the unknown
     std::vector<int> border;        ///< members with neighbours, or in cells, outside
-    std::vector<int> border_cells;  ///< members whose cell reaches outside
+    std::vector<int> cells;         ///< whose home is a member
+    std::vector<int> border_cells;  ///< of them, those with vertices outside
     std::vector<Anchor> anchors;    ///< hard members
     int anchor_rank = 0;            ///< 0 a point, 1 a line, 2 at least a plane
     Vector3 anchor_axis = Vector3::Zero();
@@ -114,6 +115,11 @@ class RigidRegions {
   [[nodiscard]] bool is_member(int v, const Region& region) const {
     return unknown_of_vertex_[v] == region.members.front();
   }
+  [[nodiscard]] bool has_cell(int c, const Region& region) const {
+    const int home = energy_->home(c);
+    return home >= 0 && is_member(home, region);
+  }
+  void find_cells();
   void find_border(Region& region) const;
   void choose_center(Region& region, const Eigen::VectorXd& soft_diagonal) const;
   static void find_anchor_rank(Region& region);

@@ -65,6 +65,14 @@ TEST_P(SurfaceEnergies, OneFormIsTheDoubleSum) {
   }
 }
 
+TEST_P(SurfaceEnergies, EachCellIsAtHomeAtItsVertex) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    const CellEnergy energy = assemble(mesh, options());
+    for (int c = 0; c < energy.n_cells(); ++c)
+      EXPECT_EQ(energy.home(c), energy.cell_offsets[c] < energy.cell_offsets[c + 1] ? c : -1) << mesh.name;
+  }
+}
+
 TEST_P(SurfaceEnergies, RestVectorsOfEachCellSumToZero) {
   for (const MeshData& mesh : all_small_meshes()) {
     const CellEnergy energy = assemble(mesh, options());
