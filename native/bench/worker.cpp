@@ -94,8 +94,9 @@ class Worker {
     set_constraints();
     SolveOptions options;
     options.max_iterations = n_iterations;
-    options.energy_tolerance = 0;
-    options.step_tolerance = 0;
+    // As fine as single precision goes; finer ones would iterate in double.
+    options.energy_tolerance = 1e-7;
+    options.step_tolerance = 1e-7;
     // The default guess after a reset: as the first move of a drag.
     model().reset();
     const Stopwatch watch;

@@ -39,7 +39,7 @@ class Peer:
     def solve(self, n_iterations: int) -> None:
         assert self._model is not None
         options = arap_native.SolveOptions(
-            initial_guess=self._initial_guess, max_iterations=n_iterations, energy_tolerance=0.0, step_tolerance=0.0
+            initial_guess=self._initial_guess, max_iterations=n_iterations, energy_tolerance=1e-7, step_tolerance=1e-7
         )
         self._model.reset()
         self._positions = self._model.solve(self._task.targets, options).positions

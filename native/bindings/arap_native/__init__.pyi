@@ -62,7 +62,8 @@ class SolveOptions:
     max_iterations: int
     """Upper bound of iterations, each a global and a local step, >= 1."""
     energy_tolerance: float
-    """Converged needs the relative decrease of the energy in one iteration to be at most this, and the step too."""
+    """Converged needs the relative decrease of the energy in one iteration to be at most this, and the step too. Where
+    one of the two tolerances is below 1e-7 every iteration is in double, which takes about twice as long."""
     step_tolerance: float
     """Largest movement of a vertex in one iteration, as a fraction of the bounding-box diagonal at rest."""
     time_limit_s: float
