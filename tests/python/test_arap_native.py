@@ -49,6 +49,31 @@ def test_rigid_motion_of_the_handles_moves_the_mesh_rigidly(give_rotations):
     assert np.abs(result.positions - (mesh.positions @ turn.T + shift)).max() < 1e-6 * mesh.diagonal
 
 
+def test_positions_go_into_an_array_that_is_given():
+    mesh = tube()
+    expected = held_at_ends(mesh).solve(twisted_ends(mesh)).positions
+    out = np.full(mesh.positions.shape, np.nan, dtype=np.float32)
+    result = held_at_ends(mesh).solve(twisted_ends(mesh), out=out)
+    assert result.positions is out
+    assert np.array_equal(out, expected.astype(np.float32))
+
+
+def test_a_cancelled_solve_gives_the_former_positions_to_an_array_too():
+    mesh = tube()
+    solver = held_at_ends(mesh)
+    out = np.full(mesh.positions.shape, np.nan, dtype=np.float32)
+    result = solver.solve(twisted_ends(mesh), progress=lambda _: False, out=out)
+    assert result.stop_reason == "cancelled"
+    assert np.array_equal(out, mesh.positions.astype(np.float32))
+
+
+def test_the_time_limit_is_that_of_the_whole_solve():
+    mesh = tube()
+    limits = arap_native.SolveOptions(time_limit_s=1e-9, initial_guess="handle_rotations")
+    result = held_at_ends(mesh).solve(twisted_ends(mesh), limits)
+    assert (result.iterations, result.stop_reason) == (1, "time_limit")
+
+
 def test_hard_constraints_are_met_exactly_and_energy_is_that_of_the_result():
     mesh = tube()
     solver = held_at_ends(mesh)

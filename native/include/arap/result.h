@@ -11,7 +11,7 @@ namespace arap {
 /// What a solve did. Energies are as docs/formulation.md defines them, in the square of the input's unit, and
 /// include the soft constraints' terms.
 struct SolveResult {
-  Positions positions;       ///< (n, 3), in the space and unit of the rest positions
+  Positions positions;       ///< (n, 3), in the space and unit of the rest positions; empty where they went elsewhere
   double energy_before = 0;  ///< at the start of the iteration, after the initial guess
   double energy_after = 0;   ///< at `positions`; of a cancelled solve, where it was stopped
   int iterations = 0;        ///< local/global iterations done
