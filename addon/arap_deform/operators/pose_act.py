@@ -23,8 +23,8 @@ from ..session import Readout
 running: dict[str, PoseAct] = {}
 """The acts under way, by name of the object: for panels and polls."""
 
-# What a solve may take while a handle moves: with all else of a frame about sixty frames a second. It is looked at after
-# each iteration, so that a mesh too heavy for that still follows, with one.
+# What a solve may take while a handle moves: with all else of a frame about sixty frames a second. It is looked at
+# after each iteration, so that a mesh too heavy for that still follows, with one.
 FOLLOW_TIME_LIMIT_S = 0.012
 # A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
 REFINE_TIME_LIMIT_S = 0.05
