@@ -13,7 +13,7 @@ another thread or from the first one's ``progress``, raises RuntimeError.
 """
 
 from collections.abc import Callable
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,7 +82,7 @@ class SolveResult:
     """What a solve did. Energies are in the square of the input's unit and include soft constraints' terms."""
 
     @property
-    def positions(self) -> NDArray[np.float64] | NDArray[np.float32]:
+    def positions(self) -> NDArray[Any]:
         """(n, 3) float64, in the space and unit of the rest positions; or ``out``, float32, where that was given."""
     @property
     def energy_before(self) -> float:
