@@ -142,7 +142,7 @@ class ArapObject(bpy.types.PropertyGroup):
     )
     iterations_per_update: IntProperty(
         name="Iterations per Update",
-        description="Steps after each change of a handle. More follows faster but costs more time",
+        description="Steps at most after each change of a handle; fewer where a frame has no time for them",
         default=4,
         min=1,
         max=10000,

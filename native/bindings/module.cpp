@@ -34,8 +34,10 @@ constexpr const char* kDtype = nullptr;
 template <>
 constexpr const char* kDtype<double> = "float64";
 template <>
+constexpr const char* kDtype<float> = "float32";
+template <>
 constexpr const char* kDtype<int> = "int32";
-static_assert(sizeof(int) == 4 && sizeof(double) == 8);
+static_assert(sizeof(int) == 4 && sizeof(float) == 4 && sizeof(double) == 8);
 
 /// One dimension of an expected shape: a size, or a letter for any size.
 class Extent {
@@ -173,6 +175,14 @@ arap::Patches patches_from(const py::object& object) {
 }
 
 // --------------------------------------------------------------------------------------------------- arrays out
+
+/// The numbers of an array that is written to; none for None. The array must outlive them.
+std::span<float> out_from(const py::object& object, py::ssize_t n_vertices) {
+  if (object.is_none()) return {};
+  py::array array = require_array<float>(object, "out", {n_vertices, 3}, "one row per vertex");
+  if (!array.writeable()) throw py::value_error("out is read-only, expected an array that can be written to");
+  return {static_cast<float*>(array.mutable_data()), static_cast<size_t>(array.size())};
+}
 
 template <typename T>
 py::array to_array(std::vector<T> values) {
@@ -350,8 +360,9 @@ void bind_solve_options(py::module_& m) {
 
 /// The library's result with its arrays handed over to numpy.
 struct SolveResult {
-  explicit SolveResult(arap::SolveResult result)
-      : positions(to_array(std::move(result.positions))),
+  /// @param out  the array that has the positions, or None
+  SolveResult(arap::SolveResult result, const py::object& out)
+      : positions(out.is_none() ? to_array(std::move(result.positions)) : py::reinterpret_borrow<py::array>(out)),
         parts_at_rest(to_array(std::move(result.parts_at_rest))),
         loose_vertices(to_array(std::move(result.loose_vertices))),
         energy_before(result.energy_before),
@@ -524,14 +535,15 @@ class Solver {
   }
 
   SolveResult solve(const py::object& targets, const arap::SolveOptions& options, const py::object& rotations,
-                    py::object progress) {
+                    py::object progress, const py::object& out) {
     // Without constraints the library says so; any number of rows is as good then.
     const Extent rows = n_targets_ > 0 ? Extent(n_targets_) : Extent("k + n_patches");
     const arap::Positions points =
         positions_from(targets, "targets", rows, "one row per constrained vertex, then one per patch");
     const std::vector<arap::Matrix3> matrices = rotations_from(rotations, rows);
+    const std::span<float> positions = out_from(out, n_vertices());
     ProgressCall call(std::move(progress));
-    return SolveResult(exclusively([&] { return solver_.solve(points, options, matrices, call.function()); }));
+    return {exclusively([&] { return solver_.solve(points, options, matrices, call.function(), positions); }), out};
   }
 
   void reset() {
@@ -619,12 +631,12 @@ void bind_solver(py::module_& m) {
       .def(
           "solve",
           [](Solver& solver, const py::object& targets, const arap::SolveOptions* options, const py::object& rotations,
-             py::object progress) {
+             py::object progress, const py::object& out) {
             return solver.solve(targets, options != nullptr ? *options : arap::SolveOptions{}, rotations,
-                                std::move(progress));
+                                std::move(progress), out);
           },
           docstrings::SurfaceArap_solve, py::arg("targets"), py::arg("options") = none, py::kw_only(),
-          py::arg("rotations") = none, py::arg("progress") = none)
+          py::arg("rotations") = none, py::arg("progress") = none, py::arg("out") = none)
       .def("reset", &Solver::reset, docstrings::SurfaceArap_reset)
       .def("set_positions", &Solver::set_positions, docstrings::SurfaceArap_set_positions, py::arg("positions"))
       .def("energy", &Solver::energy, docstrings::SurfaceArap_energy, py::arg("positions"))

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "arap/mesh.h"
@@ -32,6 +33,8 @@ class ModelSpace {
 
   [[nodiscard]] Positions to_model(const Positions& of_input, int threads) const;
   [[nodiscard]] Positions to_input(const Positions& of_model, int threads) const;
+  /// The same in single precision, row by row; false where a number is not finite.
+  [[nodiscard]] bool write_to_input(const Positions& of_model, int threads, std::span<float> of_input) const;
   /// Vectors as they are: neither moved nor scaled.
   [[nodiscard]] Positions vectors_to_input(const Positions& of_model) const;
   [[nodiscard]] std::vector<double> to_model(const std::vector<double>& of_input) const;

@@ -2,6 +2,7 @@
 #include "arap/surface_arap.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <string>
@@ -109,10 +110,9 @@ struct SurfaceArap::Impl {
     pose.placements = model.regions.fit_placements(pose.positions);
   }
 
-  SolveResult solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,
-                    const Progress& progress);
+  SolveResult solve(const Positions& targets, SolveOptions options, std::span<const Matrix3> rotations,
+                    const Progress& progress, std::span<float> out);
   void apply_guess(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations);
-  /// min over R of E at `positions`, on the model; sets the gradient.
   /// min over R of E at `positions`, on the model; sets the gradient.
   double evaluate(const Positions& positions, Positions& gradient) const {
     CellPasses& passes = model.passes(Precision::kDouble);
@@ -127,6 +127,12 @@ struct SurfaceArap::Impl {
     require_rows("positions", positions.rows(), space.n_input_vertices());
     require_finite("positions", positions, [](int v) { return text("vertex ", v); });
     return space.to_model(positions, model.threads);
+  }
+  /// Puts the positions where they are wanted; false where they are not finite.
+  [[nodiscard]] bool hand_over(SolveResult& result, std::span<float> out) const {
+    if (!out.empty()) return space.write_to_input(pose.positions, steps->threads(), out);
+    result.positions = space.to_input(pose.positions, steps->threads());
+    return all_finite(steps->threads(), pose.positions);
   }
   /// What a solve that fails goes back to.
   void keep_pose(bool with_rotations);
@@ -180,26 +186,28 @@ void SurfaceArap::Impl::apply_guess(const Positions& targets, const SolveOptions
   steps->project_on_patches(pose);
 }
 
-SolveResult SurfaceArap::Impl::solve(const Positions& targets, const SolveOptions& options,
-                                     std::span<const Matrix3> rotations, const Progress& progress) {
+SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions options, std::span<const Matrix3> rotations,
+                                     const Progress& progress, std::span<float> out) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
   const Positions model_targets = space.points_to_model(targets);
   steps->aim(model_targets, precision_for(options));
   // An iteration without regions changes the rotations of the pose when it is done and not before.
   keep_pose(options.initial_guess != InitialGuess::kPrevious || !model.regions.empty());
+  SolveResult result;
   IterationReport report;
   try {
     apply_guess(model_targets, options, rotations);
+    const double spent_s = std::chrono::duration<double>(Clock::now() - start).count();
+    options.time_limit_s = std::max(options.time_limit_s - spent_s, 0.0);
     report = minimize(*steps, *search, pose, options, progress);
-    if (!all_finite(steps->threads(), pose.positions))
-      throw SolverError("the positions are no longer finite; the last good pose is kept");
+    if (report.stop_reason == StopReason::kCancelled) restore_pose();
+    if (!hand_over(result, out)) throw SolverError("the positions are no longer finite; the last good pose is kept");
   } catch (...) {
     restore_pose();
+    if (!out.empty()) static_cast<void>(space.write_to_input(pose.positions, steps->threads(), out));
     throw;
   }
-  if (report.stop_reason == StopReason::kCancelled) restore_pose();
-
-  SolveResult result;
-  result.positions = space.to_input(pose.positions, steps->threads());
   result.energy_before = space.energy_to_input(report.energy_before);
   result.energy_after = space.energy_to_input(report.energy_after);
   result.iterations = report.iterations;
@@ -235,7 +243,7 @@ void SurfaceArap::set_constraints(const ConstraintSet& constraints, const Progre
 }
 
 SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& options,
-                               std::span<const Matrix3> rotations, const Progress& progress) {
+                               std::span<const Matrix3> rotations, const Progress& progress, std::span<float> out) {
   options.validate();
   if (impl_->constraints == nullptr)
     throw InvalidInput("nothing is constrained; call set_constraints with at least one vertex before solve");
@@ -245,7 +253,10 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
   if (!rotations.empty()) require_rows("rotations", rotations.size(), n_targets);
   for (size_t k = 0; k < rotations.size(); ++k)
     if (!rotations[k].allFinite()) throw InvalidInput(text("rotations[", k, "] is not finite"));
-  return impl_->solve(targets, options, rotations, progress);
+  const auto n_numbers = 3 * static_cast<size_t>(n_vertices());
+  if (!out.empty() && out.size() != n_numbers)
+    throw InvalidInput(text("out has ", out.size(), " numbers, must have three per vertex, ", n_numbers));
+  return impl_->solve(targets, options, rotations, progress, out);
 }
 
 void SurfaceArap::reset() { impl_->reset(); }

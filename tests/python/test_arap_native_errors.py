@@ -68,6 +68,17 @@ def test_what_is_wrong_with_an_array(positions, error, expected):
     assert message(error, arap_native.SurfaceArap, positions, *MESH[1:]) == expected
 
 
+def test_what_is_wrong_with_an_array_to_write_to(solver):
+    def said(out) -> str:
+        return message(ValueError, solver.solve, MESH.positions[VERTICES], out=out)
+
+    good = np.zeros(MESH.positions.shape, np.float32)
+    assert said(good.astype(np.float64)) == "out has dtype float64, expected float32"
+    assert said(good[:-1].copy()) == "out has shape (95, 3), expected (96, 3): one row per vertex"
+    good.flags.writeable = False
+    assert said(good) == "out is read-only, expected an array that can be written to"
+
+
 def test_nothing_is_converted(solver):
     """One wrong dtype per array argument: int64 is what numpy makes of a list, float32 what Blender gives."""
     narrow, wide = np.zeros(3, np.float32), np.zeros(3, np.int64)

@@ -66,7 +66,7 @@ def test_every_public_member_is_described():
 def test_help_shows_names_and_arguments():
     text = pydoc.plain(pydoc.render_doc(arap_native.SurfaceArap))
     assert "class SurfaceArap" in text
-    assert "solve(self, targets, options=None, *, rotations=None, progress=None)" in text
+    assert "solve(self, targets, options=None, *, rotations=None, progress=None, out=None)" in text
     assert "Moves the mesh towards the targets." in text
     assert "(n,) int32, connected part of each vertex" in text
 

@@ -116,9 +116,10 @@ def test_times_to_a_minimum_that_was_not_reached_are_marked():
 
 def test_frames_are_columns():
     results = [
-        {"blender": v, "vertices": 7, "ms": {"write": {"best": 1.0, "median": ms}}}
+        {"blender": v, "vertices": 7, "load": 0.5 * ms, "ms": {"write": {"best": 1.0, "median": ms}}}
         for v, ms in (("4.5", 2.0), ("5.2", 3.0))
     ]
+    assert "| load before the run | 1.0 | 1.5 |" in tables_native.frame(results)
     assert "| write | 2.00 | 3.00 |" in tables_native.frame(results)
     assert tables_native.frame([]) == ""
 

@@ -8,7 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 from arap_deform.binding import Binding, is_any_running
-from arap_deform.operators.pose_act import Ending, Phase, PoseAct, status_text
+from arap_deform.operators.pose_act import (
+    FOLLOW_TIME_LIMIT_S,
+    REFINE_TIME_LIMIT_S,
+    Ending,
+    Phase,
+    PoseAct,
+    status_text,
+)
 from arap_deform.session import Readout
 
 
@@ -52,6 +59,7 @@ class FakeScene:
     limit: int = 200
     error: Exception | None = None
     calls: list[str] = field(default_factory=list)
+    limits: list[tuple[int | None, float]] = field(default_factory=list)
     binds: list[FakeBind] = field(default_factory=list)
 
     def why_over(self) -> str:
@@ -74,10 +82,11 @@ class FakeScene:
         matrix[0, 3] = self.place
         return matrix[None]
 
-    def update(self, time_limit_s: float | None) -> Readout:
+    def update(self, iterations: int | None, time_limit_s: float) -> Readout:
         if self.error is not None:
             raise self.error
-        self.calls.append("refine" if time_limit_s else "follow")
+        self.calls.append("follow" if iterations is None else "refine")
+        self.limits.append((iterations, time_limit_s))
         self.needed_updates -= 1
         return readout("max_iterations" if self.needed_updates > 0 else "converged")
 
@@ -124,6 +133,13 @@ def test_refining_ends_at_the_iteration_limit() -> None:
         act.tick()
     assert scene.calls == ["refine", "refine"]  # 4 iterations each, and 4 in the first update
     assert act.is_settled
+
+
+def test_following_takes_the_setting_within_a_frame_and_refining_all_that_is_left() -> None:
+    scene = FakeScene(limit=12)
+    act = begun(scene)
+    act.tick()
+    assert scene.limits == [(None, FOLLOW_TIME_LIMIT_S), (8, REFINE_TIME_LIMIT_S)]  # 4 were done in the first
 
 
 def test_a_session_that_fits_goes_on_from_the_pose_shown() -> None:

@@ -126,9 +126,9 @@ class BlenderPoseScene:
     def matrices(self) -> NDArray[np.float64]:
         return api.handle_matrices(self._obj(), self._depsgraph())
 
-    def update(self, time_limit_s: float | None) -> Readout:
+    def update(self, iterations: int | None, time_limit_s: float) -> Readout:
         self._has_written = not self._is_in_update
-        readout = api.update_pose(self._obj(), self._depsgraph(), time_limit_s=time_limit_s)
+        readout = api.update_pose(self._obj(), self._depsgraph(), iterations=iterations, time_limit_s=time_limit_s)
         self.key.note(self._obj())
         return readout
 

@@ -23,8 +23,11 @@ from ..session import Readout
 running: dict[str, PoseAct] = {}
 """The acts under way, by name of the object: for panels and polls."""
 
+# What a solve may take while a handle moves: with all else of a frame about sixty frames a second. It is looked at
+# after each iteration, so that a mesh too heavy for that still follows, with one.
+FOLLOW_TIME_LIMIT_S = 0.012
 # A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
-REFINE_TIME_LIMIT_S = 0.1
+REFINE_TIME_LIMIT_S = 0.05
 
 
 class Phase(Enum):
@@ -81,8 +84,8 @@ class PoseScene(Protocol):
     def matrices(self) -> NDArray[np.float64]:
         """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
 
-    def update(self, time_limit_s: float | None) -> Readout:
-        """Solves a few iterations for the handles where they are, and writes the key."""
+    def update(self, iterations: int | None, time_limit_s: float) -> Readout:
+        """Solves for the handles where they are, and writes the key: at most so many iterations, None: the setting."""
 
     def iteration_limit(self) -> int:
         """Iterations at most for one place of the handles."""
@@ -199,12 +202,14 @@ class PoseAct:
         if self._matrices is None or not np.array_equal(matrices, self._matrices):
             self._matrices = matrices
             self._iterations_here = 0
-            self._update(None)
+            self._update(None, FOLLOW_TIME_LIMIT_S)
         elif is_refining and not self.is_settled:
-            self._update(REFINE_TIME_LIMIT_S)
+            # In one go: each solve forgets what conjugate gradients have learned in the one before.
+            left = self._scene.iteration_limit() - self._iterations_here
+            self._update(max(1, left), REFINE_TIME_LIMIT_S)
 
-    def _update(self, time_limit_s: float | None) -> None:
-        self.readout = self._scene.update(time_limit_s)
+    def _update(self, iterations: int | None, time_limit_s: float) -> None:
+        self.readout = self._scene.update(iterations, time_limit_s)
         self._iterations_here += self.readout.iterations
         self.is_settled = (
             self.readout.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit()

@@ -86,4 +86,5 @@ def frame(results: Sequence[Row]) -> str:
     headers = ("ms", *(f"Blender {r['blender']}, {r['vertices']}" for r in results))
     names = list(dict.fromkeys(name for r in results for name in r["ms"]))
     lines = [(name, *(number(r["ms"].get(name, {}).get("median")) for r in results)) for name in names]
+    lines.append(("load before the run", *(str(r["load"]) for r in results)))
     return markdown(headers, lines)

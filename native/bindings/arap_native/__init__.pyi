@@ -13,7 +13,7 @@ another thread or from the first one's ``progress``, raises RuntimeError.
 """
 
 from collections.abc import Callable
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,8 +83,8 @@ class SolveResult:
     """What a solve did. Energies are in the square of the input's unit and include soft constraints' terms."""
 
     @property
-    def positions(self) -> NDArray[np.float64]:
-        """(n, 3) float64, in the space and unit of the rest positions."""
+    def positions(self) -> NDArray[Any]:
+        """(n, 3) float64, in the space and unit of the rest positions; or ``out``, float32, where that was given."""
     @property
     def energy_before(self) -> float:
         """Energy at the start of the iteration, after the initial guess."""
@@ -167,6 +167,7 @@ class SurfaceArap:
         *,
         rotations: NDArray[np.float64] | None = None,
         progress: Progress | None = None,
+        out: NDArray[np.float32] | None = None,
     ) -> SolveResult:
         """Moves the mesh towards the targets.
 
@@ -176,10 +177,11 @@ class SurfaceArap:
             rotations: (k + n_patches, 3, 3) float64, the rotation of each target's handle, for the initial guess
                 "handle_rotations"; None: estimated from the targets.
             progress: may stop by returning False: then nothing has changed and stop_reason is "cancelled".
+            out: (n, 3) float32, takes the positions in place of a new array: for every frame of a drag the same.
 
         Raises:
             ValueError: no constraints yet, bad shape, or a target that is not finite; the positions stay.
-            RuntimeError: the solver failed; the positions stay.
+            RuntimeError: the solver failed; the positions stay. ``out`` is as it was, or the positions that stay.
         """
 
     def reset(self) -> None:

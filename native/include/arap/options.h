@@ -78,7 +78,7 @@ struct SolveOptions {
   /// Largest movement of a vertex in one iteration, as a fraction of the bounding-box diagonal at rest. >= 0.
   double step_tolerance = 1e-5;
 
-  /// Wall-clock limit in seconds, looked at after each iteration; infinity = none. > 0.
+  /// Wall-clock limit of the solve in seconds, looked at after each iteration; infinity = none. > 0.
   double time_limit_s = std::numeric_limits<double>::infinity();
 
   /// Throws InvalidInput that names field, value and bound.
