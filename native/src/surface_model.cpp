@@ -37,7 +37,9 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   model.n_parts = mesh.n_parts();
   model.threads = choose_threads(options.threads, mesh.n_vertices());
   model.energy = assemble_surface_energy(mesh, options, stiffness, model.threads, progress);
-  model.fits_single = fits_single_precision(model.energy);
+  // In a sum over few cells single precision shows, and there is no time to win.
+  constexpr int kFewVertices = 2000;
+  model.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(model.energy);
   model.regions = RigidRegions(region_of_vertex, model.energy, model.rest);
   model.system_matrix = model.regions.reduce(model.energy.K);
   model.linear_solver = options.linear_solver;

@@ -72,7 +72,8 @@ struct SolveOptions {
   int max_iterations = 100;
 
   /// Converged needs the relative decrease of the energy in one iteration to be at most this *and* the step too. >= 0.
-  /// Where one of the two tolerances is below 1e-7 every iteration is in double, which takes about twice as long.
+  /// Where one of the two tolerances is below 1e-7, and on small meshes, iterations are in double, which takes twice as
+  /// long.
   double energy_tolerance = 1e-5;
 
   /// Largest movement of a vertex in one iteration, as a fraction of the bounding-box diagonal at rest. >= 0.
