@@ -10,11 +10,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import handle_io, mesh_io, sessions, shape_key
-from .api_pose import build_session, prepare_session, solve_from_rest
-from .api_result import capture_transforms, restore_transforms
+from . import frame_state, handle_io, live_key, mesh_io, sessions, shape_key
+from .api_pose import adopt_session, build_session, fitting_session, session_input, solve_from_rest
+from .binding import Binding
 from .handle_map import Floats
-from .session import Cancelled, Progress, Readout, readout_of_whole
+from .session import Cancelled, Progress, Readout, Session, readout_of_whole
+from .sessions import SessionInput
 
 BYTES_PER_VERTEX = 12  # of a shape key
 CHUNK_S = 0.1
@@ -44,29 +45,33 @@ class BakeEstimate:
 class BakeJob:
     """A bake that is done in steps, so that an operator can show progress and take Esc in between.
 
-    Nothing in the file changes before finish(), except the current frame; cancel() brings that back. Where step() or
-    finish() raises, call cancel(). Holds names, no Blender data.
+    First the mesh is bound, in a thread of its own, where no live session fits. Nothing in the file changes before
+    finish(), except the current frame; cancel() brings that back. Where step() or finish() raises, call cancel(). Holds
+    names, no Blender data.
     """
 
     def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, frames: list[int], prefix: str) -> None:
-        """Of a prepared object: see begin_bake()."""
-        live = sessions.get(obj.name)
-        assert live is not None
+        """Of a checked object: see begin_bake()."""
         self._object_name = obj.name
         self._scene_name = scene.name
         self._frames = frames
         self._prefix = prefix
-        self._inputs = live.inputs
-        self._session = live.session
-        self._live_session = live.session
-        self._live_positions = live.session.positions.copy()
         self._frame_before = (scene.frame_current, scene.frame_subframe)
-        self._transforms_before = capture_transforms(obj)
+        self._values_before = frame_state.capture()
         self._shapes: list[NDArray[np.float32]] = []
         self._parts: list[Readout] = []  # of the frame being solved
         self._matrices: Floats | None = None
+        self._live_session: Session | None = None
+        self._session: Session | None = None
+        self._bind: Binding[Session] | None = None
         self.readouts: list[Readout] = []
         """One for each frame done."""
+        self._inputs = session_input(obj, _depsgraph_of(scene))
+        session = fitting_session(obj, self._inputs)
+        if session is None:
+            self._begin_bind(self._inputs)
+        else:
+            self._take_live(session)
 
     @property
     def fraction(self) -> float:
@@ -78,26 +83,27 @@ class BakeJob:
         """The frame being solved."""
         return self._frames[min(len(self._shapes), len(self._frames) - 1)]
 
+    @property
+    def bind_fraction(self) -> float | None:
+        """How far the mesh is bound, None while frames are solved."""
+        return None if self._bind is None else self._bind.fraction
+
     def step(self, time_limit_s: float = CHUNK_S) -> bool:
-        """Solves for about ``time_limit_s`` seconds; True while there is more to do. Call finish() after the last.
+        """Works for about ``time_limit_s`` seconds; True while there is more to do. Call finish() after the last.
 
         Raises:
-            ValueError, RuntimeError: a handle, the object or the scene went missing, the mesh changed, or the solver
-                failed.
+            ValueError, RuntimeError: a handle, the object or the scene went missing, the mesh changed or cannot be
+                used, or the solver failed.
         """
-        if self._matrices is None:
+        if self._bind is None and self._matrices is None:
             self._begin_frame()
-        assert self._matrices is not None
-        left = self._inputs.settings.max_iterations - sum(part.iterations for part in self._parts)
-        if not self._shapes and not self._parts:
-            part = solve_from_rest(self._session, self._matrices, time_limit_s=time_limit_s)
+        if self._bind is None:
+            self._solve(time_limit_s)
         else:
-            part = self._session.update(
-                self._matrices, iterations=left, initial_guess="previous", time_limit_s=time_limit_s
-            )
-        self._parts.append(part)
-        if part.stop_reason != "time_limit" or part.iterations >= left:
-            self._end_frame()
+            self._bind.start()  # not when the job is made: that may be within an operator, see Binding
+            self._bind.wait(time_limit_s)
+            if self._bind.is_done:
+                self._end_bind(self._bind.result())
         return len(self._shapes) < len(self._frames)
 
     def finish(self) -> list[str]:
@@ -111,19 +117,43 @@ class BakeJob:
         obj = self._object()
         shape_key.check_writable(obj)
         names = shape_key.write_animation(obj, self._prefix, self._frames, self._shapes)
-        live_key = shape_key.find(obj, obj.arap.key_name)
-        if live_key is not None:
-            live_key.mute = True  # or its pose would be added to every baked one
+        key = live_key.find(obj)
+        if key is not None:
+            key.mute = True  # or its pose would be added to every baked one
+        # A key of the former bake may have had the name of a new one.
+        keys = obj.data.shape_keys
+        frame_state.drop(self._values_before, keys, {shape_key.value_path(keys.key_blocks[name]) for name in names})
         sessions.set_readout(obj.name, self.readouts[-1])
         self._go_back()
         return names
 
     def cancel(self) -> None:
         """Everything as before the bake."""
+        if self._bind is not None:
+            self._bind.drop()
         self._shapes.clear()
         self._go_back()
 
+    def _begin_bind(self, inputs: SessionInput) -> None:
+        self._bind = Binding(lambda progress: build_session(inputs, progress))
+
+    def _end_bind(self, session: Session) -> None:
+        if self._session is None:
+            self._scene()
+            adopt_session(self._object(), self._inputs, session)
+            self._take_live(session)
+        else:
+            session.set_positions(self._session.positions)
+            self._session = session
+        self._bind = None
+
+    def _take_live(self, session: Session) -> None:
+        self._session = self._live_session = session
+        self._live_positions = session.positions.copy()
+
     def _begin_frame(self) -> None:
+        """Goes to the frame and reads the handles, or begins a bind where the mesh needs one for this frame."""
+        assert self._session is not None
         scene = self._scene()
         scene.frame_set(self.frame)
         obj = self._object()
@@ -131,25 +161,39 @@ class BakeJob:
         stretch = mesh_io.read_stretch(obj, depsgraph)
         if not sessions.is_same_stretch(self._session.stretch, stretch):
             # An animated scale: what is rigid as seen is another thing in this frame.
-            former = self._session.positions
-            self._session = build_session(replace(self._inputs, stretch=stretch))
-            self._session.set_positions(former)
-        self._matrices = handle_io.handle_matrices(obj, depsgraph)
+            self._begin_bind(replace(self._inputs, stretch=stretch))
+        else:
+            self._matrices = handle_io.handle_matrices(obj, depsgraph)
+
+    def _solve(self, time_limit_s: float) -> None:
+        assert self._session is not None
+        assert self._matrices is not None
+        left = self._inputs.settings.max_iterations - sum(part.iterations for part in self._parts)
+        if not self._shapes and not self._parts:
+            part = solve_from_rest(self._session, self._matrices, time_limit_s=time_limit_s)
+        else:
+            part = self._session.update(
+                self._matrices, iterations=left, initial_guess="previous", time_limit_s=time_limit_s
+            )
+        self._parts.append(part)
+        if part.stop_reason != "time_limit" or part.iterations >= left:
+            self._end_frame()
 
     def _end_frame(self) -> None:
+        assert self._session is not None
         self._shapes.append(self._session.positions.copy())
         self.readouts.append(readout_of_whole(self._parts))
         self._parts = []
         self._matrices = None
 
     def _go_back(self) -> None:
-        self._live_session.set_positions(self._live_positions)
+        if self._live_session is not None:
+            self._live_session.set_positions(self._live_positions)
         scene = bpy.data.scenes.get(self._scene_name)
         if scene is not None:
             frame, subframe = self._frame_before
             scene.frame_set(frame, subframe=subframe)
-            # Moves of animated handles that have no keyframe yet would be lost with the change of frame.
-            restore_transforms(self._transforms_before)
+            frame_state.restore(self._values_before)
 
     def _scene(self) -> bpy.types.Scene:
         scene = bpy.data.scenes.get(self._scene_name)
@@ -184,13 +228,8 @@ def begin_bake(
     step: int = 1,
     prefix: str = "",
     scene: bpy.types.Scene | None = None,
-    progress: Progress | None = None,
 ) -> BakeJob:
-    """Checks everything, binds where needed, and returns the job. Arguments as bake_animation().
-
-    Args:
-        progress: for the bind.
-    """
+    """Checks everything and returns the job, which begins to bind where needed. Arguments as bake_animation()."""
     scene = scene or bpy.context.scene
     frames = frames_of(start, end, step)
     if obj is None or scene.objects.get(obj.name) != obj:
@@ -199,7 +238,6 @@ def begin_bake(
     mesh_io.check_mesh(obj)
     _check_prefix(obj, prefix, frames)
     shape_key.check_animatable(obj)
-    prepare_session(obj, _depsgraph_of(scene), progress)
     return BakeJob(obj, scene, frames, prefix)
 
 
@@ -233,7 +271,7 @@ def bake_animation(
         ValueError: end before start, step below 1, absolute keys, linked or shared mesh data, and as solve() does.
         Cancelled: ``progress`` returned False; nothing has changed.
     """
-    job = begin_bake(obj, start, end, step, prefix, scene, _silent(progress))
+    job = begin_bake(obj, start, end, step, prefix, scene)
     try:
         while job.step():
             if progress is not None and progress(job.fraction) is False:
@@ -275,11 +313,6 @@ def _depsgraph_of(scene: bpy.types.Scene) -> bpy.types.Depsgraph:
     view_layer = scene.view_layers[0]
     view_layer.update()
     return view_layer.depsgraph
-
-
-def _silent(progress: Progress | None) -> Progress | None:
-    """Takes a cancel during the bind, but leaves the fractions to the frames: the bind is one part of the first."""
-    return None if progress is None else lambda _fraction: progress(0.0)
 
 
 def _size(n_bytes: int) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from . import handle_io, mesh_io
+from . import empty_groups, handle_io, mesh_io
 from .handle_map import Floats
 
 if TYPE_CHECKING:
@@ -238,10 +238,19 @@ def reset_handles(obj: bpy.types.Object) -> list[str]:
     return [handle.name for handle in handles if not _is_at_rest(handle_io.motion_of(obj, handle, depsgraph), diagonal)]
 
 
-def handle_problem(obj: bpy.types.Object, index: int) -> str:
-    """Why a handle cannot work (no object, object deleted, bone or group missing ...), one sentence; '' if it can."""
+def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = False) -> str:
+    """Why a handle cannot work (no object, object deleted, bone or group missing ...), one sentence; '' if it can.
+
+    Args:
+        obj: the mesh.
+        index: of the handle.
+        with_weights: say also where its group has no weights, as far as that takes milliseconds: see empty_groups.
+    """
     handle = _item(obj, obj.arap.handles, index, "handle")
-    return handle_io.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
+    problem = handle_io.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
+    if not problem and with_weights and empty_groups.is_empty(obj, handle.vertex_group):
+        return handle_io.no_weights(obj, handle)
+    return problem
 
 
 def update_handle_display(obj: bpy.types.Object) -> None:

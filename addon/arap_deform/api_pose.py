@@ -8,7 +8,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from . import handle_io, mesh_io, native, sessions, shape_key
+from . import handle_io, live_key, mesh_io, native, sessions, shape_key
 from .handle_map import Floats, HandleSpec, Ints
 from .session import Progress, Readout, Session, SessionMesh, SessionSettings, regions_of, stiffness_of
 from .sessions import Counts, Live, MeshSignature, SessionInput
@@ -63,7 +63,8 @@ def sync_session(obj: bpy.types.Object) -> None:
     live = sessions.get(obj.name)
     if live is None:
         return
-    key = shape_key.find(obj, obj.arap.key_name)
+    live_key.tell_session(obj)
+    key = live_key.find(obj)
     if key is None:
         live.session.reset()
     else:
@@ -87,13 +88,30 @@ def prepare_session(
         adopt_session(obj, inputs, build_session(inputs, progress))
     else:
         live.session.set_handles(inputs.specs, progress)
-        live.session.settings = inputs.settings
-        # The stretch stays the one that was bound: differences below the tolerance must not add up.
-        live.inputs = replace(inputs, stretch=live.inputs.stretch)
-        sync_session(obj)
+        _refresh(obj, live, inputs)
     fresh = sessions.get(obj.name)
     assert fresh is not None
     return fresh.session
+
+
+def fitting_session(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
+    """The object's live session, brought up to date, where ``inputs`` need no bind and no factorization; else None."""
+    live = sessions.get(obj.name)
+    if live is None or sessions.difference_of_bind(live.inputs, inputs) or not _has_same_specs(live.inputs, inputs):
+        return None
+    _refresh(obj, live, inputs)
+    return live.session
+
+
+def _refresh(obj: bpy.types.Object, live: Live, inputs: SessionInput) -> None:
+    live.session.settings = inputs.settings
+    # The stretch stays the one that was bound: differences below the tolerance must not add up.
+    live.inputs = replace(inputs, stretch=live.inputs.stretch)
+    sync_session(obj)
+
+
+def _has_same_specs(old: SessionInput, new: SessionInput) -> bool:
+    return len(old.specs) == len(new.specs) and all(a.is_same_as(b) for a, b in zip(old.specs, new.specs, strict=True))
 
 
 def check_live(obj: bpy.types.Object, is_thorough: bool = False) -> str:
@@ -166,7 +184,7 @@ def solve(
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
     mesh_io.check_mesh(obj)
     shape_key.check_writable(obj)
-    existing = shape_key.find(obj, obj.arap.key_name)
+    existing = live_key.find(obj)
     if existing is not None:
         shape_key.check_shown(obj, existing)
     is_bound = not _live_problem(obj, depsgraph, is_thorough=False)
@@ -221,7 +239,7 @@ def _read_input(
 ) -> SessionInput:
     mesh_io.check_mesh(obj)
     shape_key.check_writable(obj)
-    shape_key.check_name(obj, obj.arap.key_name)
+    live_key.check_name(obj)
     handle_io.check_handles(obj, depsgraph)
     groups = handle_io.enabled_groups(obj)
     if not groups:
@@ -241,7 +259,7 @@ def _read_input(
         group_names=groups,
         signature=MeshSignature.of(_counts(obj), mesh, (stiffness, regions)),
         property_groups=property_groups,
-        key_name=obj.arap.key_name,
+        key_name=live_key.name_of(obj),
         stiffness=stiffness,
         rigid_regions=regions,
     )
@@ -250,10 +268,7 @@ def _read_input(
 def _check_handle_weights(obj: bpy.types.Object, weights: dict[str, Floats]) -> None:
     for handle in obj.arap.handles:
         if handle.is_enabled and not weights[handle.vertex_group].any():
-            raise ValueError(
-                f"Handle '{handle.name}' of '{obj.name}': vertex group '{handle.vertex_group}' has no weights; "
-                "assign vertices to it or remove the handle"
-            )
+            raise ValueError(handle_io.no_weights(obj, handle))
 
 
 def _vertex_properties(
@@ -283,18 +298,15 @@ def _live_problem(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, is_t
     live = sessions.get(obj.name)
     if live is None:
         return f"'{obj.name}' is not being posed"
-    if obj.arap.key_name != live.inputs.key_name:
+    if live_key.name_of(obj) != live.inputs.key_name:
         return sessions.key_differs(obj.name)  # the pose would show twice, in the former key and in this one
     try:
         mesh_io.check_mesh(obj)
         if is_thorough:
             # Called within handlers, where nothing may be added to the scene.
             fresh = _read_input(obj, depsgraph, use_nodes=False)
-            is_same = len(fresh.specs) == len(live.inputs.specs) and all(
-                a.is_same_as(b) for a, b in zip(fresh.specs, live.inputs.specs, strict=True)
-            )
             return sessions.difference_of_bind(live.inputs, fresh) or (
-                "" if is_same else sessions.groups_differ(obj.name)
+                "" if _has_same_specs(live.inputs, fresh) else sessions.groups_differ(obj.name)
             )
         stretch = mesh_io.read_stretch(obj, depsgraph)
     except ValueError as error:
@@ -322,8 +334,8 @@ def _counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
 
 def _writable_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
     shape_key.check_writable(obj)
-    shape_key.check_name(obj, obj.arap.key_name)
-    key = shape_key.ensure(obj, obj.arap.key_name)
+    live_key.check_name(obj)
+    key = live_key.ensure(obj)
     shape_key.check_shown(obj, key)
     return key
 

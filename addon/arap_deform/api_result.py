@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 from numpy.typing import NDArray
 
-from . import handle_io, mesh_io, sessions, shape_key
+from . import handle_io, live_key, mesh_io, sessions, shape_key
 from .api_pose import end_session
 
 Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone ('': the object)
@@ -28,7 +28,7 @@ class PoseState:
     """
 
     object_name: str
-    key: shape_key.KeyState
+    key: live_key.KeyState
     transforms: Transforms
 
 
@@ -48,9 +48,9 @@ def reset_pose(obj: bpy.types.Object) -> None:
     """Puts the live key, and the session, back to rest. Handles stay where they are: see reset_handles."""
     mesh_io.check_mesh(obj)
     shape_key.check_writable(obj)
-    key = shape_key.find(obj, obj.arap.key_name)
+    key = live_key.find(obj)
     if key is not None:
-        shape_key.check_name(obj, obj.arap.key_name)
+        live_key.check_name(obj)
         shape_key.write(obj, key, shape_key.read_reference(obj))
     live = sessions.get(obj.name)
     if live is not None:
@@ -74,7 +74,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
 
 def capture_state(obj: bpy.types.Object) -> PoseState:
     """What restore_state() brings back."""
-    return PoseState(obj.name, shape_key.capture(obj, obj.arap.key_name), capture_transforms(obj))
+    return PoseState(obj.name, live_key.capture(obj), capture_transforms(obj))
 
 
 def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
@@ -86,7 +86,7 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
         ValueError: the mesh has another number of vertices by now; then only the handles go back.
     """
     restore_transforms(state.transforms)
-    shape_key.restore(obj, state.key)
+    live_key.restore(obj, state.key)
     live = sessions.get(obj.name)
     if live is None:
         return
@@ -113,10 +113,10 @@ def restore_transforms(transforms: Transforms) -> None:
 def _live_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
     mesh_io.check_mesh(obj)
     shape_key.check_writable(obj)
-    shape_key.check_name(obj, obj.arap.key_name)
-    key = shape_key.find(obj, obj.arap.key_name)
+    live_key.check_name(obj)
+    key = live_key.find(obj)
     if key is None:
-        raise ValueError(f"'{obj.name}' has no pose yet, shape key '{obj.arap.key_name}' is missing: pose it first")
+        raise ValueError(f"'{obj.name}' has no pose yet: pose it first")
     return key
 
 

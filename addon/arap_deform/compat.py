@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import bpy
@@ -154,12 +154,22 @@ def _group_reader(names: Sequence[tuple[str, str]]) -> bpy.types.NodeTree:
 def fcurves_of(data: bpy.types.ID) -> Any:
     """The collection of F-curves that animate ``data``, or None: before 4.4 the action's, since then its slot's."""
     animation = data.animation_data
-    action = animation.action if animation else None
+    return _fcurves_in(animation.action, getattr(animation, "action_slot", None)) if animation else None
+
+
+def all_fcurves_of(data: bpy.types.ID) -> Iterator[bpy.types.FCurve]:
+    """The F-curves that animate ``data``, those of its NLA strips too."""
+    yield from fcurves_of(data) or ()
+    for track in data.animation_data.nla_tracks if data.animation_data else ():
+        for strip in track.strips:
+            yield from _fcurves_in(strip.action, getattr(strip, "action_slot", None)) or ()
+
+
+def _fcurves_in(action: bpy.types.Action | None, slot: Any) -> Any:
     if action is None:
         return None
     if not hasattr(action, "layers"):
         return action.fcurves
-    slot = animation.action_slot
     for layer in action.layers if slot else ():
         for strip in layer.strips:
             channelbag = strip.channelbag(slot)

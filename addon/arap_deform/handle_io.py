@@ -10,7 +10,7 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from . import mesh_io, shape_key
+from . import live_key, mesh_io, shape_key
 from .handle_map import Floats
 from .session import best_rigid_fit
 
@@ -87,6 +87,13 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     return ""
 
 
+def no_weights(obj: bpy.types.Object, handle: ArapHandle) -> str:
+    return (
+        f"Handle '{handle.name}' of '{obj.name}': vertex group '{handle.vertex_group}' has no weights; "
+        "assign vertices to it or remove the handle"
+    )
+
+
 def target_problem(
     obj: bpy.types.Object, target: bpy.types.Object | None, bone: str, depsgraph: bpy.types.Depsgraph
 ) -> str:
@@ -132,7 +139,7 @@ def target_matrix(target: bpy.types.Object, bone: str, depsgraph: bpy.types.Deps
 
 def pose_key(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
     """The live key where it shows something."""
-    key = shape_key.find(obj, obj.arap.key_name)
+    key = live_key.find(obj)
     return None if key is None or key.mute or key.value == 0.0 else key
 
 

@@ -1,24 +1,47 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender tells the add-on: another file was loaded."""
+"""What Blender tells the add-on: another file was loaded, the scene was evaluated, an undo has replaced all data."""
 
 from __future__ import annotations
 
 import bpy
 from bpy.app.handlers import persistent
 
-from . import sessions
+from . import empty_groups, sessions
 
 
 @persistent
 def _on_load(*_: object) -> None:
     sessions.clear()
+    empty_groups.clear()
+
+
+@persistent
+def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    empty_groups.forget_updated(depsgraph)
+
+
+@persistent
+def _on_undo(*_: object) -> None:
+    empty_groups.clear()
+
+
+_HANDLERS = (
+    ("load_post", _on_load),
+    ("depsgraph_update_post", _on_update),
+    ("undo_post", _on_undo),
+    ("redo_post", _on_undo),
+)
 
 
 def register() -> None:
-    bpy.app.handlers.load_post.append(_on_load)
+    for event, handler in _HANDLERS:
+        getattr(bpy.app.handlers, event).append(handler)
 
 
 def unregister() -> None:
-    if _on_load in bpy.app.handlers.load_post:
-        bpy.app.handlers.load_post.remove(_on_load)
+    for event, handler in _HANDLERS:
+        handlers = getattr(bpy.app.handlers, event)
+        if handler in handlers:
+            handlers.remove(handler)
     sessions.clear()
+    empty_groups.clear()

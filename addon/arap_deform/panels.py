@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from . import api
+from . import api, empty_groups
 from .operators.common import find_posed_object, posed_object
 from .operators.pose_act import Phase, PoseAct, running
 
@@ -53,13 +53,13 @@ class ARAP_UL_pins(bpy.types.UIList):
         _active_property: str,
     ) -> None:
         obj = find_posed_object(context)
-        is_missing = obj is not None and pin.name not in obj.vertex_groups
+        lack = "" if obj is None else _lack_of_group(obj, pin.name)
         row = layout.row(align=True)
         row.prop(pin, "is_enabled", text="")
         label = row.row()
         label.active = pin.is_enabled
-        label.alert = is_missing
-        label.label(text=f"{pin.name} (no such group)" if is_missing else pin.name, icon="PINNED")
+        label.alert = bool(lack)
+        label.label(text=f"{pin.name} ({lack})" if lack else pin.name, icon="PINNED")
 
 
 class ARAP_UL_handles(bpy.types.UIList):
@@ -82,7 +82,7 @@ class ARAP_UL_handles(bpy.types.UIList):
         name = row.row(align=True)
         name.active = handle.is_enabled
         name.prop(handle, "name", text="", emboss=False, icon="BONE_DATA" if handle.bone else "EMPTY_AXIS")
-        if obj is not None and handle.is_enabled and api.handle_problem(obj, index):
+        if obj is not None and _problem(obj, index):
             row.label(text="", icon="ERROR")
 
 
@@ -207,6 +207,13 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         column.prop(settings, "join_seams")
 
 
+def _lack_of_group(obj: bpy.types.Object, group: str) -> str:
+    """Why a pinned group holds nothing, '' where it does."""
+    if group not in obj.vertex_groups:
+        return "no such group"
+    return "no weights" if obj.name not in running and empty_groups.is_empty(obj, group) else ""
+
+
 def _next_step(obj: bpy.types.Object) -> str:
     """What somebody new does next; '' once everything is there."""
     settings = obj.arap
@@ -255,9 +262,16 @@ def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bp
     if handle.target is not None and handle.target.type == "ARMATURE":
         column.prop_search(handle, "bone", handle.target.data, "bones")
     column.prop_search(handle, "vertex_group", obj, "vertex_groups", text="Group")
-    problem = api.handle_problem(obj, index) if handle.is_enabled else ""
+    problem = _problem(obj, index)
     if problem:
         _draw_text(context, layout, problem, "ERROR")
+
+
+def _problem(obj: bpy.types.Object, index: int) -> str:
+    """Why an enabled handle cannot work, '' if it can."""
+    if not obj.arap.handles[index].is_enabled:
+        return ""
+    return api.handle_problem(obj, index, with_weights=obj.name not in running)  # posing has looked already
 
 
 def _draw_readout(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:

@@ -119,6 +119,12 @@ class ArapHandle(bpy.types.PropertyGroup):
         self.rest_matrix = [value for row in matrix for value in row]
 
 
+class ArapMadeKey(bpy.types.PropertyGroup):
+    """A shape key that was made for the pose."""
+
+    name: StringProperty(name="Name", description="Name of the shape key")
+
+
 class ArapObject(bpy.types.PropertyGroup):
     """Pins, handles and settings of one mesh object."""
 
@@ -136,7 +142,7 @@ class ArapObject(bpy.types.PropertyGroup):
     )
     iterations_per_update: IntProperty(
         name="Iterations per Update",
-        description="Steps after each change of a handle. More follows faster but costs more time",
+        description="Steps at most after each change of a handle; fewer where a frame has no time for them",
         default=4,
         min=1,
         max=10000,
@@ -180,7 +186,16 @@ class ArapObject(bpy.types.PropertyGroup):
         name="Stiffness Group", description="Weight 0 is normal, weight 1 is a hundred times as stiff"
     )
     key_name: StringProperty(
-        name="Shape Key", description="Shape key that takes the pose; made where missing", default="ARAP"
+        name="Shape Key",
+        description="Shape key that takes the pose; made where missing, numbered where another key has the name",
+        default="ARAP",
+        maxlen=63,  # Blender cuts names of keys here
+    )
+    made_keys: CollectionProperty(
+        type=ArapMadeKey,
+        name="Made Keys",
+        description="Shape keys that were made for the pose, to tell them from others of that name",
+        options={"HIDDEN"},
     )
 
     handle_shape: EnumProperty(
@@ -221,7 +236,7 @@ class ArapObject(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (ArapPin, ArapHandle, ArapObject)
+CLASSES = (ArapPin, ArapHandle, ArapMadeKey, ArapObject)
 
 
 def register() -> None:

@@ -127,7 +127,8 @@ class Session:
         self._map: HandleMap | None = None
         self._specs: tuple[HandleSpec, ...] = ()
         self._positions = self._rest.astype(np.float32)
-        self._scratch = np.empty_like(self._rest)
+        # The solver writes single precision into memory that is there already: a frame allocates nothing.
+        self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
         self._factor_ms = 0.0
 
         options = native.Options(
@@ -241,10 +242,11 @@ class Session:
             self._native.SolveOptions(**options),
             rotations=self._map.rotations(matrices) if guess == "handle_rotations" else None,
             progress=progress,
+            out=self._solved,
         )
         if result.stop_reason == "cancelled":
             raise Cancelled("Solving was cancelled; the pose is as it was")
-        self._take(result.positions)
+        self._unstretch_solved()
         return Readout(
             vertices=self.n_vertices,
             free_vertices=self.n_vertices - len(self._map.vertices),
@@ -279,10 +281,9 @@ class Session:
     def _to_solver(self, positions: Floats) -> Floats:
         return np.ascontiguousarray(positions @ self._stretch.T) if self._is_stretched else positions
 
-    def _take(self, positions: Floats) -> None:
+    def _unstretch_solved(self) -> None:
         if self._is_stretched:
-            positions = np.matmul(positions, self._unstretch.T, out=self._scratch)
-        self._positions[...] = positions
+            np.matmul(self._solved, self._unstretch.T.astype(np.float32), out=self._positions)
 
 
 class _Cancellation:

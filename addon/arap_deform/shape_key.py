@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from itertools import count
 
 import bpy
 import numpy as np
@@ -18,24 +18,6 @@ Float32s = NDArray[np.float32]
 
 NAME_BYTES = 63  # Blender cuts names of keys here
 FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the prefix
-
-
-@dataclass(frozen=True)
-class KeyState:
-    """What restore() brings back; no Blender data.
-
-    Attributes:
-        has_keys: whether the mesh had any shape key, Basis included.
-        positions: (n, 3) float32 of the key, None where there was no such key.
-        active: the key chosen in the list, '' where there was none.
-    """
-
-    name: str
-    has_keys: bool
-    positions: Float32s | None = None
-    value: float = 0.0
-    slider_max: float = 1.0
-    active: str = ""
 
 
 def check_writable(obj: bpy.types.Object) -> None:
@@ -72,15 +54,6 @@ def check_animatable(obj: bpy.types.Object) -> None:
         )
 
 
-def check_name(obj: bpy.types.Object, name: str) -> None:
-    """Raises ValueError where ``name`` cannot be the pose's key."""
-    if not name:
-        raise ValueError(f"'{obj.name}' has no name for the pose's shape key: type one, for example ARAP")
-    keys = obj.data.shape_keys
-    if keys is not None and keys.reference_key.name == name:
-        raise ValueError(f"Shape key '{name}' of '{obj.name}' is its rest shape: choose another name for the pose")
-
-
 def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
     """Raises ValueError where what is written to ``key`` would not be what is seen, and says what to do."""
     keys = obj.data.shape_keys
@@ -112,14 +85,17 @@ def find(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey | None:
     return keys.key_blocks.get(name) if keys else None
 
 
-def ensure(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
-    """The key of that name, made at rest (value 0) where missing, with Basis where the mesh has no keys."""
-    key = find(obj, name)
-    if key is None:
-        if obj.data.shape_keys is None:
-            obj.shape_key_add(name="Basis", from_mix=False)
-        key = new(obj, name, read_reference(obj))
-    return key
+def free_name(obj: bpy.types.Object, name: str) -> str:
+    """The first of name.001, name.002 ... that no key of the mesh has."""
+    base = re.sub(r"\.\d+$", "", name).encode()[: NAME_BYTES - 4].decode(errors="ignore")
+    return next(found for found in (f"{base}.{i:03d}" for i in count(1)) if find(obj, found) is None)
+
+
+def add(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
+    """A new key at rest, with Basis where the mesh has no keys."""
+    if obj.data.shape_keys is None:
+        obj.shape_key_add(name="Basis", from_mix=False)
+    return new(obj, name, read_reference(obj))
 
 
 def new(obj: bpy.types.Object, name: str, positions: Float32s) -> bpy.types.ShapeKey:
@@ -167,19 +143,28 @@ def remove(obj: bpy.types.Object, name: str) -> None:
 @contextmanager
 def _active_kept(obj: bpy.types.Object) -> Iterator[None]:
     """Leaves the active key the same one, by name, whatever keys come and go."""
-    name = _active_name(obj)
+    name = active_name(obj)
     try:
         yield
     finally:
-        _make_active(obj, name)
+        make_active(obj, name)
 
 
-def _active_name(obj: bpy.types.Object) -> str:
+def remove_lone_reference(obj: bpy.types.Object) -> None:
+    """Removes the reference key where it is the only one."""
+    keys = obj.data.shape_keys
+    if keys is not None and len(keys.key_blocks) == 1:
+        obj.shape_key_remove(keys.reference_key)
+
+
+def active_name(obj: bpy.types.Object) -> str:
+    """Name of the key chosen in the list, '' where there is none."""
     key = obj.active_shape_key
     return key.name if key is not None else ""
 
 
-def _make_active(obj: bpy.types.Object, name: str) -> None:
+def make_active(obj: bpy.types.Object, name: str) -> None:
+    """Chooses the key of that name in the list, if there is one."""
     keys = obj.data.shape_keys
     index = keys.key_blocks.find(name) if keys else -1
     if index >= 0:
@@ -189,40 +174,6 @@ def _make_active(obj: bpy.types.Object, name: str) -> None:
 def value_path(key: bpy.types.ShapeKey) -> str:
     """Path of the key's value from the shape keys' data-block."""
     return f'key_blocks["{bpy.utils.escape_identifier(key.name)}"].value'
-
-
-def capture(obj: bpy.types.Object, name: str) -> KeyState:
-    """The state of the key of that name."""
-    key = find(obj, name)
-    active = _active_name(obj)
-    if key is None:
-        return KeyState(name, has_keys=obj.data.shape_keys is not None, active=active)
-    return KeyState(name, has_keys=True, positions=read(key), value=key.value, slider_max=key.slider_max, active=active)
-
-
-def restore(obj: bpy.types.Object, state: KeyState) -> None:
-    """Back to ``state``: keys that were not there go.
-
-    Raises:
-        ValueError: the mesh has another number of vertices by now; nothing is written.
-    """
-    if state.positions is None:
-        remove(obj, state.name)
-        keys = obj.data.shape_keys
-        if not state.has_keys and keys is not None and len(keys.key_blocks) == 1:
-            obj.shape_key_remove(keys.reference_key)
-        _make_active(obj, state.active)
-        obj.data.update_tag()
-        return
-    if len(state.positions) != len(obj.data.vertices):
-        raise ValueError(
-            f"'{obj.name}' has {len(obj.data.vertices)} vertices, but had {len(state.positions)}: its shape key stays"
-        )
-    key = ensure(obj, state.name)
-    key.slider_max = state.slider_max
-    key.value = state.value
-    _make_active(obj, state.active)
-    write(obj, key, state.positions)
 
 
 def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) -> None:
@@ -290,7 +241,7 @@ def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], s
         for name in made:
             remove(obj, name)
         raise
-    active = _active_name(obj)
+    active = active_name(obj)
     for name in list(frame_keys(obj, prefix)):
         remove(obj, name)
     keys = obj.data.shape_keys
@@ -303,5 +254,5 @@ def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], s
         around += [(frame, 1.0)]
         around += [(frames[i + 1], 0.0)] if i + 1 < len(frames) else []
         compat.insert_linear_keyframes(keys, key, value_path(key), around)
-    _make_active(obj, active)
+    make_active(obj, active)
     return names

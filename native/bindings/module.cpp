@@ -34,8 +34,10 @@ constexpr const char* kDtype = nullptr;
 template <>
 constexpr const char* kDtype<double> = "float64";
 template <>
+constexpr const char* kDtype<float> = "float32";
+template <>
 constexpr const char* kDtype<int> = "int32";
-static_assert(sizeof(int) == 4 && sizeof(double) == 8);
+static_assert(sizeof(int) == 4 && sizeof(float) == 4 && sizeof(double) == 8);
 
 /// One dimension of an expected shape: a size, or a letter for any size.
 class Extent {
@@ -174,6 +176,14 @@ arap::Patches patches_from(const py::object& object) {
 
 // --------------------------------------------------------------------------------------------------- arrays out
 
+/// The numbers of an array that is written to; none for None. The array must outlive them.
+std::span<float> out_from(const py::object& object, py::ssize_t n_vertices) {
+  if (object.is_none()) return {};
+  py::array array = require_array<float>(object, "out", {n_vertices, 3}, "one row per vertex");
+  if (!array.writeable()) throw py::value_error("out is read-only, expected an array that can be written to");
+  return {static_cast<float*>(array.mutable_data()), static_cast<size_t>(array.size())};
+}
+
 template <typename T>
 py::array to_array(std::vector<T> values) {
   auto owned = std::make_unique<std::vector<T>>(std::move(values));
@@ -204,12 +214,19 @@ constexpr std::pair<const char*, arap::EdgeWeights> kWeights[] = {
     {"cotangent", arap::EdgeWeights::kCotangent},
     {"uniform", arap::EdgeWeights::kUniform},
 };
+constexpr std::pair<const char*, arap::LinearSolverKind> kLinearSolvers[] = {
+    {"block_ldlt", arap::LinearSolverKind::kBlockLdlt}, {"simplicial_ldlt", arap::LinearSolverKind::kSimplicialLdlt},
+    {"sparse_lu", arap::LinearSolverKind::kSparseLu},   {"sparse_qr", arap::LinearSolverKind::kSparseQr},
+    {"bicgstab", arap::LinearSolverKind::kBiCgStab},
+};
 constexpr std::pair<const char*, arap::InitialGuess> kInitialGuesses[] = {
     {"previous", arap::InitialGuess::kPrevious},
     {"rest", arap::InitialGuess::kRest},
     {"naive_laplacian", arap::InitialGuess::kNaiveLaplacian},
     {"handle_rotations", arap::InitialGuess::kHandleRotations},
 };
+constexpr std::pair<const char*, arap::Acceleration> kAccelerations[] = {
+    {"conjugate_gradients", arap::Acceleration::kConjugateGradients}, {"none", arap::Acceleration::kNone}};
 constexpr std::pair<const char*, arap::StopReason> kStopReasons[] = {
     {"converged", arap::StopReason::kConverged},
     {"max_iterations", arap::StopReason::kMaxIterations},
@@ -276,24 +293,30 @@ void bind_options(py::module_& m) {
   using arap::Options;
   py::class_<Options> type(m, "Options", docstrings::Options);
   const Options defaults;
-  type.def(py::init([](const std::string& energy, const std::string& weights, int threads, bool join_seams) {
-             const Options options{.energy = value_of<arap::Energy>(energy, "energy", kEnergies),
-                                   .weights = value_of<arap::EdgeWeights>(weights, "weights", kWeights),
-                                   .threads = threads,
-                                   .join_seams = join_seams};
+  type.def(py::init([](const std::string& energy, const std::string& weights, const std::string& linear_solver,
+                       int threads, bool join_seams) {
+             const Options options{
+                 .energy = value_of<arap::Energy>(energy, "energy", kEnergies),
+                 .weights = value_of<arap::EdgeWeights>(weights, "weights", kWeights),
+                 .linear_solver = value_of<arap::LinearSolverKind>(linear_solver, "linear_solver", kLinearSolvers),
+                 .threads = threads,
+                 .join_seams = join_seams};
              options.validate();
              return options;
            }),
            docstrings::Options_init, py::kw_only(),
            py::arg("energy") = name_of<arap::Energy>(defaults.energy, kEnergies),
            py::arg("weights") = name_of<arap::EdgeWeights>(defaults.weights, kWeights),
+           py::arg("linear_solver") = name_of<arap::LinearSolverKind>(defaults.linear_solver, kLinearSolvers),
            py::arg("threads") = defaults.threads, py::arg("join_seams") = defaults.join_seams);
   def_enum<Options, arap::Energy>(type, "energy", &Options::energy, kEnergies, docstrings::Options_energy);
   def_enum<Options, arap::EdgeWeights>(type, "weights", &Options::weights, kWeights, docstrings::Options_weights);
+  def_enum<Options, arap::LinearSolverKind>(type, "linear_solver", &Options::linear_solver, kLinearSolvers,
+                                            docstrings::Options_linear_solver);
   def_field(type, "threads", &Options::threads, docstrings::Options_threads);
   def_field(type, "join_seams", &Options::join_seams, docstrings::Options_join_seams);
   type.def("__repr__", [](py::handle self) {
-    return repr("Options", self, {"energy", "weights", "threads", "join_seams"});
+    return repr("Options", self, {"energy", "weights", "linear_solver", "threads", "join_seams"});
   });
 }
 
@@ -301,10 +324,11 @@ void bind_solve_options(py::module_& m) {
   using arap::SolveOptions;
   py::class_<SolveOptions> type(m, "SolveOptions", docstrings::SolveOptions);
   const SolveOptions defaults;
-  type.def(py::init([](const std::string& initial_guess, int max_iterations, double energy_tolerance,
-                       double step_tolerance, double time_limit_s) {
+  type.def(py::init([](const std::string& initial_guess, const std::string& acceleration, int max_iterations,
+                       double energy_tolerance, double step_tolerance, double time_limit_s) {
              const SolveOptions options{
                  .initial_guess = value_of<arap::InitialGuess>(initial_guess, "initial_guess", kInitialGuesses),
+                 .acceleration = value_of<arap::Acceleration>(acceleration, "acceleration", kAccelerations),
                  .max_iterations = max_iterations,
                  .energy_tolerance = energy_tolerance,
                  .step_tolerance = step_tolerance,
@@ -314,17 +338,21 @@ void bind_solve_options(py::module_& m) {
            }),
            docstrings::SolveOptions_init, py::kw_only(),
            py::arg("initial_guess") = name_of<arap::InitialGuess>(defaults.initial_guess, kInitialGuesses),
+           py::arg("acceleration") = name_of<arap::Acceleration>(defaults.acceleration, kAccelerations),
            py::arg("max_iterations") = defaults.max_iterations, py::arg("energy_tolerance") = defaults.energy_tolerance,
            py::arg("step_tolerance") = defaults.step_tolerance, py::arg("time_limit_s") = defaults.time_limit_s);
   def_enum<SolveOptions, arap::InitialGuess>(type, "initial_guess", &SolveOptions::initial_guess, kInitialGuesses,
                                              docstrings::SolveOptions_initial_guess);
+  def_enum<SolveOptions, arap::Acceleration>(type, "acceleration", &SolveOptions::acceleration, kAccelerations,
+                                             docstrings::SolveOptions_acceleration);
   def_field(type, "max_iterations", &SolveOptions::max_iterations, docstrings::SolveOptions_max_iterations);
   def_field(type, "energy_tolerance", &SolveOptions::energy_tolerance, docstrings::SolveOptions_energy_tolerance);
   def_field(type, "step_tolerance", &SolveOptions::step_tolerance, docstrings::SolveOptions_step_tolerance);
   def_field(type, "time_limit_s", &SolveOptions::time_limit_s, docstrings::SolveOptions_time_limit_s);
   type.def("__repr__", [](py::handle self) {
-    return repr("SolveOptions", self,
-                {"initial_guess", "max_iterations", "energy_tolerance", "step_tolerance", "time_limit_s"});
+    return repr(
+        "SolveOptions", self,
+        {"initial_guess", "acceleration", "max_iterations", "energy_tolerance", "step_tolerance", "time_limit_s"});
   });
 }
 
@@ -332,8 +360,9 @@ void bind_solve_options(py::module_& m) {
 
 /// The library's result with its arrays handed over to numpy.
 struct SolveResult {
-  explicit SolveResult(arap::SolveResult result)
-      : positions(to_array(std::move(result.positions))),
+  /// @param out  the array that has the positions, or None
+  SolveResult(arap::SolveResult result, const py::object& out)
+      : positions(out.is_none() ? to_array(std::move(result.positions)) : py::reinterpret_borrow<py::array>(out)),
         parts_at_rest(to_array(std::move(result.parts_at_rest))),
         loose_vertices(to_array(std::move(result.loose_vertices))),
         energy_before(result.energy_before),
@@ -506,14 +535,15 @@ class Solver {
   }
 
   SolveResult solve(const py::object& targets, const arap::SolveOptions& options, const py::object& rotations,
-                    py::object progress) {
+                    py::object progress, const py::object& out) {
     // Without constraints the library says so; any number of rows is as good then.
     const Extent rows = n_targets_ > 0 ? Extent(n_targets_) : Extent("k + n_patches");
     const arap::Positions points =
         positions_from(targets, "targets", rows, "one row per constrained vertex, then one per patch");
     const std::vector<arap::Matrix3> matrices = rotations_from(rotations, rows);
+    const std::span<float> positions = out_from(out, n_vertices());
     ProgressCall call(std::move(progress));
-    return SolveResult(exclusively([&] { return solver_.solve(points, options, matrices, call.function()); }));
+    return {exclusively([&] { return solver_.solve(points, options, matrices, call.function(), positions); }), out};
   }
 
   void reset() {
@@ -601,12 +631,12 @@ void bind_solver(py::module_& m) {
       .def(
           "solve",
           [](Solver& solver, const py::object& targets, const arap::SolveOptions* options, const py::object& rotations,
-             py::object progress) {
+             py::object progress, const py::object& out) {
             return solver.solve(targets, options != nullptr ? *options : arap::SolveOptions{}, rotations,
-                                std::move(progress));
+                                std::move(progress), out);
           },
           docstrings::SurfaceArap_solve, py::arg("targets"), py::arg("options") = none, py::kw_only(),
-          py::arg("rotations") = none, py::arg("progress") = none)
+          py::arg("rotations") = none, py::arg("progress") = none, py::arg("out") = none)
       .def("reset", &Solver::reset, docstrings::SurfaceArap_reset)
       .def("set_positions", &Solver::set_positions, docstrings::SurfaceArap_set_positions, py::arg("positions"))
       .def("energy", &Solver::energy, docstrings::SurfaceArap_energy, py::arg("positions"))

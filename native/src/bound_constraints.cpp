@@ -18,6 +18,12 @@ constexpr double kHardStrength = 1 - 1e-9;
 
 }  // namespace
 
+CellPasses& BoundModel::passes(Precision precision) const {
+  auto& made = precision == Precision::kSingle ? single_passes_ : double_passes_;
+  if (made == nullptr) made = make_cell_passes(energy, rest, precision, threads);
+  return *made;
+}
+
 BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet& set,
                                    const std::vector<int>& model_vertex, const Progress& progress)
     : regions_(model.regions) {
@@ -60,10 +66,13 @@ void BoundConstraints::merge_entries(const BoundModel& model, const ConstraintSe
     if (!(s > 0)) continue;
     is_constrained_[v] = 1;
     // A loose vertex has nothing that pulls it from its target.
-    if (s >= kHardStrength || !(stiffness[v] > 0))
+    if (s >= kHardStrength || !(stiffness[v] > 0)) {
       is_hard_[v] = 1;
-    else
+      hard_vertices_.push_back(v);
+    } else {
       soft_diagonal_[v] = 2 * stiffness[v] * s / (1 - s);
+      soft_vertices_.push_back(v);
+    }
   }
 }
 
@@ -117,6 +126,7 @@ void BoundConstraints::find_rest(const BoundModel& model) {
   for (int v = 0; v < n; ++v) {
     const bool is_constrained = is_component_constrained[component(v)] != 0;
     is_at_rest_[v] = is_constrained ? 0 : 1;
+    if (!is_constrained) vertices_at_rest_.push_back(v);
     const int part = model.part_of_vertex[v];
     if (part >= 0 && is_constrained) is_part_constrained[part] = 1;
   }
@@ -148,11 +158,10 @@ std::vector<Average> BoundConstraints::reduced_patches() const {
   return reduced;
 }
 
-Positions BoundConstraints::vertex_targets(const Positions& targets) const {
-  Positions of_vertex = Positions::Zero(is_hard_.size(), 3);
+void BoundConstraints::write_vertex_targets(const Positions& targets, Positions& of_vertex) const {
+  for (const int v : entry_vertices_) of_vertex.row(v).setZero();
   for (size_t k = 0; k < entry_vertices_.size(); ++k)
     of_vertex.row(entry_vertices_[k]) += entry_shares_[k] * targets.row(k);
-  return of_vertex;
 }
 
 const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& model) {
@@ -165,8 +174,9 @@ const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& mo
     for (Eigen::Index v = 0; v < soft.size(); ++v)
       if (soft[v] > 0) soft[v] *= diagonal_squared[v] / diagonal[v];
     const SparseMatrix reduced = regions_.reduce(K_squared);
-    laplacian_system_ = std::make_unique<ConstrainedSystem>(*make_linear_solver(reduced), reduced, fixed_unknowns(),
-                                                            reduced_diagonal(soft), reduced_patches(), Progress{});
+    laplacian_system_ =
+        std::make_unique<ConstrainedSystem>(*make_linear_solver(reduced, model.linear_solver, model.threads), reduced,
+                                            fixed_unknowns(), reduced_diagonal(soft), reduced_patches(), Progress{});
   }
   return *laplacian_system_;
 }

@@ -6,6 +6,7 @@
 
 #include "arap/constraints.h"
 #include "cell_energy.h"
+#include "cell_passes.h"
 #include "constrained_system.h"
 #include "rigid_regions.h"
 
@@ -18,13 +19,21 @@ struct BoundModel {
   std::vector<int> part_of_vertex;  ///< (n,) -1 = loose
   int n_parts = 0;
   int threads = 1;
+  LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
+  bool fits_single = false;              ///< whether passes in single precision serve this energy
   RigidRegions regions;                  ///< without constraints
   SparseMatrix system_matrix;            ///< K over the unknowns of the regions
   std::unique_ptr<LinearSolver> solver;  ///< for the pattern of system_matrix
 
   BoundModel() : regions({}, energy, rest) {}
+  /// Over `energy`; made when first needed.
+  [[nodiscard]] CellPasses& passes(Precision precision) const;
   BoundModel(const BoundModel&) = delete;  // regions refers to energy and rest
   BoundModel& operator=(const BoundModel&) = delete;
+
+ private:
+  mutable std::unique_ptr<CellPasses> single_passes_;
+  mutable std::unique_ptr<CellPasses> double_passes_;
 };
 
 /// A set of constraints bound to a model: entries on the same model vertex merged, what is fixed and what is free
@@ -36,9 +45,10 @@ class BoundConstraints {
   BoundConstraints(const BoundModel& model, const ConstraintSet& set, const std::vector<int>& model_vertex,
                    const Progress& progress);
 
-  /// Targets (n_entries + n_patches, 3) on the model: (n, 3) for constrained vertices, 0 elsewhere. A vertex with
-  /// several entries takes their mean, weighted by strength.
-  [[nodiscard]] Positions vertex_targets(const Positions& targets) const;
+  /// Writes the rows of constrained vertices. A vertex with several entries takes their mean, weighted by strength.
+  /// @param targets    (n_entries + n_patches, 3) on the model
+  /// @param of_vertex  (n, 3)
+  void write_vertex_targets(const Positions& targets, Positions& of_vertex) const;
   /// The rows of patches(), and of the patches that anchor regions.
   [[nodiscard]] Positions patch_targets(const Positions& targets) const { return targets(patch_rows_, Eigen::all); }
   [[nodiscard]] Positions anchor_targets(const Positions& targets) const { return targets(anchor_rows_, Eigen::all); }
@@ -56,6 +66,11 @@ class BoundConstraints {
   [[nodiscard]] const std::vector<char>& is_at_rest() const { return is_at_rest_; }
   /// (n,) 2 omega of soft vertices, 0 elsewhere; omega_i = K_ii s / (1 - s).
   [[nodiscard]] const Eigen::VectorXd& soft_diagonal() const { return soft_diagonal_; }
+  [[nodiscard]] const std::vector<int>& hard_vertices() const { return hard_vertices_; }
+  /// Those of parts without any constraint.
+  [[nodiscard]] const std::vector<int>& vertices_at_rest() const { return vertices_at_rest_; }
+  /// The vertices of soft_diagonal() that are not 0.
+  [[nodiscard]] const std::vector<int>& soft_vertices() const { return soft_vertices_; }
   /// Patches as averages over vertices, but for those inside of a rigid region, which anchor it.
   [[nodiscard]] const std::vector<Average>& patches() const { return patches_; }
   [[nodiscard]] const std::vector<Average>& anchor_patches() const { return anchor_patches_; }
@@ -84,6 +99,9 @@ class BoundConstraints {
   std::vector<char> is_hard_;
   std::vector<char> is_at_rest_;
   Eigen::VectorXd soft_diagonal_;
+  std::vector<int> hard_vertices_;
+  std::vector<int> vertices_at_rest_;
+  std::vector<int> soft_vertices_;
   std::vector<Average> patches_;
   std::vector<Average> anchor_patches_;
   std::vector<int> patch_rows_;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cell_energy.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "parallel.h"
-#include "rotation.h"
 
 namespace arap {
 
@@ -32,32 +34,58 @@ void CellEnergy::index_by_vertex() {
     }
 }
 
-Matrix3 CellEnergy::covariance(int cell, const Positions& positions) const {
-  Matrix3 Q = Matrix3::Zero();
-  for (int k = cell_offsets[cell]; k < cell_offsets[cell + 1]; ++k)
-    Q.noalias() += positions.row(cell_vertices[k]).transpose() * q.row(k);
-  return Q;
+namespace {
+
+/// P K P^T, columns with their rows in order.
+SparseMatrix renumbered(const SparseMatrix& K, const std::vector<int>& order, const std::vector<int>& new_of_old,
+                        int threads) {
+  SparseMatrix result(K.rows(), K.cols());
+  result.resizeNonZeros(K.nonZeros());
+  int* offsets = result.outerIndexPtr();
+  offsets[0] = 0;
+  for (size_t k = 0; k < order.size(); ++k)
+    offsets[k + 1] = offsets[k] + K.outerIndexPtr()[order[k] + 1] - K.outerIndexPtr()[order[k]];
+  parallel_for(threads, static_cast<int>(order.size()), [&](int begin, int end) {
+    std::vector<std::pair<int, double>> column;
+    for (int k = begin; k < end; ++k) {
+      column.clear();
+      for (SparseMatrix::InnerIterator it(K, order[k]); it; ++it) column.emplace_back(new_of_old[it.row()], it.value());
+      std::sort(column.begin(), column.end());
+      for (size_t e = 0; e < column.size(); ++e) {
+        result.innerIndexPtr()[offsets[k] + static_cast<int>(e)] = column[e].first;
+        result.valuePtr()[offsets[k] + static_cast<int>(e)] = column[e].second;
+      }
+    }
+  });
+  return result;
 }
 
-void CellEnergy::fit_rotations(const Positions& positions, std::vector<Matrix3>& rotations, int threads) const {
-  parallel_for(threads, n_cells(), [&](int begin, int end) {
+}  // namespace
+
+CellEnergy renumbered(const CellEnergy& energy, const std::vector<int>& order, const std::vector<int>& cell_order,
+                      int threads) {
+  std::vector<int> new_of_old(order.size());
+  for (size_t k = 0; k < order.size(); ++k) new_of_old[order[k]] = static_cast<int>(k);
+  CellEnergy result;
+  result.K = renumbered(energy.K, order, new_of_old, threads);
+  result.rest_energy = energy.rest_energy;
+  result.cell_offsets.assign(1, 0);
+  result.cell_offsets.reserve(energy.cell_offsets.size());
+  for (const int c : cell_order)
+    result.cell_offsets.push_back(result.cell_offsets.back() + energy.cell_offsets[c + 1] - energy.cell_offsets[c]);
+  result.cell_vertices.resize(energy.cell_vertices.size());
+  result.q.resize(energy.q.rows(), 3);
+  parallel_for(threads, energy.n_cells(), [&](int begin, int end) {
     for (int c = begin; c < end; ++c) {
-      Matrix3& R = rotations[c];
-      R = nearest_rotation(covariance(c, positions), R);
+      int to = result.cell_offsets[c];
+      for (int k = energy.cell_offsets[cell_order[c]]; k < energy.cell_offsets[cell_order[c] + 1]; ++k, ++to) {
+        result.cell_vertices[to] = new_of_old[energy.cell_vertices[k]];
+        result.q.row(to) = energy.q.row(k);
+      }
     }
   });
-}
-
-void CellEnergy::right_hand_side(const std::vector<Matrix3>& rotations, Positions& b, int threads) const {
-  b.resize(n_vertices(), 3);
-  parallel_for(threads, n_vertices(), [&](int begin, int end) {
-    for (int v = begin; v < end; ++v) {
-      Vector3 sum = Vector3::Zero();
-      for (int k = vertex_offsets[v]; k < vertex_offsets[v + 1]; ++k)
-        sum.noalias() += rotations[vertex_cells[k]] * q.row(vertex_incidences[k]).transpose();
-      b.row(v) = sum.transpose();
-    }
-  });
+  result.index_by_vertex();
+  return result;
 }
 
 }  // namespace arap

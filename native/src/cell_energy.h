@@ -27,17 +27,18 @@ struct CellEnergy {
   [[nodiscard]] int n_vertices() const { return static_cast<int>(K.rows()); }
   [[nodiscard]] int n_cells() const { return static_cast<int>(cell_offsets.size()) - 1; }
 
+  /// The first vertex of a cell, at which it counts where a place is asked for: a cell is in the rigid region of its
+  /// home. -1 where the cell is empty.
+  [[nodiscard]] int home(int cell) const {
+    return cell_offsets[cell] < cell_offsets[cell + 1] ? cell_vertices[cell_offsets[cell]] : -1;
+  }
+
   /// Fills vertex_* from cell_*; call it last.
   void index_by_vertex();
-
-  /// Q_c(p').
-  [[nodiscard]] Matrix3 covariance(int cell, const Positions& positions) const;
-
-  /// Local step: sets each R_c to the rotation that maximizes <R_c, Q_c(p')>.
-  void fit_rotations(const Positions& positions, std::vector<Matrix3>& rotations, int threads) const;
-
-  /// Right-hand side of the global step K p' = b: b_j = sum_c R_c q_cj. [SA07] Eq. (8).
-  void right_hand_side(const std::vector<Matrix3>& rotations, Positions& b, int threads) const;
 };
+
+/// The same energy with vertex order[k] and cell cell_order[k] numbered k. The first vertex of each cell stays first.
+[[nodiscard]] CellEnergy renumbered(const CellEnergy& energy, const std::vector<int>& order,
+                                    const std::vector<int>& cell_order, int threads);
 
 }  // namespace arap

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "constrained_system.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <iterator>
 #include <utility>
 
 #include "arap/error.h"
+#include "refined_solve.h"
 #include "union_find.h"
 
 namespace arap {
@@ -37,23 +39,22 @@ ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMat
                                      const Progress& progress)
     : matrix_(with_diagonal(K, soft_diagonal)), is_fixed_(std::move(is_fixed)), averages_(std::move(averages)) {
   report(progress, 0.1);
-  const std::vector<int> grounded = find_unheld(soft_diagonal);
-  std::vector<double> grounding;
-  grounding.reserve(grounded.size());
-  for (const int i : grounded) {
+  grounded_ = find_unheld(soft_diagonal);
+  grounding_.reserve(grounded_.size());
+  for (const int i : grounded_) {
     const double diagonal = matrix_.coeff(i, i);
-    grounding.push_back(diagonal > 0 ? diagonal : 1.0);  // a part that is one rigid region has no stiffness at all
+    grounding_.push_back(diagonal > 0 ? diagonal : 1.0);  // a part that is one rigid region has no stiffness at all
   }
   report(progress, 0.2);
-  if (grounded.empty()) {
+  if (grounded_.empty()) {
     factor_ = solver.factorize(matrix_, is_fixed_);
   } else {
     SparseMatrix held = matrix_;
-    for (size_t k = 0; k < grounded.size(); ++k) held.coeffRef(grounded[k], grounded[k]) += grounding[k];
+    for (size_t k = 0; k < grounded_.size(); ++k) held.coeffRef(grounded_[k], grounded_[k]) += grounding_[k];
     factor_ = solver.factorize(held, is_fixed_);
   }
   report(progress, 0.8);
-  prepare_dense_part(grounded, grounding);
+  prepare_dense_part();
   report(progress, 1.0);
 }
 
@@ -82,11 +83,30 @@ std::vector<int> ConstrainedSystem::find_unheld(const Eigen::VectorXd& soft_diag
   return unheld;
 }
 
-Eigen::VectorXd ConstrainedSystem::column_solution(const Average& column) const {
-  Positions b = Positions::Zero(matrix_.rows(), 3);
-  for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], 0) += column.weights[k];
-  factor_->solve(b);
-  return b.col(0);
+void ConstrainedSystem::erase_fixed(Positions& x) const {
+  for (Eigen::Index i = 0; i < x.rows(); ++i)
+    if (is_fixed_[i] != 0) x.row(i).setZero();
+}
+
+void ConstrainedSystem::multiply_held(const Positions& x, Positions& result) const {
+  multiply(matrix_, x, result, 1);
+  for (size_t k = 0; k < grounded_.size(); ++k) result.row(grounded_[k]) += grounding_[k] * x.row(grounded_[k]);
+  erase_fixed(result);
+}
+
+void ConstrainedSystem::solve_columns() {
+  const std::ptrdiff_t n_columns = std::ssize(columns_);
+  column_solutions_.resize(matrix_.rows(), n_columns);
+  for (std::ptrdiff_t first = 0; first < n_columns; first += 3) {
+    const std::ptrdiff_t n = std::min<std::ptrdiff_t>(3, n_columns - first);
+    Positions b = Positions::Zero(matrix_.rows(), 3);
+    for (std::ptrdiff_t c = 0; c < n; ++c) {
+      const Average& column = columns_[first + c];
+      for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], c) += column.weights[k];
+    }
+    solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b);
+    column_solutions_.middleCols(first, n) = b.leftCols(n);
+  }
 }
 
 // With A = H - E G E^T (H the factorized matrix, E the grounded unit columns, G = diag(grounding)) and mu = G E^T d,
@@ -94,7 +114,7 @@ Eigen::VectorXd ConstrainedSystem::column_solution(const Average& column) const 
 //     H d = r - W lambda + E mu,   W^T d = gap,   mu / G = E^T d.
 // With the columns C = [W, -E] and y = (lambda, mu):  d = H^-1 (r - C y),  (C^T H^-1 C - diag(0, 1 / G)) y = C^T H^-1 r
 // - (gap, 0).
-void ConstrainedSystem::prepare_dense_part(const std::vector<int>& grounded, const std::vector<double>& grounding) {
+void ConstrainedSystem::prepare_dense_part() {
   if (averages_.empty()) return;
   for (const Average& average : averages_) {
     Average column;
@@ -105,10 +125,9 @@ void ConstrainedSystem::prepare_dense_part(const std::vector<int>& grounded, con
     }
     columns_.push_back(std::move(column));
   }
-  for (const int i : grounded) columns_.push_back({{i}, {-1.0}});
+  for (const int i : grounded_) columns_.push_back({{i}, {-1.0}});
+  solve_columns();
   const std::ptrdiff_t n_columns = std::ssize(columns_);
-  column_solutions_.resize(matrix_.rows(), n_columns);
-  for (Eigen::Index c = 0; c < n_columns; ++c) column_solutions_.col(c) = column_solution(columns_[c]);
   Eigen::MatrixXd S(n_columns, n_columns);
   for (Eigen::Index r = 0; r < n_columns; ++r) {
     const Average& column = columns_[r];
@@ -116,29 +135,41 @@ void ConstrainedSystem::prepare_dense_part(const std::vector<int>& grounded, con
     for (size_t k = 0; k < column.indices.size(); ++k)
       S.row(r) += column.weights[k] * column_solutions_.row(column.indices[k]);
   }
-  for (size_t k = 0; k < grounded.size(); ++k) {
+  for (size_t k = 0; k < grounded_.size(); ++k) {
     const size_t i = averages_.size() + k;
-    S(i, i) -= 1 / grounding[k];
+    S(i, i) -= 1 / grounding_[k];
   }
   // Least squares: averages that contradict each other meet in the middle.
   dense_.setThreshold(1e-12);
   dense_.compute(S);
 }
 
-void ConstrainedSystem::correct(Positions& residual, const Positions& gaps, Positions& multipliers) const {
-  for (Eigen::Index i = 0; i < residual.rows(); ++i)
-    if (is_fixed_[i] != 0) residual.row(i).setZero();
-  factor_->solve(residual);
-  multipliers.resize(averages_.size(), 3);
-  if (averages_.empty()) return;
+Positions ConstrainedSystem::meet_averages(Positions& x, const Positions& gaps) const {
+  if (averages_.empty()) return {0, 3};
   Eigen::MatrixX3d right(columns_.size(), 3);
   for (std::ptrdiff_t c = 0; c < std::ssize(columns_); ++c) {
-    right.row(c) = columns_[c].of(residual);
+    right.row(c) = columns_[c].of(x);
     if (c < std::ssize(averages_)) right.row(c) -= gaps.row(c);
   }
   const Eigen::MatrixX3d y = dense_.solve(right);
-  residual.noalias() -= column_solutions_ * y;
-  multipliers = y.topRows(multipliers.rows());
+  x.noalias() -= column_solutions_ * y;
+  return y.topRows(averages_.size());
+}
+
+void ConstrainedSystem::correct(Positions& residual, const Positions& gaps, Positions& multipliers) const {
+  const std::ptrdiff_t n_averages = std::ssize(averages_);
+  if (multipliers.rows() != n_averages) multipliers = Positions::Zero(n_averages, 3);
+  for (std::ptrdiff_t c = 0; c < n_averages; ++c)
+    for (size_t k = 0; k < columns_[c].indices.size(); ++k)
+      residual.row(columns_[c].indices[k]) -= columns_[c].weights[k] * multipliers.row(c);
+  factor_->solve(residual);
+  multipliers += meet_averages(residual, gaps);
+}
+
+void ConstrainedSystem::correct_exactly(Positions& residual, const Positions& gaps) const {
+  erase_fixed(residual);
+  solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, residual);
+  static_cast<void>(meet_averages(residual, gaps));
 }
 
 }  // namespace arap

@@ -37,22 +37,36 @@ class ConstrainedSystem {
 
   /// A, without erasing and grounding.
   [[nodiscard]] const SparseMatrix& matrix() const { return matrix_; }
+  [[nodiscard]] const Factorization& factor() const { return *factor_; }
   [[nodiscard]] const std::vector<Average>& averages() const { return averages_; }
 
-  /// Replaces `residual` = b - A x by the correction to x; 0 at fixed unknowns.
+  /// Replaces `residual` = b - A x by the correction to x, as exact as the factor is; 0 at fixed unknowns. The averages
+  /// meet their targets exactly in every case.
   /// @param gaps         (n_averages, 3) target minus average of x
-  /// @param multipliers  (n_averages, 3), set: A x + sum_k a_k multipliers_k = b at the corrected x
+  /// @param multipliers  (n_averages, 3) of the last correction, or empty; set: A x + sum_k a_k multipliers_k = b at
+  /// the
+  ///                     corrected x. To start from the last ones makes the correction vanish at the minimizer.
   void correct(Positions& residual, const Positions& gaps, Positions& multipliers) const;
+
+  /// The same to the accuracy of double, at once.
+  void correct_exactly(Positions& residual, const Positions& gaps) const;
 
  private:
   /// One unknown of each component that no fixed unknown and no soft constraint holds.
   [[nodiscard]] std::vector<int> find_unheld(const Eigen::VectorXd& soft_diagonal) const;
-  void prepare_dense_part(const std::vector<int>& grounded, const std::vector<double>& grounding);
-  [[nodiscard]] Eigen::VectorXd column_solution(const Average& column) const;
+  void prepare_dense_part();
+  void solve_columns();
+  void erase_fixed(Positions& x) const;
+  /// The factorized matrix times x.
+  void multiply_held(const Positions& x, Positions& result) const;
+  /// Completes x = factor^-1 residual by the multipliers; returns their change.
+  [[nodiscard]] Positions meet_averages(Positions& x, const Positions& gaps) const;
 
   SparseMatrix matrix_;
   std::vector<char> is_fixed_;
   std::vector<Average> averages_;
+  std::vector<int> grounded_;
+  std::vector<double> grounding_;  ///< added to the diagonal of A in the factor, of each grounded unknown
   std::unique_ptr<Factorization> factor_;
   /// Columns: the averages, then the grounded unknowns (with sign), restricted to free unknowns.
   std::vector<Average> columns_;

@@ -74,8 +74,7 @@ void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraint
   Positions patch_gaps = patch_targets;
   for (Eigen::Index k = 0; k < patch_gaps.rows(); ++k) patch_gaps.row(k) -= constraints.patches()[k].of(pose.positions);
   regions.reduce(residual);
-  Positions multipliers;
-  system.correct(residual, patch_gaps, multipliers);
+  system.correct_exactly(residual, patch_gaps);
   regions.expand(residual);
   pose.positions += residual;
   regions.read_translations(pose.placements, pose.positions);
@@ -111,8 +110,7 @@ void spread_handle_rotations(const BoundModel& model, const BoundConstraints& co
     Positions gaps(n_patches, 3);
     for (Eigen::Index k = 0; k < n_patches; ++k)
       gaps.row(k) = rotations[constraints.patch_rows()[k]].row(a) - system.averages()[k].of(x);
-    Positions multipliers;
-    system.correct(residual, gaps, multipliers);
+    system.correct_exactly(residual, gaps);
     x += residual;
   }
 
@@ -121,8 +119,9 @@ void spread_handle_rotations(const BoundModel& model, const BoundConstraints& co
     for (Eigen::Index a = 0; a < 3; ++a) blend.row(a) = field[a].row(unknown);
     return nearest_rotation(blend, previous);
   };
-  for (size_t c = 0; c < pose.rotations.size(); ++c)
-    pose.rotations[c] = rotation_at(regions.unknown_of(static_cast<int>(c)), pose.rotations[c]);
+  for (int c = 0; c < model.energy.n_cells(); ++c)
+    if (const int home = model.energy.home(c); home >= 0)
+      pose.rotations[c] = rotation_at(regions.unknown_of(home), pose.rotations[c].toRotationMatrix());
   for (int r = 0; r < regions.size(); ++r) {
     Placement& placement = pose.placements[r];
     if (!regions.is_anchored(r)) placement.rotation = rotation_at(regions.unknown(r), placement.rotation);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
+#include "arap/options.h"
 #include "arap/types.h"
 #include "sparse.h"
 
@@ -17,8 +19,13 @@ class Factorization {
   Factorization& operator=(const Factorization&) = delete;
   virtual ~Factorization() = default;
 
-  /// Replaces b (n, 3) by the solution; erased rows become 0.
+  /// Replaces b (n, 3) by the solution, erased rows by 0. The solution may be that of a nearby matrix, symmetric and
+  /// positive definite too, whose difference shows from the third digit on. So iterate x += solve(b - A x), which ends
+  /// at the exact x, or use solve_refined.
   virtual void solve(Positions& b) const = 0;
+
+  /// Of the factor; a solve reads it twice. 0 where the solver does not say.
+  [[nodiscard]] virtual size_t bytes() const { return 0; }
 };
 
 /// A direct solver for matrices of one pattern. What depends on the pattern alone is done once, at construction; it
@@ -34,9 +41,21 @@ class LinearSolver {
   /// positive definite.
   [[nodiscard]] virtual std::unique_ptr<Factorization> factorize(const SparseMatrix& A,
                                                                  const std::vector<char>& is_erased) const = 0;
+
+  /// The order in which this solver goes through the unknowns, order()[new] = old, or null if it has none. A model that
+  /// numbers its unknowns so from the start spares every solve the way there and back.
+  [[nodiscard]] virtual const std::vector<int>* order() const { return nullptr; }
+
+  /// From now on matrices and vectors are numbered in order(), which becomes null. Existing factorizations keep their
+  /// numbering.
+  /// @param pattern  the solver's, numbered so: entry (i, j) was (order[i], order[j])
+  /// Throws SolverError where it is another one.
+  virtual void renumber(const SparseMatrix& pattern) { static_cast<void>(pattern); }
 };
 
 /// @param pattern  symmetric, stored whole, with its diagonal
-[[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern);
+/// @param threads  at most, of factorizations and solves
+[[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(
+    const SparseMatrix& pattern, LinearSolverKind kind = LinearSolverKind::kSimplicialLdlt, int threads = 1);
 
 }  // namespace arap

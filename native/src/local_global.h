@@ -3,32 +3,30 @@
 
 #include <vector>
 
-#include "arap/options.h"
 #include "bound_constraints.h"
+#include "team_pace.h"
 
 namespace arap {
 
 /// Everything an iteration changes.
 struct Pose {
   Positions positions;                ///< (n, 3)
-  std::vector<Matrix3> rotations;     ///< of each cell
+  Rotations rotations;                ///< of each cell
   std::vector<Placement> placements;  ///< of each rigid region
 };
 
-struct IterationReport {
-  double energy_before = 0;
-  double energy_after = 0;
-  int iterations = 0;
-  double step = 0;
-  StopReason stop_reason = StopReason::kMaxIterations;
-};
-
-/// Alternates the local step (best rotations for the positions) and the global step (best positions for the rotations);
-/// neither raises the energy. [SA07] Sec. 2.
+/// The two halves of an iteration: the local step (best rotations for the positions) and the global step (best
+/// positions for the rotations); neither raises the energy. [SA07] Sec. 2.
 class LocalGlobal {
  public:
+  LocalGlobal(const BoundModel& model, const BoundConstraints& constraints);
+
+  /// Comes first, and again for new targets.
   /// @param targets  (n_entries + n_patches, 3) in model space
-  LocalGlobal(const BoundModel& model, const BoundConstraints& constraints, const Positions& targets);
+  void aim(const Positions& targets, Precision precision);
+
+  /// (n, 3), 0 where there is none.
+  [[nodiscard]] const Positions& vertex_targets() const { return targets_.vertices; }
 
   /// Puts hard vertices, anchored regions and what stays at rest to their places; true where that moved any of them.
   bool impose_constraints(Pose& pose) const;
@@ -36,23 +34,52 @@ class LocalGlobal {
   /// The smallest change (in the norm of K) that brings the patches to their targets.
   void project_on_patches(Pose& pose);
 
-  /// One global step with the rotations of the pose.
+  /// One global step with the rotations of the pose, to the accuracy of the factor or of double.
   void global_step(Pose& pose);
+  void exact_global_step(Pose& pose);
 
-  IterationReport run(Pose& pose, const SolveOptions& options, const Progress& progress);
+  /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().
+  void start(const Pose& pose) { passes_->set_rotations(pose.rotations); }
+  void finish(Pose& pose) const { passes_->read_rotations(pose.rotations); }
+
+  /// Local step. Returns the energy, and leaves the residual for the next global step.
+  [[nodiscard]] double fit(Pose& pose);
+  /// The same where the positions of the pose have been written to padded_positions() too, (n, 4).
+  [[nodiscard]] double fit_padded(Pose& pose);
+  [[nodiscard]] double* padded_positions() { return passes_->padded_positions(); }
+
+  /// Minus the gradient of the energy, soft constraints included, (n, 3).
+  [[nodiscard]] const Positions& residual() const { return residual_; }
+  /// The whole global step from the residual at hand, (n, 3).
+  void find_correction(const Pose& pose, Positions& correction);
+  /// Tells the regions that their vertices were moved alike.
+  void follow_positions(Pose& pose) const { constraints_.regions().read_translations(pose.placements, pose.positions); }
+
+  /// Smallest change of the energy that is not rounding.
+  [[nodiscard]] double energy_rounding() const { return passes_->energy_rounding(); }
+  /// E_0.
+  [[nodiscard]] double rest_energy() const { return passes_->rest_energy(); }
+  /// Threads that pay at the moment: of the model's as many as the machine has cores to spare for.
+  [[nodiscard]] int threads() const { return threads_; }
 
  private:
-  /// Local step; then the energy, and the residual for the next global step.
-  [[nodiscard]] double fit(Pose& pose);
+  /// The fit itself.
+  [[nodiscard]] double fit_on_threads(Pose& pose);
+  /// Brings rigid regions to their best rotations, after the cells.
+  void fit_regions(Pose& pose);
+  /// The energy without its term of rotations.
   [[nodiscard]] double refresh_residual(const Pose& pose);
   [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
-  void apply_residual(Pose& pose);
+  /// The whole step at once, to the accuracy of double.
+  void apply_residual_exactly(Pose& pose);
 
   const BoundModel& model_;
   const BoundConstraints& constraints_;
+  int threads_;
+  TeamPace pace_;
+  CellPasses* passes_ = nullptr;
   RegionTargets targets_;  ///< of vertices, and of patches that anchor regions
   Positions patch_targets_;
-  Positions right_hand_side_;
   Positions residual_;
   Positions multipliers_;
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 namespace arap {
@@ -11,23 +12,27 @@ namespace arap {
 
 /// Calls body(begin, end) for consecutive ranges of [0, n), at most `threads` of them at once. The ranges do not depend
 /// on the number of threads. `body` must not throw.
-template <class Body>
+template <int kRange = 512, class Body>
 void parallel_for(int threads, int n, const Body& body) {
-  constexpr int kRange = 512;
   const int n_ranges = (n + kRange - 1) / kRange;
 #pragma omp parallel for num_threads(std::min(threads, n_ranges)) if (threads > 1 && n_ranges > 1) schedule(static)
   for (int r = 0; r < n_ranges; ++r) body(r * kRange, std::min(n, (r + 1) * kRange));
 }
 
-/// Sum of body(begin, end) over ranges of [0, n), added in order: the same for every number of threads.
-template <class Body>
+/// Results of body(begin, end) over ranges of [0, n), joined in order: the same for every number of threads.
+template <int kRange = 512, class Value, class Body, class Join>
+[[nodiscard]] Value parallel_reduce(int threads, int n, const Value& neutral, const Body& body, const Join& join) {
+  std::vector<Value> partial(((n + kRange - 1) / kRange), neutral);
+  parallel_for<kRange>(threads, n, [&](int begin, int end) { partial[begin / kRange] = body(begin, end); });
+  Value result = neutral;
+  for (const Value& value : partial) result = join(result, value);
+  return result;
+}
+
+/// Sum of body(begin, end) over ranges of [0, n).
+template <int kRange = 512, class Body>
 [[nodiscard]] double parallel_sum(int threads, int n, const Body& body) {
-  constexpr int kRange = 512;
-  std::vector<double> partial(((n + kRange - 1) / kRange), 0.0);
-  parallel_for(threads, n, [&](int begin, int end) { partial[begin / kRange] = body(begin, end); });
-  double sum = 0;
-  for (const double value : partial) sum += value;
-  return sum;
+  return parallel_reduce<kRange>(threads, n, 0.0, body, [](double a, double b) { return a + b; });
 }
 
 }  // namespace arap

@@ -20,9 +20,41 @@ RigidRegions::RigidRegions(const std::vector<int>& region_of_vertex, const CellE
   for (size_t v = 0; v < unknown_of_vertex_.size(); ++v) unknown_of_vertex_[v] = static_cast<int>(v);
   for (auto& [label, members] : members_of_label) {
     for (const int v : members) unknown_of_vertex_[v] = members.front();
-    regions_.push_back({.members = std::move(members), .border = {}, .border_cells = {}, .anchors = {}});
+    regions_.push_back({.members = std::move(members), .border = {}, .cells = {}, .border_cells = {}, .anchors = {}});
   }
+  find_cells();
   for (Region& region : regions_) find_border(region);
+}
+
+void RigidRegions::renumber(const std::vector<int>& new_of_old) {
+  std::vector<int> unknown_of_vertex(unknown_of_vertex_.size());
+  for (size_t v = 0; v < unknown_of_vertex_.size(); ++v)
+    unknown_of_vertex[new_of_old[v]] = new_of_old[unknown_of_vertex_[v]];
+  unknown_of_vertex_ = std::move(unknown_of_vertex);
+  for (Region& region : regions_) {
+    for (std::vector<int>* vertices : {&region.members, &region.border})
+      for (int& v : *vertices) v = new_of_old[v];
+    region.cells.clear();
+    region.border_cells.clear();
+  }
+  find_cells();
+}
+
+void RigidRegions::find_cells() {
+  if (empty()) return;
+  std::vector<int> region_of_unknown(unknown_of_vertex_.size(), -1);
+  for (size_t r = 0; r < regions_.size(); ++r) region_of_unknown[regions_[r].members.front()] = static_cast<int>(r);
+  for (int c = 0; c < energy_->n_cells(); ++c) {
+    const int home = energy_->home(c);
+    const int r = home < 0 ? -1 : region_of_unknown[unknown_of_vertex_[home]];
+    if (r < 0) continue;
+    Region& region = regions_[r];
+    region.cells.push_back(c);
+    const auto begin = energy_->cell_vertices.begin();
+    if (!std::all_of(begin + energy_->cell_offsets[c], begin + energy_->cell_offsets[c + 1],
+                     [&](int v) { return is_member(v, region); }))
+      region.border_cells.push_back(c);
+  }
 }
 
 void RigidRegions::find_border(Region& region) const {
@@ -32,20 +64,15 @@ void RigidRegions::find_border(Region& region) const {
       reaches_out = !is_member(static_cast<int>(it.row()), region);
     const int begin = energy_->vertex_offsets[v];
     const int end = energy_->vertex_offsets[v + 1];
-    for (int k = begin; k < end && !reaches_out; ++k) reaches_out = !is_member(energy_->vertex_cells[k], region);
+    for (int k = begin; k < end && !reaches_out; ++k) reaches_out = !has_cell(energy_->vertex_cells[k], region);
     if (reaches_out) region.border.push_back(v);
-
-    bool cell_reaches_out = false;
-    for (int k = energy_->cell_offsets[v]; k < energy_->cell_offsets[v + 1]; ++k)
-      cell_reaches_out = cell_reaches_out || !is_member(energy_->cell_vertices[k], region);
-    if (cell_reaches_out) region.border_cells.push_back(v);
   }
 }
 
 SparseMatrix RigidRegions::reduce(const SparseMatrix& K) const {
-  if (empty()) return K;
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(K.nonZeros());
+  entries.reserve(K.nonZeros() + K.rows());
+  for (int v = 0; v < static_cast<int>(K.rows()); ++v) entries.emplace_back(v, v, 0.0);
   for (int column = 0; column < static_cast<int>(K.cols()); ++column)
     for (SparseMatrix::InnerIterator it(K, column); it; ++it)
       entries.emplace_back(unknown_of(static_cast<int>(it.row())), unknown_of(column), it.value());
@@ -216,7 +243,7 @@ void RigidRegions::read_translations(std::vector<Placement>& placements, const P
 
 // L with E = <R, L> + terms without R; see the header. Soft constraints and averages are added by the caller.
 Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placement, const Positions& positions,
-                                  const std::vector<Matrix3>& rotations) const {
+                                  const Rotations& rotations) const {
   Matrix3 L = placement.translation * region.mixed.transpose();
   for (const int v : region.border) {
     Vector3 pull = Vector3::Zero();
@@ -226,7 +253,7 @@ Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placeme
     const int end = energy_->vertex_offsets[v + 1];
     for (int k = begin; k < end; ++k) {
       const int cell = energy_->vertex_cells[k];
-      if (!is_member(cell, region)) pull -= rotations[cell] * energy_->q.row(energy_->vertex_incidences[k]).transpose();
+      if (!has_cell(cell, region)) pull -= rotations[cell] * energy_->q.row(energy_->vertex_incidences[k]).transpose();
     }
     L += pull * (rest(v) - region.center).transpose();
   }
@@ -240,8 +267,7 @@ Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placeme
 
 void RigidRegions::fit_rotations(const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
                                  const std::vector<Average>& averages, const Positions& multipliers,
-                                 std::vector<Placement>& placements, std::vector<Matrix3>& rotations,
-                                 Positions& positions) const {
+                                 std::vector<Placement>& placements, Rotations& rotations, Positions& positions) const {
   for (size_t r = 0; r < regions_.size(); ++r) {
     const Region& region = regions_[r];
     Matrix3 L = linear_term(region, placements[r], positions, rotations);
@@ -257,13 +283,13 @@ void RigidRegions::fit_rotations(const RegionTargets& targets, const Eigen::Vect
     }
     place(region, L, targets, placements[r]);
     write(region, placements[r], positions);
-    for (const int v : region.members) rotations[v] = placements[r].rotation;
+    for (const int c : region.cells) rotations[c] = Eigen::Quaterniond(placements[r].rotation);
   }
 }
 
-void RigidRegions::share_rotations(const std::vector<Placement>& placements, std::vector<Matrix3>& rotations) const {
+void RigidRegions::share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const {
   for (size_t r = 0; r < regions_.size(); ++r)
-    for (const int v : regions_[r].members) rotations[v] = placements[r].rotation;
+    for (const int c : regions_[r].cells) rotations[c] = Eigen::Quaterniond(placements[r].rotation);
 }
 
 }  // namespace arap

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cell_energy.h"
+#include "cell_passes.h"
 #include "constrained_system.h"
 
 namespace arap {
@@ -21,7 +22,7 @@ struct RegionTargets {
 };
 
 /// Vertices that move as one body each. Rotation and translation are eliminated from the system: the members of a
-/// region share the unknown of their first vertex (the translation), and the cells of the members share its rotation.
+/// region share the unknown of their first vertex (the translation), and the cells at home in it share its rotation.
 ///
 /// With the others fixed, the energy as a function of a region's motion is linear in R, since quadratic terms in R are
 /// constant, and quadratic in t. The center is chosen so that the mixed term vanishes; then the best R does not
@@ -39,6 +40,9 @@ class RigidRegions {
   [[nodiscard]] int unknown_of(int v) const { return empty() ? v : unknown_of_vertex_[v]; }
 
   [[nodiscard]] bool is_in_region(int v) const;
+
+  /// Follows the vertices and cells of energy and rest, which have new numbers; a region keeps its unknown.
+  void renumber(const std::vector<int>& new_of_old);
 
   /// P^T K P, where P maps unknowns to vertices; the rows of members that are not unknowns stay empty.
   [[nodiscard]] SparseMatrix reduce(const SparseMatrix& K) const;
@@ -79,10 +83,10 @@ class RigidRegions {
   /// @param averages, multipliers  the averages over vertices and the multipliers of the last global step
   void fit_rotations(const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
                      const std::vector<Average>& averages, const Positions& multipliers,
-                     std::vector<Placement>& placements, std::vector<Matrix3>& rotations, Positions& positions) const;
+                     std::vector<Placement>& placements, Rotations& rotations, Positions& positions) const;
 
   /// Gives the cells of each region its rotation.
-  void share_rotations(const std::vector<Placement>& placements, std::vector<Matrix3>& rotations) const;
+  void share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const;
 
  private:
   /// A point of the region that a constraint fixes: a hard member, or the average of a patch.
@@ -99,7 +103,8 @@ class RigidRegions {
   struct Region {
     std::vector<int> members;       ///< vertices, the first is the unknown
     std::vector<int> border;        ///< members with neighbours, or in cells, outside
-    std::vector<int> border_cells;  ///< members whose cell reaches outside
+    std::vector<int> cells;         ///< whose home is a member
+    std::vector<int> border_cells;  ///< of them, those with vertices outside
     std::vector<Anchor> anchors;    ///< hard members
     int anchor_rank = 0;            ///< 0 a point, 1 a line, 2 at least a plane
     Vector3 anchor_axis = Vector3::Zero();
@@ -110,13 +115,18 @@ class RigidRegions {
   [[nodiscard]] bool is_member(int v, const Region& region) const {
     return unknown_of_vertex_[v] == region.members.front();
   }
+  [[nodiscard]] bool has_cell(int c, const Region& region) const {
+    const int home = energy_->home(c);
+    return home >= 0 && is_member(home, region);
+  }
+  void find_cells();
   void find_border(Region& region) const;
   void choose_center(Region& region, const Eigen::VectorXd& soft_diagonal) const;
   static void find_anchor_rank(Region& region);
   static void place(const Region& region, const Matrix3& linear, const RegionTargets& targets, Placement& placement);
   void write(const Region& region, const Placement& placement, Positions& positions) const;
   [[nodiscard]] Matrix3 linear_term(const Region& region, const Placement& placement, const Positions& positions,
-                                    const std::vector<Matrix3>& rotations) const;
+                                    const Rotations& rotations) const;
   [[nodiscard]] Vector3 rest(int v) const { return rest_->row(v).transpose(); }
 
   const CellEnergy* energy_;

@@ -5,6 +5,8 @@
 #include <Eigen/SVD>
 #include <cmath>
 
+#include "cell_kernels.h"
+
 namespace arap {
 
 namespace {
@@ -83,6 +85,13 @@ Matrix3 nearest_rotation(const Matrix3& S, const Matrix3& previous) {
   if (!(scale > 0)) return previous;
   Matrix3 R = previous;
   return refine_rotation(S, scale, R) ? R : nearest_rotation_by_svd(S, scale, previous);
+}
+
+void fit_quaternion(const double* S, const double* former, double* quaternion) {
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> covariance(S);
+  const Eigen::Quaterniond start(former[3], former[0], former[1], former[2]);
+  const Eigen::Quaterniond fitted(nearest_rotation(covariance, start.toRotationMatrix()));
+  Eigen::Vector4d::Map(quaternion) = fitted.coeffs();
 }
 
 Matrix3 nearest_rotation_with_axis(const Matrix3& S, const Vector3& from, const Vector3& to, const Matrix3& previous) {

@@ -5,7 +5,8 @@
 
 namespace arap {
 
-/// Eigen's simplicial LDL^T with approximate minimum degree ordering, which it finds anew for each set of erased rows.
+/// Eigen's sparse Cholesky factorization L D L^T, column by column, with approximate minimum degree ordering, which it
+/// finds anew for each set of erased rows.
 class SimplicialLdlt final : public LinearSolver {
  public:
   [[nodiscard]] std::unique_ptr<Factorization> factorize(const SparseMatrix& A,

@@ -2,6 +2,7 @@
 #include "arap/surface_arap.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <string>
@@ -11,9 +12,11 @@
 #include "cell_energy.h"
 #include "initial_guess.h"
 #include "local_global.h"
+#include "model_space.h"
+#include "nonlinear_cg.h"
 #include "parallel.h"
 #include "rigid_regions.h"
-#include "surface_energies.h"
+#include "surface_model.h"
 #include "text.h"
 
 namespace arap {
@@ -22,87 +25,6 @@ namespace {
 
 /// Vertices closer than this part of the diagonal are at the same place.
 constexpr double kSamePlace = 1e-9;
-
-/// Maps the input's space to one where the mesh has its box's centre at 0 and its diagonal 1.
-struct Normalization {
-  Eigen::RowVector3d center = Eigen::RowVector3d::Zero();
-  double size = 1;
-
-  explicit Normalization(const Positions& positions)
-      : center(0.5 * (positions.colwise().maxCoeff() + positions.colwise().minCoeff())) {
-    const double diagonal = (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
-    if (diagonal > 0) size = diagonal;
-  }
-
-  [[nodiscard]] Positions to_model(const Positions& p) const { return (p.rowwise() - center) / size; }
-  [[nodiscard]] Positions to_input(const Positions& p) const { return (p * size).rowwise() + center; }
-  [[nodiscard]] double energy_to_input(double energy) const { return energy * size * size; }
-};
-
-/// Joins the vertices at one place: model vertex of each input vertex, and the mesh of the model vertices.
-struct SeamJoin {
-  std::vector<int> model_vertex;
-  std::vector<int> first_input_vertex;  ///< of each model vertex
-
-  explicit SeamJoin(const std::vector<int>& same_as) : model_vertex(same_as.size()) {
-    for (int v = 0; v < std::ssize(same_as); ++v) {
-      const int first = same_as[v];
-      if (first == v) {
-        model_vertex[v] = static_cast<int>(first_input_vertex.size());
-        first_input_vertex.push_back(v);
-      } else {
-        model_vertex[v] = model_vertex[first];
-      }
-    }
-  }
-
-  template <class Value>
-  [[nodiscard]] std::vector<Value> to_model(const std::vector<Value>& of_input) const {
-    std::vector<Value> result;
-    if (of_input.empty()) return result;
-    result.reserve(first_input_vertex.size());
-    for (const int v : first_input_vertex) result.push_back(of_input[v]);
-    return result;
-  }
-
-  /// A vertex belongs to the region of any of its copies; of several, to the lowest.
-  [[nodiscard]] std::vector<int> regions_to_model(const std::vector<int>& of_input) const {
-    std::vector<int> result(of_input.empty() ? 0 : first_input_vertex.size(), -1);
-    for (size_t v = 0; v < of_input.size(); ++v) {
-      int& region = result[model_vertex[v]];
-      if (of_input[v] >= 0 && (region < 0 || of_input[v] < region)) region = of_input[v];
-    }
-    return result;
-  }
-
-  [[nodiscard]] Positions to_model(const Positions& of_input) const {
-    Positions result(first_input_vertex.size(), 3);
-    for (size_t v = 0; v < first_input_vertex.size(); ++v) result.row(v) = of_input.row(first_input_vertex[v]);
-    return result;
-  }
-
-  [[nodiscard]] Positions to_input(const Positions& of_model) const {
-    Positions result(model_vertex.size(), 3);
-    for (size_t v = 0; v < model_vertex.size(); ++v) result.row(v) = of_model.row(model_vertex[v]);
-    return result;
-  }
-
-  [[nodiscard]] PolygonMesh to_model(const PolygonMesh& mesh, Positions positions) const {
-    std::vector<int> corners;
-    std::vector<int> sizes;
-    for (int f = 0; f < mesh.n_faces(); ++f) {
-      for (const int v : mesh.face(f)) corners.push_back(model_vertex[v]);
-      sizes.push_back(static_cast<int>(mesh.face(f).size()));
-    }
-    return {std::move(positions), std::move(corners), std::move(sizes)};
-  }
-};
-
-std::vector<int> no_join(int n) {
-  std::vector<int> same_as(n);
-  for (int v = 0; v < n; ++v) same_as[v] = v;
-  return same_as;
-}
 
 void require_lengths(const SurfaceArap::VertexProperties& properties, int n_vertices) {
   const auto n = static_cast<size_t>(n_vertices);
@@ -137,30 +59,40 @@ std::string target_name(const ConstraintSet& set, int k) {
                         : text("row ", k, ", patch ", k - n_vertices, ",");
 }
 
+void copy_rows(int threads, const Positions& from, Positions& to) {
+  to.resize(from.rows(), 3);
+  parallel_for<4096>(threads, static_cast<int>(from.rows()), [&](int begin, int end) {
+    to.middleRows(begin, end - begin) = from.middleRows(begin, end - begin);
+  });
+}
+
+bool all_finite(int threads, const Positions& x) {
+  return parallel_reduce<4096>(
+             threads, static_cast<int>(x.rows()), char{1},
+             [&](int begin, int end) { return static_cast<char>(x.middleRows(begin, end - begin).allFinite()); },
+             [](char a, char b) { return static_cast<char>(a & b); }) != 0;
+}
+
+/// Single where it can tell what the tolerances ask for.
+Precision precision_for(const SolveOptions& options) {
+  constexpr double kFinest = 1e-7;
+  const bool is_coarse = options.step_tolerance >= kFinest && options.energy_tolerance >= kFinest;
+  return is_coarse ? Precision::kSingle : Precision::kDouble;
+}
+
 }  // namespace
 
 struct SurfaceArap::Impl {
   Impl(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties, const Progress& progress)
-      : normalization(mesh.positions()),
-        loose_vertices(mesh.loose_vertices()),
-        input_part_of_vertex(mesh.part_of_vertex()),
-        join(no_join(0)) {
-    const Positions normalized = normalization.to_model(mesh.positions());
-    const std::vector<int> same_as = coincident_with(normalized, kSamePlace);
+      : space(mesh.positions()), loose_vertices(mesh.loose_vertices()), input_part_of_vertex(mesh.part_of_vertex()) {
+    const std::vector<int> same_as = coincident_with(space.points_to_model(mesh.positions()), kSamePlace);
     report_coincident(same_as);
-    join = SeamJoin(options.join_seams ? same_as : no_join(mesh.n_vertices()));
-    const PolygonMesh model_mesh = join.to_model(mesh, join.to_model(normalized));
-    model.rest = model_mesh.positions();
-    model.part_of_vertex = model_mesh.part_of_vertex();
-    model.n_parts = model_mesh.n_parts();
-    model.threads = choose_threads(options.threads, model_mesh.n_vertices());
-    model.energy =
-        assemble_surface_energy(model_mesh, options, join.to_model(properties.stiffness), model.threads, progress);
-    model.regions = RigidRegions(join.regions_to_model(properties.rigid_regions), model.energy, model.rest);
-    model.system_matrix = model.regions.reduce(model.energy.K);
-    model.solver = make_linear_solver(model.system_matrix);
+    if (options.join_seams) space.join(same_as);
+    const PolygonMesh model_mesh = space.to_model(mesh);
+    space.renumber(bind_surface(model, model_mesh, options, space.to_model(properties.stiffness),
+                                space.regions_to_model(properties.rigid_regions), progress));
     for (size_t v = 0; v < input_part_of_vertex.size(); ++v)
-      input_part_of_vertex[v] = model.part_of_vertex[join.model_vertex[v]];
+      input_part_of_vertex[v] = model.part_of_vertex[space.model_vertices()[v]];
     reset();
   }
 
@@ -174,81 +106,110 @@ struct SurfaceArap::Impl {
 
   void reset() {
     pose.positions = model.rest;
-    pose.rotations.assign(model.energy.n_cells(), Matrix3::Identity());
+    pose.rotations.assign(model.energy.n_cells(), Eigen::Quaterniond::Identity());
     pose.placements = model.regions.fit_placements(pose.positions);
   }
 
-  SolveResult solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,
-                    const Progress& progress);
-  void apply_guess(LocalGlobal& iteration, const Positions& targets, const SolveOptions& options,
-                   std::span<const Matrix3> rotations);
-  [[nodiscard]] std::vector<Matrix3> fitted_rotations(const Positions& positions) const {
-    std::vector<Matrix3> rotations(model.energy.n_cells(), Matrix3::Identity());
-    model.energy.fit_rotations(positions, rotations, model.threads);
-    return rotations;
+  SolveResult solve(const Positions& targets, SolveOptions options, std::span<const Matrix3> rotations,
+                    const Progress& progress, std::span<float> out);
+  void apply_guess(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations);
+  /// min over R of E at `positions`, on the model; sets the gradient.
+  double evaluate(const Positions& positions, Positions& gradient) const {
+    CellPasses& passes = model.passes(Precision::kDouble);
+    passes.set_positions(positions);
+    passes.set_rotations(Rotations(model.energy.n_cells(), Eigen::Quaterniond::Identity()));
+    const double alignment = passes.fit_rotations();
+    const double energy = passes.rest_energy() + passes.find_residual(gradient) - alignment;
+    gradient = -gradient;
+    return std::max(0.0, energy);
   }
   [[nodiscard]] Positions checked_to_model(const Positions& positions) const {
-    require_rows("positions", positions.rows(), join.model_vertex.size());
+    require_rows("positions", positions.rows(), space.n_input_vertices());
     require_finite("positions", positions, [](int v) { return text("vertex ", v); });
-    return join.to_model(normalization.to_model(positions));
+    return space.to_model(positions, model.threads);
   }
+  /// Puts the positions where they are wanted; false where they are not finite.
+  [[nodiscard]] bool hand_over(SolveResult& result, std::span<float> out) const {
+    if (!out.empty()) return space.write_to_input(pose.positions, steps->threads(), out);
+    result.positions = space.to_input(pose.positions, steps->threads());
+    return all_finite(steps->threads(), pose.positions);
+  }
+  /// What a solve that fails goes back to.
+  void keep_pose(bool with_rotations);
+  void restore_pose();
 
-  Normalization normalization;
+  ModelSpace space;
   std::vector<int> loose_vertices;
   std::vector<int> coincident_vertices;
   std::vector<int> input_part_of_vertex;
-  SeamJoin join;
   BoundModel model;
   ConstraintSet constraint_set;
   std::unique_ptr<BoundConstraints> constraints;
+  std::unique_ptr<LocalGlobal> steps;   ///< over constraints
+  std::unique_ptr<NonlinearCg> search;  ///< over steps
   Pose pose;
-  Pose before;  ///< what a cancelled solve goes back to; kept, so that its memory is there
+  Pose kept;  ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
 };
 
-void SurfaceArap::Impl::apply_guess(LocalGlobal& iteration, const Positions& targets, const SolveOptions& options,
+void SurfaceArap::Impl::keep_pose(bool with_rotations) {
+  copy_rows(steps->threads(), pose.positions, kept.positions);
+  kept.placements = pose.placements;
+  kept.rotations.clear();
+  if (with_rotations) kept.rotations = pose.rotations;
+}
+
+void SurfaceArap::Impl::restore_pose() {
+  std::swap(pose.positions, kept.positions);
+  std::swap(pose.placements, kept.placements);
+  if (!kept.rotations.empty()) std::swap(pose.rotations, kept.rotations);
+}
+
+void SurfaceArap::Impl::apply_guess(const Positions& targets, const SolveOptions& options,
                                     std::span<const Matrix3> rotations) {
   if (options.initial_guess != InitialGuess::kPrevious) reset();
   // The centers of rigid regions depend on the constraints.
   pose.placements = constraints->regions().fit_placements(pose.positions);
-  const bool has_torn = iteration.impose_constraints(pose);
+  const bool has_torn = steps->impose_constraints(pose);
   // With the rotations of the former pose: fitted to a torn one, they would turn what a single handle only moves.
-  if (options.initial_guess == InitialGuess::kPrevious && has_torn) iteration.global_step(pose);
+  if (options.initial_guess == InitialGuess::kPrevious && has_torn) steps->global_step(pose);
   if (options.initial_guess == InitialGuess::kNaiveLaplacian) {
     if (!constraints->has_laplacian_system()) ++n_factorizations;
-    guess_naive_laplacian(model, *constraints, constraints->vertex_targets(targets),
-                          constraints->patch_targets(targets), pose);
+    guess_naive_laplacian(model, *constraints, steps->vertex_targets(), constraints->patch_targets(targets), pose);
   }
   if (options.initial_guess == InitialGuess::kHandleRotations) {
     const std::vector<Matrix3> given(rotations.begin(), rotations.end());
     spread_handle_rotations(model, *constraints,
                             given.empty() ? estimate_rotations(model, *constraints, targets) : given, pose);
-    iteration.global_step(pose);
+    steps->exact_global_step(pose);
   }
-  iteration.project_on_patches(pose);
+  steps->project_on_patches(pose);
 }
 
-SolveResult SurfaceArap::Impl::solve(const Positions& targets, const SolveOptions& options,
-                                     std::span<const Matrix3> rotations, const Progress& progress) {
-  const Positions model_targets = normalization.to_model(targets);
-  LocalGlobal iteration(model, *constraints, model_targets);
-  before = pose;
+SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions options, std::span<const Matrix3> rotations,
+                                     const Progress& progress, std::span<float> out) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  const Positions model_targets = space.points_to_model(targets);
+  steps->aim(model_targets, precision_for(options));
+  // An iteration without regions changes the rotations of the pose when it is done and not before.
+  keep_pose(options.initial_guess != InitialGuess::kPrevious || !model.regions.empty());
+  SolveResult result;
   IterationReport report;
   try {
-    apply_guess(iteration, model_targets, options, rotations);
-    report = iteration.run(pose, options, progress);
-    if (!pose.positions.allFinite())
-      throw SolverError("the positions are no longer finite; the last good pose is kept");
+    apply_guess(model_targets, options, rotations);
+    const double spent_s = std::chrono::duration<double>(Clock::now() - start).count();
+    options.time_limit_s = std::max(options.time_limit_s - spent_s, 0.0);
+    report = minimize(*steps, *search, pose, options, progress);
+    if (report.stop_reason == StopReason::kCancelled) restore_pose();
+    if (!hand_over(result, out)) throw SolverError("the positions are no longer finite; the last good pose is kept");
   } catch (...) {
-    std::swap(pose, before);
+    restore_pose();
+    if (!out.empty()) static_cast<void>(space.write_to_input(pose.positions, steps->threads(), out));
     throw;
   }
-  if (report.stop_reason == StopReason::kCancelled) std::swap(pose, before);
-
-  SolveResult result;
-  result.positions = normalization.to_input(join.to_input(pose.positions));
-  result.energy_before = normalization.energy_to_input(report.energy_before);
-  result.energy_after = normalization.energy_to_input(report.energy_after);
+  result.energy_before = space.energy_to_input(report.energy_before);
+  result.energy_after = space.energy_to_input(report.energy_after);
   result.iterations = report.iterations;
   result.step = report.step;
   result.stop_reason = report.stop_reason;
@@ -271,15 +232,18 @@ SurfaceArap& SurfaceArap::operator=(SurfaceArap&&) noexcept = default;
 void SurfaceArap::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
   constraints.validate(n_vertices());
   if (impl_->constraints != nullptr && constraints == impl_->constraint_set) return;
-  auto bound = std::make_unique<BoundConstraints>(impl_->model, constraints, impl_->join.model_vertex, progress);
+  auto bound = std::make_unique<BoundConstraints>(impl_->model, constraints, impl_->space.model_vertices(), progress);
   ConstraintSet copy = constraints;
+  auto steps = std::make_unique<LocalGlobal>(impl_->model, *bound);
+  impl_->search = std::make_unique<NonlinearCg>(*steps);
+  impl_->steps = std::move(steps);
   impl_->constraints = std::move(bound);
   impl_->constraint_set = std::move(copy);
   ++impl_->n_factorizations;
 }
 
 SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& options,
-                               std::span<const Matrix3> rotations, const Progress& progress) {
+                               std::span<const Matrix3> rotations, const Progress& progress, std::span<float> out) {
   options.validate();
   if (impl_->constraints == nullptr)
     throw InvalidInput("nothing is constrained; call set_constraints with at least one vertex before solve");
@@ -289,43 +253,38 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
   if (!rotations.empty()) require_rows("rotations", rotations.size(), n_targets);
   for (size_t k = 0; k < rotations.size(); ++k)
     if (!rotations[k].allFinite()) throw InvalidInput(text("rotations[", k, "] is not finite"));
-  return impl_->solve(targets, options, rotations, progress);
+  const auto n_numbers = 3 * static_cast<size_t>(n_vertices());
+  if (!out.empty() && out.size() != n_numbers)
+    throw InvalidInput(text("out has ", out.size(), " numbers, must have three per vertex, ", n_numbers));
+  return impl_->solve(targets, options, rotations, progress, out);
 }
 
 void SurfaceArap::reset() { impl_->reset(); }
 
 void SurfaceArap::set_positions(const Positions& positions) {
   Positions checked = impl_->checked_to_model(positions);
-  impl_->pose.rotations = impl_->fitted_rotations(checked);
+  CellPasses& passes = impl_->model.passes(impl_->model.fits_single ? Precision::kSingle : Precision::kDouble);
+  passes.set_positions(checked);
+  passes.set_rotations(Rotations(impl_->model.energy.n_cells(), Eigen::Quaterniond::Identity()));
+  passes.fit_rotations();
+  passes.read_rotations(impl_->pose.rotations);
   impl_->pose.positions = std::move(checked);
 }
 
-Positions SurfaceArap::positions() const {
-  return impl_->normalization.to_input(impl_->join.to_input(impl_->pose.positions));
-}
+Positions SurfaceArap::positions() const { return impl_->space.to_input(impl_->pose.positions, impl_->model.threads); }
 
 double SurfaceArap::energy(const Positions& positions) const {
-  const Positions p = impl_->checked_to_model(positions);
-  const CellEnergy& energy = impl_->model.energy;
-  Positions Kp;
-  Positions b;
-  multiply(energy.K, p, Kp, impl_->model.threads);
-  energy.right_hand_side(impl_->fitted_rotations(p), b, impl_->model.threads);
-  return impl_->normalization.energy_to_input(std::max(0.0, p.cwiseProduct(0.5 * Kp - b).sum() + energy.rest_energy));
+  Positions gradient;
+  return impl_->space.energy_to_input(impl_->evaluate(impl_->checked_to_model(positions), gradient));
 }
 
 Positions SurfaceArap::energy_gradient(const Positions& positions) const {
-  const Positions p = impl_->checked_to_model(positions);
-  const CellEnergy& energy = impl_->model.energy;
   Positions gradient;
-  Positions b;
-  multiply(energy.K, p, gradient, impl_->model.threads);
-  energy.right_hand_side(impl_->fitted_rotations(p), b, impl_->model.threads);
-  gradient -= b;
-  return impl_->join.to_input(gradient) * impl_->normalization.size;
+  impl_->evaluate(impl_->checked_to_model(positions), gradient);
+  return impl_->space.vectors_to_input(gradient) * impl_->space.size();
 }
 
-int SurfaceArap::n_vertices() const { return static_cast<int>(impl_->join.model_vertex.size()); }
+int SurfaceArap::n_vertices() const { return impl_->space.n_input_vertices(); }
 int SurfaceArap::n_parts() const { return impl_->model.n_parts; }
 const std::vector<int>& SurfaceArap::part_of_vertex() const { return impl_->input_part_of_vertex; }
 const std::vector<int>& SurfaceArap::loose_vertices() const { return impl_->loose_vertices; }

@@ -53,10 +53,12 @@ class RowAccumulator {
     return entries_[slot].second;
   }
 
-  /// Hands over the entries, sorted by vertex, and starts anew.
-  void flush(std::vector<std::pair<int, Value>>& entries) {
+  /// Hands over the entries, sorted by vertex but for `first`, which comes before all, and starts anew.
+  void flush(std::vector<std::pair<int, Value>>& entries, int first) {
     for (const auto& entry : entries_) slot_[entry.first] = -1;
-    std::sort(entries_.begin(), entries_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::sort(entries_.begin(), entries_.end(), [first](const auto& a, const auto& b) {
+      return std::pair(a.first != first, a.first) < std::pair(b.first != first, b.first);
+    });
     entries.clear();
     entries.swap(entries_);
   }
@@ -170,8 +172,9 @@ struct Rows {
   std::vector<int> vertices;
   std::vector<Value> values;
 
+  /// @param is_own_first  whether row v begins with vertex v, where it has that; sorted by vertex otherwise
   template <class Fill>
-  Rows(int n, int threads, const Fill& fill) : offsets(n + 1, 0) {
+  Rows(int n, int threads, bool is_own_first, const Fill& fill) : offsets(n + 1, 0), is_own_first_(is_own_first) {
     const int n_pieces = std::clamp(threads, 1, n / 4096 + 1);  // each has a table of n entries
     std::vector<Piece> pieces(n_pieces);
     const auto start = [&](int piece) { return static_cast<int>(static_cast<int64_t>(n) * piece / n_pieces); };
@@ -198,11 +201,13 @@ struct Rows {
     Piece entries;
     for (int v = begin; v < end; ++v) {
       fill(v, row);
-      row.flush(entries);
+      row.flush(entries, is_own_first_ ? v : -1);
       offsets[v + 1] = static_cast<int>(entries.size());
       piece.insert(piece.end(), entries.begin(), entries.end());
     }
   }
+
+  bool is_own_first_;
 };
 
 void report(const Progress& progress, double fraction) {
@@ -219,12 +224,12 @@ CellEnergy assemble_surface_energy(const PolygonMesh& mesh, const Options& optio
   CellEnergy energy;
   report(progress, 0.3);
   {
-    Rows<double> system(n, threads, [&](int i, auto& column) { assembler.system_column(i, column); });
+    Rows<double> system(n, threads, false, [&](int i, auto& column) { assembler.system_column(i, column); });
     energy.K = Eigen::Map<const SparseMatrix>(n, n, system.values.size(), system.offsets.data(), system.vertices.data(),
                                               system.values.data());
   }
   report(progress, 0.6);
-  Rows<Vector3> cells(n, threads, [&](int i, auto& row) { assembler.cell(i, row); });
+  Rows<Vector3> cells(n, threads, true, [&](int i, auto& row) { assembler.cell(i, row); });
   energy.cell_offsets = std::move(cells.offsets);
   energy.cell_vertices = std::move(cells.vertices);
   energy.q.resize(cells.values.size(), 3);

@@ -1,153 +1,270 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a frame of posing costs beside the solver, at 100,000 vertices.
+"""What a frame of posing costs in Blender, end to end: the sample creature at several sizes, handles that are dragged.
 
-    blender -b --factory-startup --python tests/blender/bench_frame.py -- ZIP [OUT.json [N_VERTICES]]
-    python tests/blender/bench_frame.py -- ZIP [OUT.json [N_VERTICES]]           (a Python with bpy)
+    blender -b --factory-startup --python tests/blender/bench_frame.py -- ZIP [OUT.json [N_VERTICES...]]
+    python tests/blender/bench_frame.py -- ZIP [OUT.json [N_VERTICES...]]           (a Python with bpy)
 
-Measured apart, best and median of many frames, each after a handle has moved: checking that the session still fits,
-reading the handles, mapping them to targets, taking the positions over, writing the key with update_tag. Then one
-whole update_pose() beside the solver's own time, and Blender's evaluation of the mesh after it.
+A frame is what follows a move of the mouse: Blender evaluates the handle, the add-on reads the handles, maps them to
+targets, solves so many iterations and writes the key, Blender evaluates the mesh. The steps are timed within whole
+frames, best and median over several drags; then the same drags again as the posing act does them by itself, with its
+limit of time.
 """
 
 from __future__ import annotations
 
+import contextlib
+import gc
+import importlib
 import json
 import os
 import shutil
 import sys
 import time
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[2] / "blend_files"))
 import run
 
-N_HANDLES = 5
-GROUP_SIZE = 400
-N_FRAMES = 60
-GOAL_MS = 2.0  # on Blender 4.1 and later
+SIZES = (10_000, 100_000, 1_000_000)
+LARGE = 500_000  # vertices from which the goal is one iteration a frame, else two
+PINS = ("Paw front L", "Paw front R", "Paw hind L", "Paw hind R")
+DRAGS = {  # handle: shift in metres at the end of the drag, turn about z in radians
+    "Head": ((0.15, -0.10, 0.10), 0.5),
+    "Tail": ((-0.20, 0.05, 0.25), -0.8),
+    "Ear L": ((0.05, 0.05, -0.05), 0.4),
+    "Ear R": ((-0.05, 0.05, -0.05), -0.4),
+}
+FRAMES_OUT = 15  # of a drag from rest to its end; then one there and as many back
+WARM_UP = 5  # frames before anything counts
+
+Milliseconds = dict[str, list[float]]
 
 
-def tube(n_vertices: int) -> tuple:
-    import numpy as np
+class Stopwatch:
+    """Times calls of functions within a frame; the frame's remainder is a row of its own."""
 
-    segments = max(8, round((n_vertices / 4) ** 0.5))
-    rings = n_vertices // segments
-    angle = np.arange(segments) * (2.0 * np.pi / segments)
-    height = np.linspace(0.0, 12.0, rings)
-    positions = np.empty((rings, segments, 3), dtype=np.float32)
-    positions[..., 0], positions[..., 1] = np.cos(angle), np.sin(angle)
-    positions[..., 2] = height[:, None]
-    i, j = np.meshgrid(np.arange(rings - 1), np.arange(segments), indexing="ij")
-    right = (j + 1) % segments
-    faces = np.stack([i, i, i + 1, i + 1], -1) * segments + np.stack([j, right, right, j], -1)
-    return positions.reshape(-1, 3), faces.reshape(-1, 4).astype(np.int32)
+    def __init__(self) -> None:
+        self.rows: Milliseconds = defaultdict(list)
+        self._frame: dict[str, float] = {}
 
-
-def mesh_object(n_vertices: int):
-    import bpy
-    import numpy as np
-
-    positions, faces = tube(n_vertices)
-    mesh = bpy.data.meshes.new("Tube")
-    mesh.vertices.add(len(positions))
-    mesh.loops.add(faces.size)
-    mesh.polygons.add(len(faces))
-    mesh.vertices.foreach_set("co", positions.ravel())
-    mesh.loops.foreach_set("vertex_index", faces.ravel())
-    mesh.polygons.foreach_set("loop_start", np.arange(0, faces.size, 4, dtype=np.int32))
-    mesh.polygons.foreach_set("loop_total", np.full(len(faces), 4, dtype=np.int32))
-    mesh.update(calc_edges=True)
-    obj = bpy.data.objects.new("Tube", mesh)
-    bpy.context.scene.collection.objects.link(obj)
-    return obj
-
-
-def timed(act: Callable[[], object], prepare: Callable[[], object] = lambda: None) -> tuple[float, float]:
-    """Best and median milliseconds of ``act`` alone, each time after ``prepare``."""
-    times = []
-    for _ in range(N_FRAMES):
-        prepare()
+    @contextlib.contextmanager
+    def step(self, name: str) -> Iterator[None]:
         start = time.perf_counter()
-        act()
-        times.append(1e3 * (time.perf_counter() - start))
-    times.sort()
-    return times[0], times[len(times) // 2]
+        try:
+            yield
+        finally:
+            self._frame[name] = self._frame.get(name, 0.0) + 1e3 * (time.perf_counter() - start)
+
+    def watch(self, owner: object, function: str, name: str) -> None:
+        """Times every call of ``owner.function`` from now on."""
+        original = getattr(owner, function)
+
+        def timed(*arguments: object, **keywords: object) -> object:
+            with self.step(name):
+                return original(*arguments, **keywords)
+
+        setattr(owner, function, timed)
+
+    @contextlib.contextmanager
+    def frame(self, *, outside: tuple[str, ...], rest: str, total: str) -> Iterator[None]:
+        """One frame: the steps add up to ``total``, with what nobody has timed in ``rest``."""
+        self._frame = {}
+        start = time.perf_counter()
+        yield
+        whole = 1e3 * (time.perf_counter() - start)
+        inside = sum(ms for name, ms in self._frame.items() if name not in outside)
+        for name, ms in self._frame.items():
+            self.rows[name].append(ms)
+        self.rows[rest].append(whole - inside - sum(self._frame.get(name, 0.0) for name in outside))
+        self.rows[total].append(whole)
 
 
-def bench(zip_path: Path, n_vertices: int) -> dict[str, object]:
-    import importlib
+class NativeProxy:
+    """Stands for a SurfaceArap, whose own attributes cannot be set, so that its calls can be timed."""
 
+    def __init__(self, solver: object) -> None:
+        self._solver = solver
+
+    def solve(self, *arguments: object, **keywords: object) -> object:
+        return self._solver.solve(*arguments, **keywords)
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._solver, name)
+
+
+def creature_object(n_vertices: int):
+    """The creature with a vertex group for each pin and handle, linked to the scene; and its groups' vertices."""
     import bpy
+    import numpy as np
+    from scenes.creature import creature, creature_groups
 
-    package = run.install(zip_path)
+    model = creature(n_vertices)
+    corners = model.quads.ravel()
+    mesh = bpy.data.meshes.new("Creature")
+    mesh.vertices.add(len(model.positions))
+    mesh.loops.add(len(corners))
+    mesh.polygons.add(len(model.quads))
+    mesh.vertices.foreach_set("co", model.positions.astype(np.float32).ravel())
+    mesh.loops.foreach_set("vertex_index", corners)
+    mesh.polygons.foreach_set("loop_start", np.arange(0, len(corners), 4, dtype=np.int32))
+    mesh.polygons.foreach_set("loop_total", np.full(len(model.quads), 4, dtype=np.int32))
+    mesh.update(calc_edges=True)
+    obj = bpy.data.objects.new("Creature", mesh)
+    bpy.context.scene.collection.objects.link(obj)
+    bpy.context.view_layer.update()
+    return obj, creature_groups(model)
+
+
+class Drags:
+    """Moves one handle after the other there and back, a step a frame. Each frame moves one."""
+
+    def __init__(self, obj) -> None:
+        self._handles = [(handle.target, DRAGS[handle.name]) for handle in obj.arap.handles]
+        self._rest = [(target.location.copy(), target.rotation_euler.copy()) for target, _ in self._handles]
+        self._frame = 0
+
+    def __len__(self) -> int:
+        return (2 * FRAMES_OUT + 1) * len(self._handles)
+
+    def move(self) -> None:
+        """The next place of the mouse."""
+        self._frame += 1
+        drag, step = divmod(self._frame, 2 * FRAMES_OUT + 1)
+        (target, (shift, turn)), (location, rotation) = (
+            x[drag % len(self._handles)] for x in (self._handles, self._rest)
+        )
+        part = 1.0 - abs(step - FRAMES_OUT) / (FRAMES_OUT + 1)
+        target.location = [a + part * b for a, b in zip(location, shift, strict=True)]
+        target.rotation_euler.z = rotation.z + part * turn
+
+
+def watched_frames(package: str, obj, iterations: int) -> Milliseconds:
+    """Frames of so many iterations, each step timed."""
+    import bpy
 
     def module(name: str):
         return importlib.import_module(f"{package}.{name}")
 
-    api, handle_io, shape_key = module("api"), module("handle_io"), module("shape_key")
-    obj = mesh_object(n_vertices)
-    n = len(obj.data.vertices)
-    api.add_pin(obj, range(GROUP_SIZE), name="Pin")
-    for i in range(1, N_HANDLES + 1):
-        first = i * (n - GROUP_SIZE) // N_HANDLES
-        api.add_handle(obj, range(first, first + GROUP_SIZE), name=f"Handle {i}")
-    bpy.context.view_layer.update()
+    api, watch = module("api"), Stopwatch()
+    obj.arap.iterations_per_update = iterations
     session = api.prepare_session(obj)
-    obj.arap.iterations_per_update = 1
-    api.update_pose(obj)
-    key = shape_key.find(obj, obj.arap.key_name)
-    targets = [handle.target for handle in obj.arap.handles]
-    frame = 0
+    session._solver = NativeProxy(session._solver)
+    watch.watch(module("handle_io"), "handle_matrices", "read handles")
+    watch.watch(session._map, "targets", "map to targets")
+    watch.watch(session._solver, "solve", f"solve, {plural(iterations, 'iteration')}")
+    watch.watch(session, "_unstretch_solved", "convert")
+    watch.watch(module("shape_key"), "write", "write key")
+    outside = ("Blender evaluates the handle", "Blender evaluates the mesh")
 
-    def move() -> None:
-        nonlocal frame
-        frame += 1
-        for target in targets:
-            target.location.x += 0.01 * (-1) ** (frame // 10)
-        bpy.context.view_layer.update()
+    def frame() -> None:
+        drags.move()
+        with watch.frame(outside=outside, rest="checks, the rest", total="whole frame"):
+            with watch.step(outside[0]):
+                bpy.context.view_layer.update()
+            api.update_pose(obj)
+            with watch.step(outside[1]):
+                bpy.context.view_layer.update()
 
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    positions = session._solver.positions
-    matrices = handle_io.handle_matrices(obj, depsgraph)
+    drags = Drags(obj)
+    repeat(frame, WARM_UP)
+    watch.rows.clear()
+    repeat(frame, len(drags))
+    api.end_session(obj)
+    return watch.rows
 
-    def read() -> None:
-        nonlocal matrices
-        matrices = handle_io.handle_matrices(obj, depsgraph)
 
-    def write() -> None:
-        shape_key.write(obj, key, session.positions)
-        shape_key.show(key)
+def act_frames(package: str, obj) -> Milliseconds:
+    """Frames as the posing act does them: within its limit of time."""
+    import bpy
 
-    beside_solver = []
+    api = importlib.import_module(f"{package}.api")
+    pose = importlib.import_module(f"{package}.operators.pose")
+    pose_act = importlib.import_module(f"{package}.operators.pose_act")
+    obj.arap.property_unset("iterations_per_update")
+    api.prepare_session(obj)
+    scene = pose.BlenderPoseScene(obj)
+    act = pose_act.PoseAct(scene)
+    act.begin()
+    rows: Milliseconds = defaultdict(list)
 
-    def update() -> None:
+    def frame() -> None:
+        drags.move()
         start = time.perf_counter()
-        done = api.update_pose(obj, depsgraph)
-        beside_solver.append(1e3 * (time.perf_counter() - start) - done.last_ms)
+        bpy.context.view_layer.update()
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        with scene.evaluated(depsgraph, is_in_update=False):
+            act.scene_changed()
+        bpy.context.view_layer.update()
+        rows["whole frame, by itself"].append(1e3 * (time.perf_counter() - start))
+        if act.end is not None:
+            raise RuntimeError(f"the posing act has ended: {act.end.message}")
+        rows["its iterations"].append(float(act.readout.iterations))
 
-    rows = {
-        "check the session": timed(lambda: api.check_live(obj), move),
-        "read the handles": timed(read, move),
-        "map to targets": timed(lambda: session._map.targets(matrices), lambda: (move(), read())),
-        "take positions over": timed(lambda: session._take(positions)),
-        "write the key": timed(write, move),
-    }
-    rows["together"] = tuple(sum(row[i] for row in rows.values()) for i in (0, 1))
-    rows["update_pose, 1 step"] = timed(update, move)
-    rows["update_pose - solver"] = min(beside_solver), sorted(beside_solver)[len(beside_solver) // 2]
-    rows["Blender evaluates it"] = timed(bpy.context.view_layer.update, update)
-    print(f"\nBlender {bpy.app.version_string}, {n} vertices, {N_HANDLES} handles of {GROUP_SIZE} vertices; ms")
-    print(f"{'':24}{'best':>9}{'median':>9}")
-    for name, (best, median) in rows.items():
-        goal = f"   goal on 4.1+: {GOAL_MS:.0f}" if name == "together" else ""
-        print(f"{name:24}{best:9.3f}{median:9.3f}{goal}")
-    return {
+    drags = Drags(obj)
+    repeat(frame, WARM_UP)
+    rows.clear()
+    repeat(frame, len(drags))
+    api.end_session(obj)
+    return rows
+
+
+def repeat(act: Callable[[], object], n: int) -> None:
+    for _ in range(n):
+        act()
+
+
+def plural(n: int, noun: str) -> str:
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
+
+
+def bench(package: str, n_vertices: int) -> dict[str, object]:
+    """One Blender, one size."""
+    import bpy
+
+    api = importlib.import_module(f"{package}.api")
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    obj, groups = creature_object(n_vertices)
+    for name in PINS:
+        api.add_pin(obj, groups[name], name=name)
+    for name in DRAGS:
+        api.add_handle(obj, groups[name], name=name)
+    bpy.context.view_layer.update()
+    n = len(obj.data.vertices)
+    iterations = 1 if n > LARGE else 2
+    load = os.getloadavg()[0]
+    rows = dict(watched_frames(package, obj, iterations))
+    rows.update(act_frames(package, obj))
+    result = {
         "blender": bpy.app.version_string,
         "vertices": n,
-        "handles": N_HANDLES,
-        "ms": {name: {"best": best, "median": median} for name, (best, median) in rows.items()},
+        "handles": len(DRAGS),
+        "iterations": iterations,
+        "frames": len(rows["whole frame"]),
+        "load": round(load, 1),
+        "ms": {name: {"best": min(times), "median": median(times)} for name, times in rows.items()},
     }
+    bpy.data.objects.remove(obj)
+    bpy.data.orphans_purge()
+    gc.collect()
+    return result
+
+
+def median(values: list[float]) -> float:
+    return sorted(values)[len(values) // 2]
+
+
+def show(result: dict) -> None:
+    print(
+        f"\nBlender {result['blender']}, {result['vertices']} vertices, {result['handles']} handles; ms, "
+        f"{result['frames']} frames, load {result['load']}"
+    )
+    print(f"{'':32}{'best':>9}{'median':>9}")
+    for name, row in result["ms"].items():
+        print(f"{name:32}{row['best']:9.3f}{row['median']:9.3f}")
+    sys.stdout.flush()
 
 
 def main() -> None:
@@ -155,10 +272,14 @@ def main() -> None:
         run.start_again()
     code = 1
     try:
-        arguments = sys.argv[sys.argv.index("--") + 1 :]
-        result = bench(Path(arguments[0]).resolve(), int(arguments[2]) if len(arguments) > 2 else 100_000)
-        if len(arguments) > 1:
-            Path(arguments[1]).write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        zip_path, *more = sys.argv[sys.argv.index("--") + 1 :]
+        package = run.install(Path(zip_path).resolve())
+        results = []
+        for size in map(int, more[1:] or SIZES):
+            results.append(bench(package, size))
+            show(results[-1])
+        if more:
+            Path(more[0]).write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
         code = 0
     finally:
         shutil.rmtree(os.environ[run.USER_FOLDER], ignore_errors=True)

@@ -175,7 +175,10 @@ class CliTest(SceneTest):
             self.assert_failed(message, "pose", self.input, "-o", self.output)
 
     def test_in_a_blender_of_its_own(self):
-        """As a user types it; bpy from PyPI has no executable, there a Python script stands for it."""
+        """As a user types it: as a command where Blender has commands (4.2), else through --python-expr.
+
+        bpy from PyPI has no executable, there a Python script stands for it.
+        """
         self.save_scene()
         arguments = ["bake", str(self.input), "--end", "3", "-o", str(self.output)]
         for wanted_code, extra in ((0, []), (1, []), (2, ["--fast"])):  # the second time the output exists
@@ -186,7 +189,10 @@ class CliTest(SceneTest):
 
     def blender(self, arguments: list[str]) -> subprocess.CompletedProcess[str]:
         call = f"from {support.PACKAGE} import cli; cli.run()"
-        if bpy.app.binary_path:
+        if bpy.app.binary_path and hasattr(bpy.utils, "register_cli_command"):
+            bpy.ops.wm.save_userpref()  # in the throw-away user folder: there the add-on is enabled
+            command = [bpy.app.binary_path, "--command", "arap", *arguments]
+        elif bpy.app.binary_path:
             # The user folder is this process's, its preferences were not saved: enable for this one alone.
             command = [bpy.app.binary_path, "-b", "--factory-startup", "--addons", support.PACKAGE]
             command += ["--python-exit-code", "1", "--python-expr", call, "--", *arguments]

@@ -101,3 +101,42 @@ class WeightTest(SceneTest):
         self.api.add_pin_group(obj, "Empty")
         message = "No vertex is pinned or has a handle: add a pin or a handle, or give its group weight"
         self.assert_error(ValueError, message, self.api.solve, obj)
+
+    def test_a_handle_without_weights_is_told_before_it_is_solved(self):
+        obj = posable()
+        obj.vertex_groups.new(name="Empty")
+        message = (
+            "Handle 'Head' of 'Tube': vertex group 'Empty' has no weights; assign vertices to it or remove the handle"
+        )
+
+        def problem():
+            bpy.context.view_layer.update()
+            return self.api.handle_problem(obj, 0, with_weights=True)
+
+        self.assertEqual(problem(), "")
+        obj.arap.handles[0].vertex_group = "Empty"
+        self.assertEqual(problem(), message)
+        self.assert_error(ValueError, message, self.api.solve, obj)
+        obj.vertex_groups["Empty"].add(TOP, 0.5, "REPLACE")
+        self.assertEqual(problem(), "")
+        obj.vertex_groups["Empty"].add(TOP, 0.0, "REPLACE")
+        self.assertEqual(problem(), message)
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.object.mode_set(mode="EDIT")
+        self.assertEqual(problem(), "", "not told while the mesh is being edited")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assertEqual(problem(), message)
+        obj.vertex_groups["Empty"].name = "Renamed"
+        obj.arap.handles[0].vertex_group = "Renamed"
+        self.assertEqual(problem(), message.replace("Empty", "Renamed"))
+
+    def test_an_undo_brings_the_weights_back_for_the_panel_too(self):
+        obj = posable()
+        self.assertEqual(self.api.handle_problem(obj, 0, with_weights=True), "")
+        bpy.ops.ed.undo_push(message="weights")
+        obj.vertex_groups["Head"].remove(TOP)
+        bpy.context.view_layer.update()
+        self.assertIn("has no weights", self.api.handle_problem(obj, 0, with_weights=True))
+        bpy.ops.ed.undo_push(message="none")
+        bpy.ops.ed.undo()
+        self.assertEqual(self.api.handle_problem(bpy.data.objects["Tube"], 0, with_weights=True), "")

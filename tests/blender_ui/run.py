@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import ast
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -87,19 +86,7 @@ def install(blender: str, zip_path: Path, env: dict[str, str]) -> None:
 
 
 def run_test(blender: str, module: str, function: str, env: dict[str, str], screenshots: Path) -> str:
-    """What went wrong, '' where nothing did.
-
-    A crash of Blender itself (seen rarely under software OpenGL, its cause is open) is printed and has one more try.
-    """
-    problem = run_once(blender, module, function, env, screenshots)
-    if f"exit code {-signal.SIGSEGV}" not in problem:
-        return problem
-    print(f"CRASHED, once more: {function}\n{problem}", flush=True)
-    return run_once(blender, module, function, env, screenshots)
-
-
-def run_once(blender: str, module: str, function: str, env: dict[str, str], screenshots: Path) -> str:
-    """What went wrong in one Blender."""
+    """What went wrong, '' where nothing did."""
     command = blender_command(blender, "--", "run", module, function, str(screenshots))
     command[1:1] = ["--enable-event-simulate", "--window-geometry", "0", "0", *map(str, WINDOW)]
     try:

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import scenes
 from harness import Steps, Ui
-from test_pose import NEAR, bar, handle
+from test_pose import NEAR, bar, handle, is_binding
 
 
 def animate(ui: Ui, n_frames: int) -> None:
@@ -66,6 +66,26 @@ def test_bake_animation_esc(ui: Ui) -> Steps:
     assert bpy.context.scene.frame_current == 3
     assert key_names() == []
     yield from ui.screenshot("cancelled")
+
+
+def test_esc_while_a_bake_binds(ui: Ui) -> Steps:
+    """A bind that takes long leaves Blender alive, and Esc drops it."""
+    obj = scenes.add_grid(500)
+    ui.api.add_pin(obj, list(range(500)), name="Edge")
+    ui.api.add_handle(obj, [500 * 500 - 1], name="Corner")
+    ui.select(obj)
+    bpy.context.scene.frame_set(3)
+    yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.bake_animation, "EXEC_DEFAULT", True, frame_start=1, frame_end=2)
+    assert not is_binding()
+    yield from ui.until(is_binding, "the bind is under way", 10.0)
+    yield from ui.screenshot("binding")
+    assert is_binding(), "the bind was over before Esc: the mesh is too small for this test"
+    yield from ui.key("ESC")
+    assert obj.data.shape_keys is None
+    assert bpy.context.scene.frame_current == 3
+    yield from ui.key("TAB")
+    assert obj.mode == "EDIT", "keys are Blender's own again"
 
 
 def test_bake_pose_dialog(ui: Ui) -> Steps:

@@ -28,9 +28,12 @@ def test_panel(ui: Ui) -> Steps:
     yield from ui.screenshot("4_posing")
     yield from ui.key("RET")
     yield from ui.screenshot("5_posed")
+    for group in ("Top", "Bottom"):
+        bar().vertex_groups[group].remove(range(len(bar().data.vertices)))
+    yield from ui.screenshot("6_groups_without_weights")
     bpy.data.objects.remove(handle())
     ui.select(bar())
-    yield from ui.screenshot("6_handle_without_object")
+    yield from ui.screenshot("7_handle_without_object")
 
 
 def test_settings_and_look(ui: Ui) -> Steps:

@@ -105,6 +105,17 @@ arap::SolveOptions iterations(int n, arap::InitialGuess guess) {
   return options;
 }
 
+arap::Options exactly(arap::Options options) {
+  options.linear_solver = arap::LinearSolverKind::kSimplicialLdlt;
+  return options;
+}
+
+arap::SolveOptions plain_iterations(int n, arap::InitialGuess guess) {
+  arap::SolveOptions options = iterations(n, guess);
+  options.acceleration = arap::Acceleration::kNone;
+  return options;
+}
+
 arap::SolveOptions to_step(double step_tolerance, arap::InitialGuess guess, int max_iterations) {
   arap::SolveOptions options;
   options.initial_guess = guess;

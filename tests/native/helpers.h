@@ -71,8 +71,14 @@ Task hold(const MeshData& mesh, const std::vector<int>& vertices);
 arap::SurfaceArap::VertexProperties with_stiffness(std::vector<double> stiffness);
 arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions);
 
+/// With a linear solver in double, so that every single iteration is exact and not only where they end.
+arap::Options exactly(arap::Options options = {});
+
 /// Exactly this many iterations, unless nothing moves at all.
 arap::SolveOptions iterations(int n, arap::InitialGuess guess = arap::InitialGuess::kPrevious);
+
+/// The same without acceleration.
+arap::SolveOptions plain_iterations(int n, arap::InitialGuess guess = arap::InitialGuess::kPrevious);
 
 /// Until the step is at most `step_tolerance`, whatever the energy does.
 arap::SolveOptions to_step(double step_tolerance, arap::InitialGuess guess = arap::InitialGuess::kPrevious,

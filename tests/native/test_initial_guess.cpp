@@ -46,16 +46,16 @@ TEST_P(InitialGuessTest, PreviousTakesPositionsThatWereSet) {
   const MeshData mesh = bumpy_sphere(1);
   const Task task = bend_task(mesh, default_bend(mesh));
   const Reference plain = reference(mesh);
-  SurfaceArap solver(mesh.mesh(), options());
+  SurfaceArap solver(mesh.mesh(), exactly(options()));
   solver.set_constraints(task.constraints);
   Positions start = mesh.positions() + Random(42).noise(mesh.n_vertices(), .1);
   for (size_t k = 0; k < task.constraints.vertices.size(); ++k)
     start.row(task.constraints.vertices[k]) = task.targets.row(static_cast<Eigen::Index>(k));
   solver.set_positions(start);
   const Reference::Solution expected = plain.solve(task.constraints, task.targets, start, 3);
-  const SolveResult result = solver.solve(task.targets, iterations(3));
+  const SolveResult result = solver.solve(task.targets, plain_iterations(3));
   EXPECT_NEAR(result.energy_before, expected.energies.front(), 1e-10 * expected.energies.front());
-  EXPECT_LT(max_distance(result.positions, expected.positions), 1e-9);
+  EXPECT_LT(max_distance(result.positions, expected.positions), 1e-8);
 }
 
 TEST_P(InitialGuessTest, PreviousIsNotTornByHandlesThatMoved) {
@@ -73,7 +73,8 @@ TEST_P(InitialGuessTest, NaiveLaplacianKeepsTheLaplacianInTheLeastSquaresSense) 
     const Reference plain = reference(mesh);
     const Reference::Solution expected =
         plain.solve(task.constraints, task.targets, plain.laplacian_guess(task.constraints, task.targets), 2);
-    const SolveResult result = solve_once(mesh, task, iterations(2, InitialGuess::kNaiveLaplacian), options());
+    const SolveResult result =
+        solve_once(mesh, task, plain_iterations(2, InitialGuess::kNaiveLaplacian), exactly(options()));
     EXPECT_NEAR(result.energy_before, expected.energies.front(), 1e-7 * expected.energies.front()) << mesh.name;
     EXPECT_LT(max_distance(result.positions, expected.positions), 1e-7 * mesh.diagonal()) << mesh.name;
   }

@@ -109,7 +109,9 @@ TEST_F(RealMeshes, SpokesReachTheKnownMinimum) {
   const SolveResult result = solve_once(mesh, task, to_step(1e-5, InitialGuess::kRest, 300), model.options());
   const double Ec = Reference(mesh, model.energy, model.weights).energy(result.positions);
   EXPECT_NEAR(Ec, .0107515, .005 * .0107515);
-  EXPECT_NEAR(result.energy_after, Ec, 1e-9 * Ec);
+  EXPECT_NEAR(result.energy_after, Ec, 1e-5 * Ec) << "in single precision";
+  const SolveResult exact = solve_once(mesh, task, to_step(1e-8, InitialGuess::kRest, 300), model.options());
+  EXPECT_NEAR(exact.energy_after, Reference(mesh, model.energy, model.weights).energy(exact.positions), 1e-9 * Ec);
 }
 
 TEST_F(RealMeshes, SpokesAndRimsReachTheKnownMinimum) {
@@ -120,7 +122,7 @@ TEST_F(RealMeshes, SpokesAndRimsReachTheKnownMinimum) {
   // The yardstick has no 1/3.
   const double Er = 3 * Reference(mesh, model.energy, model.weights).energy(result.positions);
   EXPECT_NEAR(Er, .0154888, .005 * .0154888);
-  EXPECT_NEAR(3 * result.energy_after, Er, 1e-9 * Er);
+  EXPECT_NEAR(3 * result.energy_after, Er, 1e-5 * Er);
 }
 
 class SmallRealMesh : public RealMeshes, public testing::WithParamInterface<const char*> {};

@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <vector>
 
 #include "helpers.h"
+#include "nonlinear_cg.h"
+#include "surface_model.h"
 
 namespace arap_test {
 namespace {
@@ -404,6 +407,47 @@ TEST(RigidRegion, LabelsOfAnotherLengthAreRefusedWithBothLengths) {
         const SurfaceArap solver(mesh.mesh(), {}, with_regions({0, 0, 0}));
       },
       {"rigid_regions", "3", "8"});
+}
+
+// The energy's cells are groups of vertices, numbered as they like.
+
+/// Vertices after some iterations, with the cells in the given order.
+Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vector<int>& regions,
+                          const std::vector<int>& cell_order) {
+  arap::BoundModel model;
+  const double size = mesh.diagonal();
+  arap::Options options;
+  options.linear_solver = arap::LinearSolverKind::kSimplicialLdlt;
+  MeshData of_size_1 = mesh;
+  for (Vector3& vertex : of_size_1.vertices) vertex /= size;
+  const std::vector<int> numbers = bind_surface(model, of_size_1.mesh(), options, {}, regions, {});
+  std::vector<int> same(static_cast<size_t>(mesh.n_vertices()));
+  std::iota(same.begin(), same.end(), 0);
+  model.energy = renumbered(model.energy, same, cell_order, 1);
+  model.regions = arap::RigidRegions(regions, model.energy, model.rest);
+  const arap::BoundConstraints constraints(model, task.constraints, numbers, {});
+  arap::LocalGlobal steps(model, constraints);
+  steps.aim(task.targets / size, arap::Precision::kDouble);
+  arap::Pose pose{model.rest, arap::Rotations(same.size(), Eigen::Quaterniond::Identity()),
+                  constraints.regions().fit_placements(model.rest)};
+  steps.impose_constraints(pose);
+  arap::NonlinearCg search(steps);
+  minimize(steps, search, pose, iterations(15), {});
+  return pose.positions;
+}
+
+TEST(RigidRegion, HasTheCellsThatAreAtHomeInIt) {
+  const MeshData mesh = bumpy_sphere(2);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  std::vector<int> regions(static_cast<size_t>(mesh.n_vertices()), -1);
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (mesh.vertices[v].x() > .5 * mesh.positions().col(0).maxCoeff()) regions[v] = 3;
+  std::vector<int> order(regions.size());
+  std::iota(order.begin(), order.end(), 0);
+  const Positions expected = pose_with_cells(mesh, task, regions, order);
+  std::reverse(order.begin(), order.end());
+  EXPECT_LT(max_distance(pose_with_cells(mesh, task, regions, order), expected), 1e-9);
+  EXPECT_GT(max_distance(expected, mesh.positions() / mesh.diagonal()), .05);
 }
 
 }  // namespace

@@ -76,7 +76,9 @@ TEST(SurfaceArap, OneHardVertexCarriesTheMeshAlongAsItIs) {
   EXPECT_LT((result.positions.row(7) - task.targets.row(0)).norm(), 1e-12);
   const RigidMotion shift{Matrix3::Identity(), {1, -.5, .5}};
   for (const InitialGuess guess : {InitialGuess::kPrevious, InitialGuess::kHandleRotations})
-    EXPECT_LT(max_distance(solve_once(mesh, task, iterations(3, guess)).positions, shift.apply(mesh.positions())), 1e-9)
+    EXPECT_LT(
+        max_distance(solve_once(mesh, task, iterations(3, guess), exactly()).positions, shift.apply(mesh.positions())),
+        1e-9)
         << "one vertex asks for no turn";
 }
 
@@ -97,10 +99,10 @@ TEST(SurfaceArap, ManyShortSolvesAreOneLongOne) {
   Task task = bend_task(mesh, default_bend(mesh));
   for (size_t k = 0; k < task.constraints.strengths.size(); k += 2) task.constraints.strengths[k] = .2;
   task.add_patch({20, 21, 30}, {1, 2, 1}, {0, 1.5, 0});
-  SurfaceArap solver(mesh.mesh());
+  SurfaceArap solver(mesh.mesh(), exactly());
   solver.set_constraints(task.constraints);
-  for (int k = 0; k < 10; ++k) solver.solve(task.targets, iterations(2));
-  EXPECT_LT(max_distance(solver.positions(), solve_once(mesh, task, iterations(20)).positions), 1e-10);
+  for (int k = 0; k < 10; ++k) solver.solve(task.targets, plain_iterations(2));
+  EXPECT_LT(max_distance(solver.positions(), solve_once(mesh, task, plain_iterations(20), exactly()).positions), 1e-10);
 }
 
 TEST(SurfaceArap, StrongerSoftConstraintsPullCloserAndTendToHard) {
@@ -140,11 +142,12 @@ TEST(Stiffness, TheSameEverywhereScalesTheEnergyAndMovesNothing) {
   const MeshData mesh = bumpy_sphere(1);
   const Task task = bend_task(mesh, default_bend(mesh));
   for (const Model& model : all_models()) {
-    const SolveResult normal = solve_once(mesh, task, iterations(10), model.options());
+    const arap::SolveOptions options = to_step(1e-10);
+    const SolveResult normal = solve_once(mesh, task, options, exactly(model.options()));
     for (const double c : {1e-3, 7.0, 1e4}) {
       const std::vector<double> stiffness(static_cast<size_t>(mesh.n_vertices()), c);
-      const SolveResult scaled = solve_once(mesh, task, iterations(10), model.options(), with_stiffness(stiffness));
-      EXPECT_LT(max_distance(scaled.positions, normal.positions), 1e-10) << model.name() << c;
+      const SolveResult scaled = solve_once(mesh, task, options, exactly(model.options()), with_stiffness(stiffness));
+      EXPECT_LT(max_distance(scaled.positions, normal.positions), 1e-7) << model.name() << c;
       EXPECT_NEAR(scaled.energy_before, c * normal.energy_before, 1e-10 * c * normal.energy_before)
           << model.name() << c;
       EXPECT_NEAR(scaled.energy_after, c * normal.energy_after, 1e-10 * c * normal.energy_before) << model.name() << c;
@@ -215,7 +218,8 @@ double asymmetry(const MeshData& mesh, const Positions& p) {
 }
 
 TEST(Symmetry, MirroredPoseOfASymmetricQuadMeshIsSymmetric) {
-  const RigidMotion motion{rotation_about({.3, 1, .5}, .8), {.1, .2, .3}};
+  // A gentle one: pushed further the symmetric pose is a saddle, where rounding decides.
+  const RigidMotion motion{rotation_about({.3, 1, .5}, .4), {.05, .1, .15}};
   for (const MeshData& mesh : {bar(2, Faces::kQuads), bar(4, Faces::kQuads), quad_sphere(4)}) {
     const Task task = mirrored_task(mesh, motion);
     for (const Model& model : all_models()) {
@@ -565,12 +569,12 @@ TEST(Threads, DoNotChangeTheResult) {
   for (const Model& model : {all_models()[0], all_models()[2]}) {
     arap::Options options = model.options();
     options.threads = 1;
-    const SolveResult one = solve_once(mesh, task, iterations(10), options);
+    const SolveResult one = solve_once(mesh, task, to_step(1e-9), options);
     options.threads = 2;
-    const SolveResult two = solve_once(mesh, task, iterations(10), options);
-    EXPECT_LT(max_distance(one.positions, two.positions), 1e-12 * mesh.diagonal());
-    EXPECT_NEAR(one.energy_after, two.energy_after, 1e-12 * one.energy_after);
-    EXPECT_EQ(solve_once(mesh, task, iterations(10), options).positions, two.positions) << "run by run the same";
+    const SolveResult two = solve_once(mesh, task, to_step(1e-9), options);
+    EXPECT_LT(max_distance(one.positions, two.positions), 1e-6 * mesh.diagonal());
+    EXPECT_NEAR(one.energy_after, two.energy_after, 1e-10 * one.energy_after);
+    EXPECT_EQ(solve_once(mesh, task, to_step(1e-9), options).positions, two.positions) << "run by run the same";
   }
 }
 

@@ -49,11 +49,37 @@ def test_rigid_motion_of_the_handles_moves_the_mesh_rigidly(give_rotations):
     assert np.abs(result.positions - (mesh.positions @ turn.T + shift)).max() < 1e-6 * mesh.diagonal
 
 
+def test_positions_go_into_an_array_that_is_given():
+    mesh = tube()
+    expected = held_at_ends(mesh).solve(twisted_ends(mesh)).positions
+    out = np.full(mesh.positions.shape, np.nan, dtype=np.float32)
+    result = held_at_ends(mesh).solve(twisted_ends(mesh), out=out)
+    assert result.positions is out
+    assert np.array_equal(out, expected.astype(np.float32))
+
+
+def test_a_cancelled_solve_gives_the_former_positions_to_an_array_too():
+    mesh = tube()
+    solver = held_at_ends(mesh)
+    out = np.full(mesh.positions.shape, np.nan, dtype=np.float32)
+    result = solver.solve(twisted_ends(mesh), progress=lambda _: False, out=out)
+    assert result.stop_reason == "cancelled"
+    assert np.array_equal(out, mesh.positions.astype(np.float32))
+
+
+def test_the_time_limit_is_that_of_the_whole_solve():
+    mesh = tube()
+    limits = arap_native.SolveOptions(time_limit_s=1e-9, initial_guess="handle_rotations")
+    result = held_at_ends(mesh).solve(twisted_ends(mesh), limits)
+    assert (result.iterations, result.stop_reason) == (1, "time_limit")
+
+
 def test_hard_constraints_are_met_exactly_and_energy_is_that_of_the_result():
     mesh = tube()
     solver = held_at_ends(mesh)
     targets = twisted_ends(mesh)
-    result = solver.solve(targets)
+    in_double = arap_native.SolveOptions(energy_tolerance=1e-8, step_tolerance=1e-8)
+    result = solver.solve(targets, in_double)
     assert np.abs(result.positions[ends(mesh)] - targets).max() < 1e-12 * mesh.diagonal
     assert 0 < result.energy_after < result.energy_before
     assert solver.energy(result.positions) == pytest.approx(result.energy_after, rel=1e-9)
@@ -81,6 +107,18 @@ def test_patch_holds_its_weighted_average():
     targets = np.vstack([mesh.positions[lower], [[0.5, 0.0, 4.2]]])
     result = solver.solve(targets)
     assert np.average(result.positions[upper], axis=0, weights=weights) == pytest.approx(targets[-1], abs=1e-9)
+
+
+@pytest.mark.parametrize("linear_solver", ["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"])
+def test_every_linear_solver_ends_at_the_same_shape(linear_solver):
+    mesh = tube()
+    options = arap_native.Options(linear_solver=linear_solver)
+    assert options.linear_solver == linear_solver
+    to_the_end = arap_native.SolveOptions(max_iterations=10**4, energy_tolerance=1e-14, step_tolerance=1e-9)
+    result = held_at_ends(mesh, options=options).solve(twisted_ends(mesh), to_the_end)
+    expected = held_at_ends(mesh).solve(twisted_ends(mesh), to_the_end)
+    assert result.stop_reason == "converged"
+    assert np.abs(result.positions - expected.positions).max() < 1e-6 * mesh.diagonal
 
 
 # ------------------------------------------------------------------------------------------------------- solving
@@ -118,8 +156,9 @@ def test_previous_positions_are_where_the_next_solve_begins():
     mesh = tube()
     solver = held_at_ends(mesh)
     targets = twisted_ends(mesh)
-    first = solver.solve(targets, arap_native.SolveOptions(max_iterations=5))
-    second = solver.solve(targets, arap_native.SolveOptions(max_iterations=5))
+    five_in_double = arap_native.SolveOptions(max_iterations=5, energy_tolerance=1e-8, step_tolerance=1e-8)
+    first = solver.solve(targets, five_in_double)
+    second = solver.solve(targets, five_in_double)
     assert second.energy_before == pytest.approx(first.energy_after, rel=1e-9)
     assert np.array_equal(solver.positions, second.positions)
 
@@ -127,9 +166,7 @@ def test_previous_positions_are_where_the_next_solve_begins():
     assert np.allclose(solver.positions, mesh.positions, rtol=0, atol=1e-12)
     solver.set_positions(first.positions)
     assert np.allclose(solver.positions, first.positions, rtol=0, atol=1e-12)
-    assert np.allclose(
-        solver.solve(targets, arap_native.SolveOptions(max_iterations=5)).positions, second.positions, rtol=0, atol=1e-9
-    )
+    assert np.allclose(solver.solve(targets, five_in_double).positions, second.positions, rtol=0, atol=1e-6)
 
 
 def test_only_a_new_set_of_constraints_factorizes():
@@ -280,16 +317,21 @@ def test_writing_to_what_a_solver_gave_does_not_reach_the_solver():
 
 
 def test_options_are_named_values():
-    options = arap_native.Options(energy="spokes", weights="uniform", threads=2, join_seams=True)
-    assert (options.energy, options.weights, options.threads, options.join_seams) == ("spokes", "uniform", 2, True)
-    assert repr(options) == "Options(energy='spokes', weights='uniform', threads=2, join_seams=True)"
+    options = arap_native.Options(
+        energy="spokes", weights="uniform", linear_solver="sparse_lu", threads=2, join_seams=True
+    )
+    assert (options.energy, options.weights, options.linear_solver) == ("spokes", "uniform", "sparse_lu")
+    assert (options.threads, options.join_seams) == (2, True)
+    assert repr(options) == (
+        "Options(energy='spokes', weights='uniform', linear_solver='sparse_lu', threads=2, join_seams=True)"
+    )
     options.energy = "spokes_and_rims"
     assert options.energy == "spokes_and_rims"
 
     options = arap_native.SolveOptions(initial_guess="rest", max_iterations=3, time_limit_s=0.5)
     assert repr(options) == (
-        "SolveOptions(initial_guess='rest', max_iterations=3, energy_tolerance=1e-05, step_tolerance=1e-05, "
-        "time_limit_s=0.5)"
+        "SolveOptions(initial_guess='rest', acceleration='conjugate_gradients', max_iterations=3, "
+        "energy_tolerance=1e-05, step_tolerance=1e-05, time_limit_s=0.5)"
     )
     assert arap_native.SolveOptions().time_limit_s == float("inf")
 

@@ -68,6 +68,17 @@ def test_what_is_wrong_with_an_array(positions, error, expected):
     assert message(error, arap_native.SurfaceArap, positions, *MESH[1:]) == expected
 
 
+def test_what_is_wrong_with_an_array_to_write_to(solver):
+    def said(out) -> str:
+        return message(ValueError, solver.solve, MESH.positions[VERTICES], out=out)
+
+    good = np.zeros(MESH.positions.shape, np.float32)
+    assert said(good.astype(np.float64)) == "out has dtype float64, expected float32"
+    assert said(good[:-1].copy()) == "out has shape (95, 3), expected (96, 3): one row per vertex"
+    good.flags.writeable = False
+    assert said(good) == "out is read-only, expected an array that can be written to"
+
+
 def test_nothing_is_converted(solver):
     """One wrong dtype per array argument: int64 is what numpy makes of a list, float32 what Blender gives."""
     narrow, wide = np.zeros(3, np.float32), np.zeros(3, np.int64)
@@ -181,12 +192,19 @@ def test_options_list_the_valid_names():
     assert message(ValueError, arap_native.Options, weights="cot") == (
         "weights = 'cot', must be one of 'cotangent', 'uniform'"
     )
+    assert message(ValueError, arap_native.Options, linear_solver="cholesky") == (
+        "linear_solver = 'cholesky', must be one of 'block_ldlt', 'simplicial_ldlt', 'sparse_lu', 'sparse_qr', "
+        "'bicgstab'"
+    )
     guesses = "'previous', 'rest', 'naive_laplacian', 'handle_rotations'"
     assert message(ValueError, arap_native.SolveOptions, initial_guess="") == (
         f"initial_guess = '', must be one of {guesses}"
     )
     assert message(ValueError, setattr, arap_native.SolveOptions(), "initial_guess", "no") == (
         f"initial_guess = 'no', must be one of {guesses}"
+    )
+    assert message(ValueError, arap_native.SolveOptions, acceleration="anderson") == (
+        "acceleration = 'anderson', must be one of 'conjugate_gradients', 'none'"
     )
 
 
@@ -202,6 +220,13 @@ def test_options_list_the_valid_names():
 )
 def test_options_name_field_value_and_bound(make, expected):
     assert message(ValueError, make).startswith(expected)
+
+
+def test_an_instruction_set_that_is_not_there_is_refused_at_bind(monkeypatch):
+    monkeypatch.setenv("ARAP_ISA", "mmx")
+    text = message(ValueError, arap_native.SurfaceArap, *MESH)
+    assert text.startswith("ARAP_ISA = mmx, must be ")
+    assert "baseline" in text
 
 
 def test_options_are_given_by_name_and_are_no_numbers():

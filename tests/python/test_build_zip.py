@@ -12,6 +12,7 @@ import pytest
 
 LINUX = "manylinux_2_34_x86_64"
 MODULE = "arap_native/_native.so"
+LIBRARIES = ("arap_native.libs/libgomp-0a1b2c3d.so.1.0.0", "arap_native.libs/libmetis-0a1b2c3d.so.5.1.0")
 
 
 @pytest.fixture
@@ -29,7 +30,8 @@ def wheels(tmp_path, version):
         for tag in tags:
             with zipfile.ZipFile(folder / f"arap_native-{version}-{tag}-{tag}-{platform}.whl", "w") as wheel:
                 wheel.writestr(MODULE, module)
-                wheel.writestr("arap_native.libs/libgomp.so.1", b"library")
+                for library in LIBRARIES:
+                    wheel.writestr(library, b"library")
                 wheel.writestr(f"arap_native-{version}.dist-info/licenses/LICENSE", b"licence")
                 wheel.writestr(f"arap_native-{version}.dist-info/RECORD", b"record")
         return folder
@@ -52,7 +54,8 @@ def test_legacy_zip_holds_the_wheels_unpacked_by_python(wheels, tmp_path, versio
     assert {name.split("/")[2] for name in files if name.startswith(modules)} == {"cp310", "cp311"}
     for tag in ("cp310", "cp311"):
         assert files[f"{modules}/{tag}/{MODULE}"] == b"module"
-        assert files[f"{modules}/{tag}/arap_native.libs/libgomp.so.1"] == b"library"
+        for library in LIBRARIES:
+            assert files[f"{modules}/{tag}/{library}"] == b"library"
         assert files[f"{modules}/{tag}/arap_native-{version}.dist-info/licenses/LICENSE"] == b"licence"
     assert all(name.startswith("arap_deform/") for name in files)
     assert not any(name.endswith(("blender_manifest.toml", "RECORD")) for name in files)

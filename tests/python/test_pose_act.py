@@ -7,8 +7,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from arap_deform.operators.binding import Binding
-from arap_deform.operators.pose_act import Ending, Phase, PoseAct, status_text
+from arap_deform.binding import Binding, is_any_running
+from arap_deform.operators.pose_act import (
+    FOLLOW_TIME_LIMIT_S,
+    REFINE_TIME_LIMIT_S,
+    Ending,
+    Phase,
+    PoseAct,
+    status_text,
+)
 from arap_deform.session import Readout
 
 
@@ -26,6 +33,11 @@ class FakeBind:
     is_done: bool = False
     is_dropped: bool = False
     error: Exception | None = None
+
+    has_started: bool = False
+
+    def start(self) -> None:
+        self.has_started = True
 
     def drop(self) -> None:
         self.is_dropped = True
@@ -47,6 +59,7 @@ class FakeScene:
     limit: int = 200
     error: Exception | None = None
     calls: list[str] = field(default_factory=list)
+    limits: list[tuple[int | None, float]] = field(default_factory=list)
     binds: list[FakeBind] = field(default_factory=list)
 
     def why_over(self) -> str:
@@ -69,10 +82,11 @@ class FakeScene:
         matrix[0, 3] = self.place
         return matrix[None]
 
-    def update(self, time_limit_s: float | None) -> Readout:
+    def update(self, iterations: int | None, time_limit_s: float) -> Readout:
         if self.error is not None:
             raise self.error
-        self.calls.append("refine" if time_limit_s else "follow")
+        self.calls.append("follow" if iterations is None else "refine")
+        self.limits.append((iterations, time_limit_s))
         self.needed_updates -= 1
         return readout("max_iterations" if self.needed_updates > 0 else "converged")
 
@@ -121,6 +135,13 @@ def test_refining_ends_at_the_iteration_limit() -> None:
     assert act.is_settled
 
 
+def test_following_takes_the_setting_within_a_frame_and_refining_all_that_is_left() -> None:
+    scene = FakeScene(limit=12)
+    act = begun(scene)
+    act.tick()
+    assert scene.limits == [(None, FOLLOW_TIME_LIMIT_S), (8, REFINE_TIME_LIMIT_S)]  # 4 were done in the first
+
+
 def test_a_session_that_fits_goes_on_from_the_pose_shown() -> None:
     scene = FakeScene()
     act = PoseAct(scene)
@@ -134,7 +155,9 @@ def test_binds_first_where_needed() -> None:
     act = PoseAct(scene)
     act.begin()
     assert act.phase is Phase.BINDING
+    assert not scene.binds[0].has_started, "the operator that begins the act has not returned yet"
     act.tick()
+    assert scene.binds[0].has_started
     act.scene_changed()
     assert scene.calls == []
     assert act.bind_fraction == 0.5
@@ -265,18 +288,6 @@ def test_undo_goes_on_from_what_it_brought() -> None:
     assert scene.calls == ["go on", "follow"]
 
 
-def test_has_moved_only_while_a_handle_is_elsewhere() -> None:
-    scene = FakeScene()
-    act = begun(scene)
-    assert not act.has_moved
-    scene.place = 1.0
-    act.scene_changed()
-    assert act.has_moved
-    scene.place = 0.0
-    act.scene_changed()
-    assert not act.has_moved
-
-
 def test_evaluation_within_a_step_does_not_start_another() -> None:
     scene = FakeScene()
     act = begun(scene)
@@ -306,6 +317,7 @@ def test_status_says_state_and_keys() -> None:
 
 def test_binding_runs_beside_and_gives_its_result() -> None:
     binding = Binding(lambda progress: progress(0.25) and "bound")
+    binding.start()
     binding.wait(10.0)
     assert binding.is_done
     assert binding.fraction == 0.25
@@ -317,6 +329,7 @@ def test_binding_raises_what_the_work_raised() -> None:
         raise ValueError("no faces")
 
     binding = Binding(work)
+    binding.start()
     binding.wait(10.0)
     with pytest.raises(ValueError, match="no faces"):
         binding.result()
@@ -329,7 +342,19 @@ def test_dropped_binding_stops_the_work() -> None:
         return "stopped"
 
     binding = Binding(work)
+    binding.start()
     assert not binding.is_done
+    assert is_any_running()
     binding.drop()
     binding.wait(10.0)
     assert binding.is_done
+    assert not is_any_running()
+
+
+def test_binding_waits_for_its_start_and_does_not_begin_once_dropped() -> None:
+    calls: list[object] = []
+    binding = Binding(calls.append)
+    assert not binding.is_done
+    binding.drop()
+    binding.start()
+    assert (binding.is_done, is_any_running(), calls) == (False, False, [])

@@ -129,9 +129,12 @@ class ARAP_OT_bake_animation(bpy.types.Operator):
         tag_panels(context)
 
     def _show(self, context: bpy.types.Context) -> None:
-        context.workspace.status_text_set(
-            f"ARAP Bake: frame {self._job.frame}, {self._job.fraction:.0%} done   |   Esc: cancel"
-        )
+        job = self._job
+        if job.bind_fraction is None:
+            state = f"frame {job.frame}, {job.fraction:.0%} done"
+        else:
+            state = f"preparing the mesh, {job.bind_fraction:.0%}"
+        context.workspace.status_text_set(f"ARAP Bake: {state}   |   Esc: cancel")
 
     def _report_keys(self, names: list[str]) -> None:
         self.report({"INFO"}, f"Baked {len(names)} shape keys, '{names[0]}' to '{names[-1]}'")

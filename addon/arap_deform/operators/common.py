@@ -11,7 +11,7 @@ from typing import Any
 
 import bpy
 
-from .. import api
+from .. import api, live_key
 from . import pose_act
 
 Execute = Callable[[Any, bpy.types.Context], set[str]]
@@ -82,8 +82,7 @@ def why_no_pose(context: bpy.types.Context) -> str:
     obj = find_posed_object(context)
     if reason or obj is None:
         return reason
-    keys = obj.data.shape_keys
-    return "" if keys and obj.arap.key_name in keys.key_blocks else "There is no pose yet: press Pose or Solve first"
+    return "" if live_key.find(obj) is not None else "There is no pose yet: press Pose or Solve first"
 
 
 def why_not_solvable(context: bpy.types.Context) -> str:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""The posing act in Blender: a modal operator that lets everything through but Enter, Esc and an undo too many.
+"""The posing act in Blender: a modal operator that lets everything through but Enter and Esc.
 
 The act itself is in pose_act. Here is what it needs of Blender: names instead of references (undo replaces all data),
 handlers that say when the scene was evaluated, a timer for refining, and one exit.
@@ -18,10 +18,10 @@ import numpy as np
 from bpy.props import BoolProperty
 from numpy.typing import NDArray
 
-from .. import api, sessions
+from .. import api, live_key, sessions
+from ..binding import Binding
 from ..session import Readout, Session
 from . import pose_undo
-from .binding import Binding
 from .common import allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_solvable
 from .pose_act import End, Ending, Phase, PoseAct, running, status_text
 
@@ -48,7 +48,9 @@ class BlenderPoseScene:
     def __init__(self, obj: bpy.types.Object) -> None:
         self.name = obj.name
         self.number = 0
+        live_key.forget_removed(obj)
         self.state = api.capture_state(obj)
+        self.key = live_key.KeyFollower(obj)
         self.depsgraph: bpy.types.Depsgraph | None = None
         self._counts = _counts(obj)
         live = sessions.get(obj.name)
@@ -94,8 +96,9 @@ class BlenderPoseScene:
             return f"'{self.name}' is no longer in Object Mode: the pose is kept and posing has ended"
         if _counts(obj) != self._counts:
             return f"The mesh of '{self.name}' has changed: posing has ended, its rest shape is another one now"
-        if obj.arap.key_name != self.state.key.name:
-            return f"{sessions.key_differs(self.name)}: it is kept in '{self.state.key.name}' and posing has ended"
+        reason = self.key.problem(obj)
+        if reason:
+            return reason
         for index, handle in enumerate(obj.arap.handles):
             problem = api.handle_problem(obj, index) if handle.is_enabled else ""
             if problem:
@@ -123,12 +126,19 @@ class BlenderPoseScene:
     def matrices(self) -> NDArray[np.float64]:
         return api.handle_matrices(self._obj(), self._depsgraph())
 
-    def update(self, time_limit_s: float | None) -> Readout:
+    def update(self, iterations: int | None, time_limit_s: float) -> Readout:
         self._has_written = not self._is_in_update
-        return api.update_pose(self._obj(), self._depsgraph(), time_limit_s=time_limit_s)
+        readout = api.update_pose(self._obj(), self._depsgraph(), iterations=iterations, time_limit_s=time_limit_s)
+        self.key.note(self._obj())
+        return readout
 
     def iteration_limit(self) -> int:
         return int(self._obj().arap.max_iterations)
+
+    def restore(self, obj: bpy.types.Object) -> None:
+        """Everything as before the act. Raises as api.restore_state()."""
+        self.key.give_name_back(obj)
+        api.restore_state(obj, self.state)
 
     def _obj(self) -> bpy.types.Object:
         obj = self.obj
@@ -195,7 +205,7 @@ class Run:
 
     def _restore(self, obj: bpy.types.Object, end: End) -> End:
         try:
-            api.restore_state(obj, self.scene.state)
+            self.scene.restore(obj)
         except (ValueError, RuntimeError) as error:
             return replace(end, message=f"{end.message} {error}".strip(), error=end.error or error)
         return end
@@ -245,6 +255,7 @@ def _on_undo(*_: object) -> None:
         if run.scene.obj is None:
             run.act.leave("Undo went back to before this pose: posing has ended")
         else:
+            run.scene.key.forget_address()
             run.act.undone()
 
 
@@ -328,11 +339,6 @@ class ARAP_OT_pose(bpy.types.Operator):
         if event.type == "ESC" and not context.screen.is_animation_playing:  # there Esc ends the playback
             act.cancel()
             return True
-        if event.type == "Z" and (event.ctrl or event.oskey) and not (event.shift or event.alt):
-            # Undo takes one move back, as ever; but the step before the act is not ours to take back.
-            if not act.has_moved:
-                self.report({"INFO"}, "No handle has moved: there is nothing to take back")
-            return not act.has_moved
         return False
 
 

@@ -23,8 +23,11 @@ from ..session import Readout
 running: dict[str, PoseAct] = {}
 """The acts under way, by name of the object: for panels and polls."""
 
+# What a solve may take while a handle moves: with all else of a frame about sixty frames a second. It is looked at
+# after each iteration, so that a mesh too heavy for that still follows, with one.
+FOLLOW_TIME_LIMIT_S = 0.012
 # A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
-REFINE_TIME_LIMIT_S = 0.1
+REFINE_TIME_LIMIT_S = 0.05
 
 
 class Phase(Enum):
@@ -49,12 +52,15 @@ class End:
 
 
 class Bind(Protocol):
-    """A bind under way in a worker thread."""
+    """A bind in a worker thread, from start() on."""
 
     @property
     def fraction(self) -> float: ...
     @property
     def is_done(self) -> bool: ...
+    def start(self) -> None:
+        """Does nothing where it has started."""
+
     def drop(self) -> None: ...
     def adopt(self) -> None:
         """Makes the result the live session; raises what the bind raised. Only when done."""
@@ -70,7 +76,7 @@ class PoseScene(Protocol):
         """True while the live session fits the mesh, groups and settings."""
 
     def begin_bind(self) -> Bind:
-        """Reads the scene and binds in a worker thread. Raises ValueError where the scene cannot be posed."""
+        """Reads the scene for a bind in a worker thread. Raises ValueError where the scene cannot be posed."""
 
     def go_on_from_shown(self) -> None:
         """Starts the live session from the pose that the key shows now."""
@@ -78,8 +84,8 @@ class PoseScene(Protocol):
     def matrices(self) -> NDArray[np.float64]:
         """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
 
-    def update(self, time_limit_s: float | None) -> Readout:
-        """Solves a few iterations for the handles where they are, and writes the key."""
+    def update(self, iterations: int | None, time_limit_s: float) -> Readout:
+        """Solves for the handles where they are, and writes the key: at most so many iterations, None: the setting."""
 
     def iteration_limit(self) -> int:
         """Iterations at most for one place of the handles."""
@@ -97,7 +103,7 @@ class PoseAct:
         self._scene = scene
         self._bind: Bind | None = None
         self._matrices: NDArray[np.float64] | None = None
-        self._matrices_at_start: NDArray[np.float64] | None = None
+        self._has_followed = False
         self._iterations_here = 0
         self._is_busy = False
         self.readout: Readout | None = None
@@ -113,15 +119,6 @@ class PoseAct:
     @property
     def bind_fraction(self) -> float:
         return self._bind.fraction if self._bind is not None else 1.0
-
-    @property
-    def has_moved(self) -> bool:
-        """True where a handle is elsewhere than when the act began: then there is something to take back."""
-        return (
-            self._matrices is not None
-            and self._matrices_at_start is not None
-            and not np.array_equal(self._matrices, self._matrices_at_start)
-        )
 
     def begin(self) -> None:
         """Binds where that is needed. Raises ValueError where the scene cannot be posed: then no act has begun."""
@@ -162,10 +159,6 @@ class PoseAct:
     def fail(self, error: Exception) -> None:
         self._finish(End(Ending.RESTORE, f"Posing has ended and everything is as before: {error}", error))
 
-    @property
-    def _has_followed(self) -> bool:
-        return self._matrices_at_start is not None
-
     def _guarded(self, step: Callable[[], None]) -> None:
         # Reading evaluated matrices evaluates the scene, which calls scene_changed() within tick().
         if self.end is not None or self._is_busy:
@@ -196,6 +189,8 @@ class PoseAct:
             bind, self._bind = self._bind, None
             bind.adopt()
             self._matrices = None
+        else:
+            self._bind.start()
 
     def _follow_if_bound(self) -> None:
         if self._scene.is_bound():
@@ -203,17 +198,18 @@ class PoseAct:
 
     def _follow(self, *, is_refining: bool) -> None:
         matrices = self._scene.matrices()
-        if self._matrices_at_start is None:
-            self._matrices_at_start = matrices
+        self._has_followed = True
         if self._matrices is None or not np.array_equal(matrices, self._matrices):
             self._matrices = matrices
             self._iterations_here = 0
-            self._update(None)
+            self._update(None, FOLLOW_TIME_LIMIT_S)
         elif is_refining and not self.is_settled:
-            self._update(REFINE_TIME_LIMIT_S)
+            # In one go: each solve forgets what conjugate gradients have learned in the one before.
+            left = self._scene.iteration_limit() - self._iterations_here
+            self._update(max(1, left), REFINE_TIME_LIMIT_S)
 
-    def _update(self, time_limit_s: float | None) -> None:
-        self.readout = self._scene.update(time_limit_s)
+    def _update(self, iterations: int | None, time_limit_s: float) -> None:
+        self.readout = self._scene.update(iterations, time_limit_s)
         self._iterations_here += self.readout.iterations
         self.is_settled = (
             self.readout.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit()

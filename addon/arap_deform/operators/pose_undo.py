@@ -14,8 +14,14 @@ from collections.abc import Callable
 import bpy
 from bpy.app.handlers import persistent
 
+from .. import binding
+
 _ended: dict[int, str] = {}
 """Numbers of the acts to pass over, and the names of their objects."""
+
+WAIT_S = 0.05
+
+_step: Callable[[], set[str]] | None = None  # undo or redo, whichever came last
 
 
 def mark(obj: bpy.types.Object) -> int:
@@ -62,16 +68,24 @@ def _objects_within_ended() -> list[bpy.types.Object]:
 
 def _pass_over(step: Callable[[], set[str]]) -> None:
     """Goes on with undo or redo, from a timer: not within the one that is just ending."""
+    global _step  # noqa: PLW0603 - a timer takes no arguments
+    _step = step
+    if _objects_within_ended() and not bpy.app.timers.is_registered(_go_on):
+        bpy.app.timers.register(_go_on, first_interval=0.0)
 
-    def go_on() -> None:
-        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
-            is_last = not step.poll() or "FINISHED" not in step()  # type: ignore[attr-defined]
-        if is_last:  # older steps have been forgotten: this is the oldest state there is
-            for obj in _objects_within_ended():
-                obj.arap.pose_act = 0
 
-    if _objects_within_ended():
-        bpy.app.timers.register(go_on, first_interval=0.0)
+def _go_on() -> float | None:
+    """A timer: one step in the direction of the last undo or redo, until the act is behind."""
+    if binding.is_any_running():  # an operator under an override must wait, see Binding
+        return WAIT_S
+    if not _objects_within_ended() or _step is None:
+        return None  # somebody has gone on meanwhile
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        is_last = not _step.poll() or "FINISHED" not in _step()  # type: ignore[attr-defined]
+    if is_last:  # older steps have been forgotten: this is the oldest state there is
+        for obj in _objects_within_ended():
+            obj.arap.pose_act = 0
+    return 0.0 if _objects_within_ended() else None
 
 
 @persistent
@@ -99,4 +113,6 @@ def unregister() -> None:
     bpy.app.handlers.undo_post.remove(_after_undo)
     bpy.app.handlers.redo_post.remove(_after_redo)
     bpy.app.handlers.load_post.remove(_after_load)
+    if bpy.app.timers.is_registered(_go_on):
+        bpy.app.timers.unregister(_go_on)
     _ended.clear()

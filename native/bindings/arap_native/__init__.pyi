@@ -13,7 +13,7 @@ another thread or from the first one's ``progress``, raises RuntimeError.
 """
 
 from collections.abc import Callable
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,10 @@ class Options:
     """Edges that a vertex's rotation looks at: "spokes_and_rims" bends more evenly, "spokes" is the classic."""
     weights: Literal["cotangent", "uniform"]
     """Edge weights: "cotangent" for surfaces; "uniform" where triangles are so bad that their shape means nothing."""
+    linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"]
+    """How the linear system of the global step is solved. The result is the same, the time is not: "block_ldlt" is the
+    fast one. The others are Eigen's, for comparisons: "simplicial_ldlt" is its Cholesky; "sparse_qr" is for up to about
+    three thousand vertices; "bicgstab" iterates, and raises RuntimeError where it does not converge."""
     threads: int
     """Threads of bind and solve; 0 is as many as pay at this size."""
     join_seams: bool
@@ -41,6 +45,7 @@ class Options:
         *,
         energy: Literal["spokes_and_rims", "spokes"] = "spokes_and_rims",
         weights: Literal["cotangent", "uniform"] = "cotangent",
+        linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"] = "block_ldlt",
         threads: int = 0,
         join_seams: bool = False,
     ) -> None: ...
@@ -51,10 +56,14 @@ class SolveOptions:
     initial_guess: Literal["previous", "rest", "naive_laplacian", "handle_rotations"]
     """Where the iteration starts: the last solve's positions, rest, the naive Laplacian, or the handles' rotations
     propagated over the mesh."""
+    acceleration: Literal["conjugate_gradients", "none"]
+    """How an iteration goes on from a local and a global step: conjugate gradients take far fewer iterations to the
+    same minimum; none is plain local/global, [SA07]."""
     max_iterations: int
-    """Upper bound of local/global iterations, >= 1."""
+    """Upper bound of iterations, each a global and a local step, >= 1."""
     energy_tolerance: float
-    """Converged needs the relative decrease of the energy in one iteration to be at most this, and the step too."""
+    """Converged needs the relative decrease of the energy in one iteration to be at most this, and the step too. Where
+    one of the two tolerances is below 1e-7 every iteration is in double, which takes about twice as long."""
     step_tolerance: float
     """Largest movement of a vertex in one iteration, as a fraction of the bounding-box diagonal at rest."""
     time_limit_s: float
@@ -63,6 +72,7 @@ class SolveOptions:
         self,
         *,
         initial_guess: Literal["previous", "rest", "naive_laplacian", "handle_rotations"] = "previous",
+        acceleration: Literal["conjugate_gradients", "none"] = "conjugate_gradients",
         max_iterations: int = 100,
         energy_tolerance: float = 1e-5,
         step_tolerance: float = 1e-5,
@@ -73,8 +83,8 @@ class SolveResult:
     """What a solve did. Energies are in the square of the input's unit and include soft constraints' terms."""
 
     @property
-    def positions(self) -> NDArray[np.float64]:
-        """(n, 3) float64, in the space and unit of the rest positions."""
+    def positions(self) -> NDArray[Any]:
+        """(n, 3) float64, in the space and unit of the rest positions; or ``out``, float32, where that was given."""
     @property
     def energy_before(self) -> float:
         """Energy at the start of the iteration, after the initial guess."""
@@ -157,6 +167,7 @@ class SurfaceArap:
         *,
         rotations: NDArray[np.float64] | None = None,
         progress: Progress | None = None,
+        out: NDArray[np.float32] | None = None,
     ) -> SolveResult:
         """Moves the mesh towards the targets.
 
@@ -166,10 +177,11 @@ class SurfaceArap:
             rotations: (k + n_patches, 3, 3) float64, the rotation of each target's handle, for the initial guess
                 "handle_rotations"; None: estimated from the targets.
             progress: may stop by returning False: then nothing has changed and stop_reason is "cancelled".
+            out: (n, 3) float32, takes the positions in place of a new array: for every frame of a drag the same.
 
         Raises:
             ValueError: no constraints yet, bad shape, or a target that is not finite; the positions stay.
-            RuntimeError: the solver failed; the positions stay.
+            RuntimeError: the solver failed; the positions stay. ``out`` is as it was, or the positions that stay.
         """
 
     def reset(self) -> None:

@@ -16,12 +16,28 @@ enum class EdgeWeights {
   kUniform,    ///< every triangle edge counts the same, whatever its shape
 };
 
+/// How the linear system of the global step is factorized and solved. The result is the same, the time is not: all but
+/// the first are Eigen's, in double and one thread, for comparisons.
+enum class LinearSolverKind {
+  kBlockLdlt,       ///< supernodal Cholesky, in threads and vectors, corrections in single precision
+  kSimplicialLdlt,  ///< Cholesky, column by column
+  kSparseLu,        ///< does not use the symmetry: twice the numbers
+  kSparseQr,        ///< very slow: for up to about three thousand vertices
+  kBiCgStab,        ///< iterative, to a residual of 1e-10: the least memory; SolverError where it does not converge
+};
+
 /// Where the iteration starts. Constrained vertices start at their targets in every case.
 enum class InitialGuess {
   kPrevious,         ///< the positions of the last solve: the default in a drag
   kRest,             ///< the rest positions
   kNaiveLaplacian,   ///< min |L p' - L p|^2 under the constraints, as [SA07] starts
   kHandleRotations,  ///< the handles' rotations propagated harmonically, then one global step
+};
+
+/// How an iteration goes on from a local and a global step.
+enum class Acceleration {
+  kConjugateGradients,  ///< combines the global steps; five to fifty times fewer iterations, the same minimum
+  kNone,                ///< plain local/global [SA07]
 };
 
 enum class StopReason { kConverged, kMaxIterations, kTimeLimit, kCancelled };
@@ -33,6 +49,8 @@ struct Options {
 
   /// Cotangent for surfaces; uniform for meshes whose triangles are so bad that cotangents mean nothing.
   EdgeWeights weights = EdgeWeights::kCotangent;
+
+  LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
 
   /// Threads of bind and solve; 0 = as many as pay at this size. Set it to 1 where other work needs the cores.
   int threads = 0;
@@ -48,16 +66,20 @@ struct Options {
 struct SolveOptions {
   InitialGuess initial_guess = InitialGuess::kPrevious;
 
-  /// Upper bound of local/global iterations; a frame of a drag takes few, a bake many. >= 1.
+  Acceleration acceleration = Acceleration::kConjugateGradients;
+
+  /// Upper bound of iterations, each a global and a local step; a frame of a drag takes few, a bake many. >= 1.
   int max_iterations = 100;
 
   /// Converged needs the relative decrease of the energy in one iteration to be at most this *and* the step too. >= 0.
+  /// Where one of the two tolerances is below 1e-7, and on small meshes, iterations are in double, which takes twice as
+  /// long.
   double energy_tolerance = 1e-5;
 
   /// Largest movement of a vertex in one iteration, as a fraction of the bounding-box diagonal at rest. >= 0.
   double step_tolerance = 1e-5;
 
-  /// Wall-clock limit in seconds, looked at after each iteration; infinity = none. > 0.
+  /// Wall-clock limit of the solve in seconds, looked at after each iteration; infinity = none. > 0.
   double time_limit_s = std::numeric_limits<double>::infinity();
 
   /// Throws InvalidInput that names field, value and bound.

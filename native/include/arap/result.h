@@ -9,12 +9,13 @@
 namespace arap {
 
 /// What a solve did. Energies are as docs/formulation.md defines them, in the square of the input's unit, and
-/// include the soft constraints' terms.
+/// include the soft constraints' terms; tolerances of 1e-7 and above are iterated in single precision, which knows them
+/// to about 1e-9 of the rest energy.
 struct SolveResult {
-  Positions positions;       ///< (n, 3), in the space and unit of the rest positions
+  Positions positions;       ///< (n, 3), in the space and unit of the rest positions; empty where they went elsewhere
   double energy_before = 0;  ///< at the start of the iteration, after the initial guess
   double energy_after = 0;   ///< at `positions`; of a cancelled solve, where it was stopped
-  int iterations = 0;        ///< local/global iterations done
+  int iterations = 0;        ///< done, each a global and a local step
   double step = 0;           ///< last iteration's largest movement / rest diagonal
   StopReason stop_reason = StopReason::kMaxIterations;
   std::vector<int> parts_at_rest;   ///< connected parts without any constraint: left at rest

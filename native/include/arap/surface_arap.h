@@ -48,9 +48,11 @@ class SurfaceArap {
   /// @param targets    (k + n_patches, 3): one row per constrained vertex, then one per patch; finite
   /// @param rotations  for InitialGuess::kHandleRotations: the rotation of each target's handle, k + n_patches
   ///                   matrices; empty: estimated from the targets of each connected group of constrained vertices
-  /// Throws InvalidInput (the positions stay) or SolverError.
+  /// @param out        (3 n) where the positions go in single precision, row by row, so that a frame of a drag need not
+  ///                   allocate; the result's own are empty then. Empty: they are in the result.
+  /// Throws InvalidInput (the positions stay) or SolverError; `out` is then as it was, or the former positions.
   SolveResult solve(const Positions& targets, const SolveOptions& options = {}, std::span<const Matrix3> rotations = {},
-                    const Progress& progress = {});
+                    const Progress& progress = {}, std::span<float> out = {});
 
   /// Back to the rest positions; constraints stay.
   void reset();

@@ -7,15 +7,26 @@ import threading
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-from ..session import Progress
+from .session import Progress
 
 Result = TypeVar("Result")
 
+THREAD_NAME = "arap-bind"
+
+
+def is_any_running() -> bool:
+    """Whether some work is under way, dropped or not."""
+    return any(thread.name == THREAD_NAME for thread in threading.enumerate())
+
 
 class Binding(Generic[Result]):
-    """Runs ``work(progress)`` in a thread, from construction on.
+    """Runs ``work(progress)`` in a thread, from start() on.
 
     ``work`` must not touch Blender's data: only the main thread may.
+
+    Start it from a timer or from a function that then waits for it, never in an operator that returns while it runs:
+    with Python before 3.12 Blender crashes where an operator that a script has called under a context override looks
+    at its context while another thread holds Python's lock. It takes that thread's lock for its own.
     """
 
     def __init__(self, work: Callable[[Progress], Result]) -> None:
@@ -26,8 +37,14 @@ class Binding(Generic[Result]):
         self._error: BaseException | None = None
         # No daemon: Python would kill it inside the native code when Blender quits, and that aborts. Quitting ends the
         # act first, which drops the work, so there is little to wait for.
-        self._thread = threading.Thread(target=self._run, name="arap-bind", daemon=False)
-        self._thread.start()
+        self._thread = threading.Thread(target=self._run, name=THREAD_NAME, daemon=False)
+        self._has_started = False
+
+    def start(self) -> None:
+        """Begins the work; again, or once it is dropped, it does nothing."""
+        if not self._has_started and not self._is_dropped:
+            self._has_started = True
+            self._thread.start()
 
     @property
     def fraction(self) -> float:
@@ -36,13 +53,14 @@ class Binding(Generic[Result]):
 
     @property
     def is_done(self) -> bool:
-        return not self._thread.is_alive()
+        return self._has_started and not self._thread.is_alive()
 
     def drop(self) -> None:
         """Asks the work to stop and does not wait for it; its result is thrown away."""
         self._is_dropped = True
 
     def wait(self, timeout_s: float | None = None) -> None:
+        """Waits until it is done, or for so long; only once it has started."""
         self._thread.join(timeout_s)
 
     def result(self) -> Result:

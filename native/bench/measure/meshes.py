@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes to measure on: the sample creature at any size, and files that the caller names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scenes.creature import creature_arrays
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+
+class Mesh(NamedTuple):
+    """A polygon mesh.
+
+    Attributes:
+        name: as it appears in tables.
+        positions: (n, 3) float64, bounding-box diagonal 1.
+        corner_vertices: (c,) int32, the faces' vertices, one face after the other.
+        face_sizes: (f,) int32.
+    """
+
+    name: str
+    positions: Floats
+    corner_vertices: Ints
+    face_sizes: Ints
+
+    @property
+    def triangles(self) -> Ints:
+        """(f, 3) int32; only of a mesh of triangles."""
+        return self.corner_vertices.reshape(-1, 3)
+
+
+def make_mesh(name: str, positions: Floats, faces: Ints) -> Mesh:
+    """A mesh of faces (f, k) that all have k corners, scaled to a diagonal of 1."""
+    diagonal = float(np.linalg.norm(np.ptp(positions, axis=0)))
+    if not diagonal > 0.0:
+        raise ValueError(f"{name}: all vertices are at one place")
+    sizes = np.full(len(faces), faces.shape[1], dtype=np.int32)
+    return Mesh(name, positions / diagonal, np.ascontiguousarray(faces.ravel(), dtype=np.int32), sizes)
+
+
+def creature(n_vertices: int) -> Mesh:
+    """The fox cub of the samples, in quads, with about ``n_vertices``."""
+    positions, corners, _ = creature_arrays(n_vertices)
+    return make_mesh(f"creature {short_count(len(positions))}", positions, corners.reshape(-1, 4))
+
+
+def load_off(path: Path) -> Mesh:
+    """Reads an OFF file whose faces all have the same number of corners.
+
+    Raises:
+        ValueError: it is none, or its faces differ in size.
+    """
+    lines = (line.partition("#")[0].split() for line in path.read_text().splitlines())
+    rows = [line for line in lines if line]
+    if not rows or rows[0][0] != "OFF":
+        raise ValueError(f"{path}: not an OFF file, its first word must be OFF")
+    n_vertices, n_faces = (int(word) for word in rows[1][:2])
+    if len(rows) < 2 + n_vertices + n_faces or n_vertices == 0 or n_faces == 0:
+        raise ValueError(f"{path}: {len(rows) - 2} lines for {n_vertices} vertices and {n_faces} faces")
+    positions = np.array([row[:3] for row in rows[2 : 2 + n_vertices]], dtype=np.float64)
+    face_rows = rows[2 + n_vertices : 2 + n_vertices + n_faces]
+    size = int(face_rows[0][0])
+    if any(row[0] != face_rows[0][0] for row in face_rows):
+        raise ValueError(f"{path}: faces have different numbers of corners; triangulate the mesh first")
+    return make_mesh(path.stem, positions, np.array([row[1 : 1 + size] for row in face_rows], dtype=np.int32))
+
+
+def triangulated(mesh: Mesh) -> Mesh:
+    """The mesh with each quad cut from its first to its third corner."""
+    if np.all(mesh.face_sizes == 3):
+        return mesh
+    if not np.all(mesh.face_sizes == 4):
+        raise ValueError(f"{mesh.name}: only triangles and quads can be triangulated here")
+    quads = mesh.corner_vertices.reshape(-1, 4)
+    triangles = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    return mesh._replace(
+        corner_vertices=np.ascontiguousarray(triangles.ravel()),
+        face_sizes=np.full(len(triangles), 3, dtype=np.int32),
+    )
+
+
+def midpoint_subdivision(mesh: Mesh) -> Mesh:
+    """Each triangle in four by its edges' midpoints, which come after the old vertices; nothing moves."""
+    triangles = mesh.triangles
+    n = len(mesh.positions)
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)  # edge k is from corner k to k + 1
+    keys = ends.min(axis=-1).astype(np.int64) * n + ends.max(axis=-1)
+    edges, edge_of = np.unique(keys, return_inverse=True)
+    middle = (n + edge_of.reshape(keys.shape)).astype(np.int32)
+    midpoints = 0.5 * (mesh.positions[edges // n] + mesh.positions[edges % n])
+    at_corner = np.stack([triangles, middle, np.roll(middle, 1, axis=1)], axis=-1)
+    finer = np.concatenate([at_corner, middle[:, None]], axis=1).reshape(-1, 3)
+    positions = np.concatenate([mesh.positions, midpoints])
+    return Mesh(
+        f"{mesh.name}, subdivided",
+        positions,
+        np.ascontiguousarray(finer.ravel(), dtype=np.int32),
+        np.full(len(finer), 3, dtype=np.int32),
+    )
+
+
+def mesh_files(setting: str) -> list[Path]:
+    """The OFF files that a setting like ARAP_BENCH_MESHES names: files and folders of them, separated by colons.
+
+    Raises:
+        ValueError: an entry is neither.
+    """
+    found: list[Path] = []
+    for entry in filter(None, setting.split(":")):
+        path = Path(entry)
+        if path.is_dir():
+            found += sorted(path.glob("*.off"))
+        elif path.is_file():
+            found.append(path)
+        else:
+            raise ValueError(f"ARAP_BENCH_MESHES: {entry} is no file and no folder")
+    return found
+
+
+def short_count(n: int) -> str:
+    """A count for people: 998, 12k, 1.0M."""
+    if n < 1000:
+        return str(n)
+    return f"{n / 1000:.0f}k" if n < 999_500 else f"{n / 1e6:.1f}M"

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes measured results into a Markdown document, between its markers, and pictures beside it.
+
+    python -m measure.render RESULTS_DIR DOCUMENT IMAGES_DIR
+
+RESULTS_DIR holds results.json (native and frame), peers.json and report.json. A section of the document stands between
+<!-- measured: NAME --> and <!-- end of NAME -->; one whose results are not there stays as it is.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+from . import tables_native, tables_peers, tables_report
+from .tables import joined
+
+PICTURES = {
+    "sizes": "Time of an iteration over the number of vertices, by instruction set",
+    "peers": "Time of an iteration over the number of vertices, by library",
+    "descent": "Energy over time from rest, by library",
+}
+
+
+def replace_section(document: str, name: str, body: str) -> str:
+    """The document with what is between the markers of a section replaced.
+
+    Raises:
+        ValueError: the document does not have the two markers exactly once.
+    """
+    begin, end = f"<!-- measured: {name} -->", f"<!-- end of {name} -->"
+    found, n = re.subn(
+        re.escape(begin) + ".*?" + re.escape(end),
+        lambda _: f"{begin}\n\n{body.strip()}\n\n{end}",
+        document,
+        flags=re.DOTALL,
+    )
+    if n != 1:
+        raise ValueError(f"the document has {n} sections {begin} ... {end}, must have one")
+    return found
+
+
+def sections(results: dict[str, Any], peers: dict[str, Any], report: dict[str, Any]) -> dict[str, str]:
+    """The Markdown of each section that there are results for."""
+    found = {}
+    if "native" in results:
+        found["native"] = joined(tables_native.native(results["native"]), picture("sizes"))
+    if results.get("frame"):
+        found["frame"] = tables_native.frame(results["frame"])
+    if peers:
+        found["peers"] = joined(tables_peers.peers(peers), picture("peers"), picture("descent"))
+    if report:
+        found["report"] = tables_report.report(report)
+    return found
+
+
+def picture(name: str) -> str:
+    return f"![{PICTURES[name]}](images/performance-{name}.svg)"
+
+
+def draw(results: dict[str, Any], peers: dict[str, Any], images: Path) -> None:
+    from . import plots
+
+    images.mkdir(parents=True, exist_ok=True)
+    if "native" in results:
+        plots.plot_native(results["native"], images / "performance-sizes.svg")
+    if peers:
+        plots.plot_peers(peers, images / "performance-peers.svg")
+        plots.plot_descents(peers, images / "performance-descent.svg")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    return json.loads(path.read_text()) if path.exists() else {}
+
+
+def main() -> None:
+    folder, document, images = map(Path, sys.argv[1:])
+    results, peers, report = (read_json(folder / f"{name}.json") for name in ("results", "peers", "report"))
+    text = document.read_text()
+    bodies = sections(results, peers, report)
+    for name, body in bodies.items():
+        text = replace_section(text, name, body)
+    draw(results, peers, images)
+    document.write_text(text)
+    print(f"{document}: {', '.join(bodies) or 'no results'}")
+
+
+if __name__ == "__main__":
+    main()

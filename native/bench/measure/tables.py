@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all tables of results share: Markdown, numbers, names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from .machine import ISA_NAMES
+
+Row = dict[str, Any]
+LIBRARIES = {"ours": "ours", "libigl": "libigl", "open3d": "Open3D", "cgal": "CGAL"}
+ENERGIES = {"spokes": "spokes", "spokes_and_rims": "spokes-and-rims"}
+NOTHING = "-"
+
+
+def markdown(headers: Sequence[str], rows: Iterable[Sequence[str]], n_left: int = 1) -> str:
+    """A table whose first ``n_left`` columns are words and the others numbers."""
+    rule = ["---"] * n_left + ["---:"] * (len(headers) - n_left)
+    return "\n".join("| " + " | ".join(line) + " |" for line in (headers, rule, *rows))
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """So many significant digits, never an exponent, whole numbers in full: 0.00234, 5.21, 1283."""
+    if value is None:
+        return NOTHING
+    if value == 0:
+        return "0"
+    rounded = float(f"{value:.{digits}g}") if abs(value) < 10**digits else round(value)
+    whole = len(str(int(abs(rounded))))
+    places = max(0, digits - whole) if abs(rounded) >= 1 else _places_below_one(rounded, digits)
+    return f"{rounded:.{places}f}"
+
+
+def _places_below_one(value: float, digits: int) -> int:
+    return digits - 1 - int(f"{abs(value):e}".partition("e")[2])
+
+
+def machine_line(machine: Row, *more: str) -> str:
+    """What it was measured on, in one line."""
+    parts = [
+        str(machine["processor"]),
+        f"{machine['cores']} cores",
+        f"{machine['memory_gib']} GiB",
+        f"load before the run {machine['load']}",
+        *more,
+        str(machine["day"]),
+    ]
+    return "*" + "; ".join(parts) + ".*"
+
+
+def library_name(row: Row) -> str:
+    name = LIBRARIES[row["library"]]
+    return f"{name}, {ISA_NAMES[row['isa']]}" if row.get("isa") else name
+
+
+def not_run_lines(rows: Iterable[Row]) -> str:
+    """One line for each row that could not be measured, with the reason; no text where there is none."""
+    lines = []
+    for row in rows:
+        if "not_run" in row:
+            name = library_name(row) if "library" in row else ISA_NAMES.get(row.get("isa", ""), "")
+            energy = f", {ENERGIES[row['energy']]}" if row.get("energy") else ""
+            lines.append(f"- Not run: {name}{energy}: {row['not_run']}")
+    return "\n".join(dict.fromkeys(lines))
+
+
+def joined(*blocks: str) -> str:
+    """Blocks of Markdown with an empty line between; empty ones are left out."""
+    return "\n\n".join(block for block in blocks if block)
+
+
+def measured(rows: Iterable[Row]) -> list[Row]:
+    return [row for row in rows if "not_run" not in row]

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tables of measure.native, and of the frame in Blender."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .convergence import median
+from .machine import ISA_NAMES
+from .tables import (
+    ENERGIES,
+    NOTHING,
+    Row,
+    joined,
+    machine_line,
+    markdown,
+    measured,
+    not_run_lines,
+    number,
+)
+
+
+def native(data: Row) -> str:
+    meshes = data["meshes"]
+    rates = [median(of_threads) for of_threads in zip(*(mesh["dram_gb_per_s"] for mesh in meshes), strict=True)]
+    dram = ", ".join(map(number, rates))
+    return joined(
+        machine_line(data["machine"], f"memory is read at {dram} GB/s by 1, 2, ... threads"),
+        native_acts(meshes),
+        native_iterations(meshes),
+        not_run_lines(row for mesh in meshes for row in mesh["rows"]),
+    )
+
+
+def native_acts(meshes: Sequence[Row]) -> str:
+    """What each act costs with the fastest instruction set, on the number of threads that is best there."""
+    headers = ["mesh", "energy", "threads", "bind", "new constraints", "local", "global", "iteration", "once a solve"]
+    headers += ["to 1.1", "to 1.01", "solve, GB/s", "read limit, GB/s", "peak MB"]
+    lines = []
+    for mesh in meshes:
+        for descent in mesh["descents"]:
+            row = best_row(mesh, descent["energy"], descent["isa"])
+            if row is None:
+                continue
+            near = (near_of(descent, "1.1"), near_of(descent, "1.01"))
+            times = (row[key] for key in ("bind_ms", "refactor_ms", "local_ms", "global_ms", "iteration_ms", "once_ms"))
+            rates = (row.get("solve_gb_per_s"), row["read_gb_per_s"], row["peak_mb"])
+            name = f"{mesh['mesh']}, {mesh['n_vertices']}"
+            cells = (*map(number, times), *near, *map(number, rates))
+            lines.append((name, ENERGIES[row["energy"]], str(row["threads"]), *cells))
+    return markdown(headers, lines, 2)
+
+
+def near_of(descent: Row, level: str) -> str:
+    near = descent["near"][level]
+    return number(near["ms"]) + ("" if descent["is_converged"] else "*") if near else NOTHING
+
+
+def best_row(mesh: Row, energy: str, isa: str) -> Row | None:
+    rows = [row for row in measured(mesh["rows"]) if row["energy"] == energy and row["isa"] == isa]
+    return min(rows, key=lambda row: row["iteration_ms"], default=None)
+
+
+def native_iterations(meshes: Sequence[Row]) -> str:
+    """Times of an iteration by instruction set and threads, the best bold, and what the library takes by itself."""
+    columns = list(dict.fromkeys((r["isa"], r["threads"]) for mesh in meshes for r in measured(mesh["rows"])))
+    names = [f"{ISA_NAMES[isa]}, {threads}" for isa, threads in columns]
+    lines = []
+    for mesh in meshes:
+        for descent in mesh["descents"]:
+            energy = descent["energy"]
+            rows = {
+                (r["isa"], r["threads"]): r["iteration_ms"] for r in measured(mesh["rows"]) if r["energy"] == energy
+            }
+            best = min(rows.values(), default=None)
+            cells = [number(rows.get(column)) for column in columns]
+            bold = [f"**{c}**" if rows.get(k) == best else c for k, c in zip(columns, cells, strict=True)]
+            lines.append((f"{mesh['mesh']}, {mesh['n_vertices']}", ENERGIES[energy], *bold, str(descent["threads"])))
+    return markdown(("iteration, ms", "energy", *names, "threads by itself"), lines, 2)
+
+
+def frame(results: Sequence[Row]) -> str:
+    """What a frame of posing costs in Blender, medians in milliseconds; one column a Blender and size."""
+    if not results:
+        return ""
+    headers = ("ms", *(f"Blender {r['blender']}, {r['vertices']}" for r in results))
+    names = list(dict.fromkeys(name for r in results for name in r["ms"]))
+    lines = [(name, *(number(r["ms"].get(name, {}).get("median")) for r in results)) for name in names]
+    lines.append(("load before the run", *(str(r["load"]) for r in results)))
+    return markdown(headers, lines)

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tables of measure.peers: ours beside other libraries."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .convergence import median, ratio
+from .machine import ISA_NAMES
+from .tables import (
+    ENERGIES,
+    NOTHING,
+    Row,
+    joined,
+    library_name,
+    machine_line,
+    markdown,
+    measured,
+    not_run_lines,
+    number,
+)
+
+
+def peers(data: Row) -> str:
+    blocks = [machine_line(data["machine"], f"{data['threads']} threads for all that use them")]
+    for mesh in data["meshes"]:
+        rows = mesh["rows"]
+        blocks += [f"### {mesh['mesh']}, {mesh['n_vertices']} vertices", peer_times(rows), peer_energies(rows, data)]
+        blocks += [peer_ratios(rows), not_run_lines(rows)]
+    return joined(*blocks)
+
+
+def peer_times(rows: Sequence[Row]) -> str:
+    """Time and memory of each library."""
+    headers = ("library", "energy", "bind, ms", "iteration, ms", "cores used", "peak MB", "of it before the bind")
+    lines = [
+        (
+            f"{library_name(row)} {row['version']}" if row["library"] != "ours" else library_name(row),
+            ENERGIES[row["energy"]],
+            number(row["bind_ms"]),
+            number(row["iteration_ms"]),
+            number(row["cores_used"], 2),
+            number(row["peak_mb"]),
+            number(row["before_mb"]),
+        )
+        for row in measured(rows)
+    ]
+    return markdown(headers, lines, 2)
+
+
+def peer_energies(rows: Sequence[Row], data: Row) -> str:
+    """How far each got and how fast."""
+    headers = ("library", "energy", "ms to 1.01 of the minimum", "iterations", "E spokes", "E spokes-and-rims")
+    lines = [
+        (
+            library_name(row),
+            ENERGIES[row["energy"]],
+            near_ms(row, data["budget_s"]),
+            str(row["near"]["iterations"]) if row["near"] else NOTHING,
+            number(row["energies"]["spokes"], 4),
+            number(row["energies"]["spokes_and_rims"], 4),
+        )
+        for row in measured(rows)
+    ]
+    return markdown(headers, lines, 2)
+
+
+def near_ms(row: Row, budget_s: float) -> str:
+    """Milliseconds to near the minimum, with * where that is not its own; or how long it was given in vain."""
+    if row["near"]:
+        return number(row["near"]["ms"]) + ("" if row["is_converged"] else "*")
+    return f"not in {number(1e-3 * max(run[1] for run in row['runs']))} s (of {budget_s:g} s)"
+
+
+def peer_ratios(rows: Sequence[Row]) -> str:
+    """How many times faster an iteration is with ours, for each of our instruction sets."""
+    ours = {(row["isa"], row["energy"]): row for row in measured(rows) if row["library"] == "ours"}
+    isas = list(dict.fromkeys(isa for isa, _ in ours))
+    headers = ("times the iteration of ours", "energy", *(ISA_NAMES[isa] for isa in isas))
+    lines = [
+        (
+            library_name(row),
+            ENERGIES[row["energy"]],
+            *(number(round_ratio(row, ours.get((isa, row["energy"])))) for isa in isas),
+        )
+        for row in measured(rows)
+        if row["library"] != "ours"
+    ]
+    return markdown(headers, lines, 2) if lines else ""
+
+
+def round_ratio(theirs: Row, ours: Row | None) -> float | None:
+    """Median of the ratios within each round."""
+    if ours is None:
+        return None
+    pairs = zip(theirs["iteration_ms_of_rounds"], ours["iteration_ms_of_rounds"], strict=False)
+    ratios = [value for value in (ratio(a, b) for a, b in pairs) if value is not None]
+    return median(ratios) if ratios else None

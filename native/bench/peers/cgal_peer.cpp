@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// CGAL's Surface_mesh_deformation on a task file of triangles, with the commands of peers/worker.py.
+//
+//   cgal_peer TASK ENERGY POSITIONS
+#include <CGAL/Simple_cartesian.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/Surface_mesh_deformation.h>
+#include <CGAL/version.h>
+
+#include <exception>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "process.h"
+#include "task_file.h"
+
+namespace {
+
+using Kernel = CGAL::Simple_cartesian<double>;
+using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
+using arap::bench::Stopwatch;
+
+class Peer {
+ public:
+  Peer() = default;
+  Peer(const Peer&) = delete;
+  Peer& operator=(const Peer&) = delete;
+  virtual ~Peer() = default;
+  virtual std::string bind() = 0;
+  virtual std::string solve(unsigned n_iterations) = 0;
+};
+
+template <CGAL::Deformation_algorithm_tag kEnergy>
+class CgalPeer final : public Peer {
+ public:
+  CgalPeer(const std::string& task_path, std::string positions_path)
+      : task_(task_path), positions_path_(std::move(positions_path)) {
+    for (Eigen::Index v = 0; v < task_.positions.rows(); ++v)
+      mesh_.add_vertex({task_.positions(v, 0), task_.positions(v, 1), task_.positions(v, 2)});
+    for (size_t k = 0; k < task_.corner_vertices.size(); k += 3) {
+      const int* corner = &task_.corner_vertices[k];
+      if (mesh_.add_face(vertex(corner[0]), vertex(corner[1]), vertex(corner[2])) == Mesh::null_face())
+        throw std::runtime_error("the mesh is not manifold or not consistently oriented");
+    }
+  }
+
+  std::string bind() override {
+    deformation_.reset();
+    const Stopwatch watch;
+    deformation_ = std::make_unique<Deformation>(mesh_);
+    deformation_->insert_roi_vertices(vertices(mesh_).begin(), vertices(mesh_).end());
+    for (const int v : task_.constrained) deformation_->insert_control_vertex(vertex(v));
+    if (!deformation_->preprocess()) throw std::runtime_error("CGAL could not factorize the system");
+    std::ostringstream out;
+    out << R"({"ms": )" << watch.ms() << '}';
+    return out.str();
+  }
+
+  std::string solve(unsigned n_iterations) override {
+    if (!deformation_) throw std::runtime_error("bind first");
+    deformation_->reset();
+    for (size_t k = 0; k < task_.constrained.size(); ++k)
+      deformation_->set_target_position(vertex(task_.constrained[k]),
+                                        {task_.targets(k, 0), task_.targets(k, 1), task_.targets(k, 2)});
+    const Stopwatch watch;
+    deformation_->deform(n_iterations, 0.0);
+    std::ostringstream out;
+    const double ms = watch.ms();
+    out << R"({"ms": )" << ms << R"(, "cores": )" << watch.cpu_ms() / ms << '}';
+    write_positions();
+    // The rest shape again: a later bind takes it from the mesh.
+    deformation_->reset();
+    return out.str();
+  }
+
+ private:
+  using Deformation = CGAL::Surface_mesh_deformation<Mesh, CGAL::Default, CGAL::Default, kEnergy>;
+
+  static Mesh::Vertex_index vertex(int v) { return Mesh::Vertex_index(static_cast<Mesh::size_type>(v)); }
+
+  void write_positions() const {
+    arap::Positions positions(task_.positions.rows(), 3);
+    for (Eigen::Index v = 0; v < positions.rows(); ++v) {
+      const Kernel::Point_3& p = mesh_.point(vertex(static_cast<int>(v)));
+      positions.row(v) << p.x(), p.y(), p.z();
+    }
+    std::ofstream file(positions_path_, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(positions.data()),
+               static_cast<std::streamsize>(positions.size() * sizeof(double)));
+  }
+
+  arap::bench::TaskFile task_;
+  std::string positions_path_;
+  Mesh mesh_;
+  std::unique_ptr<Deformation> deformation_;
+};
+
+std::unique_ptr<Peer> make_peer(const std::string& task, const std::string& energy, const std::string& positions) {
+  if (energy == "spokes") return std::make_unique<CgalPeer<CGAL::ORIGINAL_ARAP>>(task, positions);
+  if (energy == "spokes_and_rims") return std::make_unique<CgalPeer<CGAL::SPOKES_AND_RIMS>>(task, positions);
+  throw std::runtime_error("no energy " + energy);
+}
+
+std::string answer(Peer& peer, const std::string& command) {
+  std::istringstream words(command);
+  std::string name;
+  unsigned number = 0;
+  words >> name >> number;
+  if (name == "version") return R"({"version": ")" CGAL_VERSION_STR R"("})";
+  if (name == "bind") return peer.bind();
+  if (name == "solve") return peer.solve(number);
+  if (name == "memory") return R"({"peak_mb": )" + std::to_string(arap::bench::peak_memory_mb()) + '}';
+  throw std::runtime_error("no command " + name);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    if (argc != 4) throw std::runtime_error("usage: cgal_peer TASK ENERGY POSITIONS");
+    const std::unique_ptr<Peer> peer = make_peer(argv[1], argv[2], argv[3]);
+    for (std::string command; std::getline(std::cin, command);) std::cout << answer(*peer, command) << std::endl;
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    return 1;
+  }
+}

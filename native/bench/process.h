@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <ctime>
+
+namespace arap::bench {
+
+/// Wall-clock and processor milliseconds since it was made; the processor's are those of all threads.
+class Stopwatch {
+ public:
+  Stopwatch() : wall_(now(CLOCK_MONOTONIC)), cpu_(now(CLOCK_PROCESS_CPUTIME_ID)) {}
+  [[nodiscard]] double ms() const { return now(CLOCK_MONOTONIC) - wall_; }
+  [[nodiscard]] double cpu_ms() const { return now(CLOCK_PROCESS_CPUTIME_ID) - cpu_; }
+
+ private:
+  static double now(clockid_t clock) {
+    timespec t = {};
+    clock_gettime(clock, &t);
+    return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+  }
+
+  double wall_;
+  double cpu_;
+};
+
+/// Most memory that was resident since the program started, in MB (10^6 bytes). getrusage would count what the parent
+/// process had resident before exec.
+[[nodiscard]] double peak_memory_mb();
+
+}  // namespace arap::bench

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+#include <new>
+
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+namespace arap {
+
+/// An array of numbers that starts at a cache line. It is not initialized. Large ones ask for huge pages: a solve
+/// streams through the whole factor, and with pages of 4 KiB it would wait for address translation.
+template <class Number>
+class AlignedBuffer {
+ public:
+  AlignedBuffer() = default;
+
+  explicit AlignedBuffer(size_t size) : size_(size) {
+    const size_t alignment = size * sizeof(Number) >= kHugePage ? kHugePage : kCacheLine;
+    const size_t bytes = (std::max<size_t>(1, size * sizeof(Number)) + alignment - 1) / alignment * alignment;
+    data_.reset(static_cast<Number*>(std::aligned_alloc(alignment, bytes)));
+    if (data_ == nullptr) throw std::bad_alloc();
+#if defined(__linux__)
+    // Advice: where the kernel does not take it, everything still works.
+    if (alignment == kHugePage) static_cast<void>(madvise(data_.get(), bytes, MADV_HUGEPAGE));
+#endif
+  }
+
+  [[nodiscard]] Number* data() { return data_.get(); }
+  [[nodiscard]] const Number* data() const { return data_.get(); }
+  [[nodiscard]] size_t size() const { return size_; }
+  [[nodiscard]] Number& operator[](size_t i) { return data_[i]; }
+  [[nodiscard]] const Number& operator[](size_t i) const { return data_[i]; }
+
+ private:
+  static constexpr size_t kCacheLine = 64;
+  static constexpr size_t kHugePage = size_t{2} << 20;
+
+  struct Free {
+    void operator()(Number* p) const { std::free(p); }
+  };
+
+  size_t size_ = 0;
+  std::unique_ptr<Number[], Free> data_;
+};
+
+}  // namespace arap

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "block_ldlt.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+#include <utility>
+
+#include "arap/error.h"
+#include "elimination_tree.h"
+#include "multifrontal.h"
+#include "nested_dissection.h"
+#include "tile_solve.h"
+
+namespace arap {
+
+namespace {
+
+/// Of the set of entries, whatever the unknowns are called: new_index[i] is the column of unknown i.
+std::uint64_t hash_pattern(const SparseMatrix& A, const std::vector<int>& new_index) {
+  auto hash = static_cast<std::uint64_t>(A.rows());
+  for (int column = 0; column < A.outerSize(); ++column) {
+    const std::uint64_t high = static_cast<std::uint64_t>(new_index[column]) << 32U;
+    for (SparseMatrix::InnerIterator it(A, column); it; ++it) {
+      // Steele, Lea and Flood's mixing of 64 bits; a sum does not ask for an order.
+      std::uint64_t bits = (high | static_cast<std::uint64_t>(new_index[it.row()])) + 0x9e3779b97f4a7c15U;
+      bits = (bits ^ (bits >> 30U)) * 0xbf58476d1ce4e5b9U;
+      bits = (bits ^ (bits >> 27U)) * 0x94d049bb133111ebU;
+      hash += bits ^ (bits >> 31U);
+    }
+  }
+  return hash;
+}
+
+/// Whether x = M^-1 b is near enough to A^-1 b to be of use, M what the factor has become by rounding: energies
+/// <x, A x> of solutions are right to a tenth. Looked at for a rough vector and for the smoothest one, which suffers
+/// most: the answer to a force on everything.
+bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vector<char>& is_erased, int threads) {
+  constexpr double kFarOff = 0.1;
+  const Eigen::Index n = A.rows();
+  Positions x(n, 3);
+  std::uint32_t bits = 1;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    bits = bits * 1664525U + 1013904223U;  // Numerical Recipes' generator
+    const double force = is_erased[i] != 0 ? 0 : A.coeff(i, i);
+    x.row(i) << force, (bits >> 31U) != 0 ? force : -force, force * static_cast<double>(i) / static_cast<double>(n);
+  }
+  factor.solve(x);
+  Positions force;
+  multiply(A, x, force, threads);
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (is_erased[i] != 0) force.row(i).setZero();
+  const Eigen::RowVector3d energy = x.cwiseProduct(force).colwise().sum();
+  x = force;
+  factor.solve(x);
+  const Eigen::RowVector3d energy_again = x.cwiseProduct(force).colwise().sum();
+  // Not a division: there may be nothing that is not erased. NaN is not close.
+  return ((energy_again - energy).array().abs() <= kFarOff * energy.array()).all();
+}
+
+std::shared_ptr<const TilePlan> make_plan(const SparseMatrix& pattern, int n_threads) {
+  return std::make_shared<const TilePlan>(make_supernodes(pattern, nested_dissection(pattern)), n_threads);
+}
+
+}  // namespace
+
+BlockLdlt::BlockLdlt(const SparseMatrix& pattern, int n_threads, Isa isa, TileFormat format)
+    : isa_(isa),
+      format_(kernels(isa).half_tile.number_bytes > 0 ? format : TileFormat::kFloat),
+      plan_(make_plan(pattern, n_threads)),
+      new_index_(inverse_permutation(plan_->structure.order)),
+      pattern_hash_(hash_pattern(pattern, new_index_)),
+      front_plan_(std::make_unique<const FrontPlan>(pattern, *plan_)) {}
+
+BlockLdlt::~BlockLdlt() = default;
+
+const std::vector<int>* BlockLdlt::order() const { return plan_->is_in_order ? nullptr : &plan_->structure.order; }
+
+void BlockLdlt::renumber(const SparseMatrix& pattern) {
+  if (plan_->is_in_order) return;
+  auto plan = std::make_shared<TilePlan>(*plan_);
+  std::iota(plan->structure.order.begin(), plan->structure.order.end(), 0);
+  plan->is_in_order = true;
+  require_pattern(pattern, plan->structure.order);
+  front_plan_ = std::make_unique<const FrontPlan>(pattern, *plan);
+  new_index_ = plan->structure.order;
+  plan_ = std::move(plan);
+}
+
+void BlockLdlt::require_pattern(const SparseMatrix& A, const std::vector<int>& new_index) const {
+  const bool has_size = A.rows() == A.cols() && A.rows() == std::ssize(new_index);
+  if (!has_size || hash_pattern(A, new_index) != pattern_hash_)
+    throw SolverError("the matrix has another pattern than the one that its solver was made for");
+}
+
+std::unique_ptr<Factorization> BlockLdlt::factorize(const SparseMatrix& A, const std::vector<char>& is_erased) const {
+  require_pattern(A, new_index_);
+  const Scaling scaling(A, is_erased);
+  if (format_ == TileFormat::kHalf) {
+    auto factor = factorize_as(TileFormat::kHalf, A, scaling);
+    if (factor != nullptr && is_close(*factor, A, is_erased, plan_->n_threads)) return factor;
+  }
+  return factorize_as(TileFormat::kFloat, A, scaling);
+}
+
+std::unique_ptr<Factorization> BlockLdlt::factorize_as(TileFormat format, const SparseMatrix& A,
+                                                       const Scaling& scaling) const {
+  const TileKernels& tile_kernels = format == TileFormat::kHalf ? kernels(isa_).half_tile : kernels(isa_).tile;
+  AlignedBuffer<std::byte> tiles(tile_kernels.number_bytes * kTileNumbers * plan_->tile_offsets.back());
+  if (!factorize_multifrontal(*plan_, *front_plan_, kernels(isa_).front, A, scaling, format, tiles.data()))
+    return nullptr;
+  return std::make_unique<TileFactorization>(plan_, tile_kernels, std::move(tiles), scaling);
+}
+
+}  // namespace arap

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+// Included where the flags are of one instruction set: no header with inline functions may come in here, or the linker
+// could hand their copies to code that has to run on every processor.
+
+namespace arap {
+
+inline constexpr int kSliceWidth = 16;
+
+/// Ragged rows, sixteen at a time side by side ("sliced ELLPACK"): entry e of row 16 s + k belongs to group offsets[s]
+/// + e and is its lane k, so that one vector register takes the same entry of neighbouring rows. Shorter rows are
+/// filled with zeros.
+template <class Real>
+struct SlicedView {
+  const int* offsets;  ///< n_slices + 1
+  const int* indices;  ///< 16 of each group
+  const Real* values;  ///< 16 of each component of each group
+};
+
+/// The two passes of an iteration over a range of slices, compiled once per instruction set. Positions are in double
+/// and differences of them too; everything after that is Real.
+template <class Real>
+struct CellKernels {
+  /// Local step of the cells in slices [begin, end): each rotation becomes the one that maximizes <R_c, Q_c(p')>,
+  /// starting from its present value; returns the sum of <R_c, Q_c>.
+  /// @param cells       row: cell, index: vertex, 3 components: q_cj; without the vertex in `references`
+  /// @param references  of each row: one vertex of the cell
+  /// @param positions   (n_vertices, 4)
+  /// @param rotations   (n_cells, 4), unit quaternions, (x, y, z, w)
+  double (*fit_rotations)(const SlicedView<Real>& cells, const int* references, const double* positions,
+                          Real* rotations, int begin, int end);
+
+  /// The sum of <R_c, Q_c> for the rotations as they are.
+  double (*alignment)(const SlicedView<Real>& cells, const int* references, const double* positions,
+                      const Real* rotations, int begin, int end);
+
+  /// residual = b - K p' of the vertices in slices [begin, end), b_j = sum_c R_c q_cj; returns their part of
+  /// 1/2 <p', K p'>.
+  /// @param incidences  row: vertex, index: cell, 3 components: q_cj
+  /// @param springs     row: vertex j, index: vertex k other than j, 1 component: -K_jk
+  /// @param residual    (n_vertices, 3)
+  double (*residual)(const SlicedView<Real>& incidences, const SlicedView<Real>& springs, const double* positions,
+                     const Real* rotations, double* residual, int n_vertices, int begin, int end);
+};
+
+/// The exact fit for what the kernels leave open: the rotation that maximizes <R, S>, S row by row, as a quaternion;
+/// `former` is kept where S is 0.
+void fit_quaternion(const double* S, const double* former, double* quaternion);
+
+}  // namespace arap

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cell_passes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "aligned_buffer.h"
+#include "cell_stream.h"
+#include "kernels.h"
+#include "parallel.h"
+
+namespace arap {
+
+namespace {
+
+/// Slices that a thread takes at once.
+constexpr int kSliceRange = 32;
+
+size_t whole_slices(int n) {
+  return static_cast<size_t>((n + kSliceWidth - 1) / kSliceWidth) * static_cast<size_t>(kSliceWidth);
+}
+
+template <class Real>
+const CellKernels<Real>& cell_kernels(Isa isa) {
+  if constexpr (std::is_same_v<Real, float>)
+    return kernels(isa).single_cell;
+  else
+    return kernels(isa).double_cell;
+}
+
+template <class Real>
+class CellPassesOf final : public CellPasses {
+ public:
+  CellPassesOf(const CellEnergy& energy, const Positions& rest, int threads, Isa isa)
+      : n_vertices_(energy.n_vertices()),
+        n_cells_(energy.n_cells()),
+        threads_(threads),
+        kernels_(cell_kernels<Real>(isa)),
+        stream_(energy, threads),
+        positions_(4 * whole_slices(n_vertices_)),
+        rotations_(4 * whole_slices(n_cells_)) {
+    std::fill_n(positions_.data(), positions_.size(), 0.0);
+    set_rotations(Rotations(n_cells_, Eigen::Quaterniond::Identity()));
+    for (size_t c = n_cells_; c < whole_slices(n_cells_); ++c) set_rotation(c, Eigen::Quaterniond::Identity());
+    set_positions(rest);
+    Positions residual;
+    rest_energy_ = alignment() - find_residual(residual);
+  }
+
+  void set_threads(int threads) override { threads_ = threads; }
+
+  void set_positions(const Positions& positions) override {
+    parallel_for<kSliceRange * kSliceWidth>(threads_, n_vertices_, [&](int begin, int end) {
+      // By name: three numbers by std::copy are a call of memmove.
+      for (int v = begin; v < end; ++v) Eigen::RowVector3d::Map(positions_.data() + 4L * v) = positions.row(v);
+    });
+  }
+
+  [[nodiscard]] double* padded_positions() override { return positions_.data(); }
+
+  void set_rotations(const Rotations& rotations) override {
+    parallel_for<kSliceRange * kSliceWidth>(threads_, n_cells_, [&](int begin, int end) {
+      for (int c = begin; c < end; ++c) set_rotation(c, rotations[c]);
+    });
+  }
+
+  void read_rotations(Rotations& rotations) const override {
+    rotations.resize(n_cells_);
+    parallel_for<kSliceRange * kSliceWidth>(threads_, n_cells_, [&](int begin, int end) {
+      for (int c = begin; c < end; ++c)
+        rotations[c].coeffs() = Eigen::Vector4<Real>::Map(rotations_.data() + 4L * c).template cast<double>();
+    });
+  }
+
+  double fit_rotations() override {
+    return parallel_sum<kSliceRange>(threads_, stream_.cells.n_slices(), [&](int begin, int end) {
+      return kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), positions_.data(),
+                                    rotations_.data(), begin, end);
+    });
+  }
+
+  [[nodiscard]] double alignment() const override {
+    return parallel_sum<kSliceRange>(threads_, stream_.cells.n_slices(), [&](int begin, int end) {
+      return kernels_.alignment(stream_.cells.view(), stream_.references.data(), positions_.data(), rotations_.data(),
+                                begin, end);
+    });
+  }
+
+  double find_residual(Positions& residual) const override {
+    residual.resize(n_vertices_, 3);
+    return parallel_sum<kSliceRange>(threads_, stream_.incidences.n_slices(), [&](int begin, int end) {
+      return kernels_.residual(stream_.incidences.view(), stream_.springs.view(), positions_.data(), rotations_.data(),
+                               residual.data(), n_vertices_, begin, end);
+    });
+  }
+
+  [[nodiscard]] double energy_rounding() const override {
+    // Single errors of cells have any sign, so those of a sum grow with the root of their number.
+    constexpr double kEpsilon = std::numeric_limits<Real>::epsilon();
+    return std::is_same_v<Real, float> ? 4 * kEpsilon / std::sqrt(1.0 + n_cells_) * rest_energy_
+                                       : 50 * kEpsilon * rest_energy_;
+  }
+
+  [[nodiscard]] double rest_energy() const override { return rest_energy_; }
+
+ private:
+  void set_rotation(size_t c, const Eigen::Quaterniond& rotation) {
+    Eigen::Vector4<Real>::Map(rotations_.data() + 4 * c) = rotation.coeffs().template cast<Real>();
+  }
+
+  int n_vertices_;
+  int n_cells_;
+  int threads_;
+  const CellKernels<Real>& kernels_;
+  CellStream<Real> stream_;
+  AlignedBuffer<double> positions_;  ///< (n, 4)
+  AlignedBuffer<Real> rotations_;    ///< (n_cells, 4)
+  double rest_energy_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Positions& rest, Precision precision,
+                                             int threads, Isa isa) {
+  if (precision == Precision::kSingle) return std::make_unique<CellPassesOf<float>>(energy, rest, threads, isa);
+  return std::make_unique<CellPassesOf<double>>(energy, rest, threads, isa);
+}
+
+bool fits_single_precision(const CellEnergy& energy) {
+  constexpr double kLargest = 1e12;
+  constexpr double kSmallest = 1e-12;
+  for (int v = 0; v < energy.n_vertices(); ++v)
+    for (SparseMatrix::InnerIterator entry(energy.K, v); entry; ++entry) {
+      const double size = std::abs(entry.value());
+      // Beside the diagonal weights cancel, in any mesh of right angles: what is left of them may be as small as it is.
+      if (!(size < kLargest) || (entry.row() == v && size != 0 && size < kSmallest)) return false;
+    }
+  return true;
+}
+
+}  // namespace arap

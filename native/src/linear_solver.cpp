@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "linear_solver.h"
+
+#include "bicgstab.h"
+#include "block_ldlt.h"
+#include "simplicial_ldlt.h"
+#include "sparse_lu.h"
+#include "sparse_qr.h"
+
+namespace arap {
+
+std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, LinearSolverKind kind, int threads) {
+  switch (kind) {
+    case LinearSolverKind::kBlockLdlt:
+      break;
+    case LinearSolverKind::kSimplicialLdlt:
+      return std::make_unique<SimplicialLdlt>();
+    case LinearSolverKind::kSparseLu:
+      return std::make_unique<SparseLu>();
+    case LinearSolverKind::kSparseQr:
+      return std::make_unique<SparseQr>();
+    case LinearSolverKind::kBiCgStab:
+      return std::make_unique<BiCgStab>();
+  }
+  return std::make_unique<BlockLdlt>(pattern, threads);
+}
+
+}  // namespace arap

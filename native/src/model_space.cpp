@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "model_space.h"
+
+#include <numeric>
+#include <utility>
+
+#include "parallel.h"
+
+namespace arap {
+
+namespace {
+
+/// Rows that a thread takes at once.
+constexpr int kRows = 4096;
+
+}  // namespace
+
+ModelSpace::ModelSpace(const Positions& positions)
+    : center_(0.5 * (positions.colwise().maxCoeff() + positions.colwise().minCoeff())),
+      model_vertex_(positions.rows()),
+      input_vertex_(positions.rows()) {
+  const double diagonal = (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
+  if (diagonal > 0) size_ = diagonal;
+  std::iota(model_vertex_.begin(), model_vertex_.end(), 0);
+  std::iota(input_vertex_.begin(), input_vertex_.end(), 0);
+}
+
+void ModelSpace::join(const std::vector<int>& same_as) {
+  input_vertex_.clear();
+  for (int v = 0; v < n_input_vertices(); ++v) {
+    const int first = same_as[v];
+    if (first == v) {
+      model_vertex_[v] = static_cast<int>(input_vertex_.size());
+      input_vertex_.push_back(v);
+    } else {
+      model_vertex_[v] = model_vertex_[first];
+    }
+  }
+}
+
+void ModelSpace::renumber(const std::vector<int>& new_of_old) {
+  std::vector<int> renumbered(input_vertex_.size());
+  for (size_t m = 0; m < input_vertex_.size(); ++m) renumbered[new_of_old[m]] = input_vertex_[m];
+  input_vertex_ = std::move(renumbered);
+  for (int& m : model_vertex_) m = new_of_old[m];
+}
+
+Positions ModelSpace::to_model(const Positions& of_input, int threads) const {
+  Positions result(n_model_vertices(), 3);
+  parallel_for<kRows>(threads, n_model_vertices(), [&](int begin, int end) {
+    for (int m = begin; m < end; ++m) result.row(m) = (of_input.row(input_vertex_[m]) - center_) / size_;
+  });
+  return result;
+}
+
+Positions ModelSpace::to_input(const Positions& of_model, int threads) const {
+  Positions result(n_input_vertices(), 3);
+  parallel_for<kRows>(threads, n_input_vertices(), [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) result.row(v) = of_model.row(model_vertex_[v]) * size_ + center_;
+  });
+  return result;
+}
+
+bool ModelSpace::write_to_input(const Positions& of_model, int threads, std::span<float> of_input) const {
+  return parallel_reduce<kRows>(
+             threads, n_input_vertices(), char{1},
+             [&](int begin, int end) {
+               double zero = 0;  // not a number as soon as one of the numbers is not finite
+               for (int v = begin; v < end; ++v) {
+                 const Eigen::RowVector3d x = of_model.row(model_vertex_[v]);
+                 Eigen::RowVector3f::Map(of_input.data() + 3L * v) = (x * size_ + center_).cast<float>();
+                 zero += 0 * (x[0] + x[1] + x[2]);
+               }
+               return static_cast<char>(zero == 0);
+             },
+             [](char a, char b) { return static_cast<char>(a & b); }) != 0;
+}
+
+Positions ModelSpace::vectors_to_input(const Positions& of_model) const {
+  Positions result(n_input_vertices(), 3);
+  for (int v = 0; v < n_input_vertices(); ++v) result.row(v) = of_model.row(model_vertex_[v]);
+  return result;
+}
+
+std::vector<double> ModelSpace::to_model(const std::vector<double>& of_input) const {
+  std::vector<double> result;
+  if (of_input.empty()) return result;
+  result.reserve(input_vertex_.size());
+  for (const int v : input_vertex_) result.push_back(of_input[v]);
+  return result;
+}
+
+std::vector<int> ModelSpace::regions_to_model(const std::vector<int>& of_input) const {
+  std::vector<int> result(of_input.empty() ? 0 : input_vertex_.size(), -1);
+  for (size_t v = 0; v < of_input.size(); ++v) {
+    int& region = result[model_vertex_[v]];
+    if (of_input[v] >= 0 && (region < 0 || of_input[v] < region)) region = of_input[v];
+  }
+  return result;
+}
+
+PolygonMesh ModelSpace::to_model(const PolygonMesh& mesh) const {
+  std::vector<int> corners;
+  std::vector<int> sizes;
+  sizes.reserve(mesh.n_faces());
+  for (int f = 0; f < mesh.n_faces(); ++f) {
+    for (const int v : mesh.face(f)) corners.push_back(model_vertex_[v]);
+    sizes.push_back(static_cast<int>(mesh.face(f).size()));
+  }
+  return {to_model(mesh.positions(), 1), std::move(corners), std::move(sizes)};
+}
+
+}  // namespace arap

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "nonlinear_cg.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include "parallel.h"
+
+namespace arap {
+
+namespace {
+
+/// Smaller decreases of the energy, as part of E_0, are none.
+constexpr double kSmallestDecrease = 1e-14;
+
+/// Rows that a thread takes at once.
+constexpr int kRows = 2048;
+
+template <class Rows>
+auto flat(Rows& x, int begin, int end) {
+  // As one array: the compilers see through that, not through blocks of a matrix.
+  using Number = typename Rows::Scalar;
+  using Array = Eigen::Array<Number, Eigen::Dynamic, 1>;
+  using Map = std::conditional_t<std::is_const_v<Rows>, Eigen::Map<const Array>, Eigen::Map<Array>>;
+  return Map(x.data() + 3L * begin, 3L * static_cast<std::ptrdiff_t>(end - begin));
+}
+
+template <class Number>
+Number longest_squared(const Number* begin, const Number* end) {
+  Number longest = 0;
+  for (const Number* row = begin; row != end; row += 3)
+    longest = std::max(longest, row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
+  return longest;
+}
+
+int row_count(const Positions& x) { return static_cast<int>(x.rows()); }
+
+}  // namespace
+
+double NonlinearCg::slope_along_direction() const {
+  const Positions& residual = steps_.residual();
+  return parallel_sum<kRows>(steps_.threads(), row_count(residual), [&](int begin, int end) {
+    return (flat(direction_, begin, end).cast<double>() * flat(residual, begin, end)).sum();
+  });
+}
+
+double NonlinearCg::choose_beta() {
+  using Sums = std::array<double, 3>;
+  const Positions& residual = steps_.residual();
+  const Positions& correction = correction_;
+  residual_.resize(residual.rows(), 3);  // memory only where it is not there yet
+  direction_.resize(residual.rows(), 3);
+  const bool is_fresh = is_fresh_;
+  const Sums sums = parallel_reduce<kRows>(
+      steps_.threads(), row_count(residual), Sums{},
+      [&](int begin, int end) {
+        const auto z = flat(correction, begin, end);
+        const auto r = flat(residual, begin, end);
+        auto last_r = flat(residual_, begin, end);
+        Sums part{(z * r).sum(), 0, 0};
+        if (!is_fresh) {
+          part[1] = (z * last_r.cast<double>()).sum();
+          part[2] = (flat(direction_, begin, end).cast<double>() * r).sum();
+        }
+        last_r = r.cast<float>();
+        return part;
+      },
+      [](const Sums& a, const Sums& b) {
+        return Sums{a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+      });
+  const double z_r = sums[0];
+  double beta = is_fresh ? 0 : std::max(0.0, (z_r - sums[1]) / z_r_);
+  slope_ = z_r + beta * sums[2];
+  if (!(slope_ > 0) || !std::isfinite(beta)) {
+    beta = 0;
+    slope_ = z_r;
+  }
+  z_r_ = z_r;
+  return beta;
+}
+
+template <class Update>
+double NonlinearCg::move(Pose& pose, double length, const Update& update) {
+  pose.positions.resize(start_.rows(), 3);
+  double* const padded = steps_.padded_positions();
+  const float longest = parallel_reduce<kRows>(
+      steps_.threads(), row_count(start_), 0.0F,
+      [&](int begin, int end) {
+        auto d = flat(direction_, begin, end);
+        update(d, begin, end);
+        flat(pose.positions, begin, end) = flat(std::as_const(start_), begin, end) + length * d.template cast<double>();
+        for (int v = begin; v < end; ++v) std::copy_n(pose.positions.data() + 3L * v, 3, padded + 4L * v);
+        return longest_squared(d.data(), d.data() + d.size());
+      },
+      [](float a, float b) { return std::max(a, b); });
+  pose.placements = placements_;
+  steps_.follow_positions(pose);
+  step_ = length * std::sqrt(static_cast<double>(longest));
+  return steps_.fit_padded(pose);
+}
+
+double NonlinearCg::try_length(Pose& pose, double length) {
+  return move(pose, length, [](const auto&, int, int) {});
+}
+
+double NonlinearCg::try_direction(Pose& pose, double length, double beta) {
+  const Positions& correction = correction_;
+  if (beta > 0)
+    return move(pose, length, [&](auto& d, int begin, int end) {
+      d = flat(correction, begin, end).template cast<float>() + static_cast<float>(beta) * d;
+    });
+  return move(pose, length,
+              [&](auto& d, int begin, int end) { d = flat(correction, begin, end).template cast<float>(); });
+}
+
+double NonlinearCg::iterate(Pose& pose, double energy) {
+  constexpr double kLongest = 4;
+  constexpr double kShortest = 0.25;
+  constexpr double kSecondLook = 0.3;  // relative change of the length that is worth another fit
+  steps_.find_correction(pose, correction_);
+  const double beta = choose_beta();
+  start_.swap(pose.positions);
+  placements_ = pose.placements;
+  const double rounding = steps_.energy_rounding();
+
+  double length = is_fresh_ ? 1 : length_;
+  double reached = try_direction(pose, length, beta);
+  if (!is_fresh_ || reached > energy + rounding) {
+    double better = length * slope_ / (slope_ - slope_along_direction());
+    if (!(better > 0) || better > kLongest * length) better = kLongest * length;
+    if (std::abs(better - length) > kSecondLook * length || reached > energy + rounding) {
+      length = better;
+      reached = try_length(pose, length);
+    }
+  }
+  is_fresh_ = false;
+  if (reached > energy + rounding) {
+    length = 1;
+    slope_ = z_r_;
+    is_fresh_ = true;
+    reached = try_direction(pose, length, 0);
+  }
+  promised_decrease_ = length * slope_;
+  length_ = std::clamp(length, kShortest, kLongest);
+  return reached;
+}
+
+double NonlinearCg::longest_correction() const {
+  const double longest = parallel_reduce<kRows>(
+      steps_.threads(), row_count(correction_), 0.0,
+      [&](int begin, int end) {
+        return longest_squared(correction_.data() + 3L * begin, correction_.data() + 3L * end);
+      },
+      [](double a, double b) { return std::max(a, b); });
+  return std::sqrt(longest);
+}
+
+IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
+                         const Progress& progress) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  IterationReport report;
+  steps.start(pose);
+  report.energy_before = report.energy_after = steps.fit(pose);
+  search.restart();
+  const double smallest_decrease = kSmallestDecrease * steps.rest_energy();
+  while (report.iterations < options.max_iterations) {
+    const double fraction = static_cast<double>(report.iterations) / options.max_iterations;
+    if (progress && !progress(fraction)) {
+      report.stop_reason = StopReason::kCancelled;
+      return report;
+    }
+    if (options.acceleration == Acceleration::kNone) search.restart();
+    const double energy = search.iterate(pose, report.energy_after);
+    ++report.iterations;
+    report.step = search.step();
+    // A short step may only be a short length.
+    if (report.step <= options.step_tolerance) report.step = std::max(report.step, search.longest_correction());
+    // Where the measured decrease drowns in rounding, the one that the slope promised still has its digits.
+    const double measured = report.energy_after - energy;
+    const double decrease = measured > 10 * steps.energy_rounding() ? measured : search.promised_decrease();
+    report.energy_after = energy;
+    if (decrease <= options.energy_tolerance * energy + smallest_decrease && report.step <= options.step_tolerance) {
+      report.stop_reason = StopReason::kConverged;
+      break;
+    }
+    if (std::chrono::duration<double>(Clock::now() - start).count() >= options.time_limit_s) {
+      report.stop_reason = StopReason::kTimeLimit;
+      break;
+    }
+  }
+  steps.finish(pose);
+  return report;
+}
+
+}  // namespace arap

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <functional>
+
+#include "linear_solver.h"
+
+namespace arap {
+
+/// Replaces b (n, 3) by A^-1 b to about the accuracy of double, with a factorization that may be less exact: conjugate
+/// gradients with the factor as preconditioner, so that it converges whatever the quality of that is. With a good one
+/// it is iterative refinement: two or three products and solves.
+///
+/// @param apply   y = A x, (n, 3), without erased rows and columns: there y is 0 where x is
+/// @param factor  of A; b is 0 in erased rows
+void solve_refined(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
+                   Positions& b);
+
+}  // namespace arap

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Vectors of numbers on the vector extensions of GCC and Clang: + - * work lane by lane, and the compiler picks the
+// instructions. Only for sources that are compiled once per instruction set. Everything is in an unnamed namespace and
+// nothing of the standard library is called: an inline function that two of those sources share would be linked once,
+// in the version of either.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+
+#if defined(__AVX__)
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wuninitialized"  // GCC's bug 105593: it warns of its own header
+#include <immintrin.h>
+#pragma GCC diagnostic pop
+#else
+#include <immintrin.h>
+#endif
+#endif
+
+namespace arap {
+namespace {
+
+#if defined(__AVX512F__)
+inline constexpr int kVectorBytes = 64;
+#elif defined(__AVX__)
+inline constexpr int kVectorBytes = 32;
+#else
+inline constexpr int kVectorBytes = 16;
+#endif
+
+template <class Number, int n>
+struct VectorOf {
+  using Type [[gnu::vector_size(sizeof(Number) * n)]] = Number;
+  /// The same in memory, where it is aligned as a number only and overlaps arrays of them.
+  using InMemory [[gnu::vector_size(sizeof(Number) * n), gnu::aligned(alignof(Number)), gnu::may_alias]] = Number;
+};
+
+template <class Number, int n>
+using Vector = typename VectorOf<Number, n>::Type;
+
+template <class Number, int n>
+[[gnu::always_inline]] inline Vector<Number, n> load(const Number* p) {
+  return *reinterpret_cast<const typename VectorOf<Number, n>::InMemory*>(p);
+}
+
+template <class Number, int n>
+[[gnu::always_inline]] inline void store(Number* p, Vector<Number, n> v) {
+  *reinterpret_cast<typename VectorOf<Number, n>::InMemory*>(p) = v;
+}
+
+/// A number of 16 bits: 11 digits, up to 65504.
+struct Half {
+  unsigned short bits;
+};
+
+/// Where a processor converts them in vectors; it does wherever it has AVX2.
+#if defined(__F16C__)
+inline constexpr bool kHasHalf = true;
+
+inline constexpr float kLargestHalf = 65504;
+
+template <class Number, int n>
+[[gnu::always_inline]] inline Vector<float, n> load_as_float(const Number* p) {
+  if constexpr (sizeof(Number) == sizeof(float)) {
+    return load<float, n>(p);
+  } else if constexpr (n == 4) {
+    return _mm_cvtph_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p)));
+  } else if constexpr (n == 8) {
+    return _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
+  } else {
+#if defined(__AVX512F__)
+    return _mm512_cvtph_ps(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
+#endif
+  }
+}
+
+/// Stores the nearest.
+[[gnu::always_inline]] inline void store_four(Half* p, Vector<float, 4> v) {
+  _mm_storel_epi64(reinterpret_cast<__m128i*>(p), _mm_cvtps_ph(v, 0));
+}
+#else
+inline constexpr bool kHasHalf = false;
+
+template <class Number, int n>
+[[gnu::always_inline]] inline Vector<float, n> load_as_float(const Number* p) {
+  return load<float, n>(p);
+}
+#endif
+
+[[gnu::always_inline]] inline void store_four(float* p, Vector<float, 4> v) { store<float, 4>(p, v); }
+
+/// The same four lanes of a pattern in each group of four: lane 4 g + i of the result is lane 4 g + p_i of a, or of b
+/// where p_i is 4 and more.
+template <int n, int p0, int p1, int p2, int p3>
+[[gnu::always_inline]] inline Vector<float, n> shuffle_fours(Vector<float, n> a, Vector<float, n> b) {
+  constexpr auto kLane = [](int lane) {
+    constexpr int kPattern[] = {p0, p1, p2, p3};
+    const int p = kPattern[lane % 4];
+    return lane / 4 * 4 + (p < 4 ? p : n + p - 4);
+  };
+  return [&]<int... lane>(std::integer_sequence<int, lane...>) __attribute__((always_inline)) {
+    return __builtin_shufflevector(a, b, kLane(lane)...);
+  }
+  (std::make_integer_sequence<int, n>());
+}
+
+/// Lane c of each group of four, four times.
+template <int n, int c>
+[[gnu::always_inline]] inline Vector<float, n> spread(Vector<float, n> v) {
+  return shuffle_fours<n, c, c, c, c>(v, v);
+}
+
+/// The four numbers at p in each group of four.
+template <int n>
+[[gnu::always_inline]] inline Vector<float, n> repeat_four(const float* p) {
+  const Vector<float, 4> v = load<float, 4>(p);
+  if constexpr (n == 4) return v;
+#if defined(__AVX__)
+  if constexpr (n == 8) return _mm256_insertf128_ps(_mm256_castps128_ps256(v), v, 1);
+#endif
+#if defined(__AVX512F__)
+  if constexpr (n == 16) return _mm512_broadcast_f32x4(v);
+#endif
+}
+
+// Vectors of different width are joined and parted by intrinsics: GCC 12 sends __builtin_shufflevector of them through
+// memory, and a load of what two stores have just written waits.
+
+/// The fours at(0), at(1), ... side by side.
+template <int n, int first = 0, class At>
+[[gnu::always_inline]] inline Vector<float, n> join_fours(const At& at) {
+  if constexpr (n == 4) {
+    return at(std::integral_constant<int, first>());
+  } else {
+    const Vector<float, n / 2> low = join_fours<n / 2, first>(at);
+    const Vector<float, n / 2> high = join_fours<n / 2, first + n / 8>(at);
+#if defined(__AVX__)
+    if constexpr (n == 8) return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
+#endif
+#if defined(__AVX512F__)
+    if constexpr (n == 16) return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
+#endif
+  }
+}
+
+/// Group g of four lanes.
+template <int n, int g>
+[[gnu::always_inline]] inline Vector<float, 4> four(Vector<float, n> v) {
+  if constexpr (n == 4) return v;
+#if defined(__AVX__)
+  if constexpr (n == 8) return _mm256_extractf128_ps(v, g);
+#endif
+#if defined(__AVX512F__)
+  if constexpr (n == 16) return _mm512_extractf32x4_ps(v, g);
+#endif
+}
+
+/// The sum of the groups of four.
+template <int n>
+[[gnu::always_inline]] inline Vector<float, 4> sum_of_fours(Vector<float, n> v) {
+  if constexpr (n == 4) {
+    return v;
+  } else if constexpr (n == 8) {
+    return four<8, 0>(v) + four<8, 1>(v);
+  }
+#if defined(__AVX512F__)
+  if constexpr (n == 16) return sum_of_fours<8>(_mm512_castps512_ps256(v) + _mm512_extractf32x8_ps(v, 1));
+#endif
+}
+
+/// body(0), ..., body(n - 1), unrolled: the argument is a constant.
+template <int n, class Body>
+[[gnu::always_inline]] inline void unroll(const Body& body) {
+  [&]<int... i>(std::integer_sequence<int, i...>) __attribute__((always_inline)) {
+    (body(std::integral_constant<int, i>()), ...);
+  }
+  (std::make_integer_sequence<int, n>());
+}
+
+}  // namespace
+}  // namespace arap
