@@ -31,6 +31,7 @@ BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet&
   merge_patches(model, set, model_vertex);
   regions_.set_constraints(is_hard_, soft_diagonal_, anchor_patches_);
   find_rest(model);
+  find_weak_hold(model);
   const std::vector<char> is_fixed = fixed_unknowns();
   for (size_t p = 0; p < patches_.size(); ++p) {
     const bool can_move = std::any_of(patches_[p].indices.begin(), patches_[p].indices.end(),
@@ -132,6 +133,22 @@ void BoundConstraints::find_rest(const BoundModel& model) {
   }
   for (int part = 0; part < model.n_parts; ++part)
     if (is_part_constrained[part] == 0) parts_at_rest_.push_back(part);
+}
+
+void BoundConstraints::find_weak_hold(const BoundModel& model) {
+  constexpr double kWeak = 0.01;  // of a vertex' own stiffness
+  std::vector<double> hold(model.n_parts, 0.0);
+  const auto strengthen = [&](int v, double by) {
+    const int part = model.part_of_vertex[v];
+    if (part >= 0) hold[part] = std::max(hold[part], by);
+  };
+  for (const int v : hard_vertices_) strengthen(v, 1);
+  for (const std::vector<Average>* patches : {&patches_, &anchor_patches_})
+    for (const Average& patch : *patches)
+      for (const int v : patch.indices) strengthen(v, 1);
+  const Eigen::VectorXd stiffness = model.energy.K.diagonal();
+  for (const int v : soft_vertices_) strengthen(v, soft_diagonal_[v] / (2 * stiffness[v]));
+  is_weak_hold_ = std::any_of(hold.begin(), hold.end(), [](double h) { return h > 0 && h < kWeak; });
 }
 
 std::vector<char> BoundConstraints::fixed_unknowns() const {

@@ -67,6 +67,8 @@ class BoundConstraints {
   /// (n,) 2 omega of soft vertices, 0 elsewhere; omega_i = K_ii s / (1 - s).
   [[nodiscard]] const Eigen::VectorXd& soft_diagonal() const { return soft_diagonal_; }
   [[nodiscard]] const std::vector<int>& hard_vertices() const { return hard_vertices_; }
+  /// Whether a part is held by nothing but soft constraints so weak that rounded forces in it could push it about.
+  [[nodiscard]] bool is_weak_hold() const { return is_weak_hold_; }
   /// Those of parts without any constraint.
   [[nodiscard]] const std::vector<int>& vertices_at_rest() const { return vertices_at_rest_; }
   /// The vertices of soft_diagonal() that are not 0.
@@ -88,6 +90,7 @@ class BoundConstraints {
   void merge_entries(const BoundModel& model, const ConstraintSet& set, const std::vector<int>& model_vertex);
   void merge_patches(const BoundModel& model, const ConstraintSet& set, const std::vector<int>& model_vertex);
   void find_rest(const BoundModel& model);
+  void find_weak_hold(const BoundModel& model);
   [[nodiscard]] std::vector<char> fixed_unknowns() const;
   [[nodiscard]] Eigen::VectorXd reduced_diagonal(const Eigen::VectorXd& diagonal) const;
   [[nodiscard]] std::vector<Average> reduced_patches() const;
@@ -106,6 +109,7 @@ class BoundConstraints {
   std::vector<Average> anchor_patches_;
   std::vector<int> patch_rows_;
   std::vector<int> anchor_rows_;
+  bool is_weak_hold_ = false;
   bool has_mixed_patches_ = false;
   std::vector<int> parts_at_rest_;
   std::unique_ptr<ConstrainedSystem> system_;

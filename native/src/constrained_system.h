@@ -44,8 +44,7 @@ class ConstrainedSystem {
   /// meet their targets exactly in every case.
   /// @param gaps         (n_averages, 3) target minus average of x
   /// @param multipliers  (n_averages, 3) of the last correction, or empty; set: A x + sum_k a_k multipliers_k = b at
-  /// the
-  ///                     corrected x. To start from the last ones makes the correction vanish at the minimizer.
+  ///                     the corrected x. To start from the last ones makes the correction vanish at the minimizer.
   void correct(Positions& residual, const Positions& gaps, Positions& multipliers) const;
 
   /// The same to the accuracy of double, at once.

@@ -55,7 +55,8 @@ class LinearSolver {
 
 /// @param pattern  symmetric, stored whole, with its diagonal
 /// @param threads  at most, of factorizations and solves
-[[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(
-    const SparseMatrix& pattern, LinearSolverKind kind = LinearSolverKind::kSimplicialLdlt, int threads = 1);
+[[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern,
+                                                               LinearSolverKind kind = LinearSolverKind::kBlockLdlt,
+                                                               int threads = 1);
 
 }  // namespace arap

@@ -113,7 +113,8 @@ double LocalGlobal::fit_on_threads(Pose& pose) {
     fit_regions(pose);
     alignment = passes_->alignment();
   }
-  return std::max(0.0, refresh_residual(pose) - alignment);  // no energy here is negative; rounding may be
+  const double energy = refresh_residual(pose) - alignment;
+  return energy < 0 ? 0 : energy;  // none is negative; rounding may be. What is not a number stays so.
 }
 
 void LocalGlobal::global_step(Pose& pose) {

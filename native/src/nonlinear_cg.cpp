@@ -120,6 +120,7 @@ double NonlinearCg::try_direction(Pose& pose, double length, double beta) {
 double NonlinearCg::iterate(Pose& pose, double energy) {
   constexpr double kLongest = 4;
   constexpr double kShortest = 0.25;
+  constexpr int kMostHalvings = 8;
   constexpr double kSecondLook = 0.3;  // relative change of the length that is worth another fit
   steps_.find_correction(pose, correction_);
   const double beta = choose_beta();
@@ -129,20 +130,25 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
 
   double length = is_fresh_ ? 1 : length_;
   double reached = try_direction(pose, length, beta);
-  if (!is_fresh_ || reached > energy + rounding) {
+  const auto is_worse = [&] { return !(reached <= energy + rounding); };  // or no number
+  if (!is_fresh_ || is_worse()) {
     double better = length * slope_ / (slope_ - slope_along_direction());
     if (!(better > 0) || better > kLongest * length) better = kLongest * length;
-    if (std::abs(better - length) > kSecondLook * length || reached > energy + rounding) {
+    if (std::abs(better - length) > kSecondLook * length || is_worse()) {
       length = better;
       reached = try_length(pose, length);
     }
   }
-  is_fresh_ = false;
-  if (reached > energy + rounding) {
+  is_fresh_ = is_worse();
+  if (is_worse()) {
     length = 1;
     slope_ = z_r_;
-    is_fresh_ = true;
     reached = try_direction(pose, length, 0);
+  }
+  // The plain step raises nothing but where the factor is far from the matrix, or numbers are at their end.
+  for (int halvings = 0; is_worse() && halvings < kMostHalvings; ++halvings) {
+    length = halvings + 1 < kMostHalvings ? 0.5 * length : 0;
+    reached = try_length(pose, length);
   }
   promised_decrease_ = length * slope_;
   length_ = std::clamp(length, kShortest, kLongest);
@@ -193,7 +199,7 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
       break;
     }
   }
-  steps.finish(pose);
+  if (std::isfinite(report.energy_after)) steps.finish(pose);
   return report;
 }
 

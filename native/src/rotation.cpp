@@ -90,8 +90,9 @@ Matrix3 nearest_rotation(const Matrix3& S, const Matrix3& previous) {
 void fit_quaternion(const double* S, const double* former, double* quaternion) {
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> covariance(S);
   const Eigen::Quaterniond start(former[3], former[0], former[1], former[2]);
-  const Eigen::Quaterniond fitted(nearest_rotation(covariance, start.toRotationMatrix()));
-  Eigen::Vector4d::Map(quaternion) = fitted.coeffs();
+  // Rank 1 turns the former rotation on: a length that is not 1 would grow with every fit.
+  const Eigen::Quaterniond fitted(nearest_rotation(covariance, start.normalized().toRotationMatrix()));
+  Eigen::Vector4d::Map(quaternion) = fitted.normalized().coeffs();
 }
 
 Matrix3 nearest_rotation_with_axis(const Matrix3& S, const Vector3& from, const Vector3& to, const Matrix3& previous) {

@@ -121,7 +121,7 @@ struct SurfaceArap::Impl {
     const double alignment = passes.fit_rotations();
     const double energy = passes.rest_energy() + passes.find_residual(gradient) - alignment;
     gradient = -gradient;
-    return std::max(0.0, energy);
+    return energy < 0 ? 0 : energy;
   }
   [[nodiscard]] Positions checked_to_model(const Positions& positions) const {
     require_rows("positions", positions.rows(), space.n_input_vertices());
@@ -191,7 +191,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   const Positions model_targets = space.points_to_model(targets);
-  steps->aim(model_targets, precision_for(options));
+  steps->aim(model_targets, constraints->is_weak_hold() ? Precision::kDouble : precision_for(options));
   // An iteration without regions changes the rotations of the pose when it is done and not before.
   keep_pose(options.initial_guess != InitialGuess::kPrevious || !model.regions.empty());
   SolveResult result;
@@ -202,7 +202,8 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
     options.time_limit_s = std::max(options.time_limit_s - spent_s, 0.0);
     report = minimize(*steps, *search, pose, options, progress);
     if (report.stop_reason == StopReason::kCancelled) restore_pose();
-    if (!hand_over(result, out)) throw SolverError("the positions are no longer finite; the last good pose is kept");
+    if (!std::isfinite(report.energy_after) || !hand_over(result, out))
+      throw SolverError("the positions are no longer finite; the last good pose is kept");
   } catch (...) {
     restore_pose();
     if (!out.empty()) static_cast<void>(space.write_to_input(pose.positions, steps->threads(), out));

@@ -39,7 +39,7 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   model.energy = assemble_surface_energy(mesh, options, stiffness, model.threads, progress);
   // In a sum over few cells single precision shows, and there is no time to win.
   constexpr int kFewVertices = 2000;
-  model.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(model.energy);
+  model.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(model.energy, model.rest);
   model.regions = RigidRegions(region_of_vertex, model.energy, model.rest);
   model.system_matrix = model.regions.reduce(model.energy.K);
   model.linear_solver = options.linear_solver;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/SVD>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -215,18 +216,47 @@ TEST(CellPasses, ManyThreadsGiveTheSameBits) {
   }
 }
 
-TEST(CellPasses, SinglePrecisionIsForNumbersOfItsRange) {
-  Random random(59);
-  CellEnergy energy = some_energy(20, some_cells(20, 20, random), random);
-  EXPECT_TRUE(fits_single_precision(energy));
-  energy.K.valuePtr()[3] = 1e20;
-  EXPECT_FALSE(fits_single_precision(energy));
-  energy.K.valuePtr()[3] = 0;
-  EXPECT_TRUE(fits_single_precision(energy));
-  energy.K.coeffRef(0, 1) = energy.K.coeffRef(1, 0) = 1e-20;
-  EXPECT_TRUE(fits_single_precision(energy)) << "weights that cancel at right angles";
-  energy.K.coeffRef(2, 2) = 1e-20;
-  EXPECT_FALSE(fits_single_precision(energy));
+/// A chain of 400 vertices at unit distances with these springs.
+CellEnergy chain(const std::function<double(int)>& spring) {
+  CellEnergy energy;
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int v = 0; v + 1 < 400; ++v) {
+    const double w = spring(v);
+    entries.insert(entries.end(), {{v, v, w}, {v + 1, v + 1, w}, {v, v + 1, -w}, {v + 1, v, -w}});
+  }
+  energy.K.resize(400, 400);
+  energy.K.setFromTriplets(entries.begin(), entries.end());
+  return energy;
+}
+
+TEST(CellPasses, SinglePrecisionIsForNumbersOfItsRangeWithoutLargeContrasts) {
+  Positions rest = Positions::Zero(400, 3);
+  for (int v = 0; v < 400; ++v) rest(v, 0) = v;
+  const auto fits = [&](const std::function<double(int)>& spring) {
+    return fits_single_precision(chain(spring), rest);
+  };
+  EXPECT_TRUE(fits([](int) { return 1.0; }));
+  EXPECT_FALSE(fits([](int) { return 1e20; }));
+  EXPECT_FALSE(fits([](int) { return 1e-20; }));
+  EXPECT_TRUE(fits([](int v) { return v == 100 ? 0 : 1.0; })) << "weights that cancel";
+  EXPECT_TRUE(fits([](int v) { return v < 50 ? 30.0 : 1.0; }));
+  EXPECT_FALSE(fits([](int v) { return v < 50 ? 1000.0 : 1.0; })) << "a stiff island";
+  EXPECT_FALSE(fits([](int v) { return v < 50 ? .001 : 1.0; })) << "a soft one";
+  rest(200, 0) = rest(199, 0) + 1e-4;
+  EXPECT_TRUE(fits([](int v) { return v == 199 ? 1e4 : 1.0; })) << "a sliver: stiff, but short";
+}
+
+TEST_P(CellPassesOf, ManyFitsOfRankOneKeepTheirLength) {
+  Random random(60);
+  std::vector<std::vector<int>> cells;
+  for (int c = 0; c < 40; ++c) cells.push_back({c % 20, (c + 1) % 20});
+  const CellEnergy energy = some_energy(20, cells, random);
+  const Positions p = random.noise(20, 1);
+  const auto tested = passes(energy, p);
+  tested->set_positions(p);
+  double expected = 0;
+  for (int c = 0; c < energy.n_cells(); ++c) expected += best_alignment(covariance(energy, c, p));
+  for (int k = 0; k < 200; ++k) ASSERT_NEAR(tested->fit_rotations(), expected, 20 * epsilon() * 20) << "fit " << k;
 }
 
 TEST(CellEnergy, IncidencesByVertexAreTheSameOnes) {

@@ -61,7 +61,7 @@ struct Problem {
     const Positions b = Random(71).noise(n, 1);
     const Positions x = Random(72).noise(n, 1);
     const Positions targets = Random(73).noise(static_cast<int>(averages.size()), 1);
-    const auto solver = arap::make_linear_solver(K);
+    const auto solver = arap::make_linear_solver(K, arap::LinearSolverKind::kSimplicialLdlt, 1);
     const ConstrainedSystem system(*solver, K, is_fixed, soft_diagonal, averages, {});
     Positions residual = b - system.matrix() * x;
     Positions gaps = targets;
@@ -119,7 +119,7 @@ TEST(ConstrainedSystem, EachComponentIsHeldItsOwnWay) {
 TEST(ConstrainedSystem, CorrectionOfASolutionIsZero) {
   Problem problem(bumpy_sphere(1));
   problem.is_fixed[0] = 1;
-  const auto solver = arap::make_linear_solver(problem.K);
+  const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt, 1);
   const ConstrainedSystem system(*solver, problem.K, problem.is_fixed, problem.soft_diagonal, {}, {});
   Positions residual = Positions::Zero(problem.K.rows(), 3);
   Positions multipliers;
@@ -130,7 +130,7 @@ TEST(ConstrainedSystem, CorrectionOfASolutionIsZero) {
 TEST(ConstrainedSystem, MatrixHasTheSoftDiagonal) {
   Problem problem(cube());
   problem.soft_diagonal[3] = 7;
-  const auto solver = arap::make_linear_solver(problem.K);
+  const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt, 1);
   const ConstrainedSystem system(*solver, problem.K, problem.is_fixed, problem.soft_diagonal, {}, {});
   EXPECT_DOUBLE_EQ(system.matrix().coeff(3, 3), problem.K.coeff(3, 3) + 7);
   EXPECT_DOUBLE_EQ(system.matrix().coeff(2, 2), problem.K.coeff(2, 2));
@@ -139,7 +139,7 @@ TEST(ConstrainedSystem, MatrixHasTheSoftDiagonal) {
 TEST(ConstrainedSystem, ProgressMayStopIt) {
   Problem problem(bumpy_sphere(2));
   problem.is_fixed[0] = 1;
-  const auto solver = arap::make_linear_solver(problem.K);
+  const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt, 1);
   EXPECT_THROW(
       ConstrainedSystem(*solver, problem.K, problem.is_fixed, problem.soft_diagonal, {}, [](double) { return false; }),
       Cancelled);

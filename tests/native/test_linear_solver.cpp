@@ -30,7 +30,8 @@ TEST(LinearSolver, SolvesWithErasedRowsAndColumns) {
   for (const MeshData& mesh : {bumpy_sphere(2), star_prism(5, 4), book(4, Faces::kTriangles)}) {
     const SparseMatrix A = laplacian(mesh);
     const std::vector<int> erased = {0, 3, mesh.n_vertices() - 1};
-    const auto factor = arap::make_linear_solver(A)->factorize(A, erase(A.rows(), erased));
+    const auto factor =
+        arap::make_linear_solver(A, arap::LinearSolverKind::kSimplicialLdlt, 1)->factorize(A, erase(A.rows(), erased));
     const Positions b = Random(61).noise(mesh.n_vertices(), 1);
     Positions x = b;
     factor->solve(x);
@@ -46,7 +47,8 @@ TEST(LinearSolver, SolvesWithErasedRowsAndColumns) {
 TEST(LinearSolver, NothingErased) {
   SparseMatrix A = laplacian(bumpy_sphere(1));
   for (int v = 0; v < A.rows(); ++v) A.coeffRef(v, v) += 1;
-  const auto factor = arap::make_linear_solver(A)->factorize(A, erase(A.rows(), {}));
+  const auto factor =
+      arap::make_linear_solver(A, arap::LinearSolverKind::kSimplicialLdlt, 1)->factorize(A, erase(A.rows(), {}));
   const Positions b = Random(62).noise(static_cast<int>(A.rows()), 1);
   Positions x = b;
   factor->solve(x);
@@ -55,7 +57,8 @@ TEST(LinearSolver, NothingErased) {
 
 TEST(LinearSolver, EverythingErased) {
   const SparseMatrix A = laplacian(cube());
-  const auto factor = arap::make_linear_solver(A)->factorize(A, std::vector<char>(8, 1));
+  const auto factor =
+      arap::make_linear_solver(A, arap::LinearSolverKind::kSimplicialLdlt, 1)->factorize(A, std::vector<char>(8, 1));
   Positions x = Positions::Ones(8, 3);
   factor->solve(x);
   EXPECT_EQ(x, Positions::Zero(8, 3));
@@ -63,14 +66,16 @@ TEST(LinearSolver, EverythingErased) {
 
 TEST(LinearSolver, OneServesManyValuesAndSetsOfErasedRows) {
   const SparseMatrix A = laplacian(bumpy_sphere(1));
-  const auto solver = arap::make_linear_solver(A);
+  const auto solver = arap::make_linear_solver(A, arap::LinearSolverKind::kSimplicialLdlt, 1);
   const auto first = solver->factorize(A, erase(A.rows(), {0}));
   const auto second = solver->factorize(2 * A, erase(A.rows(), {5, 6}));
   const Positions b = Random(63).noise(static_cast<int>(A.rows()), 1);
   Positions x = b;
   second->solve(x);
   Positions y = b;
-  arap::make_linear_solver(A)->factorize(2 * A, erase(A.rows(), {5, 6}))->solve(y);
+  arap::make_linear_solver(A, arap::LinearSolverKind::kSimplicialLdlt, 1)
+      ->factorize(2 * A, erase(A.rows(), {5, 6}))
+      ->solve(y);
   EXPECT_EQ(x, y);
   first->solve(x = b);
   Positions residual = A * x - b;
@@ -101,20 +106,21 @@ TEST(LinearSolver, EveryKindIsAsGoodInItsOwnOrder) {
 
 TEST(LinearSolver, IndefiniteMatrixIsRefused) {
   const SparseMatrix A = -1 * laplacian(bumpy_sphere(1));
-  const auto solver = arap::make_linear_solver(A);
+  const auto solver = arap::make_linear_solver(A, arap::LinearSolverKind::kSimplicialLdlt, 1);
   EXPECT_THROW(static_cast<void>(solver->factorize(A, erase(A.rows(), {0}))), SolverError);
 }
 
 TEST(LinearSolver, MatrixThatIsNotFiniteIsRefused) {
   SparseMatrix A = laplacian(bumpy_sphere(1));
   A.coeffRef(3, 3) = std::numeric_limits<double>::quiet_NaN();
-  const auto solver = arap::make_linear_solver(A);
+  const auto solver = arap::make_linear_solver(A, arap::LinearSolverKind::kSimplicialLdlt, 1);
   EXPECT_THROW(static_cast<void>(solver->factorize(A, erase(A.rows(), {0}))), SolverError);
 }
 
 TEST(LinearSolver, SolvesFromSeveralThreads) {
   const SparseMatrix A = laplacian(bumpy_sphere(3));
-  const auto factor = arap::make_linear_solver(A)->factorize(A, erase(A.rows(), {0}));
+  const auto factor =
+      arap::make_linear_solver(A, arap::LinearSolverKind::kSimplicialLdlt, 1)->factorize(A, erase(A.rows(), {0}));
   const Positions b = Random(64).noise(static_cast<int>(A.rows()), 1);
   Positions expected = b;
   factor->solve(expected);
