@@ -97,7 +97,7 @@ class CellPassesOf final : public CellPasses {
 
   [[nodiscard]] double energy_rounding() const override {
     // Single errors of cells have any sign, so those of a sum grow with the root of their number.
-    constexpr double kEpsilon = std::numeric_limits<Real>::epsilon();
+    constexpr auto kEpsilon = static_cast<double>(std::numeric_limits<Real>::epsilon());
     return std::is_same_v<Real, float> ? 4 * kEpsilon / std::sqrt(1.0 + n_cells_) * rest_energy_
                                        : 50 * kEpsilon * rest_energy_;
   }
