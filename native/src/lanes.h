@@ -3,10 +3,6 @@
 // per instruction set; see simd.h for what that forbids.
 #pragma once
 
-#if defined(__x86_64__)
-#include <immintrin.h>  // intrinsics are always inlined
-#endif
-
 #include "simd.h"
 
 namespace arap {
@@ -112,12 +108,8 @@ class LaneSum {
     if constexpr (sizeof(Real) == sizeof(double)) {
       low_ += value;
     } else {
-      constexpr int kHalf = kLaneCount<Real> / 2;
-      [&]<int... lane>(std::integer_sequence<int, lane...>) __attribute__((always_inline)) {
-        low_ += __builtin_convertvector(__builtin_shufflevector(value, value, lane...), Lanes<double>);
-        high_ += __builtin_convertvector(__builtin_shufflevector(value, value, (kHalf + lane)...), Lanes<double>);
-      }
-      (std::make_integer_sequence<int, kHalf>());
+      low_ += __builtin_convertvector(half<kLaneCount<float>, false>(value), Lanes<double>);
+      high_ += __builtin_convertvector(half<kLaneCount<float>, true>(value), Lanes<double>);
     }
   }
 
@@ -133,43 +125,20 @@ class LaneSum {
   Lanes<double> high_{};
 };
 
-/// Lane 4 g + i of the result is lane 4 g + p_i of a, or of b where p_i is 4 and more.
-template <class Real, int p0, int p1, int p2, int p3>
-[[gnu::always_inline]] inline Lanes<Real> pick_in_fours(const Lanes<Real>& a, const Lanes<Real>& b) {
-  constexpr auto kLane = [](int lane) {
-    const int p = lane % 4 == 0 ? p0 : lane % 4 == 1 ? p1 : lane % 4 == 2 ? p2 : p3;
-    return lane / 4 * 4 + (p < 4 ? p : kLaneCount<Real> + p - 4);
-  };
-  return [&]<int... lane>(std::integer_sequence<int, lane...>) __attribute__((always_inline)) {
-    return __builtin_shufflevector(a, b, kLane(lane)...);
-  }
-  (std::make_integer_sequence<int, kLaneCount<Real>>());
-}
-
 /// 4 x 4 transposes, in each group of four lanes.
 template <class Real>
-[[gnu::always_inline]] inline Four<Real> transpose_fours(const Four<Real>& rows) {
-  const Lanes<Real> ab_low = pick_in_fours<Real, 0, 4, 1, 5>(rows[0], rows[1]);
-  const Lanes<Real> ab_high = pick_in_fours<Real, 2, 6, 3, 7>(rows[0], rows[1]);
-  const Lanes<Real> cd_low = pick_in_fours<Real, 0, 4, 1, 5>(rows[2], rows[3]);
-  const Lanes<Real> cd_high = pick_in_fours<Real, 2, 6, 3, 7>(rows[2], rows[3]);
-  return {{pick_in_fours<Real, 0, 1, 4, 5>(ab_low, cd_low), pick_in_fours<Real, 2, 3, 6, 7>(ab_low, cd_low),
-           pick_in_fours<Real, 0, 1, 4, 5>(ab_high, cd_high), pick_in_fours<Real, 2, 3, 6, 7>(ab_high, cd_high)}};
+[[gnu::always_inline]] inline Four<Real> transposed(Four<Real> rows) {
+  transpose_fours<kLaneCount<Real>, Real>(rows[0], rows[1], rows[2], rows[3]);
+  return rows;
 }
 
 /// The fours at(first), at(first + 4), ... side by side, n numbers in all.
 template <class Real, int n, class At>
-[[gnu::always_inline]] inline Vector<Real, n> join(const At& at, int first) {
-  if constexpr (n == 4) {
+[[gnu::always_inline]] inline Vector<Real, n> every_fourth(const At& at, int first) {
+  if constexpr (n == 4)
     return at(first);
-  } else {
-    const Vector<Real, n / 2> low = join<Real, n / 2>(at, first);
-    const Vector<Real, n / 2> high = join<Real, n / 2>(at, first + n / 2);
-    return [&]<int... lane>(std::integer_sequence<int, lane...>) __attribute__((always_inline)) {
-      return __builtin_shufflevector(low, high, lane...);
-    }
-    (std::make_integer_sequence<int, n>());
-  }
+  else
+    return join<n, Real>(every_fourth<Real, n / 2>(at, first), every_fourth<Real, n / 2>(at, first + n / 2));
 }
 
 /// The four components of the rows at(0), at(1), ..., one a lane.
@@ -178,8 +147,8 @@ template <class Real, class At>
 [[gnu::always_inline]] inline Four<Real> components(const At& at) {
   constexpr int kCount = kLaneCount<Real>;
   if constexpr (kCount >= 4) {
-    return transpose_fours<Real>(
-        {{join<Real, kCount>(at, 0), join<Real, kCount>(at, 1), join<Real, kCount>(at, 2), join<Real, kCount>(at, 3)}});
+    return transposed<Real>({{every_fourth<Real, kCount>(at, 0), every_fourth<Real, kCount>(at, 1),
+                              every_fourth<Real, kCount>(at, 2), every_fourth<Real, kCount>(at, 3)}});
   } else {
     Four<Real> result{};
     for (int k = 0; k < kCount; ++k) {
@@ -195,12 +164,9 @@ template <class Real, class Put>
 [[gnu::always_inline]] inline void for_each_row(const Four<Real>& components, const Put& put) {
   constexpr int kCount = kLaneCount<Real>;
   if constexpr (kCount >= 4) {
-    const Four<Real> rows = transpose_fours<Real>(components);
+    const Four<Real> rows = transposed<Real>(components);
     unroll<kCount / 4>([&](auto group) __attribute__((always_inline)) {
-      for (int i = 0; i < 4; ++i) {
-        const Lanes<Real>& r = rows[i];
-        put(4 * group + i, __builtin_shufflevector(r, r, 4 * group, 4 * group + 1, 4 * group + 2, 4 * group + 3));
-      }
+      for (int i = 0; i < 4; ++i) put(4 * group + i, four<kCount, group, Real>(rows[i]));
     });
   } else {
     for (int k = 0; k < kCount; ++k)

@@ -8,11 +8,11 @@
 #include <cstddef>
 #include <utility>
 
-#if defined(__AVX__)
+#if defined(__x86_64__)
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wuninitialized"  // GCC's bug 105593: it warns of its own header
-#include <immintrin.h>
+#include <immintrin.h>                            // intrinsics are always inlined
 #pragma GCC diagnostic pop
 #else
 #include <immintrin.h>
@@ -93,8 +93,8 @@ template <class Number, int n>
 
 /// The same four lanes of a pattern in each group of four: lane 4 g + i of the result is lane 4 g + p_i of a, or of b
 /// where p_i is 4 and more.
-template <int n, int p0, int p1, int p2, int p3>
-[[gnu::always_inline]] inline Vector<float, n> shuffle_fours(Vector<float, n> a, Vector<float, n> b) {
+template <int n, int p0, int p1, int p2, int p3, class Number = float>
+[[gnu::always_inline]] inline Vector<Number, n> shuffle_fours(Vector<Number, n> a, Vector<Number, n> b) {
   constexpr auto kLane = [](int lane) {
     constexpr int kPattern[] = {p0, p1, p2, p3};
     const int p = kPattern[lane % 4];
@@ -110,6 +110,20 @@ template <int n, int p0, int p1, int p2, int p3>
 template <int n, int c>
 [[gnu::always_inline]] inline Vector<float, n> spread(Vector<float, n> v) {
   return shuffle_fours<n, c, c, c, c>(v, v);
+}
+
+/// Rows of 4 x 4 numbers become columns, in each group of four lanes.
+template <int n, class Number = float>
+[[gnu::always_inline]] inline void transpose_fours(Vector<Number, n>& a, Vector<Number, n>& b, Vector<Number, n>& c,
+                                                   Vector<Number, n>& d) {
+  const Vector<Number, n> ab_low = shuffle_fours<n, 0, 4, 1, 5, Number>(a, b);
+  const Vector<Number, n> ab_high = shuffle_fours<n, 2, 6, 3, 7, Number>(a, b);
+  const Vector<Number, n> cd_low = shuffle_fours<n, 0, 4, 1, 5, Number>(c, d);
+  const Vector<Number, n> cd_high = shuffle_fours<n, 2, 6, 3, 7, Number>(c, d);
+  a = shuffle_fours<n, 0, 1, 4, 5, Number>(ab_low, cd_low);
+  b = shuffle_fours<n, 2, 3, 6, 7, Number>(ab_low, cd_low);
+  c = shuffle_fours<n, 0, 1, 4, 5, Number>(ab_high, cd_high);
+  d = shuffle_fours<n, 2, 3, 6, 7, Number>(ab_high, cd_high);
 }
 
 /// The four numbers at p in each group of four.
@@ -128,46 +142,59 @@ template <int n>
 // Vectors of different width are joined and parted by intrinsics: GCC 12 sends __builtin_shufflevector of them through
 // memory, and a load of what two stores have just written waits.
 
+/// Two vectors of n / 2 numbers side by side.
+template <int n, class Number>
+[[gnu::always_inline]] inline Vector<Number, n> join(Vector<Number, n / 2> low, Vector<Number, n / 2> high) {
+#if defined(__AVX__)
+  if constexpr (n == 8 && sizeof(Number) == 4) return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
+#endif
+#if defined(__AVX512F__)
+  if constexpr (n == 16) return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
+  if constexpr (n == 8 && sizeof(Number) == 8) return _mm512_insertf64x4(_mm512_castpd256_pd512(low), high, 1);
+#endif
+}
+
+/// The lower half of a vector, or the upper one.
+template <int n, bool is_upper>
+[[gnu::always_inline]] inline Vector<float, n / 2> half(Vector<float, n> v) {
+  if constexpr (n == 4) return __builtin_shufflevector(v, v, 2 * is_upper, 2 * is_upper + 1);
+#if defined(__AVX__)
+  if constexpr (n == 8) return _mm256_extractf128_ps(v, is_upper);
+#endif
+#if defined(__AVX512F__)
+  if constexpr (n == 16) return _mm512_extractf32x8_ps(v, is_upper);
+#endif
+}
+
 /// The fours at(0), at(1), ... side by side.
 template <int n, int first = 0, class At>
 [[gnu::always_inline]] inline Vector<float, n> join_fours(const At& at) {
-  if constexpr (n == 4) {
+  if constexpr (n == 4)
     return at(std::integral_constant<int, first>());
-  } else {
-    const Vector<float, n / 2> low = join_fours<n / 2, first>(at);
-    const Vector<float, n / 2> high = join_fours<n / 2, first + n / 8>(at);
-#if defined(__AVX__)
-    if constexpr (n == 8) return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
-#endif
-#if defined(__AVX512F__)
-    if constexpr (n == 16) return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
-#endif
-  }
+  else
+    return join<n, float>(join_fours<n / 2, first>(at), join_fours<n / 2, first + n / 8>(at));
 }
 
 /// Group g of four lanes.
-template <int n, int g>
-[[gnu::always_inline]] inline Vector<float, 4> four(Vector<float, n> v) {
+template <int n, int g, class Number = float>
+[[gnu::always_inline]] inline Vector<Number, 4> four(Vector<Number, n> v) {
   if constexpr (n == 4) return v;
 #if defined(__AVX__)
-  if constexpr (n == 8) return _mm256_extractf128_ps(v, g);
+  if constexpr (n == 8 && sizeof(Number) == 4) return _mm256_extractf128_ps(v, g);
 #endif
 #if defined(__AVX512F__)
   if constexpr (n == 16) return _mm512_extractf32x4_ps(v, g);
+  if constexpr (n == 8 && sizeof(Number) == 8) return _mm512_extractf64x4_pd(v, g);
 #endif
 }
 
 /// The sum of the groups of four.
 template <int n>
 [[gnu::always_inline]] inline Vector<float, 4> sum_of_fours(Vector<float, n> v) {
-  if constexpr (n == 4) {
+  if constexpr (n == 4)
     return v;
-  } else if constexpr (n == 8) {
-    return four<8, 0>(v) + four<8, 1>(v);
-  }
-#if defined(__AVX512F__)
-  if constexpr (n == 16) return sum_of_fours<8>(_mm512_castps512_ps256(v) + _mm512_extractf32x8_ps(v, 1));
-#endif
+  else
+    return sum_of_fours<n / 2>(half<n, false>(v) + half<n, true>(v));
 }
 
 /// body(0), ..., body(n - 1), unrolled: the argument is a constant.

@@ -28,18 +28,6 @@ constexpr int kPrefetchBytes = 2048;
   return x + size_t{kTile} * static_cast<size_t>(row);
 }
 
-/// Rows of 4 x 4 numbers become columns.
-[[gnu::always_inline]] inline void transpose(Four& a, Four& b, Four& c, Four& d) {
-  const Four ab_low = shuffle_fours<4, 0, 4, 1, 5>(a, b);
-  const Four ab_high = shuffle_fours<4, 2, 6, 3, 7>(a, b);
-  const Four cd_low = shuffle_fours<4, 0, 4, 1, 5>(c, d);
-  const Four cd_high = shuffle_fours<4, 2, 6, 3, 7>(c, d);
-  a = shuffle_fours<4, 0, 1, 4, 5>(ab_low, cd_low);
-  b = shuffle_fours<4, 2, 3, 6, 7>(ab_low, cd_low);
-  c = shuffle_fours<4, 0, 1, 4, 5>(ab_high, cd_high);
-  d = shuffle_fours<4, 2, 3, 6, 7>(ab_high, cd_high);
-}
-
 /// packed[side * stride + column] for the columns at rows[0 .. 4 width).
 [[gnu::always_inline]] inline void pack_columns(const int* rows, int width, const float* x, float* packed, int stride) {
   for (int t = 0; t < width; ++t) {
@@ -47,7 +35,7 @@ constexpr int kPrefetchBytes = 2048;
     Four b = load<float, 4>(place(x, rows[4 * t + 1]));
     Four c = load<float, 4>(place(x, rows[4 * t + 2]));
     Four d = load<float, 4>(place(x, rows[4 * t + 3]));
-    transpose(a, b, c, d);
+    transpose_fours<4>(a, b, c, d);
     store<float, 4>(packed + 4 * t, a);
     store<float, 4>(packed + stride + 4 * t, b);
     store<float, 4>(packed + 2 * stride + 4 * t, c);
@@ -180,7 +168,7 @@ template <int width, int first, int count, class Number>
     Four b = sum_of_fours<kLanes>(sum[t][1]);
     Four c = sum_of_fours<kLanes>(sum[t][2]);
     Four d = {};
-    transpose(a, b, c, d);
+    transpose_fours<4>(a, b, c, d);
     store<float, 4>(out + 16 * t, a);
     store<float, 4>(out + 16 * t + 4, b);
     store<float, 4>(out + 16 * t + 8, c);
