@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "parallel.h"
+#include "permutation.h"
 #include "surface_energies.h"
 
 namespace arap {
@@ -13,8 +14,7 @@ namespace {
 
 /// Numbers the model's vertices anew; returns the number of each.
 std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
-  std::vector<int> new_of_old(order.size());
-  for (size_t k = 0; k < order.size(); ++k) new_of_old[order[k]] = static_cast<int>(k);
+  std::vector<int> new_of_old = inverse_permutation(order);
   model.energy = renumbered(model.energy, order, order, model.threads);
   model.rest = Positions(model.rest(order, Eigen::all));
   std::vector<int> part_of_vertex;
