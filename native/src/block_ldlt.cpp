@@ -11,6 +11,7 @@
 #include "elimination_tree.h"
 #include "multifrontal.h"
 #include "nested_dissection.h"
+#include "parallel.h"
 #include "permutation.h"
 #include "tile_solve.h"
 
@@ -19,19 +20,24 @@ namespace arap {
 namespace {
 
 /// Of the set of entries, whatever the unknowns are called: new_index[i] is the column of unknown i.
-std::uint64_t hash_pattern(const SparseMatrix& A, const std::vector<int>& new_index) {
-  auto hash = static_cast<std::uint64_t>(A.rows());
-  for (int column = 0; column < A.outerSize(); ++column) {
-    const std::uint64_t high = static_cast<std::uint64_t>(new_index[column]) << 32U;
-    for (SparseMatrix::InnerIterator it(A, column); it; ++it) {
-      // Steele, Lea and Flood's mixing of 64 bits; a sum does not ask for an order.
-      std::uint64_t bits = (high | static_cast<std::uint64_t>(new_index[it.row()])) + 0x9e3779b97f4a7c15U;
-      bits = (bits ^ (bits >> 30U)) * 0xbf58476d1ce4e5b9U;
-      bits = (bits ^ (bits >> 27U)) * 0x94d049bb133111ebU;
-      hash += bits ^ (bits >> 31U);
-    }
-  }
-  return hash;
+std::uint64_t hash_pattern(const SparseMatrix& A, const std::vector<int>& new_index, int threads) {
+  return parallel_reduce(
+      threads, static_cast<int>(A.outerSize()), std::uint64_t{0},
+      [&](int begin, int end) {
+        std::uint64_t hash = 0;
+        for (int column = begin; column < end; ++column) {
+          const std::uint64_t high = static_cast<std::uint64_t>(new_index[column]) << 32U;
+          for (SparseMatrix::InnerIterator it(A, column); it; ++it) {
+            // Steele, Lea and Flood's mixing of 64 bits; a sum does not ask for an order.
+            std::uint64_t bits = (high | static_cast<std::uint64_t>(new_index[it.row()])) + 0x9e3779b97f4a7c15U;
+            bits = (bits ^ (bits >> 30U)) * 0xbf58476d1ce4e5b9U;
+            bits = (bits ^ (bits >> 27U)) * 0x94d049bb133111ebU;
+            hash += bits ^ (bits >> 31U);
+          }
+        }
+        return hash;
+      },
+      [](std::uint64_t a, std::uint64_t b) { return a + b; });
 }
 
 /// Whether x = M^-1 b is near enough to A^-1 b to be of use, M what the factor has become by rounding: energies
@@ -39,18 +45,19 @@ std::uint64_t hash_pattern(const SparseMatrix& A, const std::vector<int>& new_in
 /// most: the answer to a force on everything.
 bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vector<char>& is_erased, int threads) {
   constexpr double kFarOff = 0.1;
-  const Eigen::Index n = A.rows();
+  const auto n = static_cast<int>(A.rows());
   Positions x(n, 3);
-  std::uint32_t bits = 1;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    bits = bits * 1664525U + 1013904223U;  // Numerical Recipes' generator
-    const double force = is_erased[i] != 0 ? 0 : A.coeff(i, i);
-    x.row(i) << force, (bits >> 31U) != 0 ? force : -force, force * static_cast<double>(i) / static_cast<double>(n);
-  }
+  parallel_for(threads, n, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      const std::uint32_t bits = static_cast<std::uint32_t>(i) * 2654435761U;  // Knuth's multiplicative hash
+      const double force = is_erased[i] != 0 ? 0 : A.coeff(i, i);
+      x.row(i) << force, (bits >> 31U) != 0 ? force : -force, force * i / n;
+    }
+  });
   factor.solve(x);
   Positions force;
   multiply(A, x, force, threads);
-  for (Eigen::Index i = 0; i < n; ++i)
+  for (int i = 0; i < n; ++i)
     if (is_erased[i] != 0) force.row(i).setZero();
   const Eigen::RowVector3d energy = x.cwiseProduct(force).colwise().sum();
   x = force;
@@ -71,8 +78,7 @@ BlockLdlt::BlockLdlt(const SparseMatrix& pattern, int n_threads, Isa isa, TileFo
       format_(kernels(isa).half_tile.number_bytes > 0 ? format : TileFormat::kFloat),
       plan_(make_plan(pattern, n_threads)),
       new_index_(inverse_permutation(plan_->structure.order)),
-      pattern_hash_(hash_pattern(pattern, new_index_)),
-      front_plan_(std::make_unique<const FrontPlan>(pattern, *plan_)) {}
+      pattern_hash_(hash_pattern(pattern, new_index_, n_threads)) {}
 
 BlockLdlt::~BlockLdlt() = default;
 
@@ -89,9 +95,15 @@ void BlockLdlt::renumber(const SparseMatrix& pattern) {
   plan_ = std::move(plan);
 }
 
+const FrontPlan& BlockLdlt::front_plan(const SparseMatrix& A) const {
+  const std::lock_guard lock(mutex_);
+  if (front_plan_ == nullptr) front_plan_ = std::make_unique<const FrontPlan>(A, *plan_);
+  return *front_plan_;
+}
+
 void BlockLdlt::require_pattern(const SparseMatrix& A, const std::vector<int>& new_index) const {
   const bool has_size = A.rows() == A.cols() && A.rows() == std::ssize(new_index);
-  if (!has_size || hash_pattern(A, new_index) != pattern_hash_)
+  if (!has_size || hash_pattern(A, new_index, plan_->n_threads) != pattern_hash_)
     throw SolverError("the matrix has another pattern than the one that its solver was made for");
 }
 
@@ -109,7 +121,7 @@ std::unique_ptr<Factorization> BlockLdlt::factorize_as(TileFormat format, const 
                                                        const Scaling& scaling) const {
   const TileKernels& tile_kernels = format == TileFormat::kHalf ? kernels(isa_).half_tile : kernels(isa_).tile;
   AlignedBuffer<std::byte> tiles(tile_kernels.number_bytes * kTileNumbers * plan_->tile_offsets.back());
-  if (!factorize_multifrontal(*plan_, *front_plan_, kernels(isa_).front, A, scaling, format, tiles.data()))
+  if (!factorize_multifrontal(*plan_, front_plan(A), kernels(isa_).front, A, scaling, format, tiles.data()))
     return nullptr;
   return std::make_unique<TileFactorization>(plan_, tile_kernels, std::move(tiles), scaling);
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "isa.h"
@@ -45,6 +46,9 @@ class BlockLdlt final : public LinearSolver {
  private:
   void require_pattern(const SparseMatrix& A, const std::vector<int>& new_index) const;
 
+  /// Made for the pattern of A when it is first needed: a model that numbers its unknowns anew makes only one.
+  [[nodiscard]] const FrontPlan& front_plan(const SparseMatrix& A) const;
+
   /// Null where a number does not fit in the format.
   [[nodiscard]] std::unique_ptr<Factorization> factorize_as(TileFormat format, const SparseMatrix& A,
                                                             const Scaling& scaling) const;
@@ -54,7 +58,8 @@ class BlockLdlt final : public LinearSolver {
   std::shared_ptr<const TilePlan> plan_;
   std::vector<int> new_index_;  ///< the inverse of the plan's order
   std::uint64_t pattern_hash_;
-  std::unique_ptr<const FrontPlan> front_plan_;
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<const FrontPlan> front_plan_;
 };
 
 }  // namespace arap

@@ -41,7 +41,7 @@ BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet&
       throw InvalidInput(text("patch ", patch_rows_[p] - set.vertices.size(),
                               " consists of hard vertices only; take it or them out of the constraints"));
   }
-  system_ = std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix, is_fixed,
+  system_ = std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix, model.components, is_fixed,
                                                 reduced_diagonal(soft_diagonal_), reduced_patches(), progress);
 }
 
@@ -111,12 +111,8 @@ void BoundConstraints::merge_patches(const BoundModel& model, const ConstraintSe
 
 void BoundConstraints::find_rest(const BoundModel& model) {
   const auto n = static_cast<int>(model.rest.rows());
-  UnionFind components(n);
-  for (int column = 0; column < n; ++column)
-    for (SparseMatrix::InnerIterator it(model.system_matrix, column); it; ++it)
-      if (it.value() != 0) components.join(column, static_cast<int>(it.row()));
   std::vector<char> is_component_constrained(n, 0);
-  const auto component = [&](int v) { return components.find(regions_.unknown_of(v)); };
+  const auto component = [&](int v) { return model.components[regions_.unknown_of(v)]; };
   for (int v = 0; v < n; ++v)
     if (is_constrained_[v] != 0) is_component_constrained[component(v)] = 1;
   for (const std::vector<Average>* patches : {&patches_, &anchor_patches_})
@@ -192,9 +188,9 @@ const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& mo
     for (Eigen::Index v = 0; v < soft.size(); ++v)
       if (soft[v] > 0) soft[v] *= diagonal_squared[v] / diagonal[v];
     const SparseMatrix reduced = regions_.reduce(K_squared);
-    laplacian_system_ =
-        std::make_unique<ConstrainedSystem>(*make_linear_solver(reduced, model.linear_solver, model.threads), reduced,
-                                            fixed_unknowns(), reduced_diagonal(soft), reduced_patches(), Progress{});
+    laplacian_system_ = std::make_unique<ConstrainedSystem>(
+        *make_linear_solver(reduced, model.linear_solver, model.threads), reduced, connected_components(reduced),
+        fixed_unknowns(), reduced_diagonal(soft), reduced_patches(), Progress{});
   }
   return *laplacian_system_;
 }

@@ -23,7 +23,8 @@ struct BoundModel {
   bool fits_single = false;              ///< whether single precision serves this energy
   RigidRegions regions;                  ///< without constraints
   SparseMatrix system_matrix;            ///< K over the unknowns of the regions
-  std::unique_ptr<LinearSolver> solver;  ///< for the pattern of system_matrix
+  std::vector<int> components;           ///< (n,) connected_components() of it
+  std::unique_ptr<LinearSolver> solver;  ///< for its pattern
 
   BoundModel() : regions({}, energy, rest) {}
   /// Over `energy`, in double where single does not serve it; made when first needed.

@@ -8,7 +8,6 @@
 
 #include "arap/error.h"
 #include "refined_solve.h"
-#include "union_find.h"
 
 namespace arap {
 
@@ -18,12 +17,11 @@ void report(const Progress& progress, double fraction) {
   if (progress && !progress(fraction)) throw Cancelled("the change of constraints was cancelled");
 }
 
-/// K plus the diagonal, which is stored whole even where K has none: loose vertices, members of rigid regions.
 SparseMatrix with_diagonal(const SparseMatrix& K, const Eigen::VectorXd& diagonal) {
-  SparseMatrix D(K.rows(), K.cols());
-  D.setIdentity();
-  D.diagonal() = diagonal;
-  return K + D;
+  SparseMatrix sum = K;
+  for (int i = 0; i < static_cast<int>(diagonal.size()); ++i)
+    if (diagonal[i] != 0) sum.coeffRef(i, i) += diagonal[i];
+  return sum;
 }
 
 }  // namespace
@@ -34,12 +32,13 @@ Eigen::RowVector3d Average::of(const Positions& x) const {
   return sum;
 }
 
-ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K, std::vector<char> is_fixed,
+ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K,
+                                     const std::vector<int>& components, std::vector<char> is_fixed,
                                      const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
                                      const Progress& progress)
     : matrix_(with_diagonal(K, soft_diagonal)), is_fixed_(std::move(is_fixed)), averages_(std::move(averages)) {
   report(progress, 0.1);
-  grounded_ = find_unheld(soft_diagonal);
+  grounded_ = find_unheld(components, soft_diagonal);
   grounding_.reserve(grounded_.size());
   for (const int i : grounded_) {
     const double diagonal = matrix_.coeff(i, i);
@@ -58,28 +57,16 @@ ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMat
   report(progress, 1.0);
 }
 
-std::vector<int> ConstrainedSystem::find_unheld(const Eigen::VectorXd& soft_diagonal) const {
-  const auto n = static_cast<int>(matrix_.rows());
-  UnionFind components(n);
-  std::vector<char> is_held(n, 0);
-  const auto is_free = [&](Eigen::Index i) { return is_fixed_[i] == 0; };
-  for (int i = 0; i < n; ++i) {
-    if (!is_free(i)) continue;
-    if (soft_diagonal[i] > 0) is_held[i] = 1;
-    for (SparseMatrix::InnerIterator it(matrix_, i); it; ++it) {
-      if (it.row() == i || it.value() == 0) continue;
-      if (is_free(it.row()))
-        components.join(i, static_cast<int>(it.row()));
-      else
-        is_held[i] = 1;
-    }
-  }
-  std::vector<char> is_component_held(n, 0);
-  for (int i = 0; i < n; ++i)
-    if (is_held[i] != 0) is_component_held[components.find(i)] = 1;
+std::vector<int> ConstrainedSystem::find_unheld(const std::vector<int>& components,
+                                                const Eigen::VectorXd& soft_diagonal) const {
+  // One fixed unknown holds all free ones of its component, whatever pieces it cuts them into: each of them is beside a
+  // fixed one.
+  std::vector<char> is_held(is_fixed_.size(), 0);
+  for (size_t i = 0; i < is_fixed_.size(); ++i)
+    if (is_fixed_[i] != 0 || soft_diagonal[static_cast<Eigen::Index>(i)] > 0) is_held[components[i]] = 1;
   std::vector<int> unheld;
-  for (int i = 0; i < n; ++i)
-    if (is_free(i) && components.find(i) == i && is_component_held[i] == 0) unheld.push_back(i);
+  for (size_t i = 0; i < is_fixed_.size(); ++i)
+    if (components[i] == static_cast<int>(i) && is_held[i] == 0) unheld.push_back(static_cast<int>(i));
   return unheld;
 }
 

@@ -28,12 +28,14 @@ struct Average {
 class ConstrainedSystem {
  public:
   /// @param solver         made for the pattern of K
-  /// @param K              (n, n) symmetric positive semi-definite, stored whole
+  /// @param K              (n, n) symmetric positive semi-definite, stored whole, with its diagonal
+  /// @param components     (n,) its connected_components()
   /// @param is_fixed       (n,)
   /// @param soft_diagonal  (n,) >= 0
   /// Throws SolverError, or Cancelled.
-  ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K, std::vector<char> is_fixed,
-                    const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages, const Progress& progress);
+  ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K, const std::vector<int>& components,
+                    std::vector<char> is_fixed, const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
+                    const Progress& progress);
 
   /// A, without erasing and grounding.
   [[nodiscard]] const SparseMatrix& matrix() const { return matrix_; }
@@ -52,7 +54,8 @@ class ConstrainedSystem {
 
  private:
   /// One unknown of each component that no fixed unknown and no soft constraint holds.
-  [[nodiscard]] std::vector<int> find_unheld(const Eigen::VectorXd& soft_diagonal) const;
+  [[nodiscard]] std::vector<int> find_unheld(const std::vector<int>& components,
+                                             const Eigen::VectorXd& soft_diagonal) const;
   void prepare_dense_part();
   void solve_columns();
   void erase_fixed(Positions& x) const;

@@ -7,6 +7,7 @@
 #include "parallel.h"
 #include "permutation.h"
 #include "surface_energies.h"
+#include "union_find.h"
 
 namespace arap {
 
@@ -23,6 +24,7 @@ std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
   model.part_of_vertex = std::move(part_of_vertex);
   model.regions.renumber(new_of_old);
   model.system_matrix = model.regions.reduce(model.energy.K);
+  model.components = connected_components(model.system_matrix);
   model.solver->renumber(model.system_matrix);
   return new_of_old;
 }
@@ -46,6 +48,7 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   model.solver = make_linear_solver(model.system_matrix, model.linear_solver, model.threads);
   if (const std::vector<int>* order = model.solver->order(); order != nullptr)
     return renumber(model, std::vector<int>(*order));
+  model.components = connected_components(model.system_matrix);
   std::vector<int> unchanged(mesh.n_vertices());
   std::iota(unchanged.begin(), unchanged.end(), 0);
   return unchanged;

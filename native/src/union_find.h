@@ -5,6 +5,8 @@
 #include <numeric>
 #include <vector>
 
+#include "sparse.h"
+
 namespace arap {
 
 /// Disjoint sets of 0 .. n-1; the lowest member represents its set.
@@ -30,5 +32,17 @@ class UnionFind {
   static size_t index(int i) { return i; }
   std::vector<int> parent_;
 };
+
+/// Of each unknown of a symmetric matrix the lowest one that it hangs together with by entries other than 0.
+[[nodiscard]] inline std::vector<int> connected_components(const SparseMatrix& A) {
+  const auto n = static_cast<int>(A.cols());
+  UnionFind sets(n);
+  for (int column = 0; column < n; ++column)
+    for (SparseMatrix::InnerIterator it(A, column); it && it.row() < column; ++it)
+      if (it.value() != 0) sets.join(column, static_cast<int>(it.row()));
+  std::vector<int> components(n);
+  for (int i = 0; i < n; ++i) components[i] = sets.find(i);
+  return components;
+}
 
 }  // namespace arap

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "helpers.h"
+#include "union_find.h"
 
 namespace arap_test {
 namespace {
@@ -62,7 +63,7 @@ struct Problem {
     const Positions x = Random(72).noise(n, 1);
     const Positions targets = Random(73).noise(static_cast<int>(averages.size()), 1);
     const auto solver = arap::make_linear_solver(K, arap::LinearSolverKind::kSimplicialLdlt, 1);
-    const ConstrainedSystem system(*solver, K, is_fixed, soft_diagonal, averages, {});
+    const ConstrainedSystem system(*solver, K, arap::connected_components(K), is_fixed, soft_diagonal, averages, {});
     Positions residual = b - system.matrix() * x;
     Positions gaps = targets;
     for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= averages[k].of(x);
@@ -120,7 +121,8 @@ TEST(ConstrainedSystem, CorrectionOfASolutionIsZero) {
   Problem problem(bumpy_sphere(1));
   problem.is_fixed[0] = 1;
   const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt, 1);
-  const ConstrainedSystem system(*solver, problem.K, problem.is_fixed, problem.soft_diagonal, {}, {});
+  const ConstrainedSystem system(*solver, problem.K, arap::connected_components(problem.K), problem.is_fixed,
+                                 problem.soft_diagonal, {}, {});
   Positions residual = Positions::Zero(problem.K.rows(), 3);
   Positions multipliers;
   system.correct(residual, Positions(0, 3), multipliers);
@@ -131,7 +133,8 @@ TEST(ConstrainedSystem, MatrixHasTheSoftDiagonal) {
   Problem problem(cube());
   problem.soft_diagonal[3] = 7;
   const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt, 1);
-  const ConstrainedSystem system(*solver, problem.K, problem.is_fixed, problem.soft_diagonal, {}, {});
+  const ConstrainedSystem system(*solver, problem.K, arap::connected_components(problem.K), problem.is_fixed,
+                                 problem.soft_diagonal, {}, {});
   EXPECT_DOUBLE_EQ(system.matrix().coeff(3, 3), problem.K.coeff(3, 3) + 7);
   EXPECT_DOUBLE_EQ(system.matrix().coeff(2, 2), problem.K.coeff(2, 2));
 }
@@ -140,9 +143,9 @@ TEST(ConstrainedSystem, ProgressMayStopIt) {
   Problem problem(bumpy_sphere(2));
   problem.is_fixed[0] = 1;
   const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt, 1);
-  EXPECT_THROW(
-      ConstrainedSystem(*solver, problem.K, problem.is_fixed, problem.soft_diagonal, {}, [](double) { return false; }),
-      Cancelled);
+  EXPECT_THROW(ConstrainedSystem(*solver, problem.K, arap::connected_components(problem.K), problem.is_fixed,
+                                 problem.soft_diagonal, {}, [](double) { return false; }),
+               Cancelled);
 }
 
 // Patches through the whole model.

@@ -13,6 +13,7 @@
 #include "constrained_system.h"
 #include "helpers.h"
 #include "linear_solver.h"
+#include "union_find.h"
 
 namespace arap_test {
 namespace {
@@ -207,7 +208,8 @@ struct System {
     const auto n = static_cast<int>(K.rows());
     const Positions b = Random(84).noise(n, 1);
     const Positions targets = Random(85).noise(static_cast<int>(averages.size()), 1);
-    const ConstrainedSystem system(*arap::make_linear_solver(K, kind, 1), K, is_fixed, soft_diagonal, averages, {});
+    const ConstrainedSystem system(*arap::make_linear_solver(K, kind, 1), K, arap::connected_components(K), is_fixed,
+                                   soft_diagonal, averages, {});
     Positions x = Random(86).noise(n, 1);
     Positions multipliers;
     for (int step = 0; step < 6; ++step) {
