@@ -229,25 +229,52 @@ template <class Real>
   return Q[0][0] + Q[1][1] + Q[2][2] + (turned - turned * excess);
 }
 
-/// Q_c of the cells in the lanes from `part` on of a slice.
+/// What groups [begin, end) of a slice add to Q_c, of the cells in the lanes from `part` on.
+template <class Real>
+[[gnu::always_inline]] inline Matrix<Real> partial_covariances(const SlicedView<Real>& cells,
+                                                               const StoredRows<Real>& own,
+                                                               const Coordinate<Real>* rows, int part, int begin,
+                                                               int end) {
+  Matrix<Real> Q{};
+  for (int group = begin; group < end; ++group) {
+    const int* index = cells.indices + lanes_of(group, 1) + part;
+    const Three<Real> e = differences<Real>(stored_rows<Real>(
+                                                rows, [&](int k) __attribute__((always_inline)) { return index[k]; }),
+                                            own);
+    const Real* q = cells.values + lanes_of(group, 3) + part;
+    for (int j = 0; j < 3; ++j) {
+      const Lanes<Real> qj = load<Real, kLaneCount<Real>>(q + j * kSliceWidth);
+      for (int i = 0; i < 3; ++i) Q[i][j] += e[i] * qj;
+    }
+  }
+  return Q;
+}
+
+/// Q_c of the cells in the lanes from `part` on of a slice. Cells of thousands of vertices are summed in chunks, and
+/// what each addition of a chunk rounds off is kept for the next one.
 template <class Real>
 [[gnu::always_inline]] inline Matrix<Real> covariances(const SlicedView<Real>& cells, const int* references,
                                                        const PositionsView<Real>& positions, int slice, int part) {
   const int* reference = references + slice * kSliceWidth + part;
   const StoredRows<Real> own = stored_rows<Real>(
       positions.rows, [&](int k) __attribute__((always_inline)) { return reference[k]; });
-  Matrix<Real> Q{};
-  for (int group = cells.offsets[slice]; group < cells.offsets[slice + 1]; ++group) {
-    const int* index = cells.indices + lanes_of(group, 1) + part;
-    const Three<Real> e =
-        differences<Real>(stored_rows<Real>(
-                              positions.rows, [&](int k) __attribute__((always_inline)) { return index[k]; }),
-                          own);
-    const Real* q = cells.values + lanes_of(group, 3) + part;
-    for (int j = 0; j < 3; ++j) {
-      const Lanes<Real> qj = load<Real, kLaneCount<Real>>(q + j * kSliceWidth);
-      for (int i = 0; i < 3; ++i) Q[i][j] += e[i] * qj;
-    }
+  constexpr int kChunk = 64;
+  const int end = cells.offsets[slice + 1];
+  int begin = cells.offsets[slice];
+  int next = end - begin > kChunk ? begin + kChunk : end;
+  Matrix<Real> Q = partial_covariances<Real>(cells, own, positions.rows, part, begin, next);
+  Matrix<Real> lost{};
+  while (next < end) {
+    begin = next;
+    next = end - begin > kChunk ? begin + kChunk : end;
+    const Matrix<Real> chunk = partial_covariances<Real>(cells, own, positions.rows, part, begin, next);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        const Lanes<Real> more = chunk[i][j] - lost[i][j];
+        const Lanes<Real> sum = Q[i][j] + more;
+        lost[i][j] = (sum - Q[i][j]) - more;
+        Q[i][j] = sum;
+      }
   }
   if constexpr (sizeof(Real) == sizeof(float))
     for (int i = 0; i < 9; ++i) Q[i / 3][i % 3] *= broadcast<Real>(positions.unit);

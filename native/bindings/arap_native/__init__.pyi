@@ -28,8 +28,12 @@ class Cancelled(RuntimeError):
 class Options:
     """Options fixed at bind. A value that is not allowed raises ValueError when it is set."""
 
-    energy: Literal["spokes_and_rims", "spokes"]
-    """Edges that a vertex's rotation looks at: "spokes_and_rims" bends more evenly, "spokes" is the classic."""
+    energy: Literal["rotation_nodes", "spokes_and_rims", "spokes"]
+    """What one rotation stands for: "rotation_nodes", a round piece of the surface, looks the same at every density of
+    the mesh; "spokes_and_rims" and the classic "spokes", a vertex and its edges, get softer the finer the mesh."""
+    rigidity_radius: float
+    """For "rotation_nodes": the distance between them, as a fraction of the bounding-box diagonal, in (0, 1]. Larger is
+    stiffer."""
     weights: Literal["cotangent", "uniform"]
     """Edge weights: "cotangent" for surfaces; "uniform" where triangles are so bad that their shape means nothing."""
     linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"]
@@ -43,7 +47,8 @@ class Options:
     def __init__(
         self,
         *,
-        energy: Literal["spokes_and_rims", "spokes"] = "spokes_and_rims",
+        energy: Literal["rotation_nodes", "spokes_and_rims", "spokes"] = "rotation_nodes",
+        rigidity_radius: float = 0.02,
         weights: Literal["cotangent", "uniform"] = "cotangent",
         linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"] = "block_ldlt",
         threads: int = 0,
@@ -189,6 +194,24 @@ class SurfaceArap:
 
     def set_positions(self, positions: NDArray[np.float64]) -> None:
         """Starts the next solve from ``positions``, (n, 3) float64."""
+
+    def patch_around(
+        self, vertices: NDArray[np.int32], radius: float = 0.0
+    ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
+        """A round patch of the surface, for set_constraints: held as a point handle it pulls a smooth hill, the same at
+        every density of the mesh, where a constrained vertex would pull a spike.
+
+        Args:
+            vertices: (k,) int32, what the patch lies around.
+            radius: as a fraction of the rest bounding-box diagonal; 0: 1.5 times Options.rigidity_radius.
+
+        Returns:
+            (m,) int32 its vertices, (m,) float64 their weights, of sum 1, and (3,) float64 the average of their rest
+            positions, which is the target that moves nothing.
+
+        Raises:
+            ValueError: no vertices, an index out of range, a vertex in no face, or a bad radius.
+        """
 
     def energy(self, positions: NDArray[np.float64]) -> float:
         """Smallest energy over the rotations at ``positions``, (n, 3) float64, without constraint terms."""
