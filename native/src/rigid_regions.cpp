@@ -22,6 +22,9 @@ RigidRegions::RigidRegions(const std::vector<int>& region_of_vertex, const CellE
     for (const int v : members) unknown_of_vertex_[v] = members.front();
     regions_.push_back({.members = std::move(members), .border = {}, .cells = {}, .border_cells = {}, .anchors = {}});
   }
+}
+
+void RigidRegions::read_cells() {
   find_cells();
   for (Region& region : regions_) find_border(region);
 }

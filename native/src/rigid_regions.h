@@ -30,8 +30,11 @@ struct RegionTargets {
 /// R.
 class RigidRegions {
  public:
+  /// K is all that reduce() needs; the rest needs read_cells() when the energy is whole.
   /// @param region_of_vertex  (n,) any label >= 0, < 0 = in no region; empty: no regions
   RigidRegions(const std::vector<int>& region_of_vertex, const CellEnergy& energy, const Positions& rest);
+
+  void read_cells();
 
   [[nodiscard]] bool empty() const { return regions_.empty(); }
   [[nodiscard]] int size() const { return static_cast<int>(regions_.size()); }

@@ -3,6 +3,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <future>
+#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -87,15 +89,23 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   model.part_of_vertex = mesh.part_of_vertex();
   model.n_parts = mesh.n_parts();
   model.threads = choose_threads(options.threads, mesh.n_vertices());
-  model.energy = assemble_surface_energy(mesh, options, stiffness, model.threads, progress);
+  model.linear_solver = options.linear_solver;
+  model.regions = RigidRegions(region_of_vertex, model.energy, model.rest);
+  // The order of the unknowns takes most of a bind, on one thread: the cells are made beside it.
+  std::future<std::unique_ptr<LinearSolver>> solver;
+  const auto start_solver = [&](const SparseMatrix& K) {
+    model.system_matrix = model.regions.reduce(K);
+    solver = std::async(model.threads > 1 ? std::launch::async : std::launch::deferred, [&model] {
+      return make_linear_solver(model.system_matrix, model.linear_solver, model.threads);
+    });
+  };
+  model.energy = assemble_surface_energy(mesh, options, stiffness, model.threads, progress, start_solver);
   if (options.energy == Energy::kRotationNodes) share_rotations(model, options.rigidity_radius, region_of_vertex);
   // In a sum over few cells single precision shows, and there is no time to win.
   constexpr int kFewVertices = 2000;
   model.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(model.energy, model.rest);
-  model.regions = RigidRegions(region_of_vertex, model.energy, model.rest);
-  model.system_matrix = model.regions.reduce(model.energy.K);
-  model.linear_solver = options.linear_solver;
-  model.solver = make_linear_solver(model.system_matrix, model.linear_solver, model.threads);
+  model.regions.read_cells();
+  model.solver = solver.get();
   if (const std::vector<int>* order = model.solver->order(); order != nullptr)
     return renumber(model, std::vector<int>(*order));
   model.components = connected_components(model.system_matrix);

@@ -425,6 +425,7 @@ Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vec
   std::iota(same.begin(), same.end(), 0);
   model.energy = renumbered(model.energy, same, cell_order, 1);
   model.regions = arap::RigidRegions(regions, model.energy, model.rest);
+  model.regions.read_cells();
   const arap::BoundConstraints constraints(model, task.constraints, numbers, {});
   arap::LocalGlobal steps(model, constraints);
   steps.aim(task.targets / size, arap::Precision::kDouble);
