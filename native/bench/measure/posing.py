@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A pose on a bound mesh: solved to its end, and how many iterations come near it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, NamedTuple
+
+import arap_native
+import numpy as np
+
+from .convergence import Run, descend, reach
+from .meshes import Floats, Ints
+from .poses import Pose
+from .tasks import Task
+
+ModelName = Literal["plain", "nodes"]
+MODELS: dict[ModelName, str] = {"plain": "spokes_and_rims", "nodes": "rotation_nodes"}
+NEAR = 1.01
+STEP_ITERATIONS = 30  # of each step but the last
+MOST_ITERATIONS = 3000
+TOLERANCE = 1e-6  # of the energy an iteration, where a pose counts as reached
+LEAST_TOLERANCE = 1e-7  # below it the library goes on in double alone
+Patches = tuple[Ints, Ints, Floats]
+
+
+def reason_against(model: ModelName) -> str | None:
+    """Why the installed library cannot run a model; None where it can."""
+    energy: Any = MODELS[model]
+    try:
+        arap_native.Options(energy=energy)
+    except (TypeError, ValueError) as error:
+        return str(error)
+    return None
+
+
+def solve_options(iterations: int, tolerance: float, limit_s: float = math.inf) -> arap_native.SolveOptions:
+    return arap_native.SolveOptions(
+        max_iterations=iterations, energy_tolerance=tolerance, step_tolerance=10 * tolerance, time_limit_s=limit_s
+    )
+
+
+class Posed(NamedTuple):
+    """A pose solved to its end: positions (n, 3), and whether the tolerance ended it, not a limit."""
+
+    positions: Floats
+    energy: float
+    is_converged: bool
+
+
+class Posing:
+    """A mesh bound with a model, the pose's parts constrained."""
+
+    def __init__(self, pose: Pose, model: ModelName) -> None:
+        energy: Any = MODELS[model]
+        mesh = pose.mesh
+        options = arap_native.Options(energy=energy)
+        self._arap = arap_native.SurfaceArap(mesh.positions, mesh.corner_vertices, mesh.face_sizes, options)
+        self._pose = pose
+        self._patches = patches_of(pose)
+        vertices = pose.task(0.0).vertices
+        self._arap.set_constraints(vertices, np.ones(len(vertices)), self._patches)
+
+    def targets(self, share: float) -> Floats:
+        """One row for each constrained vertex, and one for the patch where there is one."""
+        task: Task = self._pose.task(share)
+        if self._patches is None:
+            return task.targets
+        _, vertices, weights = self._patches
+        centre = weights @ self._pose.mesh.positions[vertices]
+        return np.concatenate([task.targets, self._pose.motion(centre[None], share)])
+
+    def pose(self, limit_s: float) -> Posed:
+        """From rest in the pose's steps, the last one to its end, or as far as it comes in ``limit_s`` seconds."""
+        self._arap.reset()
+        for step in range(1, self._pose.steps):
+            self._arap.solve(self.targets(step / self._pose.steps), solve_options(STEP_ITERATIONS, TOLERANCE))
+        return self.follow(1.0, limit_s)
+
+    def follow(self, share: float, limit_s: float) -> Posed:
+        """From where it is to the end of a share of the pose."""
+        result = self._arap.solve(self.targets(share), solve_options(MOST_ITERATIONS, TOLERANCE, limit_s))
+        return Posed(result.positions, result.energy_after, result.stop_reason == "converged")
+
+    def frame(self, share: float, limit_s: float, out: np.typing.NDArray[np.float32]) -> int:
+        """What a frame of a drag solves within its time; into ``out`` (n, 3); the number of iterations."""
+        options = solve_options(MOST_ITERATIONS, TOLERANCE, limit_s)
+        return self._arap.solve(self.targets(share), options, out=out).iterations
+
+    def reset(self) -> None:
+        self._arap.reset()
+
+    def iterations_near(self, budget_s: float) -> tuple[int, bool] | None:
+        """Iterations from rest, in one step, to NEAR of the minimum, and whether the minimum is known; None in vain."""
+        targets = self.targets(1.0)
+
+        def solve(n_iterations: int) -> Run:
+            self._arap.reset()
+            options = solve_options(n_iterations, LEAST_TOLERANCE, budget_s)
+            result = self._arap.solve(targets, options)
+            return Run(n_iterations, 0.0, result.energy_after)
+
+        descent = descend(solve, budget_s)
+        near = reach(solve, descent, NEAR * descent.minimum, n_repeats=1)
+        return (near.iterations, descent.is_converged) if near else None
+
+
+def patches_of(pose: Pose) -> Patches | None:
+    """The patch around the pose's moved vertex: area times (1 - d^2 / rho^2)^3 of the vertices within rho, sum 1."""
+    if not pose.patch_radius:
+        return None
+    rest, triangles = pose.mesh.positions, pose.mesh.triangles
+    a, b, c = (rest[triangles[:, k]] for k in range(3))
+    thirds = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
+    areas = np.bincount(triangles.ravel(), np.repeat(thirds, 3), len(rest))
+    distances = np.linalg.norm(rest - rest[pose.moved[0]], axis=1)
+    vertices = np.flatnonzero(distances < pose.patch_radius).astype(np.int32)
+    weights = areas[vertices] * (1.0 - (distances[vertices] / pose.patch_radius) ** 2) ** 3
+    return np.array([0, len(vertices)], dtype=np.int32), vertices, weights / weights.sum()
