@@ -118,10 +118,10 @@ def cub() -> Mesh:
 
 
 def knee() -> Pose:
-    """The left front paw bent backwards by 90 degrees, all but the leg held."""
+    """The left front paw bent up by 90 degrees, all but the leg held."""
     mesh, (parts, metre) = cub(), cub_parts()
     x, y, z = mesh.positions.T / metre
-    is_leg = (x > 0.04) & (y < -0.08) & (z < 0.42)
+    is_leg = (np.hypot(x - 0.195, y + 0.27) < 0.19) & (z < 0.42)
     centre = np.array([0.195, -0.26, 0.25]) * metre
     return Pose(
         "knee",
@@ -129,7 +129,7 @@ def knee() -> Pose:
         np.flatnonzero(~is_leg).astype(np.int32),
         parts["Paw front L"],
         turned(X, centre, -np.pi / 2),
-        View((1.0, 0.55, 0.15), list(centre + metre * np.array([0.0, 0.08, 0.05])), 0.75 * metre),
+        View((1.0, -0.8, 0.45), list(centre - metre * np.array([0.0, 0.05, 0.01])), 0.62 * metre),
         region=Region(centre, 0.18 * metre),
     )
 
@@ -151,9 +151,8 @@ def bar_bend() -> Pose:
 
     def along_arc(points: Floats, share: float) -> Floats:
         angle = share * np.pi / 2
-        radius = length / max(angle, 1e-9)
-        end = np.array([radius * (1 - np.cos(angle)), 0.0, radius * np.sin(angle)])
-        return np.asarray((points - length * Z) @ rotation(Y, angle).T + end)
+        sideways, up = arc(length, angle)
+        return np.asarray((points - length * Z) @ rotation(Y, angle).T + sideways * X + up * Z)
 
     view = View((0.35, -1.0, 0.35), (0.28 * length, 0.0, 0.42 * length), 1.15 * length)
     return finer(Pose("bar bend", mesh, held, moved, along_arc, view))
@@ -193,10 +192,9 @@ def wing() -> Pose:
 
     def bent(points: Floats, share: float) -> Floats:
         angle = share * np.pi / 2
-        radius = scale * length / max(angle, 1e-9)
-        end = np.array([radius * np.sin(angle), 0.0, radius * (1 - np.cos(angle))])
+        up, along = arc(scale * length, angle)
         turn = rotation(Y, -angle) @ rotation(X, share * np.radians(40))
-        return np.asarray((points - scale * length * X) @ turn.T + end)
+        return np.asarray((points - scale * length * X) @ turn.T + along * X + up * Z)
 
     view = View((0.5, -1.0, 0.5), (0.32 * scale, 0.0, 0.30 * scale), 1.0 * scale)
     return Pose("wing", mesh, held, moved, bent, view, walls_axis=2)
@@ -241,6 +239,12 @@ def named_poses(mesh: Mesh) -> Iterator[Pose]:
     vertex = np.array([middle], dtype=np.int32)
     region = Region(mesh.positions[middle], 0.1)
     yield Pose("pull", mesh, held, vertex, lambda points, share: points + share * 0.1 * away, view, region=region)
+
+
+def arc(length: float, angle_rad: float) -> tuple[float, float]:
+    """Where an arc that turns by an angle ends, across and along the direction in which it starts."""
+    half = 0.5 * angle_rad
+    return float(length * np.sin(half) * np.sinc(half / np.pi)), float(length * np.sinc(angle_rad / np.pi))
 
 
 def turned(axis: Floats, centre: Floats, angle_rad: float) -> Motion:

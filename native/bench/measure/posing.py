@@ -70,11 +70,11 @@ class Posing:
         centre = weights @ self._pose.mesh.positions[vertices]
         return np.concatenate([task.targets, self._pose.motion(centre[None], share)])
 
-    def pose(self, limit_s: float) -> Posed:
-        """From rest in the pose's steps, the last one to its end, or as far as it comes in ``limit_s`` seconds."""
+    def pose(self, steps: int, limit_s: float) -> Posed:
+        """From rest in even steps, the last one to its end, or as far as it comes in ``limit_s`` seconds."""
         self._arap.reset()
-        for step in range(1, self._pose.steps):
-            self._arap.solve(self.targets(step / self._pose.steps), solve_options(STEP_ITERATIONS, TOLERANCE))
+        for step in range(1, steps):
+            self._arap.solve(self.targets(step / steps), solve_options(STEP_ITERATIONS, TOLERANCE))
         return self.follow(1.0, limit_s)
 
     def follow(self, share: float, limit_s: float) -> Posed:

@@ -5,8 +5,8 @@
         [--levels N] [--budget S] [--most-vertices N]
 
 What is measured takes the place of what the file holds of the same kind, so that parts can be run alone. Deformed
-meshes for the pictures go to the folder of the file's name beside it. The samples' poses are measured, and those of the meshes
-that ARAP_BENCH_MESHES names.
+meshes for the pictures go to the folder of the file's name beside it. The poses are those of the samples, and two of
+each mesh that ARAP_BENCH_MESHES names.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 
 from . import machine
 from .meshes import Floats, load_off, mesh_files
-from .poses import Pose, finer, named_poses, sample_poses
+from .poses import STEPS, Pose, finer, named_poses, sample_poses
 from .posing import MODELS, ModelName, Posing, reason_against
 from .quality_live import measure_drag, measure_symmetry
 from .shape import Surface, facing, thickness
@@ -50,7 +50,7 @@ def densities(pose: Pose, levels: int, most_vertices: int) -> Iterator[Pose]:
 def measure_density(pose: Pose, model: ModelName, budget_s: float) -> tuple[dict[str, Any], Floats]:
     """The row of one model at one density, and the deformed positions."""
     posing = Posing(pose, model)
-    posed = posing.pose(budget_s)
+    posed = posing.pose(pose.steps, budget_s)
     row: dict[str, Any] = {
         "n_vertices": len(pose.mesh.positions),
         "energy": posed.energy,
@@ -58,6 +58,8 @@ def measure_density(pose: Pose, model: ModelName, budget_s: float) -> tuple[dict
         **Surface(pose.mesh).change(posed.positions, pose.measured())._asdict(),
         "near": posing.iterations_near(budget_s) if len(pose.mesh.positions) <= DESCENT_VERTICES else None,
     }
+    if pose.steps < STEPS:
+        row["from_steps"] = largest_distance(posed.positions, posing.pose(STEPS, budget_s).positions)
     if pose.walls_axis is not None:
         front, back = facing(pose.mesh.positions, pose.walls_axis)
         is_free = pose.measured()[front]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .meshes import Mesh, creature
-from .poses import Pose, cub_parts, large_move_of, turned
+from .poses import STEPS, Pose, cub_parts, large_move_of, turned
 from .posing import ModelName, Posing
 from .shape import mirror_partners
 
@@ -60,7 +60,7 @@ def measure_symmetry(model: ModelName) -> dict[str, Any]:
         moved=partners[left.moved],
         motion=lambda p, share: flip * left.motion(flip * p, share),
     )
-    results = [Posing(pose, model).pose(CONVERGED_S).positions for pose in (left, right)]
+    results = [Posing(pose, model).pose(STEPS, CONVERGED_S).positions for pose in (left, right)]
     distance = float(np.linalg.norm(results[0] - flip * results[1][partners], axis=1).max())
     moved = float(np.linalg.norm(results[0] - mesh.positions, axis=1).max())
     print(f"symmetry, {model}: {distance}", file=sys.stderr, flush=True)
