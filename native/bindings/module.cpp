@@ -207,6 +207,7 @@ template <typename Enum>
 using Names = std::span<const std::pair<const char*, Enum>>;
 
 constexpr std::pair<const char*, arap::Energy> kEnergies[] = {
+    {"rotation_nodes", arap::Energy::kRotationNodes},
     {"spokes_and_rims", arap::Energy::kSpokesAndRims},
     {"spokes", arap::Energy::kSpokes},
 };
@@ -293,10 +294,11 @@ void bind_options(py::module_& m) {
   using arap::Options;
   py::class_<Options> type(m, "Options", docstrings::Options);
   const Options defaults;
-  type.def(py::init([](const std::string& energy, const std::string& weights, const std::string& linear_solver,
-                       int threads, bool join_seams) {
+  type.def(py::init([](const std::string& energy, double rigidity_radius, const std::string& weights,
+                       const std::string& linear_solver, int threads, bool join_seams) {
              const Options options{
                  .energy = value_of<arap::Energy>(energy, "energy", kEnergies),
+                 .rigidity_radius = rigidity_radius,
                  .weights = value_of<arap::EdgeWeights>(weights, "weights", kWeights),
                  .linear_solver = value_of<arap::LinearSolverKind>(linear_solver, "linear_solver", kLinearSolvers),
                  .threads = threads,
@@ -306,17 +308,19 @@ void bind_options(py::module_& m) {
            }),
            docstrings::Options_init, py::kw_only(),
            py::arg("energy") = name_of<arap::Energy>(defaults.energy, kEnergies),
+           py::arg("rigidity_radius") = defaults.rigidity_radius,
            py::arg("weights") = name_of<arap::EdgeWeights>(defaults.weights, kWeights),
            py::arg("linear_solver") = name_of<arap::LinearSolverKind>(defaults.linear_solver, kLinearSolvers),
            py::arg("threads") = defaults.threads, py::arg("join_seams") = defaults.join_seams);
   def_enum<Options, arap::Energy>(type, "energy", &Options::energy, kEnergies, docstrings::Options_energy);
+  def_field(type, "rigidity_radius", &Options::rigidity_radius, docstrings::Options_rigidity_radius);
   def_enum<Options, arap::EdgeWeights>(type, "weights", &Options::weights, kWeights, docstrings::Options_weights);
   def_enum<Options, arap::LinearSolverKind>(type, "linear_solver", &Options::linear_solver, kLinearSolvers,
                                             docstrings::Options_linear_solver);
   def_field(type, "threads", &Options::threads, docstrings::Options_threads);
   def_field(type, "join_seams", &Options::join_seams, docstrings::Options_join_seams);
   type.def("__repr__", [](py::handle self) {
-    return repr("Options", self, {"energy", "weights", "linear_solver", "threads", "join_seams"});
+    return repr("Options", self, {"energy", "rigidity_radius", "weights", "linear_solver", "threads", "join_seams"});
   });
 }
 

@@ -1,21 +1,41 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "surface_model.h"
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
+#include "mirror_symmetry.h"
 #include "parallel.h"
+#include "rotation_nodes.h"
 #include "surface_energies.h"
 
 namespace arap {
 
 namespace {
 
+/// One rotation a node in place of one a vertex.
+void share_rotations(BoundModel& model, double radius, const std::vector<int>& region_of_vertex) {
+  const SurfaceGraph graph(model.energy.K, model.rest, model.threads);
+  const RotationNodes nodes =
+      choose_rotation_nodes(graph, radius, find_mirrors(model.rest), region_of_vertex, model.threads);
+  model.energy = share_rotations(model.energy, nodes, model.threads);
+}
+
+/// Cells in the order of their homes.
+std::vector<int> order_cells(const CellEnergy& energy, const std::vector<int>& new_of_old) {
+  const auto place = [&](int c) { return energy.home(c) < 0 ? energy.n_vertices() : new_of_old[energy.home(c)]; };
+  std::vector<int> order(energy.n_cells());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return place(a) < place(b); });
+  return order;
+}
+
 /// Numbers the model's vertices anew; returns the number of each.
 std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
   std::vector<int> new_of_old(order.size());
   for (size_t k = 0; k < order.size(); ++k) new_of_old[order[k]] = static_cast<int>(k);
-  model.energy = renumbered(model.energy, order, order, model.threads);
+  model.energy = renumbered(model.energy, order, order_cells(model.energy, new_of_old), model.threads);
   model.rest = Positions(model.rest(order, Eigen::all));
   std::vector<int> part_of_vertex;
   part_of_vertex.reserve(order.size());
@@ -37,6 +57,7 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   model.n_parts = mesh.n_parts();
   model.threads = choose_threads(options.threads, mesh.n_vertices());
   model.energy = assemble_surface_energy(mesh, options, stiffness, model.threads, progress);
+  if (options.energy == Energy::kRotationNodes) share_rotations(model, options.rigidity_radius, region_of_vertex);
   // In a sum over few cells single precision shows, and there is no time to win.
   constexpr int kFewVertices = 2000;
   model.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(model.energy, model.rest);

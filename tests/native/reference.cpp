@@ -26,7 +26,7 @@ Matrix3 rotation_of(const Matrix3& covariance) {
 
 Reference::Reference(const MeshData& mesh, arap::Energy energy, arap::EdgeWeights weights,
                      std::vector<double> stiffness)
-    : n_(mesh.n_vertices()), diagonal_(mesh.diagonal()), rest_(mesh.positions()) {
+    : n_(mesh.n_vertices()), n_cells_(n_), diagonal_(mesh.diagonal()), rest_(mesh.positions()) {
   if (stiffness.empty()) stiffness.assign(static_cast<size_t>(n_), 1.0);
   cut_into_triangles(mesh, weights);
   if (energy == arap::Energy::kSpokes)
@@ -83,6 +83,15 @@ void Reference::assemble_spokes_and_rims(const std::vector<double>& stiffness) {
                  stiffness[i] * t.weight * t.cotangents[c] / 2 / 3);
 }
 
+void Reference::share_rotations(const MatrixXd& weights) {
+  const std::vector<Term> of_vertices = std::move(terms_);
+  terms_.clear();
+  n_cells_ = static_cast<int>(weights.cols());
+  for (const auto& [j, a, b, weight] : of_vertices)
+    for (int c = 0; c < n_cells_; ++c)
+      if (weights(j, c) > 0) add_term(c, a, b, weights(j, c) * weight);
+}
+
 void Reference::add_term(int cell, int a, int b, double weight) { terms_.push_back({cell, a, b, weight}); }
 
 double Reference::energy(const Positions& positions, const std::vector<Matrix3>& rotations) const {
@@ -107,7 +116,7 @@ double Reference::soft_energy(const arap::ConstraintSet& constraints, const Posi
 }
 
 std::vector<Matrix3> Reference::rotations(const Positions& positions) const {
-  std::vector<Matrix3> S(static_cast<size_t>(n_), Matrix3::Zero());
+  std::vector<Matrix3> S(static_cast<size_t>(n_cells_), Matrix3::Zero());
   for (const auto& [cell, a, b, weight] : terms_)
     S[cell] += weight * edge(rest_, a, b) * edge(positions, a, b).transpose();
   std::vector<Matrix3> R;

@@ -22,6 +22,10 @@ class Reference {
 
   Reference(const MeshData& mesh, arap::Energy energy, arap::EdgeWeights weights, std::vector<double> stiffness = {});
 
+  /// One rotation a node: E = sum_c sum_j w_jc cell_j(R_c).
+  /// @param weights  (n, n_nodes), rows sum to 1
+  void share_rotations(const Eigen::MatrixXd& weights);
+
   [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
 
   /// The double sum of the energy, with given rotations.
@@ -71,6 +75,7 @@ class Reference {
   void cut_into_triangles(const MeshData& mesh, arap::EdgeWeights weights);
 
   int n_;
+  int n_cells_;
   double diagonal_;
   Positions rest_;
   std::vector<Triangle> triangles_;

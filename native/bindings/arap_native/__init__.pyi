@@ -28,8 +28,12 @@ class Cancelled(RuntimeError):
 class Options:
     """Options fixed at bind. A value that is not allowed raises ValueError when it is set."""
 
-    energy: Literal["spokes_and_rims", "spokes"]
-    """Edges that a vertex's rotation looks at: "spokes_and_rims" bends more evenly, "spokes" is the classic."""
+    energy: Literal["rotation_nodes", "spokes_and_rims", "spokes"]
+    """What one rotation stands for: "rotation_nodes", a round piece of the surface, looks the same at every density of
+    the mesh; "spokes_and_rims" and the classic "spokes", a vertex and its edges, get softer the finer the mesh."""
+    rigidity_radius: float
+    """For "rotation_nodes": the distance between them, as a fraction of the bounding-box diagonal, in (0, 1]. Larger is
+    stiffer."""
     weights: Literal["cotangent", "uniform"]
     """Edge weights: "cotangent" for surfaces; "uniform" where triangles are so bad that their shape means nothing."""
     linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"]
@@ -43,7 +47,8 @@ class Options:
     def __init__(
         self,
         *,
-        energy: Literal["spokes_and_rims", "spokes"] = "spokes_and_rims",
+        energy: Literal["rotation_nodes", "spokes_and_rims", "spokes"] = "spokes_and_rims",
+        rigidity_radius: float = 0.02,
         weights: Literal["cotangent", "uniform"] = "cotangent",
         linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"] = "block_ldlt",
         threads: int = 0,

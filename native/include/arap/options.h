@@ -5,10 +5,11 @@
 
 namespace arap {
 
-/// Which edges a vertex's rotation looks at. Tags of papers are expanded in surface_arap.h.
+/// What one rotation stands for. Tags of papers are expanded in surface_arap.h.
 enum class Energy {
-  kSpokes,         ///< the edges at the vertex [SA07]
-  kSpokesAndRims,  ///< all edges of the triangles at the vertex [CPSS10]
+  kRotationNodes,  ///< a round piece of the surface, of the same size at every density of the mesh
+  kSpokesAndRims,  ///< a vertex and all edges of the triangles at it [CPSS10]
+  kSpokes,         ///< a vertex and the edges at it [SA07]
 };
 
 enum class EdgeWeights {
@@ -46,6 +47,10 @@ enum class StopReason { kConverged, kMaxIterations, kTimeLimit, kCancelled };
 struct Options {
   /// Spokes-and-rims has no artefacts from negative cotangents and bends more evenly; spokes is the classic.
   Energy energy = Energy::kSpokesAndRims;
+
+  /// For rotation nodes: the distance between them, as a fraction of the bounding-box diagonal. Larger is stiffer:
+  /// folds get wider. In (0, 1].
+  double rigidity_radius = 0.02;
 
   /// Cotangent for surfaces; uniform for meshes whose triangles are so bad that cotangents mean nothing.
   EdgeWeights weights = EdgeWeights::kCotangent;

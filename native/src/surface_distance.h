@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "arap/types.h"
+#include "sparse.h"
+
+namespace arap {
+
+/// The vertices of a surface, joined by straight segments.
+class SurfaceGraph {
+ public:
+  struct Arc {
+    int vertex;
+    float length;
+  };
+
+  /// Joins the vertices that share a triangle.
+  /// @param K     (n, n) whose pattern says which ones these are, stored whole
+  /// @param rest  (n, 3)
+  SurfaceGraph(const SparseMatrix& K, const Positions& rest, int threads);
+
+  [[nodiscard]] int n_vertices() const { return static_cast<int>(offsets_.size()) - 1; }
+  [[nodiscard]] std::span<const Arc> arcs(int vertex) const {
+    return std::span(arcs_).subspan(offsets_[vertex], offsets_[vertex + 1] - offsets_[vertex]);
+  }
+
+ private:
+  std::vector<int> offsets_;
+  std::vector<Arc> arcs_;
+};
+
+/// Vertices that wait for their turn, the nearest first.
+class DistanceQueue {
+ public:
+  struct Entry {
+    float distance;
+    int vertex;
+  };
+
+  [[nodiscard]] bool empty() const { return keys_.empty(); }
+  void push(Entry entry) {
+    keys_.push_back(static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(entry.distance)) << 32U |
+                    static_cast<std::uint32_t>(entry.vertex));
+    std::push_heap(keys_.begin(), keys_.end(), std::greater<>());
+  }
+  Entry pop() {
+    std::pop_heap(keys_.begin(), keys_.end(), std::greater<>());
+    const std::uint64_t key = keys_.back();
+    keys_.pop_back();
+    return {std::bit_cast<float>(static_cast<std::uint32_t>(key >> 32U)), static_cast<int>(key & 0xFFFFFFFFU)};
+  }
+
+ private:
+  std::vector<std::uint64_t> keys_;  ///< the bits of a distance >= 0 sort as it does
+};
+
+/// Distances from one vertex after the other along the graph (Dijkstra), each up to a radius.
+class DistanceSweep {
+ public:
+  explicit DistanceSweep(const SurfaceGraph& graph) : graph_(graph), distance_(graph.n_vertices(), kFar) {}
+
+  /// visit(vertex, distance) for every vertex nearer to `source` than `radius`, the nearest first.
+  template <class Visit>
+  void run(int source, float radius, const Visit& visit) {
+    reach(source, 0);
+    while (!queue_.empty()) {
+      const auto [distance, vertex] = queue_.pop();
+      if (distance > distance_[vertex]) continue;
+      visit(vertex, distance);
+      for (const SurfaceGraph::Arc& arc : graph_.arcs(vertex)) {
+        const float further = distance + arc.length;
+        if (further < radius && further < distance_[arc.vertex]) reach(arc.vertex, further);
+      }
+    }
+    for (const int vertex : reached_) distance_[vertex] = kFar;
+    reached_.clear();
+  }
+
+ private:
+  static constexpr float kFar = std::numeric_limits<float>::infinity();
+
+  void reach(int vertex, float distance) {
+    if (distance_[vertex] == kFar) reached_.push_back(vertex);
+    distance_[vertex] = distance;
+    queue_.push({distance, vertex});
+  }
+
+  const SurfaceGraph& graph_;
+  std::vector<float> distance_;  ///< kFar but while it runs
+  std::vector<int> reached_;
+  DistanceQueue queue_;
+};
+
+}  // namespace arap
