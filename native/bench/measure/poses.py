@@ -196,7 +196,7 @@ def wing() -> Pose:
         turn = rotation(Y, -angle) @ rotation(X, share * np.radians(40))
         return np.asarray((points - scale * length * X) @ turn.T + along * X + up * Z)
 
-    view = View((0.5, -1.0, 0.5), (0.32 * scale, 0.0, 0.30 * scale), 1.0 * scale)
+    view = View((-0.7, -0.8, 0.6), (0.32 * scale, 0.0, 0.28 * scale), 0.95 * scale)
     return Pose("wing", mesh, held, moved, bent, view, walls_axis=2)
 
 
@@ -217,7 +217,7 @@ def large_move_of(mesh: Mesh, n_vertices: int = DEFAULT_VERTICES) -> Pose:
         paws(parts),
         parts["Head"],
         lambda points, share: turn(points, share) + share * 0.25 * np.array([0.48, -0.36, 0.8]),
-        View((1.0, -0.9, 0.3), (0.06, -0.10, 0.40), 0.95),
+        View((1.0, -0.9, 0.3), (0.05, -0.06, 0.38), 0.85),
     )
 
 

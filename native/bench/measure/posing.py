@@ -70,16 +70,16 @@ class Posing:
         centre = weights @ self._pose.mesh.positions[vertices]
         return np.concatenate([task.targets, self._pose.motion(centre[None], share)])
 
-    def pose(self, steps: int, limit_s: float) -> Posed:
+    def pose(self, steps: int, limit_s: float, tolerance: float = TOLERANCE) -> Posed:
         """From rest in even steps, the last one to its end, or as far as it comes in ``limit_s`` seconds."""
         self._arap.reset()
         for step in range(1, steps):
             self._arap.solve(self.targets(step / steps), solve_options(STEP_ITERATIONS, TOLERANCE))
-        return self.follow(1.0, limit_s)
+        return self.follow(1.0, limit_s, tolerance)
 
-    def follow(self, share: float, limit_s: float) -> Posed:
+    def follow(self, share: float, limit_s: float, tolerance: float = TOLERANCE) -> Posed:
         """From where it is to the end of a share of the pose."""
-        result = self._arap.solve(self.targets(share), solve_options(MOST_ITERATIONS, TOLERANCE, limit_s))
+        result = self._arap.solve(self.targets(share), solve_options(MOST_ITERATIONS, tolerance, limit_s))
         return Posed(result.positions, result.energy_after, result.stop_reason == "converged")
 
     def frame(self, share: float, limit_s: float, out: np.typing.NDArray[np.float32]) -> int:

@@ -10,13 +10,15 @@ import numpy as np
 
 from .meshes import Mesh, creature
 from .poses import STEPS, Pose, cub_parts, large_move_of, turned
-from .posing import ModelName, Posing
+from .posing import TOLERANCE, ModelName, Posing
 from .shape import mirror_partners
 
 FRAMES = 60
 FRAME_S = 0.014
 DRAG_VERTICES, SYMMETRY_VERTICES = 100_000, 10_000
 CONVERGED_S = 4.0  # at most, of a frame's converged pose
+SYMMETRY_TOLERANCES = (TOLERANCE, 1e-10)
+SYMMETRY_S = 30.0
 
 
 def measure_drag(model: ModelName) -> dict[str, Any]:
@@ -60,11 +62,15 @@ def measure_symmetry(model: ModelName) -> dict[str, Any]:
         moved=partners[left.moved],
         motion=lambda p, share: flip * left.motion(flip * p, share),
     )
-    results = [Posing(pose, model).pose(STEPS, CONVERGED_S).positions for pose in (left, right)]
-    distance = float(np.linalg.norm(results[0] - flip * results[1][partners], axis=1).max())
-    moved = float(np.linalg.norm(results[0] - mesh.positions, axis=1).max())
-    print(f"symmetry, {model}: {distance}", file=sys.stderr, flush=True)
-    return {"n_vertices": len(mesh.positions), "distance": distance, "moved": moved}
+    postures = [Posing(pose, model) for pose in (left, right)]
+    row: dict[str, Any] = {"n_vertices": len(mesh.positions), "distances": []}
+    for tolerance in SYMMETRY_TOLERANCES:
+        results = [posing.pose(STEPS, SYMMETRY_S, tolerance).positions for posing in postures]
+        distance = float(np.linalg.norm(results[0] - flip * results[1][partners], axis=1).max())
+        row["distances"].append([tolerance, distance])
+    row["moved"] = float(np.linalg.norm(results[0] - mesh.positions, axis=1).max())
+    print(f"symmetry, {model}: {row}", file=sys.stderr, flush=True)
+    return row
 
 
 def _paw_lifted(mesh: Mesh) -> Pose:

@@ -108,10 +108,11 @@ def drag(models: dict[str, Row]) -> str:
 
 def symmetry(models: dict[str, Row]) -> str:
     lines = [
-        (MODEL_NAMES[model], str(row["n_vertices"]), f"{row['distance']:.0e}", number(row["moved"], 2))
+        (MODEL_NAMES[model], str(row["n_vertices"]), f"{tolerance:.0e}", f"{distance:.0e}", number(row["moved"], 2))
         for model, row in models.items()
+        for tolerance, distance in row["distances"]
     ]
-    headers = ("mirrored pose", "vertices", "from the mirrored result, at most", "a vertex moved by, at most")
+    headers = ("mirrored pose", "vertices", "tolerance", "from the mirrored result, most", "moved by the pose, most")
     return markdown(headers, lines) if lines else ""
 
 
