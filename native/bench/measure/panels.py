@@ -18,7 +18,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-PIXELS = 420
+PIXELS = 480
 CLAY, HELD, MOVED = (0.95, 0.70, 0.48), (0.60, 0.60, 0.62), (0.28, 0.52, 0.85)
 DISTANCE = 10.0  # of the camera, which is orthographic
 

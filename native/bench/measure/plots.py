@@ -65,7 +65,7 @@ def plot_panels(rows: Sequence[tuple[str, Sequence[tuple[str, Path]]]], path: Pa
     """Pictures in a grid: one row for each name, with the title and the file of each picture."""
     n_columns = max(len(pictures) for _, pictures in rows)
     _same_files()
-    figure = Figure(figsize=(2.4 * n_columns, 2.5 * len(rows)), layout="constrained", dpi=150)
+    figure = Figure(figsize=(2.4 * n_columns, 2.5 * len(rows)), layout="constrained", dpi=200)
     grid = figure.subplots(len(rows), n_columns, squeeze=False)
     for axes in grid.ravel():
         axes.set_axis_off()

@@ -129,7 +129,7 @@ def knee() -> Pose:
         np.flatnonzero(~is_leg).astype(np.int32),
         parts["Paw front L"],
         turned(X, centre, -np.pi / 2),
-        View((1.0, -0.8, 0.45), list(centre - metre * np.array([0.0, 0.05, 0.01])), 0.62 * metre),
+        View((1.0, -0.8, 0.45), list(centre + metre * np.array([0.0, -0.05, 0.03])), 0.58 * metre),
         region=Region(centre, 0.18 * metre),
     )
 
@@ -155,14 +155,14 @@ def bar_bend() -> Pose:
         return np.asarray((points - length * Z) @ rotation(Y, angle).T + sideways * X + up * Z)
 
     view = View((0.35, -1.0, 0.35), (0.28 * length, 0.0, 0.42 * length), 1.15 * length)
-    return finer(Pose("bar bend", mesh, held, moved, along_arc, view))
+    return finer(Pose("bend", mesh, held, moved, along_arc, view))
 
 
 def bar_twist() -> Pose:
     """The upper end turned about the bar by 135 degrees."""
     mesh, held, moved, length = straight_bar()
     view = View((0.5, -1.0, 0.35), (0.0, 0.0, 0.5 * length), 1.2 * length)
-    return finer(Pose("bar twist", mesh, held, moved, turned(Z, np.zeros(3), 0.75 * np.pi), view))
+    return finer(Pose("twist", mesh, held, moved, turned(Z, np.zeros(3), 0.75 * np.pi), view))
 
 
 def pull(name: str, patch_radius: float = 0.0) -> Pose:
@@ -197,7 +197,7 @@ def wing() -> Pose:
         return np.asarray((points - scale * length * X) @ turn.T + along * X + up * Z)
 
     view = View((-0.7, -0.8, 0.6), (0.32 * scale, 0.0, 0.28 * scale), 0.95 * scale)
-    return Pose("wing", mesh, held, moved, bent, view, walls_axis=2)
+    return Pose("bend and twist", mesh, held, moved, bent, view, walls_axis=2)
 
 
 def large_move(name: str, steps: int) -> Pose:
