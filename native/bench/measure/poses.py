@@ -98,8 +98,8 @@ def finer(pose: Pose) -> Pose:
 def sample_poses() -> Iterator[Pose]:
     """The poses of the sample models, each at its coarsest density, about 10 000 vertices."""
     yield knee()
-    yield bar_bend()
-    yield bar_twist()
+    yield finer(bar_bend())
+    yield finer(bar_twist())
     yield pull("pull, one vertex")
     yield pull("pull, patch", patch_radius=0.03)
     yield wing()
@@ -155,14 +155,14 @@ def bar_bend() -> Pose:
         return np.asarray((points - length * Z) @ rotation(Y, angle).T + sideways * X + up * Z)
 
     view = View((0.35, -1.0, 0.35), (0.28 * length, 0.0, 0.42 * length), 1.15 * length)
-    return finer(Pose("bend", mesh, held, moved, along_arc, view))
+    return Pose("bend", mesh, held, moved, along_arc, view)
 
 
 def bar_twist() -> Pose:
     """The upper end turned about the bar by 135 degrees."""
     mesh, held, moved, length = straight_bar()
     view = View((0.5, -1.0, 0.35), (0.0, 0.0, 0.5 * length), 1.2 * length)
-    return finer(Pose("twist", mesh, held, moved, turned(Z, np.zeros(3), 0.75 * np.pi), view))
+    return Pose("twist", mesh, held, moved, turned(Z, np.zeros(3), 0.75 * np.pi), view)
 
 
 def pull(name: str, patch_radius: float = 0.0) -> Pose:

@@ -24,11 +24,16 @@ LEAST_TOLERANCE = 1e-7  # below it the library goes on in double alone
 Patches = tuple[Ints, Ints, Floats]
 
 
+def options_of(model: ModelName) -> arap_native.Options:
+    """What the library is bound with; raises TypeError or ValueError where it does not know the model."""
+    energy: Any = MODELS[model]
+    return arap_native.Options(energy=energy)
+
+
 def reason_against(model: ModelName) -> str | None:
     """Why the installed library cannot run a model; None where it can."""
-    energy: Any = MODELS[model]
     try:
-        arap_native.Options(energy=energy)
+        options_of(model)
     except (TypeError, ValueError) as error:
         return str(error)
     return None
@@ -49,12 +54,10 @@ class Posed(NamedTuple):
 
 
 class Posing:
-    """A mesh bound with a model, the pose's parts constrained."""
+    """A mesh bound, and the pose's parts constrained."""
 
-    def __init__(self, pose: Pose, model: ModelName) -> None:
-        energy: Any = MODELS[model]
+    def __init__(self, pose: Pose, options: arap_native.Options) -> None:
         mesh = pose.mesh
-        options = arap_native.Options(energy=energy)
         self._arap = arap_native.SurfaceArap(mesh.positions, mesh.corner_vertices, mesh.face_sizes, options)
         self._pose = pose
         self._patches = patches_of(pose)

@@ -24,7 +24,7 @@ import numpy as np
 from . import machine
 from .meshes import Floats, load_off, mesh_files
 from .poses import STEPS, Pose, finer, named_poses, sample_poses
-from .posing import MODELS, ModelName, Posing, reason_against
+from .posing import MODELS, ModelName, Posing, options_of, reason_against
 from .quality_live import measure_drag, measure_symmetry
 from .shape import Surface, facing, thickness
 
@@ -49,7 +49,7 @@ def densities(pose: Pose, levels: int, most_vertices: int) -> Iterator[Pose]:
 
 def measure_density(pose: Pose, model: ModelName, budget_s: float) -> tuple[dict[str, Any], Floats]:
     """The row of one model at one density, and the deformed positions."""
-    posing = Posing(pose, model)
+    posing = Posing(pose, options_of(model))
     posed = posing.pose(pose.steps, budget_s)
     row: dict[str, Any] = {
         "n_vertices": len(pose.mesh.positions),

@@ -10,7 +10,7 @@ import numpy as np
 
 from .meshes import Mesh, creature
 from .poses import STEPS, Pose, cub_parts, large_move_of, turned
-from .posing import TOLERANCE, ModelName, Posing
+from .posing import TOLERANCE, ModelName, Posing, options_of
 from .shape import mirror_partners
 
 FRAMES = 60
@@ -28,7 +28,7 @@ def measure_drag(model: ModelName) -> dict[str, Any]:
     """
     pose = large_move_of(creature(DRAG_VERTICES), DRAG_VERTICES)
     shares = [(frame + 1) / FRAMES for frame in range(FRAMES)]
-    posing = Posing(pose, model)
+    posing = Posing(pose, options_of(model))
     posing.frame(0.0, FRAME_S, np.empty(pose.mesh.positions.shape, dtype=np.float32))  # the first touch of its memory
     posing.reset()
     live = np.empty((FRAMES, *pose.mesh.positions.shape), dtype=np.float32)
@@ -62,7 +62,7 @@ def measure_symmetry(model: ModelName) -> dict[str, Any]:
         moved=partners[left.moved],
         motion=lambda p, share: flip * left.motion(flip * p, share),
     )
-    postures = [Posing(pose, model) for pose in (left, right)]
+    postures = [Posing(pose, options_of(model)) for pose in (left, right)]
     row: dict[str, Any] = {"n_vertices": len(mesh.positions), "distances": []}
     for tolerance in SYMMETRY_TOLERANCES:
         results = [posing.pose(STEPS, SYMMETRY_S, tolerance).positions for posing in postures]
