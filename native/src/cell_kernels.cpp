@@ -195,21 +195,48 @@ template <class Real>
   return Q[0][0] + Q[1][1] + Q[2][2] + (turned - turned * excess);
 }
 
-/// Q_c of the cells in the lanes from `part` on of a slice.
+/// What groups [begin, end) of a slice add to Q_c, of the cells in the lanes from `part` on.
 template <class Real>
-[[gnu::always_inline]] inline Matrix<Real> covariances(const SlicedView<Real>& cells, const int* references,
-                                                       const double* positions, int slice, int part) {
-  const double* reference_rows[kLaneCount<Real>];  // NOLINT
-  for (int k = 0; k < kLaneCount<Real>; ++k)
-    reference_rows[k] = positions + 4 * static_cast<long>(references[slice * kSliceWidth + part + k]);
+[[gnu::always_inline]] inline Matrix<Real> partial_covariances(const SlicedView<Real>& cells,
+                                                               const double* const* reference_rows,
+                                                               const double* positions, int part, int begin, int end) {
   Matrix<Real> Q{};
-  for (int group = cells.offsets[slice]; group < cells.offsets[slice + 1]; ++group) {
+  for (int group = begin; group < end; ++group) {
     const Four<Real> e = differences<Real>(positions, cells.indices + lanes_of(group, 1) + part, reference_rows);
     const Real* q = cells.values + lanes_of(group, 3) + part;
     for (int j = 0; j < 3; ++j) {
       const Lanes<Real> qj = load<Real, kLaneCount<Real>>(q + j * kSliceWidth);
       for (int i = 0; i < 3; ++i) Q[i][j] += e[i] * qj;
     }
+  }
+  return Q;
+}
+
+/// Q_c of the cells in the lanes from `part` on of a slice. Cells of thousands of vertices are summed in chunks, and
+/// what each addition of a chunk rounds off is kept for the next one.
+template <class Real>
+[[gnu::always_inline]] inline Matrix<Real> covariances(const SlicedView<Real>& cells, const int* references,
+                                                       const double* positions, int slice, int part) {
+  const double* reference_rows[kLaneCount<Real>];  // NOLINT
+  for (int k = 0; k < kLaneCount<Real>; ++k)
+    reference_rows[k] = positions + 4 * static_cast<long>(references[slice * kSliceWidth + part + k]);
+  constexpr int kChunk = 64;
+  const int end = cells.offsets[slice + 1];
+  int begin = cells.offsets[slice];
+  int next = end - begin > kChunk ? begin + kChunk : end;
+  Matrix<Real> Q = partial_covariances<Real>(cells, reference_rows, positions, part, begin, next);
+  Matrix<Real> lost{};
+  while (next < end) {
+    begin = next;
+    next = end - begin > kChunk ? begin + kChunk : end;
+    const Matrix<Real> chunk = partial_covariances<Real>(cells, reference_rows, positions, part, begin, next);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        const Lanes<Real> more = chunk[i][j] - lost[i][j];
+        const Lanes<Real> sum = Q[i][j] + more;
+        lost[i][j] = (sum - Q[i][j]) - more;
+        Q[i][j] = sum;
+      }
   }
   return Q;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "aligned_buffer.h"
@@ -16,6 +17,13 @@ namespace {
 
 /// Slices that a thread takes at once.
 constexpr int kSliceRange = 32;
+
+/// The same for slices with many groups: about as much work.
+int slice_range(int n_slices, int n_groups) {
+  constexpr int64_t kGroups = int64_t{8} * kSliceRange;
+  if (n_groups == 0) return kSliceRange;
+  return static_cast<int>(std::clamp<int64_t>(kGroups * n_slices / n_groups, 1, kSliceRange));
+}
 
 size_t whole_slices(int n) {
   return static_cast<size_t>((n + kSliceWidth - 1) / kSliceWidth) * static_cast<size_t>(kSliceWidth);
@@ -38,6 +46,7 @@ class CellPassesOf final : public CellPasses {
         threads_(threads),
         kernels_(cell_kernels<Real>(isa)),
         stream_(energy, threads),
+        cell_range_(slice_range(stream_.cells.n_slices(), stream_.cells.n_groups())),
         positions_(4 * whole_slices(n_vertices_)),
         rotations_(4 * whole_slices(n_cells_)) {
     std::fill_n(positions_.data(), positions_.size(), 0.0);
@@ -74,17 +83,23 @@ class CellPassesOf final : public CellPasses {
   }
 
   double fit_rotations() override {
-    return parallel_sum<kSliceRange>(threads_, stream_.cells.n_slices(), [&](int begin, int end) {
-      return kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), positions_.data(),
-                                    rotations_.data(), begin, end);
-    });
+    return parallel_sum(
+        threads_, stream_.cells.n_slices(),
+        [&](int begin, int end) {
+          return kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), positions_.data(),
+                                        rotations_.data(), begin, end);
+        },
+        cell_range_);
   }
 
   [[nodiscard]] double alignment() const override {
-    return parallel_sum<kSliceRange>(threads_, stream_.cells.n_slices(), [&](int begin, int end) {
-      return kernels_.alignment(stream_.cells.view(), stream_.references.data(), positions_.data(), rotations_.data(),
-                                begin, end);
-    });
+    return parallel_sum(
+        threads_, stream_.cells.n_slices(),
+        [&](int begin, int end) {
+          return kernels_.alignment(stream_.cells.view(), stream_.references.data(), positions_.data(),
+                                    rotations_.data(), begin, end);
+        },
+        cell_range_);
   }
 
   double find_residual(Positions& residual) const override {
@@ -114,6 +129,7 @@ class CellPassesOf final : public CellPasses {
   int threads_;
   const CellKernels<Real>& kernels_;
   CellStream<Real> stream_;
+  int cell_range_;
   AlignedBuffer<double> positions_;  ///< (n, 4)
   AlignedBuffer<Real> rotations_;    ///< (n_cells, 4)
   double rest_energy_ = 0;

@@ -21,6 +21,7 @@ class SlicedRows {
   SlicedRows(const std::vector<int>& sizes, int n_components);
 
   [[nodiscard]] int n_slices() const { return static_cast<int>(slice_offsets_.size()) - 1; }
+  [[nodiscard]] int n_groups() const { return slice_offsets_.back(); }
   [[nodiscard]] SlicedView<Real> view() const { return {slice_offsets_.data(), indices_.data(), values_.data()}; }
 
   /// Sets entry e of a row.

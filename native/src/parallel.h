@@ -12,18 +12,24 @@ namespace arap {
 
 /// Calls body(begin, end) for consecutive ranges of [0, n), at most `threads` of them at once. The ranges do not depend
 /// on the number of threads. `body` must not throw.
+template <class Body>
+void parallel_for_ranges(int threads, int n, int range, const Body& body) {
+  const int n_ranges = (n + range - 1) / range;
+#pragma omp parallel for num_threads(std::min(threads, n_ranges)) if (threads > 1 && n_ranges > 1) schedule(static)
+  for (int r = 0; r < n_ranges; ++r) body(r * range, std::min(n, (r + 1) * range));
+}
+
 template <int kRange = 512, class Body>
 void parallel_for(int threads, int n, const Body& body) {
-  const int n_ranges = (n + kRange - 1) / kRange;
-#pragma omp parallel for num_threads(std::min(threads, n_ranges)) if (threads > 1 && n_ranges > 1) schedule(static)
-  for (int r = 0; r < n_ranges; ++r) body(r * kRange, std::min(n, (r + 1) * kRange));
+  parallel_for_ranges(threads, n, kRange, body);
 }
 
 /// Results of body(begin, end) over ranges of [0, n), joined in order: the same for every number of threads.
 template <int kRange = 512, class Value, class Body, class Join>
-[[nodiscard]] Value parallel_reduce(int threads, int n, const Value& neutral, const Body& body, const Join& join) {
-  std::vector<Value> partial(((n + kRange - 1) / kRange), neutral);
-  parallel_for<kRange>(threads, n, [&](int begin, int end) { partial[begin / kRange] = body(begin, end); });
+[[nodiscard]] Value parallel_reduce(int threads, int n, const Value& neutral, const Body& body, const Join& join,
+                                    int range = kRange) {
+  std::vector<Value> partial(((n + range - 1) / range), neutral);
+  parallel_for_ranges(threads, n, range, [&](int begin, int end) { partial[begin / range] = body(begin, end); });
   Value result = neutral;
   for (const Value& value : partial) result = join(result, value);
   return result;
@@ -31,8 +37,9 @@ template <int kRange = 512, class Value, class Body, class Join>
 
 /// Sum of body(begin, end) over ranges of [0, n).
 template <int kRange = 512, class Body>
-[[nodiscard]] double parallel_sum(int threads, int n, const Body& body) {
-  return parallel_reduce<kRange>(threads, n, 0.0, body, [](double a, double b) { return a + b; });
+[[nodiscard]] double parallel_sum(int threads, int n, const Body& body, int range = kRange) {
+  return parallel_reduce<kRange>(
+      threads, n, 0.0, body, [](double a, double b) { return a + b; }, range);
 }
 
 }  // namespace arap

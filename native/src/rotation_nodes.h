@@ -8,12 +8,12 @@
 
 namespace arap {
 
-/// Rotation nodes: points of the surface, about a radius r apart at any density of the mesh. A vertex looks at the nodes
-/// within 2 r of it along the surface, with the weights w_jc = (1 - d^2 / (2 r)^2)^3, scaled to sum 1.
+/// Rotation nodes: points of the surface, about a radius r apart at any density of the mesh. A vertex looks at the
+/// nodes within 2 r of it along the surface, with the weights w_jc = (1 - d^2 / (2 r)^2)^3, scaled to sum 1.
 struct RotationNodes {
-  std::vector<int> vertices;   ///< of each node
-  std::vector<int> offsets;    ///< n_vertices + 1: the nodes of vertex j are entries [offset j, offset j + 1)
-  std::vector<int> nodes;      ///< of each entry
+  std::vector<int> vertices;    ///< of each node
+  std::vector<int> offsets;     ///< n_vertices + 1: the nodes of vertex j are entries [offset j, offset j + 1)
+  std::vector<int> nodes;       ///< of each entry
   std::vector<double> weights;  ///< of each entry
 
   [[nodiscard]] int size() const { return static_cast<int>(vertices.size()); }

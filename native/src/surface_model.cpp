@@ -28,6 +28,15 @@ std::vector<int> order_cells(const CellEnergy& energy, const std::vector<int>& n
   std::vector<int> order(energy.n_cells());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return place(a) < place(b); });
+  // Neighbouring rows of a slice are filled up to the longest. Cells of vertices are about the same size and near each
+  // other in memory; of large cells each is far from the next in any order.
+  constexpr int kLarge = 64;
+  constexpr std::ptrdiff_t kWindow = 256;
+  const auto size = [&](int c) { return energy.cell_offsets[c + 1] - energy.cell_offsets[c]; };
+  if (energy.cell_vertices.size() < kLarge * order.size()) return order;
+  for (auto begin = order.begin(); begin < order.end(); begin += std::min(kWindow, order.end() - begin))
+    std::stable_sort(begin, begin + std::min(kWindow, order.end() - begin),
+                     [&](int a, int b) { return size(a) > size(b); });
   return order;
 }
 
