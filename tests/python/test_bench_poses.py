@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from measure.meshes import make_mesh
 from measure.poses import finer, knee, named_poses, plate, pull, sample_poses, wing
-from measure.posing import patches_of
+from measure.posing import Posing, options_of
 from measure.quality import densities, file_name
 from measure.shape import facing
 
@@ -70,16 +70,12 @@ def test_densities_end_at_the_most_vertices():
     assert len(list(densities(wing(), 1, 200_000))) == 1
 
 
-def test_a_patch_has_the_weighted_average_of_its_vertex_s_surroundings():
-    pose = pull("pull", patch_radius=0.03)
-    _, vertices, weights = patches_of(pose)
-    rest = pose.mesh.positions
-    assert weights.sum() == pytest.approx(1.0)
-    assert np.all(weights > 0)
-    assert np.linalg.norm(rest[vertices] - rest[pose.moved[0]], axis=1).max() < 0.03
-    assert np.linalg.norm(weights @ rest[vertices] - rest[pose.moved[0]]) < 0.003
-    assert len(pose.task(1.0).vertices) == len(pose.held)
-    assert patches_of(pull("pull")) is None
+def test_a_patch_stands_for_its_vertex():
+    posings = [Posing(pull("pull", radius), options_of("plain")) for radius in (0.0, 0.03)]
+    single, patch = (posing.targets(0.0) for posing in posings)
+    assert len(single) == len(patch)
+    assert np.linalg.norm(patch[-1] - single[-1]) < 0.003
+    np.testing.assert_allclose(posings[1].targets(1.0)[-1] - patch[-1], [0, 0, 0.1])
 
 
 def test_the_walls_of_a_plate_face_each_other():

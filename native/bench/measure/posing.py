@@ -12,7 +12,6 @@ import numpy as np
 from .convergence import Run, descend, reach
 from .meshes import Floats, Ints
 from .poses import Pose
-from .tasks import Task
 
 ModelName = Literal["plain", "nodes"]
 MODELS: dict[ModelName, str] = {"plain": "spokes_and_rims", "nodes": "rotation_nodes"}
@@ -60,18 +59,18 @@ class Posing:
         mesh = pose.mesh
         self._arap = arap_native.SurfaceArap(mesh.positions, mesh.corner_vertices, mesh.face_sizes, options)
         self._pose = pose
-        self._patches = patches_of(pose)
         vertices = pose.task(0.0).vertices
-        self._arap.set_constraints(vertices, np.ones(len(vertices)), self._patches)
+        patches: Patches | None = None
+        self._patch_at_rest: Floats = np.empty((0, 3))
+        if pose.patch_radius:
+            around, weights, average = self._arap.patch_around(pose.moved, pose.patch_radius)
+            patches = np.array([0, len(around)], dtype=np.int32), around, weights
+            self._patch_at_rest = average[None]
+        self._arap.set_constraints(vertices, np.ones(len(vertices)), patches)
 
     def targets(self, share: float) -> Floats:
         """One row for each constrained vertex, and one for the patch where there is one."""
-        task: Task = self._pose.task(share)
-        if self._patches is None:
-            return task.targets
-        _, vertices, weights = self._patches
-        centre = weights @ self._pose.mesh.positions[vertices]
-        return np.concatenate([task.targets, self._pose.motion(centre[None], share)])
+        return np.concatenate([self._pose.task(share).targets, self._pose.motion(self._patch_at_rest, share)])
 
     def pose(self, steps: int, limit_s: float, tolerance: float = TOLERANCE) -> Posed:
         """From rest in even steps, the last one to its end, or as far as it comes in ``limit_s`` seconds."""
@@ -106,17 +105,3 @@ class Posing:
         descent = descend(solve, budget_s)
         near = reach(solve, descent, NEAR * descent.minimum, n_repeats=1)
         return (near.iterations, descent.is_converged) if near else None
-
-
-def patches_of(pose: Pose) -> Patches | None:
-    """The patch around the pose's moved vertex: area times (1 - d^2 / rho^2)^3 of the vertices within rho, sum 1."""
-    if not pose.patch_radius:
-        return None
-    rest, triangles = pose.mesh.positions, pose.mesh.triangles
-    a, b, c = (rest[triangles[:, k]] for k in range(3))
-    thirds = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
-    areas = np.bincount(triangles.ravel(), np.repeat(thirds, 3), len(rest))
-    distances = np.linalg.norm(rest - rest[pose.moved[0]], axis=1)
-    vertices = np.flatnonzero(distances < pose.patch_radius).astype(np.int32)
-    weights = areas[vertices] * (1.0 - (distances[vertices] / pose.patch_radius) ** 2) ** 3
-    return np.array([0, len(vertices)], dtype=np.int32), vertices, weights / weights.sum()
