@@ -196,7 +196,7 @@ def wing() -> Pose:
         turn = rotation(Y, -angle) @ rotation(X, share * np.radians(40))
         return np.asarray((points - scale * length * X) @ turn.T + along * X + up * Z)
 
-    view = View((-0.7, -0.8, 0.6), (0.32 * scale, 0.0, 0.28 * scale), 0.95 * scale)
+    view = View((-0.7, -0.8, 0.6), (0.36 * scale, 0.0, 0.28 * scale), 1.08 * scale)
     return Pose("bend and twist", mesh, held, moved, bent, view, walls_axis=2)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from . import machine
 from .meshes import Mesh, creature
 from .poses import STEPS, Pose, cub_parts, large_move_of, turned
 from .posing import TOLERANCE, ModelName, Posing, options_of
@@ -42,6 +43,7 @@ def measure_drag(model: ModelName) -> dict[str, Any]:
         behind.append(float(np.linalg.norm(positions - posed.positions, axis=1).max()))
     row = {
         "n_vertices": len(pose.mesh.positions),
+        "load": machine.description()["load"],
         "frame_ms": 1e3 * FRAME_S,
         "iterations": iterations,
         "behind": behind,

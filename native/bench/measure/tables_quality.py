@@ -99,10 +99,12 @@ def drag(models: dict[str, Row]) -> str:
             number(sum(row["iterations"]) / len(row["iterations"]), 2),
             number(100 * sum(row["behind"]) / len(row["behind"]), 2),
             number(100 * max(row["behind"]), 2),
+            number(row["load"], 2),
         )
         for model, row in models.items()
     ]
-    headers = ("drag", "vertices", "ms a frame", "iterations a frame", "behind, mean, %", "behind, most, %")
+    behind = ("behind, mean, %", "behind, most, %")
+    headers = ("drag", "vertices", "ms a frame", "iterations a frame", *behind, "load after it")
     return markdown(headers, lines) if lines else ""
 
 
