@@ -3,15 +3,16 @@
 
 export CCACHE_DIR ?= $(CURDIR)/build/ccache
 
-.PHONY: help demo test bench bench-peers bench-report performance wheel zip lint format asan tsan clang clean
+.PHONY: help demo test bench bench-peers bench-report bench-quality performance wheel zip lint format asan tsan clang clean
 
 help:
 	@echo "make demo    poses and bakes the sample creature in a real Blender; pictures in build/demo"
 	@echo "make test    native, Python, headless Blender and window tests; BLENDERS=\"path ...\" adds more Blenders"
 	@echo "make bench   times of bind, set_constraints, iteration and of a frame in Blender; build/bench/results.json"
 	@echo "make bench-peers    ours beside libigl, Open3D and CGAL       make bench-report   a student report's tables"
+	@echo "make bench-quality  how poses look at three densities, plain beside rotation nodes; build/bench/quality.json"
 	@echo "             all take OPTIONS=..., and meshes from ARAP_BENCH_MESHES: OFF files and folders, with colons between"
-	@echo "make performance    writes what was measured into docs/performance.md"
+	@echo "make performance    writes what was measured into docs/performance.md and docs/quality.md"
 	@echo "make wheel   wheels of arap-native for the Pythons found; build/dist/wheels"
 	@echo "make zip     the add-on: legacy zip and extension zip; build/dist"
 	@echo "make lint    clang-format, clang-tidy, ruff, mypy          make format   formats everything"
@@ -27,7 +28,7 @@ test:
 bench:
 	@.ci/bench $(OPTIONS)
 
-bench-peers bench-report:
+bench-peers bench-report bench-quality:
 	@.ci/$@ $(OPTIONS)
 
 performance:

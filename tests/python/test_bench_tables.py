@@ -2,7 +2,7 @@
 """Results as Markdown, and where they go in the document."""
 
 import pytest
-from measure import tables, tables_native, tables_peers, tables_report
+from measure import tables, tables_native, tables_peers, tables_quality, tables_report
 from measure.render import replace_section, sections
 
 MACHINE = {"processor": "P", "cores": 2, "memory_gib": 8, "system": "Linux", "load": 0.1, "day": "2026-01-02"}
@@ -162,3 +162,63 @@ def test_a_document_without_the_section_is_refused(document):
 def test_sections_without_results_are_left_alone():
     assert sections({}, {}, {}) == {}
     assert list(sections({"native": native_data(), "frame": []}, {}, {})) == ["native"]
+
+
+def quality_row(n_vertices, **more):
+    return {
+        "n_vertices": n_vertices, "energy": 0.5, "is_converged": True, "curvature": 1.5, "rms_deg": 3.0,
+        "p99_deg": 20.0, "max_deg": 70.0, "sharp_edges": 2, "flips": 1, "near": [12, True],
+    } | more  # fmt: skip
+
+
+QUALITY = {
+    "machine": MACHINE,
+    "not_run": {"nodes": "no such energy"},
+    "poses": {
+        "bar_bend": {
+            "mesh": "bar",
+            "pose": "bend",
+            "rows": {
+                "plain": [
+                    quality_row(100),
+                    quality_row(400, moved=0.0123, near=[30, False], is_converged=False, from_steps=0.002),
+                    quality_row(1600, moved=0.02, near=None, walls={"passed": 0.1, "median": 0.75}),
+                ]
+            },
+        }
+    },
+    "drag": {
+        "plain": {"n_vertices": 9, "load": 0.5, "frame_ms": 14.0, "iterations": [2, 3], "behind": [0.01, 0.03]},
+    },
+    "symmetry": {"plain": {"n_vertices": 9, "distances": [[1e-10, 2.3e-13]], "moved": 0.2}},
+}
+
+
+def test_a_pose_has_a_line_for_each_density():
+    text = tables_quality.sections(QUALITY)["quality-poses"]
+    assert "| plain | 100 | 0.500 | 1.50 | 3.0 | 20 | 70 | 2 | 1 | 12 | - |" in text
+    assert "| plain | 400 | 0.500* | 1.50 | 3.0 | 20 | 70 | 2 | 1 | 30* | 1.2 |" in text
+    assert "| plain | 1600 | 0.500 | 1.50 | 3.0 | 20 | 70 | 2 | 1 | - | 2.0 |" in text
+    assert "- Not run: rotation nodes: no such energy" in text
+
+
+def test_walls_steps_drags_and_symmetry_have_tables():
+    found = tables_quality.sections(QUALITY)
+    assert "| bend, plain | 1600 | 10 | 0.75 |" in found["quality-walls"]
+    assert "| bend, plain | 400 | 0.20 |" in found["quality-steps"]
+    assert "| plain | 9 | 14.0 | 2.5 | 2.0 | 3.0 | 0.50 |" in found["quality-drag"]
+    assert "| plain | 9 | 1e-10 | 2e-13 | 0.20 |" in found["quality-symmetry"]
+
+
+def test_parts_that_were_not_measured_leave_their_sections_alone():
+    found = tables_quality.sections(QUALITY | {"drag": {}, "symmetry": {}})
+    assert list(found) == ["quality-poses", "quality-walls", "quality-steps"]
+
+
+def test_panels_are_the_pictures_that_are_there(tmp_path):
+    entry = QUALITY["poses"]["bar_bend"]
+    assert tables_quality.panels("bar_bend", entry, tmp_path) == []
+    (tmp_path / "bar_bend-plain-1.png").write_bytes(b"")
+    assert tables_quality.panels("bar_bend", entry, tmp_path) == [
+        ("plain", [("400", tmp_path / "bar_bend-plain-1.png")])
+    ]

@@ -88,12 +88,9 @@ def triangulated(mesh: Mesh) -> Mesh:
 def midpoint_subdivision(mesh: Mesh) -> Mesh:
     """Each triangle in four by its edges' midpoints, which come after the old vertices; nothing moves."""
     triangles = mesh.triangles
-    n = len(mesh.positions)
-    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1)  # edge k is from corner k to k + 1
-    keys = ends.min(axis=-1).astype(np.int64) * n + ends.max(axis=-1)
-    edges, edge_of = np.unique(keys, return_inverse=True)
-    middle = (n + edge_of.reshape(keys.shape)).astype(np.int32)
-    midpoints = 0.5 * (mesh.positions[edges // n] + mesh.positions[edges % n])
+    ends, edge_of = _edges(mesh)
+    middle = (len(mesh.positions) + edge_of).astype(np.int32)
+    midpoints = mesh.positions[ends].mean(axis=1)
     at_corner = np.stack([triangles, middle, np.roll(middle, 1, axis=1)], axis=-1)
     finer = np.concatenate([at_corner, middle[:, None]], axis=1).reshape(-1, 3)
     positions = np.concatenate([mesh.positions, midpoints])
@@ -103,6 +100,20 @@ def midpoint_subdivision(mesh: Mesh) -> Mesh:
         np.ascontiguousarray(finer.ravel(), dtype=np.int32),
         np.full(len(finer), 3, dtype=np.int32),
     )
+
+
+def midpoint_ends(mesh: Mesh) -> Ints:
+    """(e, 2) int32, the vertices between which each new vertex of ``midpoint_subdivision`` is, in their order."""
+    return _edges(mesh)[0]
+
+
+def _edges(mesh: Mesh) -> tuple[Ints, Ints]:
+    """The edges' vertices (e, 2), and of each triangle's sides (f, 3) which edge it is; side k goes from corner k."""
+    n = len(mesh.positions)
+    ends = np.stack([mesh.triangles, np.roll(mesh.triangles, -1, axis=1)], axis=-1)
+    keys = ends.min(axis=-1).astype(np.int64) * n + ends.max(axis=-1)
+    edges, edge_of = np.unique(keys, return_inverse=True)
+    return np.stack([edges // n, edges % n], axis=1).astype(np.int32), edge_of.reshape(keys.shape)
 
 
 def mesh_files(setting: str) -> list[Path]:

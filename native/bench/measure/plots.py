@@ -10,6 +10,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import imread
 
 from .machine import ISA_NAMES
 from .tables import ENERGIES, library_name, measured
@@ -60,6 +61,21 @@ def plot_native(data: dict[str, Any], path: Path) -> None:
     _finish(figure, axes, "vertices", "ms an iteration", path)
 
 
+def plot_panels(rows: Sequence[tuple[str, Sequence[tuple[str, Path]]]], path: Path) -> None:
+    """Pictures in a grid: one row for each name, with the title and the file of each picture."""
+    n_columns = max(len(pictures) for _, pictures in rows)
+    _same_files()
+    figure = Figure(figsize=(2.4 * n_columns, 2.5 * len(rows)), layout="constrained", dpi=200)
+    grid = figure.subplots(len(rows), n_columns, squeeze=False)
+    for axes in grid.ravel():
+        axes.set_axis_off()
+    for line, (name, pictures) in zip(grid, rows, strict=True):
+        for axes, (title, file) in zip(line, pictures, strict=False):
+            axes.imshow(imread(file))
+            axes.set_title(f"{name}, {title}", fontsize=8)
+    figure.savefig(path, pil_kwargs={"quality": 80, "method": 6})
+
+
 def _fastest_of_ours(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Measured rows, of ours those of the first instruction set alone: it is the fastest."""
     rows = measured(rows)
@@ -68,14 +84,18 @@ def _fastest_of_ours(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _figure() -> tuple[Figure, Axes]:
-    # The same file from the same figures, and text as text.
-    mpl.rcParams.update({"svg.hashsalt": "arap", "svg.fonttype": "none", "font.size": 8})
+    _same_files()
     figure = Figure(figsize=(5.2, 3.2), layout="constrained")
     axes = figure.subplots()
     axes.set(xscale="log", yscale="log")
     axes.grid(visible=True, which="major", color="#dddddd", linewidth=0.6)
     axes.spines[["top", "right"]].set_visible(False)
     return figure, axes
+
+
+def _same_files() -> None:
+    """The same file from the same figures, and text as text."""
+    mpl.rcParams.update({"svg.hashsalt": "arap", "svg.fonttype": "none", "font.size": 8})
 
 
 def _line(axes: Axes, points: Sequence[tuple[float, float]], label: str, color: str, style: str) -> None:

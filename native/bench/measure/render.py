@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes measured results into a Markdown document, between its markers, and pictures beside it.
+"""Writes measured results into Markdown documents, between their markers, and pictures beside them.
 
-    python -m measure.render RESULTS_DIR DOCUMENT IMAGES_DIR
+    python -m measure.render RESULTS_DIR DOCS_DIR
 
-RESULTS_DIR holds results.json (native and frame), peers.json and report.json. A section of the document stands between
-<!-- measured: NAME --> and <!-- end of NAME -->; one whose results are not there stays as it is.
+RESULTS_DIR holds results.json (native and frame), peers.json and report.json for performance.md, and quality.json for
+quality.md. A section of a document stands between <!-- measured: NAME --> and <!-- end of NAME -->; one whose results
+are not there stays as it is.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from . import tables_native, tables_peers, tables_report
+from . import tables_native, tables_peers, tables_quality, tables_report
 from .tables import joined
 
 PICTURES = {
@@ -76,16 +77,34 @@ def read_json(path: Path) -> dict[str, Any]:
     return json.loads(path.read_text()) if path.exists() else {}
 
 
-def main() -> None:
-    folder, document, images = map(Path, sys.argv[1:])
-    results, peers, report = (read_json(folder / f"{name}.json") for name in ("results", "peers", "report"))
+def draw_quality(quality: dict[str, Any], folder: Path, images: Path) -> None:
+    """The pictures of the poses that Blender rendered."""
+    from . import plots
+
+    for name, entry in quality["poses"].items():
+        rows = tables_quality.panels(name, entry, folder)
+        if rows:
+            plots.plot_panels(rows, images / tables_quality.picture_file(name))
+
+
+def write_sections(document: Path, bodies: dict[str, str]) -> None:
     text = document.read_text()
-    bodies = sections(results, peers, report)
     for name, body in bodies.items():
         text = replace_section(text, name, body)
-    draw(results, peers, images)
     document.write_text(text)
     print(f"{document}: {', '.join(bodies) or 'no results'}")
+
+
+def main() -> None:
+    folder, docs = map(Path, sys.argv[1:])
+    names = ("results", "peers", "report", "quality")
+    results, peers, report, quality = (read_json(folder / f"{name}.json") for name in names)
+    images = docs / "images"
+    write_sections(docs / "performance.md", sections(results, peers, report))
+    draw(results, peers, images)
+    write_sections(docs / "quality.md", tables_quality.sections(quality) if quality else {})
+    if quality:
+        draw_quality(quality, folder / "quality", images)
 
 
 if __name__ == "__main__":

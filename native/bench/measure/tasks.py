@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ import numpy as np
 from .meshes import Floats, Ints, Mesh
 
 HELD, MOVED = 0.05, 0.02
+Motion = Callable[[Floats, float], Floats]  # places (k, 3) at rest and a share in [0, 1] of the way, to places
 
 
 class Task(NamedTuple):
@@ -21,18 +23,30 @@ class Task(NamedTuple):
 
 
 def bend(mesh: Mesh) -> Task:
-    """The lowest 5 % along the longest axis held; the top 2 % turned by 90 degrees about an oblique axis and moved.
+    """The lowest 5 % along the longest axis held, the top 2 % moved as ``bend_motion`` says."""
+    held, moved = ends(mesh, longest_axis(mesh))
+    return _task(mesh, held, moved, bend_motion(mesh, moved)(mesh.positions[moved], 1.0))
 
-    The turn is about their centroid; the move is by .35 and .15 of the mesh's length sideways and .15 down.
+
+def bend_motion(mesh: Mesh, moved: Ints) -> Motion:
+    """A turn by 90 degrees about an oblique axis through the centroid of ``moved``, and a move.
+
+    The move is by .35 and .15 of the mesh's length sideways and .15 down.
     """
-    axis = int(np.argmax(np.ptp(mesh.positions, axis=0)))
+    axis = longest_axis(mesh)
     length = float(np.ptp(mesh.positions[:, axis]))
     direction = np.roll(np.array([0.2, 1.0, 0.7]), axis)
     shift = length * np.roll(np.array([-0.15, 0.35, 0.15]), axis)
-    held, moved = _ends(mesh, axis)
     centre = mesh.positions[moved].mean(axis=0)
-    targets = (mesh.positions[moved] - centre) @ rotation(direction, np.pi / 2).T + centre + shift
-    return _task(mesh, held, moved, targets)
+
+    def motion(points: Floats, share: float) -> Floats:
+        return np.asarray((points - centre) @ rotation(direction, share * np.pi / 2).T + centre + share * shift)
+
+    return motion
+
+
+def longest_axis(mesh: Mesh) -> int:
+    return int(np.argmax(np.ptp(mesh.positions, axis=0)))
 
 
 def displacement(mesh: Mesh, share: float) -> Task:
@@ -40,11 +54,18 @@ def displacement(mesh: Mesh, share: float) -> Task:
 
     The turn is about z through the bounding box's centre, the move along (1, 1, 1).
     """
-    held, moved = _ends(mesh, 1)
+    held, moved = ends(mesh, 1)
     centre = 0.5 * (mesh.positions.max(axis=0) + mesh.positions.min(axis=0))
     turn = rotation(np.array([0.0, 0.0, 1.0]), share * np.pi / 3)
     shift = share * 0.3 / np.sqrt(3.0)
     return _task(mesh, held, moved, (mesh.positions[moved] - centre) @ turn.T + centre + shift)
+
+
+def ends(mesh: Mesh, axis: int) -> tuple[Ints, Ints]:
+    """The lowest 5 % and the top 2 % of the vertices along an axis."""
+    n = len(mesh.positions)
+    order = np.argsort(mesh.positions[:, axis], kind="stable").astype(np.int32)
+    return order[: int(np.ceil(HELD * n))], order[n - int(np.ceil(MOVED * n)) :]
 
 
 def rotation(axis: Floats, angle_rad: float) -> Floats:
@@ -80,12 +101,6 @@ def read_task(path: Path) -> tuple[Mesh, Task]:
         positions = np.fromfile(file, "<f8", 3 * n).reshape(n, 3)
         mesh = Mesh(path.stem, positions, np.fromfile(file, "<i4", c), np.fromfile(file, "<i4", f))
         return mesh, Task(np.fromfile(file, "<i4", k), np.fromfile(file, "<f8", 3 * k).reshape(k, 3))
-
-
-def _ends(mesh: Mesh, axis: int) -> tuple[Ints, Ints]:
-    n = len(mesh.positions)
-    order = np.argsort(mesh.positions[:, axis], kind="stable").astype(np.int32)
-    return order[: int(np.ceil(HELD * n))], order[n - int(np.ceil(MOVED * n)) :]
 
 
 def _task(mesh: Mesh, held: Ints, moved: Ints, moved_to: Floats) -> Task:

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How good poses look at several densities: plain spokes-and-rims beside rotation nodes.
+
+    python -m measure.quality OUT.json [--parts poses drag symmetry] [--poses NAME...] [--models plain nodes]
+        [--levels N] [--budget S] [--most-vertices N]
+
+What is measured takes the place of what the file holds of the same kind, so that parts can be run alone. Deformed
+meshes for the pictures go to the folder of the file's name beside it. The poses are those of the samples, and two of
+each mesh that ARAP_BENCH_MESHES names.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import machine
+from .meshes import Floats, load_off, mesh_files
+from .poses import STEPS, Pose, finer, named_poses, sample_poses
+from .posing import MODELS, ModelName, Posing, options_of, reason_against
+from .quality_live import measure_drag, measure_symmetry
+from .shape import Surface, facing, thickness
+
+PARTS = ("poses", "drag", "symmetry")
+DESCENT_VERTICES = 60_000  # iterations are counted on meshes up to that size: every count takes several solves
+
+
+def all_poses() -> Iterator[Pose]:
+    yield from sample_poses()
+    for path in mesh_files(os.environ.get("ARAP_BENCH_MESHES", "")):
+        yield from named_poses(load_off(path))
+
+
+def densities(pose: Pose, levels: int, most_vertices: int) -> Iterator[Pose]:
+    """The pose and its finer ones, while they have not too many vertices."""
+    for _ in range(levels):
+        yield pose
+        if 4 * len(pose.mesh.positions) > most_vertices:
+            return
+        pose = finer(pose)
+
+
+def measure_density(pose: Pose, model: ModelName, budget_s: float) -> tuple[dict[str, Any], Floats]:
+    """The row of one model at one density, and the deformed positions."""
+    posing = Posing(pose, options_of(model))
+    posed = posing.pose(pose.steps, budget_s)
+    row: dict[str, Any] = {
+        "n_vertices": len(pose.mesh.positions),
+        "energy": posed.energy,
+        "is_converged": posed.is_converged,
+        **Surface(pose.mesh).change(posed.positions, pose.measured())._asdict(),
+        "near": posing.iterations_near(budget_s) if len(pose.mesh.positions) <= DESCENT_VERTICES else None,
+    }
+    if pose.steps < STEPS:
+        row["from_steps"] = largest_distance(posed.positions, posing.pose(STEPS, budget_s).positions)
+    if pose.walls_axis is not None:
+        front, back = facing(pose.mesh.positions, pose.walls_axis)
+        is_free = pose.measured()[front]
+        kept = thickness(pose.mesh, front[is_free], back[is_free], posed.positions)
+        row["walls"] = {"passed": float(np.mean(kept < 0.0)), "median": float(np.median(kept))}
+    return row, posed.positions
+
+
+def measure_pose(
+    pose: Pose, model: ModelName, levels: int, most_vertices: int, budget_s: float, folder: Path
+) -> list[dict[str, Any]]:
+    """The rows of a model, from coarse to fine; "moved" is how far the density before it is from it at most."""
+    rows: list[dict[str, Any]] = []
+    coarser: Floats | None = None
+    for level, at in enumerate(densities(pose, levels, most_vertices)):
+        row, positions = measure_density(at, model, budget_s)
+        if coarser is not None:
+            row["moved"] = largest_distance(positions[: len(coarser)], coarser)
+        coarser = positions
+        rows.append(row)
+        save(folder / f"{file_name(at)}-{model}-{level}.npz", at, positions)
+        print(f"{pose.mesh.name}, {pose.name}, {model}: {row}", file=sys.stderr, flush=True)
+    return rows
+
+
+def largest_distance(a: Floats, b: Floats) -> float:
+    return float(np.linalg.norm(a - b, axis=1).max())
+
+
+def file_name(pose: Pose) -> str:
+    return f"{pose.mesh.name} {pose.name}".replace(",", "").replace(" ", "_")
+
+
+def save(path: Path, pose: Pose, positions: Floats) -> None:
+    """What a picture of a deformed mesh needs."""
+    part = np.zeros(len(positions), dtype=np.int32)
+    part[pose.held], part[pose.moved] = 1, 2
+    np.savez(
+        path,
+        positions=positions.astype(np.float32),
+        triangles=pose.mesh.triangles,
+        part=part,
+        eye=np.array(pose.view.eye),
+        middle=np.array(pose.view.middle),
+        height=pose.view.height,
+    )
+
+
+def measure_poses(results: dict[str, Any], args: argparse.Namespace, models: Sequence[ModelName], folder: Path) -> None:
+    """Adds the rows of each pose and model to the results."""
+    for pose in all_poses():
+        if args.poses and pose.name not in args.poses:
+            continue
+        entry = results["poses"].setdefault(file_name(pose), {"mesh": pose.mesh.name, "pose": pose.name, "rows": {}})
+        for model in models:
+            rows = measure_pose(pose, model, args.levels, args.most_vertices, args.budget, folder)
+            entry["rows"][model] = rows
+            write(args.out, results)
+
+
+def write(path: Path, results: dict[str, Any]) -> None:
+    path.write_text(json.dumps(results, indent=1))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="measure.quality", description="How good poses look at several densities.")
+    parser.add_argument("out", type=Path, help="the JSON file to write")
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS)
+    parser.add_argument("--poses", nargs="+", default=(), help="names of poses; all where none is named")
+    parser.add_argument("--models", nargs="+", choices=tuple(MODELS), default=tuple(MODELS))
+    parser.add_argument("--levels", type=int, default=3, help="densities, each four times the one before")
+    parser.add_argument("--most-vertices", type=int, default=250_000)
+    parser.add_argument("--budget", type=float, default=12.0, help="seconds of the last step of a pose, and of a count")
+    args = parser.parse_args()
+
+    folder = args.out.with_suffix("")
+    folder.mkdir(parents=True, exist_ok=True)
+    results = json.loads(args.out.read_text()) if args.out.exists() else {"poses": {}, "drag": {}, "symmetry": {}}
+    results["machine"] = machine.description()
+    results["not_run"] = {model: reason for model in args.models if (reason := reason_against(model))}
+    models = [model for model in args.models if model not in results["not_run"]]
+    if "poses" in args.parts:
+        measure_poses(results, args, models, folder)
+    for model in models:
+        if "drag" in args.parts:
+            results["drag"][model] = measure_drag(model)
+        if "symmetry" in args.parts:
+            results["symmetry"][model] = measure_symmetry(model)
+        write(args.out, results)
+
+
+if __name__ == "__main__":
+    main()

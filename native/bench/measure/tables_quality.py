@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tables of measure.quality, and which pictures belong to them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from .meshes import short_count
+from .tables import NOTHING, Row, joined, machine_line, markdown, number
+
+MODEL_NAMES = {"plain": "plain", "nodes": "rotation nodes"}
+SHAPE = ("∫ \\|dH\\| dA", "rms °", "99 % °", "max °", "> 60°", "flips")
+COLUMNS = ("model", "vertices", "energy", *SHAPE, "iterations", "moved, %")
+
+
+def sections(data: Row) -> dict[str, str]:
+    """The Markdown of each section of docs/quality.md that there are results for."""
+    bodies = {
+        "quality-poses": joined(machine_line(data["machine"]), not_run(data), *map(pose, data["poses"].items())),
+        "quality-walls": walls(data["poses"].values()),
+        "quality-steps": steps(data["poses"].values()),
+        "quality-drag": drag(data["drag"]),
+        "quality-symmetry": symmetry(data["symmetry"]),
+    }
+    return {name: body for name, body in bodies.items() if body}
+
+
+def not_run(data: Row) -> str:
+    return "\n".join(f"- Not run: {MODEL_NAMES[model]}: {reason}" for model, reason in data["not_run"].items())
+
+
+def pose(item: tuple[str, Row]) -> str:
+    """The table and the picture of one pose."""
+    name, entry = item
+    title = f"{entry['mesh']}: {entry['pose']}"
+    lines = [pose_line(model, row) for model, rows in entry["rows"].items() for row in rows]
+    picture = f"![{title}](images/{picture_file(name)})"
+    return joined(f"### {title}", markdown(COLUMNS, lines), picture)
+
+
+def pose_line(model: str, row: Row) -> tuple[str, ...]:
+    near = NOTHING
+    if row["near"]:
+        iterations, is_known = row["near"]
+        near = f"{iterations}" + ("" if is_known else "*")
+    return (
+        MODEL_NAMES[model],
+        str(row["n_vertices"]),
+        number(row["energy"]) + ("" if row["is_converged"] else "*"),
+        number(row["curvature"]),
+        *(number(row[key], 2) for key in ("rms_deg", "p99_deg", "max_deg")),
+        str(row["sharp_edges"]),
+        str(row["flips"]),
+        near,
+        number(100 * row["moved"], 2) if "moved" in row else NOTHING,
+    )
+
+
+def walls(entries: Iterable[Row]) -> str:
+    """How a thin part keeps its walls apart."""
+    lines = [
+        (
+            f"{entry['pose']}, {MODEL_NAMES[model]}",
+            str(row["n_vertices"]),
+            number(100 * row["walls"]["passed"], 2),
+            number(row["walls"]["median"], 2),
+        )
+        for entry in entries
+        for model, rows in entry["rows"].items()
+        for row in rows
+        if "walls" in row
+    ]
+    return markdown(("", "vertices", "passed through, %", "thickness kept, median"), lines) if lines else ""
+
+
+def steps(entries: Iterable[Row]) -> str:
+    """How far a pose in one step ends from the same in several."""
+    lines = [
+        (
+            f"{entry['pose']}, {MODEL_NAMES[model]}",
+            str(row["n_vertices"]),
+            number(100 * row["from_steps"], 2),
+        )
+        for entry in entries
+        for model, rows in entry["rows"].items()
+        for row in rows
+        if "from_steps" in row
+    ]
+    return markdown(("", "vertices", "from the pose in ten steps, %"), lines) if lines else ""
+
+
+def drag(models: dict[str, Row]) -> str:
+    lines = [
+        (
+            MODEL_NAMES[model],
+            str(row["n_vertices"]),
+            number(row["frame_ms"]),
+            number(sum(row["iterations"]) / len(row["iterations"]), 2),
+            number(100 * sum(row["behind"]) / len(row["behind"]), 2),
+            number(100 * max(row["behind"]), 2),
+            number(row["load"], 2),
+        )
+        for model, row in models.items()
+    ]
+    behind = ("behind, mean, %", "behind, most, %")
+    headers = ("drag", "vertices", "ms a frame", "iterations a frame", *behind, "load after it")
+    return markdown(headers, lines) if lines else ""
+
+
+def symmetry(models: dict[str, Row]) -> str:
+    lines = [
+        (MODEL_NAMES[model], str(row["n_vertices"]), f"{tolerance:.0e}", f"{distance:.0e}", number(row["moved"], 2))
+        for model, row in models.items()
+        for tolerance, distance in row["distances"]
+    ]
+    headers = ("mirrored pose", "vertices", "tolerance", "from the mirrored result, most", "moved by the pose, most")
+    return markdown(headers, lines) if lines else ""
+
+
+def picture_file(name: str) -> str:
+    return f"quality-{name}.webp"
+
+
+def panels(name: str, entry: Row, folder: Path) -> list[tuple[str, list[tuple[str, Path]]]]:
+    """For each model its pictures from coarse to fine, with their titles; those that were rendered."""
+    rows = []
+    for model, densities in entry["rows"].items():
+        files = [
+            (short_count(row["n_vertices"]), folder / f"{name}-{model}-{level}.png")
+            for level, row in enumerate(densities)
+        ]
+        rendered = [(title, file) for title, file in files if file.exists()]
+        if rendered:
+            rows.append((MODEL_NAMES[model], rendered))
+    return rows

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Poses of the quality benchmark: the same pose at every density."""
+
+import numpy as np
+import pytest
+from measure.meshes import make_mesh
+from measure.poses import finer, knee, named_poses, plate, pull, sample_poses, wing
+from measure.posing import Posing, options_of
+from measure.quality import densities, file_name
+from measure.shape import facing
+
+
+@pytest.fixture(scope="module")
+def poses():
+    return list(sample_poses())
+
+
+def is_closed(mesh):
+    ends = np.stack([mesh.triangles, np.roll(mesh.triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
+    edges, counts = np.unique(ends, axis=0, return_counts=True)
+    return np.all(counts == 1) and np.array_equal(np.unique(edges[:, ::-1], axis=0), edges)
+
+
+def volume(mesh):
+    a, b, c = np.moveaxis(mesh.positions[mesh.triangles], 1, 0)
+    return np.einsum("fi,fi->", a, np.cross(b, c)) / 6
+
+
+def test_sample_poses_are_of_closed_meshes_with_parts_apart(poses):
+    assert len({file_name(pose) for pose in poses}) == len(poses)
+    for pose in poses:
+        assert is_closed(pose.mesh)
+        assert volume(pose.mesh) > 0
+        assert 9_000 < len(pose.mesh.positions) < 13_000
+        assert np.linalg.norm(np.ptp(pose.mesh.positions, axis=0)) == pytest.approx(1.0)
+        assert len(np.intersect1d(pose.held, pose.moved)) == 0
+        assert np.count_nonzero(pose.measured()) > 100
+
+
+def test_no_share_of_a_pose_moves_nothing(poses):
+    for pose in poses:
+        task = pose.task(0.0)
+        np.testing.assert_allclose(task.targets, pose.mesh.positions[task.vertices], atol=1e-8)
+
+
+def test_moved_parts_move_rigidly(poses):
+    for pose in poses:
+        rest = pose.mesh.positions[pose.moved]
+        for share in (0.3, 1.0):
+            moved = pose.motion(rest, share)
+            assert np.linalg.norm(moved - rest, axis=1).max() > 0.01
+            spans = [np.linalg.norm(p - p[0], axis=1) for p in (rest, moved)]
+            np.testing.assert_allclose(*spans, atol=1e-12)
+
+
+def test_a_finer_pose_holds_and_moves_the_same_pieces_of_surface():
+    coarse = knee()
+    fine = finer(coarse)
+    for part, finer_part in ((coarse.held, fine.held), (coarse.moved, fine.moved)):
+        inside, inside_finer = (
+            np.isin(mesh.triangles, vertices).all(axis=1)
+            for mesh, vertices in ((coarse.mesh, part), (fine.mesh, finer_part))
+        )
+        np.testing.assert_array_equal(np.repeat(inside, 4), inside_finer)
+
+
+def test_densities_end_at_the_most_vertices():
+    sizes = [len(pose.mesh.positions) for pose in densities(wing(), 5, 200_000)]
+    assert sizes == [10_302, 41_202, 164_802]
+    assert len(list(densities(wing(), 1, 200_000))) == 1
+
+
+def test_a_patch_stands_for_its_vertex():
+    posings = [Posing(pull("pull", radius), options_of("plain")) for radius in (0.0, 0.03)]
+    single, patch = (posing.targets(0.0) for posing in posings)
+    assert len(single) == len(patch)
+    assert np.linalg.norm(patch[-1] - single[-1]) < 0.003
+    np.testing.assert_allclose(posings[1].targets(1.0)[-1] - patch[-1], [0, 0, 0.1])
+
+
+def test_the_walls_of_a_plate_face_each_other():
+    mesh = make_mesh("plate", *plate((2.0, 1.0, 0.1), (6, 4)))
+    assert is_closed(mesh)
+    front, back = facing(mesh.positions, 2)
+    assert len(front) == len(back) == 7 * 5
+    np.testing.assert_allclose(
+        mesh.positions[front] - mesh.positions[back], np.tile([0, 0, 0.1 / np.sqrt(5.01)], (35, 1)), atol=1e-12
+    )
+
+
+def test_named_meshes_get_a_bend_and_a_pull():
+    mesh = knee().mesh
+    bend, pulled = named_poses(mesh)
+    assert (len(bend.held), len(bend.moved)) == (621, 249)
+    assert len(pulled.moved) == 1
+    assert pulled.moved[0] not in pulled.held
