@@ -169,4 +169,3 @@ def fit_to_pose(
 
 def transformed(matrix: Floats, points: NDArray[np.floating]) -> Floats:
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
-

@@ -83,8 +83,9 @@ def nearest_rotations(matrices: Floats) -> Floats:
 
 
 class HandleMap:
-    """Rows of targets for a set of handles: first the vertices of one handle each, by handle, then the shared ones,
-    then the patches.
+    """Rows of targets for a set of handles.
+
+    First the vertices of one handle each, by handle, then the shared ones, then the patches.
 
     Attributes:
         vertices: (k,) int32 constrained vertices, each once.
@@ -155,7 +156,8 @@ class HandleMap:
 
     def _entries(self, patches: Mapping[int, Patch]) -> tuple[NDArray[np.intp], Ints, Floats]:
         """Handle, vertex and weight of every weight above 0, ordered by handle; without those that hold a patch."""
-        parts = [(np.empty(0, np.intp), np.empty(0, np.int32), np.empty(0))]
+        nothing = np.empty(0, np.intp), np.empty(0, np.int32), np.empty(0)
+        parts: list[tuple[NDArray[np.intp], Ints, Floats]] = [nothing]
         for i, spec in enumerate(self._specs):
             if i not in patches:
                 vertices = np.asarray(spec.vertices, dtype=np.int32)

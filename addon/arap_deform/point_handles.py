@@ -86,9 +86,7 @@ class Neighbourhood:
     face_sizes: Ints
 
 
-def neighbourhood(
-    seen: Floats, corner_vertices: Ints, face_sizes: Ints, vertices: Ints, reach: float
-) -> Neighbourhood:
+def neighbourhood(seen: Floats, corner_vertices: Ints, face_sizes: Ints, vertices: Ints, reach: float) -> Neighbourhood:
     """All faces that have a vertex within ``reach`` of ``vertices``: what a patch of that reach depends on.
 
     Args:
@@ -103,9 +101,7 @@ def neighbourhood(
     return Neighbourhood(inside, local.astype(np.int32), face_sizes[is_face_near].astype(np.int32))
 
 
-def patch_around(
-    solver: arap_native.SurfaceArap, vertices: Ints, reach: float, unstretch: Floats
-) -> Patch | None:
+def patch_around(solver: arap_native.SurfaceArap, vertices: Ints, reach: float, unstretch: Floats) -> Patch | None:
     """The patch of a point handle, None where no other vertex is within ``reach``: the handle's own are as good.
 
     Args:
@@ -140,5 +136,6 @@ def local_patch(
     options = native.Options(energy="spokes_and_rims", threads=1)
     solver = native.SurfaceArap(seen, part.corner_vertices, part.face_sizes, options)
     local = np.searchsorted(part.vertices, vertices).astype(np.int32)
-    patch = patch_around(solver, local, reach / diagonal_of(seen), np.linalg.inv(stretch))
+    unstretch = np.asarray(np.linalg.inv(stretch), dtype=np.float64)
+    patch = patch_around(solver, local, reach / diagonal_of(seen), unstretch)
     return None if patch is None else replace(patch, vertices=part.vertices[patch.vertices].astype(np.int32))

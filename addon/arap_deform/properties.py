@@ -22,7 +22,7 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
 
 # The numbers are what is saved: they stay, whatever the order.
 ENERGIES = (
-    ("rotation_nodes", "Smooth", "Bends alike on coarse and dense meshes; Rigidity says how wide. The default", "NONE", 2),
+    ("rotation_nodes", "Smooth", "Bends alike on coarse and dense meshes, as wide as Rigidity. The default", "NONE", 2),
     ("spokes_and_rims", "Spokes and Rims", "Classic: bends sharper the denser the mesh is", "NONE", 0),
     ("spokes", "Spokes", "The classic of 2007; a little stiffer across the bend", "NONE", 1),
 )

@@ -128,7 +128,7 @@ class Session:
         """
         self._native = native
         self._stretch = np.ascontiguousarray(stretch, dtype=np.float64)
-        self._unstretch = np.linalg.inv(self._stretch)
+        self._unstretch: Floats = np.asarray(np.linalg.inv(self._stretch), dtype=np.float64)
         self._is_stretched = not np.array_equal(self._stretch, np.eye(3))
         self._rest = np.ascontiguousarray(mesh.rest_positions, dtype=np.float64)
         self._settings = settings
@@ -178,7 +178,7 @@ class Session:
     @settings.setter
     def settings(self, settings: SessionSettings) -> None:
         if settings.of_bind != self._settings.of_bind:
-            raise ValueError("Energy, rigidity, weights, threads and joined seams are fixed at bind: make a new session")
+            raise ValueError("Energy, rigidity, weights, threads and seams are fixed at bind: make a new session")
         self._settings = settings
 
     @property
