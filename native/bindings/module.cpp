@@ -559,6 +559,13 @@ class Solver {
     exclusively([&] { solver_.set_positions(points); });
   }
 
+  py::tuple patch_around(const py::object& vertices, double radius) {
+    const auto indices = vector_from<int>(vertices, "vertices", "k", "one entry per vertex");
+    const arap::Patch patch = exclusively([&] { return solver_.patch_around(indices, radius); });
+    return py::make_tuple(to_array(patch.vertices), to_array(patch.weights),
+                          to_array(std::vector<double>(patch.rest_position.begin(), patch.rest_position.end())));
+  }
+
   double energy(const py::object& positions) {
     const arap::Positions points = positions_from(positions, "positions", n_vertices(), "one row per vertex");
     return exclusively([&] { return solver_.energy(points); });
@@ -643,6 +650,8 @@ void bind_solver(py::module_& m) {
           py::arg("rotations") = none, py::arg("progress") = none, py::arg("out") = none)
       .def("reset", &Solver::reset, docstrings::SurfaceArap_reset)
       .def("set_positions", &Solver::set_positions, docstrings::SurfaceArap_set_positions, py::arg("positions"))
+      .def("patch_around", &Solver::patch_around, docstrings::SurfaceArap_patch_around, py::arg("vertices"),
+           py::arg("radius") = 0.0)
       .def("energy", &Solver::energy, docstrings::SurfaceArap_energy, py::arg("positions"))
       .def_property_readonly("positions", &Solver::positions, docstrings::SurfaceArap_positions)
       .def_property_readonly("n_vertices", &Solver::n_vertices, docstrings::SurfaceArap_n_vertices)

@@ -71,6 +71,13 @@ void validate_patches(const Patches& patches, int n_vertices) {
 
 }  // namespace
 
+void Patches::add(const Patch& patch) {
+  if (offsets.empty()) offsets.push_back(0);
+  vertices.insert(vertices.end(), patch.vertices.begin(), patch.vertices.end());
+  weights.insert(weights.end(), patch.weights.begin(), patch.weights.end());
+  offsets.push_back(static_cast<int>(vertices.size()));
+}
+
 void ConstraintSet::validate(int n_vertices) const {
   validate_vertices(*this, n_vertices);
   validate_patches(patches, n_vertices);

@@ -25,6 +25,8 @@ class ModelSpace {
   [[nodiscard]] int n_model_vertices() const { return static_cast<int>(input_vertex_.size()); }
   /// Of each vertex of the user's.
   [[nodiscard]] const std::vector<int>& model_vertices() const { return model_vertex_; }
+  /// The first vertex of the user's at each of the model's.
+  [[nodiscard]] const std::vector<int>& input_vertices() const { return input_vertex_; }
 
   /// Points of the user's space, row by row.
   [[nodiscard]] Positions points_to_model(const Positions& points) const {
@@ -41,6 +43,8 @@ class ModelSpace {
   /// A vertex belongs to the region of any of its copies; of several, to the lowest.
   [[nodiscard]] std::vector<int> regions_to_model(const std::vector<int>& of_input) const;
   [[nodiscard]] PolygonMesh to_model(const PolygonMesh& mesh) const;
+
+  [[nodiscard]] Eigen::RowVector3d to_input(const Eigen::RowVector3d& point) const { return point * size_ + center_; }
 
   [[nodiscard]] double size() const { return size_; }
   [[nodiscard]] double energy_to_input(double energy) const { return energy * size_ * size_; }

@@ -2,6 +2,7 @@
 #include "rotation_nodes.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "parallel.h"
@@ -92,10 +93,8 @@ std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const
     DistanceSweep sweep(graph);
 #pragma omp for schedule(dynamic, 8)
     for (size_t c = 0; c < nodes.size(); ++c)
-      sweep.run(nodes[c], static_cast<float>(support), [&](int vertex, float distance) {
-        const double part = double{distance} / support;
-        const double closeness = 1 - part * part;
-        supports[c].push_back({vertex, static_cast<float>(closeness * closeness * closeness)});
+      sweep.run(std::span(&nodes[c], 1), static_cast<float>(support), [&](int vertex, float distance) {
+        supports[c].push_back({vertex, static_cast<float>(faded(distance, support))});
       });
   }
   return supports;

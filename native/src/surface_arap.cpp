@@ -17,6 +17,7 @@
 #include "parallel.h"
 #include "rigid_regions.h"
 #include "surface_model.h"
+#include "surface_patch.h"
 #include "text.h"
 
 namespace arap {
@@ -37,6 +38,9 @@ void require_lengths(const SurfaceArap::VertexProperties& properties, int n_vert
     if (!(properties.stiffness[v] > 0) || std::isinf(properties.stiffness[v]))
       throw InvalidInput(text("stiffness of vertex ", v, " is ", properties.stiffness[v], ", must be finite and > 0"));
 }
+
+/// Radius of a patch, in rigidity radii.
+constexpr double kPatchRadius = 1.5;
 
 void require_rows(const char* what, Eigen::Index rows, Eigen::Index expected) {
   if (rows != expected) throw InvalidInput(text(what, " has ", rows, " rows, expected ", expected));
@@ -89,10 +93,13 @@ struct SurfaceArap::Impl {
     report_coincident(same_as);
     if (options.join_seams) space.join(same_as);
     const PolygonMesh model_mesh = space.to_model(mesh);
-    space.renumber(bind_surface(model, model_mesh, options, space.to_model(properties.stiffness),
-                                space.regions_to_model(properties.rigid_regions), progress));
+    const std::vector<int> new_of_old = bind_surface(model, model_mesh, options, space.to_model(properties.stiffness),
+                                                     space.regions_to_model(properties.rigid_regions), progress);
+    space.renumber(new_of_old);
     for (size_t v = 0; v < input_part_of_vertex.size(); ++v)
       input_part_of_vertex[v] = model.part_of_vertex[space.model_vertices()[v]];
+    areas = vertex_areas(model_mesh, new_of_old);
+    patch_radius = kPatchRadius * options.rigidity_radius;
     reset();
   }
 
@@ -138,6 +145,8 @@ struct SurfaceArap::Impl {
   void keep_pose(bool with_rotations);
   void restore_pose();
 
+  [[nodiscard]] Patch patch_around(const std::vector<int>& vertices, double radius) const;
+
   ModelSpace space;
   std::vector<int> loose_vertices;
   std::vector<int> coincident_vertices;
@@ -150,7 +159,21 @@ struct SurfaceArap::Impl {
   Pose pose;
   Pose kept;  ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
+  std::vector<double> areas;                    ///< at each vertex
+  double patch_radius;                          ///< of patches, where none is given
+  mutable std::unique_ptr<SurfaceGraph> graph;  ///< of the model; made when first needed
 };
+
+Patch SurfaceArap::Impl::patch_around(const std::vector<int>& vertices, double radius) const {
+  require_patch_sources(vertices, radius, input_part_of_vertex);
+  if (graph == nullptr) graph = std::make_unique<SurfaceGraph>(model.energy.K, model.rest, model.threads);
+  std::vector<int> sources;
+  for (const int v : vertices) sources.push_back(space.model_vertices()[v]);
+  Patch patch = find_patch(*graph, areas, model.rest, sources, radius > 0 ? radius : patch_radius);
+  for (int& v : patch.vertices) v = space.input_vertices()[v];
+  patch.rest_position = space.to_input(Eigen::RowVector3d(patch.rest_position)).transpose();
+  return patch;
+}
 
 void SurfaceArap::Impl::keep_pose(bool with_rotations) {
   copy_rows(steps->threads(), pose.positions, kept.positions);
@@ -258,6 +281,10 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
   if (!out.empty() && out.size() != n_numbers)
     throw InvalidInput(text("out has ", out.size(), " numbers, must have three per vertex, ", n_numbers));
   return impl_->solve(targets, options, rotations, progress, out);
+}
+
+Patch SurfaceArap::patch_around(const std::vector<int>& vertices, double radius) const {
+  return impl_->patch_around(vertices, radius);
 }
 
 void SurfaceArap::reset() { impl_->reset(); }

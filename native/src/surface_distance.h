@@ -62,15 +62,22 @@ class DistanceQueue {
   std::vector<std::uint64_t> keys_;  ///< the bits of a distance >= 0 sort as it does
 };
 
-/// Distances from one vertex after the other along the graph (Dijkstra), each up to a radius.
+/// How a weight fades out with the distance: (1 - d^2 / s^2)^3, 0 from s on.
+[[nodiscard]] inline double faded(double distance, double support) {
+  const double part = distance / support;
+  const double closeness = part < 1 ? 1 - part * part : 0;
+  return closeness * closeness * closeness;
+}
+
+/// Distances along the graph (Dijkstra) from one or a few vertices, up to a radius, again and again.
 class DistanceSweep {
  public:
   explicit DistanceSweep(const SurfaceGraph& graph) : graph_(graph), distance_(graph.n_vertices(), kFar) {}
 
-  /// visit(vertex, distance) for every vertex nearer to `source` than `radius`, the nearest first.
+  /// visit(vertex, distance) for every vertex nearer to one of `sources` than `radius`, the nearest first.
   template <class Visit>
-  void run(int source, float radius, const Visit& visit) {
-    reach(source, 0);
+  void run(std::span<const int> sources, float radius, const Visit& visit) {
+    for (const int source : sources) reach(source, 0);
     while (!queue_.empty()) {
       const auto [distance, vertex] = queue_.pop();
       if (distance > distance_[vertex]) continue;

@@ -47,7 +47,7 @@ class Options:
     def __init__(
         self,
         *,
-        energy: Literal["rotation_nodes", "spokes_and_rims", "spokes"] = "spokes_and_rims",
+        energy: Literal["rotation_nodes", "spokes_and_rims", "spokes"] = "rotation_nodes",
         rigidity_radius: float = 0.02,
         weights: Literal["cotangent", "uniform"] = "cotangent",
         linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"] = "block_ldlt",
@@ -194,6 +194,24 @@ class SurfaceArap:
 
     def set_positions(self, positions: NDArray[np.float64]) -> None:
         """Starts the next solve from ``positions``, (n, 3) float64."""
+
+    def patch_around(
+        self, vertices: NDArray[np.int32], radius: float = 0.0
+    ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
+        """A round patch of the surface, for set_constraints: held as a point handle it pulls a smooth hill, the same at
+        every density of the mesh, where a constrained vertex would pull a spike.
+
+        Args:
+            vertices: (k,) int32, what the patch lies around.
+            radius: as a fraction of the rest bounding-box diagonal; 0: 1.5 times Options.rigidity_radius.
+
+        Returns:
+            (m,) int32 its vertices, (m,) float64 their weights, of sum 1, and (3,) float64 the average of their rest
+            positions, which is the target that moves nothing.
+
+        Raises:
+            ValueError: no vertices, an index out of range, a vertex in no face, or a bad radius.
+        """
 
     def energy(self, positions: NDArray[np.float64]) -> float:
         """Smallest energy over the rotations at ``positions``, (n, 3) float64, without constraint terms."""

@@ -3,7 +3,16 @@
 
 #include <vector>
 
+#include "arap/types.h"
+
 namespace arap {
+
+/// A weighted average of vertices.
+struct Patch {
+  std::vector<int> vertices;
+  std::vector<double> weights;              ///< sum 1
+  Vector3 rest_position = Vector3::Zero();  ///< the average at rest: its target where nothing is to move
+};
 
 /// Weighted averages of vertices that are constrained as one point each. Patch k consists of the entries
 /// offsets[k] .. offsets[k + 1] - 1 of `vertices` and `weights`. Weights are >= 0 and are scaled to sum 1.
@@ -12,6 +21,7 @@ struct Patches {
   std::vector<int> vertices;
   std::vector<double> weights;
 
+  void add(const Patch& patch);
   [[nodiscard]] int size() const { return offsets.empty() ? 0 : static_cast<int>(offsets.size()) - 1; }
   bool operator==(const Patches&) const = default;
 };

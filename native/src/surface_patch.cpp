@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "surface_patch.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "arap/error.h"
+#include "text.h"
+
+namespace arap {
+
+void require_patch_sources(const std::vector<int>& vertices, double radius, const std::vector<int>& part_of_vertex) {
+  if (vertices.empty()) throw InvalidInput("a patch needs at least one vertex to lie around, but none was given");
+  if (!(radius >= 0) || std::isinf(radius))
+    throw InvalidInput(text("radius = ", radius, ", must be finite and >= 0; 0 is the default"));
+  const auto n = static_cast<int>(part_of_vertex.size());
+  for (const int v : vertices) {
+    if (v < 0 || v >= n) throw InvalidInput(text("vertex ", v, " is out of range, the mesh has vertices 0 to ", n - 1));
+    if (part_of_vertex[v] < 0)
+      throw InvalidInput(text("vertex ", v, " is in no face, so no patch lies around it; constrain the vertex itself"));
+  }
+}
+
+std::vector<double> vertex_areas(const PolygonMesh& mesh, const std::vector<int>& place) {
+  std::vector<double> areas(mesh.n_vertices(), 0.0);
+  const Positions& p = mesh.positions();
+  for (int f = 0; f < mesh.n_faces(); ++f) {
+    const std::span<const int> face = mesh.face(f);
+    const Vector3 first = p.row(face[0]).transpose();
+    Vector3 twice_area = Vector3::Zero();
+    for (size_t k = 1; k + 1 < face.size(); ++k)
+      twice_area += (p.row(face[k]).transpose() - first).cross(p.row(face[k + 1]).transpose() - first);
+    for (const int v : face) areas[place[v]] += twice_area.norm() / (2 * static_cast<double>(face.size()));
+  }
+  return areas;
+}
+
+Patch find_patch(const SurfaceGraph& graph, const std::vector<double>& areas, const Positions& rest,
+                 const std::vector<int>& sources, double radius) {
+  Patch patch;
+  std::vector<double> fades;
+  double total = 0;
+  DistanceSweep(graph).run(sources, static_cast<float>(radius), [&](int vertex, float distance) {
+    patch.vertices.push_back(vertex);
+    fades.push_back(faded(distance, radius));
+    patch.weights.push_back(areas[vertex] * fades.back());
+    total += patch.weights.back();
+  });
+  if (total <= 0) {
+    patch.weights = fades;
+    total = 0;
+    for (const double fade : fades) total += fade;
+  }
+  for (size_t k = 0; k < patch.vertices.size(); ++k) {
+    patch.weights[k] /= total;
+    patch.rest_position += patch.weights[k] * rest.row(patch.vertices[k]).transpose();
+  }
+  return patch;
+}
+
+}  // namespace arap
