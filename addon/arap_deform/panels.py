@@ -83,7 +83,7 @@ class ARAP_UL_handles(bpy.types.UIList):
         name.active = handle.is_enabled
         name.prop(handle, "name", text="", emboss=False, icon="BONE_DATA" if handle.bone else "EMPTY_AXIS")
         if obj is not None and _has_rigidity(obj):
-            row.prop(handle, "is_exact", text="", icon="SNAP_VERTEX" if handle.is_exact else "SPHERECURVE")
+            row.prop(handle, "is_exact", text="", icon="SNAP_VERTEX")
         if obj is not None and _problem(obj, index):
             row.label(text="", icon="ERROR")
 
