@@ -55,7 +55,16 @@ def find_patch(
     if reach is None:
         return None
     part = neighbourhood(seen, mesh.corner_vertices, mesh.face_sizes, vertices, reach)
-    return local_patch(native.load(), mesh.rest_positions, part, vertices, reach, stretch)
+    return local_patch(
+        native.load(),
+        mesh.rest_positions,
+        part,
+        vertices,
+        reach,
+        stretch,
+        weights=settings.weights,
+        join_seams=settings.join_seams,
+    )
 
 
 def _other_specs(obj: bpy.types.Object, besides: ArapHandle | None, use_nodes: bool | None) -> list[HandleSpec]:

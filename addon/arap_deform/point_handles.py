@@ -120,7 +120,15 @@ def diagonal_of(points: NDArray[np.floating]) -> float:
 
 
 def local_patch(
-    native: Any, rest_positions: Floats, part: Neighbourhood, vertices: Ints, reach: float, stretch: Floats
+    native: Any,
+    rest_positions: Floats,
+    part: Neighbourhood,
+    vertices: Ints,
+    reach: float,
+    stretch: Floats,
+    *,
+    weights: str,
+    join_seams: bool,
 ) -> Patch | None:
     """As patch_around(), without a solver of the whole mesh.
 
@@ -131,9 +139,10 @@ def local_patch(
         vertices: (k,) of the handle, each in a face.
         reach: as seen.
         stretch: (3, 3).
+        weights, join_seams: as the whole mesh is bound.
     """
     seen = np.ascontiguousarray(rest_positions[part.vertices] @ stretch.T)
-    options = native.Options(energy="spokes_and_rims", threads=1)
+    options = native.Options(energy="spokes_and_rims", weights=weights, join_seams=join_seams, threads=1)
     solver = native.SurfaceArap(seen, part.corner_vertices, part.face_sizes, options)
     local = np.searchsorted(part.vertices, vertices).astype(np.int32)
     unstretch = np.asarray(np.linalg.inv(stretch), dtype=np.float64)

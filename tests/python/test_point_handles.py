@@ -183,15 +183,32 @@ def test_rigidity_is_fixed_at_bind_for_the_energy_it_belongs_to():
     assert of_classic[0] == of_classic[1]
 
 
+def opened(mesh):
+    """The same mesh with a seam: the faces on one side of y = 0 have vertices of their own."""
+    n = len(mesh.rest_positions)
+    starts = np.cumsum(mesh.face_sizes) - mesh.face_sizes
+    below = np.add.reduceat(mesh.rest_positions[mesh.corner_vertices, 1], starts) < 0.0
+    corners = mesh.corner_vertices + n * np.repeat(below, mesh.face_sizes).astype(np.int32)
+    used, corners = np.unique(corners, return_inverse=True)
+    return SessionMesh(mesh.rest_positions[used % n], corners.astype(np.int32), mesh.face_sizes)
+
+
 @pytest.mark.parametrize("stretch", [np.eye(3), STRETCH], ids=["unscaled", "scaled"])
-def test_the_faces_around_a_handle_are_enough_to_find_its_patch(stretch):
-    group = around(POINT, 0.5 * RADIUS).astype(np.int32)
-    whole = new_session(hold(group), stretch=stretch).patches[1]
-    seen = TUBE.positions @ stretch.T
-    reach = PATCH_REACH * 0.05 * float(np.linalg.norm(np.ptp(seen, axis=0)))
-    part = neighbourhood(seen, TUBE.corner_vertices, TUBE.face_sizes, group, reach)
-    assert len(part.vertices) < len(TUBE.positions) // 4
-    local = local_patch(arap_native, TUBE.positions, part, group, reach, stretch)
+@pytest.mark.parametrize("weights", ["cotangent", "uniform"])
+@pytest.mark.parametrize("join_seams", [False, True], ids=["open", "joined"])
+def test_the_faces_around_a_handle_are_enough_to_find_its_patch(stretch, weights, join_seams):
+    mesh = opened(MESH)
+    rest = mesh.rest_positions
+    group = np.flatnonzero(np.linalg.norm(rest - TUBE.positions[POINT], axis=1) < 0.5 * RADIUS).astype(np.int32)
+    settings = dataclasses.replace(SETTINGS, weights=weights, join_seams=join_seams)
+    session = Session(arap_native, mesh, stretch, settings)
+    session.set_handles([hold(group)])
+    whole = session.patches[0]
+    seen = rest @ stretch.T
+    reach = PATCH_REACH * settings.rigidity_radius * float(np.linalg.norm(np.ptp(seen, axis=0)))
+    part = neighbourhood(seen, mesh.corner_vertices, mesh.face_sizes, group, reach)
+    assert len(part.vertices) < len(rest) // 4
+    local = local_patch(arap_native, rest, part, group, reach, stretch, weights=weights, join_seams=join_seams)
     order = np.argsort(local.vertices), np.argsort(whole.vertices)
     assert np.array_equal(local.vertices[order[0]], whole.vertices[order[1]])
     np.testing.assert_allclose(local.weights[order[0]], whole.weights[order[1]], atol=1e-6)
