@@ -2,6 +2,7 @@
 #include "rotation_nodes.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <span>
 #include <utility>
 
@@ -21,16 +22,15 @@ class Sampler {
       : graph_(graph),
         radius_(static_cast<float>(radius)),
         group_(group),
-        distance_(graph.n_vertices(), static_cast<float>(radius)) {}
+        distance_(graph.n_vertices(), static_cast<float>(radius)),
+        is_chosen_(graph.n_vertices(), 0) {}
 
   [[nodiscard]] bool is_covered(int vertex) const { return distance_[vertex] < radius_; }
-  [[nodiscard]] bool is_node(int vertex) const { return distance_[vertex] == 0 && is_chosen_[vertex] != 0; }
 
   void choose(int vertex) {
-    if (is_chosen_.empty()) is_chosen_.assign(graph_.n_vertices(), 0);
     if (is_chosen_[vertex] != 0) return;
     is_chosen_[vertex] = 1;
-    nodes.push_back(vertex);
+    nodes_.push_back(vertex);
     distance_[vertex] = 0;
     queue_.push({0, vertex});
     while (!queue_.empty()) {
@@ -45,7 +45,7 @@ class Sampler {
     }
   }
 
-  std::vector<int> nodes;
+  [[nodiscard]] std::vector<int> take_nodes() { return std::move(nodes_); }
 
  private:
   [[nodiscard]] bool is_same_group(int a, int b) const { return group_.empty() || group_[a] == group_[b]; }
@@ -56,6 +56,7 @@ class Sampler {
   std::vector<float> distance_;  ///< to the nearest node, at most the radius
   std::vector<char> is_chosen_;
   DistanceQueue queue_;
+  std::vector<int> nodes_;
 };
 
 std::vector<int> choose_vertices(const SurfaceGraph& graph, double radius, const std::vector<std::vector<int>>& mirrors,
@@ -66,7 +67,8 @@ std::vector<int> choose_vertices(const SurfaceGraph& graph, double radius, const
     orbit.assign(1, vertex);
     for (const std::vector<int>& mirror : mirrors)
       for (size_t k = 0, n = orbit.size(); k < n; ++k) orbit.push_back(mirror[orbit[k]]);
-    for (const int image : orbit) sampler.choose(image);
+    for (const int image : orbit)
+      if (!graph.arcs(image).empty()) sampler.choose(image);
   };
   const auto choose_where = [&](const auto& is_wanted) {
     for (int v = 0; v < graph.n_vertices(); ++v)
@@ -75,7 +77,7 @@ std::vector<int> choose_vertices(const SurfaceGraph& graph, double radius, const
   // First on the planes of symmetry: a node beside one and its image would be very close.
   for (const std::vector<int>& mirror : mirrors) choose_where([&](int v) { return mirror[v] == v; });
   choose_where([](int) { return true; });
-  return std::move(sampler.nodes);
+  return sampler.take_nodes();
 }
 
 struct Reached {
@@ -133,79 +135,118 @@ RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, double radius,
 
 namespace {
 
-/// q of the nodes at one vertex.
-class BlendedRow {
+/// The nodes whose cells have a vertex, with their q there.
+class NodeRow {
  public:
-  explicit BlendedRow(int n_nodes) : slot_(n_nodes, -1) {}
+  struct Entry {
+    int node;
+    Vector3 q;
+  };
 
-  void add(int node, const Vector3& value) {
+  explicit NodeRow(int n_nodes) : slot_(n_nodes, -1) {}
+
+  void add(int node, double weight, const Vector3& q) {
     int& slot = slot_[node];
     if (slot < 0) {
-      slot = static_cast<int>(entries.size());
-      entries.emplace_back(node, Vector3::Zero());
+      slot = static_cast<int>(entries_.size());
+      entries_.push_back({node, Vector3::Zero()});
     }
-    entries[slot].second += value;
+    entries_[slot].q += weight * q;
   }
+
+  [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
 
   void clear() {
-    for (const auto& entry : entries) slot_[entry.first] = -1;
-    entries.clear();
+    for (const Entry& entry : entries_) slot_[entry.node] = -1;
+    entries_.clear();
   }
 
-  std::vector<std::pair<int, Vector3>> entries;
+ private:
+  std::vector<int> slot_;  ///< of each node in entries_, or -1
+  std::vector<Entry> entries_;
+};
+
+/// Fills the cells of nodes, vertex by vertex: consecutive vertices are a piece of work.
+class NodeCells {
+ public:
+  NodeCells(const CellEnergy& cells, const RotationNodes& nodes, int threads)
+      : cells_(cells),
+        nodes_(nodes),
+        threads_(threads),
+        n_pieces_(std::clamp(threads, 1, cells.n_vertices() / 4096 + 1)),
+        node_at_(cells.n_vertices(), -1),
+        next_(n_pieces_, std::vector<int>(nodes.size(), 0)) {
+    for (int c = 0; c < nodes.size(); ++c) node_at_[nodes.vertices[c]] = c;
+  }
+
+  void fill(CellEnergy& result) {
+    for_each_row([&](int piece, int j, const NodeRow& row) {
+      for (const NodeRow::Entry& entry : row.entries())
+        if (entry.node != node_at_[j]) ++next_[piece][entry.node];
+    });
+    place_pieces(result);
+    for_each_row([&](int piece, int j, const NodeRow& row) {
+      for (const NodeRow::Entry& entry : row.entries()) {
+        const int slot = entry.node == node_at_[j] ? result.cell_offsets[entry.node] : next_[piece][entry.node]++;
+        result.cell_vertices[slot] = j;
+        result.q.row(slot) = entry.q.transpose();
+      }
+    });
+  }
 
  private:
-  std::vector<int> slot_;
+  /// Counts of entries become places: in each cell its node, then the pieces in order.
+  void place_pieces(CellEnergy& result) {
+    result.cell_offsets.assign(1, 0);
+    for (int c = 0; c < nodes_.size(); ++c) {
+      int place = result.cell_offsets.back() + 1;
+      for (std::vector<int>& next : next_) place += std::exchange(next[c], place);
+      result.cell_offsets.push_back(place);
+    }
+    result.cell_vertices.resize(result.cell_offsets.back());
+    result.q.resize(result.cell_offsets.back(), 3);
+  }
+
+  template <class Visit>
+  void for_each_row(const Visit& visit) const {
+    const auto start = [&](int piece) {
+      return static_cast<int>(static_cast<std::int64_t>(cells_.n_vertices()) * piece / n_pieces_);
+    };
+#pragma omp parallel for num_threads(threads_) schedule(static, 1)
+    for (int piece = 0; piece < n_pieces_; ++piece) {
+      NodeRow row(nodes_.size());
+      for (int j = start(piece); j < start(piece + 1); ++j) {
+        collect(j, row);
+        visit(piece, j, row);
+        row.clear();
+      }
+    }
+  }
+
+  void collect(int j, NodeRow& row) const {
+    for (int k = cells_.vertex_offsets[j]; k < cells_.vertex_offsets[j + 1]; ++k) {
+      const int i = cells_.vertex_cells[k];
+      const Vector3 q = cells_.q.row(cells_.vertex_incidences[k]).transpose();
+      for (int e = nodes_.offsets[i]; e < nodes_.offsets[i + 1]; ++e) row.add(nodes_.nodes[e], nodes_.weights[e], q);
+    }
+    if (node_at_[j] >= 0) row.add(node_at_[j], 0, Vector3::Zero());  // in its own cell whatever else is
+  }
+
+  const CellEnergy& cells_;
+  const RotationNodes& nodes_;
+  int threads_;
+  int n_pieces_;
+  std::vector<int> node_at_;            ///< of each vertex, or -1
+  std::vector<std::vector<int>> next_;  ///< of each piece: entries of each cell, then where the next one goes
 };
 
 }  // namespace
 
 CellEnergy share_rotations(const CellEnergy& cells, const RotationNodes& nodes, int threads) {
-  const int n = cells.n_vertices();
-  const int n_pieces = std::clamp(threads, 1, n / 4096 + 1);
-  std::vector<std::vector<std::pair<int, Vector3>>> pieces(n_pieces);
-  std::vector<int> row_sizes(n);
-  std::vector<int> node_at(n, -1);
-  for (int c = 0; c < nodes.size(); ++c) node_at[nodes.vertices[c]] = c;
-  const auto start = [&](int piece) { return static_cast<int>(static_cast<int64_t>(n) * piece / n_pieces); };
-#pragma omp parallel for num_threads(threads) schedule(static, 1)
-  for (int p = 0; p < n_pieces; ++p) {
-    BlendedRow row(nodes.size());
-    for (int j = start(p); j < start(p + 1); ++j) {
-      for (int k = cells.vertex_offsets[j]; k < cells.vertex_offsets[j + 1]; ++k) {
-        const int i = cells.vertex_cells[k];
-        const Vector3 q = cells.q.row(cells.vertex_incidences[k]).transpose();
-        for (int e = nodes.offsets[i]; e < nodes.offsets[i + 1]; ++e) row.add(nodes.nodes[e], nodes.weights[e] * q);
-      }
-      if (node_at[j] >= 0) row.add(node_at[j], Vector3::Zero());  // in its cell whatever else is
-      row_sizes[j] = static_cast<int>(row.entries.size());
-      pieces[p].insert(pieces[p].end(), row.entries.begin(), row.entries.end());
-      row.clear();
-    }
-  }
-
   CellEnergy result;
   result.K = cells.K;
   result.rest_energy = cells.rest_energy;
-  result.cell_offsets.assign(nodes.size() + 1, 0);
-  for (const auto& piece : pieces)
-    for (const auto& entry : piece) ++result.cell_offsets[entry.first + 1];
-  for (size_t c = 1; c < result.cell_offsets.size(); ++c) result.cell_offsets[c] += result.cell_offsets[c - 1];
-  result.cell_vertices.resize(result.cell_offsets.back());
-  result.q.resize(result.cell_offsets.back(), 3);
-  // The node's own vertex comes first.
-  std::vector<int> next(result.cell_offsets.begin(), result.cell_offsets.end() - 1);
-  for (int& slot : next) ++slot;
-  for (int p = 0; p < n_pieces; ++p) {
-    auto entry = pieces[p].begin();
-    for (int j = start(p); j < start(p + 1); ++j)
-      for (int k = 0; k < row_sizes[j]; ++k, ++entry) {
-        const int c = entry->first;
-        const int slot = j == nodes.vertices[c] ? result.cell_offsets[c] : next[c]++;
-        result.cell_vertices[slot] = j;
-        result.q.row(slot) = entry->second.transpose();
-      }
-  }
+  NodeCells(cells, nodes, threads).fill(result);
   result.index_by_vertex();
   return result;
 }

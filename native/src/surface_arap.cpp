@@ -100,6 +100,7 @@ struct SurfaceArap::Impl {
       input_part_of_vertex[v] = model.part_of_vertex[space.model_vertices()[v]];
     areas = vertex_areas(model_mesh, new_of_old);
     patch_radius = kPatchRadius * options.rigidity_radius;
+    diagonal = surface_diagonal(model);
     reset();
   }
 
@@ -160,6 +161,7 @@ struct SurfaceArap::Impl {
   Pose kept;  ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
   std::vector<double> areas;                    ///< at each vertex
+  double diagonal;                              ///< of the surface
   double patch_radius;                          ///< of patches, where none is given
   mutable std::unique_ptr<SurfaceGraph> graph;  ///< of the model; made when first needed
 };
@@ -169,7 +171,7 @@ Patch SurfaceArap::Impl::patch_around(const std::vector<int>& vertices, double r
   if (graph == nullptr) graph = std::make_unique<SurfaceGraph>(model.energy.K, model.rest, model.threads);
   std::vector<int> sources;
   for (const int v : vertices) sources.push_back(space.model_vertices()[v]);
-  Patch patch = find_patch(*graph, areas, model.rest, sources, radius > 0 ? radius : patch_radius);
+  Patch patch = find_patch(*graph, areas, model.rest, sources, diagonal * (radius > 0 ? radius : patch_radius));
   for (int& v : patch.vertices) v = space.input_vertices()[v];
   patch.rest_position = space.to_input(Eigen::RowVector3d(patch.rest_position)).transpose();
   return patch;

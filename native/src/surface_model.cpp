@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "surface_model.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <numeric>
 #include <utility>
@@ -14,11 +15,24 @@ namespace arap {
 
 namespace {
 
+/// Bounding box of the vertices that are in faces.
+Eigen::AlignedBox3d surface_box(const BoundModel& model) {
+  Eigen::AlignedBox3d box;
+  for (size_t v = 0; v < model.part_of_vertex.size(); ++v)
+    if (model.part_of_vertex[v] >= 0) box.extend(model.rest.row(v).transpose());
+  return box;
+}
+
 /// One rotation a node in place of one a vertex.
 void share_rotations(BoundModel& model, double radius, const std::vector<int>& region_of_vertex) {
+  // Loose vertices neither hide a symmetry nor make the object larger.
+  const Eigen::AlignedBox3d box = surface_box(model);
+  Positions centred = box.isEmpty() ? model.rest : Positions(model.rest.rowwise() - box.center().transpose());
+  for (size_t v = 0; v < model.part_of_vertex.size(); ++v)
+    if (model.part_of_vertex[v] < 0) centred.row(v).setZero();
   const SurfaceGraph graph(model.energy.K, model.rest, model.threads);
-  const RotationNodes nodes =
-      choose_rotation_nodes(graph, radius, find_mirrors(model.rest), region_of_vertex, model.threads);
+  const RotationNodes nodes = choose_rotation_nodes(graph, radius * surface_diagonal(model), find_mirrors(centred),
+                                                    region_of_vertex, model.threads);
   model.energy = share_rotations(model.energy, nodes, model.threads);
 }
 
@@ -57,6 +71,12 @@ std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
 }
 
 }  // namespace
+
+double surface_diagonal(const BoundModel& model) {
+  const Eigen::AlignedBox3d box = surface_box(model);
+  const double length = box.isEmpty() ? 0 : box.diagonal().norm();
+  return length > 0 ? length : 1;
+}
 
 std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const Options& options,
                               const std::vector<double>& stiffness, const std::vector<int>& region_of_vertex,

@@ -15,13 +15,22 @@ using arap::InvalidInput;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-TEST(Options, DefaultsAreSpokesAndRimsWithCotangents) {
+TEST(Options, DefaultsAreRotationNodesWithCotangents) {
   const arap::Options options;
   EXPECT_NO_THROW(options.validate());
-  EXPECT_EQ(options.energy, arap::Energy::kSpokesAndRims);
+  EXPECT_EQ(options.energy, arap::Energy::kRotationNodes);
+  EXPECT_EQ(options.rigidity_radius, .02);
   EXPECT_EQ(options.weights, arap::EdgeWeights::kCotangent);
   EXPECT_EQ(options.threads, 0);
   EXPECT_FALSE(options.join_seams);
+}
+
+TEST(Options, RigidityRadiusIsAPartOfTheDiagonal) {
+  for (const double radius : {0.0, -1.0, 1.01, kNan, kInfinity}) {
+    arap::Options options;
+    options.rigidity_radius = radius;
+    expect_error<InvalidInput>([&] { options.validate(); }, {"rigidity_radius", "> 0 and <= 1"});
+  }
 }
 
 TEST(Options, NegativeThreadsAreRefused) {

@@ -4,9 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "helpers.h"
+#include "mirror_symmetry.h"
 #include "model_space.h"
 #include "surface_energies.h"
 
@@ -151,6 +157,161 @@ TEST(RotationNodes, EachCellIsAtHomeAtItsNodeAndItsRestVectorsSumToZero) {
       EXPECT_LT(sum.norm(), 1e-11 * energy.q.cwiseAbs().maxCoeff()) << mesh.name;
     }
   }
+}
+
+/// Every vertex' number in a random order.
+std::vector<int> shuffled(int n, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<int> order(static_cast<size_t>(n));
+  std::iota(order.begin(), order.end(), 0);
+  for (int k = n - 1; k > 0; --k) std::swap(order[k], order[static_cast<int>(random.uniform(0, k + 1))]);
+  return order;
+}
+
+/// The vertex v of `mesh` as number order[v].
+MeshData renumbered(const MeshData& mesh, const std::vector<int>& order) {
+  MeshData result = mesh;
+  for (int v = 0; v < mesh.n_vertices(); ++v) result.vertices[order[v]] = mesh.vertices[v];
+  for (auto& face : result.faces)
+    for (int& v : face) v = order[v];
+  return result;
+}
+
+TEST(RotationNodes, AnotherChoiceOfNodesMovesNothingByMuch) {
+  const MeshData mesh = triangulate(bar(12, Faces::kQuads));
+  const Task task = bend_task(mesh, default_bend(mesh));
+  const arap::Options options = with_nodes(.06);
+  const Positions expected = solve_once(mesh, task, to_step(1e-7), options).positions;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const std::vector<int> order = shuffled(mesh.n_vertices(), seed);
+    Task other = task;
+    for (int& v : other.constraints.vertices) v = order[v];
+    const Positions p = solve_once(renumbered(mesh, order), other, to_step(1e-7), options).positions;
+    EXPECT_LT(max_distance(rows(p, order), expected), .002 * mesh.diagonal());
+  }
+}
+
+TEST(RotationNodes, ConvergesUnderRefinementWhereSpokesAndRimsDoesNot) {
+  // Two bars of the same shape, with the same handles.
+  MeshData mesh = triangulate(bar(5, Faces::kQuads));
+  const int n_common = mesh.n_vertices();
+  arap::Options classic;
+  classic.energy = Energy::kSpokesAndRims;
+  std::vector<Positions> with_nodes_at;
+  std::vector<Positions> classic_at;
+  for (int level = 0; level < 3; ++level) {
+    if (level > 0) mesh = subdivide(mesh);
+    const Positions p = mesh.positions();
+    const double end = .6 * p.col(0).maxCoeff();
+    const Matrix3 turn = rotation_about(Vector3::UnitZ(), 1.5);
+    Task task;
+    for (int v = 0; v < mesh.n_vertices(); ++v) {
+      const Vector3& rest = mesh.vertices[v];
+      if (rest[0] < -end) task.add(v, rest);
+      if (rest[0] > end) task.add(v, turn * (rest - Vector3(end, 0, 0)) + Vector3(.5 * end, .9 * end, 0));
+    }
+    with_nodes_at.emplace_back(solve_once(mesh, task, to_step(1e-7), with_nodes(.06)).positions.topRows(n_common));
+    classic_at.emplace_back(solve_once(mesh, task, to_step(1e-7), classic).positions.topRows(n_common));
+  }
+  const double change = max_distance(with_nodes_at[2], with_nodes_at[1]) / mesh.diagonal();
+  const double classic_change = max_distance(classic_at[2], classic_at[1]) / mesh.diagonal();
+  EXPECT_LT(change, .005);
+  EXPECT_GT(classic_change, 2 * change);
+}
+
+TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {
+  for (const MeshData& mesh : {quad_sphere(8), box({9, 8, 12}, Vector3(1, 1, 2), Faces::kQuads)}) {
+    const std::vector<int> mirror = mirror_vertices(mesh);
+    const auto mirrored = [&](const Positions& p) {
+      Positions result = rows(p, mirror);
+      result.col(0) *= -1;
+      return result;
+    };
+    const Task task = bend_task(mesh, default_bend(mesh));
+    Task other = task;
+    for (size_t k = 0; k < task.constraints.vertices.size(); ++k) {
+      other.constraints.vertices[k] = mirror[task.constraints.vertices[k]];
+      other.targets(static_cast<Eigen::Index>(k), 0) *= -1;
+    }
+    const Positions p = solve_once(mesh, task, to_step(1e-9), with_nodes(.08)).positions;
+    const Positions q = solve_once(mesh, other, to_step(1e-9), with_nodes(.08)).positions;
+    EXPECT_LT(max_distance(mirrored(p), q), 1e-6 * mesh.diagonal()) << mesh.name;
+    EXPECT_GT(max_distance(p, mesh.positions()), .05 * mesh.diagonal()) << mesh.name;
+  }
+}
+
+TEST(RotationNodes, ImagesOfNodesAreNodes) {
+  const MeshData mesh = normalized(box({9, 8, 12}, Vector3(1, 1, 2), Faces::kQuads));
+  const auto mirrors = arap::find_mirrors(mesh.positions());
+  ASSERT_EQ(mirrors.size(), 3u);
+  const RotationNodes nodes = choose(mesh, .1, mirrors);
+  const std::set<int> chosen(nodes.vertices.begin(), nodes.vertices.end());
+  EXPECT_EQ(static_cast<int>(chosen.size()), nodes.size());
+  for (const std::vector<int>& mirror : mirrors)
+    for (const int v : chosen) EXPECT_TRUE(chosen.contains(mirror[v]));
+}
+
+TEST(RotationNodes, EveryVertexHasANodeOfItsOwnGroupNearby) {
+  const MeshData mesh = normalized(grid(20, Faces::kQuads));
+  std::vector<int> group;
+  for (const Vector3& p : mesh.vertices) group.push_back(std::abs(p[0]) < .05 ? -1 : (p[0] < 0 ? 0 : 1));
+  const RotationNodes nodes = choose(mesh, .2, {}, group);
+  for (int v = 0; v < mesh.n_vertices(); ++v) {
+    bool has_own = false;
+    for (int k = nodes.offsets[v]; k < nodes.offsets[v + 1]; ++k)
+      has_own = has_own || group[nodes.vertices[nodes.nodes[k]]] == group[v];
+    EXPECT_TRUE(has_own) << "vertex " << v;
+  }
+}
+
+TEST(RotationNodes, RegionsMoveAsOneAndEnergyFalls) {
+  const MeshData mesh = bar(6, Faces::kTriangles);
+  std::vector<int> regions;
+  std::vector<int> inside;
+  for (int v = 0; v < mesh.n_vertices(); ++v) {
+    regions.push_back(std::abs(mesh.vertices[v][0]) < .4 ? 0 : -1);
+    if (regions.back() == 0) inside.push_back(v);
+  }
+  SurfaceArap solver(mesh.mesh(), exactly(with_nodes(.06)), with_regions(regions));
+  const Task task = bend_task(mesh, default_bend(mesh));
+  solver.set_constraints(task.constraints);
+  double energy = solver.solve(task.targets, iterations(1)).energy_after;
+  for (int k = 0; k < 30; ++k) {
+    const SolveResult result = solver.solve(task.targets, iterations(1));
+    EXPECT_LT(off_rigid(mesh.positions(), result.positions, inside), 1e-9);
+    EXPECT_LE(result.energy_after, energy * (1 + 1e-12));
+    energy = result.energy_after;
+  }
+}
+
+TEST(RotationNodes, ResultsDoNotDependOnTheNumberOfThreads) {
+  const MeshData mesh = normalized(bumpy_sphere(4));
+  const RotationNodes one = choose(mesh, .1);
+  const RotationNodes two = choose(mesh, .1, {}, {}, 2);
+  EXPECT_EQ(one.vertices, two.vertices);
+  EXPECT_EQ(one.nodes, two.nodes);
+  EXPECT_EQ(one.weights, two.weights);
+}
+
+TEST(RotationNodes, PartsDoNotSeeEachOthersNodesAndLooseVerticesHaveNone) {
+  MeshData mesh = two_spheres(1);
+  const int n_connected = mesh.n_vertices();
+  mesh.add_vertex(Vector3(0, 0, 0));
+  mesh = normalized(mesh);
+  const RotationNodes nodes = choose(mesh, 1);
+  ASSERT_EQ(nodes.size(), 2) << "smaller than the radius, each part has one";
+  for (int v = 0; v < n_connected; ++v) EXPECT_EQ(nodes.offsets[v + 1] - nodes.offsets[v], 1);
+  EXPECT_EQ(nodes.offsets[n_connected], nodes.offsets[n_connected + 1]);
+}
+
+TEST(RotationNodes, AMeshWithoutFacesCanBeBound) {
+  MeshData points;
+  for (int k = 0; k < 3; ++k) points.add_vertex(Vector3(k, 0, 0));
+  Task task = hold(points, {1});
+  task.targets(0, 2) = 1;
+  const SolveResult result = solve_once(points, task, iterations(3), with_nodes(.1));
+  EXPECT_EQ(result.positions(1, 2), 1);
+  EXPECT_EQ(result.positions.row(0), points.positions().row(0));
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ def held_at_ends(mesh: Mesh, **keywords) -> arap_native.SurfaceArap:
 # ---------------------------------------------------------------------------------------------------- mathematics
 
 
-@pytest.mark.parametrize("energy", ["spokes_and_rims", "spokes"])
+@pytest.mark.parametrize("energy", ["rotation_nodes", "spokes_and_rims", "spokes"])
 @pytest.mark.parametrize("weights", ["cotangent", "uniform"])
 @pytest.mark.parametrize("guess", ["previous", "rest", "naive_laplacian", "handle_rotations"])
 def test_rest_in_rest_out(energy, weights, guess):
@@ -318,12 +318,14 @@ def test_writing_to_what_a_solver_gave_does_not_reach_the_solver():
 
 def test_options_are_named_values():
     options = arap_native.Options(
-        energy="spokes", weights="uniform", linear_solver="sparse_lu", threads=2, join_seams=True
+        energy="spokes", rigidity_radius=0.5, weights="uniform", linear_solver="sparse_lu", threads=2, join_seams=True
     )
     assert (options.energy, options.weights, options.linear_solver) == ("spokes", "uniform", "sparse_lu")
+    assert options.rigidity_radius == 0.5
     assert (options.threads, options.join_seams) == (2, True)
     assert repr(options) == (
-        "Options(energy='spokes', weights='uniform', linear_solver='sparse_lu', threads=2, join_seams=True)"
+        "Options(energy='spokes', rigidity_radius=0.5, weights='uniform', linear_solver='sparse_lu', threads=2, "
+        "join_seams=True)"
     )
     options.energy = "spokes_and_rims"
     assert options.energy == "spokes_and_rims"
@@ -334,6 +336,26 @@ def test_options_are_named_values():
         "energy_tolerance=1e-05, step_tolerance=1e-05, time_limit_s=0.5)"
     )
     assert arap_native.SolveOptions().time_limit_s == float("inf")
+
+
+def test_a_patch_around_vertices_is_an_average_to_constrain():
+    mesh = tube()
+    solver = bound(mesh, options=arap_native.Options(rigidity_radius=0.1))
+    around = np.array([mesh.positions.shape[0] // 2], np.int32)
+    vertices, weights, rest = solver.patch_around(around)
+    assert (vertices.dtype, weights.dtype, rest.shape) == (np.int32, np.float64, (3,))
+    assert vertices[0] == around[0]
+    assert weights.sum() == pytest.approx(1)
+    assert np.abs(weights @ mesh.positions[vertices] - rest).max() < 1e-12 * mesh.diagonal
+    fewer, _, _ = solver.patch_around(around, radius=0.05)
+    assert set(fewer) < set(vertices)
+
+    offsets = np.array([0, len(vertices)], np.int32)
+    held = ends(mesh)
+    solver.set_constraints(held, np.ones(len(held)), (offsets, vertices, weights))
+    target = rest + [0, 0, 0.05 * mesh.diagonal]
+    result = solver.solve(np.vstack([mesh.positions[held], target]))
+    assert np.abs(weights @ result.positions[vertices] - target).max() < 1e-6 * mesh.diagonal
 
 
 def test_a_refused_value_leaves_the_options_as_they_were():

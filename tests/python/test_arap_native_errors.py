@@ -182,12 +182,22 @@ def test_shapes_of_targets_and_positions(solver):
     assert message(ValueError, solver.energy, MESH.positions[1:]) == expected
 
 
+def test_patch_around_names_what_is_wrong(solver):
+    assert message(ValueError, solver.patch_around, np.array([96], np.int32)) == (
+        "vertex 96 is out of range, the mesh has vertices 0 to 95"
+    )
+    assert message(ValueError, solver.patch_around, np.array([0])).startswith("vertices ")
+    assert message(ValueError, solver.patch_around, np.array([0], np.int32), -1.0) == (
+        "radius = -1, must be finite and >= 0; 0 is the default"
+    )
+
+
 # ------------------------------------------------------------------------------------------- options and callbacks
 
 
 def test_options_list_the_valid_names():
     assert message(ValueError, arap_native.Options, energy="arap") == (
-        "energy = 'arap', must be one of 'spokes_and_rims', 'spokes'"
+        "energy = 'arap', must be one of 'rotation_nodes', 'spokes_and_rims', 'spokes'"
     )
     assert message(ValueError, arap_native.Options, weights="cot") == (
         "weights = 'cot', must be one of 'cotangent', 'uniform'"
@@ -211,6 +221,7 @@ def test_options_list_the_valid_names():
 @pytest.mark.parametrize(
     ("make", "expected"),
     [
+        (lambda: arap_native.Options(rigidity_radius=0), "rigidity_radius = 0, must be "),
         (lambda: arap_native.Options(threads=-1), "threads = -1, must be "),
         (lambda: arap_native.SolveOptions(max_iterations=0), "max_iterations = 0, must be >= 1"),
         (lambda: arap_native.SolveOptions(energy_tolerance=-1.0), "energy_tolerance = -1, must be finite and >= 0"),

@@ -49,8 +49,8 @@ struct Options {
   /// the finer the mesh, the softer they are. Of these spokes-and-rims bends more evenly.
   Energy energy = Energy::kRotationNodes;
 
-  /// For rotation nodes: the distance between them, as a fraction of the bounding-box diagonal. Larger is stiffer:
-  /// folds get wider. In (0, 1].
+  /// For rotation nodes: the distance between them, as a fraction of the bounding-box diagonal (loose vertices aside).
+  /// Larger is stiffer: folds get wider. In (0, 1].
   double rigidity_radius = 0.02;
 
   /// Cotangent for surfaces; uniform for meshes whose triangles are so bad that cotangents mean nothing.
