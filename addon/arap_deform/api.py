@@ -21,7 +21,7 @@ message is one sentence that says what to do.
 ``progress`` is called with the fraction done, 0 to 1; it stops the call by returning False.
 """
 
-from .api_bake import BakeEstimate, BakeJob, bake_animation, begin_bake, estimate_bake
+from .api_bake import BakeEstimate, BakeJob, bake_animation, begin_bake, estimate_bake, run_bake
 from .api_handles import (
     add_handle,
     add_handle_for,
@@ -87,6 +87,7 @@ __all__ = [
     "reset_handles",
     "reset_pose",
     "restore_state",
+    "run_bake",
     "session_input",
     "set_handle_group",
     "set_handle_target",

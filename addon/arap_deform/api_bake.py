@@ -52,7 +52,7 @@ class BakeJob:
 
     def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, frames: list[int], prefix: str) -> None:
         """Of a checked object: see begin_bake()."""
-        self._object_name = obj.name
+        self._object_name: str = obj.name
         self._scene_name = scene.name
         self._frames = frames
         self._prefix = prefix
@@ -82,6 +82,15 @@ class BakeJob:
     def frame(self) -> int:
         """The frame being solved."""
         return self._frames[min(len(self._shapes), len(self._frames) - 1)]
+
+    @property
+    def object_name(self) -> str:
+        return self._object_name
+
+    @property
+    def n_unsettled(self) -> int:
+        """How many of the frames done have met the limit of iterations before the tolerance."""
+        return sum(readout.stop_reason != "converged" for readout in self.readouts)
 
     @property
     def bind_fraction(self) -> float | None:
@@ -271,11 +280,15 @@ def bake_animation(
         ValueError: end before start, step below 1, absolute keys, linked or shared mesh data, and as solve() does.
         Cancelled: ``progress`` returned False; nothing has changed.
     """
-    job = begin_bake(obj, start, end, step, prefix, scene)
+    return run_bake(begin_bake(obj, start, end, step, prefix, scene), progress)
+
+
+def run_bake(job: BakeJob, progress: Progress | None = None) -> list[str]:
+    """All steps of a job that begin_bake() has made; returns and raises as bake_animation()."""
     try:
         while job.step():
             if progress is not None and progress(job.fraction) is False:
-                raise Cancelled(f"The bake of '{obj.name}' was cancelled; nothing has changed")
+                raise Cancelled(f"The bake of '{job.object_name}' was cancelled; nothing has changed")
         return job.finish()
     except BaseException:
         job.cancel()

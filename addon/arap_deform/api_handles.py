@@ -12,8 +12,9 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from . import empty_groups, handle_io, mesh_io
+from . import empty_groups, handle_io, handle_patch, mesh_io
 from .handle_map import Floats
+from .point_handles import diagonal_of
 
 if TYPE_CHECKING:
     from .properties import ArapHandle, ArapPin
@@ -64,12 +65,17 @@ def add_handle(
     vertices: VertexIndices,
     name: str = "Handle",
     location: Sequence[float] | None = None,
+    *,
+    is_exact: bool = False,
 ) -> ArapHandle:
     """Makes a vertex group of ``vertices`` (weight 1) and an empty that moves it.
 
     The empty stands at the group's centroid (or at ``location``, world space), sized to the group, in the object's
     collection, and is parented to the object, so that it goes where the object goes. On a posed mesh it stands where
     the pose has taken the group, and the mesh does not move.
+
+    With the energy "rotation_nodes" a handle smaller than the rigidity radius holds the average of a round patch about
+    its vertices, and its empty stands there; ``is_exact``: it holds the vertices themselves.
     """
     mesh_io.check_mesh(obj)
     indices = _checked_indices(obj, vertices)
@@ -78,10 +84,12 @@ def add_handle(
     depsgraph = bpy.context.evaluated_depsgraph_get()
     world = handle_io.object_matrix(obj, depsgraph)
     rest = mesh_io.read_rest(obj)
-    fit = world @ handle_io.fit_to_pose(obj, depsgraph, indices, rest) @ np.linalg.inv(world)
+    patch = None if is_exact else handle_patch.find_patch(obj, depsgraph, indices)
+    held = (indices, rest) if patch is None else (patch.vertices, rest, patch.weights)
+    fit = world @ handle_io.fit_to_pose(obj, depsgraph, *held) @ np.linalg.inv(world)
 
     points = handle_io.transformed(world, rest[indices])
-    centre = points.mean(axis=0)
+    centre = points.mean(axis=0) if patch is None else handle_io.transformed(world, patch.centre)
     if location is not None:
         centre = handle_io.transformed(np.linalg.inv(fit), np.array([location], dtype=np.float64))[0]
     at_rest = np.eye(4)
@@ -90,11 +98,12 @@ def add_handle(
     with _making():
         handle = _new_handle(obj, _new_group(obj, indices, name), name)
         handle.has_made_group = handle.has_made_target = True
+        handle.is_exact = is_exact
         handle.target = _new_empty(obj, name, world, fit @ at_rest)
         handle.rest = Matrix(np.linalg.inv(world) @ at_rest)
         handle.group_radius = max(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
-            SMALLEST_HANDLE * handle_io.diagonal_of(handle_io.transformed(world, rest)),
+            SMALLEST_HANDLE * diagonal_of(handle_io.transformed(world, rest)),
         )
     update_handle_display(obj)
     return handle
@@ -201,11 +210,15 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
     world = handle_io.object_matrix(obj, depsgraph)
     fit = np.eye(4)
     if handle_io.pose_key(obj) is not None:
+        rest = mesh_io.read_rest(obj)
         use_nodes = False if obj.mode == "EDIT" else None  # they would see the mesh that is being edited
         weights = mesh_io.read_weights(obj, [handle.vertex_group], use_nodes=use_nodes)[handle.vertex_group]
-        indices = np.flatnonzero(weights > 0.0)
+        indices = np.flatnonzero(weights > 0.0).astype(np.int32)
+        is_point = not handle.is_exact and bool((weights[indices] >= 1.0).all())
+        patch = handle_patch.find_patch(obj, depsgraph, indices, handle, use_nodes=use_nodes) if is_point else None
+        held = (indices, rest) if patch is None else (patch.vertices, rest, patch.weights)
         if len(indices):
-            fit = handle_io.fit_to_pose(obj, depsgraph, indices, mesh_io.read_rest(obj))
+            fit = handle_io.fit_to_pose(obj, depsgraph, *held)
     matrix = handle_io.target_matrix(handle.target, handle.bone, depsgraph)
     handle.rest = Matrix(np.linalg.inv(fit) @ np.linalg.inv(world) @ matrix)
 
@@ -234,7 +247,7 @@ def reset_handles(obj: bpy.types.Object) -> list[str]:
         depsgraph = bpy.context.evaluated_depsgraph_get()
     if not handles:
         return []
-    diagonal = handle_io.diagonal_of(mesh_io.read_rest(obj))
+    diagonal = diagonal_of(mesh_io.read_rest(obj))
     return [handle.name for handle in handles if not _is_at_rest(handle_io.motion_of(obj, handle, depsgraph), diagonal)]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from . import handle_io, live_key, mesh_io, native, sessions, shape_key
 from .handle_map import Floats, HandleSpec, Ints
 from .session import Progress, Readout, Session, SessionMesh, SessionSettings, regions_of, stiffness_of
-from .sessions import Counts, Live, MeshSignature, SessionInput
+from .sessions import Counts, Hold, Live, MeshSignature, SessionInput
 
 BIND_SHARE = 0.3  # of the progress that solve() shows, where it has to bind first
 
@@ -224,6 +224,7 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
     settings = obj.arap
     return SessionSettings(
         energy=settings.energy,
+        rigidity_radius=settings.rigidity / 100.0,
         weights=settings.weights,
         initial_guess=settings.initial_guess,
         iterations_per_update=settings.iterations_per_update,
@@ -234,6 +235,13 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
     )
 
 
+def spec_of(hold: Hold, weights: Floats) -> HandleSpec:
+    """What is held of a group with these (n,) weights."""
+    vertices = np.flatnonzero(weights > 0.0).astype(np.int32)
+    name, is_exact = hold
+    return HandleSpec(name, vertices, weights[vertices], is_exact)
+
+
 def _read_input(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, use_nodes: bool | None = None
 ) -> SessionInput:
@@ -241,11 +249,11 @@ def _read_input(
     shape_key.check_writable(obj)
     live_key.check_name(obj)
     handle_io.check_handles(obj, depsgraph)
-    groups = handle_io.enabled_groups(obj)
-    if not groups:
+    holds = handle_io.enabled_holds(obj)
+    if not holds:
         raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
     property_groups = _property_groups(obj)
-    wanted = sorted({*groups, *(name for name in property_groups if name)})
+    wanted = sorted({*(group for group, _ in holds), *(name for name in property_groups if name)})
     weights = mesh_io.read_weights(obj, wanted, use_nodes=use_nodes)
     _check_handle_weights(obj, weights)
     mesh = mesh_io.read_mesh(obj)
@@ -255,8 +263,8 @@ def _read_input(
         mesh=mesh,
         stretch=mesh_io.read_stretch(obj, depsgraph),
         settings=settings_of(obj),
-        specs=tuple(_spec(name, weights[name]) for name in groups),
-        group_names=groups,
+        specs=tuple(spec_of(hold, weights[hold[0]]) for hold in holds),
+        holds=holds,
         signature=MeshSignature.of(_counts(obj), mesh, (stiffness, regions)),
         property_groups=property_groups,
         key_name=live_key.name_of(obj),
@@ -279,11 +287,6 @@ def _vertex_properties(
         stiffness_of(weights[stiffness_group]) if stiffness_group else None,
         regions_of(weights[rigid_group], mesh) if rigid_group else None,
     )
-
-
-def _spec(name: str, weights: Floats) -> HandleSpec:
-    vertices = np.flatnonzero(weights > 0.0).astype(np.int32)
-    return HandleSpec(name, vertices, weights[vertices])
 
 
 def _property_groups(obj: bpy.types.Object) -> tuple[str, str]:
@@ -314,7 +317,7 @@ def _live_problem(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, is_t
     reason = _counts_problem(obj, live.inputs)
     if reason:
         return reason
-    if handle_io.enabled_groups(obj) != live.inputs.group_names:
+    if handle_io.enabled_holds(obj) != live.inputs.holds:
         return sessions.groups_differ(obj.name)
     names = (obj.arap.stiffness_group, obj.arap.rigid_group)
     if settings_of(obj).of_bind != live.inputs.settings.of_bind or names != live.inputs.property_groups:

@@ -160,8 +160,10 @@ def _bake(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Names
         return f"{line}, key '{api.bake_pose(obj, shape_key.frame_key_name(prefix, options.frame)).name}'"
     start = scene.frame_start if options.start is None else options.start
     end = scene.frame_end if options.end is None else options.end
-    names = api.bake_animation(obj, start, end, options.step, prefix=options.prefix, scene=scene)
-    return f"{obj.name}: {len(names)} keys, '{names[0]}' to '{names[-1]}'"
+    job = api.begin_bake(obj, start, end, options.step, prefix=options.prefix, scene=scene)
+    names = api.run_bake(job)
+    unsettled = f", {job.n_unsettled} before the tolerance was met" if job.n_unsettled else ""
+    return f"{obj.name}: {len(names)} keys, '{names[0]}' to '{names[-1]}'{unsettled}"
 
 
 def _failed(reason: str) -> int:

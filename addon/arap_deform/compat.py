@@ -225,3 +225,9 @@ def insert_linear_keyframes(
     for point in fcurve.keyframe_points:
         point.interpolation = "LINEAR"
     fcurve.update()
+
+
+def length_text(scene: bpy.types.Scene, length: float) -> str:
+    """A length in scene units as Blender's own fields show it."""
+    units = scene.unit_settings
+    return str(bpy.utils.units.to_string(units.system, "LENGTH", length * units.scale_length, precision=3))

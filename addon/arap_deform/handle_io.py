@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from . import live_key, mesh_io, shape_key
 from .handle_map import Floats
 from .session import best_rigid_fit
+from .sessions import Hold
 
 if TYPE_CHECKING:
     from .properties import ArapHandle
@@ -47,10 +48,10 @@ def motion_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.De
     return np.asarray(np.linalg.inv(object_matrix(obj, depsgraph)) @ now @ np.linalg.inv(rest))
 
 
-def enabled_groups(obj: bpy.types.Object) -> tuple[str, ...]:
-    """Vertex groups of the enabled pins, then of the enabled handles: the order of the session's handles."""
-    pins = [pin.name for pin in obj.arap.pins if pin.is_enabled]
-    return (*pins, *(handle.vertex_group for handle in obj.arap.handles if handle.is_enabled))
+def enabled_holds(obj: bpy.types.Object) -> tuple[Hold, ...]:
+    """Of the enabled pins, then of the enabled handles: the order of the session's handles."""
+    pins = [(pin.name, True) for pin in obj.arap.pins if pin.is_enabled]
+    return (*pins, *((handle.vertex_group, handle.is_exact) for handle in obj.arap.handles if handle.is_enabled))
 
 
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
@@ -152,19 +153,19 @@ def shown_positions(obj: bpy.types.Object, rest: NDArray[np.float32]) -> NDArray
 
 
 def fit_to_pose(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, indices: NDArray[np.integer], rest: NDArray[np.float32]
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    indices: NDArray[np.integer],
+    rest: NDArray[np.float32],
+    weights: Floats | None = None,
 ) -> Floats:
-    """(4, 4) object-space motion, rigid as seen, of the group from rest to the pose shown."""
+    """(4, 4) object-space motion, rigid as seen, of the vertices from rest to the pose shown: see best_rigid_fit()."""
     shown = shown_positions(obj, rest)
     if shown is rest or np.array_equal(shown[indices], rest[indices]):
         return np.eye(4)
     stretch = mesh_io.read_stretch(obj, depsgraph)
-    return best_rigid_fit(rest[indices].astype(np.float64), shown[indices].astype(np.float64), stretch)
+    return best_rigid_fit(rest[indices].astype(np.float64), shown[indices].astype(np.float64), stretch, weights)
 
 
 def transformed(matrix: Floats, points: NDArray[np.floating]) -> Floats:
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
-
-
-def diagonal_of(points: NDArray[np.floating]) -> float:
-    return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))

@@ -7,9 +7,10 @@ target is S T x = A x + b. Everything that does not depend on T is computed once
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,14 +27,51 @@ class HandleSpec:
         name: for messages.
         vertices: (k,) int32.
         weights: (k,) float64; 1 is hard, between 0 and 1 soft, 0 free.
+        is_exact: holds its vertices, however few; else it may be a point: see point_handles.
     """
 
     name: str
     vertices: Ints
     weights: Floats
+    is_exact: bool = True
 
     def is_same_as(self, other: HandleSpec) -> bool:
-        return np.array_equal(self.vertices, other.vertices) and np.array_equal(self.weights, other.weights)
+        return (
+            self.is_exact == other.is_exact
+            and np.array_equal(self.vertices, other.vertices)
+            and np.array_equal(self.weights, other.weights)
+        )
+
+
+@dataclass(frozen=True)
+class Patch:
+    """What a handle holds that is a point: the weighted average of a piece of the surface.
+
+    Attributes:
+        vertices: (m,) int32.
+        weights: (m,) float64, of sum 1.
+        centre: (3,) float64 the average at rest, object space.
+    """
+
+    vertices: Ints
+    weights: Floats
+    centre: Floats
+
+
+NO_PATCHES: Mapping[int, Patch] = MappingProxyType({})
+
+
+def check_specs(specs: Sequence[HandleSpec], n_vertices: int) -> None:
+    """Raises ValueError where a handle's vertices are out of range, or not as many as its weights."""
+    for spec in specs:
+        vertices, weights = np.asarray(spec.vertices), np.asarray(spec.weights)
+        if vertices.shape != weights.shape or vertices.ndim != 1:
+            raise ValueError(
+                f"Handle '{spec.name}' has vertices of shape {vertices.shape} but weights of shape "
+                f"{weights.shape}: give one weight per vertex"
+            )
+        if vertices.size and (vertices.min() < 0 or vertices.max() >= n_vertices):
+            raise ValueError(f"Handle '{spec.name}' has a vertex outside 0 to {n_vertices - 1}: check its vertex group")
 
 
 def nearest_rotations(matrices: Floats) -> Floats:
@@ -45,27 +83,39 @@ def nearest_rotations(matrices: Floats) -> Floats:
 
 
 class HandleMap:
-    """Rows of targets for a set of handles: first the vertices of one handle each, by handle, then the shared ones.
+    """Rows of targets for a set of handles.
+
+    First the vertices of one handle each, by handle, then the shared ones, then the patches.
 
     Attributes:
         vertices: (k,) int32 constrained vertices, each once.
         strengths: (k,) float64 in (0, 1]: the largest weight of each vertex.
+        patches: (offsets, vertices, weights) of the p patches, one after the other; None without any.
     """
 
-    def __init__(self, specs: Sequence[HandleSpec], rest_positions: Floats, stretch: Floats) -> None:
+    def __init__(
+        self,
+        specs: Sequence[HandleSpec],
+        rest_positions: Floats,
+        stretch: Floats,
+        patches: Mapping[int, Patch] = NO_PATCHES,
+    ) -> None:
         """Prepares the map.
 
         Args:
             specs: the handles, in the order of the matrices that targets() takes.
             rest_positions: (n, 3) float64, object space.
             stretch: (3, 3) float64, symmetric.
+            patches: by index of the handle, for those that hold a patch in place of their vertices.
 
         Raises:
             ValueError: a vertex out of range, or no weight above 0 anywhere.
         """
+        check_specs(specs, len(rest_positions))
         self._specs = tuple(specs)
         self._stretch = stretch
-        handle, vertex, weight = self._entries(len(rest_positions))
+        self._set_patches(patches)
+        handle, vertex, weight = self._entries(patches)
         unique, inverse, counts = np.unique(vertex, return_inverse=True, return_counts=True)
         is_shared = counts[inverse] > 1
 
@@ -90,28 +140,33 @@ class HandleMap:
         self._shared_shares = weight[shared] / np.repeat(totals, counts[counts > 1])
 
         self._matrices: Floats = np.full((len(self._specs), 4, 4), np.nan)
-        self._targets = np.empty((len(self.vertices), 3))
+        self._targets = np.empty((len(self.vertices) + len(patches), 3))
 
-    def _entries(self, n_vertices: int) -> tuple[NDArray[np.intp], Ints, Floats]:
-        """Handle, vertex and weight of every weight above 0, ordered by handle."""
-        parts = []
+    def _set_patches(self, patches: Mapping[int, Patch]) -> None:
+        self._patch_handles = np.array(sorted(patches), dtype=np.intp)
+        ordered = [patches[int(h)] for h in self._patch_handles]
+        self._centres = np.array([patch.centre for patch in ordered]).reshape(-1, 3)
+        self.patches: tuple[Ints, Ints, Floats] | None = None
+        if ordered:
+            self.patches = (
+                np.cumsum([0, *(len(patch.vertices) for patch in ordered)], dtype=np.int32),
+                np.concatenate([patch.vertices for patch in ordered]).astype(np.int32),
+                np.concatenate([patch.weights for patch in ordered]).astype(np.float64),
+            )
+
+    def _entries(self, patches: Mapping[int, Patch]) -> tuple[NDArray[np.intp], Ints, Floats]:
+        """Handle, vertex and weight of every weight above 0, ordered by handle; without those that hold a patch."""
+        nothing = np.empty(0, np.intp), np.empty(0, np.int32), np.empty(0)
+        parts: list[tuple[NDArray[np.intp], Ints, Floats]] = [nothing]
         for i, spec in enumerate(self._specs):
-            vertices = np.asarray(spec.vertices, dtype=np.int32)
-            weights = np.asarray(spec.weights, dtype=np.float64)
-            if vertices.shape != weights.shape or vertices.ndim != 1:
-                raise ValueError(
-                    f"Handle '{spec.name}' has vertices of shape {vertices.shape} but weights of shape "
-                    f"{weights.shape}: give one weight per vertex"
-                )
-            if vertices.size and (vertices.min() < 0 or vertices.max() >= n_vertices):
-                raise ValueError(
-                    f"Handle '{spec.name}' has a vertex outside 0 to {n_vertices - 1}: check its vertex group"
-                )
-            used = weights > 0.0
-            parts.append((np.full(np.count_nonzero(used), i), vertices[used], np.minimum(weights[used], 1.0)))
-        if not any(len(part[0]) for part in parts):
-            raise ValueError("No vertex is pinned or has a handle: add a pin or a handle, or give its group weight")
+            if i not in patches:
+                vertices = np.asarray(spec.vertices, dtype=np.int32)
+                weights = np.asarray(spec.weights, dtype=np.float64)
+                used = weights > 0.0
+                parts.append((np.full(used.sum(), i), vertices[used], np.minimum(weights[used], 1.0)))
         handle, vertex, weight = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        if not len(vertex) and not patches:
+            raise ValueError("No vertex is pinned or has a handle: add a pin or a handle, or give its group weight")
         return handle, vertex, weight
 
     @property
@@ -119,7 +174,7 @@ class HandleMap:
         return len(self._specs)
 
     def targets(self, matrices: Floats) -> Floats:
-        """(k, 3) float64 targets in solver space, one row per vertex; valid until the next call.
+        """(k + p, 3) float64 targets in solver space, a row for each vertex and patch; valid until the next call.
 
         Args:
             matrices: (h, 4, 4) float64 object-space motion of each handle.
@@ -138,8 +193,11 @@ class HandleMap:
             rows = self._targets[block]
             np.matmul(self._single_rest[block], linear[h].T, out=rows)
             rows += offset[h]
+        n_single, n_vertices = len(self._single_rest), len(self.vertices)
         if len(self._shared_starts) and moved[self._shared_handles].any():
-            self._targets[len(self._single_rest) :] = self._shared_targets(linear, offset)
+            self._targets[n_single:n_vertices] = self._shared_targets(linear, offset)
+        of_patch = self._patch_handles
+        self._targets[n_vertices:] = np.matmul(linear[of_patch], self._centres[:, :, None])[:, :, 0] + offset[of_patch]
         self._matrices = matrices.copy()
         return self._targets
 
@@ -150,16 +208,20 @@ class HandleMap:
         return np.asarray(np.add.reduceat(moved, self._shared_starts, axis=0))
 
     def rotations(self, matrices: Floats) -> Floats:
-        """(k, 3, 3) float64 rotation of each vertex's handle in solver space; shared vertices take the mean."""
+        """(k + p, 3, 3) float64 rotation of the handle of each vertex and patch in solver space.
+
+        Shared vertices take the mean.
+        """
         matrices = self._checked(matrices)
         seen = self._stretch @ matrices[:, :3, :3] @ np.linalg.inv(self._stretch)
         rotations = nearest_rotations(seen)
-        result = np.empty((len(self.vertices), 3, 3))
-        n_single = len(self._single_rest)
+        result = np.empty((len(self._targets), 3, 3))
+        n_single, n_vertices = len(self._single_rest), len(self.vertices)
         result[:n_single] = rotations[self._single_handles]
         if len(self._shared_starts):
             weighted = rotations[self._shared_handles] * self._shared_shares[:, None, None]
-            result[n_single:] = nearest_rotations(np.add.reduceat(weighted, self._shared_starts, axis=0))
+            result[n_single:n_vertices] = nearest_rotations(np.add.reduceat(weighted, self._shared_starts, axis=0))
+        result[n_vertices:] = rotations[self._patch_handles]
         return result
 
     def _checked(self, matrices: Floats) -> Floats:

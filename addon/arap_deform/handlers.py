@@ -6,23 +6,27 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import empty_groups, sessions
+from . import empty_groups, mesh_size, sessions
+from .operators.pose_act import running
 
 
 @persistent
 def _on_load(*_: object) -> None:
     sessions.clear()
     empty_groups.clear()
+    mesh_size.clear()
 
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     empty_groups.forget_updated(depsgraph)
+    mesh_size.forget_updated(depsgraph, running)
 
 
 @persistent
 def _on_undo(*_: object) -> None:
     empty_groups.clear()
+    mesh_size.clear()
 
 
 _HANDLERS = (
@@ -45,3 +49,4 @@ def unregister() -> None:
             handlers.remove(handler)
     sessions.clear()
     empty_groups.clear()
+    mesh_size.clear()

@@ -20,9 +20,11 @@ from mathutils import Matrix
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
+# The numbers are what is saved: they stay, whatever the order.
 ENERGIES = (
-    ("spokes_and_rims", "Spokes and Rims", "Bends evenly and takes bad triangles well. The default"),
-    ("spokes", "Spokes", "The classic of 2007; a little stiffer across the bend"),
+    ("rotation_nodes", "Smooth", "Bends alike on coarse and dense meshes, as wide as Rigidity. The default", "NONE", 2),
+    ("spokes_and_rims", "Spokes and Rims", "Classic: bends sharper the denser the mesh is", "NONE", 0),
+    ("spokes", "Spokes", "The classic of 2007; a little stiffer across the bend", "NONE", 1),
 )
 WEIGHTS = (
     ("cotangent", "Cotangent", "Follows the shape of the surface, not how it is cut into faces. The default"),
@@ -94,6 +96,14 @@ class ArapHandle(bpy.types.PropertyGroup):
         description="Vertices that follow: 1 follows exactly, less pulls, 0 is free",
         update=_on_handle_changed,
     )
+    is_exact: BoolProperty(
+        name="Exact",
+        description=(
+            "Hold every vertex of a handle that is smaller than Rigidity. "
+            "Off: it holds the average of a round patch about them, which pulls a smooth hill and no spike"
+        ),
+        default=False,
+    )
     rest_matrix: FloatVectorProperty(
         name="Rest Matrix",
         description="Where the object stands in the mesh's own space while the mesh is at rest; 4x4, row by row",
@@ -134,7 +144,22 @@ class ArapObject(bpy.types.PropertyGroup):
     active_handle_index: IntProperty(name="Active Handle", min=0, description="The handle chosen in the list")
 
     energy: EnumProperty(
-        name="Energy", description="What counts as stretching", items=ENERGIES, default="spokes_and_rims"
+        name="Energy", description="What counts as stretching", items=ENERGIES, default="rotation_nodes"
+    )
+    rigidity: FloatProperty(
+        name="Rigidity",
+        description=(
+            "Radius of what turns as one piece, in percent of the mesh's size (the diagonal of its box at rest): "
+            "larger is stiffer, with wider bends and rounder hills"
+        ),
+        default=2.0,
+        min=0.1,
+        max=100.0,
+        soft_min=0.5,
+        soft_max=10.0,
+        precision=1,
+        step=10,
+        subtype="PERCENTAGE",
     )
     weights: EnumProperty(name="Weights", description="How much each edge counts", items=WEIGHTS, default="cotangent")
     initial_guess: EnumProperty(

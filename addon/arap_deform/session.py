@@ -8,14 +8,15 @@ seen; only its own unit is visible outside: energies are in the square of world 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .handle_map import Floats, HandleMap, HandleSpec, Ints, nearest_rotations
+from .handle_map import Floats, HandleMap, HandleSpec, Ints, Patch, check_specs, nearest_rotations
+from .point_handles import diagonal_of, patch_around, reaches_of_points
 
 if TYPE_CHECKING:
     import arap_native
@@ -49,7 +50,8 @@ class SessionMesh:
 class SessionSettings:
     """The settings of ``Object.arap`` that the solver sees; see there for what they mean."""
 
-    energy: str = "spokes_and_rims"
+    energy: str = "rotation_nodes"
+    rigidity_radius: float = 0.02  # a fraction of the mesh's diagonal as seen
     weights: str = "cotangent"
     initial_guess: str = "previous"
     iterations_per_update: int = 4
@@ -59,9 +61,15 @@ class SessionSettings:
     join_seams: bool = False
 
     @property
-    def of_bind(self) -> tuple[str, str, int, bool]:
+    def of_bind(self) -> tuple[object, ...]:
         """The settings that only a new session can take."""
-        return self.energy, self.weights, self.threads, self.join_seams
+        radius = self.rigidity_radius if self.has_radius else None
+        return self.energy, radius, self.weights, self.threads, self.join_seams
+
+    @property
+    def has_radius(self) -> bool:
+        """Whether the energy is one that the rigidity radius belongs to."""
+        return self.energy == "rotation_nodes"
 
 
 @dataclass(frozen=True)
@@ -120,12 +128,13 @@ class Session:
         """
         self._native = native
         self._stretch = np.ascontiguousarray(stretch, dtype=np.float64)
-        self._unstretch = np.linalg.inv(self._stretch)
+        self._unstretch: Floats = np.asarray(np.linalg.inv(self._stretch), dtype=np.float64)
         self._is_stretched = not np.array_equal(self._stretch, np.eye(3))
         self._rest = np.ascontiguousarray(mesh.rest_positions, dtype=np.float64)
         self._settings = settings
         self._map: HandleMap | None = None
         self._specs: tuple[HandleSpec, ...] = ()
+        self._point_patches: dict[int, Patch] = {}
         self._positions = self._rest.astype(np.float32)
         # The solver writes single precision into memory that is there already: a frame allocates nothing.
         self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
@@ -133,14 +142,17 @@ class Session:
 
         options = native.Options(
             energy=settings.energy,
+            rigidity_radius=settings.rigidity_radius,
             weights=settings.weights,
             threads=settings.threads,
             join_seams=settings.join_seams,
         )
+        seen = self._to_solver(self._rest)
+        self._diagonal = diagonal_of(seen)
         start = time.perf_counter()
         with _Cancellation(native, "Binding"):
             self._solver: arap_native.SurfaceArap = native.SurfaceArap(
-                self._to_solver(self._rest),
+                seen,
                 np.ascontiguousarray(mesh.corner_vertices, dtype=np.int32),
                 np.ascontiguousarray(mesh.face_sizes, dtype=np.int32),
                 options,
@@ -166,7 +178,7 @@ class Session:
     @settings.setter
     def settings(self, settings: SessionSettings) -> None:
         if settings.of_bind != self._settings.of_bind:
-            raise ValueError("Energy, weights, threads and joined seams are fixed at bind: make a new session")
+            raise ValueError("Energy, rigidity, weights, threads and seams are fixed at bind: make a new session")
         self._settings = settings
 
     @property
@@ -179,6 +191,11 @@ class Session:
         """Numeric factorizations since the bind."""
         return self._solver.n_factorizations
 
+    @property
+    def patches(self) -> Mapping[int, Patch]:
+        """What the point handles hold, by index of the handle."""
+        return self._point_patches
+
     def set_handles(self, specs: Sequence[HandleSpec], progress: Progress | None = None) -> None:
         """Makes ``specs`` the handles; factorizes only where vertices or strengths changed.
 
@@ -189,13 +206,35 @@ class Session:
         if self._map is not None and _are_same(self._specs, specs):
             self._specs = tuple(specs)
             return
-        handle_map = HandleMap(specs, self._rest, self._stretch)
         start = time.perf_counter()
+        patches = self._patches_of(specs)
+        handle_map = HandleMap(specs, self._rest, self._stretch, patches)
         with _Cancellation(self._native, "Preparing the handles"):
-            self._solver.set_constraints(handle_map.vertices, handle_map.strengths, progress=progress)
+            self._solver.set_constraints(
+                handle_map.vertices, handle_map.strengths, handle_map.patches, progress=progress
+            )
         self._factor_ms = _ms_since(start)
         self._map = handle_map
         self._specs = tuple(specs)
+        self._point_patches = patches
+
+    def _patches_of(self, specs: Sequence[HandleSpec]) -> dict[int, Patch]:
+        if not self._settings.has_radius:
+            return {}
+        check_specs(specs, self.n_vertices)
+        reaches = reaches_of_points(
+            specs,
+            self._rest,
+            self._stretch,
+            self._settings.rigidity_radius * self._diagonal,
+            self._solver.loose_vertices,
+        )
+        patches = {}
+        for i, reach in reaches.items():
+            patch = patch_around(self._solver, specs[i].vertices, reach / self._diagonal, self._unstretch)
+            if patch is not None:
+                patches[i] = patch
+        return patches
 
     def update(
         self,
@@ -328,16 +367,18 @@ def stretch_of(matrix: Floats) -> Floats:
     return np.asarray((vt.T * sigma) @ vt)
 
 
-def best_rigid_fit(rest: Floats, shown: Floats, stretch: Floats) -> Floats:
+def best_rigid_fit(rest: Floats, shown: Floats, stretch: Floats, weights: Floats | None = None) -> Floats:
     """(4, 4) object-space motion, rigid as seen, that takes (k, 3) ``rest`` nearest to (k, 3) ``shown``.
 
-    Points on a line, or a single one, do not say all of the rotation: then it is the smallest.
+    It takes the average to the average, both weighted by ``weights``, (k,); None: all alike. Points on a line, or a
+    single one, do not say all of the rotation: then it is the smallest.
     """
     rest_seen = rest @ stretch.T
     shown_seen = shown @ stretch.T
-    rest_centre = rest_seen.mean(axis=0)
-    shown_centre = shown_seen.mean(axis=0)
-    covariance = (shown_seen - shown_centre).T @ (rest_seen - rest_centre)
+    rest_centre = np.average(rest_seen, axis=0, weights=weights)
+    shown_centre = np.average(shown_seen, axis=0, weights=weights)
+    from_centre = shown_seen - shown_centre
+    covariance = (from_centre if weights is None else from_centre * weights[:, None]).T @ (rest_seen - rest_centre)
     # Leans what the points leave open towards no rotation.
     lean = 1e-9 * np.abs(covariance).max() or 1.0
     rotation = nearest_rotations((covariance + lean * np.eye(3))[None])[0]

@@ -20,6 +20,7 @@ from .session import Readout, Session, SessionMesh, SessionSettings
 STRETCH_TOLERANCE = 1e-5
 
 Counts = tuple[int, int, int, int]
+Hold = tuple[str, bool]  # a vertex group, and whether its vertices are held exactly
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class SessionInput:
     """Everything a session needs, read from the scene; holds no Blender data, so any thread may use it.
 
     Attributes:
-        group_names: vertex groups of the enabled pins, then of the enabled handles, in the order of ``specs``.
+        holds: of the enabled pins, then of the enabled handles, in the order of ``specs``.
         key_name: the shape key that takes the pose.
     """
 
@@ -56,7 +57,7 @@ class SessionInput:
     stretch: Floats
     settings: SessionSettings
     specs: tuple[HandleSpec, ...]
-    group_names: tuple[str, ...]
+    holds: tuple[Hold, ...]
     signature: MeshSignature
     property_groups: tuple[str, str] = ("", "")
     key_name: str = ""
@@ -125,7 +126,7 @@ def counts_differ(name: str, old: Counts, new: Counts) -> str:
 
 
 def settings_differ(name: str) -> str:
-    return f"Energy, weights, threads, seams, stiffness or rigid group of '{name}' have changed"
+    return f"Energy, rigidity, weights, threads, seams, stiffness or rigid group of '{name}' have changed"
 
 
 def stretch_differs(name: str) -> str:

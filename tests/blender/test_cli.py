@@ -69,6 +69,14 @@ class CliTest(SceneTest):
         bpy.context.scene.frame_set(11)
         self.assert_close(shown_positions(obj)[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
 
+    def test_a_bake_says_how_many_frames_have_not_settled(self):
+        self.save_scene()
+        bpy.data.objects["Tube"].arap.max_iterations = 1
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+        code, out, _ = self.run_cli("bake", self.input, "--step", 5, "-o", self.output)
+        self.assertEqual(code, 0)
+        self.assertRegex(out, r"^Tube: 3 keys, 'ARAP_0001' to 'ARAP_0011', 2 before the tolerance was met\n")
+
     def test_bake_takes_the_scenes_range_and_a_prefix(self):
         self.save_scene()
         code, _, _ = self.run_cli("bake", self.input, "--prefix", "Walk ", "-o", self.output)

@@ -132,7 +132,7 @@ class LiveTest(SceneTest):
         self.api.prepare_session(obj)
         obj.arap.pins[0].is_enabled = False
         self.check_ended(obj, "The pins or handles of 'Tube' have changed")
-        changed = "Energy, weights, threads, seams, stiffness or rigid group of 'Tube' have changed"
+        changed = "Energy, rigidity, weights, threads, seams, stiffness or rigid group of 'Tube' have changed"
         obj.arap.energy = "spokes"
         self.check_ended(obj, changed)
         obj.arap.stiffness_group = "Head"

@@ -81,11 +81,14 @@ class WeightTest(SceneTest):
             at_rest, now = (np.linalg.norm(p[:, None] - p[None], axis=2) for p in part)
             return np.abs(now - at_rest).max()
 
-        self.api.solve(obj)
-        soft = out_of_shape()
-        obj.arap.stiffness_group = "Stiff"
-        self.api.solve(obj)
-        self.assertLess(out_of_shape(), 0.5 * soft)
+        for energy in ("rotation_nodes", "spokes_and_rims"):
+            with self.subTest(energy):
+                obj.arap.energy, obj.arap.stiffness_group = energy, ""
+                self.api.solve(obj)
+                soft = out_of_shape()
+                obj.arap.stiffness_group = "Stiff"
+                self.api.solve(obj)
+                self.assertLess(out_of_shape(), 0.5 * soft)
 
     def test_groups_for_stiffness_and_rigidity_must_exist(self):
         obj = posable()

@@ -37,8 +37,9 @@ def test_panel(ui: Ui) -> Steps:
 
 
 def test_settings_and_look(ui: Ui) -> Steps:
-    """The panels that are closed at first, opened."""
+    """The panels that are closed at first, opened; Rigidity and Exact show with the energy they belong to."""
     scenes.add_bar_with_handle(ui.api)
+    ui.api.add_handle(bar(), [24], name="Point", is_exact=True)
     for name in ("ARAP_PT_handle_look", "ARAP_PT_settings"):
         panel = getattr(bpy.types, name)
         bpy.utils.unregister_class(panel)
@@ -52,6 +53,11 @@ def test_settings_and_look(ui: Ui) -> Steps:
         ui.event("WHEELDOWNMOUSE")
         yield
     yield from ui.screenshot("settings")
+    bar().scale = (2.0, 2.0, 2.0)
+    yield from ui.screenshot("settings_of_a_larger_bar")
+    bar().arap.energy = "spokes"
+    ui.region("UI").tag_redraw()  # a script does not, as a click does
+    yield from ui.screenshot("settings_of_a_classic")
 
 
 def test_search_finds_the_acts(ui: Ui) -> Steps:

@@ -10,6 +10,7 @@ import pytest
 from arap_deform.binding import Binding, is_any_running
 from arap_deform.operators.pose_act import (
     FOLLOW_TIME_LIMIT_S,
+    KEEP_TIME_LIMIT_S,
     REFINE_TIME_LIMIT_S,
     Ending,
     Phase,
@@ -234,12 +235,22 @@ def test_what_cannot_be_bound_again_leaves_the_pose() -> None:
     assert act.end.message.startswith("Nothing holds or moves 'Bar'")
 
 
-def test_keep_follows_a_last_time() -> None:
+def test_keep_follows_a_last_time_and_settles() -> None:
     scene = FakeScene()
     act = begun(scene)
     scene.place = 1.0
     act.keep()
-    assert scene.calls == ["follow"]
+    assert scene.calls == ["follow", "refine"]
+    assert scene.limits[-1] == (scene.limit - 4, KEEP_TIME_LIMIT_S)
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+
+
+def test_keep_of_a_settled_pose_does_nothing_more() -> None:
+    scene = FakeScene(needed_updates=1)
+    act = begun(scene)
+    act.keep()
+    assert scene.calls == []
     assert act.end is not None
     assert act.end.how is Ending.KEEP
 

@@ -267,7 +267,7 @@ def test_settings_that_need_no_bind_can_change():
     session.settings = dataclasses.replace(EXACT, tolerance=1e-2, iterations_per_update=7)
     assert session.update(np.array([NO_MOTION, BEND]), initial_guess="rest").iterations <= 7
     with pytest.raises(
-        ValueError, match=r"^Energy, weights, threads and joined seams are fixed at bind: make a new se"
+        ValueError, match=r"^Energy, rigidity, weights, threads and seams are fixed at bind: make a new se"
     ):
         session.settings = dataclasses.replace(EXACT, energy="spokes")
 

@@ -23,7 +23,7 @@ def inputs(mesh=MESH, counts=COUNTS, stretch=None, stiffness=None, regions=None,
         stretch=np.eye(3) if stretch is None else stretch,
         settings=settings or SessionSettings(),
         specs=(HandleSpec("Feet", np.array([0], np.int32), np.ones(1)),),
-        group_names=("Feet",),
+        holds=(("Feet", True),),
         signature=MeshSignature.of(counts, mesh, (stiffness, regions)),
         stiffness=stiffness,
         rigid_regions=regions,
@@ -51,7 +51,7 @@ CHANGES = [
     ({"regions": np.zeros(96, np.int32)}, "The stiffness or the rigid group of 'Creature' has changed"),
     (
         {"settings": SessionSettings(energy="spokes")},
-        "Energy, weights, threads, seams, stiffness or rigid group of 'Creature' have changed",
+        "Energy, rigidity, weights, threads, seams, stiffness or rigid group of 'Creature' have changed",
     ),
     ({"stretch": np.diag([1.0, 1.0, 1.1])}, "The scale of 'Creature' has changed"),
 ]

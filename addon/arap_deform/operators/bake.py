@@ -84,7 +84,8 @@ class ARAP_OT_bake_animation(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         if bpy.app.background or context.window is None:
-            self._report_keys(api.bake_animation(obj, *self._range))
+            job = api.begin_bake(obj, *self._range)
+            self._report_keys(api.run_bake(job), job.n_unsettled)
             return {"FINISHED"}
         self._job = api.begin_bake(obj, *self._range)
         self._timer = context.window_manager.event_timer_add(0.01, window=context.window)
@@ -109,7 +110,7 @@ class ARAP_OT_bake_animation(bpy.types.Operator):
             self.report({"ERROR"}, f"Bake failed and nothing has changed: {error}")
             return {"CANCELLED"}
         self._leave(context)
-        self._report_keys(names)
+        self._report_keys(names, self._job.n_unsettled)
         return {"FINISHED"}
 
     def cancel(self, context: bpy.types.Context) -> None:
@@ -136,8 +137,14 @@ class ARAP_OT_bake_animation(bpy.types.Operator):
             state = f"preparing the mesh, {job.bind_fraction:.0%}"
         context.workspace.status_text_set(f"ARAP Bake: {state}   |   Esc: cancel")
 
-    def _report_keys(self, names: list[str]) -> None:
+    def _report_keys(self, names: list[str], n_unsettled: int) -> None:
         self.report({"INFO"}, f"Baked {len(names)} shape keys, '{names[0]}' to '{names[-1]}'")
+        if n_unsettled:
+            self.report(
+                {"WARNING"},
+                f"{n_unsettled} of {len(names)} frames stopped before the tolerance was met: "
+                "allow more under Settings, At Most",
+            )
 
 
 CLASSES = (ARAP_OT_bake_pose, ARAP_OT_bake_animation)

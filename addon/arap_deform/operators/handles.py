@@ -5,7 +5,7 @@
 from typing import Any
 
 import bpy
-from bpy.props import FloatProperty, StringProperty
+from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from .. import api, mesh_io
 from .common import (
@@ -38,6 +38,11 @@ class ARAP_OT_handle_add(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     name: StringProperty(name="Name", description="Name of the new handle and its empty", default="Handle")
+    is_exact: BoolProperty(
+        name="Exact",
+        description="Hold every vertex, even where the handle is smaller than Rigidity, which pulls a spike",
+        default=False,
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -54,7 +59,7 @@ class ARAP_OT_handle_add(bpy.types.Operator):
         if not len(vertices):
             raise ValueError("No vertices are selected: select those that the handle shall move")
         with object_mode(obj):
-            api.add_handle(obj, vertices, name=self.name)
+            api.add_handle(obj, vertices, name=self.name, is_exact=self.is_exact)
         obj.arap.active_handle_index = len(obj.arap.handles) - 1
         return {"FINISHED"}
 

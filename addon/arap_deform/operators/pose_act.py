@@ -28,6 +28,8 @@ running: dict[str, PoseAct] = {}
 FOLLOW_TIME_LIMIT_S = 0.012
 # A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
 REFINE_TIME_LIMIT_S = 0.05
+# What is kept is settled, where that takes no longer than somebody waits for Enter.
+KEEP_TIME_LIMIT_S = 2.0
 
 
 class Phase(Enum):
@@ -143,11 +145,12 @@ class PoseAct:
             self._guarded(self._scene.go_on_from_shown)
 
     def keep(self) -> None:
-        """Ends the act with the pose as it is; where there is none yet, everything is restored."""
+        """Ends the act with the pose, settled; where there is none yet, everything is restored."""
         if not self._has_followed:
             self.cancel()
             return
-        self.scene_changed()
+        if self._bind is None:
+            self._guarded(self._settle)
         self._finish(End(Ending.KEEP))
 
     def cancel(self, message: str = "") -> None:
@@ -204,9 +207,17 @@ class PoseAct:
             self._iterations_here = 0
             self._update(None, FOLLOW_TIME_LIMIT_S)
         elif is_refining and not self.is_settled:
-            # In one go: each solve forgets what conjugate gradients have learned in the one before.
-            left = self._scene.iteration_limit() - self._iterations_here
-            self._update(max(1, left), REFINE_TIME_LIMIT_S)
+            self._refine(REFINE_TIME_LIMIT_S)
+
+    def _refine(self, time_limit_s: float) -> None:
+        # In one go: each solve forgets what conjugate gradients have learned in the one before.
+        left = self._scene.iteration_limit() - self._iterations_here
+        self._update(max(1, left), time_limit_s)
+
+    def _settle(self) -> None:
+        self._follow_if_bound()
+        if not self.is_settled and self._scene.is_bound():
+            self._refine(KEEP_TIME_LIMIT_S)
 
     def _update(self, iterations: int | None, time_limit_s: float) -> None:
         self.readout = self._scene.update(iterations, time_limit_s)

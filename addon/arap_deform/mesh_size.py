@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How large a mesh is at rest, as seen, for panels: looked up once, and again after it or its scale has changed."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+
+import bpy
+import numpy as np
+
+from . import mesh_io
+from .handle_map import Floats
+from .point_handles import diagonal_of
+
+SAME_STRETCH = 1e-5  # relative; the matrix of a turning object differs by less
+
+
+_known: dict[str, tuple[Floats, float]] = {}
+"""By names of objects: the stretch, scaled to a largest entry of 1, and the diagonal under it."""
+
+
+def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
+    """Diagonal of the box of the rest shape times the object's stretch, in scene units.
+
+    Raises:
+        ValueError: the object is scaled to nothing.
+    """
+    stretch = mesh_io.read_stretch(obj, depsgraph)
+    scale = float(np.abs(stretch).max())
+    shape = stretch / scale
+    former = _known.get(obj.name)
+    if former is None or np.abs(former[0] - shape).max() > SAME_STRETCH:
+        former = (shape, diagonal_of(mesh_io.read_rest(obj) @ shape.T))
+        _known[obj.name] = former
+    return scale * former[1]
+
+
+def forget_updated(depsgraph: bpy.types.Depsgraph, posed: Container[str]) -> None:
+    """After an evaluation: forgets what has changed, but the ``posed`` objects, whose rest shape stays."""
+    if _known:
+        for update in depsgraph.updates:
+            if update.is_updated_geometry and isinstance(update.id, bpy.types.Object) and update.id.name not in posed:
+                _known.pop(update.id.name, None)
+
+
+def clear() -> None:
+    """Forgets everything: another file, or an undo."""
+    _known.clear()
