@@ -353,7 +353,7 @@ def test_a_patch_around_vertices_is_an_average_to_constrain():
     offsets = np.array([0, len(vertices)], np.int32)
     held = ends(mesh)
     solver.set_constraints(held, np.ones(len(held)), (offsets, vertices, weights))
-    target = rest + [0, 0, 0.05 * mesh.diagonal]
+    target = rest + np.array([0, 0, 0.05 * mesh.diagonal])
     result = solver.solve(np.vstack([mesh.positions[held], target]))
     assert np.abs(weights @ result.positions[vertices] - target).max() < 1e-6 * mesh.diagonal
 

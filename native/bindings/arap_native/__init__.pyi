@@ -198,8 +198,10 @@ class SurfaceArap:
     def patch_around(
         self, vertices: NDArray[np.int32], radius: float = 0.0
     ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
-        """A round patch of the surface, for set_constraints: held as a point handle it pulls a smooth hill, the same at
-        every density of the mesh, where a constrained vertex would pull a spike.
+        """A round patch of the surface, for set_constraints.
+
+        Held as a point handle it pulls a smooth hill, the same at every density of the mesh, where a constrained vertex
+        would pull a spike.
 
         Args:
             vertices: (k,) int32, what the patch lies around.
