@@ -7,6 +7,7 @@
 //   bind             {"ms", "threads"}   constructs the model anew
 //   constraints      {"ms"}              factorizes for another set than the last one
 //   solve K          {"ms", "energy"}    K iterations from rest
+//   plain K          {"ms", "energy"}    K iterations of local/global without acceleration from rest
 //   steps            {"local_ms", "global_ms", "solve_ms", "factor_bytes"}
 //   bandwidth BYTES  {"gb_per_s"}
 //   memory           {"peak_mb"}
@@ -60,7 +61,9 @@ class Worker {
       current_ = 1 - current_;
       out << R"("ms": )" << set_constraints();
     } else if (name == "solve") {
-      solve(static_cast<int>(number), out);
+      solve(static_cast<int>(number), Acceleration::kConjugateGradients, out);
+    } else if (name == "plain") {
+      solve(static_cast<int>(number), Acceleration::kNone, out);
     } else if (name == "steps") {
       model_.reset();
       const StepTimes t = time_steps(task_, options_);
@@ -89,11 +92,12 @@ class Worker {
     return watch.ms();
   }
 
-  void solve(int n_iterations, std::ostringstream& out) {
+  void solve(int n_iterations, Acceleration acceleration, std::ostringstream& out) {
     current_ = 0;
     set_constraints();
     SolveOptions options;
     options.max_iterations = n_iterations;
+    options.acceleration = acceleration;
     // As fine as single precision goes; finer ones would iterate in double.
     options.energy_tolerance = 1e-7;
     options.step_tolerance = 1e-7;

@@ -11,6 +11,7 @@
 #include "elimination_tree.h"
 #include "multifrontal.h"
 #include "nested_dissection.h"
+#include "permutation.h"
 #include "tile_solve.h"
 
 namespace arap {

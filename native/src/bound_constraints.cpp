@@ -19,8 +19,9 @@ constexpr double kHardStrength = 1 - 1e-9;
 }  // namespace
 
 CellPasses& BoundModel::passes(Precision precision) const {
-  auto& made = precision == Precision::kSingle ? single_passes_ : double_passes_;
-  if (made == nullptr) made = make_cell_passes(energy, rest, precision, threads);
+  const Precision served = fits_single ? precision : Precision::kDouble;
+  auto& made = served == Precision::kSingle ? single_passes_ : double_passes_;
+  if (made == nullptr) made = make_cell_passes(energy, rest, served, threads);
   return *made;
 }
 
@@ -183,7 +184,7 @@ void BoundConstraints::write_vertex_targets(const Positions& targets, Positions&
 
 const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& model) {
   if (laplacian_system_ == nullptr) {
-    const SparseMatrix K_squared = (model.energy.K * model.energy.K).pruned();
+    const SparseMatrix K_squared = model.energy.K * model.energy.K;
     // The same strength as in the energy, measured in the diagonal of this system.
     const Eigen::VectorXd diagonal = model.energy.K.diagonal();
     const Eigen::VectorXd diagonal_squared = K_squared.diagonal();

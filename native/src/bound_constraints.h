@@ -20,13 +20,13 @@ struct BoundModel {
   int n_parts = 0;
   int threads = 1;
   LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
-  bool fits_single = false;              ///< whether passes in single precision serve this energy
+  bool fits_single = false;              ///< whether single precision serves this energy
   RigidRegions regions;                  ///< without constraints
   SparseMatrix system_matrix;            ///< K over the unknowns of the regions
   std::unique_ptr<LinearSolver> solver;  ///< for the pattern of system_matrix
 
   BoundModel() : regions({}, energy, rest) {}
-  /// Over `energy`; made when first needed.
+  /// Over `energy`, in double where single does not serve it; made when first needed.
   [[nodiscard]] CellPasses& passes(Precision precision) const;
   BoundModel(const BoundModel&) = delete;  // regions refers to energy and rest
   BoundModel& operator=(const BoundModel&) = delete;

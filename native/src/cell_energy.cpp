@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "parallel.h"
+#include "permutation.h"
 
 namespace arap {
 
@@ -64,8 +65,7 @@ SparseMatrix renumbered(const SparseMatrix& K, const std::vector<int>& order, co
 
 CellEnergy renumbered(const CellEnergy& energy, const std::vector<int>& order, const std::vector<int>& cell_order,
                       int threads) {
-  std::vector<int> new_of_old(order.size());
-  for (size_t k = 0; k < order.size(); ++k) new_of_old[order[k]] = static_cast<int>(k);
+  const std::vector<int> new_of_old = inverse_permutation(order);
   CellEnergy result;
   result.K = renumbered(energy.K, order, new_of_old, threads);
   result.rest_energy = energy.rest_energy;

@@ -37,22 +37,56 @@ struct FitLimits<float> {
 /// Start of a group's lanes.
 long lanes_of(int group, int n_components) { return static_cast<long>(group) * n_components * kSliceWidth; }
 
+/// Coordinates as they are stored, in vectors of Real that only carry their bits.
 template <class Real>
-[[gnu::always_inline]] inline Vector<Real, 4> difference(const double* a, const double* b) {
-  const Vector<double, 4> d = load<double, 4>(a) - load<double, 4>(b);
-  if constexpr (sizeof(Real) == sizeof(double))
-    return d;
-  else
-    return __builtin_convertvector(d, Vector<float, 4>);
+using StoredRows = Four<Real>;
+
+/// Row row_of(k) in lane k.
+template <class Real, class RowOf>
+[[gnu::always_inline]] inline StoredRows<Real> stored_rows(const Coordinate<Real>* rows, const RowOf& row_of) {
+  return components<Real>([&](int k) __attribute__((always_inline)) {
+    return __builtin_bit_cast(Vector<Real, 4>, load<Coordinate<Real>, 4>(rows + 4 * static_cast<long>(row_of(k))));
+  });
 }
 
-/// positions[indices[k]] - positions[references[k]] of each lane.
+/// a - b, exact but for the digits that a Real has.
 template <class Real>
-[[gnu::always_inline]] inline Four<Real> differences(const double* positions, const int* indices,
-                                                     const double* const* references) {
-  return components<Real>([&](int k) __attribute__((always_inline)) {
-    return difference<Real>(positions + 4 * static_cast<long>(indices[k]), references[k]);
-  });
+[[gnu::always_inline]] inline Three<Real> differences(const StoredRows<Real>& a, const StoredRows<Real>& b) {
+  Three<Real> result{};
+  for (int i = 0; i < 3; ++i) {
+    if constexpr (sizeof(Real) == sizeof(double)) {
+      result[i] = a[i] - b[i];
+    } else {
+      using Integers = Vector<int, kLaneCount<float>>;
+      result[i] = __builtin_convertvector(__builtin_bit_cast(Integers, a[i]) - __builtin_bit_cast(Integers, b[i]),
+                                          Lanes<float>);
+    }
+  }
+  return result;
+}
+
+template <class Real>
+double store_positions(const double* positions, int n, double range, Coordinate<Real>* rows) {
+  using Row = Vector<double, 4>;
+  Row largest{};
+  Row zero{};  // not a number as soon as one of the numbers is not finite
+  const auto store_row = [&](int v, const Row& x) __attribute__((always_inline)) {
+    const Row size = x < 0 ? -x : x;
+    largest = size > largest ? size : largest;
+    zero += 0 * x;
+    if constexpr (sizeof(Real) == sizeof(double))
+      store<double, 4>(rows + 4L * v, x);
+    else  // rounded down, which moves all of them alike
+      store<int, 4>(rows + 4L * v, __builtin_convertvector((x + range) * (kFixedPointUnits / range), Vector<int, 4>));
+  };
+  for (int v = 0; v + 1 < n; ++v) store_row(v, load<double, 4>(positions + 3L * v));
+  if (n > 0) {
+    const double* last = positions + 3L * (n - 1);
+    store_row(n - 1, Row{last[0], last[1], last[2], 0});
+  }
+  double result = zero[0] + zero[1] + zero[2] + zero[3];
+  for (int i = 0; i < 4; ++i) result = largest[i] > result ? largest[i] : result;
+  return zero[0] + zero[1] + zero[2] + zero[3] + result;
 }
 
 /// R - I.
@@ -195,14 +229,19 @@ template <class Real>
   return Q[0][0] + Q[1][1] + Q[2][2] + (turned - turned * excess);
 }
 
-/// What groups [begin, end) of a slice add to Q_c, of the cells in the lanes from `part` on.
+/// What groups [begin, end) of a slice add to Q_c, of the cells in the lanes from `part` on, in units of the positions.
 template <class Real>
 [[gnu::always_inline]] inline Matrix<Real> partial_covariances(const SlicedView<Real>& cells,
-                                                               const double* const* reference_rows,
-                                                               const double* positions, int part, int begin, int end) {
+                                                               const StoredRows<Real>& own,
+                                                               const PositionsView<Real>& positions, int part,
+                                                               int begin, int end) {
   Matrix<Real> Q{};
   for (int group = begin; group < end; ++group) {
-    const Four<Real> e = differences<Real>(positions, cells.indices + lanes_of(group, 1) + part, reference_rows);
+    const int* index = cells.indices + lanes_of(group, 1) + part;
+    const Three<Real> e =
+        differences<Real>(stored_rows<Real>(
+                              positions.rows, [&](int k) __attribute__((always_inline)) { return index[k]; }),
+                          own);
     const Real* q = cells.values + lanes_of(group, 3) + part;
     for (int j = 0; j < 3; ++j) {
       const Lanes<Real> qj = load<Real, kLaneCount<Real>>(q + j * kSliceWidth);
@@ -216,20 +255,20 @@ template <class Real>
 /// what each addition of a chunk rounds off is kept for the next one.
 template <class Real>
 [[gnu::always_inline]] inline Matrix<Real> covariances(const SlicedView<Real>& cells, const int* references,
-                                                       const double* positions, int slice, int part) {
-  const double* reference_rows[kLaneCount<Real>];  // NOLINT
-  for (int k = 0; k < kLaneCount<Real>; ++k)
-    reference_rows[k] = positions + 4 * static_cast<long>(references[slice * kSliceWidth + part + k]);
+                                                       const PositionsView<Real>& positions, int slice, int part) {
+  const int* reference = references + slice * kSliceWidth + part;
+  const StoredRows<Real> own = stored_rows<Real>(
+      positions.rows, [&](int k) __attribute__((always_inline)) { return reference[k]; });
   constexpr int kChunk = 64;
   const int end = cells.offsets[slice + 1];
   int begin = cells.offsets[slice];
   int next = end - begin > kChunk ? begin + kChunk : end;
-  Matrix<Real> Q = partial_covariances<Real>(cells, reference_rows, positions, part, begin, next);
+  Matrix<Real> Q = partial_covariances<Real>(cells, own, positions, part, begin, next);
   Matrix<Real> lost{};
   while (next < end) {
     begin = next;
     next = end - begin > kChunk ? begin + kChunk : end;
-    const Matrix<Real> chunk = partial_covariances<Real>(cells, reference_rows, positions, part, begin, next);
+    const Matrix<Real> chunk = partial_covariances<Real>(cells, own, positions, part, begin, next);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         const Lanes<Real> more = chunk[i][j] - lost[i][j];
@@ -238,6 +277,8 @@ template <class Real>
         Q[i][j] = sum;
       }
   }
+  if constexpr (sizeof(Real) == sizeof(float))
+    for (int i = 0; i < 9; ++i) Q[i / 3][i % 3] *= broadcast<Real>(positions.unit);
   return Q;
 }
 
@@ -247,8 +288,8 @@ template <class Real>
 }
 
 template <class Real>
-double fit_rotations(const SlicedView<Real>& cells, const int* references, const double* positions, Real* rotations,
-                     int begin, int end) {
+double fit_rotations(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
+                     Real* rotations, int begin, int end) {
   LaneSum<Real> sum;
   for (int slice = begin; slice < end; ++slice)
     for (int part = 0; part < kSliceWidth; part += kLaneCount<Real>) {
@@ -264,7 +305,7 @@ double fit_rotations(const SlicedView<Real>& cells, const int* references, const
 }
 
 template <class Real>
-double find_alignment(const SlicedView<Real>& cells, const int* references, const double* positions,
+double find_alignment(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
                       const Real* rotations, int begin, int end) {
   LaneSum<Real> sum;
   for (int slice = begin; slice < end; ++slice)
@@ -307,9 +348,11 @@ template <class Real>
 }
 
 template <class Real>
-double find_residual(const SlicedView<Real>& incidences, const SlicedView<Real>& springs, const double* positions,
-                     const Real* rotations, double* residual, int n_vertices, int begin, int end) {
+double find_residual(const SlicedView<Real>& incidences, const SlicedView<Real>& springs,
+                     const PositionsView<Real>& positions, const Real* rotations, double* residual, int n_vertices,
+                     int begin, int end) {
   constexpr int kCount = kLaneCount<Real>;
+  const Lanes<Real> unit = broadcast<Real>(positions.unit);
   LaneSum<Real> energy;
   for (int slice = begin; slice < end; ++slice)
     for (int part = 0; part < kSliceWidth; part += kCount) {
@@ -326,19 +369,25 @@ double find_residual(const SlicedView<Real>& incidences, const SlicedView<Real>&
             R, {{load<Real, kCount>(q), load<Real, kCount>(q + kSliceWidth), load<Real, kCount>(q + 2 * kSliceWidth)}},
             sum);
       }
-      const double* own[kCount];  // NOLINT
-      for (int k = 0; k < kCount; ++k) own[k] = positions + 4 * static_cast<long>(first + k);
+      const StoredRows<Real> own = stored_rows<Real>(
+          positions.rows, [&](int k) __attribute__((always_inline)) { return first + k; });
+      Three<Real> pulls{};
       Lanes<Real> spring_energy{};
       for (int group = springs.offsets[slice]; group < springs.offsets[slice + 1]; ++group) {
-        const Four<Real> e = differences<Real>(positions, springs.indices + lanes_of(group, 1) + part, own);
+        const int* index = springs.indices + lanes_of(group, 1) + part;
+        const Three<Real> e =
+            differences<Real>(stored_rows<Real>(
+                                  positions.rows, [&](int k) __attribute__((always_inline)) { return index[k]; }),
+                              own);
         const Lanes<Real> w = load<Real, kCount>(springs.values + lanes_of(group, 1) + part);
         for (int a = 0; a < 3; ++a) {
           const Lanes<Real> pull = w * e[a];
-          sum[a] += pull;
+          pulls[a] += pull;
           spring_energy += pull * e[a];
         }
       }
-      energy.add(spring_energy);
+      for (int a = 0; a < 3; ++a) sum[a] += unit * pulls[a];
+      energy.add(spring_energy * unit * unit);
       store_rows<Real>(sum, n_vertices - first, residual + 3 * static_cast<long>(first));
     }
   return 0.25 * energy.total();
@@ -350,9 +399,11 @@ namespace ARAP_ISA_NAMESPACE {
 
 CellKernels<float> single_cell_kernels();  // declared again in kernels.cpp
 CellKernels<double> double_cell_kernels();
-CellKernels<float> single_cell_kernels() { return {fit_rotations<float>, find_alignment<float>, find_residual<float>}; }
+CellKernels<float> single_cell_kernels() {
+  return {store_positions<float>, fit_rotations<float>, find_alignment<float>, find_residual<float>};
+}
 CellKernels<double> double_cell_kernels() {
-  return {fit_rotations<double>, find_alignment<double>, find_residual<double>};
+  return {store_positions<double>, fit_rotations<double>, find_alignment<double>, find_residual<double>};
 }
 
 }  // namespace ARAP_ISA_NAMESPACE

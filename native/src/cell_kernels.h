@@ -18,21 +18,48 @@ struct SlicedView {
   const Real* values;  ///< 16 of each component of each group
 };
 
-/// The two passes of an iteration over a range of slices, compiled once per instruction set. Positions are in double
-/// and differences of them too; everything after that is Real.
+/// Differences of positions must not be of rounded numbers: in single precision an edge of a dense mesh would have
+/// three digits left. Beside doubles stand 32 bits of fixed point, whose differences are exact and which take half the
+/// room.
+template <class Real>
+struct CoordinateOf;
+template <>
+struct CoordinateOf<double> {
+  using Type = double;
+};
+template <>
+struct CoordinateOf<float> {
+  using Type = int;  ///< of kFixedPointUnits units from -range to 0, and as many above
+};
+template <class Real>
+using Coordinate = typename CoordinateOf<Real>::Type;
+
+inline constexpr double kFixedPointUnits = 0x1p30;
+
+template <class Real>
+struct PositionsView {
+  const Coordinate<Real>* rows;  ///< (n_vertices, 4), the fourth of any value
+  Real unit;                     ///< of a coordinate; 1 for doubles
+};
+
+/// The two passes of an iteration over a range of slices, compiled once per instruction set. Differences of positions
+/// are exact; everything after that is Real.
 template <class Real>
 struct CellKernels {
+  /// Stores n rows of 3 as n rows of 4, for coordinates between -range and range. Returns the largest |coordinate|, NaN
+  /// if one is not finite; where that is above the range, what is stored is of no use.
+  double (*store_positions)(const double* positions, int n, double range, Coordinate<Real>* rows);
+
   /// Local step of the cells in slices [begin, end): each rotation becomes the one that maximizes <R_c, Q_c(p')>,
   /// starting from its present value; returns the sum of <R_c, Q_c>.
   /// @param cells       row: cell, index: vertex, 3 components: q_cj; without the vertex in `references`
   /// @param references  of each row: one vertex of the cell
-  /// @param positions   (n_vertices, 4)
   /// @param rotations   (n_cells, 4), unit quaternions, (x, y, z, w)
-  double (*fit_rotations)(const SlicedView<Real>& cells, const int* references, const double* positions,
+  double (*fit_rotations)(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
                           Real* rotations, int begin, int end);
 
   /// The sum of <R_c, Q_c> for the rotations as they are.
-  double (*alignment)(const SlicedView<Real>& cells, const int* references, const double* positions,
+  double (*alignment)(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
                       const Real* rotations, int begin, int end);
 
   /// residual = b - K p' of the vertices in slices [begin, end), b_j = sum_c R_c q_cj; returns their part of
@@ -40,8 +67,9 @@ struct CellKernels {
   /// @param incidences  row: vertex, index: cell, 3 components: q_cj
   /// @param springs     row: vertex j, index: vertex k other than j, 1 component: -K_jk
   /// @param residual    (n_vertices, 3)
-  double (*residual)(const SlicedView<Real>& incidences, const SlicedView<Real>& springs, const double* positions,
-                     const Real* rotations, double* residual, int n_vertices, int begin, int end);
+  double (*residual)(const SlicedView<Real>& incidences, const SlicedView<Real>& springs,
+                     const PositionsView<Real>& positions, const Real* rotations, double* residual, int n_vertices,
+                     int begin, int end);
 };
 
 /// The exact fit for what the kernels leave open: the rotation that maximizes <R, S>, S row by row, as a quaternion;

@@ -47,11 +47,10 @@ class CellPassesOf final : public CellPasses {
         kernels_(cell_kernels<Real>(isa)),
         stream_(energy, threads),
         cell_range_(slice_range(stream_.cells.n_slices(), stream_.cells.n_groups())),
-        positions_(4 * whole_slices(n_vertices_)),
+        coordinates_(4 * whole_slices(n_vertices_)),
         rotations_(4 * whole_slices(n_cells_)) {
-    std::fill_n(positions_.data(), positions_.size(), 0.0);
-    set_rotations(Rotations(n_cells_, Eigen::Quaterniond::Identity()));
-    for (size_t c = n_cells_; c < whole_slices(n_cells_); ++c) set_rotation(c, Eigen::Quaterniond::Identity());
+    std::fill_n(coordinates_.data(), coordinates_.size(), Coordinate<Real>{0});
+    reset_rotations();
     set_positions(rest);
     Positions residual;
     rest_energy_ = alignment() - find_residual(residual);
@@ -60,18 +59,24 @@ class CellPassesOf final : public CellPasses {
   void set_threads(int threads) override { threads_ = threads; }
 
   void set_positions(const Positions& positions) override {
-    parallel_for<kSliceRange * kSliceWidth>(threads_, n_vertices_, [&](int begin, int end) {
-      // By name: three numbers by std::copy are a call of memmove.
-      for (int v = begin; v < end; ++v) Eigen::RowVector3d::Map(positions_.data() + 4L * v) = positions.row(v);
-    });
+    const double largest = store_positions(positions);
+    if constexpr (std::is_same_v<Real, float>) {
+      const double range = range_for(largest);
+      if (range == range_) return;
+      range_ = range;
+      store_positions(positions);
+    }
   }
-
-  [[nodiscard]] double* padded_positions() override { return positions_.data(); }
 
   void set_rotations(const Rotations& rotations) override {
     parallel_for<kSliceRange * kSliceWidth>(threads_, n_cells_, [&](int begin, int end) {
       for (int c = begin; c < end; ++c) set_rotation(c, rotations[c]);
     });
+  }
+
+  void reset_rotations() override {
+    // Those that fill up the last slice too: they are fitted with the others.
+    for (size_t c = 0; c < whole_slices(n_cells_); ++c) set_rotation(c, Eigen::Quaterniond::Identity());
   }
 
   void read_rotations(Rotations& rotations) const override {
@@ -86,7 +91,7 @@ class CellPassesOf final : public CellPasses {
     return parallel_sum(
         threads_, stream_.cells.n_slices(),
         [&](int begin, int end) {
-          return kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), positions_.data(),
+          return kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), view(),
                                         rotations_.data(), begin, end);
         },
         cell_range_);
@@ -96,7 +101,7 @@ class CellPassesOf final : public CellPasses {
     return parallel_sum(
         threads_, stream_.cells.n_slices(),
         [&](int begin, int end) {
-          return kernels_.alignment(stream_.cells.view(), stream_.references.data(), positions_.data(),
+          return kernels_.alignment(stream_.cells.view(), stream_.references.data(), view(),
                                     rotations_.data(), begin, end);
         },
         cell_range_);
@@ -105,7 +110,7 @@ class CellPassesOf final : public CellPasses {
   double find_residual(Positions& residual) const override {
     residual.resize(n_vertices_, 3);
     return parallel_sum<kSliceRange>(threads_, stream_.incidences.n_slices(), [&](int begin, int end) {
-      return kernels_.residual(stream_.incidences.view(), stream_.springs.view(), positions_.data(), rotations_.data(),
+      return kernels_.residual(stream_.incidences.view(), stream_.springs.view(), view(), rotations_.data(),
                                residual.data(), n_vertices_, begin, end);
     });
   }
@@ -120,6 +125,31 @@ class CellPassesOf final : public CellPasses {
   [[nodiscard]] double rest_energy() const override { return rest_energy_; }
 
  private:
+  /// What is not finite has no range: then all differences are not a number either.
+  static double range_for(double largest) {
+    return largest <= 1             ? 1
+           : std::isfinite(largest) ? std::exp2(std::ceil(std::log2(largest)))
+                                    : std::numeric_limits<double>::quiet_NaN();
+  }
+
+  /// Returns the largest |coordinate|.
+  double store_positions(const Positions& positions) {
+    return parallel_reduce<kSliceRange * kSliceWidth>(
+        threads_, n_vertices_, 0.0,
+        [&](int begin, int end) {
+          return kernels_.store_positions(positions.data() + 3L * begin, end - begin, range_,
+                                          coordinates_.data() + 4L * begin);
+        },
+        [](double a, double b) { return a > b ? a : b + 0 * a; });
+  }
+
+  [[nodiscard]] PositionsView<Real> view() const {
+    if constexpr (std::is_same_v<Real, float>)
+      return {coordinates_.data(), static_cast<float>(range_ / kFixedPointUnits)};
+    else
+      return {coordinates_.data(), 1};
+  }
+
   void set_rotation(size_t c, const Eigen::Quaterniond& rotation) {
     Eigen::Vector4<Real>::Map(rotations_.data() + 4 * c) = rotation.coeffs().template cast<Real>();
   }
@@ -130,8 +160,9 @@ class CellPassesOf final : public CellPasses {
   const CellKernels<Real>& kernels_;
   CellStream<Real> stream_;
   int cell_range_;
-  AlignedBuffer<double> positions_;  ///< (n, 4)
-  AlignedBuffer<Real> rotations_;    ///< (n_cells, 4)
+  AlignedBuffer<Coordinate<Real>> coordinates_;  ///< (n, 4)
+  double range_ = 1;                             ///< of fixed point
+  AlignedBuffer<Real> rotations_;                ///< (n_cells, 4)
   double rest_energy_ = 0;
 };
 

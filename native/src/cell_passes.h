@@ -13,9 +13,11 @@ namespace arap {
 /// Rotation of each cell.
 using Rotations = std::vector<Eigen::Quaterniond>;
 
-/// How exact the passes of an iteration are. Positions and their differences are in double in both.
+/// How exact the passes of an iteration are.
 enum class Precision {
-  kSingle,  ///< errors of about 1e-7 of an edge in a residual, which move the minimizer by less than 1e-8 of the mesh
+  /// Positions are rounded to 1e-9 of the mesh, or of the largest coordinate where that is larger. Errors of about 1e-7
+  /// of an edge in a residual, which move the minimizer by less than 1e-8 of the mesh.
+  kSingle,
   kDouble,  ///< twice the data and half the lanes; for what kSingle leaves
 };
 
@@ -33,9 +35,9 @@ class CellPasses {
 
   /// Takes over positions, (n, 3).
   virtual void set_positions(const Positions& positions) = 0;
-  /// Where they are: (n, 4), each row with room for one number more. What is written here is taken over too.
-  [[nodiscard]] virtual double* padded_positions() = 0;
   virtual void set_rotations(const Rotations& rotations) = 0;
+  /// All of them to the identity.
+  virtual void reset_rotations() = 0;
   virtual void read_rotations(Rotations& rotations) const = 0;
 
   /// Local step: each R_c becomes the rotation that maximizes <R_c, Q_c(p')>. Returns the sum of <R_c, Q_c>.

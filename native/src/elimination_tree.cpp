@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include "permutation.h"
+
 namespace arap {
 
 namespace {
@@ -46,12 +48,6 @@ std::vector<int> count_entries(const SparseMatrix& pattern, const std::vector<in
 }
 
 }  // namespace
-
-std::vector<int> inverse_permutation(const std::vector<int>& order) {
-  std::vector<int> inverse(order.size());
-  for (int k = 0; k < std::ssize(order); ++k) inverse[order[k]] = k;
-  return inverse;
-}
 
 std::vector<int> postorder(const std::vector<int>& parent) {
   const auto n = static_cast<int>(parent.size());

@@ -23,7 +23,4 @@ struct EliminationTree {
 /// Children before parents, the subtree of each node in one piece; children in ascending order. @param parent of nodes
 [[nodiscard]] std::vector<int> postorder(const std::vector<int>& parent);
 
-/// inverse[order[k]] = k
-[[nodiscard]] std::vector<int> inverse_permutation(const std::vector<int>& order);
-
 }  // namespace arap

@@ -14,7 +14,7 @@ LocalGlobal::LocalGlobal(const BoundModel& model, const BoundConstraints& constr
 }
 
 void LocalGlobal::aim(const Positions& targets, Precision precision) {
-  passes_ = &model_.passes(model_.fits_single ? precision : Precision::kDouble);
+  passes_ = &model_.passes(precision);
   constraints_.write_vertex_targets(targets, targets_.vertices);
   targets_.patches = constraints_.anchor_targets(targets);
   patch_targets_ = constraints_.patch_targets(targets);
@@ -48,11 +48,15 @@ Positions LocalGlobal::patch_gaps(const Positions& positions) const {
 }
 
 void LocalGlobal::find_correction(const Pose& pose, Positions& correction) {
-  const RigidRegions& regions = constraints_.regions();
   correction = residual_;
-  regions.reduce(correction);
-  constraints_.system().correct(correction, patch_gaps(pose.positions), multipliers_);
-  regions.expand(correction);
+  make_correction(pose, correction);
+}
+
+void LocalGlobal::make_correction(const Pose& pose, Positions& residual) {
+  const RigidRegions& regions = constraints_.regions();
+  regions.reduce(residual);
+  constraints_.system().correct(residual, patch_gaps(pose.positions), multipliers_);
+  regions.expand(residual);
 }
 
 void LocalGlobal::apply_residual_exactly(Pose& pose) {
@@ -93,11 +97,6 @@ void LocalGlobal::fit_regions(Pose& pose) {
 }
 
 double LocalGlobal::fit(Pose& pose) {
-  passes_->set_positions(pose.positions);
-  return fit_padded(pose);
-}
-
-double LocalGlobal::fit_padded(Pose& pose) {
   using Clock = std::chrono::steady_clock;
   threads_ = pace_.choose(model_.threads);
   passes_->set_threads(threads_);
@@ -108,6 +107,7 @@ double LocalGlobal::fit_padded(Pose& pose) {
 }
 
 double LocalGlobal::fit_on_threads(Pose& pose) {
+  passes_->set_positions(pose.positions);
   double alignment = passes_->fit_rotations();
   if (!constraints_.regions().empty()) {
     fit_regions(pose);
@@ -117,20 +117,21 @@ double LocalGlobal::fit_on_threads(Pose& pose) {
   return energy < 0 ? 0 : energy;  // none is negative; rounding may be. What is not a number stays so.
 }
 
-void LocalGlobal::global_step(Pose& pose) {
+void LocalGlobal::find_residual_of(const Pose& pose) {
   passes_->set_positions(pose.positions);
   start(pose);
   static_cast<void>(refresh_residual(pose));
-  Positions correction;
-  find_correction(pose, correction);
-  pose.positions += correction;
+}
+
+void LocalGlobal::global_step(Pose& pose) {
+  find_residual_of(pose);
+  make_correction(pose, residual_);
+  pose.positions += residual_;
   follow_positions(pose);
 }
 
 void LocalGlobal::exact_global_step(Pose& pose) {
-  passes_->set_positions(pose.positions);
-  start(pose);
-  static_cast<void>(refresh_residual(pose));
+  find_residual_of(pose);
   apply_residual_exactly(pose);
 }
 

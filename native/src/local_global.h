@@ -44,9 +44,6 @@ class LocalGlobal {
 
   /// Local step. Returns the energy, and leaves the residual for the next global step.
   [[nodiscard]] double fit(Pose& pose);
-  /// The same where the positions of the pose have been written to padded_positions() too, (n, 4).
-  [[nodiscard]] double fit_padded(Pose& pose);
-  [[nodiscard]] double* padded_positions() { return passes_->padded_positions(); }
 
   /// Minus the gradient of the energy, soft constraints included, (n, 3).
   [[nodiscard]] const Positions& residual() const { return residual_; }
@@ -70,6 +67,10 @@ class LocalGlobal {
   /// The energy without its term of rotations.
   [[nodiscard]] double refresh_residual(const Pose& pose);
   [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
+  /// For the positions and rotations of the pose, whatever the passes have been about.
+  void find_residual_of(const Pose& pose);
+  /// Turns the residual into the global step.
+  void make_correction(const Pose& pose, Positions& residual);
   /// The whole step at once, to the accuracy of double.
   void apply_residual_exactly(Pose& pose);
 

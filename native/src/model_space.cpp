@@ -62,18 +62,15 @@ Positions ModelSpace::to_input(const Positions& of_model, int threads) const {
 }
 
 bool ModelSpace::write_to_input(const Positions& of_model, int threads, std::span<float> of_input) const {
-  return parallel_reduce<kRows>(
-             threads, n_input_vertices(), char{1},
-             [&](int begin, int end) {
-               double zero = 0;  // not a number as soon as one of the numbers is not finite
-               for (int v = begin; v < end; ++v) {
-                 const Eigen::RowVector3d x = of_model.row(model_vertex_[v]);
-                 Eigen::RowVector3f::Map(of_input.data() + 3L * v) = (x * size_ + center_).cast<float>();
-                 zero += 0 * (x[0] + x[1] + x[2]);
-               }
-               return static_cast<char>(zero == 0);
-             },
-             [](char a, char b) { return static_cast<char>(a & b); }) != 0;
+  return parallel_all<kRows>(threads, n_input_vertices(), [&](int begin, int end) {
+    double zero = 0;  // not a number as soon as one of the numbers is not finite
+    for (int v = begin; v < end; ++v) {
+      const Eigen::RowVector3d x = of_model.row(model_vertex_[v]);
+      Eigen::RowVector3f::Map(of_input.data() + 3L * v) = (x * size_ + center_).cast<float>();
+      zero += 0 * (x[0] + x[1] + x[2]);
+    }
+    return zero == 0;
+  });
 }
 
 Positions ModelSpace::vectors_to_input(const Positions& of_model) const {

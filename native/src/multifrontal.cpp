@@ -12,6 +12,7 @@
 #include "arap/error.h"
 #include "elimination_tree.h"
 #include "kept_rows.h"
+#include "permutation.h"
 #include "team.h"
 #include "text.h"
 

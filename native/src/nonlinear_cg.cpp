@@ -86,21 +86,19 @@ double NonlinearCg::choose_beta() {
 template <class Update>
 double NonlinearCg::move(Pose& pose, double length, const Update& update) {
   pose.positions.resize(start_.rows(), 3);
-  double* const padded = steps_.padded_positions();
   const float longest = parallel_reduce<kRows>(
       steps_.threads(), row_count(start_), 0.0F,
       [&](int begin, int end) {
         auto d = flat(direction_, begin, end);
         update(d, begin, end);
         flat(pose.positions, begin, end) = flat(std::as_const(start_), begin, end) + length * d.template cast<double>();
-        for (int v = begin; v < end; ++v) std::copy_n(pose.positions.data() + 3L * v, 3, padded + 4L * v);
         return longest_squared(d.data(), d.data() + d.size());
       },
       [](float a, float b) { return std::max(a, b); });
   pose.placements = placements_;
   steps_.follow_positions(pose);
   step_ = length * std::sqrt(static_cast<double>(longest));
-  return steps_.fit_padded(pose);
+  return steps_.fit(pose);
 }
 
 double NonlinearCg::try_length(Pose& pose, double length) {

@@ -42,4 +42,13 @@ template <int kRange = 512, class Body>
       threads, n, 0.0, body, [](double a, double b) { return a + b; }, range);
 }
 
+/// Whether body(begin, end) is true for all ranges of [0, n).
+template <int kRange = 512, class Body>
+[[nodiscard]] bool parallel_all(int threads, int n, const Body& body) {
+  // Not bool: a vector of those has no room of its own for each.
+  return parallel_reduce<kRange>(
+             threads, n, char{1}, [&](int begin, int end) { return static_cast<char>(body(begin, end)); },
+             [](char a, char b) { return static_cast<char>(a & b); }) != 0;
+}
+
 }  // namespace arap

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "elimination_tree.h"
+#include "permutation.h"
 
 namespace arap {
 

@@ -67,17 +67,24 @@ void copy_rows(int threads, const Positions& from, Positions& to) {
 }
 
 bool all_finite(int threads, const Positions& x) {
-  return parallel_reduce<4096>(
-             threads, static_cast<int>(x.rows()), char{1},
-             [&](int begin, int end) { return static_cast<char>(x.middleRows(begin, end - begin).allFinite()); },
-             [](char a, char b) { return static_cast<char>(a & b); }) != 0;
+  return parallel_all<4096>(threads, static_cast<int>(x.rows()),
+                            [&](int begin, int end) { return x.middleRows(begin, end - begin).allFinite(); });
 }
 
-/// Single where it can tell what the tolerances ask for.
-Precision precision_for(const SolveOptions& options) {
+/// Fits the rotations to positions that have nothing to do with those before; returns the sum of <R_c, Q_c>.
+double fit_anew(CellPasses& passes, const Positions& positions) {
+  passes.set_positions(positions);
+  passes.reset_rotations();
+  return passes.fit_rotations();
+}
+
+/// Single where it can tell what the tolerances ask for, and the edges of the mesh beside its whole extent.
+Precision precision_for(const SolveOptions& options, const Positions& model_targets) {
   constexpr double kFinest = 1e-7;
+  constexpr double kFar = 8;  // diagonals of the mesh
   const bool is_coarse = options.step_tolerance >= kFinest && options.energy_tolerance >= kFinest;
-  return is_coarse ? Precision::kSingle : Precision::kDouble;
+  const bool is_near = model_targets.size() == 0 || model_targets.cwiseAbs().maxCoeff() <= kFar;
+  return is_coarse && is_near ? Precision::kSingle : Precision::kDouble;
 }
 
 }  // namespace
@@ -116,9 +123,7 @@ struct SurfaceArap::Impl {
   /// min over R of E at `positions`, on the model; sets the gradient.
   double evaluate(const Positions& positions, Positions& gradient) const {
     CellPasses& passes = model.passes(Precision::kDouble);
-    passes.set_positions(positions);
-    passes.set_rotations(Rotations(model.energy.n_cells(), Eigen::Quaterniond::Identity()));
-    const double alignment = passes.fit_rotations();
+    const double alignment = fit_anew(passes, positions);
     const double energy = passes.rest_energy() + passes.find_residual(gradient) - alignment;
     gradient = -gradient;
     return energy < 0 ? 0 : energy;
@@ -160,9 +165,9 @@ void SurfaceArap::Impl::keep_pose(bool with_rotations) {
 }
 
 void SurfaceArap::Impl::restore_pose() {
-  std::swap(pose.positions, kept.positions);
-  std::swap(pose.placements, kept.placements);
-  if (!kept.rotations.empty()) std::swap(pose.rotations, kept.rotations);
+  copy_rows(steps->threads(), kept.positions, pose.positions);
+  pose.placements = kept.placements;
+  if (!kept.rotations.empty()) pose.rotations = kept.rotations;
 }
 
 void SurfaceArap::Impl::apply_guess(const Positions& targets, const SolveOptions& options,
@@ -191,7 +196,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   const Positions model_targets = space.points_to_model(targets);
-  steps->aim(model_targets, constraints->is_weak_hold() ? Precision::kDouble : precision_for(options));
+  steps->aim(model_targets, constraints->is_weak_hold() ? Precision::kDouble : precision_for(options, model_targets));
   // An iteration without regions changes the rotations of the pose when it is done and not before.
   keep_pose(options.initial_guess != InitialGuess::kPrevious || !model.regions.empty());
   SolveResult result;
@@ -264,10 +269,8 @@ void SurfaceArap::reset() { impl_->reset(); }
 
 void SurfaceArap::set_positions(const Positions& positions) {
   Positions checked = impl_->checked_to_model(positions);
-  CellPasses& passes = impl_->model.passes(impl_->model.fits_single ? Precision::kSingle : Precision::kDouble);
-  passes.set_positions(checked);
-  passes.set_rotations(Rotations(impl_->model.energy.n_cells(), Eigen::Quaterniond::Identity()));
-  passes.fit_rotations();
+  CellPasses& passes = impl_->model.passes(Precision::kSingle);
+  static_cast<void>(fit_anew(passes, checked));
   passes.read_rotations(impl_->pose.rotations);
   impl_->pose.positions = std::move(checked);
 }

@@ -7,6 +7,7 @@
 
 #include "mirror_symmetry.h"
 #include "parallel.h"
+#include "permutation.h"
 #include "rotation_nodes.h"
 #include "surface_energies.h"
 
@@ -42,8 +43,7 @@ std::vector<int> order_cells(const CellEnergy& energy, const std::vector<int>& n
 
 /// Numbers the model's vertices anew; returns the number of each.
 std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
-  std::vector<int> new_of_old(order.size());
-  for (size_t k = 0; k < order.size(); ++k) new_of_old[order[k]] = static_cast<int>(k);
+  std::vector<int> new_of_old = inverse_permutation(order);
   model.energy = renumbered(model.energy, order, order_cells(model.energy, new_of_old), model.threads);
   model.rest = Positions(model.rest(order, Eigen::all));
   std::vector<int> part_of_vertex;

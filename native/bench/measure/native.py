@@ -62,7 +62,7 @@ def measure_acts(program: Program, energy: str, threads: int, isa: str) -> dict[
         peak_mb = worker.ask("memory")["peak_mb"]
         row: dict[str, Any] = {
             "peak_mb": peak_mb,
-            **solve_cost(lambda n: float(worker.ask(f"solve {n}")["ms"]))._asdict(),
+            **solve_cost(lambda n: float(worker.ask(f"plain {n}")["ms"]))._asdict(),
             "refactor_ms": repeated_ms(worker, "constraints"),
             "bind_ms": repeated_ms(worker, "bind", 3),
             **worker.ask("steps"),

@@ -44,6 +44,7 @@ class Contender(NamedTuple):
     energy: str
     isa: str
     command: list[str]
+    plain_command: list[str]  # for the times of iterations: local/global without acceleration
     env: dict[str, str]
 
     @property
@@ -86,7 +87,7 @@ def contenders(files: Files, threads: int) -> tuple[list[Contender], list[dict[s
         except NotRun as reason:
             missing.append({"library": library, "not_run": str(reason)})
         else:
-            found.extend(Contender(library, energy, "", command(energy), env) for energy in energies)
+            found.extend(Contender(library, energy, "", command(energy), command(energy), env) for energy in energies)
 
     def with_python(library: str, *groups: str) -> Callable[[str], list[str]]:
         python = _python_of(library, *groups)
@@ -99,8 +100,12 @@ def contenders(files: Files, threads: int) -> tuple[list[Contender], list[dict[s
     isas, not_run = our_instruction_sets(files)
     for isa in reversed(isas):
         for energy in ENERGIES:
-            command = worker_command(sys.executable, "ours", files, {"energy": energy, "threads": threads})
-            found.append(Contender("ours", energy, isa, command, env | ({"ARAP_ISA": isa} if isa else {})))
+            options: dict[str, object] = {"energy": energy, "threads": threads}
+            command, plain = (
+                worker_command(sys.executable, "ours", files, {**options, "acceleration": acceleration})
+                for acceleration in ("conjugate_gradients", "none")
+            )
+            found.append(Contender("ours", energy, isa, command, plain, env | ({"ARAP_ISA": isa} if isa else {})))
     missing += [{"library": "ours", "isa": isa, "not_run": reason} for isa, reason in not_run.items()]
     add("libigl", ENERGIES, lambda: with_python("libigl"))
     add("open3d", ("spokes",), lambda: with_python("open3d", "peers"))
@@ -124,7 +129,7 @@ def our_instruction_sets(files: Files) -> tuple[list[str], dict[str, str]]:
 def time_once(contender: Contender, timeout_s: float) -> dict[str, Any]:
     """Bind and iteration times, cores used and memory, in a new process."""
     cores_used: list[float] = []
-    with Worker(contender.command, contender.env, timeout_s) as worker:
+    with Worker(contender.plain_command, contender.env, timeout_s) as worker:
 
         def solve_ms(n_iterations: int) -> float:
             answer = worker.ask(f"solve {n_iterations}")

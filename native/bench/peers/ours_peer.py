@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""arap_native. Options of the bind go to arap_native.Options as they are, "initial_guess" to the solve.
+"""arap_native. Options of the bind go to arap_native.Options as they are, "initial_guess" and "acceleration" to the solve.
 
 The start is "previous" at rest, as in a drag: one global step with the rotations of the rest shape, which is also how
 CGAL and Open3D start.
@@ -22,6 +22,7 @@ class Peer:
     def __init__(self, mesh: Mesh, task: Task, options: dict[str, Any]) -> None:
         self._mesh, self._task = mesh, task
         self._initial_guess = options.pop("initial_guess", "previous")
+        self._acceleration = options.pop("acceleration", "conjugate_gradients")
         self._options = arap_native.Options(**options)
         self._model: arap_native.SurfaceArap | None = None
         self._positions = mesh.positions
@@ -39,7 +40,11 @@ class Peer:
     def solve(self, n_iterations: int) -> None:
         assert self._model is not None
         options = arap_native.SolveOptions(
-            initial_guess=self._initial_guess, max_iterations=n_iterations, energy_tolerance=1e-7, step_tolerance=1e-7
+            initial_guess=self._initial_guess,
+            acceleration=self._acceleration,
+            max_iterations=n_iterations,
+            energy_tolerance=1e-7,
+            step_tolerance=1e-7,
         )
         self._model.reset()
         self._positions = self._model.solve(self._task.targets, options).positions
