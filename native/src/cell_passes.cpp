@@ -91,8 +91,8 @@ class CellPassesOf final : public CellPasses {
     return parallel_sum(
         threads_, stream_.cells.n_slices(),
         [&](int begin, int end) {
-          return kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), view(),
-                                        rotations_.data(), begin, end);
+          return kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), view(), rotations_.data(),
+                                        begin, end);
         },
         cell_range_);
   }
@@ -101,8 +101,8 @@ class CellPassesOf final : public CellPasses {
     return parallel_sum(
         threads_, stream_.cells.n_slices(),
         [&](int begin, int end) {
-          return kernels_.alignment(stream_.cells.view(), stream_.references.data(), view(),
-                                    rotations_.data(), begin, end);
+          return kernels_.alignment(stream_.cells.view(), stream_.references.data(), view(), rotations_.data(), begin,
+                                    end);
         },
         cell_range_);
   }
