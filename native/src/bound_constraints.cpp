@@ -178,6 +178,14 @@ void BoundConstraints::write_vertex_targets(const Positions& targets, Positions&
     of_vertex.row(entry_vertices_[k]) += entry_shares_[k] * targets.row(k);
 }
 
+Positions BoundConstraints::constrained_points(const Positions& positions) const {
+  Positions points(entry_vertices_.size() + patches_.size() + anchor_patches_.size(), 3);
+  for (size_t k = 0; k < entry_vertices_.size(); ++k) points.row(k) = positions.row(entry_vertices_[k]);
+  for (size_t k = 0; k < patches_.size(); ++k) points.row(patch_rows_[k]) = patches_[k].of(positions);
+  for (size_t k = 0; k < anchor_patches_.size(); ++k) points.row(anchor_rows_[k]) = anchor_patches_[k].of(positions);
+  return points;
+}
+
 const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& model) {
   if (laplacian_system_ == nullptr) {
     const SparseMatrix K_squared = model.energy.K * model.energy.K;

@@ -54,6 +54,9 @@ class BoundConstraints {
   [[nodiscard]] Positions patch_targets(const Positions& targets) const { return targets(patch_rows_, Eigen::all); }
   [[nodiscard]] Positions anchor_targets(const Positions& targets) const { return targets(anchor_rows_, Eigen::all); }
 
+  /// (n_entries + n_patches, 3): where what is constrained is.
+  [[nodiscard]] Positions constrained_points(const Positions& positions) const;
+
   [[nodiscard]] const RigidRegions& regions() const { return regions_; }
   [[nodiscard]] const ConstrainedSystem& system() const { return *system_; }
 

@@ -255,7 +255,7 @@ template <class Real>
 template <class Real>
 [[gnu::always_inline]] inline Matrix<Real> covariances(const SlicedView<Real>& cells, const int* references,
                                                        const PositionsView<Real>& positions, int slice, int part) {
-  const int* reference = references + slice * kSliceWidth + part;
+  const int* reference = references + (static_cast<long>(slice) * kSliceWidth + part);
   const StoredRows<Real> own = stored_rows<Real>(
       positions.rows, [&](int k) __attribute__((always_inline)) { return reference[k]; });
   constexpr int kChunk = 64;

@@ -10,6 +10,7 @@
 
 #include "bound_constraints.h"
 #include "cell_energy.h"
+#include "handle_turns.h"
 #include "initial_guess.h"
 #include "local_global.h"
 #include "model_space.h"
@@ -127,7 +128,8 @@ struct SurfaceArap::Impl {
 
   SolveResult solve(const Positions& targets, SolveOptions options, std::span<const Matrix3> rotations,
                     const Progress& progress, std::span<float> out);
-  void apply_guess(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations);
+  /// @param turns  rotation vectors of the targets' rows, no rows: nothing turns
+  void apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns);
   /// min over R of E at `positions`, on the model; sets the gradient.
   double evaluate(const Positions& positions, Positions& gradient) const {
     CellPasses& passes = model.passes(Precision::kDouble);
@@ -160,10 +162,12 @@ struct SurfaceArap::Impl {
   BoundModel model;
   ConstraintSet constraint_set;
   std::unique_ptr<BoundConstraints> constraints;
+  std::unique_ptr<HandleTurns> handle_turns;
   std::unique_ptr<LocalGlobal> steps;   ///< over constraints
   std::unique_ptr<NonlinearCg> search;  ///< over steps
   Pose pose;
-  Pose kept;  ///< lives as long as the model, so that its memory is there
+  Positions last_targets;  ///< of the pose; empty where it comes from somewhere else
+  Pose kept;               ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
   std::vector<double> areas;                    ///< at each vertex
   double diagonal;                              ///< of the surface
@@ -175,6 +179,7 @@ Patch SurfaceArap::Impl::patch_around(const std::vector<int>& vertices, double r
   require_patch_sources(vertices, radius, input_part_of_vertex);
   if (graph == nullptr) graph = std::make_unique<SurfaceGraph>(model.energy.K, model.rest, model.threads);
   std::vector<int> sources;
+  sources.reserve(vertices.size());
   for (const int v : vertices) sources.push_back(space.model_vertices()[v]);
   Patch patch = find_patch(*graph, areas, model.rest, sources, diagonal * (radius > 0 ? radius : patch_radius));
   for (int& v : patch.vertices) v = space.input_vertices()[v];
@@ -195,23 +200,21 @@ void SurfaceArap::Impl::restore_pose() {
   if (!kept.rotations.empty()) pose.rotations = kept.rotations;
 }
 
-void SurfaceArap::Impl::apply_guess(const Positions& targets, const SolveOptions& options,
-                                    std::span<const Matrix3> rotations) {
-  if (options.initial_guess != InitialGuess::kPrevious) reset();
+void SurfaceArap::Impl::apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns) {
+  if (guess != InitialGuess::kPrevious) reset();
   // The centers of rigid regions depend on the constraints.
   pose.placements = constraints->regions().fit_placements(pose.positions);
   const bool has_torn = steps->impose_constraints(pose);
-  // With the rotations of the former pose: fitted to a torn one, they would turn what a single handle only moves.
-  if (options.initial_guess == InitialGuess::kPrevious && has_torn) steps->global_step(pose);
-  if (options.initial_guess == InitialGuess::kNaiveLaplacian) {
+  if (guess == InitialGuess::kNaiveLaplacian) {
     if (!constraints->has_laplacian_system()) ++n_factorizations;
     guess_naive_laplacian(model, *constraints, steps->vertex_targets(), constraints->patch_targets(targets), pose);
   }
-  if (options.initial_guess == InitialGuess::kHandleRotations) {
-    const std::vector<Matrix3> given(rotations.begin(), rotations.end());
-    spread_handle_rotations(model, *constraints,
-                            given.empty() ? estimate_rotations(model, *constraints, targets) : given, pose);
+  // With the rotations of the former pose: fitted to a torn one, they would turn what a single handle only moves.
+  if (turns.rows() > 0) {
+    spread_turns(model, *constraints, turns, pose);
     steps->exact_global_step(pose);
+  } else if (guess == InitialGuess::kPrevious && has_torn) {
+    steps->global_step(pose);
   }
   steps->project_on_patches(pose);
 }
@@ -223,11 +226,13 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
   const Positions model_targets = space.points_to_model(targets);
   steps->aim(model_targets, constraints->is_weak_hold() ? Precision::kDouble : precision_for(options, model_targets));
   // An iteration without regions changes the rotations of the pose when it is done and not before.
-  keep_pose(options.initial_guess != InitialGuess::kPrevious || !model.regions.empty());
+  const Positions turns =
+      handle_turns->of_start(options.initial_guess, last_targets, pose.positions, model_targets, rotations);
+  keep_pose(options.initial_guess != InitialGuess::kPrevious || turns.size() > 0 || !model.regions.empty());
   SolveResult result;
   IterationReport report;
   try {
-    apply_guess(model_targets, options, rotations);
+    apply_guess(model_targets, options.initial_guess, turns);
     const double spent_s = std::chrono::duration<double>(Clock::now() - start).count();
     options.time_limit_s = std::max(options.time_limit_s - spent_s, 0.0);
     report = minimize(*steps, *search, pose, options, progress);
@@ -239,6 +244,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
     if (!out.empty()) static_cast<void>(space.write_to_input(pose.positions, steps->threads(), out));
     throw;
   }
+  if (report.stop_reason != StopReason::kCancelled) last_targets = model_targets;
   result.energy_before = space.energy_to_input(report.energy_before);
   result.energy_after = space.energy_to_input(report.energy_after);
   result.iterations = report.iterations;
@@ -265,10 +271,13 @@ void SurfaceArap::set_constraints(const ConstraintSet& constraints, const Progre
   if (impl_->constraints != nullptr && constraints == impl_->constraint_set) return;
   auto bound = std::make_unique<BoundConstraints>(impl_->model, constraints, impl_->space.model_vertices(), progress);
   ConstraintSet copy = constraints;
+  auto handle_turns = std::make_unique<HandleTurns>(impl_->model, *bound);
   auto steps = std::make_unique<LocalGlobal>(impl_->model, *bound);
   impl_->search = std::make_unique<NonlinearCg>(*steps);
   impl_->steps = std::move(steps);
+  impl_->handle_turns = std::move(handle_turns);
   impl_->constraints = std::move(bound);
+  impl_->last_targets.resize(0, 3);
   impl_->constraint_set = std::move(copy);
   ++impl_->n_factorizations;
 }
@@ -294,7 +303,10 @@ Patch SurfaceArap::patch_around(const std::vector<int>& vertices, double radius)
   return impl_->patch_around(vertices, radius);
 }
 
-void SurfaceArap::reset() { impl_->reset(); }
+void SurfaceArap::reset() {
+  impl_->reset();
+  impl_->last_targets.resize(0, 3);
+}
 
 void SurfaceArap::set_positions(const Positions& positions) {
   Positions checked = impl_->checked_to_model(positions);
@@ -302,6 +314,7 @@ void SurfaceArap::set_positions(const Positions& positions) {
   static_cast<void>(fit_anew(passes, checked));
   passes.read_rotations(impl_->pose.rotations);
   impl_->pose.positions = std::move(checked);
+  impl_->last_targets.resize(0, 3);
 }
 
 Positions SurfaceArap::positions() const { return impl_->space.to_input(impl_->pose.positions, impl_->model.threads); }

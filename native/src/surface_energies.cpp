@@ -218,7 +218,7 @@ void report(const Progress& progress, double fraction) {
 
 CellEnergy assemble_surface_energy(const PolygonMesh& mesh, const Options& options,
                                    const std::vector<double>& stiffness, int threads, const Progress& progress,
-                                   const std::function<void(const SparseMatrix& K)>& with_K) {
+                                   const std::function<void(const SparseMatrix& K)>& on_matrix) {
   report(progress, 0.1);
   const SurfaceAssembler assembler(mesh, options, stiffness);
   const int n = mesh.n_vertices();
@@ -229,7 +229,7 @@ CellEnergy assemble_surface_energy(const PolygonMesh& mesh, const Options& optio
     energy.K = Eigen::Map<const SparseMatrix>(n, n, system.values.size(), system.offsets.data(), system.vertices.data(),
                                               system.values.data());
   }
-  if (with_K) with_K(energy.K);
+  if (on_matrix) on_matrix(energy.K);
   report(progress, 0.6);
   Rows<Vector3> cells(n, threads, true, [&](int i, auto& row) { assembler.cell(i, row); });
   energy.cell_offsets = std::move(cells.offsets);

@@ -22,10 +22,10 @@ namespace arap {
 ///     triangle is non-negative whatever the signs of its cotangents.
 ///
 /// @param stiffness  (n,) > 0, or empty: 1
-/// @param with_K     is called as soon as K is there, before the cells: what needs only that may begin
+/// @param on_matrix     is called as soon as K is there, before the cells: what needs only that may begin
 [[nodiscard]] CellEnergy assemble_surface_energy(const PolygonMesh& mesh, const Options& options,
                                                  const std::vector<double>& stiffness, int threads,
                                                  const Progress& progress,
-                                                 const std::function<void(const SparseMatrix& K)>& with_K = {});
+                                                 const std::function<void(const SparseMatrix& K)>& on_matrix = {});
 
 }  // namespace arap

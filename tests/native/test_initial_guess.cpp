@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <vector>
 
@@ -193,6 +194,102 @@ TEST(HandleRotations, NonFiniteRotationIsRefused) {
   expect_error<InvalidInput>(
       [&] { solver.solve(task.targets, iterations(1, InitialGuess::kHandleRotations), rotations); }, {"rotation", "1"});
   EXPECT_EQ(solver.positions(), before);
+}
+
+/// A bar whose far end turns by `angle_rad` about `axis`, in `n_steps` equal steps of the targets; the result of the
+/// last.
+SolveResult turned_in_steps(const MeshData& mesh, const Vector3& axis, double angle_rad, int n_steps,
+                            const arap::Options& options = {}) {
+  SurfaceArap solver(mesh.mesh(), options);
+  SolveResult result;
+  for (int k = 1; k <= n_steps; ++k) {
+    const Task task = bend_task(mesh, {rotation_about(axis, angle_rad * k / n_steps), Vector3::Zero()});
+    solver.set_constraints(task.constraints);
+    result = solver.solve(task.targets, to_step(1e-8));
+  }
+  return result;
+}
+
+TEST(LargeMoves, OneStepEndsWhereTenSmallOnesDo) {
+  const MeshData mesh = bar(3, Faces::kTriangles);
+  struct Turn {
+    Vector3 axis;
+    double angle_rad;
+  };
+  // Not far in the bar's plane of symmetry: there it buckles to one side or the other.
+  const std::vector<Turn> turns = {{Vector3::UnitX(), 1.6},
+                                   {Vector3::UnitX(), 2.6},
+                                   {Vector3::UnitY(), 1.6},
+                                   {Vector3(1, 1, 0), 1.6},
+                                   {Vector3(1, 1, 0), 2.6}};
+  for (const arap::Energy energy : {arap::Energy::kRotationNodes, arap::Energy::kSpokesAndRims})
+    for (const Turn& turn : turns) {
+      arap::Options options;
+      options.energy = energy;
+      options.rigidity_radius = .1;
+      const auto pose = [&](int n_steps) {
+        return turned_in_steps(mesh, turn.axis, turn.angle_rad, n_steps, options).positions;
+      };
+      EXPECT_LT(max_distance(pose(1), pose(10)), 1e-4 * mesh.diagonal())
+          << "about " << turn.axis.transpose() << " by " << turn.angle_rad;
+    }
+}
+
+TEST(LargeMoves, OfASingleHandleCarryTheMeshAlongAtOnce) {
+  const MeshData mesh = bumpy_sphere(2);
+  const RigidMotion motion = Random(47).rigid_motion(2.5, mesh.diagonal());
+  const Task task = rigid_task(mesh, hold(mesh, extreme_vertices(mesh.positions(), 0, .2)).constraints, motion);
+  const SolveResult result = solve_once(mesh, task, iterations(1));
+  EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-7 * mesh.diagonal());
+}
+
+TEST(LargeMoves, OfTwoHandlesAgainstEachOtherTwistByBothAngles) {
+  // By 150 degrees each: 300 together, not 60 the other way round.
+  const MeshData mesh = bar(2, Faces::kQuads);
+  constexpr double kAngle = 150 * std::numbers::pi / 180;
+  const auto twist = [&](double part) {
+    Task task;
+    for (const int end : {-1, 1})
+      for (const int v : extreme_vertices(mesh.positions(), 0, -.05 * end))
+        task.add(v, rotation_about(Vector3::UnitX(), part * end * kAngle) * mesh.vertices[v]);
+    return task;
+  };
+  SurfaceArap in_steps(mesh.mesh());
+  in_steps.set_constraints(twist(1).constraints);
+  SolveResult expected;
+  for (int k = 1; k <= 20; ++k) expected = in_steps.solve(twist(k / 20.0).targets, to_step(1e-8));
+  const SolveResult at_once = solve_once(mesh, twist(1), to_step(1e-8));
+  EXPECT_NEAR(at_once.energy_after, expected.energy_after, 1e-6 * expected.energy_after);
+}
+
+TEST(LargeMoves, OfOnePartTurnNoOther) {
+  const MeshData mesh = two_spheres(1);
+  const int n = mesh.n_vertices() / 2;
+  Task task;
+  for (int v = 0; v < n; ++v) task.add(v, rotation_about(Vector3::UnitZ(), 2) * mesh.vertices[v]);
+  task.add(n, mesh.vertices[n] + Vector3::UnitZ());
+  const SolveResult result = solve_once(mesh, task, iterations(1));
+  Positions lifted = mesh.positions().bottomRows(n);
+  lifted.col(2).array() += 1;
+  EXPECT_LT(max_distance(result.positions.bottomRows(n), lifted), 1e-7);
+}
+
+TEST(LargeMoves, ACancelledOneLeavesThePoseAsItWas) {
+  const MeshData mesh = bumpy_sphere(2);
+  const Task bent = bend_task(mesh, default_bend(mesh));
+  const Task far = bend_task(mesh, {rotation_about({0, 1, 0}, 2), Vector3::Zero()});
+  SurfaceArap undisturbed(mesh.mesh());
+  SurfaceArap cancelled(mesh.mesh());
+  for (SurfaceArap* solver : {&undisturbed, &cancelled}) {
+    solver->set_constraints(bent.constraints);
+    solver->solve(bent.targets, iterations(3));
+  }
+  cancelled.solve(far.targets, iterations(9), {}, [](double) { return false; });
+  EXPECT_EQ(cancelled.positions(), undisturbed.positions());
+  EXPECT_EQ(cancelled.solve(bent.targets, iterations(3)).positions,
+            undisturbed.solve(bent.targets, iterations(3)).positions);
+  EXPECT_EQ(cancelled.solve(far.targets, iterations(3)).positions,
+            undisturbed.solve(far.targets, iterations(3)).positions);
 }
 
 TEST(Guesses, NeverFactorizeAgainForNewTargets) {

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""arap_native. Options of the bind go to arap_native.Options as they are, "initial_guess" and "acceleration" to the solve.
+"""arap_native.
 
+Options of the bind go to arap_native.Options as they are, "initial_guess" and "acceleration" to the solve.
 The start is "previous" at rest, as in a drag: one global step with the rotations of the rest shape, which is also how
 CGAL and Open3D start.
 """
