@@ -2,7 +2,7 @@
 // Measures the library on one task file. Reads commands from its input, one a line, and answers each with one line of
 // JSON; measure/native.py says what when. Times are in milliseconds.
 //
-//   arap_worker TASK ENERGY THREADS      ENERGY is spokes or spokes_and_rims; THREADS as Options::threads
+//   arap_worker TASK ENERGY THREADS      ENERGY as in Python's Options; THREADS as Options::threads
 //
 //   bind             {"ms", "threads"}   constructs the model anew
 //   constraints      {"ms"}              factorizes for another set than the last one
@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <exception>
 #include <iostream>
+#include <map>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -30,9 +31,13 @@ namespace {
 class Worker {
  public:
   Worker(const std::string& path, const std::string& energy, int threads) : task_(path) {
-    if (energy != "spokes" && energy != "spokes_and_rims")
-      throw InvalidInput("ENERGY is " + energy + ", must be spokes or spokes_and_rims");
-    options_.energy = energy == "spokes" ? Energy::kSpokes : Energy::kSpokesAndRims;
+    const std::map<std::string, Energy> energies{{"rotation_nodes", Energy::kRotationNodes},
+                                                 {"spokes_and_rims", Energy::kSpokesAndRims},
+                                                 {"spokes", Energy::kSpokes}};
+    const auto found = energies.find(energy);
+    if (found == energies.end())
+      throw InvalidInput("ENERGY is " + energy + ", must be rotation_nodes, spokes_and_rims or spokes");
+    options_.energy = found->second;
     options_.threads = threads;
     // Two sets that take turns: the same one again would cost nothing.
     sets_[0].vertices = task_.constrained;

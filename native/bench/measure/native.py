@@ -23,7 +23,7 @@ from .meshes import Mesh, creature, load_off, mesh_files
 from .tasks import bend, write_task
 from .workers import NotRun, Worker
 
-ENERGIES = ("spokes", "spokes_and_rims")
+ENERGIES = ("rotation_nodes", "spokes_and_rims", "spokes")
 SIZES = (10_000, 100_000, 1_000_000)
 LEVELS = (1.1, 1.01)
 TIMEOUT_S = 1800.0

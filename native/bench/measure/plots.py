@@ -17,7 +17,7 @@ from .tables import ENERGIES, library_name, measured
 from .tables_native import best_row
 
 COLORS = {"ours": "#c8501e", "libigl": "#3b6ea5", "cgal": "#5a8f4e", "open3d": "#8a6bb1"}
-STYLES = {"spokes": "--", "spokes_and_rims": "-"}
+STYLES = {"rotation_nodes": "-.", "spokes_and_rims": "-", "spokes": "--"}
 
 
 def plot_peers(data: dict[str, Any], path: Path) -> None:

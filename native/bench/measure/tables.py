@@ -10,7 +10,7 @@ from .machine import ISA_NAMES
 
 Row = dict[str, Any]
 LIBRARIES = {"ours": "ours", "libigl": "libigl", "open3d": "Open3D", "cgal": "CGAL"}
-ENERGIES = {"spokes": "spokes", "spokes_and_rims": "spokes-and-rims"}
+ENERGIES = {"rotation_nodes": "rotation nodes", "spokes_and_rims": "spokes-and-rims", "spokes": "spokes"}
 NOTHING = "-"
 
 
