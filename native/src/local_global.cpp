@@ -3,10 +3,19 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "parallel.h"
 
 namespace arap {
+
+double longest_row(const Positions& x, int threads) {
+  const double squared = parallel_reduce(
+      threads, static_cast<int>(x.rows()), 0.0,
+      [&](int begin, int end) { return x.middleRows(begin, end - begin).rowwise().squaredNorm().maxCoeff(); },
+      [](double a, double b) { return std::max(a, b); });
+  return std::sqrt(squared);
+}
 
 LocalGlobal::LocalGlobal(const BoundModel& model, const BoundConstraints& constraints)
     : model_(model), constraints_(constraints), threads_(model.threads) {
@@ -123,11 +132,12 @@ void LocalGlobal::find_residual_of(const Pose& pose) {
   static_cast<void>(refresh_residual(pose));
 }
 
-void LocalGlobal::global_step(Pose& pose) {
+double LocalGlobal::global_step(Pose& pose) {
   find_residual_of(pose);
   make_correction(pose, residual_);
   pose.positions += residual_;
   follow_positions(pose);
+  return longest_row(residual_, threads_);
 }
 
 void LocalGlobal::exact_global_step(Pose& pose) {

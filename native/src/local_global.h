@@ -15,6 +15,9 @@ struct Pose {
   std::vector<Placement> placements;  ///< of each rigid region
 };
 
+/// The largest length of a row.
+[[nodiscard]] double longest_row(const Positions& x, int threads);
+
 /// The two halves of an iteration: the local step (best rotations for the positions) and the global step (best
 /// positions for the rotations); neither raises the energy. [SA07] Sec. 2.
 class LocalGlobal {
@@ -34,8 +37,9 @@ class LocalGlobal {
   /// The smallest change (in the norm of K) that brings the patches to their targets.
   void project_on_patches(Pose& pose);
 
-  /// One global step with the rotations of the pose, to the accuracy of the factor or of double.
-  void global_step(Pose& pose);
+  /// One global step with the rotations of the pose, to the accuracy of the factor or of double. Returns the largest
+  /// movement of a vertex.
+  double global_step(Pose& pose);
   void exact_global_step(Pose& pose);
 
   /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().

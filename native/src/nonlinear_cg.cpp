@@ -153,31 +153,34 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
   return reached;
 }
 
-double NonlinearCg::longest_correction() const {
-  const double longest = parallel_reduce<kRows>(
-      steps_.threads(), row_count(correction_), 0.0,
-      [&](int begin, int end) {
-        return longest_squared(correction_.data() + 3L * begin, correction_.data() + 3L * end);
-      },
-      [](double a, double b) { return std::max(a, b); });
-  return std::sqrt(longest);
-}
-
 IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
-                         const Progress& progress) {
+                         const Progress& progress, std::optional<double> step_before) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   IterationReport report;
   steps.start(pose);
   report.energy_before = report.energy_after = steps.fit(pose);
+  const auto is_cancelled = [&] {
+    const double fraction = static_cast<double>(report.iterations) / options.max_iterations;
+    if (!progress || progress(fraction)) return false;
+    report.stop_reason = StopReason::kCancelled;
+    return true;
+  };
+  const auto is_out_of_time = [&] {
+    if (std::chrono::duration<double>(Clock::now() - start).count() < options.time_limit_s) return false;
+    report.stop_reason = StopReason::kTimeLimit;
+    return true;
+  };
+  if (step_before) {
+    if (is_cancelled()) return report;
+    report.iterations = 1;
+    report.step = *step_before;
+  }
   search.restart();
   const double smallest_decrease = kSmallestDecrease * steps.rest_energy();
-  while (report.iterations < options.max_iterations) {
-    const double fraction = static_cast<double>(report.iterations) / options.max_iterations;
-    if (progress && !progress(fraction)) {
-      report.stop_reason = StopReason::kCancelled;
-      return report;
-    }
+  bool is_done = report.iterations > 0 && is_out_of_time();
+  while (!is_done && report.iterations < options.max_iterations) {
+    if (is_cancelled()) return report;
     if (options.acceleration == Acceleration::kNone) search.restart();
     const double energy = search.iterate(pose, report.energy_after);
     ++report.iterations;
@@ -192,10 +195,7 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
       report.stop_reason = StopReason::kConverged;
       break;
     }
-    if (std::chrono::duration<double>(Clock::now() - start).count() >= options.time_limit_s) {
-      report.stop_reason = StopReason::kTimeLimit;
-      break;
-    }
+    is_done = is_out_of_time();
   }
   if (std::isfinite(report.energy_after)) steps.finish(pose);
   return report;

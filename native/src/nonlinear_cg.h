@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "arap/options.h"
@@ -26,7 +27,7 @@ class NonlinearCg {
   /// The last iteration's largest movement of a vertex.
   [[nodiscard]] double step() const { return step_; }
   /// That of the plain global step where it began.
-  [[nodiscard]] double longest_correction() const;
+  [[nodiscard]] double longest_correction() const { return longest_row(correction_, steps_.threads()); }
   /// Upper bound of the decrease of the energy in the last iteration, from the slope at its start.
   [[nodiscard]] double promised_decrease() const { return promised_decrease_; }
 
@@ -68,8 +69,11 @@ struct IterationReport {
 };
 
 /// Iterates from a pose until the options or `progress` stop it.
-/// @param search  over the steps
+/// @param search       over the steps
+/// @param step_before  where the pose comes from a global step: its largest movement. With the fit that comes first
+/// here
+///                     it is an iteration.
 IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
-                         const Progress& progress);
+                         const Progress& progress, std::optional<double> step_before = std::nullopt);
 
 }  // namespace arap

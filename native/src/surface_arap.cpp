@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -129,7 +130,8 @@ struct SurfaceArap::Impl {
   SolveResult solve(const Positions& targets, SolveOptions options, std::span<const Matrix3> rotations,
                     const Progress& progress, std::span<float> out);
   /// @param turns  rotation vectors of the targets' rows, no rows: nothing turns
-  void apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns);
+  /// Returns the largest movement of its global step, where that is half of an iteration.
+  std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns);
   /// min over R of E at `positions`, on the model; sets the gradient.
   double evaluate(const Positions& positions, Positions& gradient) const {
     CellPasses& passes = model.passes(Precision::kDouble);
@@ -200,7 +202,8 @@ void SurfaceArap::Impl::restore_pose() {
   if (!kept.rotations.empty()) pose.rotations = kept.rotations;
 }
 
-void SurfaceArap::Impl::apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns) {
+std::optional<double> SurfaceArap::Impl::apply_guess(const Positions& targets, InitialGuess guess,
+                                                     const Positions& turns) {
   if (guess != InitialGuess::kPrevious) reset();
   // The centers of rigid regions depend on the constraints.
   pose.placements = constraints->regions().fit_placements(pose.positions);
@@ -214,9 +217,10 @@ void SurfaceArap::Impl::apply_guess(const Positions& targets, InitialGuess guess
     spread_turns(model, *constraints, turns, pose);
     steps->exact_global_step(pose);
   } else if (guess == InitialGuess::kPrevious && has_torn) {
-    steps->global_step(pose);
+    return steps->global_step(pose);  // brings the patches to their targets too
   }
   steps->project_on_patches(pose);
+  return std::nullopt;
 }
 
 SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions options, std::span<const Matrix3> rotations,
@@ -232,10 +236,10 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
   SolveResult result;
   IterationReport report;
   try {
-    apply_guess(model_targets, options.initial_guess, turns);
+    const std::optional<double> step = apply_guess(model_targets, options.initial_guess, turns);
     const double spent_s = std::chrono::duration<double>(Clock::now() - start).count();
     options.time_limit_s = std::max(options.time_limit_s - spent_s, 0.0);
-    report = minimize(*steps, *search, pose, options, progress);
+    report = minimize(*steps, *search, pose, options, progress, step);
     if (report.stop_reason == StopReason::kCancelled) restore_pose();
     if (!std::isfinite(report.energy_after) || !hand_over(result, out))
       throw SolverError("the positions are no longer finite; the last good pose is kept");

@@ -15,7 +15,7 @@ struct SolveResult {
   Positions positions;       ///< (n, 3), in the space and unit of the rest positions; empty where they went elsewhere
   double energy_before = 0;  ///< at the start of the iteration, after the initial guess
   double energy_after = 0;   ///< at `positions`; of a cancelled solve, where it was stopped
-  int iterations = 0;        ///< done, each a global and a local step
+  int iterations = 0;        ///< done, each a global and a local step; the first global step may be the guess's
   double step = 0;           ///< last iteration's largest movement / rest diagonal
   StopReason stop_reason = StopReason::kMaxIterations;
   std::vector<int> parts_at_rest;   ///< connected parts without any constraint: left at rest
