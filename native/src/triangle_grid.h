@@ -12,8 +12,8 @@
 
 namespace arap {
 
-/// Triangles in the cells of regular grids, for asking through which one a short ray leaves. Each triangle is in the finest grid
-/// whose cells are no smaller than it, so that it is in at most eight of them.
+/// Triangles in the cells of regular grids, for asking through which one a short ray leaves. Each triangle is in the
+/// finest grid whose cells are no smaller than it, so that it is in at most eight of them.
 class TriangleGrid {
  public:
   using Triangle = std::array<int, 3>;

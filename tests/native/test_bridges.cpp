@@ -202,9 +202,8 @@ TEST(Bridges, AreDefinedOnMeshesOfEveryKind) {
 
 TEST(Bridges, ImagesOfBridgesAreBridges) {
   for (const Faces faces : {Faces::kQuads, Faces::kTriangles}) {
-    const MeshData mesh = transformed(plate(9, .02, faces), [](const Vector3& x) {
-      return Vector3(x[0], x[1], x[2] * (1.5 - x[0] * x[0]));
-    });
+    const MeshData mesh = transformed(plate(9, .02, faces),
+                                      [](const Vector3& x) { return Vector3(x[0], x[1], x[2] * (1.5 - x[0] * x[0])); });
     const auto mirrors = arap::find_mirrors(mesh.positions());
     ASSERT_EQ(mirrors.size(), 3u);
     const Bridges bridges = arap::find_bridges(mesh.mesh(), .06, mirrors, 1);
@@ -273,8 +272,7 @@ TEST(Bridges, ABentPlateDoesNotPassThroughItself) {
   const double thickness = .012;
   MeshData mesh = plate(40, thickness, Faces::kTriangles);
   Task task;
-  const Matrix3 turn =
-      rotation_about(Vector3::UnitY(), -std::numbers::pi / 2) * rotation_about(Vector3::UnitX(), .7);
+  const Matrix3 turn = rotation_about(Vector3::UnitY(), -std::numbers::pi / 2) * rotation_about(Vector3::UnitX(), .7);
   for (int v = 0; v < mesh.n_vertices(); ++v) {
     const Vector3& p = mesh.vertices[v];
     if (p[0] < -.44) task.add(v, p);
