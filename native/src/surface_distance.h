@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "arap/types.h"
@@ -22,10 +23,12 @@ class SurfaceGraph {
     float length;
   };
 
-  /// Joins the vertices that share a triangle.
-  /// @param K     (n, n) whose pattern says which ones these are, stored whole
-  /// @param rest  (n, 3)
-  SurfaceGraph(const SparseMatrix& K, const Positions& rest, int threads);
+  /// Joins the vertices that share a triangle, and others.
+  /// @param K       (n, n) whose pattern says which ones these are, stored whole
+  /// @param rest    (n, 3)
+  /// @param others  pairs, each once
+  SurfaceGraph(const SparseMatrix& K, const Positions& rest, int threads,
+               const std::vector<std::pair<int, int>>& others = {});
 
   [[nodiscard]] int n_vertices() const { return static_cast<int>(offsets_.size()) - 1; }
   [[nodiscard]] std::span<const Arc> arcs(int vertex) const {

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "bridges.h"
 #include "mirror_symmetry.h"
 #include "parallel.h"
 #include "permutation.h"
@@ -28,15 +29,18 @@ Eigen::AlignedBox3d surface_box(const BoundModel& model) {
 }
 
 /// One rotation a node in place of one a vertex.
-void share_rotations(BoundModel& model, double radius, const std::vector<int>& region_of_vertex) {
+void share_rotations(BoundModel& model, const PolygonMesh& mesh, double rigidity_radius,
+                     const std::vector<int>& region_of_vertex) {
   // Loose vertices neither hide a symmetry nor make the object larger.
   const Eigen::AlignedBox3d box = surface_box(model);
   Positions centred = box.isEmpty() ? model.rest : Positions(model.rest.rowwise() - box.center().transpose());
   for (size_t v = 0; v < model.part_of_vertex.size(); ++v)
     if (model.part_of_vertex[v] < 0) centred.row(v).setZero();
-  const SurfaceGraph graph(model.energy.K, model.rest, model.threads);
-  const RotationNodes nodes = choose_rotation_nodes(graph, radius * surface_diagonal(model), find_mirrors(centred),
-                                                    region_of_vertex, model.threads);
+  const double radius = rigidity_radius * surface_diagonal(model);
+  const std::vector<std::vector<int>> mirrors = find_mirrors(centred);
+  const SurfaceGraph graph(model.energy.K, model.rest, model.threads,
+                           find_bridges(mesh, radius, mirrors, model.threads));
+  const RotationNodes nodes = choose_rotation_nodes(graph, radius, mirrors, region_of_vertex, model.threads);
   model.energy = share_rotations(model.energy, nodes, model.threads);
 }
 
@@ -100,7 +104,7 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
     });
   };
   model.energy = assemble_surface_energy(mesh, options, stiffness, model.threads, progress, start_solver);
-  if (options.energy == Energy::kRotationNodes) share_rotations(model, options.rigidity_radius, region_of_vertex);
+  if (options.energy == Energy::kRotationNodes) share_rotations(model, mesh, options.rigidity_radius, region_of_vertex);
   // In a sum over few cells single precision shows, and there is no time to win.
   constexpr int kFewVertices = 2000;
   model.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(model.energy, model.rest);

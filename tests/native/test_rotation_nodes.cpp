@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "bridges.h"
 #include "helpers.h"
 #include "mirror_symmetry.h"
 #include "model_space.h"
@@ -50,7 +51,8 @@ CellEnergy plain_cells(const MeshData& mesh) {
 /// Nodes of a mesh in model space.
 RotationNodes choose(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors = {},
                      const std::vector<int>& group = {}, int threads = 1) {
-  const arap::SurfaceGraph graph(plain_cells(mesh).K, mesh.positions(), threads);
+  const arap::SurfaceGraph graph(plain_cells(mesh).K, mesh.positions(), threads,
+                                 arap::find_bridges(mesh.mesh(), radius, mirrors, threads));
   return arap::choose_rotation_nodes(graph, radius, mirrors, group, threads);
 }
 
