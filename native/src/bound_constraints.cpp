@@ -41,8 +41,9 @@ BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet&
       throw InvalidInput(text("patch ", patch_rows_[p] - set.vertices.size(),
                               " consists of hard vertices only; take it or them out of the constraints"));
   }
-  system_ = std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix, model.components, is_fixed,
-                                                reduced_diagonal(soft_diagonal_), reduced_patches(), progress);
+  system_ =
+      std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix, model.components, is_fixed,
+                                          reduced_diagonal(soft_diagonal_), reduced_patches(), progress, model.threads);
 }
 
 void BoundConstraints::merge_entries(const BoundModel& model, const ConstraintSet& set,
@@ -198,7 +199,7 @@ const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& mo
     const SparseMatrix reduced = regions_.reduce(K_squared);
     laplacian_system_ = std::make_unique<ConstrainedSystem>(
         *make_linear_solver(reduced, model.linear_solver, model.threads), reduced, connected_components(reduced),
-        fixed_unknowns(), reduced_diagonal(soft), reduced_patches(), Progress{});
+        fixed_unknowns(), reduced_diagonal(soft), reduced_patches(), Progress{}, model.threads);
   }
   return *laplacian_system_;
 }

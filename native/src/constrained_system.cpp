@@ -35,8 +35,11 @@ Eigen::RowVector3d Average::of(const Positions& x) const {
 ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K,
                                      const std::vector<int>& components, std::vector<char> is_fixed,
                                      const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
-                                     const Progress& progress)
-    : matrix_(with_diagonal(K, soft_diagonal)), is_fixed_(std::move(is_fixed)), averages_(std::move(averages)) {
+                                     const Progress& progress, int threads)
+    : matrix_(with_diagonal(K, soft_diagonal)),
+      threads_(threads),
+      is_fixed_(std::move(is_fixed)),
+      averages_(std::move(averages)) {
   report(progress, 0.1);
   grounded_ = find_unheld(components, soft_diagonal);
   grounding_.reserve(grounded_.size());
@@ -76,7 +79,7 @@ void ConstrainedSystem::erase_fixed(Positions& x) const {
 }
 
 void ConstrainedSystem::multiply_held(const Positions& x, Positions& result) const {
-  multiply(matrix_, x, result, 1);
+  multiply(matrix_, x, result, threads_);
   for (size_t k = 0; k < grounded_.size(); ++k) result.row(grounded_[k]) += grounding_[k] * x.row(grounded_[k]);
   erase_fixed(result);
 }
@@ -91,7 +94,7 @@ void ConstrainedSystem::solve_columns() {
       const Average& column = columns_[first + c];
       for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], c) += column.weights[k];
     }
-    solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b);
+    solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b, threads_);
     column_solutions_.middleCols(first, n) = b.leftCols(n);
   }
 }
@@ -155,7 +158,7 @@ void ConstrainedSystem::correct(Positions& residual, const Positions& gaps, Posi
 
 void ConstrainedSystem::correct_exactly(Positions& residual, const Positions& gaps) const {
   erase_fixed(residual);
-  solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, residual);
+  solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, residual, threads_);
   static_cast<void>(meet_averages(residual, gaps));
 }
 

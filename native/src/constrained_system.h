@@ -35,7 +35,7 @@ class ConstrainedSystem {
   /// Throws SolverError, or Cancelled.
   ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K, const std::vector<int>& components,
                     std::vector<char> is_fixed, const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
-                    const Progress& progress);
+                    const Progress& progress, int threads = 1);
 
   /// A, without erasing and grounding.
   [[nodiscard]] const SparseMatrix& matrix() const { return matrix_; }
@@ -65,6 +65,7 @@ class ConstrainedSystem {
   [[nodiscard]] Positions meet_averages(Positions& x, const Positions& gaps) const;
 
   SparseMatrix matrix_;
+  int threads_;
   std::vector<char> is_fixed_;
   std::vector<Average> averages_;
   std::vector<int> grounded_;

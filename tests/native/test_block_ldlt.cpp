@@ -432,7 +432,7 @@ TEST(SolveRefined, IsExactEvenForBadConditions) {
       const auto factor = BlockLdlt(A, 2).factorize(A, nothing);
       Positions x = Random(91).noise(static_cast<int>(A.rows()), 1);
       const Positions b = x;
-      arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x);
+      arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, 2);
       // As good as a dense factorization in double: the residual is rounding of A x.
       EXPECT_LE((A * x - b).norm(), 1e-13 * A.norm() * x.norm()) << shift;
     }
@@ -445,7 +445,7 @@ TEST(SolveRefined, ZeroStaysZero) {
   Positions x = Positions::Zero(50, 3);
   x(3, 1) = 1;  // one side of three
   const auto factor = BlockLdlt(A, 1).factorize(A, std::vector<char>(50, 0));
-  arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x);
+  arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, 2);
   EXPECT_EQ(x.col(0).norm(), 0);
   EXPECT_EQ(x.col(2).norm(), 0);
   EXPECT_TRUE(x.allFinite());

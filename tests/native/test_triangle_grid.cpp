@@ -22,7 +22,8 @@ std::vector<TriangleGrid::Triangle> triangles_of(const MeshData& mesh) {
   return triangles;
 }
 
-/// Where a ray crosses a triangle from behind: origin + distance * direction = a + u (b - a) + v (c - a). Infinite: nowhere.
+/// Where a ray crosses a triangle from behind: origin + distance * direction = a + u (b - a) + v (c - a). Infinite:
+/// nowhere.
 double crossing(const Positions& p, const TriangleGrid::Triangle& t, const Vector3& origin, const Vector3& direction) {
   Matrix3 system;
   system << direction, (p.row(t[0]) - p.row(t[1])).transpose(), (p.row(t[0]) - p.row(t[2])).transpose();
@@ -75,8 +76,8 @@ TEST(TriangleGrid, TrianglesWithoutAreaAndThoseAlongTheRayAreNotMet) {
 }
 
 TEST(TriangleGrid, MeetsOnlyWhatIsAskedForAndFromBehind) {
-  const auto boxes = join(box({1, 1, 1}, Vector3(1, 1, 1), Faces::kTriangles),
-                          box({1, 1, 1}, Vector3(1, 1, 2), Faces::kTriangles));
+  const auto boxes =
+      join(box({1, 1, 1}, Vector3(1, 1, 1), Faces::kTriangles), box({1, 1, 1}, Vector3(1, 1, 2), Faces::kTriangles));
   const Positions p = boxes.positions();
   const TriangleGrid grid(p, triangles_of(boxes), .5, 1);
   const auto hit = grid.first_exit({.1, .2, -2}, {0, 0, 1}, 0, 10, kEvery);
