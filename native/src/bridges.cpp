@@ -48,7 +48,7 @@ class Representatives {
   bool add(const Row& place, const Row& normal) {
     Eigen::Index side = 0;
     normal.cwiseAbs().maxCoeff(&side);
-    std::uint64_t key = static_cast<std::uint64_t>(2 * side + (normal[side] < 0 ? 1 : 0));
+    auto key = static_cast<std::uint64_t>(2 * side + (normal[side] < 0 ? 1 : 0));
     for (int axis = 0; axis < 3; ++axis)
       key = mixed(key ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(place[axis] * per_length_))));
     key |= 1U;  // 0 is an empty slot

@@ -112,6 +112,7 @@ Positions HandleTurns::of_rows(const Told& told) const {
   for (size_t g = 0; g < told.size(); ++g)
     if (told[g]) sums[part_of_row_[rows_of_group_[g].front()] + 1] += *told[g];
   std::vector<Matrix3> rotations;
+  rotations.reserve(sums.size() + told.size());
   for (const Matrix3& sum : sums) rotations.push_back(nearest_rotation(sum, Matrix3::Identity()));
   for (size_t g = 0; g < told.size(); ++g)
     rotations.push_back(told[g].value_or(rotations[part_of_row_[rows_of_group_[g].front()] + 1]));

@@ -59,12 +59,12 @@ class TriangleGrid {
   using Cell = std::array<std::int64_t, 3>;
 
   struct Member {
-    int triangle;
+    int triangle = -1;
     Eigen::RowVector3f normal;  ///< unit; 0 where there is none
   };
 
   struct Entry {
-    std::uint64_t slot;
+    std::uint64_t slot = 0;
     Member member;
   };
 
