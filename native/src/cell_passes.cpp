@@ -125,11 +125,13 @@ class CellPassesOf final : public CellPasses {
   [[nodiscard]] double rest_energy() const override { return rest_energy_; }
 
  private:
-  /// What is not finite has no range: then all differences are not a number either.
+  /// A power of two above it, and not by rounding only: `range` itself would be one unit too many. What is not finite
+  /// has no range: then all differences are not a number either.
   static double range_for(double largest) {
-    return largest <= 1             ? 1
-           : std::isfinite(largest) ? std::exp2(std::ceil(std::log2(largest)))
-                                    : std::numeric_limits<double>::quiet_NaN();
+    if (!std::isfinite(largest)) return std::numeric_limits<double>::quiet_NaN();
+    int exponent = 0;
+    std::frexp(largest / 0.99, &exponent);
+    return std::ldexp(1.0, std::max(exponent, 0));
   }
 
   /// Returns the largest |coordinate|.
@@ -176,10 +178,15 @@ std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Pos
 
 namespace {
 
+struct Tie {
+  double stiffness;
+  double longest_edge;
+};
+
 /// How stiffly a vertex is tied to its neighbours: the forces at it for a strain of 1, by the length of its longest
 /// edge. Slivers have large weights on short edges and so change it little. 0 for loose vertices, NaN where weights are
 /// not finite.
-double tie(const CellEnergy& energy, const Positions& rest, int v) {
+Tie tie(const CellEnergy& energy, const Positions& rest, int v) {
   double force = 0;
   double longest = 0;
   for (SparseMatrix::InnerIterator entry(energy.K, v); entry; ++entry) {
@@ -188,7 +195,7 @@ double tie(const CellEnergy& energy, const Positions& rest, int v) {
     force += std::abs(entry.value()) * length;
     longest = std::max(longest, length);
   }
-  return longest > 0 ? force / longest : force;
+  return {longest > 0 ? force / longest : force, longest};
 }
 
 }  // namespace
@@ -197,18 +204,23 @@ bool fits_single_precision(const CellEnergy& energy, const Positions& rest) {
   constexpr double kLargest = 1e12;
   constexpr double kSmallest = 1e-12;
   constexpr double kMostContrast = 100;
+  constexpr double kShortest = 2e-5;  // of edges, which fixed point knows to a part in 20,000 then
   std::vector<double> ties;
+  std::vector<double> edges;
   for (int v = 0; v < energy.n_vertices(); ++v) {
-    const double of_vertex = tie(energy, rest, v);
-    if (of_vertex == 0) continue;
-    if (!(of_vertex > kSmallest && of_vertex < kLargest)) return false;
-    ties.push_back(of_vertex);
+    const Tie of_vertex = tie(energy, rest, v);
+    if (of_vertex.stiffness == 0) continue;
+    if (!(of_vertex.stiffness > kSmallest && of_vertex.stiffness < kLargest)) return false;
+    ties.push_back(of_vertex.stiffness);
+    edges.push_back(of_vertex.longest_edge);
   }
   if (ties.empty()) return true;
   // The softest one in a hundred stands for what has to bear the rounded forces in the stiffest part.
-  const auto soft = ties.begin() + static_cast<std::ptrdiff_t>(ties.size() / 100);
-  std::nth_element(ties.begin(), soft, ties.end());
-  return *std::max_element(ties.begin(), ties.end()) <= kMostContrast * *soft;
+  const auto in_a_hundred = static_cast<std::ptrdiff_t>(ties.size() / 100);
+  std::nth_element(ties.begin(), ties.begin() + in_a_hundred, ties.end());
+  std::nth_element(edges.begin(), edges.begin() + in_a_hundred, edges.end());
+  return edges[in_a_hundred] >= kShortest &&
+         *std::max_element(ties.begin(), ties.end()) <= kMostContrast * ties[in_a_hundred];
 }
 
 }  // namespace arap

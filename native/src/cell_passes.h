@@ -58,8 +58,8 @@ class CellPasses {
 [[nodiscard]] std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Positions& rest,
                                                            Precision precision, int threads, Isa isa = choose_isa());
 
-/// Whether single precision serves an energy: its numbers are in the range of a float, and no part is so much stiffer
-/// than another that the rounded forces in the one would bend the other.
+/// Whether single precision serves an energy: its numbers are in the range of a float, its edges are no dust beside the
+/// whole, and no part is so much stiffer than another that the rounded forces in the one would bend the other.
 [[nodiscard]] bool fits_single_precision(const CellEnergy& energy, const Positions& rest);
 
 }  // namespace arap

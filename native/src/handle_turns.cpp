@@ -147,7 +147,8 @@ Positions HandleTurns::of_start(InitialGuess guess, const Positions& last_target
   if (guess == InitialGuess::kHandleRotations)
     return rotations.empty() ? estimate(constraints_.constrained_points(model_.rest), targets)
                              : rotation_vectors(rotations);
-  if (guess != InitialGuess::kPrevious) return {};
+  // What is held so weakly need not be near its targets: their turn is not its own.
+  if (guess != InitialGuess::kPrevious || constraints_.is_weak_hold()) return {};
   // What is constrained softly may never be at its target, so targets are compared with targets.
   const bool has_last = last_targets.rows() > 0;
   if (has_last && last_targets == targets) return {};

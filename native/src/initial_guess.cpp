@@ -33,18 +33,18 @@ void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraint
 void spread_turns(const BoundModel& model, const BoundConstraints& constraints, const Positions& turns, Pose& pose) {
   const ConstrainedSystem& system = constraints.system();
   const RigidRegions& regions = constraints.regions();
-  const auto& entries = constraints.entry_vertices();
   Positions field = Positions::Zero(model.rest.rows(), 3);
-  for (size_t k = 0; k < entries.size(); ++k)
-    if (constraints.is_hard()[entries[k]] != 0) field.row(regions.unknown_of(entries[k])) = turns.row(k);
+  Positions turn_of_vertex = Positions::Zero(model.rest.rows(), 3);
+  constraints.write_vertex_targets(turns, turn_of_vertex);
+  for (const int v : constraints.hard_vertices()) field.row(regions.unknown_of(v)) = turn_of_vertex.row(v);
   for (size_t k = 0; k < constraints.anchor_patches().size(); ++k)
     field.row(regions.unknown_of(constraints.anchor_patches()[k].indices.front())) =
         turns.row(constraints.anchor_rows()[k]);
   Positions pull;
   multiply(system.matrix(), field, pull, model.threads);
   Positions residual = -pull;
-  for (size_t k = 0; k < entries.size(); ++k)
-    residual.row(regions.unknown_of(entries[k])) += constraints.soft_diagonal()[entries[k]] * turns.row(k);
+  for (const int v : constraints.soft_vertices())
+    residual.row(regions.unknown_of(v)) += constraints.soft_diagonal()[v] * turn_of_vertex.row(v);
   Positions gaps = constraints.patch_targets(turns);
   for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= system.averages()[k].of(field);
   system.correct_exactly(residual, gaps);

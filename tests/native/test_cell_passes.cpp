@@ -132,6 +132,27 @@ TEST_P(CellPassesOf, AFitStartsAnywhere) {
   }
 }
 
+// At the ends of the range of fixed point, and beyond.
+TEST_P(CellPassesOf, CoordinatesMayBeOfAnySize) {
+  Random random(57);
+  const int n = 40;
+  const CellEnergy energy = some_energy(n, some_cells(n, n, random), random);
+  const auto tested = passes(energy, random.noise(n, 1));
+  Rotations rotations(static_cast<size_t>(energy.n_cells()), Eigen::Quaterniond::Identity());
+  for (const double size : {1.0, 2.0, 0.999999999, 2.000000001, 8.0, 1e6, 1.0}) {
+    Positions p = random.noise(n, 0.5 * size);
+    for (int v = 0; v < n / 2; ++v) p.row(v).setConstant(v % 2 == 0 ? size : -size);
+    Positions expected = -(energy.K * p);
+    for (size_t k = 0; k < energy.cell_vertices.size(); ++k)
+      expected.row(energy.cell_vertices[k]) += energy.q.row(static_cast<Eigen::Index>(k));
+    tested->set_positions(p);
+    tested->set_rotations(rotations);
+    Positions residual;
+    static_cast<void>(tested->find_residual(residual));
+    EXPECT_LT((residual - expected).cwiseAbs().maxCoeff(), 100 * epsilon() * size) << size;
+  }
+}
+
 TEST_P(CellPassesOf, ResidualIsTheLiteralSum) {
   Random random(53);
   for (const int n : {3, 17, 700}) {
