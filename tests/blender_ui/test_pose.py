@@ -469,10 +469,8 @@ def test_esc_while_binding(ui: Ui) -> Steps:
     # The dropped bind may take a while to end. An undo passes over the act all the same, and over nothing else.
     yield from ui.key("Z", ctrl=True)
     yield from ui.until(lambda: not is_binding(), "the bind has ended")
-    yield
-    yield
+    yield from ui.until(lambda: bpy.data.objects["Grid"].arap.pose_act == 0, "the undo has passed over the act")
     assert bpy.context.scene["step"] == 2
-    assert bpy.data.objects["Grid"].arap.pose_act == 0
     yield from ui.key("Z", ctrl=True)
     yield
     assert bpy.context.scene["step"] == 1
