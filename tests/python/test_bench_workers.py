@@ -76,7 +76,9 @@ def test_a_library_that_cannot_be_set_up_is_a_row_with_the_reason(monkeypatch, t
     monkeypatch.setattr(peers, "our_instruction_sets", lambda files: (["baseline", "avx2"], {"avx512": "not here"}))
     found, rows = peers.contenders(peers.Files(tmp_path / "task", tmp_path / "positions"), threads=2)
     assert [(c.library, c.isa, c.energy) for c in found] == [
-        ("ours", isa, energy) for isa in ("avx2", "baseline") for energy in ("rotation_nodes", "spokes", "spokes_and_rims")
+        ("ours", isa, energy)
+        for isa in ("avx2", "baseline")
+        for energy in ("rotation_nodes", "spokes", "spokes_and_rims")
     ]
     assert found[0].env["ARAP_ISA"] == "avx2"
     assert rows == [
