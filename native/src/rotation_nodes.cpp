@@ -96,7 +96,7 @@ std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const
 #pragma omp for schedule(dynamic, 8)
     for (size_t c = 0; c < nodes.size(); ++c)
       sweep.run(std::span(&nodes[c], 1), static_cast<float>(support), [&](int vertex, float distance) {
-        supports[c].push_back({vertex, static_cast<float>(faded(distance, support))});
+        supports[c].push_back({vertex, static_cast<float>(faded(static_cast<double>(distance), support))});
       });
   }
   return supports;
@@ -121,7 +121,7 @@ RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, double radius,
     for (const Reached& reached : supports[c]) {
       const int slot = next[reached.vertex]++;
       result.nodes[slot] = static_cast<int>(c);
-      result.weights[slot] = reached.weight;
+      result.weights[slot] = static_cast<double>(reached.weight);
     }
   parallel_for(threads, graph.n_vertices(), [&](int begin, int end) {
     for (int v = begin; v < end; ++v) {

@@ -144,7 +144,8 @@ template <int n>
 
 /// Two vectors of n / 2 numbers side by side.
 template <int n, class Number>
-[[gnu::always_inline]] inline Vector<Number, n> join(Vector<Number, n / 2> low, Vector<Number, n / 2> high) {
+[[gnu::always_inline]] inline Vector<Number, n> join([[maybe_unused]] Vector<Number, n / 2> low,
+                                                     [[maybe_unused]] Vector<Number, n / 2> high) {
 #if defined(__AVX__)
   if constexpr (n == 8 && sizeof(Number) == 4) return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
 #endif
@@ -156,7 +157,7 @@ template <int n, class Number>
 
 /// The lower half of a vector, or the upper one.
 template <int n, bool is_upper>
-[[gnu::always_inline]] inline Vector<float, n / 2> half(Vector<float, n> v) {
+[[gnu::always_inline]] inline Vector<float, n / 2> half([[maybe_unused]] Vector<float, n> v) {
   if constexpr (n == 4) return __builtin_shufflevector(v, v, 2 * is_upper, 2 * is_upper + 1);
 #if defined(__AVX__)
   if constexpr (n == 8) return _mm256_extractf128_ps(v, is_upper);
@@ -177,7 +178,7 @@ template <int n, int first = 0, class At>
 
 /// Group g of four lanes.
 template <int n, int g, class Number = float>
-[[gnu::always_inline]] inline Vector<Number, 4> four(Vector<Number, n> v) {
+[[gnu::always_inline]] inline Vector<Number, 4> four([[maybe_unused]] Vector<Number, n> v) {
   if constexpr (n == 4) return v;
 #if defined(__AVX__)
   if constexpr (n == 8 && sizeof(Number) == 4) return _mm256_extractf128_ps(v, g);

@@ -42,7 +42,7 @@ Patch find_patch(const SurfaceGraph& graph, const std::vector<double>& areas, co
   double total = 0;
   DistanceSweep(graph).run(sources, static_cast<float>(radius), [&](int vertex, float distance) {
     patch.vertices.push_back(vertex);
-    fades.push_back(faded(distance, radius));
+    fades.push_back(faded(static_cast<double>(distance), radius));
     patch.weights.push_back(areas[vertex] * fades.back());
     total += patch.weights.back();
   });
