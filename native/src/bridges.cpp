@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <span>
 
+#include "grid_cell.h"
 #include "parallel.h"
 #include "surface_orientation.h"
 #include "triangle_grid.h"
@@ -49,8 +49,8 @@ class Representatives {
     Eigen::Index side = 0;
     normal.cwiseAbs().maxCoeff(&side);
     auto key = static_cast<std::uint64_t>(2 * side + (normal[side] < 0 ? 1 : 0));
-    for (int axis = 0; axis < 3; ++axis)
-      key = mixed(key ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(place[axis] * per_length_))));
+    for (const std::int64_t number : grid_cell(place, per_length_))
+      key = mixed(key ^ static_cast<std::uint64_t>(number));
     key |= 1U;  // 0 is an empty slot
     std::uint64_t slot = key >> 8U & (keys_.size() - 1);
     while (keys_[slot] != 0 && keys_[slot] != key) slot = (slot + 1) & (keys_.size() - 1);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "arap/error.h"
+#include "grid_cell.h"
 #include "text.h"
 #include "union_find.h"
 
@@ -74,41 +75,29 @@ double PolygonMesh::diagonal() const {
 }
 
 std::vector<int> coincident_with(const Positions& positions, double distance) {
-  using Cell = Eigen::Matrix<int64_t, 3, 1>;
   const auto n = static_cast<int>(positions.rows());
   const Eigen::RowVector3d low = positions.colwise().minCoeff();
   // Small, so that one stray vertex far away does not put all others into one cell; but their indices must not
   // overflow.
   const double extent = (positions.colwise().maxCoeff() - low).maxCoeff();
-  const double cell_size = std::max({4 * distance, 1e-12 * extent, std::numeric_limits<double>::min()});
-  const auto cell_of = [&](const Eigen::RowVector3d& point) -> Cell {
-    return ((point - low) / cell_size).array().floor().cast<int64_t>().matrix();
-  };
-  const auto hash = [](int64_t x, int64_t y, int64_t z) {
-    return (static_cast<uint64_t>(x) * 0x9E3779B97F4A7C15ULL) ^ (static_cast<uint64_t>(y) * 0xC2B2AE3D27D4EB4FULL) ^
-           (static_cast<uint64_t>(z) * 0x165667B19E3779F9ULL);
-  };
+  const double per_length = 1 / std::max({4 * distance, 1e-12 * extent, std::numeric_limits<double>::min()});
+  const auto cell_of = [&](const Eigen::RowVector3d& point) { return grid_cell(point - low, per_length); };
   std::unordered_multimap<uint64_t, int> first_at_place;
   first_at_place.reserve(n);
   const auto find_near = [&](const Eigen::RowVector3d& point) {
-    const Cell from = cell_of(point.array() - distance);
-    const Cell to = cell_of(point.array() + distance);
-    for (int64_t x = from[0]; x <= to[0]; ++x)
-      for (int64_t y = from[1]; y <= to[1]; ++y)
-        for (int64_t z = from[2]; z <= to[2]; ++z) {
-          const auto [begin, end] = first_at_place.equal_range(hash(x, y, z));
-          for (auto it = begin; it != end; ++it)
-            if ((positions.row(it->second) - point).cwiseAbs().maxCoeff() <= distance) return it->second;
-        }
-    return -1;
+    int near = -1;
+    for_each_cell(cell_of(point.array() - distance), cell_of(point.array() + distance), [&](const GridCell& cell) {
+      const auto [begin, end] = first_at_place.equal_range(grid_hash(cell));
+      for (auto it = begin; near < 0 && it != end; ++it)
+        if ((positions.row(it->second) - point).cwiseAbs().maxCoeff() <= distance) near = it->second;
+    });
+    return near;
   };
   std::vector<int> lowest(n);
   for (int v = 0; v < n; ++v) {
     const int near = find_near(positions.row(v));
     lowest[v] = near >= 0 ? near : v;
-    if (near >= 0) continue;
-    const Cell cell = cell_of(positions.row(v));
-    first_at_place.emplace(hash(cell[0], cell[1], cell[2]), v);
+    if (near < 0) first_at_place.emplace(grid_hash(cell_of(positions.row(v))), v);
   }
   return lowest;
 }

@@ -20,7 +20,7 @@ namespace arap {
 
 namespace {
 
-/// Bounding box of the vertices that are in faces.
+/// Bounding box of the vertices that are in faces. Loose ones neither hide a symmetry nor make the object larger.
 Eigen::AlignedBox3d surface_box(const BoundModel& model) {
   Eigen::AlignedBox3d box;
   for (size_t v = 0; v < model.part_of_vertex.size(); ++v)
@@ -28,15 +28,19 @@ Eigen::AlignedBox3d surface_box(const BoundModel& model) {
   return box;
 }
 
+double diagonal_of(const Eigen::AlignedBox3d& box) {
+  const double length = box.isEmpty() ? 0 : box.diagonal().norm();
+  return length > 0 ? length : 1;
+}
+
 /// One rotation a node in place of one a vertex.
 void share_rotations(BoundModel& model, const PolygonMesh& mesh, double rigidity_radius,
                      const std::vector<int>& region_of_vertex) {
-  // Loose vertices neither hide a symmetry nor make the object larger.
   const Eigen::AlignedBox3d box = surface_box(model);
   Positions centred = box.isEmpty() ? model.rest : Positions(model.rest.rowwise() - box.center().transpose());
   for (size_t v = 0; v < model.part_of_vertex.size(); ++v)
     if (model.part_of_vertex[v] < 0) centred.row(v).setZero();
-  const double radius = rigidity_radius * surface_diagonal(model);
+  const double radius = rigidity_radius * diagonal_of(box);
   const std::vector<std::vector<int>> mirrors = find_mirrors(centred);
   const SurfaceGraph graph(model.energy.K, model.rest, model.threads,
                            find_bridges(mesh, radius, mirrors, model.threads));
@@ -80,11 +84,7 @@ std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
 
 }  // namespace
 
-double surface_diagonal(const BoundModel& model) {
-  const Eigen::AlignedBox3d box = surface_box(model);
-  const double length = box.isEmpty() ? 0 : box.diagonal().norm();
-  return length > 0 ? length : 1;
-}
+double surface_diagonal(const BoundModel& model) { return diagonal_of(surface_box(model)); }
 
 std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const Options& options,
                               const std::vector<double>& stiffness, const std::vector<int>& region_of_vertex,

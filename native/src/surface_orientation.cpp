@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "surface_orientation.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdint>
 #include <numbers>
 #include <span>
 
+#include "face_area.h"
 #include "parallel.h"
 
 namespace arap {
@@ -85,10 +85,7 @@ std::vector<Part> find_parts(const PolygonMesh& mesh) {
 
 /// Adds a face to its part and to the normals of its vertices.
 void add_face(const Positions& p, std::span<const int> face, Part& part, Positions& normals) {
-  const Row first = p.row(face[0]);
-  Row doubled = Row::Zero();
-  for (size_t k = 1; k + 1 < face.size(); ++k)
-    doubled += Row(p.row(face[k]) - first).cross(Row(p.row(face[k + 1]) - first));
+  const Row doubled = twice_vector_area(p, face);
   Row middle = Row::Zero();
   for (const int v : face) {
     normals.row(v) += doubled;

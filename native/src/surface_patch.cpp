@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "surface_patch.h"
 
-#include <Eigen/Geometry>
 #include <cmath>
 
 #include "arap/error.h"
+#include "face_area.h"
 #include "text.h"
 
 namespace arap {
@@ -23,14 +23,10 @@ void require_patch_sources(const std::vector<int>& vertices, double radius, cons
 
 std::vector<double> vertex_areas(const PolygonMesh& mesh, const std::vector<int>& place) {
   std::vector<double> areas(mesh.n_vertices(), 0.0);
-  const Positions& p = mesh.positions();
   for (int f = 0; f < mesh.n_faces(); ++f) {
     const std::span<const int> face = mesh.face(f);
-    const Vector3 first = p.row(face[0]).transpose();
-    Vector3 twice_area = Vector3::Zero();
-    for (size_t k = 1; k + 1 < face.size(); ++k)
-      twice_area += (p.row(face[k]).transpose() - first).cross(p.row(face[k + 1]).transpose() - first);
-    for (const int v : face) areas[place[v]] += twice_area.norm() / (2 * static_cast<double>(face.size()));
+    const double area = twice_vector_area(mesh.positions(), face).norm() / 2;
+    for (const int v : face) areas[place[v]] += area / static_cast<double>(face.size());
   }
   return areas;
 }

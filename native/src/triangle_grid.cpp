@@ -59,17 +59,9 @@ int TriangleGrid::find_cells(int triangle, std::vector<Entry>& entries) const {
   const double parts = (high - low).maxCoeff() / cell_size_;
   const int level = parts <= 1 ? 0 : std::min(static_cast<int>(std::ceil(std::log2(parts))), kLevels - 1);
   const double per_length = 1 / size_of(level);
-  const auto cell_of = [&](const Row& place) {
-    return Cell{static_cast<std::int64_t>(std::floor(place[0] * per_length)),
-                static_cast<std::int64_t>(std::floor(place[1] * per_length)),
-                static_cast<std::int64_t>(std::floor(place[2] * per_length))};
-  };
-  const Cell from = cell_of(low);
-  const Cell to = cell_of(high);
-  for (std::int64_t x = from[0]; x <= to[0]; ++x)
-    for (std::int64_t y = from[1]; y <= to[1]; ++y)
-      for (std::int64_t z = from[2]; z <= to[2]; ++z)
-        entries.push_back({slot(level, {x, y, z}), {triangle, normal.cast<float>()}});
+  for_each_cell(grid_cell(low, per_length), grid_cell(high, per_length), [&](const GridCell& cell) {
+    entries.push_back({slot(level, cell), {triangle, normal.cast<float>()}});
+  });
   return level;
 }
 

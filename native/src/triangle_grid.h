@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "arap/types.h"
+#include "grid_cell.h"
 
 namespace arap {
 
@@ -56,8 +57,6 @@ class TriangleGrid {
   }
 
  private:
-  using Cell = std::array<std::int64_t, 3>;
-
   struct Member {
     int triangle = -1;
     Eigen::RowVector3f normal;  ///< unit; 0 where there is none
@@ -69,19 +68,13 @@ class TriangleGrid {
   };
 
   [[nodiscard]] double size_of(int level) const { return std::ldexp(cell_size_, level); }
-  [[nodiscard]] std::uint64_t slot(int level, const Cell& cell) const {
-    const std::uint64_t mixed = static_cast<std::uint64_t>(cell[0]) * 0x9E3779B97F4A7C15ULL ^
-                                static_cast<std::uint64_t>(cell[1]) * 0xC2B2AE3D27D4EB4FULL ^
-                                static_cast<std::uint64_t>(cell[2]) * 0x165667B19E3779F9ULL ^
-                                static_cast<std::uint64_t>(level) * 0xD6E8FEB86659FD93ULL;
-    return (mixed ^ mixed >> 32U) & mask_;
-  }
+  [[nodiscard]] std::uint64_t slot(int level, const GridCell& cell) const { return grid_hash(cell, level) & mask_; }
 
   /// The cells along a ray, one after the other.
   class Walk {
    public:
     Walk(const Row& origin, const Row& direction, double length, double cell_size);
-    [[nodiscard]] const Cell& cell() const { return cell_; }
+    [[nodiscard]] const GridCell& cell() const { return cell_; }
     /// Whether there is a next cell that begins within `length`.
     bool advance(double length) {
       const int axis = next_[0] < next_[1] ? (next_[0] < next_[2] ? 0 : 2) : (next_[1] < next_[2] ? 1 : 2);
@@ -92,8 +85,8 @@ class TriangleGrid {
     }
 
    private:
-    Cell cell_{};
-    Cell step_{};
+    GridCell cell_{};
+    GridCell step_{};
     std::array<double, 3> next_{};      ///< where on the ray the next cell along each axis begins
     std::array<double, 3> per_cell_{};  ///< length of the ray in a cell
   };

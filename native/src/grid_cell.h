@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "arap/types.h"
+
+namespace arap {
+
+/// A cell of a regular grid, by its number along each axis.
+using GridCell = std::array<std::int64_t, 3>;
+
+/// The cell that holds a place.
+/// @param per_length  cells in a unit of length; no coordinate is 2^63 cells from the origin
+[[nodiscard]] inline GridCell grid_cell(const Eigen::RowVector3d& place, double per_length) {
+  return {static_cast<std::int64_t>(std::floor(place[0] * per_length)),
+          static_cast<std::int64_t>(std::floor(place[1] * per_length)),
+          static_cast<std::int64_t>(std::floor(place[2] * per_length))};
+}
+
+/// visit(cell) for every cell of a box, both corners included.
+template <class Visit>
+void for_each_cell(const GridCell& low, const GridCell& high, const Visit& visit) {
+  for (std::int64_t x = low[0]; x <= high[0]; ++x)
+    for (std::int64_t y = low[1]; y <= high[1]; ++y)
+      for (std::int64_t z = low[2]; z <= high[2]; ++z) visit(GridCell{x, y, z});
+}
+
+/// Neighbouring cells get numbers whose low bits differ; cells far from each other may get the same one.
+[[nodiscard]] inline std::uint64_t grid_hash(const GridCell& cell, int level = 0) {
+  const std::uint64_t mixed = static_cast<std::uint64_t>(cell[0]) * 0x9E3779B97F4A7C15ULL ^
+                              static_cast<std::uint64_t>(cell[1]) * 0xC2B2AE3D27D4EB4FULL ^
+                              static_cast<std::uint64_t>(cell[2]) * 0x165667B19E3779F9ULL ^
+                              static_cast<std::uint64_t>(level) * 0xD6E8FEB86659FD93ULL;
+  return mixed ^ mixed >> 32U;
+}
+
+}  // namespace arap
