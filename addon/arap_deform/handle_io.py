@@ -48,10 +48,11 @@ def motion_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.De
     return np.asarray(np.linalg.inv(object_matrix(obj, depsgraph)) @ now @ np.linalg.inv(rest))
 
 
-def enabled_holds(obj: bpy.types.Object) -> tuple[Hold, ...]:
-    """Of the enabled pins, then of the enabled handles: the order of the session's handles."""
+def enabled_holds(obj: bpy.types.Object, besides: ArapHandle | None = None) -> tuple[Hold, ...]:
+    """Of the enabled pins, then of the enabled handles but one: the order of the session's handles."""
     pins = [(pin.name, True) for pin in obj.arap.pins if pin.is_enabled]
-    return (*pins, *((handle.vertex_group, handle.is_exact) for handle in obj.arap.handles if handle.is_enabled))
+    handles = (handle for handle in obj.arap.handles if handle.is_enabled and handle != besides)
+    return (*pins, *((handle.vertex_group, handle.is_exact) for handle in handles))
 
 
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:

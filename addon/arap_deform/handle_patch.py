@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import mesh_io, native
+from . import handle_io, mesh_io, native
 from .api_pose import settings_of, spec_of
 from .handle_map import HandleSpec, Patch
 from .point_handles import diagonal_of, local_patch, neighbourhood, reaches_of_points
@@ -68,8 +68,6 @@ def find_patch(
 
 
 def _other_specs(obj: bpy.types.Object, besides: ArapHandle | None, use_nodes: bool | None) -> list[HandleSpec]:
-    holds = [(pin.name, True) for pin in obj.arap.pins if pin.is_enabled]
-    holds += [(h.vertex_group, h.is_exact) for h in obj.arap.handles if h.is_enabled and h != besides]
-    holds = [hold for hold in holds if hold[0] in obj.vertex_groups]
+    holds = [hold for hold in handle_io.enabled_holds(obj, besides) if hold[0] in obj.vertex_groups]
     weights = mesh_io.read_weights(obj, sorted({group for group, _ in holds}), use_nodes=use_nodes)
     return [spec_of(hold, weights[hold[0]]) for hold in holds]

@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 
 from . import api, compat, empty_groups, mesh_size
+from .api_pose import settings_of
 from .operators.common import find_posed_object, posed_object
 from .operators.pose_act import Phase, PoseAct, running
 
@@ -82,7 +83,7 @@ class ARAP_UL_handles(bpy.types.UIList):
         name = row.row(align=True)
         name.active = handle.is_enabled
         name.prop(handle, "name", text="", emboss=False, icon="BONE_DATA" if handle.bone else "EMPTY_AXIS")
-        if obj is not None and _has_rigidity(obj):
+        if obj is not None and settings_of(obj).has_radius:
             row.prop(handle, "is_exact", text="", icon="SNAP_VERTEX")
         if obj is not None and _problem(obj, index):
             row.label(text="", icon="ERROR")
@@ -196,7 +197,7 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         key_name.enabled = obj.name not in running  # the pose under way is in that key
         key_name.prop(settings, "key_name")
         column.prop(settings, "energy")
-        if _has_rigidity(obj):
+        if settings_of(obj).has_radius:
             column.prop(settings, "rigidity")
             _draw_radius(context, column, obj)
         column.prop(settings, "weights")
@@ -267,15 +268,11 @@ def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bp
     if handle.target is not None and handle.target.type == "ARMATURE":
         column.prop_search(handle, "bone", handle.target.data, "bones")
     column.prop_search(handle, "vertex_group", obj, "vertex_groups", text="Group")
-    if _has_rigidity(obj):
+    if settings_of(obj).has_radius:
         column.prop(handle, "is_exact")
     problem = _problem(obj, index)
     if problem:
         _draw_text(context, layout, problem, "ERROR")
-
-
-def _has_rigidity(obj: bpy.types.Object) -> bool:
-    return bool(obj.arap.energy == "rotation_nodes")
 
 
 def _draw_radius(context: bpy.types.Context, column: bpy.types.UILayout, obj: bpy.types.Object) -> None:

@@ -48,6 +48,9 @@ class SceneTest(unittest.TestCase):
         np.testing.assert_allclose(actual, expected, rtol=0.0, atol=atol)
 
 
+# Of an object that stands somewhere, turned and stretched.
+PLACED = Matrix.Translation((3.0, -2.0, 1.0)) @ Matrix.Rotation(0.7, 4, "Y") @ Matrix.Diagonal((1.0, 2.0, 0.5, 1.0))
+
 RINGS, SEGMENTS, LENGTH = 17, 8, 4.0
 
 

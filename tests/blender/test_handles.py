@@ -6,6 +6,7 @@ from mathutils import Matrix, Vector
 from support import (
     BOTTOM,
     MIDDLE,
+    PLACED,
     TOP,
     SceneTest,
     bend,
@@ -19,8 +20,6 @@ from support import (
     posable,
     rest_positions,
 )
-
-PLACED = Matrix.Translation((3.0, -2.0, 1.0)) @ Matrix.Rotation(0.7, 4, "Y") @ Matrix.Diagonal((1.0, 2.0, 0.5, 1.0))
 
 
 def armature(name="Rig"):

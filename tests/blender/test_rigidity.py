@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from mathutils import Matrix
 from support import (
+    PLACED,
     SceneTest,
     bpy,
     empty_at,
@@ -25,7 +26,6 @@ from support import (
 
 SIDE = 41  # vertices along an edge of the sheet, which is 2 wide
 CENTRE = SIDE * SIDE // 2
-PLACED = Matrix.Translation((3.0, -2.0, 1.0)) @ Matrix.Rotation(0.7, 4, "Y") @ Matrix.Diagonal((1.0, 2.0, 0.5, 1.0))
 LARGEST = 5.0  # percent; the edges of the sheet are 1.8 percent of its diagonal
 
 

@@ -20,10 +20,10 @@ from typing import Any
 from . import machine
 from .convergence import Run, descend, median, reach, solve_cost
 from .meshes import Mesh, creature, load_off, mesh_files
+from .tables import ENERGIES
 from .tasks import bend, write_task
 from .workers import NotRun, Worker
 
-ENERGIES = ("rotation_nodes", "spokes_and_rims", "spokes")
 SIZES = (10_000, 100_000, 1_000_000)
 LEVELS = (1.1, 1.01)
 TIMEOUT_S = 1800.0
