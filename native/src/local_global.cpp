@@ -2,23 +2,22 @@
 #include "local_global.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "parallel.h"
 
 namespace arap {
 
-double longest_row(const Positions& x, int threads) {
+double longest_row(const Positions& x, const Workers& workers) {
   const double squared = parallel_reduce(
-      threads, static_cast<int>(x.rows()), 0.0,
+      workers, static_cast<int>(x.rows()), 0.0,
       [&](int begin, int end) { return x.middleRows(begin, end - begin).rowwise().squaredNorm().maxCoeff(); },
       [](double a, double b) { return std::max(a, b); });
   return std::sqrt(squared);
 }
 
 LocalGlobal::LocalGlobal(const BoundModel& model, const BoundConstraints& constraints)
-    : model_(model), constraints_(constraints), threads_(model.threads) {
+    : model_(model), constraints_(constraints) {
   targets_.vertices = Positions::Zero(model.rest.rows(), 3);
 }
 
@@ -57,15 +56,16 @@ Positions LocalGlobal::patch_gaps(const Positions& positions) const {
 }
 
 void LocalGlobal::find_correction(const Pose& pose, Positions& correction) {
-  correction = residual_;
-  make_correction(pose, correction);
-}
-
-void LocalGlobal::make_correction(const Pose& pose, Positions& residual) {
   const RigidRegions& regions = constraints_.regions();
-  regions.reduce(residual);
-  constraints_.system().correct(residual, patch_gaps(pose.positions), multipliers_);
-  regions.expand(residual);
+  const ConstrainedSystem& system = constraints_.system();
+  if (regions.empty()) {
+    system.correct(residual_, patch_gaps(pose.positions), multipliers_, correction);
+    return;
+  }
+  correction = residual_;
+  regions.reduce(correction);
+  system.correct(correction, patch_gaps(pose.positions), multipliers_, correction);
+  regions.expand(correction);
 }
 
 void LocalGlobal::apply_residual_exactly(Pose& pose) {
@@ -106,16 +106,6 @@ void LocalGlobal::fit_regions(Pose& pose) {
 }
 
 double LocalGlobal::fit(Pose& pose) {
-  using Clock = std::chrono::steady_clock;
-  threads_ = pace_.choose(model_.threads);
-  passes_->set_threads(threads_);
-  const Clock::time_point start = Clock::now();
-  const double energy = fit_on_threads(pose);
-  pace_.record(threads_, std::chrono::duration<double>(Clock::now() - start).count());
-  return energy;
-}
-
-double LocalGlobal::fit_on_threads(Pose& pose) {
   passes_->set_positions(pose.positions);
   double alignment = passes_->fit_rotations();
   if (!constraints_.regions().empty()) {
@@ -134,10 +124,10 @@ void LocalGlobal::find_residual_of(const Pose& pose) {
 
 double LocalGlobal::global_step(Pose& pose) {
   find_residual_of(pose);
-  make_correction(pose, residual_);
+  find_correction(pose, residual_);
   pose.positions += residual_;
   follow_positions(pose);
-  return longest_row(residual_, threads_);
+  return longest_row(residual_, workers());
 }
 
 void LocalGlobal::exact_global_step(Pose& pose) {

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "bound_constraints.h"
-#include "team_pace.h"
 
 namespace arap {
 
@@ -16,7 +15,7 @@ struct Pose {
 };
 
 /// The largest length of a row.
-[[nodiscard]] double longest_row(const Positions& x, int threads);
+[[nodiscard]] double longest_row(const Positions& x, const Workers& workers);
 
 /// The two halves of an iteration: the local step (best rotations for the positions) and the global step (best
 /// positions for the rotations); neither raises the energy. [SA07] Sec. 2.
@@ -51,7 +50,7 @@ class LocalGlobal {
 
   /// Minus the gradient of the energy, soft constraints included, (n, 3).
   [[nodiscard]] const Positions& residual() const { return residual_; }
-  /// The whole global step from the residual at hand, (n, 3).
+  /// The whole global step from the residual at hand, (n, 3); `correction` may be the residual.
   void find_correction(const Pose& pose, Positions& correction);
   /// Tells the regions that their vertices were moved alike.
   void follow_positions(Pose& pose) const { constraints_.regions().read_translations(pose.placements, pose.positions); }
@@ -60,12 +59,9 @@ class LocalGlobal {
   [[nodiscard]] double energy_rounding() const { return passes_->energy_rounding(); }
   /// E_0.
   [[nodiscard]] double rest_energy() const { return passes_->rest_energy(); }
-  /// Threads that pay at the moment: of the model's as many as the machine has cores to spare for.
-  [[nodiscard]] int threads() const { return threads_; }
+  [[nodiscard]] const Workers& workers() const { return model_.workers; }
 
  private:
-  /// The fit itself.
-  [[nodiscard]] double fit_on_threads(Pose& pose);
   /// Brings rigid regions to their best rotations, after the cells.
   void fit_regions(Pose& pose);
   /// The energy without its term of rotations.
@@ -73,15 +69,11 @@ class LocalGlobal {
   [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
   /// For the positions and rotations of the pose, whatever the passes have been about.
   void find_residual_of(const Pose& pose);
-  /// Turns the residual into the global step.
-  void make_correction(const Pose& pose, Positions& residual);
   /// The whole step at once, to the accuracy of double.
   void apply_residual_exactly(Pose& pose);
 
   const BoundModel& model_;
   const BoundConstraints& constraints_;
-  int threads_;
-  TeamPace pace_;
   CellPasses* passes_ = nullptr;
   RegionTargets targets_;  ///< of vertices, and of patches that anchor regions
   Positions patch_targets_;

@@ -14,6 +14,6 @@ namespace arap {
 /// @param apply   y = A x, (n, 3), without erased rows and columns: there y is 0 where x is
 /// @param factor  of A; b is 0 in erased rows
 void solve_refined(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
-                   Positions& b, int threads);
+                   Positions& b, const Workers& workers);
 
 }  // namespace arap

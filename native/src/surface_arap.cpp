@@ -65,15 +65,15 @@ std::string target_name(const ConstraintSet& set, int k) {
                         : text("row ", k, ", patch ", k - n_vertices, ",");
 }
 
-void copy_rows(int threads, const Positions& from, Positions& to) {
+void copy_rows(const Workers& workers, const Positions& from, Positions& to) {
   to.resize(from.rows(), 3);
-  parallel_for<4096>(threads, static_cast<int>(from.rows()), [&](int begin, int end) {
+  parallel_for<4096>(workers, static_cast<int>(from.rows()), [&](int begin, int end) {
     to.middleRows(begin, end - begin) = from.middleRows(begin, end - begin);
   });
 }
 
-bool all_finite(int threads, const Positions& x) {
-  return parallel_all<4096>(threads, static_cast<int>(x.rows()),
+bool all_finite(const Workers& workers, const Positions& x) {
+  return parallel_all<4096>(workers, static_cast<int>(x.rows()),
                             [&](int begin, int end) { return x.middleRows(begin, end - begin).allFinite(); });
 }
 
@@ -143,13 +143,13 @@ struct SurfaceArap::Impl {
   [[nodiscard]] Positions checked_to_model(const Positions& positions) const {
     require_rows("positions", positions.rows(), space.n_input_vertices());
     require_finite("positions", positions, [](int v) { return text("vertex ", v); });
-    return space.to_model(positions, model.threads);
+    return space.to_model(positions, model.workers);
   }
   /// Puts the positions where they are wanted; false where they are not finite.
   [[nodiscard]] bool hand_over(SolveResult& result, std::span<float> out) const {
-    if (!out.empty()) return space.write_to_input(pose.positions, steps->threads(), out);
-    result.positions = space.to_input(pose.positions, steps->threads());
-    return all_finite(steps->threads(), pose.positions);
+    if (!out.empty()) return space.write_to_input(pose.positions, model.workers, out);
+    result.positions = space.to_input(pose.positions, model.workers);
+    return all_finite(model.workers, pose.positions);
   }
   /// What a solve that fails goes back to.
   void keep_pose(bool with_rotations);
@@ -190,14 +190,14 @@ Patch SurfaceArap::Impl::patch_around(const std::vector<int>& vertices, double r
 }
 
 void SurfaceArap::Impl::keep_pose(bool with_rotations) {
-  copy_rows(steps->threads(), pose.positions, kept.positions);
+  copy_rows(model.workers, pose.positions, kept.positions);
   kept.placements = pose.placements;
   kept.rotations.clear();
   if (with_rotations) kept.rotations = pose.rotations;
 }
 
 void SurfaceArap::Impl::restore_pose() {
-  copy_rows(steps->threads(), kept.positions, pose.positions);
+  copy_rows(model.workers, kept.positions, pose.positions);
   pose.placements = kept.placements;
   if (!kept.rotations.empty()) pose.rotations = kept.rotations;
 }
@@ -245,7 +245,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
       throw SolverError("the positions are no longer finite; the last good pose is kept");
   } catch (...) {
     restore_pose();
-    if (!out.empty()) static_cast<void>(space.write_to_input(pose.positions, steps->threads(), out));
+    if (!out.empty()) static_cast<void>(space.write_to_input(pose.positions, model.workers, out));
     throw;
   }
   if (report.stop_reason != StopReason::kCancelled) last_targets = model_targets;
@@ -321,7 +321,7 @@ void SurfaceArap::set_positions(const Positions& positions) {
   impl_->last_targets.resize(0, 3);
 }
 
-Positions SurfaceArap::positions() const { return impl_->space.to_input(impl_->pose.positions, impl_->model.threads); }
+Positions SurfaceArap::positions() const { return impl_->space.to_input(impl_->pose.positions, impl_->model.workers); }
 
 double SurfaceArap::energy(const Positions& positions) const {
   Positions gradient;

@@ -148,7 +148,7 @@ void expect_solution(const arap::Factorization& factor, const SparseMatrix& A, c
 class BlockLdltOnIsa : public testing::TestWithParam<std::tuple<Isa, TileFormat>> {
  protected:
   [[nodiscard]] static BlockLdlt solver_for(const SparseMatrix& A, int threads) {
-    return BlockLdlt(A, threads, std::get<0>(GetParam()), std::get<1>(GetParam()));
+    return BlockLdlt(A, arap::Workers(threads), std::get<0>(GetParam()), std::get<1>(GetParam()));
   }
 
   /// What a solve may be wrong by, on these matrices.

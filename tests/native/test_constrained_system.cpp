@@ -68,7 +68,7 @@ struct Problem {
     Positions gaps = targets;
     for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= averages[k].of(x);
     Positions multipliers;
-    system.correct(residual, gaps, multipliers);
+    system.correct(residual, gaps, multipliers, residual);
     const Positions expected = dense_solution(b, x, targets);
     EXPECT_LT(max_distance(x + residual, expected), 1e-9 * (1 + expected.cwiseAbs().maxCoeff())) << what;
   }
@@ -125,7 +125,7 @@ TEST(ConstrainedSystem, CorrectionOfASolutionIsZero) {
                                  problem.soft_diagonal, {}, {});
   Positions residual = Positions::Zero(problem.K.rows(), 3);
   Positions multipliers;
-  system.correct(residual, Positions(0, 3), multipliers);
+  system.correct(residual, Positions(0, 3), multipliers, residual);
   EXPECT_EQ(residual.norm(), 0);
 }
 

@@ -262,7 +262,7 @@ struct System {
       Positions residual = b - system.matrix() * x;
       Positions gaps = targets;
       for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= averages[k].of(x);
-      system.correct(residual, gaps, multipliers);
+      system.correct(residual, gaps, multipliers, residual);
       x += residual;
     }
     return x;
@@ -307,7 +307,7 @@ TEST(Multiply, IsTheProductWithAnyNumberOfThreads) {
   const Positions expected = A * x;
   for (const int threads : {1, 2}) {
     Positions result;
-    arap::multiply(A, x, result, threads);
+    arap::multiply(A, x, result, arap::Workers(threads));
     EXPECT_LT((result - expected).norm(), 1e-13 * expected.norm());
   }
 }
