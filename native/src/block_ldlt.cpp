@@ -43,7 +43,8 @@ std::uint64_t hash_pattern(const SparseMatrix& A, const std::vector<int>& new_in
 /// Whether x = M^-1 b is near enough to A^-1 b to be of use, M what the factor has become by rounding: energies
 /// <x, A x> of solutions are right to a tenth. Looked at for a rough vector and for the smoothest one, which suffers
 /// most: the answer to a force on everything.
-bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vector<char>& is_erased, const Workers& workers) {
+bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vector<char>& is_erased,
+              const Workers& workers) {
   constexpr double kFarOff = 0.1;
   const auto n = static_cast<int>(A.rows());
   Positions x(n, 3);

@@ -55,7 +55,8 @@ class CellPasses {
 /// @param rest     (n, 3)
 /// @param workers  results do not depend on how many they are
 [[nodiscard]] std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Positions& rest,
-                                                           Precision precision, const Workers& workers, Isa isa = choose_isa());
+                                                           Precision precision, const Workers& workers,
+                                                           Isa isa = choose_isa());
 
 /// Whether single precision serves an energy: its numbers are in the range of a float, its edges are no dust beside the
 /// whole, and no part is so much stiffer than another that the rounded forces in the one would bend the other.

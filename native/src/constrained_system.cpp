@@ -163,8 +163,14 @@ void ConstrainedSystem::correct(const Positions& residual, const Positions& gaps
 }
 
 void ConstrainedSystem::correct_exactly(Positions& residual, const Positions& gaps) const {
+  constexpr double kDouble = 1e-15;
+  correct_to(kDouble, residual, gaps);
+}
+
+void ConstrainedSystem::correct_to(double accuracy, Positions& residual, const Positions& gaps) const {
   erase_fixed(residual);
-  solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, residual, workers_);
+  solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, residual, workers_,
+                accuracy);
   static_cast<void>(meet_averages(residual, gaps));
 }
 

@@ -42,8 +42,8 @@ class ConstrainedSystem {
   [[nodiscard]] const Factorization& factor() const { return *factor_; }
   [[nodiscard]] const std::vector<Average>& averages() const { return averages_; }
 
-  /// Sets `correction` to that of x for `residual` = b - A x, as exact as the factor is; 0 at fixed unknowns. The averages
-  /// meet their targets exactly in every case.
+  /// Sets `correction` to that of x for `residual` = b - A x, as exact as the factor is; 0 at fixed unknowns. The
+  /// averages meet their targets exactly in every case.
   /// @param gaps         (n_averages, 3) target minus average of x
   /// @param multipliers  (n_averages, 3) of the last correction, or empty; set: A x + sum_k a_k multipliers_k = b at
   ///                     the corrected x. To start from the last ones makes the correction vanish at the minimizer.
@@ -52,6 +52,8 @@ class ConstrainedSystem {
 
   /// Replaces the residual by the same to the accuracy of double, at once.
   void correct_exactly(Positions& residual, const Positions& gaps) const;
+  /// The same to a part of itself, see solve_refined.
+  void correct_to(double accuracy, Positions& residual, const Positions& gaps) const;
 
  private:
   /// One unknown of each component that no fixed unknown and no soft constraint holds.

@@ -47,7 +47,7 @@ void spread_turns(const BoundModel& model, const BoundConstraints& constraints, 
     residual.row(regions.unknown_of(v)) += constraints.soft_diagonal()[v] * turn_of_vertex.row(v);
   Positions gaps = constraints.patch_targets(turns);
   for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= system.averages()[k].of(field);
-  system.correct_exactly(residual, gaps);
+  system.correct_to(kGuessAccuracy, residual, gaps);
   field += residual;
 
   const auto turn_at = [&](int unknown) {

@@ -6,6 +6,9 @@
 
 namespace arap {
 
+/// Of the linear solves of a guess, which the first iteration changes by far more.
+inline constexpr double kGuessAccuracy = 1e-4;
+
 /// min |L p' - L p|^2 under the constraints, L the Laplacian of the energy's weights; [SA07] Sec. 3. Rigid regions keep
 /// their rotations.
 void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraints, const Positions& vertex_targets,

@@ -9,7 +9,8 @@
 
 namespace arap {
 
-std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, LinearSolverKind kind, const Workers& workers) {
+std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, LinearSolverKind kind,
+                                                 const Workers& workers) {
   switch (kind) {
     case LinearSolverKind::kBlockLdlt:
       break;

@@ -20,9 +20,9 @@ class Factorization {
   Factorization& operator=(const Factorization&) = delete;
   virtual ~Factorization() = default;
 
-  /// Sets x (n, 3) to the solution, erased rows to 0; x may be b. The solution may be that of a nearby matrix, symmetric and
-  /// positive definite too, whose difference shows from the third digit on. So iterate x += solve(b - A x), which ends
-  /// at the exact x, or use solve_refined.
+  /// Sets x (n, 3) to the solution, erased rows to 0; x may be b. The solution may be that of a nearby matrix,
+  /// symmetric and positive definite too, whose difference shows from the third digit on. So iterate x += solve(b - A
+  /// x), which ends at the exact x, or use solve_refined.
   virtual void solve(const Positions& b, Positions& x) const = 0;
   void solve(Positions& x) const { solve(x, x); }
 

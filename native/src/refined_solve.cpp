@@ -35,9 +35,9 @@ Coefficients dots(const A& a, const B& b) {
 }  // namespace
 
 void solve_refined(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
-                   Positions& b, const Workers& workers) {
+                   Positions& b, const Workers& workers, double accuracy) {
   constexpr int kMostSteps = 50;
-  constexpr double kAccuracySquared = 1e-30;
+  constexpr double kRoundingSquared = 1e-30;
   const Eigen::Index n = b.rows();
   Positions& residual = b;
   Positions x = Positions::Zero(n, 3);
@@ -66,9 +66,8 @@ void solve_refined(const std::function<void(const Positions& x, Positions& y)>& 
       next.middleRows(begin, end - begin) = r;
       return std::array{dots(r, r), dots(d, d), dots(of_x, of_x)};
     });
-    const bool is_solved = (r_squared <= kAccuracySquared * b_squared).all();
-    // What the step changed in x is lost in its last digits.
-    const bool is_still = (length.square() * d_squared <= kAccuracySquared * x_squared).all();
+    const bool is_solved = (r_squared <= kRoundingSquared * b_squared).all();
+    const bool is_still = (length.square() * d_squared <= accuracy * accuracy * x_squared).all();
     if (is_solved || is_still) break;
     factor.solve(next);
     // Polak and Ribiere's coefficient: right also where the preconditioner's rounding differs from solve to solve. The

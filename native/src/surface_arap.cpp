@@ -122,6 +122,7 @@ struct SurfaceArap::Impl {
   }
 
   void reset() {
+    if (steps != nullptr) steps->forget();
     pose.positions = model.rest;
     pose.rotations.assign(model.energy.n_cells(), Eigen::Quaterniond::Identity());
     pose.placements = model.regions.fit_placements(pose.positions);
@@ -134,6 +135,7 @@ struct SurfaceArap::Impl {
   std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns);
   /// min over R of E at `positions`, on the model; sets the gradient.
   double evaluate(const Positions& positions, Positions& gradient) const {
+    if (steps != nullptr) steps->forget();
     CellPasses& passes = model.passes(Precision::kDouble);
     const double alignment = fit_anew(passes, positions);
     const double energy = passes.rest_energy() + passes.find_residual(gradient) - alignment;
@@ -197,6 +199,7 @@ void SurfaceArap::Impl::keep_pose(bool with_rotations) {
 }
 
 void SurfaceArap::Impl::restore_pose() {
+  steps->forget();
   copy_rows(model.workers, kept.positions, pose.positions);
   pose.placements = kept.placements;
   if (!kept.rotations.empty()) pose.rotations = kept.rotations;
@@ -215,10 +218,11 @@ std::optional<double> SurfaceArap::Impl::apply_guess(const Positions& targets, I
   // With the rotations of the former pose: fitted to a torn one, they would turn what a single handle only moves.
   if (turns.rows() > 0) {
     spread_turns(model, *constraints, turns, pose);
-    steps->exact_global_step(pose);
-  } else if (guess == InitialGuess::kPrevious && has_torn) {
-    return steps->global_step(pose);  // brings the patches to their targets too
+    steps->forget();
+    steps->global_step_to(kGuessAccuracy, pose);  // brings the patches to their targets too, as the plain one does
+    return std::nullopt;
   }
+  if (guess == InitialGuess::kPrevious && has_torn) return steps->global_step(pose);
   steps->project_on_patches(pose);
   return std::nullopt;
 }
@@ -314,6 +318,7 @@ void SurfaceArap::reset() {
 
 void SurfaceArap::set_positions(const Positions& positions) {
   Positions checked = impl_->checked_to_model(positions);
+  if (impl_->steps != nullptr) impl_->steps->forget();
   CellPasses& passes = impl_->model.passes(Precision::kSingle);
   static_cast<void>(fit_anew(passes, checked));
   passes.read_rotations(impl_->pose.rotations);

@@ -60,13 +60,8 @@ TileFactorization::Workspace::Workspace(const TilePlan& plan)
 }
 
 TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, const Workers& workers,
-                                     const TileKernels& kernels, AlignedBuffer<std::byte> tiles,
-                                     const Scaling& scaling)
-    : plan_(std::move(plan)),
-      workers_(workers),
-      kernels_(kernels),
-      tiles_(std::move(tiles)),
-      scale_(scaling.of_all) {
+                                     const TileKernels& kernels, AlignedBuffer<std::byte> tiles, const Scaling& scaling)
+    : plan_(std::move(plan)), workers_(workers), kernels_(kernels), tiles_(std::move(tiles)), scale_(scaling.of_all) {
   const auto& supernodes = plan_->structure.supernodes;
   supernodes_.reserve(supernodes.size());
   for (size_t s = 0; s < supernodes.size(); ++s) {

@@ -32,9 +32,9 @@ class TileFactorization final : public Factorization {
   struct Workspace {
     explicit Workspace(const TilePlan& plan);
 
-    AlignedBuffer<float> x;          ///< (n_places, 4)
-    AlignedBuffer<float> packed;     ///< b1 of a shared supernode, then x1
-    std::vector<double> largest;     ///< |b| of each branch, then of the top
+    AlignedBuffer<float> x;       ///< (n_places, 4)
+    AlignedBuffer<float> packed;  ///< b1 of a shared supernode, then x1
+    std::vector<double> largest;  ///< |b| of each branch, then of the top
   };
 
   void solve_with(const Positions& b, Positions& x, Workspace& work) const;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #if defined(__unix__) || defined(__APPLE__)
@@ -24,7 +25,7 @@ void pause() {
 /// Waits until is_over(value) of an atomic that changes by notify_all.
 template <class Value, class IsOver>
 Value wait_for(const std::atomic<Value>& changing, const IsOver& is_over) {
-  constexpr int kSpins = 4000;   // the gaps between the passes of an iteration
+  constexpr int kSpins = 4000;  // the gaps between the passes of an iteration
   constexpr int kYields = 100;
   for (int turn = 0;; ++turn) {
     const Value value = changing.load(std::memory_order_acquire);
@@ -55,16 +56,16 @@ class Workers::Pool {
   Pool& operator=(const Pool&) = delete;
 
   ~Pool() {
+    if (!threads_.empty() && process_id() != owner_) {
+      // The child of a fork has the objects of threads but not the threads: there is nothing to join, and an object
+      // that was neither joined nor detached must not be destroyed.
+      static_cast<void>(new std::vector<std::thread>(std::move(threads_)));
+      return;
+    }
     is_ending_.store(true, std::memory_order_relaxed);
     phase_.fetch_add(2);
     phase_.notify_all();
-    for (std::thread& thread : threads_) {
-      // A fork leaves the child the objects of threads that it has not got.
-      if (process_id() == owner_)
-        thread.join();
-      else
-        thread.detach();
-    }
+    for (std::thread& thread : threads_) thread.join();
   }
 
   void run(int n_pieces, const Task& task) {
@@ -73,11 +74,22 @@ class Workers::Pool {
       return;
     }
     if (!is_started_) start();
-    if (process_id() != owner_) {
+    if (owner_ == process_id())
+      run_together(n_pieces, task);
+    else
       run_alone(n_pieces, task);
-      is_busy_.store(false, std::memory_order_release);
-      return;
-    }
+    is_busy_.store(false, std::memory_order_release);
+  }
+
+ private:
+  /// Pieces in their order, one share for each thread: it finds in its cache what it wrote in the pass before. Who is
+  /// done with its own helps with the others'.
+  struct alignas(64) Share {
+    std::atomic<int> next = 0;
+    int end = 0;
+  };
+
+  void run_together(int n_pieces, const Task& task) {
     task_ = task;
     const auto n = static_cast<std::int64_t>(n_pieces);
     const auto n_shares = static_cast<std::int64_t>(shares_.size());
@@ -90,16 +102,7 @@ class Workers::Pool {
     work(0);
     phase_.fetch_add(1);
     wait_for(n_inside_, [](int n_inside) { return n_inside == 0; });
-    is_busy_.store(false, std::memory_order_release);
   }
-
- private:
-  /// Pieces in their order, one share for each thread: it finds in its cache what it wrote in the pass before. Who is
-  /// done with its own helps with the others'.
-  struct alignas(64) Share {
-    std::atomic<int> next = 0;
-    int end = 0;
-  };
 
   static void run_alone(int n_pieces, const Task& task) {
     for (int piece = 0; piece < n_pieces; ++piece) task.call(task.body, piece);
@@ -148,7 +151,7 @@ class Workers::Pool {
   Task task_{};
   std::vector<Share> shares_;
   std::vector<std::thread> threads_;
-  ProcessId owner_ = 0;
+  ProcessId owner_ = 0;  ///< that has the threads
 };
 
 Workers::Workers(int threads) : threads_(threads), pool_(threads > 1 ? std::make_shared<Pool>(threads) : nullptr) {}

@@ -8,11 +8,11 @@ namespace arap {
 /// Threads for passes of microseconds to milliseconds, which a drag does hundreds of times a second. Copies share them;
 /// the last copy ends them.
 ///
-/// A pass is cut into pieces that threads claim one by one, the calling thread with them. It waits for nobody but who is
-/// at work on a piece: a thread that the system has not put on a core yet is not missed. Threads without work spin for
-/// a moment, then offer their core to others, then sleep; they start with the first pass that is worth it. Where they
-/// cannot be had (no more threads, the child of a fork), and where they are busy with the pass of another caller, the
-/// calling thread does all pieces itself.
+/// A pass is cut into pieces that threads claim one by one, the calling thread with them. It waits for nobody but who
+/// is at work on a piece: a thread that the system has not put on a core yet is not missed. Threads without work spin
+/// for a moment, then offer their core to others, then sleep; they start with the first pass that is worth it. Where
+/// they cannot be had (no more threads, the child of a fork), and where they are busy with the pass of another caller,
+/// the calling thread does all pieces itself.
 class Workers {
  public:
   /// @param threads  >= 1, the calling one included
