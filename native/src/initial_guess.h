@@ -6,8 +6,9 @@
 
 namespace arap {
 
-/// Of the linear solves of a guess, which the first iteration changes by far more.
-inline constexpr double kGuessAccuracy = 1e-4;
+/// Of the linear solves of a guess: what iterations in single precision tell, so that a rigid motion of all handles is
+/// one of the mesh.
+inline constexpr double kGuessAccuracy = 1e-7;
 
 /// min |L p' - L p|^2 under the constraints, L the Laplacian of the energy's weights; [SA07] Sec. 3. Rigid regions keep
 /// their rotations.
