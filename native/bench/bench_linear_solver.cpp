@@ -76,7 +76,8 @@ const Problem& problem(int n_vertices) {
 /// Arguments: vertices, threads, instruction set.
 std::unique_ptr<LinearSolver> make_block(const benchmark::State& state) {
   return std::make_unique<arap::BlockLdlt>(problem(static_cast<int>(state.range(0))).A,
-                                           static_cast<int>(state.range(1)), static_cast<Isa>(state.range(2)));
+                                           arap::Workers(static_cast<int>(state.range(1))),
+                                           static_cast<Isa>(state.range(2)));
 }
 
 std::unique_ptr<LinearSolver> make_simplicial(const benchmark::State& /*state*/) {

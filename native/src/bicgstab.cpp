@@ -25,8 +25,9 @@ class BiCgStabFactorization final : public Factorization {
     if (iteration_.info() != Eigen::Success) refuse_indefinite();
   }
 
-  void solve(Positions& b) const override {
-    rows_.solve(b, [this](Eigen::MatrixX3d right) {
+  using Factorization::solve;
+  void solve(const Positions& b, Positions& x) const override {
+    rows_.solve(b, x, [this](Eigen::MatrixX3d right) {
       for (Eigen::Index c = 0; c < 3; ++c) right.col(c) = solve_column(right.col(c));
       return right;
     });

@@ -43,11 +43,12 @@ std::uint64_t hash_pattern(const SparseMatrix& A, const std::vector<int>& new_in
 /// Whether x = M^-1 b is near enough to A^-1 b to be of use, M what the factor has become by rounding: energies
 /// <x, A x> of solutions are right to a tenth. Looked at for a rough vector and for the smoothest one, which suffers
 /// most: the answer to a force on everything.
-bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vector<char>& is_erased, int threads) {
+bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vector<char>& is_erased,
+              const Workers& workers) {
   constexpr double kFarOff = 0.1;
   const auto n = static_cast<int>(A.rows());
   Positions x(n, 3);
-  parallel_for(threads, n, [&](int begin, int end) {
+  parallel_for(workers, n, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) {
       const std::uint32_t bits = static_cast<std::uint32_t>(i) * 2654435761U;  // Knuth's multiplicative hash
       const double force = is_erased[i] != 0 ? 0 : A.coeff(i, i);
@@ -56,7 +57,7 @@ bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vec
   });
   factor.solve(x);
   Positions force;
-  multiply(A, x, force, threads);
+  multiply(A, x, force, workers);
   for (int i = 0; i < n; ++i)
     if (is_erased[i] != 0) force.row(i).setZero();
   const Eigen::RowVector3d energy = x.cwiseProduct(force).colwise().sum();
@@ -73,12 +74,13 @@ std::shared_ptr<const TilePlan> make_plan(const SparseMatrix& pattern, int n_thr
 
 }  // namespace
 
-BlockLdlt::BlockLdlt(const SparseMatrix& pattern, int n_threads, Isa isa, TileFormat format)
-    : isa_(isa),
+BlockLdlt::BlockLdlt(const SparseMatrix& pattern, const Workers& workers, Isa isa, TileFormat format)
+    : workers_(workers),
+      isa_(isa),
       format_(kernels(isa).half_tile.number_bytes > 0 ? format : TileFormat::kFloat),
-      plan_(make_plan(pattern, n_threads)),
+      plan_(make_plan(pattern, workers.threads())),
       new_index_(inverse_permutation(plan_->structure.order)),
-      pattern_hash_(hash_pattern(pattern, new_index_, n_threads)) {}
+      pattern_hash_(hash_pattern(pattern, new_index_, workers.threads())) {}
 
 BlockLdlt::~BlockLdlt() = default;
 
@@ -112,7 +114,7 @@ std::unique_ptr<Factorization> BlockLdlt::factorize(const SparseMatrix& A, const
   const Scaling scaling(A, is_erased);
   if (format_ == TileFormat::kHalf) {
     auto factor = factorize_as(TileFormat::kHalf, A, scaling);
-    if (factor != nullptr && is_close(*factor, A, is_erased, plan_->n_threads)) return factor;
+    if (factor != nullptr && is_close(*factor, A, is_erased, workers_)) return factor;
   }
   return factorize_as(TileFormat::kFloat, A, scaling);
 }
@@ -123,7 +125,7 @@ std::unique_ptr<Factorization> BlockLdlt::factorize_as(TileFormat format, const 
   AlignedBuffer<std::byte> tiles(tile_kernels.number_bytes * kTileNumbers * plan_->tile_offsets.back());
   if (!factorize_multifrontal(*plan_, front_plan(A), kernels(isa_).front, A, scaling, format, tiles.data()))
     return nullptr;
-  return std::make_unique<TileFactorization>(plan_, tile_kernels, std::move(tiles), scaling);
+  return std::make_unique<TileFactorization>(plan_, workers_, tile_kernels, std::move(tiles), scaling);
 }
 
 }  // namespace arap

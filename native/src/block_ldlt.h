@@ -26,9 +26,9 @@ struct Scaling;
 class BlockLdlt final : public LinearSolver {
  public:
   /// @param pattern    symmetric, stored whole, with its diagonal
-  /// @param n_threads  of factorizations and solves; results depend on it in the last digits
+  /// @param workers    of solves; as many threads factorize. Results depend on how many in the last digits
   /// @param format     of tiles, where the instruction set has it and the matrix is conditioned well enough for it
-  explicit BlockLdlt(const SparseMatrix& pattern, int n_threads, Isa isa = choose_isa(),
+  explicit BlockLdlt(const SparseMatrix& pattern, const Workers& workers, Isa isa = choose_isa(),
                      TileFormat format = TileFormat::kHalf);
 
   [[nodiscard]] std::unique_ptr<Factorization> factorize(const SparseMatrix& A,
@@ -53,6 +53,7 @@ class BlockLdlt final : public LinearSolver {
   [[nodiscard]] std::unique_ptr<Factorization> factorize_as(TileFormat format, const SparseMatrix& A,
                                                             const Scaling& scaling) const;
 
+  Workers workers_;
   Isa isa_;
   TileFormat format_;
   std::shared_ptr<const TilePlan> plan_;

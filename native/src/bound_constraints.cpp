@@ -21,7 +21,7 @@ constexpr double kHardStrength = 1 - 1e-9;
 CellPasses& BoundModel::passes(Precision precision) const {
   const Precision served = fits_single ? precision : Precision::kDouble;
   auto& made = served == Precision::kSingle ? single_passes_ : double_passes_;
-  if (made == nullptr) made = make_cell_passes(energy, rest, served, threads);
+  if (made == nullptr) made = make_cell_passes(energy, rest, served, workers);
   return *made;
 }
 
@@ -43,7 +43,7 @@ BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet&
   }
   system_ =
       std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix, model.components, is_fixed,
-                                          reduced_diagonal(soft_diagonal_), reduced_patches(), progress, model.threads);
+                                          reduced_diagonal(soft_diagonal_), reduced_patches(), progress, model.workers);
 }
 
 void BoundConstraints::merge_entries(const BoundModel& model, const ConstraintSet& set,
@@ -198,8 +198,8 @@ const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& mo
       if (soft[v] > 0) soft[v] *= diagonal_squared[v] / diagonal[v];
     const SparseMatrix reduced = regions_.reduce(K_squared);
     laplacian_system_ = std::make_unique<ConstrainedSystem>(
-        *make_linear_solver(reduced, model.linear_solver, model.threads), reduced, connected_components(reduced),
-        fixed_unknowns(), reduced_diagonal(soft), reduced_patches(), Progress{}, model.threads);
+        *make_linear_solver(reduced, model.linear_solver, model.workers), reduced, connected_components(reduced),
+        fixed_unknowns(), reduced_diagonal(soft), reduced_patches(), Progress{}, model.workers);
   }
   return *laplacian_system_;
 }

@@ -9,9 +9,9 @@
 
 namespace arap {
 
-void multiply(const SparseMatrix& A, const Positions& x, Positions& result, int threads) {
+void multiply(const SparseMatrix& A, const Positions& x, Positions& result, const Workers& workers) {
   result.resize(A.rows(), 3);
-  parallel_for(threads, static_cast<int>(A.cols()), [&](int begin, int end) {
+  parallel_for(workers, static_cast<int>(A.cols()), [&](int begin, int end) {
     for (int column = begin; column < end; ++column) {
       Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
       for (SparseMatrix::InnerIterator it(A, column); it; ++it) sum += it.value() * x.row(it.row());

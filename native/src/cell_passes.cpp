@@ -40,12 +40,12 @@ const CellKernels<Real>& cell_kernels(Isa isa) {
 template <class Real>
 class CellPassesOf final : public CellPasses {
  public:
-  CellPassesOf(const CellEnergy& energy, const Positions& rest, int threads, Isa isa)
+  CellPassesOf(const CellEnergy& energy, const Positions& rest, const Workers& workers, Isa isa)
       : n_vertices_(energy.n_vertices()),
         n_cells_(energy.n_cells()),
-        threads_(threads),
+        workers_(workers),
         kernels_(cell_kernels<Real>(isa)),
-        stream_(energy, threads),
+        stream_(energy, workers.threads()),
         cell_range_(slice_range(stream_.cells.n_slices(), stream_.cells.n_groups())),
         coordinates_(4 * whole_slices(n_vertices_)),
         rotations_(4 * whole_slices(n_cells_)) {
@@ -55,8 +55,6 @@ class CellPassesOf final : public CellPasses {
     Positions residual;
     rest_energy_ = alignment() - find_residual(residual);
   }
-
-  void set_threads(int threads) override { threads_ = threads; }
 
   void set_positions(const Positions& positions) override {
     const double largest = store_positions(positions);
@@ -69,7 +67,7 @@ class CellPassesOf final : public CellPasses {
   }
 
   void set_rotations(const Rotations& rotations) override {
-    parallel_for<kSliceRange * kSliceWidth>(threads_, n_cells_, [&](int begin, int end) {
+    parallel_for<kSliceRange * kSliceWidth>(workers_, n_cells_, [&](int begin, int end) {
       for (int c = begin; c < end; ++c) set_rotation(c, rotations[c]);
     });
   }
@@ -81,7 +79,7 @@ class CellPassesOf final : public CellPasses {
 
   void read_rotations(Rotations& rotations) const override {
     rotations.resize(n_cells_);
-    parallel_for<kSliceRange * kSliceWidth>(threads_, n_cells_, [&](int begin, int end) {
+    parallel_for<kSliceRange * kSliceWidth>(workers_, n_cells_, [&](int begin, int end) {
       for (int c = begin; c < end; ++c)
         rotations[c].coeffs() = Eigen::Vector4<Real>::Map(rotations_.data() + 4L * c).template cast<double>();
     });
@@ -89,7 +87,7 @@ class CellPassesOf final : public CellPasses {
 
   double fit_rotations() override {
     return parallel_sum(
-        threads_, stream_.cells.n_slices(),
+        workers_, stream_.cells.n_slices(),
         [&](int begin, int end) {
           return kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), view(), rotations_.data(),
                                         begin, end);
@@ -99,7 +97,7 @@ class CellPassesOf final : public CellPasses {
 
   [[nodiscard]] double alignment() const override {
     return parallel_sum(
-        threads_, stream_.cells.n_slices(),
+        workers_, stream_.cells.n_slices(),
         [&](int begin, int end) {
           return kernels_.alignment(stream_.cells.view(), stream_.references.data(), view(), rotations_.data(), begin,
                                     end);
@@ -109,7 +107,7 @@ class CellPassesOf final : public CellPasses {
 
   double find_residual(Positions& residual) const override {
     residual.resize(n_vertices_, 3);
-    return parallel_sum<kSliceRange>(threads_, stream_.incidences.n_slices(), [&](int begin, int end) {
+    return parallel_sum<kSliceRange>(workers_, stream_.incidences.n_slices(), [&](int begin, int end) {
       return kernels_.residual(stream_.incidences.view(), stream_.springs.view(), view(), rotations_.data(),
                                residual.data(), n_vertices_, begin, end);
     });
@@ -137,7 +135,7 @@ class CellPassesOf final : public CellPasses {
   /// Returns the largest |coordinate|.
   double store_positions(const Positions& positions) {
     return parallel_reduce<kSliceRange * kSliceWidth>(
-        threads_, n_vertices_, 0.0,
+        workers_, n_vertices_, 0.0,
         [&](int begin, int end) {
           return kernels_.store_positions(positions.data() + 3L * begin, end - begin, range_,
                                           coordinates_.data() + 4L * begin);
@@ -158,7 +156,7 @@ class CellPassesOf final : public CellPasses {
 
   int n_vertices_;
   int n_cells_;
-  int threads_;
+  Workers workers_;
   const CellKernels<Real>& kernels_;
   CellStream<Real> stream_;
   int cell_range_;
@@ -171,9 +169,9 @@ class CellPassesOf final : public CellPasses {
 }  // namespace
 
 std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Positions& rest, Precision precision,
-                                             int threads, Isa isa) {
-  if (precision == Precision::kSingle) return std::make_unique<CellPassesOf<float>>(energy, rest, threads, isa);
-  return std::make_unique<CellPassesOf<double>>(energy, rest, threads, isa);
+                                             const Workers& workers, Isa isa) {
+  if (precision == Precision::kSingle) return std::make_unique<CellPassesOf<float>>(energy, rest, workers, isa);
+  return std::make_unique<CellPassesOf<double>>(energy, rest, workers, isa);
 }
 
 namespace {

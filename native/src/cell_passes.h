@@ -7,6 +7,7 @@
 
 #include "cell_energy.h"
 #include "isa.h"
+#include "workers.h"
 
 namespace arap {
 
@@ -30,9 +31,6 @@ class CellPasses {
   CellPasses& operator=(const CellPasses&) = delete;
   virtual ~CellPasses() = default;
 
-  /// Threads from now on; results do not depend on them.
-  virtual void set_threads(int threads) = 0;
-
   /// Takes over positions, (n, 3).
   virtual void set_positions(const Positions& positions) = 0;
   virtual void set_rotations(const Rotations& rotations) = 0;
@@ -54,9 +52,11 @@ class CellPasses {
   [[nodiscard]] virtual double rest_energy() const = 0;
 };
 
-/// @param rest  (n, 3)
+/// @param rest     (n, 3)
+/// @param workers  results do not depend on how many they are
 [[nodiscard]] std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Positions& rest,
-                                                           Precision precision, int threads, Isa isa = choose_isa());
+                                                           Precision precision, const Workers& workers,
+                                                           Isa isa = choose_isa());
 
 /// Whether single precision serves an energy: its numbers are in the range of a float, its edges are no dust beside the
 /// whole, and no part is so much stiffer than another that the rounded forces in the one would bend the other.

@@ -35,9 +35,9 @@ Eigen::RowVector3d Average::of(const Positions& x) const {
 ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K,
                                      const std::vector<int>& components, std::vector<char> is_fixed,
                                      const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
-                                     const Progress& progress, int threads)
+                                     const Progress& progress, const Workers& workers)
     : matrix_(with_diagonal(K, soft_diagonal)),
-      threads_(threads),
+      workers_(workers),
       is_fixed_(std::move(is_fixed)),
       averages_(std::move(averages)) {
   report(progress, 0.1);
@@ -79,7 +79,7 @@ void ConstrainedSystem::erase_fixed(Positions& x) const {
 }
 
 void ConstrainedSystem::multiply_held(const Positions& x, Positions& result) const {
-  multiply(matrix_, x, result, threads_);
+  multiply(matrix_, x, result, workers_);
   for (size_t k = 0; k < grounded_.size(); ++k) result.row(grounded_[k]) += grounding_[k] * x.row(grounded_[k]);
   erase_fixed(result);
 }
@@ -94,7 +94,7 @@ void ConstrainedSystem::solve_columns() {
       const Average& column = columns_[first + c];
       for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], c) += column.weights[k];
     }
-    solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b, threads_);
+    solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b, workers_);
     column_solutions_.middleCols(first, n) = b.leftCols(n);
   }
 }
@@ -146,19 +146,31 @@ Positions ConstrainedSystem::meet_averages(Positions& x, const Positions& gaps) 
   return y.topRows(averages_.size());
 }
 
-void ConstrainedSystem::correct(Positions& residual, const Positions& gaps, Positions& multipliers) const {
+void ConstrainedSystem::correct(const Positions& residual, const Positions& gaps, Positions& multipliers,
+                                Positions& correction) const {
   const std::ptrdiff_t n_averages = std::ssize(averages_);
   if (multipliers.rows() != n_averages) multipliers = Positions::Zero(n_averages, 3);
+  if (n_averages == 0) {
+    factor_->solve(residual, correction);
+    return;
+  }
+  if (&correction != &residual) correction = residual;
   for (std::ptrdiff_t c = 0; c < n_averages; ++c)
     for (size_t k = 0; k < columns_[c].indices.size(); ++k)
-      residual.row(columns_[c].indices[k]) -= columns_[c].weights[k] * multipliers.row(c);
-  factor_->solve(residual);
-  multipliers += meet_averages(residual, gaps);
+      correction.row(columns_[c].indices[k]) -= columns_[c].weights[k] * multipliers.row(c);
+  factor_->solve(correction);
+  multipliers += meet_averages(correction, gaps);
 }
 
 void ConstrainedSystem::correct_exactly(Positions& residual, const Positions& gaps) const {
+  constexpr double kDouble = 1e-15;
+  correct_to(kDouble, residual, gaps);
+}
+
+void ConstrainedSystem::correct_to(double accuracy, Positions& residual, const Positions& gaps) const {
   erase_fixed(residual);
-  solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, residual, threads_);
+  solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, residual, workers_,
+                accuracy);
   static_cast<void>(meet_averages(residual, gaps));
 }
 

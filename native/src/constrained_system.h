@@ -35,22 +35,25 @@ class ConstrainedSystem {
   /// Throws SolverError, or Cancelled.
   ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K, const std::vector<int>& components,
                     std::vector<char> is_fixed, const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
-                    const Progress& progress, int threads = 1);
+                    const Progress& progress, const Workers& workers = Workers(1));
 
   /// A, without erasing and grounding.
   [[nodiscard]] const SparseMatrix& matrix() const { return matrix_; }
   [[nodiscard]] const Factorization& factor() const { return *factor_; }
   [[nodiscard]] const std::vector<Average>& averages() const { return averages_; }
 
-  /// Replaces `residual` = b - A x by the correction to x, as exact as the factor is; 0 at fixed unknowns. The averages
-  /// meet their targets exactly in every case.
+  /// Sets `correction` to that of x for `residual` = b - A x, as exact as the factor is; 0 at fixed unknowns. The
+  /// averages meet their targets exactly in every case.
   /// @param gaps         (n_averages, 3) target minus average of x
   /// @param multipliers  (n_averages, 3) of the last correction, or empty; set: A x + sum_k a_k multipliers_k = b at
   ///                     the corrected x. To start from the last ones makes the correction vanish at the minimizer.
-  void correct(Positions& residual, const Positions& gaps, Positions& multipliers) const;
+  /// @param correction   may be the residual
+  void correct(const Positions& residual, const Positions& gaps, Positions& multipliers, Positions& correction) const;
 
-  /// The same to the accuracy of double, at once.
+  /// Replaces the residual by the same to the accuracy of double, at once.
   void correct_exactly(Positions& residual, const Positions& gaps) const;
+  /// The same to a part of itself, see solve_refined.
+  void correct_to(double accuracy, Positions& residual, const Positions& gaps) const;
 
  private:
   /// One unknown of each component that no fixed unknown and no soft constraint holds.
@@ -65,7 +68,7 @@ class ConstrainedSystem {
   [[nodiscard]] Positions meet_averages(Positions& x, const Positions& gaps) const;
 
   SparseMatrix matrix_;
-  int threads_;
+  Workers workers_;
   std::vector<char> is_fixed_;
   std::vector<Average> averages_;
   std::vector<int> grounded_;

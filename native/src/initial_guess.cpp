@@ -12,8 +12,8 @@ void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraint
   Positions gap = model.rest - pose.positions;
   Positions laplacian;
   Positions residual;
-  multiply(model.energy.K, gap, laplacian, model.threads);
-  multiply(model.energy.K, laplacian, residual, model.threads);
+  multiply(model.energy.K, gap, laplacian, model.workers);
+  multiply(model.energy.K, laplacian, residual, model.workers);
   const Eigen::VectorXd diagonal = model.energy.K.diagonal();
   const Eigen::VectorXd& soft = constraints.soft_diagonal();
   for (Eigen::Index v = 0; v < soft.size(); ++v) {
@@ -41,13 +41,13 @@ void spread_turns(const BoundModel& model, const BoundConstraints& constraints, 
     field.row(regions.unknown_of(constraints.anchor_patches()[k].indices.front())) =
         turns.row(constraints.anchor_rows()[k]);
   Positions pull;
-  multiply(system.matrix(), field, pull, model.threads);
+  multiply(system.matrix(), field, pull, model.workers);
   Positions residual = -pull;
   for (const int v : constraints.soft_vertices())
     residual.row(regions.unknown_of(v)) += constraints.soft_diagonal()[v] * turn_of_vertex.row(v);
   Positions gaps = constraints.patch_targets(turns);
   for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= system.averages()[k].of(field);
-  system.correct_exactly(residual, gaps);
+  system.correct_to(kGuessAccuracy, residual, gaps);
   field += residual;
 
   const auto turn_at = [&](int unknown) {
@@ -55,7 +55,7 @@ void spread_turns(const BoundModel& model, const BoundConstraints& constraints, 
     if (!(angle > 0)) return Eigen::Quaterniond::Identity();
     return Eigen::Quaterniond(Eigen::AngleAxisd(angle, field.row(unknown).transpose() / angle));
   };
-  parallel_for(model.threads, model.energy.n_cells(), [&](int begin, int end) {
+  parallel_for(model.workers, model.energy.n_cells(), [&](int begin, int end) {
     for (int c = begin; c < end; ++c)
       if (const int home = model.energy.home(c); home >= 0)
         pose.rotations[c] = turn_at(regions.unknown_of(home)) * pose.rotations[c];

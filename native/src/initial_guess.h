@@ -6,6 +6,10 @@
 
 namespace arap {
 
+/// Of the linear solves of a guess: what iterations in single precision tell, so that a rigid motion of all handles is
+/// one of the mesh.
+inline constexpr double kGuessAccuracy = 1e-7;
+
 /// min |L p' - L p|^2 under the constraints, L the Laplacian of the energy's weights; [SA07] Sec. 3. Rigid regions keep
 /// their rotations.
 void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraints, const Positions& vertex_targets,

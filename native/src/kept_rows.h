@@ -19,16 +19,13 @@ class KeptRows {
   /// an entry is not finite, or one of the diagonal not above 0.
   [[nodiscard]] SparseMatrix of(const SparseMatrix& A) const;
 
-  /// Replaces b by solve(the kept rows of b), erased rows by 0.
+  /// Sets the kept rows of x to solve(those of b), erased ones to 0; x may be b.
   template <class Solve>
-  void solve(Positions& b, const Solve& solve) const {
-    if (kept_.empty()) {
-      b.setZero();
-      return;
-    }
-    const Eigen::MatrixX3d x = solve(Eigen::MatrixX3d(b(kept_, Eigen::all)));
-    b.setZero();
-    b(kept_, Eigen::all) = x;
+  void solve(const Positions& b, Positions& x, const Solve& solve) const {
+    Eigen::MatrixX3d kept(kept_.size(), 3);
+    if (!kept_.empty()) kept = solve(Eigen::MatrixX3d(b(kept_, Eigen::all)));
+    x.setZero(b.rows(), 3);
+    x(kept_, Eigen::all) = kept;
   }
 
  private:

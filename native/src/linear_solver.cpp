@@ -9,7 +9,8 @@
 
 namespace arap {
 
-std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, LinearSolverKind kind, int threads) {
+std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, LinearSolverKind kind,
+                                                 const Workers& workers) {
   switch (kind) {
     case LinearSolverKind::kBlockLdlt:
       break;
@@ -22,7 +23,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, Li
     case LinearSolverKind::kBiCgStab:
       return std::make_unique<BiCgStab>();
   }
-  return std::make_unique<BlockLdlt>(pattern, threads);
+  return std::make_unique<BlockLdlt>(pattern, workers);
 }
 
 }  // namespace arap

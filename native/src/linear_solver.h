@@ -8,6 +8,7 @@
 #include "arap/options.h"
 #include "arap/types.h"
 #include "sparse.h"
+#include "workers.h"
 
 namespace arap {
 
@@ -19,10 +20,11 @@ class Factorization {
   Factorization& operator=(const Factorization&) = delete;
   virtual ~Factorization() = default;
 
-  /// Replaces b (n, 3) by the solution, erased rows by 0. The solution may be that of a nearby matrix, symmetric and
-  /// positive definite too, whose difference shows from the third digit on. So iterate x += solve(b - A x), which ends
-  /// at the exact x, or use solve_refined.
-  virtual void solve(Positions& b) const = 0;
+  /// Sets x (n, 3) to the solution, erased rows to 0; x may be b. The solution may be that of a nearby matrix,
+  /// symmetric and positive definite too, whose difference shows from the third digit on. So iterate x += solve(b - A
+  /// x), which ends at the exact x, or use solve_refined.
+  virtual void solve(const Positions& b, Positions& x) const = 0;
+  void solve(Positions& x) const { solve(x, x); }
 
   /// Of the factor; a solve reads it twice. 0 where the solver does not say.
   [[nodiscard]] virtual size_t bytes() const { return 0; }
@@ -54,9 +56,9 @@ class LinearSolver {
 };
 
 /// @param pattern  symmetric, stored whole, with its diagonal
-/// @param threads  at most, of factorizations and solves
+/// @param workers  of solves; as many threads factorize
 [[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern,
                                                                LinearSolverKind kind = LinearSolverKind::kBlockLdlt,
-                                                               int threads = 1);
+                                                               const Workers& workers = Workers(1));
 
 }  // namespace arap

@@ -2,40 +2,59 @@
 #include "local_global.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "parallel.h"
 
 namespace arap {
 
-double longest_row(const Positions& x, int threads) {
-  const double squared = parallel_reduce(
-      threads, static_cast<int>(x.rows()), 0.0,
+namespace {
+
+/// Rows that a thread takes at once.
+constexpr int kRows = 2048;
+
+constexpr double kRounding = 1e-15;
+
+}  // namespace
+
+double longest_row(const Positions& x, const Workers& workers) {
+  const double squared = parallel_reduce<kRows>(
+      workers, static_cast<int>(x.rows()), 0.0,
       [&](int begin, int end) { return x.middleRows(begin, end - begin).rowwise().squaredNorm().maxCoeff(); },
       [](double a, double b) { return std::max(a, b); });
   return std::sqrt(squared);
 }
 
 LocalGlobal::LocalGlobal(const BoundModel& model, const BoundConstraints& constraints)
-    : model_(model), constraints_(constraints), threads_(model.threads) {
+    : model_(model), constraints_(constraints) {
   targets_.vertices = Positions::Zero(model.rest.rows(), 3);
 }
 
 void LocalGlobal::aim(const Positions& targets, Precision precision) {
-  passes_ = &model_.passes(precision);
+  CellPasses& passes = model_.passes(precision);
+  if (&passes != passes_) forget();
+  passes_ = &passes;
+  const auto pull_softly = [&](double sign) {
+    const Eigen::VectorXd& soft = constraints_.soft_diagonal();
+    if (known_ != Known::kResidual) return;
+    for (const int v : constraints_.soft_vertices()) residual_.row(v) += sign * soft[v] * targets_.vertices.row(v);
+  };
+  pull_softly(-1);
   constraints_.write_vertex_targets(targets, targets_.vertices);
+  pull_softly(1);
   targets_.patches = constraints_.anchor_targets(targets);
   patch_targets_ = constraints_.patch_targets(targets);
   multipliers_ = Positions::Zero(patch_targets_.rows(), 3);
 }
 
-bool LocalGlobal::impose_constraints(Pose& pose) const {
+bool LocalGlobal::impose_constraints(Pose& pose) {
   // Of a mesh of size 1: far above rounding, far below what could turn a rotation.
   constexpr double kMoved = 1e-12;
   bool has_moved = false;
-  const auto move = [&](int v, const auto& place) {
-    has_moved = has_moved || (pose.positions.row(v) - place).squaredNorm() > kMoved * kMoved;
+  const auto move = [&](int v, const Eigen::RowVector3d& place) {
+    const Eigen::RowVector3d step = place - pose.positions.row(v);
+    has_moved = has_moved || step.squaredNorm() > kMoved * kMoved;
+    if (known_ == Known::kResidual) follow_vertex(v, step);
     pose.positions.row(v) = place;
   };
   for (const int v : constraints_.hard_vertices()) move(v, targets_.vertices.row(v));
@@ -56,22 +75,29 @@ Positions LocalGlobal::patch_gaps(const Positions& positions) const {
   return gaps;
 }
 
+void LocalGlobal::follow_vertex(int v, const Eigen::RowVector3d& step) {
+  for (SparseMatrix::InnerIterator entry(model_.energy.K, v); entry; ++entry)
+    residual_.row(entry.row()) -= entry.value() * step;
+}
+
 void LocalGlobal::find_correction(const Pose& pose, Positions& correction) {
-  correction = residual_;
-  make_correction(pose, correction);
-}
-
-void LocalGlobal::make_correction(const Pose& pose, Positions& residual) {
   const RigidRegions& regions = constraints_.regions();
-  regions.reduce(residual);
-  constraints_.system().correct(residual, patch_gaps(pose.positions), multipliers_);
-  regions.expand(residual);
+  const ConstrainedSystem& system = constraints_.system();
+  if (regions.empty()) {
+    system.correct(residual_, patch_gaps(pose.positions), multipliers_, correction);
+    return;
+  }
+  correction = residual_;
+  regions.reduce(correction);
+  system.correct(correction, patch_gaps(pose.positions), multipliers_, correction);
+  regions.expand(correction);
 }
 
-void LocalGlobal::apply_residual_exactly(Pose& pose) {
+void LocalGlobal::apply_residual_to(double accuracy, Pose& pose) {
   const RigidRegions& regions = constraints_.regions();
   regions.reduce(residual_);
-  constraints_.system().correct_exactly(residual_, patch_gaps(pose.positions));
+  constraints_.system().correct_to(accuracy, residual_, patch_gaps(pose.positions));
+  known_ = std::min(known_, Known::kRotations);
   regions.expand(residual_);
   pose.positions += residual_;
   follow_positions(pose);
@@ -80,7 +106,7 @@ void LocalGlobal::apply_residual_exactly(Pose& pose) {
 void LocalGlobal::project_on_patches(Pose& pose) {
   if (patch_targets_.rows() == 0) return;
   residual_ = Positions::Zero(pose.positions.rows(), 3);
-  apply_residual_exactly(pose);
+  apply_residual_to(kRounding, pose);
 }
 
 double LocalGlobal::refresh_residual(const Pose& pose) {
@@ -106,16 +132,6 @@ void LocalGlobal::fit_regions(Pose& pose) {
 }
 
 double LocalGlobal::fit(Pose& pose) {
-  using Clock = std::chrono::steady_clock;
-  threads_ = pace_.choose(model_.threads);
-  passes_->set_threads(threads_);
-  const Clock::time_point start = Clock::now();
-  const double energy = fit_on_threads(pose);
-  pace_.record(threads_, std::chrono::duration<double>(Clock::now() - start).count());
-  return energy;
-}
-
-double LocalGlobal::fit_on_threads(Pose& pose) {
   passes_->set_positions(pose.positions);
   double alignment = passes_->fit_rotations();
   if (!constraints_.regions().empty()) {
@@ -126,23 +142,43 @@ double LocalGlobal::fit_on_threads(Pose& pose) {
   return energy < 0 ? 0 : energy;  // none is negative; rounding may be. What is not a number stays so.
 }
 
+void LocalGlobal::start(const Pose& pose) {
+  if (known_ == Known::kNothing) passes_->set_rotations(pose.rotations);
+  known_ = Known::kNothing;
+}
+
+void LocalGlobal::finish(Pose& pose) {
+  passes_->read_rotations(pose.rotations);
+  known_ = constraints_.regions().empty() ? Known::kResidual : Known::kRotations;
+}
+
 void LocalGlobal::find_residual_of(const Pose& pose) {
+  if (known_ == Known::kResidual) return;
   passes_->set_positions(pose.positions);
-  start(pose);
+  if (known_ == Known::kNothing) passes_->set_rotations(pose.rotations);
+  known_ = Known::kRotations;
   static_cast<void>(refresh_residual(pose));
 }
 
 double LocalGlobal::global_step(Pose& pose) {
   find_residual_of(pose);
-  make_correction(pose, residual_);
-  pose.positions += residual_;
+  find_correction(pose, residual_);
+  known_ = Known::kRotations;
+  const double squared = parallel_reduce<kRows>(
+      workers(), static_cast<int>(residual_.rows()), 0.0,
+      [&](int begin, int end) {
+        const auto correction = residual_.middleRows(begin, end - begin);
+        pose.positions.middleRows(begin, end - begin) += correction;
+        return correction.rowwise().squaredNorm().maxCoeff();
+      },
+      [](double a, double b) { return std::max(a, b); });
   follow_positions(pose);
-  return longest_row(residual_, threads_);
+  return std::sqrt(squared);
 }
 
-void LocalGlobal::exact_global_step(Pose& pose) {
+void LocalGlobal::global_step_to(double accuracy, Pose& pose) {
   find_residual_of(pose);
-  apply_residual_exactly(pose);
+  apply_residual_to(accuracy, pose);
 }
 
 }  // namespace arap

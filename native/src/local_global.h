@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "bound_constraints.h"
-#include "team_pace.h"
 
 namespace arap {
 
@@ -16,7 +15,7 @@ struct Pose {
 };
 
 /// The largest length of a row.
-[[nodiscard]] double longest_row(const Positions& x, int threads);
+[[nodiscard]] double longest_row(const Positions& x, const Workers& workers);
 
 /// The two halves of an iteration: the local step (best rotations for the positions) and the global step (best
 /// positions for the rotations); neither raises the energy. [SA07] Sec. 2.
@@ -24,7 +23,7 @@ class LocalGlobal {
  public:
   LocalGlobal(const BoundModel& model, const BoundConstraints& constraints);
 
-  /// Comes first, and again for new targets.
+  /// Comes first, and again for new targets. Where the pose is the one that finish() left, the residual there is kept.
   /// @param targets  (n_entries + n_patches, 3) in model space
   void aim(const Positions& targets, Precision precision);
 
@@ -32,26 +31,28 @@ class LocalGlobal {
   [[nodiscard]] const Positions& vertex_targets() const { return targets_.vertices; }
 
   /// Puts hard vertices, anchored regions and what stays at rest to their places; true where that moved any of them.
-  bool impose_constraints(Pose& pose) const;
+  bool impose_constraints(Pose& pose);
 
   /// The smallest change (in the norm of K) that brings the patches to their targets.
   void project_on_patches(Pose& pose);
 
-  /// One global step with the rotations of the pose, to the accuracy of the factor or of double. Returns the largest
-  /// movement of a vertex.
+  /// One global step with the rotations of the pose, to the accuracy of the factor or to a part of itself. Returns the
+  /// largest movement of a vertex.
   double global_step(Pose& pose);
-  void exact_global_step(Pose& pose);
+  void global_step_to(double accuracy, Pose& pose);
 
   /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().
-  void start(const Pose& pose) { passes_->set_rotations(pose.rotations); }
-  void finish(Pose& pose) const { passes_->read_rotations(pose.rotations); }
+  void start(const Pose& pose);
+  void finish(Pose& pose);
+  /// Comes where anybody else changes the pose or works with the passes.
+  void forget() { known_ = Known::kNothing; }
 
   /// Local step. Returns the energy, and leaves the residual for the next global step.
   [[nodiscard]] double fit(Pose& pose);
 
   /// Minus the gradient of the energy, soft constraints included, (n, 3).
   [[nodiscard]] const Positions& residual() const { return residual_; }
-  /// The whole global step from the residual at hand, (n, 3).
+  /// The whole global step from the residual at hand, (n, 3); `correction` may be the residual.
   void find_correction(const Pose& pose, Positions& correction);
   /// Tells the regions that their vertices were moved alike.
   void follow_positions(Pose& pose) const { constraints_.regions().read_translations(pose.placements, pose.positions); }
@@ -60,12 +61,16 @@ class LocalGlobal {
   [[nodiscard]] double energy_rounding() const { return passes_->energy_rounding(); }
   /// E_0.
   [[nodiscard]] double rest_energy() const { return passes_->rest_energy(); }
-  /// Threads that pay at the moment: of the model's as many as the machine has cores to spare for.
-  [[nodiscard]] int threads() const { return threads_; }
+  [[nodiscard]] const Workers& workers() const { return model_.workers; }
 
  private:
-  /// The fit itself.
-  [[nodiscard]] double fit_on_threads(Pose& pose);
+  /// What is at hand of the pose, besides itself.
+  enum class Known {
+    kNothing,
+    kRotations,  ///< in the passes
+    kResidual,   ///< and in residual_
+  };
+
   /// Brings rigid regions to their best rotations, after the cells.
   void fit_regions(Pose& pose);
   /// The energy without its term of rotations.
@@ -73,16 +78,15 @@ class LocalGlobal {
   [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
   /// For the positions and rotations of the pose, whatever the passes have been about.
   void find_residual_of(const Pose& pose);
-  /// Turns the residual into the global step.
-  void make_correction(const Pose& pose, Positions& residual);
-  /// The whole step at once, to the accuracy of double.
-  void apply_residual_exactly(Pose& pose);
+  /// The same by what changes where one vertex is moved.
+  void follow_vertex(int v, const Eigen::RowVector3d& step);
+  /// The whole step at once, to a part of itself.
+  void apply_residual_to(double accuracy, Pose& pose);
 
   const BoundModel& model_;
   const BoundConstraints& constraints_;
-  int threads_;
-  TeamPace pace_;
   CellPasses* passes_ = nullptr;
+  Known known_ = Known::kNothing;
   RegionTargets targets_;  ///< of vertices, and of patches that anchor regions
   Positions patch_targets_;
   Positions residual_;

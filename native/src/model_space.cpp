@@ -45,24 +45,24 @@ void ModelSpace::renumber(const std::vector<int>& new_of_old) {
   for (int& m : model_vertex_) m = new_of_old[m];
 }
 
-Positions ModelSpace::to_model(const Positions& of_input, int threads) const {
+Positions ModelSpace::to_model(const Positions& of_input, const Workers& workers) const {
   Positions result(n_model_vertices(), 3);
-  parallel_for<kRows>(threads, n_model_vertices(), [&](int begin, int end) {
+  parallel_for<kRows>(workers, n_model_vertices(), [&](int begin, int end) {
     for (int m = begin; m < end; ++m) result.row(m) = (of_input.row(input_vertex_[m]) - center_) / size_;
   });
   return result;
 }
 
-Positions ModelSpace::to_input(const Positions& of_model, int threads) const {
+Positions ModelSpace::to_input(const Positions& of_model, const Workers& workers) const {
   Positions result(n_input_vertices(), 3);
-  parallel_for<kRows>(threads, n_input_vertices(), [&](int begin, int end) {
+  parallel_for<kRows>(workers, n_input_vertices(), [&](int begin, int end) {
     for (int v = begin; v < end; ++v) result.row(v) = of_model.row(model_vertex_[v]) * size_ + center_;
   });
   return result;
 }
 
-bool ModelSpace::write_to_input(const Positions& of_model, int threads, std::span<float> of_input) const {
-  return parallel_all<kRows>(threads, n_input_vertices(), [&](int begin, int end) {
+bool ModelSpace::write_to_input(const Positions& of_model, const Workers& workers, std::span<float> of_input) const {
+  return parallel_all<kRows>(workers, n_input_vertices(), [&](int begin, int end) {
     double zero = 0;  // not a number as soon as one of the numbers is not finite
     for (int v = begin; v < end; ++v) {
       const Eigen::RowVector3d x = of_model.row(model_vertex_[v]);
@@ -104,7 +104,7 @@ PolygonMesh ModelSpace::to_model(const PolygonMesh& mesh) const {
     for (const int v : mesh.face(f)) corners.push_back(model_vertex_[v]);
     sizes.push_back(static_cast<int>(mesh.face(f).size()));
   }
-  return {to_model(mesh.positions(), 1), std::move(corners), std::move(sizes)};
+  return {to_model(mesh.positions(), Workers(1)), std::move(corners), std::move(sizes)};
 }
 
 }  // namespace arap

@@ -6,6 +6,7 @@
 
 #include "arap/mesh.h"
 #include "arap/types.h"
+#include "workers.h"
 
 namespace arap {
 
@@ -33,10 +34,10 @@ class ModelSpace {
     return (points.rowwise() - center_) / size_;
   }
 
-  [[nodiscard]] Positions to_model(const Positions& of_input, int threads) const;
-  [[nodiscard]] Positions to_input(const Positions& of_model, int threads) const;
+  [[nodiscard]] Positions to_model(const Positions& of_input, const Workers& workers) const;
+  [[nodiscard]] Positions to_input(const Positions& of_model, const Workers& workers) const;
   /// The same in single precision, row by row; false where a number is not finite.
-  [[nodiscard]] bool write_to_input(const Positions& of_model, int threads, std::span<float> of_input) const;
+  [[nodiscard]] bool write_to_input(const Positions& of_model, const Workers& workers, std::span<float> of_input) const;
   /// Vectors as they are: neither moved nor scaled.
   [[nodiscard]] Positions vectors_to_input(const Positions& of_model) const;
   [[nodiscard]] std::vector<double> to_model(const std::vector<double>& of_input) const;

@@ -43,7 +43,7 @@ int row_count(const Positions& x) { return static_cast<int>(x.rows()); }
 
 double NonlinearCg::slope_along_direction() const {
   const Positions& residual = steps_.residual();
-  return parallel_sum<kRows>(steps_.threads(), row_count(residual), [&](int begin, int end) {
+  return parallel_sum<kRows>(steps_.workers(), row_count(residual), [&](int begin, int end) {
     return (flat(direction_, begin, end).cast<double>() * flat(residual, begin, end)).sum();
   });
 }
@@ -56,7 +56,7 @@ double NonlinearCg::choose_beta() {
   direction_.resize(residual.rows(), 3);
   const bool is_fresh = is_fresh_;
   const Sums sums = parallel_reduce<kRows>(
-      steps_.threads(), row_count(residual), Sums{},
+      steps_.workers(), row_count(residual), Sums{},
       [&](int begin, int end) {
         const auto z = flat(correction, begin, end);
         const auto r = flat(residual, begin, end);
@@ -87,7 +87,7 @@ template <class Update>
 double NonlinearCg::move(Pose& pose, double length, const Update& update) {
   pose.positions.resize(start_.rows(), 3);
   const float longest = parallel_reduce<kRows>(
-      steps_.threads(), row_count(start_), 0.0F,
+      steps_.workers(), row_count(start_), 0.0F,
       [&](int begin, int end) {
         auto d = flat(direction_, begin, end);
         update(d, begin, end);

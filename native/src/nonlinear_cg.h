@@ -27,7 +27,7 @@ class NonlinearCg {
   /// The last iteration's largest movement of a vertex.
   [[nodiscard]] double step() const { return step_; }
   /// That of the plain global step where it began.
-  [[nodiscard]] double longest_correction() const { return longest_row(correction_, steps_.threads()); }
+  [[nodiscard]] double longest_correction() const { return longest_row(correction_, steps_.workers()); }
   /// Upper bound of the decrease of the energy in the last iteration, from the slope at its start.
   [[nodiscard]] double promised_decrease() const { return promised_decrease_; }
 

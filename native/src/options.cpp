@@ -36,9 +36,8 @@ void SolveOptions::validate() const {
 
 int choose_threads(int requested, int n_vertices) {
   if (requested > 0) return requested;
-  // An OpenMP barrier costs little on idle cores but a time slice where another program holds one of them; below this
-  // size the second thread brings less than that risks.
-  constexpr int kVerticesPerThread = 10000;
+  // On smaller meshes passes are so short that to share them costs what it brings.
+  constexpr int kVerticesPerThread = 5000;
   return std::clamp(n_vertices / kVerticesPerThread, 1, std::max(1, omp_get_max_threads()));
 }
 

@@ -5,29 +5,43 @@
 #include <array>
 #include <vector>
 
+#include "workers.h"
+
 namespace arap {
 
 /// Threads that pay for a mesh of n vertices: `requested`, or by size where that is 0.
 [[nodiscard]] int choose_threads(int requested, int n_vertices);
 
-/// Calls body(begin, end) for consecutive ranges of [0, n), at most `threads` of them at once. The ranges do not depend
-/// on the number of threads. `body` must not throw.
+/// Calls body(piece) for [0, n_pieces), on OpenMP's threads: for the long loops of a bind.
 template <class Body>
-void parallel_for_ranges(int threads, int n, int range, const Body& body) {
-  const int n_ranges = (n + range - 1) / range;
-#pragma omp parallel for num_threads(std::min(threads, n_ranges)) if (threads > 1 && n_ranges > 1) schedule(static)
-  for (int r = 0; r < n_ranges; ++r) body(r * range, std::min(n, (r + 1) * range));
+void for_each_piece(int threads, int n_pieces, const Body& body) {
+#pragma omp parallel for num_threads(std::min(threads, n_pieces)) if (threads > 1 && n_pieces > 1) schedule(static)
+  for (int piece = 0; piece < n_pieces; ++piece) body(piece);
 }
 
-template <int kRange = 512, class Body>
-void parallel_for(int threads, int n, const Body& body) {
+/// The same for the short passes of an iteration.
+template <class Body>
+void for_each_piece(const Workers& workers, int n_pieces, const Body& body) {
+  workers.run(n_pieces, body);
+}
+
+/// Calls body(begin, end) for consecutive ranges of [0, n), several at once. The ranges do not depend on the number of
+/// threads. `body` must not throw.
+/// @param threads  here and below: how many, or Workers
+template <class Threads, class Body>
+void parallel_for_ranges(const Threads& threads, int n, int range, const Body& body) {
+  for_each_piece(threads, (n + range - 1) / range, [&](int r) { body(r * range, std::min(n, (r + 1) * range)); });
+}
+
+template <int kRange = 512, class Threads, class Body>
+void parallel_for(const Threads& threads, int n, const Body& body) {
   parallel_for_ranges(threads, n, kRange, body);
 }
 
 /// Results of body(begin, end) over ranges of [0, n), joined in order: the same for every number of threads.
-template <int kRange = 512, class Value, class Body, class Join>
-[[nodiscard]] Value parallel_reduce(int threads, int n, const Value& neutral, const Body& body, const Join& join,
-                                    int range = kRange) {
+template <int kRange = 512, class Threads, class Value, class Body, class Join>
+[[nodiscard]] Value parallel_reduce(const Threads& threads, int n, const Value& neutral, const Body& body,
+                                    const Join& join, int range = kRange) {
   std::vector<Value> partial(((n + range - 1) / range), neutral);
   parallel_for_ranges(threads, n, range, [&](int begin, int end) { partial[begin / range] = body(begin, end); });
   Value result = neutral;
@@ -36,15 +50,15 @@ template <int kRange = 512, class Value, class Body, class Join>
 }
 
 /// Sum of body(begin, end) over ranges of [0, n).
-template <int kRange = 512, class Body>
-[[nodiscard]] double parallel_sum(int threads, int n, const Body& body, int range = kRange) {
+template <int kRange = 512, class Threads, class Body>
+[[nodiscard]] double parallel_sum(const Threads& threads, int n, const Body& body, int range = kRange) {
   return parallel_reduce<kRange>(
       threads, n, 0.0, body, [](double a, double b) { return a + b; }, range);
 }
 
 /// Whether body(begin, end) is true for all ranges of [0, n).
-template <int kRange = 512, class Body>
-[[nodiscard]] bool parallel_all(int threads, int n, const Body& body) {
+template <int kRange = 512, class Threads, class Body>
+[[nodiscard]] bool parallel_all(const Threads& threads, int n, const Body& body) {
   // Not bool: a vector of those has no room of its own for each.
   return parallel_reduce<kRange>(
              threads, n, char{1}, [&](int begin, int end) { return static_cast<char>(body(begin, end)); },

@@ -7,13 +7,15 @@
 
 namespace arap {
 
-/// Replaces b (n, 3) by A^-1 b to about the accuracy of double, with a factorization that may be less exact: conjugate
-/// gradients with the factor as preconditioner, so that it converges whatever the quality of that is. With a good one
-/// it is iterative refinement: two or three products and solves.
+/// Replaces b (n, 3) by x = A^-1 b, by default to about the accuracy of double, with a factorization that may be less
+/// exact: conjugate gradients with the factor as preconditioner, so that it converges whatever the quality of that is.
+/// With a good one it is iterative refinement: two or three products and solves.
 ///
-/// @param apply   y = A x, (n, 3), without erased rows and columns: there y is 0 where x is
-/// @param factor  of A; b is 0 in erased rows
+/// @param apply     y = A x, (n, 3), without erased rows and columns: there y is 0 where x is
+/// @param factor    of A; b is 0 in erased rows
+/// @param accuracy  it ends where a step changes x by no more than this part. The error that is left is smaller: a step
+///                  takes two or three digits off it
 void solve_refined(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
-                   Positions& b, int threads);
+                   Positions& b, const Workers& workers, double accuracy = 1e-15);
 
 }  // namespace arap

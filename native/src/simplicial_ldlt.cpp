@@ -18,8 +18,9 @@ class SimplicialFactorization final : public Factorization {
     if (!is_definite) refuse_indefinite();
   }
 
-  void solve(Positions& b) const override {
-    rows_.solve(b, [&](const Eigen::MatrixX3d& right) { return factor_.solve(right).eval(); });
+  using Factorization::solve;
+  void solve(const Positions& b, Positions& x) const override {
+    rows_.solve(b, x, [&](const Eigen::MatrixX3d& right) { return factor_.solve(right).eval(); });
   }
 
  private:

@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 
 #include "arap/types.h"
+#include "workers.h"
 
 namespace arap {
 
@@ -11,6 +12,6 @@ namespace arap {
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 
 /// result = A x for a symmetric A stored whole; (n, 3).
-void multiply(const SparseMatrix& A, const Positions& x, Positions& result, int threads);
+void multiply(const SparseMatrix& A, const Positions& x, Positions& result, const Workers& workers);
 
 }  // namespace arap

@@ -36,8 +36,9 @@ class LuFactorization final : public Factorization {
     if (factor_.info() != Eigen::Success || !factor_.has_positive_pivots()) refuse_indefinite();
   }
 
-  void solve(Positions& b) const override {
-    rows_.solve(b, [&](const Eigen::MatrixX3d& right) { return factor_.solve(right).eval(); });
+  using Factorization::solve;
+  void solve(const Positions& b, Positions& x) const override {
+    rows_.solve(b, x, [&](const Eigen::MatrixX3d& right) { return factor_.solve(right).eval(); });
   }
 
  private:

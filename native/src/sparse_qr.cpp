@@ -18,12 +18,13 @@ class QrFactorization final : public Factorization {
     if (factor_.info() != Eigen::Success || factor_.rank() < factor_.cols()) refuse_indefinite();
   }
 
-  void solve(Positions& b) const override {
+  using Factorization::solve;
+  void solve(const Positions& b, Positions& x) const override {
     // Not by the factor's own solve, which notes its success in the factor: that would be a race between threads.
-    rows_.solve(b, [&](const Eigen::MatrixX3d& right) {
+    rows_.solve(b, x, [&](const Eigen::MatrixX3d& right) {
       const Eigen::MatrixX3d y = factor_.matrixQ().adjoint() * right;
-      const Eigen::MatrixX3d x = factor_.matrixR().triangularView<Eigen::Upper>().solve(y);
-      return Eigen::MatrixX3d(factor_.colsPermutation() * x);
+      const Eigen::MatrixX3d solution = factor_.matrixR().triangularView<Eigen::Upper>().solve(y);
+      return Eigen::MatrixX3d(factor_.colsPermutation() * solution);
     });
   }
 

@@ -65,15 +65,15 @@ std::string target_name(const ConstraintSet& set, int k) {
                         : text("row ", k, ", patch ", k - n_vertices, ",");
 }
 
-void copy_rows(int threads, const Positions& from, Positions& to) {
+void copy_rows(const Workers& workers, const Positions& from, Positions& to) {
   to.resize(from.rows(), 3);
-  parallel_for<4096>(threads, static_cast<int>(from.rows()), [&](int begin, int end) {
+  parallel_for<4096>(workers, static_cast<int>(from.rows()), [&](int begin, int end) {
     to.middleRows(begin, end - begin) = from.middleRows(begin, end - begin);
   });
 }
 
-bool all_finite(int threads, const Positions& x) {
-  return parallel_all<4096>(threads, static_cast<int>(x.rows()),
+bool all_finite(const Workers& workers, const Positions& x) {
+  return parallel_all<4096>(workers, static_cast<int>(x.rows()),
                             [&](int begin, int end) { return x.middleRows(begin, end - begin).allFinite(); });
 }
 
@@ -122,6 +122,7 @@ struct SurfaceArap::Impl {
   }
 
   void reset() {
+    if (steps != nullptr) steps->forget();
     pose.positions = model.rest;
     pose.rotations.assign(model.energy.n_cells(), Eigen::Quaterniond::Identity());
     pose.placements = model.regions.fit_placements(pose.positions);
@@ -134,6 +135,7 @@ struct SurfaceArap::Impl {
   std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns);
   /// min over R of E at `positions`, on the model; sets the gradient.
   double evaluate(const Positions& positions, Positions& gradient) const {
+    if (steps != nullptr) steps->forget();
     CellPasses& passes = model.passes(Precision::kDouble);
     const double alignment = fit_anew(passes, positions);
     const double energy = passes.rest_energy() + passes.find_residual(gradient) - alignment;
@@ -143,13 +145,13 @@ struct SurfaceArap::Impl {
   [[nodiscard]] Positions checked_to_model(const Positions& positions) const {
     require_rows("positions", positions.rows(), space.n_input_vertices());
     require_finite("positions", positions, [](int v) { return text("vertex ", v); });
-    return space.to_model(positions, model.threads);
+    return space.to_model(positions, model.workers);
   }
   /// Puts the positions where they are wanted; false where they are not finite.
   [[nodiscard]] bool hand_over(SolveResult& result, std::span<float> out) const {
-    if (!out.empty()) return space.write_to_input(pose.positions, steps->threads(), out);
-    result.positions = space.to_input(pose.positions, steps->threads());
-    return all_finite(steps->threads(), pose.positions);
+    if (!out.empty()) return space.write_to_input(pose.positions, model.workers, out);
+    result.positions = space.to_input(pose.positions, model.workers);
+    return all_finite(model.workers, pose.positions);
   }
   /// What a solve that fails goes back to.
   void keep_pose(bool with_rotations);
@@ -190,14 +192,15 @@ Patch SurfaceArap::Impl::patch_around(const std::vector<int>& vertices, double r
 }
 
 void SurfaceArap::Impl::keep_pose(bool with_rotations) {
-  copy_rows(steps->threads(), pose.positions, kept.positions);
+  copy_rows(model.workers, pose.positions, kept.positions);
   kept.placements = pose.placements;
   kept.rotations.clear();
   if (with_rotations) kept.rotations = pose.rotations;
 }
 
 void SurfaceArap::Impl::restore_pose() {
-  copy_rows(steps->threads(), kept.positions, pose.positions);
+  steps->forget();
+  copy_rows(model.workers, kept.positions, pose.positions);
   pose.placements = kept.placements;
   if (!kept.rotations.empty()) pose.rotations = kept.rotations;
 }
@@ -215,10 +218,11 @@ std::optional<double> SurfaceArap::Impl::apply_guess(const Positions& targets, I
   // With the rotations of the former pose: fitted to a torn one, they would turn what a single handle only moves.
   if (turns.rows() > 0) {
     spread_turns(model, *constraints, turns, pose);
-    steps->exact_global_step(pose);
-  } else if (guess == InitialGuess::kPrevious && has_torn) {
-    return steps->global_step(pose);  // brings the patches to their targets too
+    steps->forget();
+    steps->global_step_to(kGuessAccuracy, pose);  // brings the patches to their targets too, as the plain one does
+    return std::nullopt;
   }
+  if (guess == InitialGuess::kPrevious && has_torn) return steps->global_step(pose);
   steps->project_on_patches(pose);
   return std::nullopt;
 }
@@ -245,7 +249,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
       throw SolverError("the positions are no longer finite; the last good pose is kept");
   } catch (...) {
     restore_pose();
-    if (!out.empty()) static_cast<void>(space.write_to_input(pose.positions, steps->threads(), out));
+    if (!out.empty()) static_cast<void>(space.write_to_input(pose.positions, model.workers, out));
     throw;
   }
   if (report.stop_reason != StopReason::kCancelled) last_targets = model_targets;
@@ -314,6 +318,7 @@ void SurfaceArap::reset() {
 
 void SurfaceArap::set_positions(const Positions& positions) {
   Positions checked = impl_->checked_to_model(positions);
+  if (impl_->steps != nullptr) impl_->steps->forget();
   CellPasses& passes = impl_->model.passes(Precision::kSingle);
   static_cast<void>(fit_anew(passes, checked));
   passes.read_rotations(impl_->pose.rotations);
@@ -321,7 +326,7 @@ void SurfaceArap::set_positions(const Positions& positions) {
   impl_->last_targets.resize(0, 3);
 }
 
-Positions SurfaceArap::positions() const { return impl_->space.to_input(impl_->pose.positions, impl_->model.threads); }
+Positions SurfaceArap::positions() const { return impl_->space.to_input(impl_->pose.positions, impl_->model.workers); }
 
 double SurfaceArap::energy(const Positions& positions) const {
   Positions gradient;

@@ -239,7 +239,7 @@ CellEnergy assemble_surface_energy(const PolygonMesh& mesh, const Options& optio
   report(progress, 0.9);
   energy.index_by_vertex();
   Positions K_rest;
-  multiply(energy.K, mesh.positions(), K_rest, threads);
+  multiply(energy.K, mesh.positions(), K_rest, Workers(threads));
   energy.rest_energy = 0.5 * mesh.positions().cwiseProduct(K_rest).sum();
   return energy;
 }

@@ -93,6 +93,7 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   model.part_of_vertex = mesh.part_of_vertex();
   model.n_parts = mesh.n_parts();
   model.threads = choose_threads(options.threads, mesh.n_vertices());
+  model.workers = Workers(model.threads);
   model.linear_solver = options.linear_solver;
   model.regions = RigidRegions(region_of_vertex, model.energy, model.rest);
   // The order of the unknowns takes most of a bind, on one thread: the cells are made beside it.
@@ -100,7 +101,7 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   const auto start_solver = [&](const SparseMatrix& K) {
     model.system_matrix = model.regions.reduce(K);
     solver = std::async(model.threads > 1 ? std::launch::async : std::launch::deferred, [&model] {
-      return make_linear_solver(model.system_matrix, model.linear_solver, model.threads);
+      return make_linear_solver(model.system_matrix, model.linear_solver, model.workers);
     });
   };
   model.energy = assemble_surface_energy(mesh, options, stiffness, model.threads, progress, start_solver);

@@ -14,7 +14,7 @@ namespace arap {
 ///
 /// x has places of 4 floats: the columns in the factor's order, then for each branch copies of the columns of the top
 /// that it reaches. During elimination a branch adds to its copies, and the top collects them; for back substitution
-/// the top fills them. So threads share nothing but barriers, and sums do not depend on who came first. Last come
+/// the top fills them. So branches need nothing of each other, and sums do not depend on who came first. Last come
 /// places for padding.
 struct TilePlan {
   struct Copies {

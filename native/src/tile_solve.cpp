@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <numeric>
@@ -14,9 +14,11 @@ namespace arap {
 
 namespace {
 
-/// Supernodes with more tiles than this, some microseconds of work, are worth two barriers: cheap as long as every
-/// thread has its core, a time slice each where it does not.
+/// Supernodes with more tiles than this, some microseconds of work, are worth sharing.
 constexpr size_t kSharedTiles = 6000;
+
+/// Parts of a shared supernode.
+constexpr int kPiecesPerThread = 4;
 
 bool is_shared(const TileSupernode& node) { return tile_count(node.n_tiles, node.n_strips) > kSharedTiles; }
 
@@ -49,17 +51,17 @@ class FlushToZero {
 }  // namespace
 
 TileFactorization::Workspace::Workspace(const TilePlan& plan)
-    : x(size_t{kTile} * static_cast<size_t>(plan.n_places)), largest(plan.n_threads) {
+    : x(size_t{kTile} * static_cast<size_t>(plan.n_places)), largest(plan.partition.branches.size() + 1) {
   int n_columns = 0;
   for (const int s : plan.partition.top) n_columns = std::max(n_columns, plan.structure.supernodes[s].n_columns);
   // b1 packed has 3 numbers a column, x1 by panels has 4 and is padded to panels.
   const auto panels = static_cast<size_t>(panel_count(tiles_for(n_columns)));
-  for (int t = 0; t < plan.n_threads; ++t) of_thread.emplace_back(size_t{kTile} * kPanelColumns * panels);
+  packed = AlignedBuffer<float>(size_t{kTile} * kPanelColumns * panels);
 }
 
-TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, const TileKernels& kernels,
-                                     AlignedBuffer<std::byte> tiles, const Scaling& scaling)
-    : plan_(std::move(plan)), kernels_(kernels), tiles_(std::move(tiles)), scale_(scaling.of_all) {
+TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, const Workers& workers,
+                                     const TileKernels& kernels, AlignedBuffer<std::byte> tiles, const Scaling& scaling)
+    : plan_(std::move(plan)), workers_(workers), kernels_(kernels), tiles_(std::move(tiles)), scale_(scaling.of_all) {
   const auto& supernodes = plan_->structure.supernodes;
   supernodes_.reserve(supernodes.size());
   for (size_t s = 0; s < supernodes.size(); ++s) {
@@ -72,100 +74,88 @@ TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, const
   for (const int i : plan_->structure.order) scaling_.push_back(scaling.of_each[i]);
 }
 
-void TileFactorization::solve(Positions& b) const {
-  using Clock = std::chrono::steady_clock;
+void TileFactorization::solve(const Positions& b, Positions& x) const {
   std::unique_ptr<Workspace> work;
-  int n_threads = 1;
   {
     const std::lock_guard lock(mutex_);
-    n_threads = pace_.choose(plan_->n_threads);
     if (!idle_.empty()) {
       work = std::move(idle_.back());
       idle_.pop_back();
     }
   }
   if (work == nullptr) work = std::make_unique<Workspace>(*plan_);
-  work->next_forward = 0;
-  work->next_backward = 0;
-  const Clock::time_point start = Clock::now();
-  run_team(n_threads, [&](const Team& team) { solve_in_team(team, b, *work); });
-  const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  x.resize(b.rows(), 3);
+  solve_with(b, x, *work);
   const std::lock_guard lock(mutex_);
-  pace_.record(n_threads, seconds);
   idle_.push_back(std::move(work));
 }
 
-void TileFactorization::solve_in_team(const Team& team, Positions& b, Workspace& work) const {
-  const FlushToZero mode;
+void TileFactorization::solve_with(const Positions& b, Positions& x, Workspace& work) const {
   // Nearly every b is in the middle of a float's range as it is. Others get there by powers of two, so that the digits
   // are the same.
   constexpr double kSmallest = 0x1p-40;
   constexpr double kLargest = 0x1p40;
   double into = scale_;
-  const double reached = eliminate_branches(team, b, into, work);
+  const double reached = eliminate_branches(b, into, work);
   if (!(reached >= kSmallest && reached <= kLargest)) {
-    const double largest = start_again(team, b, work);
+    // 0 * x is NaN where x is not finite.
+    const double largest = b.size() == 0 ? 0 : b.cwiseAbs().maxCoeff() + (0 * b).sum();
     if (!(largest > 0) || !std::isfinite(largest)) {
-      const double value = largest == 0 ? 0 : std::numeric_limits<double>::quiet_NaN();
-      const int n = plan_->n_columns();
-      for (int i = team.begin(n); i < team.end(n); ++i) b.row(i).setConstant(value);
+      x.setConstant(largest == 0 ? 0 : std::numeric_limits<double>::quiet_NaN());
       return;
     }
     into = std::exp2(-std::ilogb(largest));
-    eliminate_branches(team, b, into, work);
+    static_cast<void>(eliminate_branches(b, into, work));
   }
-  const double out = scale_ * (scale_ / into);
-  solve_top(team, b, out, work);
-  const auto n_branches = static_cast<int>(plan_->partition.branches.size());
-  for (int i; (i = work.next_backward.fetch_add(1)) < n_branches;) {
-    const Branch& branch = plan_->partition.branches[i];
-    backward_branch(i, work.x.data());
-    write_columns(b, out, branch.begin, branch.end, work.x.data());
-  }
+  solve_top(work);
+  substitute_branches(x, scale_ * (scale_ / into), work);
 }
 
-double TileFactorization::eliminate_branches(const Team& team, const Positions& b, double factor,
-                                             Workspace& work) const {
-  float* x = work.x.data();
-  double largest = 0;
+double TileFactorization::eliminate_branches(const Positions& b, double factor, Workspace& work) const {
+  const auto n_branches = static_cast<int>(plan_->partition.branches.size());
+  workers_.run(n_branches, [&](int i) {
+    const FlushToZero mode;
+    const Branch& branch = plan_->partition.branches[i];
+    work.largest[i] = static_cast<double>(read_columns(b, factor, branch.begin, branch.end, work.x.data()));
+    forward_branch(i, work.x.data());
+  });
+  double& of_top = work.largest[n_branches] = 0;
+  for (const int s : plan_->partition.top)
+    of_top += static_cast<double>(read_columns(b, factor, s, s + 1, work.x.data()));
   // A sum tells of the largest one as well as a maximum does, and of a NaN better.
-  if (team.rank == 0)
-    for (const int s : plan_->partition.top) largest += static_cast<double>(read_columns(b, factor, s, s + 1, x));
-  const auto n_branches = static_cast<int>(plan_->partition.branches.size());
-  for (int i; (i = work.next_forward.fetch_add(1)) < n_branches;) {
-    const Branch& branch = plan_->partition.branches[i];
-    largest += static_cast<double>(read_columns(b, factor, branch.begin, branch.end, x));
-    forward_branch(i, x);
-  }
-  work.largest[team.rank] = largest;
-  team.barrier();
-  return std::accumulate(work.largest.begin(), work.largest.begin() + team.size, 0.0);
+  return std::accumulate(work.largest.begin(), work.largest.end(), 0.0);
 }
 
-double TileFactorization::start_again(const Team& team, const Positions& b, Workspace& work) const {
-  team.barrier();  // everybody has seen `largest`
-  work.next_forward = 0;
-  const int n = plan_->n_columns();
-  const Eigen::Map<const Eigen::ArrayXd> values(b.data() + 3 * static_cast<std::ptrdiff_t>(team.begin(n)),
-                                                3 * static_cast<std::ptrdiff_t>(team.end(n) - team.begin(n)));
-  // 0 * x is NaN where x is not finite.
-  work.largest[team.rank] = values.size() == 0 ? 0 : values.abs().maxCoeff() + (0 * values).sum();
-  team.barrier();
-  const double largest = std::accumulate(work.largest.begin(), work.largest.begin() + team.size, 0.0);
-  team.barrier();
-  return largest;
-}
-
-void TileFactorization::solve_top(const Team& team, Positions& b, double factor, Workspace& work) const {
+void TileFactorization::solve_top(Workspace& work) const {
   const auto& top = plan_->partition.top;
   if (top.empty()) return;
+  const FlushToZero mode;
   float* x = work.x.data();
-  if (team.rank == 0) collect_top(x);
-  forward_top(team, work);
-  backward_top(team, work);
-  team.barrier();
-  if (team.rank == 0)
-    for (const int s : top) write_columns(b, factor, s, s + 1, x);
+  collect_top(x);
+  for (const int s : top) {
+    const TileSupernode& node = supernodes_[s];
+    if (is_shared(node) && workers_.threads() > 1)
+      forward_shared(node, work);
+    else
+      kernels_.forward(&node, &node + 1, x);
+  }
+  for (auto s = top.rbegin(); s != top.rend(); ++s) {
+    const TileSupernode& node = supernodes_[*s];
+    if (is_shared(node) && workers_.threads() > 1)
+      backward_shared(node, work);
+    else
+      kernels_.backward(&node, &node + 1, x);
+  }
+}
+
+void TileFactorization::substitute_branches(Positions& x, double factor, Workspace& work) const {
+  for (const int s : plan_->partition.top) write_columns(x, factor, s, s + 1, work.x.data());
+  workers_.run(static_cast<int>(plan_->partition.branches.size()), [&](int i) {
+    const FlushToZero mode;
+    const Branch& branch = plan_->partition.branches[i];
+    backward_branch(i, work.x.data());
+    write_columns(x, factor, branch.begin, branch.end, work.x.data());
+  });
 }
 
 float TileFactorization::read_columns(const Positions& b, double factor, int first, int last, float* x) const {
@@ -187,13 +177,13 @@ float TileFactorization::read_columns(const Positions& b, double factor, int fir
   return largest;
 }
 
-void TileFactorization::write_columns(Positions& b, double factor, int first, int last, const float* x) const {
+void TileFactorization::write_columns(Positions& result, double factor, int first, int last, const float* x) const {
   const int begin = plan_->structure.supernodes[first].first_column;
   const int end = plan_->structure.supernodes[last - 1].end_column();
   const float* scaling = scaling_.data();
   if (plan_->is_in_order) {
     kernels_.write(x + 4 * static_cast<std::ptrdiff_t>(begin), scaling + begin, factor, end - begin,
-                   b.data() + 3 * static_cast<std::ptrdiff_t>(begin));
+                   result.data() + 3 * static_cast<std::ptrdiff_t>(begin));
     return;
   }
   Rows rows;
@@ -202,7 +192,7 @@ void TileFactorization::write_columns(Positions& b, double factor, int first, in
     kernels_.write(x + 4 * static_cast<std::ptrdiff_t>(k), scaling + k, factor, n, rows.data());
     for (int i = 0; i < n; ++i)
       std::copy_n(rows.data() + size_t{3} * i, 3,
-                  b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]));
+                  result.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]));
   }
 }
 
@@ -231,51 +221,26 @@ void TileFactorization::collect_top(float* x) const {
   }
 }
 
-void TileFactorization::forward_top(const Team& team, Workspace& work) const {
+void TileFactorization::forward_shared(const TileSupernode& node, Workspace& work) const {
   float* x = work.x.data();
-  bool is_together = false;  // everybody is past everything that was done
-  for (const int s : plan_->partition.top) {
-    const TileSupernode& node = supernodes_[s];
-    if (is_shared(node) && team.size > 1) {
-      if (!is_together) team.barrier();
-      float* packed = work.of_thread[team.rank].data();
-      kernels_.pack(node, x, packed);
-      team.barrier();
-      kernels_.forward_strips(node, team.begin(node.n_strips), team.end(node.n_strips), packed, x);
-      team.barrier();
-      is_together = true;
-    } else {
-      if (team.rank == 0) kernels_.forward(&node, &node + 1, x);
-      is_together = false;
-    }
-  }
+  kernels_.pack(node, x, work.packed.data());
+  const int pieces = std::min(node.n_strips, kPiecesPerThread * workers_.threads());
+  workers_.run(pieces, [&](int piece) {
+    const FlushToZero mode;
+    const auto begin_of = [&](int p) { return static_cast<int>(std::int64_t{node.n_strips} * p / pieces); };
+    kernels_.forward_strips(node, begin_of(piece), begin_of(piece + 1), work.packed.data(), x);
+  });
 }
 
-void TileFactorization::backward_top(const Team& team, Workspace& work) const {
+void TileFactorization::backward_shared(const TileSupernode& node, Workspace& work) const {
   float* x = work.x.data();
-  const auto& top = plan_->partition.top;
-  bool is_together = is_shared(supernodes_[top.back()]);
-  for (size_t k = top.size(); k-- > 0;) {
-    const TileSupernode& node = supernodes_[top[k]];
-    if (is_shared(node) && team.size > 1) {
-      if (!is_together) team.barrier();
-      // Panels in turns: the first ones are longer.
-      float* out = work.of_thread[team.rank].data();
-      const int n_panels = panel_count(node.n_tiles);
-      for (int p = team.rank; p < n_panels; p += team.size)
-        kernels_.backward_panel(node, p, x, out + size_t{kTile} * kPanelColumns * p);
-      team.barrier();
-      for (int p = team.rank; p < n_panels; p += team.size)
-        for (int i = 0; i < kTile * panel_width(node.n_tiles, p); ++i)
-          std::copy_n(out + size_t{kTile} * (kPanelColumns * p + i), kTile,
-                      x + size_t{kTile} * node.rows[kPanelColumns * p + i]);
-      team.barrier();
-      is_together = true;
-    } else {
-      if (team.rank == 0) kernels_.backward(&node, &node + 1, x);
-      is_together = false;
-    }
-  }
+  float* out = work.packed.data();
+  workers_.run(panel_count(node.n_tiles), [&](int p) {
+    const FlushToZero mode;
+    kernels_.backward_panel(node, p, x, out + size_t{kTile} * kPanelColumns * p);
+  });
+  for (int c = 0; c < kTile * node.n_tiles; ++c)
+    std::copy_n(out + size_t{kTile} * c, kTile, x + size_t{kTile} * node.rows[c]);
 }
 
 }  // namespace arap

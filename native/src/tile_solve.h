@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -11,9 +10,8 @@
 #include "kernels.h"
 #include "linear_solver.h"
 #include "multifrontal.h"
-#include "team.h"
-#include "team_pace.h"
 #include "tile_plan.h"
+#include "workers.h"
 
 namespace arap {
 
@@ -22,10 +20,11 @@ namespace arap {
 class TileFactorization final : public Factorization {
  public:
   /// @param scaling  of the matrix that the tiles are of
-  TileFactorization(std::shared_ptr<const TilePlan> plan, const TileKernels& kernels, AlignedBuffer<std::byte> tiles,
-                    const Scaling& scaling);
+  TileFactorization(std::shared_ptr<const TilePlan> plan, const Workers& workers, const TileKernels& kernels,
+                    AlignedBuffer<std::byte> tiles, const Scaling& scaling);
 
-  void solve(Positions& b) const override;
+  using Factorization::solve;
+  void solve(const Positions& b, Positions& x) const override;
   [[nodiscard]] size_t bytes() const override { return tiles_.size(); }
 
  private:
@@ -33,29 +32,29 @@ class TileFactorization final : public Factorization {
   struct Workspace {
     explicit Workspace(const TilePlan& plan);
 
-    AlignedBuffer<float> x;                       ///< (n_places, 4)
-    std::vector<AlignedBuffer<float>> of_thread;  ///< b1 of a shared supernode, then x1
-    std::vector<double> largest;                  ///< |b| of what each thread has read
-    std::atomic<int> next_forward = 0;
-    std::atomic<int> next_backward = 0;
+    AlignedBuffer<float> x;       ///< (n_places, 4)
+    AlignedBuffer<float> packed;  ///< b1 of a shared supernode, then x1
+    std::vector<double> largest;  ///< |b| of each branch, then of the top
   };
 
-  void solve_in_team(const Team& team, Positions& b, Workspace& work) const;
-  /// Up to the top. Returns about the largest |b| times `factor`, NaN if b is not finite; the same to all threads.
-  double eliminate_branches(const Team& team, const Positions& b, double factor, Workspace& work) const;
-  /// Makes ready for another elimination. Returns the largest |b|, up to a factor of 2 for each thread; NaN as above.
-  [[nodiscard]] double start_again(const Team& team, const Positions& b, Workspace& work) const;
-  void solve_top(const Team& team, Positions& b, double factor, Workspace& work) const;
+  void solve_with(const Positions& b, Positions& x, Workspace& work) const;
+  /// Up to the top. Returns about the largest |b| times `factor`, not finite if b is not.
+  [[nodiscard]] double eliminate_branches(const Positions& b, double factor, Workspace& work) const;
+  /// Replaces y of the top by its x.
+  void solve_top(Workspace& work) const;
+  void substitute_branches(Positions& x, double factor, Workspace& work) const;
   /// The columns of the supernodes [first, last); returns the largest, or somewhat more.
   [[nodiscard]] float read_columns(const Positions& b, double factor, int first, int last, float* x) const;
-  void write_columns(Positions& b, double factor, int first, int last, const float* x) const;
+  void write_columns(Positions& result, double factor, int first, int last, const float* x) const;
   void forward_branch(int branch, float* x) const;
   void backward_branch(int branch, float* x) const;
   void collect_top(float* x) const;
-  void forward_top(const Team& team, Workspace& work) const;
-  void backward_top(const Team& team, Workspace& work) const;
+  /// One supernode, its parts by all threads.
+  void forward_shared(const TileSupernode& node, Workspace& work) const;
+  void backward_shared(const TileSupernode& node, Workspace& work) const;
 
   std::shared_ptr<const TilePlan> plan_;
+  Workers workers_;
   const TileKernels& kernels_;
   AlignedBuffer<std::byte> tiles_;
   std::vector<TileSupernode> supernodes_;
@@ -63,7 +62,6 @@ class TileFactorization final : public Factorization {
   std::vector<float> scaling_;  ///< Scaling::of_each, in the factor's order
   mutable std::mutex mutex_;
   mutable std::vector<std::unique_ptr<Workspace>> idle_;
-  mutable TeamPace pace_;
 };
 
 }  // namespace arap

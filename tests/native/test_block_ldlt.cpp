@@ -14,7 +14,6 @@
 #include "arap/error.h"
 #include "helpers.h"
 #include "refined_solve.h"
-#include "team_pace.h"
 
 namespace arap_test {
 namespace {
@@ -24,6 +23,7 @@ using arap::Isa;
 using arap::SolverError;
 using arap::SparseMatrix;
 using arap::TileFormat;
+using arap::Workers;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
 struct NamedMatrix {
@@ -148,7 +148,7 @@ void expect_solution(const arap::Factorization& factor, const SparseMatrix& A, c
 class BlockLdltOnIsa : public testing::TestWithParam<std::tuple<Isa, TileFormat>> {
  protected:
   [[nodiscard]] static BlockLdlt solver_for(const SparseMatrix& A, int threads) {
-    return BlockLdlt(A, threads, std::get<0>(GetParam()), std::get<1>(GetParam()));
+    return BlockLdlt(A, Workers(threads), std::get<0>(GetParam()), std::get<1>(GetParam()));
   }
 
   /// What a solve may be wrong by, on these matrices.
@@ -329,7 +329,7 @@ TEST(BlockLdlt, WeaklyHeldIsNotHeldByRounding) {
     const SparseMatrix A = chain(2000, margin);
     Positions x = Positions::Ones(2000, 3);
     const Positions b = x;
-    BlockLdlt(A, 2).factorize(A, std::vector<char>(2000, 0))->solve(x);
+    BlockLdlt(A, Workers(2)).factorize(A, std::vector<char>(2000, 0))->solve(x);
     const Positions expected = dense_solution(A, std::vector<char>(2000, 0), b);
     EXPECT_LE((x - expected).norm(), 0.1 * expected.norm()) << margin;
   }
@@ -343,7 +343,7 @@ TEST(BlockLdlt, UnknownsMayHaveScalesOfTheirOwn) {
   for (double& s : scale) s = std::pow(10, random.uniform(-12, 12));
   A = SparseMatrix(scale.asDiagonal() * A * scale.asDiagonal());
   const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
-  const auto factor = BlockLdlt(A, 2).factorize(A, nothing);
+  const auto factor = BlockLdlt(A, Workers(2)).factorize(A, nothing);
   const Positions unscaled = random.noise(static_cast<int>(A.rows()), 1);
   Positions x = scale.asDiagonal() * unscaled;
   factor->solve(x);
@@ -354,7 +354,7 @@ TEST(BlockLdlt, UnknownsMayHaveScalesOfTheirOwn) {
 TEST(BlockLdlt, DigitsDoNotDependOnWhoHasTimeToHelp) {
   Random random(96);
   const SparseMatrix A = grid_matrix(40, random);
-  const auto factor = BlockLdlt(A, 3).factorize(A, std::vector<char>(static_cast<size_t>(A.rows()), 0));
+  const auto factor = BlockLdlt(A, Workers(3)).factorize(A, std::vector<char>(static_cast<size_t>(A.rows()), 0));
   const Positions b = random.noise(static_cast<int>(A.rows()), 1);
   Positions first = b;
   factor->solve(first);
@@ -365,39 +365,18 @@ TEST(BlockLdlt, DigitsDoNotDependOnWhoHasTimeToHelp) {
   }
 }
 
-TEST(TeamPace, TeamsThatAreSlowerStayAway) {
-  arap::TeamPace pace;
-  EXPECT_EQ(pace.choose(1), 1);
-  for (int k = 0; k < 2; ++k) {
-    EXPECT_EQ(pace.choose(2), 1) << "to know what it takes alone";
-    pace.record(1, 1.0);
-  }
-  EXPECT_EQ(pace.choose(2), 2);
-  pace.record(2, 0.6);
-  EXPECT_EQ(pace.choose(2), 2);
-  pace.record(2, 16.0);
-  int turns = 0;
-  for (; pace.choose(2) == 1; ++turns) pace.record(1, 1.0);
-  EXPECT_GE(turns, 4);
-  pace.record(2, 16.0);
-  int more_turns = 0;
-  for (; pace.choose(2) == 1; ++more_turns) pace.record(1, 1.0);
-  EXPECT_GT(more_turns, turns);
-  EXPECT_LT(more_turns, 1000) << "the others may have gone";
-}
-
 TEST(BlockLdlt, RefusesAnotherPattern) {
   Random random(89);
   const SparseMatrix A = random_sparse(50, 2, random);
   const SparseMatrix other = random_sparse(50, 2, random);
-  expect_error<SolverError>([&] { static_cast<void>(BlockLdlt(A, 1).factorize(other, std::vector<char>(50, 0))); },
-                            {"pattern"});
+  expect_error<SolverError>(
+      [&] { static_cast<void>(BlockLdlt(A, Workers(1)).factorize(other, std::vector<char>(50, 0))); }, {"pattern"});
 }
 
 TEST(BlockLdlt, RefusesARenumberedMatrixOfAnotherPattern) {
   Random random(94);
   const SparseMatrix A = random_sparse(50, 2, random);
-  BlockLdlt solver(A, 1);
+  BlockLdlt solver(A, Workers(1));
   ASSERT_NE(solver.order(), nullptr);
   expect_error<SolverError>([&] { solver.renumber(A); }, {"pattern"});
   EXPECT_NE(solver.order(), nullptr);
@@ -411,7 +390,7 @@ TEST(BlockLdlt, RefusesARenumberedMatrixOfAnotherPattern) {
 TEST(BlockLdlt, NoUnknowns) {
   const SparseMatrix A(0, 0);
   Positions x(0, 3);
-  BlockLdlt(A, 2).factorize(A, {})->solve(x);
+  BlockLdlt(A, Workers(2)).factorize(A, {})->solve(x);
   EXPECT_EQ(x.rows(), 0);
 }
 
@@ -420,7 +399,7 @@ TEST(BlockLdlt, RightHandSideThatIsNotFiniteGivesNothingFinite) {
   const SparseMatrix A = random_sparse(50, 2, random);
   Positions b = Positions::Ones(50, 3);
   b(20, 1) = std::numeric_limits<double>::infinity();
-  BlockLdlt(A, 1).factorize(A, std::vector<char>(50, 0))->solve(b);
+  BlockLdlt(A, Workers(1)).factorize(A, std::vector<char>(50, 0))->solve(b);
   EXPECT_TRUE(b.array().isNaN().all());
 }
 
@@ -429,10 +408,10 @@ TEST(SolveRefined, IsExactEvenForBadConditions) {
     const SparseMatrix K = laplacian(bumpy_sphere(2), shift);
     for (const SparseMatrix& A : {K, SparseMatrix(K * K)}) {
       const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
-      const auto factor = BlockLdlt(A, 2).factorize(A, nothing);
+      const auto factor = BlockLdlt(A, Workers(2)).factorize(A, nothing);
       Positions x = Random(91).noise(static_cast<int>(A.rows()), 1);
       const Positions b = x;
-      arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, 2);
+      arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, Workers(2));
       // As good as a dense factorization in double: the residual is rounding of A x.
       EXPECT_LE((A * x - b).norm(), 1e-13 * A.norm() * x.norm()) << shift;
     }
@@ -444,8 +423,8 @@ TEST(SolveRefined, ZeroStaysZero) {
   const SparseMatrix A = random_sparse(50, 2, random);
   Positions x = Positions::Zero(50, 3);
   x(3, 1) = 1;  // one side of three
-  const auto factor = BlockLdlt(A, 1).factorize(A, std::vector<char>(50, 0));
-  arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, 2);
+  const auto factor = BlockLdlt(A, Workers(1)).factorize(A, std::vector<char>(50, 0));
+  arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, Workers(2));
   EXPECT_EQ(x.col(0).norm(), 0);
   EXPECT_EQ(x.col(2).norm(), 0);
   EXPECT_TRUE(x.allFinite());

@@ -62,13 +62,13 @@ struct Problem {
     const Positions b = Random(71).noise(n, 1);
     const Positions x = Random(72).noise(n, 1);
     const Positions targets = Random(73).noise(static_cast<int>(averages.size()), 1);
-    const auto solver = arap::make_linear_solver(K, arap::LinearSolverKind::kSimplicialLdlt, 1);
+    const auto solver = arap::make_linear_solver(K, arap::LinearSolverKind::kSimplicialLdlt);
     const ConstrainedSystem system(*solver, K, arap::connected_components(K), is_fixed, soft_diagonal, averages, {});
     Positions residual = b - system.matrix() * x;
     Positions gaps = targets;
     for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= averages[k].of(x);
     Positions multipliers;
-    system.correct(residual, gaps, multipliers);
+    system.correct(residual, gaps, multipliers, residual);
     const Positions expected = dense_solution(b, x, targets);
     EXPECT_LT(max_distance(x + residual, expected), 1e-9 * (1 + expected.cwiseAbs().maxCoeff())) << what;
   }
@@ -120,19 +120,19 @@ TEST(ConstrainedSystem, EachComponentIsHeldItsOwnWay) {
 TEST(ConstrainedSystem, CorrectionOfASolutionIsZero) {
   Problem problem(bumpy_sphere(1));
   problem.is_fixed[0] = 1;
-  const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt, 1);
+  const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt);
   const ConstrainedSystem system(*solver, problem.K, arap::connected_components(problem.K), problem.is_fixed,
                                  problem.soft_diagonal, {}, {});
   Positions residual = Positions::Zero(problem.K.rows(), 3);
   Positions multipliers;
-  system.correct(residual, Positions(0, 3), multipliers);
+  system.correct(residual, Positions(0, 3), multipliers, residual);
   EXPECT_EQ(residual.norm(), 0);
 }
 
 TEST(ConstrainedSystem, MatrixHasTheSoftDiagonal) {
   Problem problem(cube());
   problem.soft_diagonal[3] = 7;
-  const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt, 1);
+  const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt);
   const ConstrainedSystem system(*solver, problem.K, arap::connected_components(problem.K), problem.is_fixed,
                                  problem.soft_diagonal, {}, {});
   EXPECT_DOUBLE_EQ(system.matrix().coeff(3, 3), problem.K.coeff(3, 3) + 7);
@@ -142,7 +142,7 @@ TEST(ConstrainedSystem, MatrixHasTheSoftDiagonal) {
 TEST(ConstrainedSystem, ProgressMayStopIt) {
   Problem problem(bumpy_sphere(2));
   problem.is_fixed[0] = 1;
-  const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt, 1);
+  const auto solver = arap::make_linear_solver(problem.K, arap::LinearSolverKind::kSimplicialLdlt);
   EXPECT_THROW(ConstrainedSystem(*solver, problem.K, arap::connected_components(problem.K), problem.is_fixed,
                                  problem.soft_diagonal, {}, [](double) { return false; }),
                Cancelled);

@@ -60,7 +60,7 @@ class LinearSolverKinds : public testing::TestWithParam<Kind> {
  protected:
   [[nodiscard]] std::unique_ptr<arap::Factorization> factorize(const SparseMatrix& A,
                                                                const std::vector<int>& erased) const {
-    return arap::make_linear_solver(A, GetParam().kind, 2)->factorize(A, erase(A.rows(), erased));
+    return arap::make_linear_solver(A, GetParam().kind, arap::Workers(2))->factorize(A, erase(A.rows(), erased));
   }
 
   void expect_refused(const SparseMatrix& A, const std::vector<int>& erased) const {
@@ -100,7 +100,7 @@ TEST_P(LinearSolverKinds, NothingErased) {
 
 TEST_P(LinearSolverKinds, OneServesManyValuesAndSetsOfErasedRows) {
   const SparseMatrix A = stiffness_matrix(bumpy_sphere(1));
-  const auto solver = arap::make_linear_solver(A, GetParam().kind, 2);
+  const auto solver = arap::make_linear_solver(A, GetParam().kind, arap::Workers(2));
   const auto first = solver->factorize(A, erase(A.rows(), {0}));
   const auto second = solver->factorize(2 * A, erase(A.rows(), {5, 6}));
   const Positions b = Random(63).noise(static_cast<int>(A.rows()), 1);
@@ -118,7 +118,7 @@ TEST_P(LinearSolverKinds, OneServesManyValuesAndSetsOfErasedRows) {
 
 TEST_P(LinearSolverKinds, AsGoodInItsOwnOrder) {
   const SparseMatrix A = stiffness_matrix(bumpy_sphere(2));
-  const auto solver = arap::make_linear_solver(A, GetParam().kind, 2);
+  const auto solver = arap::make_linear_solver(A, GetParam().kind, arap::Workers(2));
   SparseMatrix B = A;
   if (const std::vector<int>* order = solver->order()) {
     Eigen::PermutationMatrix<Eigen::Dynamic> to_new(A.rows());
@@ -254,7 +254,7 @@ struct System {
     const auto n = static_cast<int>(K.rows());
     const Positions b = Random(84).noise(n, 1);
     const Positions targets = Random(85).noise(static_cast<int>(averages.size()), 1);
-    const ConstrainedSystem system(*arap::make_linear_solver(K, kind, 1), K, arap::connected_components(K), is_fixed,
+    const ConstrainedSystem system(*arap::make_linear_solver(K, kind), K, arap::connected_components(K), is_fixed,
                                    soft_diagonal, averages, {});
     Positions x = Random(86).noise(n, 1);
     Positions multipliers;
@@ -262,7 +262,7 @@ struct System {
       Positions residual = b - system.matrix() * x;
       Positions gaps = targets;
       for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= averages[k].of(x);
-      system.correct(residual, gaps, multipliers);
+      system.correct(residual, gaps, multipliers, residual);
       x += residual;
     }
     return x;
@@ -307,7 +307,7 @@ TEST(Multiply, IsTheProductWithAnyNumberOfThreads) {
   const Positions expected = A * x;
   for (const int threads : {1, 2}) {
     Positions result;
-    arap::multiply(A, x, result, threads);
+    arap::multiply(A, x, result, arap::Workers(threads));
     EXPECT_LT((result - expected).norm(), 1e-13 * expected.norm());
   }
 }

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <thread>
 #include <vector>
 
@@ -371,6 +372,71 @@ TEST(StopReason, ConvergedWhereNoVertexIsFree) {
   EXPECT_EQ(result.stop_reason, StopReason::kConverged);
   EXPECT_LT(max_distance(result.positions, all.targets), 1e-14);
   EXPECT_NEAR(result.energy_after, 0, 1e-12);
+}
+
+/// A drag of a handle of hard and soft vertices, some of them with the other end. `between` is called before each
+/// frame.
+template <class Between>
+std::vector<SolveResult> drag(const MeshData& mesh, const SolveOptions& options, const Between& between) {
+  SurfaceArap solver(mesh.mesh());
+  Task task = bend_task(mesh, {});
+  for (size_t k = 0; k < task.constraints.strengths.size(); k += 3) task.constraints.strengths[k] = 0.3;
+  solver.set_constraints(task.constraints);
+  std::vector<SolveResult> frames;
+  for (int frame = 1; frame <= 4; ++frame) {
+    between(solver);
+    const RigidMotion motion{rotation_about({1, .3, .2}, .1 * frame),
+                             Vector3(.02, .03, -.01) * frame * mesh.diagonal()};
+    frames.push_back(solver.solve(bend_task(mesh, motion).targets, options));
+  }
+  return frames;
+}
+
+TEST(Drag, AFrameGoesOnWhereTheLastOneEndedAsIfItLookedAgain) {
+  SolveOptions in_double = iterations(2);
+  in_double.step_tolerance = 1e-12;
+  struct Case {
+    MeshData mesh;
+    SolveOptions options;
+    double tolerance;
+  };
+  for (const auto& [mesh, options, tolerance] :
+       {Case{bumpy_sphere(4), iterations(2), 1e-6}, Case{bumpy_sphere(4), in_double, 1e-11},
+        Case{bumpy_sphere(2), iterations(1), 1e-11}}) {
+    const std::vector<SolveResult> frames = drag(mesh, options, [](const SurfaceArap&) {});
+    // Another energy is looked at with what the iteration works with, so the next frame has to begin anew.
+    const Positions elsewhere =
+        transformed(mesh, [](const Vector3& x) { return Vector3(-x[1], 2 * x[0], x[2]); }).positions();
+    const std::vector<SolveResult> expected =
+        drag(mesh, options, [&](const SurfaceArap& solver) { static_cast<void>(solver.energy(elsewhere)); });
+    for (size_t k = 0; k < frames.size(); ++k) {
+      EXPECT_LT(max_distance(frames[k].positions, expected[k].positions), tolerance * mesh.diagonal())
+          << mesh.name << ", frame " << k;
+      EXPECT_NEAR(frames[k].energy_after, expected[k].energy_after, 10 * tolerance * expected[k].energy_after);
+      EXPECT_EQ(frames[k].iterations, expected[k].iterations);
+    }
+  }
+}
+
+TEST(Drag, WhatMovesThePoseBetweenFramesIsSeen) {
+  const MeshData mesh = bumpy_sphere(4);
+  const Positions bent = solve_once(mesh, bend_task(mesh, default_bend(mesh)), iterations(3)).positions;
+  const auto looked_again = [](const SurfaceArap& solver) { static_cast<void>(solver.energy(solver.positions())); };
+  const auto expect_same = [&](const char* what, const std::function<void(SurfaceArap&)>& change) {
+    const std::vector<SolveResult> frames = drag(mesh, iterations(2), change);
+    const std::vector<SolveResult> expected = drag(mesh, iterations(2), [&](SurfaceArap& solver) {
+      change(solver);
+      looked_again(solver);
+    });
+    for (size_t k = 0; k < frames.size(); ++k) EXPECT_EQ(frames[k].positions, expected[k].positions) << what << k;
+  };
+  expect_same("reset, frame ", [](SurfaceArap& solver) { solver.reset(); });
+  expect_same("set_positions, frame ", [&](SurfaceArap& solver) { solver.set_positions(bent); });
+  expect_same("cancelled, frame ", [&](SurfaceArap& solver) {
+    const Positions targets = bend_task(mesh, default_bend(mesh)).targets;
+    int n_calls = 0;
+    static_cast<void>(solver.solve(targets, iterations(9), {}, [&](double) { return ++n_calls < 3; }));
+  });
 }
 
 }  // namespace
