@@ -14,6 +14,8 @@ namespace {
 
 /// Support of a node's weights, in radii.
 constexpr double kSupport = 2;
+/// A vertex' own support is at least this part of it, squared: every node that covers a vertex is well inside.
+constexpr double kLeastSupport = .5;
 
 /// Chosen nodes, and how far the vertices are from the nearest.
 class Sampler {
@@ -85,9 +87,16 @@ struct Reached {
   float weight;
 };
 
+/// s_j^2. The corners of a triangle share their weights, which spreads these: their mean squared distance from the
+/// node, s_j^2 / 3 on a small triangle, is to be the same on a large one.
+double own_support(double support, double spread) {
+  const double whole = support * support;
+  return std::max(whole - 3 * spread, kLeastSupport * whole);
+}
+
 /// The vertices in the support of each node.
-std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const std::vector<int>& nodes, double radius,
-                                                int threads) {
+std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const std::vector<double>& spreads,
+                                                const std::vector<int>& nodes, double radius, int threads) {
   std::vector<std::vector<Reached>> supports(nodes.size());
   const double support = kSupport * radius;
 #pragma omp parallel num_threads(threads)
@@ -96,7 +105,9 @@ std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const
 #pragma omp for schedule(dynamic, 8)
     for (size_t c = 0; c < nodes.size(); ++c)
       sweep.run(std::span(&nodes[c], 1), static_cast<float>(support), [&](int vertex, float distance) {
-        supports[c].push_back({vertex, static_cast<float>(faded(static_cast<double>(distance), support))});
+        const double d = static_cast<double>(distance);
+        const double weight = 1 - d * d / own_support(support, spreads[vertex]);
+        if (weight > 0) supports[c].push_back({vertex, static_cast<float>(weight)});
       });
   }
   return supports;
@@ -104,12 +115,32 @@ std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const
 
 }  // namespace
 
-RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, double radius,
+std::vector<double> face_spreads(const PolygonMesh& mesh) {
+  std::vector<double> spreads(mesh.n_vertices(), 0);
+  std::vector<int> n_faces(mesh.n_vertices(), 0);
+  const Positions& p = mesh.positions();
+  for (int f = 0; f < mesh.n_faces(); ++f) {
+    const std::span<const int> face = mesh.face(f);
+    const double share = 1 / static_cast<double>(face.size());
+    Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
+    for (const int v : face) centre += share * p.row(v);
+    double spread = 0;
+    for (const int v : face) spread += share * (p.row(v) - centre).squaredNorm();
+    for (const int v : face) {
+      spreads[v] += spread;
+      ++n_faces[v];
+    }
+  }
+  for (size_t v = 0; v < spreads.size(); ++v) spreads[v] /= std::max(1, n_faces[v]);
+  return spreads;
+}
+
+RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector<double>& spreads, double radius,
                                     const std::vector<std::vector<int>>& mirrors, const std::vector<int>& group,
                                     int threads) {
   RotationNodes result;
   result.vertices = choose_vertices(graph, radius, mirrors, group);
-  const std::vector<std::vector<Reached>> supports = find_supports(graph, result.vertices, radius, threads);
+  const std::vector<std::vector<Reached>> supports = find_supports(graph, spreads, result.vertices, radius, threads);
   result.offsets.assign(graph.n_vertices() + 1, 0);
   for (const std::vector<Reached>& support : supports)
     for (const Reached& reached : support) ++result.offsets[reached.vertex + 1];

@@ -3,13 +3,15 @@
 
 #include <vector>
 
+#include "arap/mesh.h"
 #include "cell_energy.h"
 #include "surface_distance.h"
 
 namespace arap {
 
 /// Rotation nodes: points of the surface, about a radius r apart at any density of the mesh. A vertex looks at the
-/// nodes within 2 r of it along the surface, with the weights w_jc = (1 - d^2 / (2 r)^2)^3, scaled to sum 1.
+/// nodes within 2 r of it along the surface, with the weights w_jc = 1 - d^2 / s_j^2, scaled to sum 1. s_j is 2 r where
+/// triangles are small, and less by what they spread a weight where they are large.
 struct RotationNodes {
   std::vector<int> vertices;    ///< of each node
   std::vector<int> offsets;     ///< n_vertices + 1: the nodes of vertex j are entries [offset j, offset j + 1)
@@ -19,13 +21,18 @@ struct RotationNodes {
   [[nodiscard]] int size() const { return static_cast<int>(vertices.size()); }
 };
 
+/// How far a weight at a vertex is spread by the faces at it, squared, (n,): their mean of the mean squared distance of
+/// corners from their centre; 0 in no face.
+[[nodiscard]] std::vector<double> face_spreads(const PolygonMesh& mesh);
+
 /// Chooses them: greedily, in the order of the vertices, so that every vertex is nearer than r to a node. Which are
 /// chosen depends on the mesh alone.
+/// @param spreads  as face_spreads
 /// @param radius   r > 0
 /// @param mirrors  vertex maps of the mesh's mirror symmetries, each its own inverse: nodes are symmetric then
 /// @param group    (n,) or empty: nodes of one group do not count as near for another's vertices
-[[nodiscard]] RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, double radius,
-                                                  const std::vector<std::vector<int>>& mirrors,
+[[nodiscard]] RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector<double>& spreads,
+                                                  double radius, const std::vector<std::vector<int>>& mirrors,
                                                   const std::vector<int>& group, int threads);
 
 /// E = sum_c sum_j w_jc cell_j(R_c): the same energy with one rotation a node. K and E_0 stay, since weights sum to 1.

@@ -44,7 +44,8 @@ void share_rotations(BoundModel& model, const PolygonMesh& mesh, double rigidity
   const std::vector<std::vector<int>> mirrors = find_mirrors(centred);
   const SurfaceGraph graph(model.energy.K, model.rest, model.threads,
                            find_bridges(mesh, radius, mirrors, model.threads));
-  const RotationNodes nodes = choose_rotation_nodes(graph, radius, mirrors, region_of_vertex, model.threads);
+  const RotationNodes nodes =
+      choose_rotation_nodes(graph, face_spreads(mesh), radius, mirrors, region_of_vertex, model.threads);
   model.energy = share_rotations(model.energy, nodes, model.threads);
 }
 

@@ -53,7 +53,7 @@ RotationNodes choose(const MeshData& mesh, double radius, const std::vector<std:
                      const std::vector<int>& group = {}, int threads = 1) {
   const arap::SurfaceGraph graph(plain_cells(mesh).K, mesh.positions(), threads,
                                  arap::find_bridges(mesh.mesh(), radius, mirrors, threads));
-  return arap::choose_rotation_nodes(graph, radius, mirrors, group, threads);
+  return arap::choose_rotation_nodes(graph, arap::face_spreads(mesh.mesh()), radius, mirrors, group, threads);
 }
 
 Eigen::MatrixXd dense_weights(const RotationNodes& nodes, int n) {
@@ -220,6 +220,23 @@ TEST(RotationNodes, ConvergesUnderRefinementWhereSpokesAndRimsDoesNot) {
   const double classic_change = max_distance(classic_at[2], classic_at[1]) / mesh.diagonal();
   EXPECT_LT(change, .005);
   EXPECT_GT(classic_change, 2 * change);
+  const double coarse_change = max_distance(with_nodes_at[1], with_nodes_at[0]) / mesh.diagonal();
+  EXPECT_LT(coarse_change, .01) << "from a mesh whose edges are nearly as long as the radius";
+}
+
+TEST(RotationNodes, FacesSpreadAWeightByTheMeanSquaredDistanceOfTheirCorners) {
+  MeshData mesh;
+  for (const Vector3& p : {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(1, 1, 0), Vector3(0, 1, 0), Vector3(2, 0, 0)})
+    mesh.add_vertex(p);
+  mesh.add_vertex(Vector3(5, 5, 5));  // in no face
+  mesh.faces = {{0, 1, 2, 3}, {1, 4, 2}};
+  const std::vector<double> spreads = arap::face_spreads(mesh.mesh());
+  const double of_quad = .5;          // its corners are sqrt(.5) from its centre
+  const double of_triangle = 4. / 9;  // a ninth of the sum of its squared sides
+  const std::vector<double> expected{
+      of_quad, (of_quad + of_triangle) / 2, (of_quad + of_triangle) / 2, of_quad, of_triangle, 0};
+  ASSERT_EQ(spreads.size(), expected.size());
+  for (size_t v = 0; v < expected.size(); ++v) EXPECT_NEAR(spreads[v], expected[v], 1e-15) << "vertex " << v;
 }
 
 TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {

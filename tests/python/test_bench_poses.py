@@ -6,7 +6,7 @@ import pytest
 from measure.meshes import make_mesh
 from measure.poses import finer, knee, named_poses, plate, pull, sample_poses, wing
 from measure.posing import Posing, options_of
-from measure.quality import densities, file_name
+from measure.quality import chosen, densities, file_name
 from measure.shape import facing
 
 
@@ -35,6 +35,16 @@ def test_sample_poses_are_of_closed_meshes_with_parts_apart(poses):
         assert np.linalg.norm(np.ptp(pose.mesh.positions, axis=0)) == pytest.approx(1.0)
         assert len(np.intersect1d(pose.held, pose.moved)) == 0
         assert np.count_nonzero(pose.measured()) > 100
+
+
+def test_poses_are_chosen_by_name(poses):
+    assert [pose.name for pose in chosen(poses, ["twist", "knee"])] == ["knee", "twist"]
+    assert chosen(poses, []) == poses
+
+
+def test_a_name_that_no_pose_has_is_an_error(poses):
+    with pytest.raises(ValueError, match='no pose is named "elbow"; the names are "knee", "bend", '):
+        chosen(poses, ["knee", "elbow"])
 
 
 def test_no_share_of_a_pose_moves_nothing(poses):

@@ -15,7 +15,7 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -108,11 +108,25 @@ def save(path: Path, pose: Pose, positions: Floats) -> None:
     )
 
 
-def measure_poses(results: dict[str, Any], args: argparse.Namespace, models: Sequence[ModelName], folder: Path) -> None:
+def chosen(poses: Iterable[Pose], names: Sequence[str]) -> list[Pose]:
+    """The poses of these names, all where there are none; raises ValueError for a name that no pose has."""
+    poses = list(poses)
+    known = dict.fromkeys(pose.name for pose in poses)
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise ValueError(f"no pose is named {quoted(unknown)}; the names are {quoted(known)}")
+    return [pose for pose in poses if not names or pose.name in names]
+
+
+def quoted(names: Iterable[str]) -> str:
+    return ", ".join(f'"{name}"' for name in names)
+
+
+def measure_poses(
+    results: dict[str, Any], args: argparse.Namespace, poses: Sequence[Pose], models: Sequence[ModelName], folder: Path
+) -> None:
     """Adds the rows of each pose and model to the results."""
-    for pose in all_poses():
-        if args.poses and pose.name not in args.poses:
-            continue
+    for pose in poses:
         entry = results["poses"].setdefault(file_name(pose), {"mesh": pose.mesh.name, "pose": pose.name, "rows": {}})
         for model in models:
             rows = measure_pose(pose, model, args.levels, args.most_vertices, args.budget, folder)
@@ -134,6 +148,10 @@ def main() -> None:
     parser.add_argument("--most-vertices", type=int, default=250_000)
     parser.add_argument("--budget", type=float, default=12.0, help="seconds of the last step of a pose, and of a count")
     args = parser.parse_args()
+    try:
+        poses = chosen(all_poses(), args.poses)
+    except ValueError as error:
+        parser.error(str(error))
 
     folder = args.out.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
@@ -142,7 +160,7 @@ def main() -> None:
     results["not_run"] = {model: reason for model in args.models if (reason := reason_against(model))}
     models = [model for model in args.models if model not in results["not_run"]]
     if "poses" in args.parts:
-        measure_poses(results, args, models, folder)
+        measure_poses(results, args, poses, models, folder)
     for model in models:
         if "drag" in args.parts:
             results["drag"][model] = measure_drag(model)
