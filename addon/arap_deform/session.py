@@ -204,6 +204,10 @@ class Session:
                 handles stay in each case.
         """
         if self._map is not None and _are_same(self._specs, specs):
+            if any(spec.base is not former.base for spec, former in zip(specs, self._specs, strict=True)):
+                based = {i: self._based(patch, specs[i]) for i, patch in self._point_patches.items()}
+                self._point_patches = based
+                self._map = HandleMap(specs, self._rest, self._stretch, self._point_patches)
             self._specs = tuple(specs)
             return
         start = time.perf_counter()
@@ -233,8 +237,12 @@ class Session:
         for i, reach in reaches.items():
             patch = patch_around(self._solver, specs[i].vertices, reach / self._diagonal, self._unstretch)
             if patch is not None:
-                patches[i] = patch
+                patches[i] = self._based(patch, specs[i])
         return patches
+
+    def _based(self, patch: Patch, spec: HandleSpec) -> Patch:
+        base = self._rest if spec.base is None else spec.base
+        return replace(patch, centre=patch.weights @ base[patch.vertices].astype(np.float64))
 
     def update(
         self,
