@@ -101,3 +101,202 @@ def test_pull_undo_redo(ui: Ui) -> Steps:
     yield
     np.testing.assert_allclose(scenes.shown_positions(sheet()), posed, atol=1e-6)
     assert len(sheet().arap.pull_pins) == 1
+
+
+def test_pull_esc_restores_that_drag(ui: Ui) -> Steps:
+    """Esc, and the right button, give back what the drag changed, to the last bit, and nothing of the drag before."""
+    yield from begin(ui)
+    rest = scenes.key_positions(sheet())
+    yield from press(ui, (0.4, 0.4, 0.0))
+    yield from drag_to(ui, (0.6, 0.4, 0.0))
+    yield from ui.key("ESC")
+    assert not ui.running
+    assert sheet().data.shape_keys is None
+    ui.event("LEFTMOUSE", "RELEASE")
+    yield from pull(ui, (0.0, 0.0, 0.0), (0.2, 0.0, 0.0))
+    posed = scenes.key_positions(sheet())
+    yield from press(ui, (0.4, 0.4, 0.0))
+    yield from drag_to(ui, (0.7, 0.4, 0.0))
+    yield from ui.until(lambda: np.abs(scenes.key_positions(sheet()) - posed).max() > 0.1, "the mesh follows")
+    yield from ui.key("RIGHTMOUSE")
+    assert not ui.running
+    ui.event("LEFTMOUSE", "RELEASE")
+    yield
+    np.testing.assert_array_equal(scenes.key_positions(sheet()), posed)
+    assert len(sheet().arap.pull_pins) == 1
+    yield from ui.key("Z", ctrl=True)
+    yield
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), rest, atol=NEAR)
+
+
+def click(ui: Ui, place: tuple[float, float, float], **modifiers: bool) -> Steps:
+    yield from press(ui, place, **modifiers)
+    ui.event("LEFTMOUSE", "RELEASE", **modifiers)
+    yield
+    yield
+
+
+def test_pull_pins(ui: Ui) -> Steps:
+    """Clicks pin; then all but pins gives way. Ctrl-click lets go. Each is a step of undo. Putting the tool down ends them."""
+    yield from begin(ui)
+    rest = scenes.key_positions(sheet())
+    corners = [(-0.9, -0.9, 0.0), (-0.9, 0.9, 0.0)]
+    for corner in corners:
+        yield from click(ui, corner)
+    pins = sheet().arap.pull_pins
+    assert [pin.reach for pin in pins] == [0.0, 0.0]
+    assert sheet().data.shape_keys is None, "a pin moves nothing"
+    yield from pull(ui, (0.9, 0.0, 0.0), (1.2, 0.0, 0.0))
+    posed = scenes.shown_positions(sheet())
+    for corner in corners:
+        i = nearest(rest, corner)
+        np.testing.assert_allclose(posed[i], rest[i], atol=0.01)
+    moved = posed[nearest(rest, (0.9, 0.9, 0.0))] - rest[nearest(rest, (0.9, 0.9, 0.0))]
+    assert np.linalg.norm(moved) > 0.05, "what is not pinned goes along"
+    assert len(sheet().arap.pull_pins) == 3
+    yield from ui.screenshot("pins")
+    yield from click(ui, corners[0], ctrl=True)
+    assert len(sheet().arap.pull_pins) == 2
+    yield from ui.key("Z", ctrl=True)
+    yield
+    assert len(sheet().arap.pull_pins) == 3
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), posed, atol=1e-6)
+    ui.call(bpy.ops.wm.tool_set_by_id, "EXEC_DEFAULT", True, name="builtin.select_box")
+    yield from ui.until(lambda: not sheet().arap.pull_pins, "the pins go with the tool", 5.0)
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), posed, atol=1e-6)
+
+
+def test_pull_modifiers_and_axes(ui: Ui) -> Steps:
+    """Shift turns about the line of sight, Ctrl goes along the normal, X, Y and Z constrain."""
+    yield from begin(ui)
+    bpy.context.window_manager.arap_pull.radius = 60
+    rest = scenes.key_positions(sheet())
+    middle = nearest(rest, (0.0, 0.0, 0.0))
+    beside = nearest(rest, (0.2, 0.0, 0.0))
+    yield from press(ui, (0.0, 0.0, 0.0), ctrl=True)
+    yield from drag_to(ui, (0.0, 0.3, 0.0), ctrl=True)
+    yield from release(ui)
+    posed = scenes.shown_positions(sheet())
+    np.testing.assert_allclose(posed[middle], (0.0, 0.0, 0.3), atol=0.02)
+    yield from ui.screenshot("normal")
+    yield from ui.key("Z", ctrl=True)
+    yield
+
+    yield from press(ui, (0.0, 0.0, 0.0), shift=True)
+    x, y = ui.mouse
+    for i in range(1, 5):
+        ui.mouse = (x - 20 * i, y)
+        ui.event("MOUSEMOVE", "NOTHING", shift=True)
+        yield
+    ui.event("LEFTMOUSE", "RELEASE", shift=True)
+    yield from ui.until(lambda: not ui.running, "the pull has settled")
+    turned = scenes.shown_positions(sheet())
+    np.testing.assert_allclose(turned[middle], (0.0, 0.0, 0.0), atol=0.02)
+    angle = np.radians(40.0)  # half a degree a pixel, 80 pixels to the left: against the clock
+    np.testing.assert_allclose(turned[beside], 0.2 * np.array([np.cos(angle), np.sin(angle), 0.0]), atol=0.02)
+    yield from ui.key("Z", ctrl=True)
+    yield
+
+    yield from press(ui, (0.0, 0.0, 0.0))
+    yield from drag_to(ui, (0.2, 0.3, 0.0))
+    yield from ui.key("X")
+    yield from ui.until(lambda: abs(scenes.shown_positions(sheet())[middle][1]) < 0.01, "X constrains")
+    yield from ui.key("Y")
+    yield from release(ui)
+    np.testing.assert_allclose(scenes.shown_positions(sheet())[middle], (0.0, 0.3, 0.0), atol=0.02)
+
+
+def test_pull_radius(ui: Ui) -> Steps:
+    """[ and ] and F change the radius without a step of undo; in a drag the wheel takes hold of more."""
+    yield from begin(ui)
+    settings = bpy.context.window_manager.arap_pull
+    rest = scenes.key_positions(sheet())
+    yield from point_at(ui, (0.0, 0.0, 0.0))
+    yield from ui.key("RIGHT_BRACKET")
+    assert settings.radius == 28
+    yield from ui.key("LEFT_BRACKET")
+    yield from ui.key("LEFT_BRACKET")
+    assert settings.radius == 22
+    yield from ui.key("F")
+    yield
+    yield from ui.move_mouse(ui.mouse[0] + 10, ui.mouse[1])
+    yield from ui.move_mouse(ui.mouse[0] + 20, ui.mouse[1])
+    yield from ui.screenshot("radius")
+    yield from ui.key("LEFTMOUSE")
+    yield
+    assert settings.radius > 40
+    settings.radius = 20
+    before = ui.view.spaces.active.region_3d.view_distance
+    yield from press(ui, (0.0, 0.0, 0.0))
+    yield from drag_to(ui, (0.2, 0.0, 0.0))
+    for _ in range(8):
+        ui.event("WHEELUPMOUSE")
+        yield
+    yield from release(ui)
+    assert settings.radius > 40
+    assert ui.view.spaces.active.region_3d.view_distance == before
+    radius = settings.radius * 2.0 / (pixel(ui, (1, 0, 0))[0] - pixel(ui, (-1, 0, 0))[0])
+    posed = scenes.shown_positions(sheet())
+    patch = np.linalg.norm(rest, axis=1) < 0.9 * radius
+    np.testing.assert_allclose(posed[patch], rest[patch] + (0.2, 0.0, 0.0), atol=0.02)
+    yield from ui.key("Z", ctrl=True)
+    yield
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), rest, atol=NEAR)
+
+
+def test_pull_becomes_handles(ui: Ui) -> Steps:
+    """Ctrl H makes a handle of what was pulled and pins of what was held; the mesh stays, and Pose goes on from it."""
+    yield from begin(ui)
+    rest = scenes.key_positions(sheet())
+    middle = nearest(rest, (0.0, 0.0, 0.0))
+    yield from pull(ui, (0.0, 0.0, 0.0), (0.0, 0.25, 0.0))
+    posed = scenes.shown_positions(sheet())
+    yield from ui.key("H", ctrl=True)
+    yield
+    settings = sheet().arap
+    assert len(settings.pull_pins) == 0
+    assert [handle.name for handle in settings.handles] == ["Pull"]
+    assert [pin.name for pin in settings.pins] == ["Rest"]
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), posed, atol=1e-6)
+    yield from ui.screenshot("handles")
+    assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
+    yield from ui.until(lambda: "Grid" in ui.running and ui.running["Grid"].is_settled, "posing has settled")
+    yield from ui.key("RET")
+    np.testing.assert_allclose(scenes.shown_positions(sheet())[middle], posed[middle], atol=0.02)
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), posed, atol=0.06)
+
+
+def test_pull_mirrored(ui: Ui) -> Steps:
+    """With Mirror X the other side does the mirror image, and what lies on the plane stays on it."""
+    yield from begin(ui)
+    sheet().data.use_mirror_x = True
+    rest = scenes.key_positions(sheet())
+    yield from pull(ui, (0.5, 0.0, 0.0), (0.5, 0.25, 0.0))
+    yield from pull(ui, (0.0, -0.5, 0.0), (0.2, -0.3, 0.0))
+    posed = scenes.shown_positions(sheet())
+    assert len(sheet().arap.pull_pins) == 3
+    image = posed * (-1.0, 1.0, 1.0)
+    partner = [nearest(rest, place * (-1.0, 1.0, 1.0)) for place in rest]
+    np.testing.assert_allclose(posed[partner], image, atol=0.01)
+    assert posed[nearest(rest, (-0.5, 0.0, 0.0))][1] > 0.2
+    np.testing.assert_allclose(posed[nearest(rest, (0.0, -0.5, 0.0))], (0.0, -0.3, 0.0), atol=0.03)
+    yield from ui.screenshot("mirrored")
+
+
+def test_pull_through_what_is_seen(ui: Ui) -> Steps:
+    """Another shape key and Subdivision are on: what is seen under the mouse goes with the mouse."""
+    yield from begin(ui)
+    obj = sheet()
+    rest = scenes.key_positions(obj)
+    obj.shape_key_add(name="Basis", from_mix=False)
+    key = obj.shape_key_add(name="Aside", from_mix=False)
+    key.data.foreach_set("co", (rest + (0.5, 0.0, 0.0)).astype(np.float32).ravel())
+    key.value = 1.0
+    obj.modifiers.new("Subdivision", "SUBSURF").levels = 1
+    bpy.ops.ed.undo_push(message="seen")
+    yield
+    yield from pull(ui, (0.5, 0.0, 0.0), (0.5, 0.25, 0.0))
+    middle = nearest(rest, (0.0, 0.0, 0.0))
+    np.testing.assert_allclose(scenes.key_positions(obj)[middle], (0.0, 0.25, 0.0), atol=0.02)
+    np.testing.assert_allclose(scenes.shown_positions(obj)[middle], (0.5, 0.25, 0.0), atol=0.04)
+    yield from ui.screenshot("seen")

@@ -141,6 +141,10 @@ class PoseAct:
         if self._bind is None:
             self._guarded(self._follow_if_bound)
 
+    def unsettle(self) -> None:
+        """The scene wants something else from here on, even where no step has looked yet."""
+        self.is_settled = False
+
     def undone(self) -> None:
         """Goes on from what undo or redo has brought; the next step follows the handles anew."""
         self._matrices = None

@@ -119,8 +119,8 @@ class ARAP_OT_pull(bpy.types.Operator):
     def _dragging(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
         run = self._run
         assert run is not None
-        run.drag.set_mode(_mode_of(event))
         if event.type == "MOUSEMOVE":
+            run.drag.set_mode(_mode_of(event))  # other events may still have the modifier keys of before
             run.move(mouse)
         elif event.type in CONFIRM and event.value == ("RELEASE" if self._is_held else "PRESS"):
             run.move(mouse)

@@ -97,6 +97,7 @@ class PullRun:
     def move(self, mouse: Pixels) -> None:
         self.drag.to(mouse)
         self.scene.motion = self.drag.motion
+        self.act.unsettle()
         self.act.scene_changed()
 
     def resize(self, context: bpy.types.Context) -> None:
@@ -109,6 +110,7 @@ class PullRun:
         radius = settings.radius * self.grip.view.pixel_size(pick.place)
         edges = self._seen.topology.edges
         vertices = connected_within(self._seen.positions, edges, pick.seeds, pick.place, radius)
+        self.act.unsettle()
         try:
             self.scene.grab(mirrored(obj, Grab(vertices, settings.falloff * radius)))
         except ValueError as error:
