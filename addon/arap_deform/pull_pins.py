@@ -118,7 +118,9 @@ def _hold_at_rest(
     """Vertices and weights of what is held beyond the falloff, as far as a pin can: what is at rest."""
     seen = shown.astype(np.float64) @ mesh_io.read_stretch(obj, depsgraph).T
     hold = hold_of_rest(seen, mesh_io.read_edges(obj), grabs)
-    is_pinned = ~has_moved[hold.vertices]
+    # What is held softly has moved in the pull itself, and a pin holds it as softly.
+    was_posed = has_moved[hold.vertices[hold.weights >= 1.0]].any()
+    is_pinned = ~has_moved[hold.vertices] | ~was_posed
     return (hold.vertices[is_pinned], hold.weights[is_pinned]) if is_pinned.any() else None
 
 

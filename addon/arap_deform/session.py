@@ -424,15 +424,16 @@ def connected_labels(n: int, first: Ints, second: Ints) -> NDArray[np.int64]:
     """(n,) lowest vertex of each vertex's connected piece, for edges first[i] - second[i]."""
     labels: NDArray[np.int64] = np.arange(n)
     while True:
-        lowest = np.minimum(labels[first], labels[second])
-        # The roots of both ends take the lower label, then every vertex looks up its root's root.
-        previous = labels.copy()
-        np.minimum.at(labels, previous[first], lowest)
-        np.minimum.at(labels, previous[second], lowest)
-        labels = np.asarray(labels[labels])
-        labels = np.asarray(labels[labels])
-        if np.array_equal(labels, previous):
+        one, other = labels[first], labels[second]
+        differ = one != other
+        if not differ.any():
             return labels
+        first, second = first[differ], second[differ]
+        # Roots hang themselves on a lower one, whichever is written last; then everybody looks up his root.
+        labels[np.maximum(one, other)[differ]] = np.minimum(one, other)[differ]
+        above = labels[labels]
+        while not np.array_equal(above, labels):
+            labels, above = above, above[above]
 
 
 def _are_same(former: Sequence[HandleSpec], specs: Sequence[HandleSpec]) -> bool:
