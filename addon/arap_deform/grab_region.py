@@ -147,7 +147,7 @@ def mirror_signs(axes: Sequence[bool]) -> Iterator[Signs]:
     choices = [(1.0, -1.0) if is_mirrored else (1.0,) for is_mirrored in axes]
     images = itertools.product(*choices)
     next(images)
-    yield from images  # type: ignore[misc]  # of three, as there are three axes
+    yield from images
 
 
 def mirror_images(rest: Floats, vertices: Ints, signs: Sequence[float]) -> Ints:

@@ -34,6 +34,8 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
     from .operators.common import find_posed_object
     from .operators.pull import current
 
+    if not hasattr(bpy.types.Object, "arap"):
+        return  # the add-on was disabled with the tool in hand in another workspace
     region, region_data = context.region, context.region_data
     obj = find_posed_object(context)
     if region is None or region_data is None:

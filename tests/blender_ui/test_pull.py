@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import scenes
 from bpy_extras.view3d_utils import location_3d_to_region_2d
-from harness import Steps, Ui
+from harness import MODULE, Steps, Ui
 from mathutils import Vector
 
 NEAR = 1e-4
@@ -300,3 +300,122 @@ def test_pull_through_what_is_seen(ui: Ui) -> Steps:
     np.testing.assert_allclose(scenes.key_positions(obj)[middle], (0.0, 0.25, 0.0), atol=0.02)
     np.testing.assert_allclose(scenes.shown_positions(obj)[middle], (0.5, 0.25, 0.0), atol=0.04)
     yield from ui.screenshot("seen")
+
+
+def test_pull_interrupted_settling(ui: Ui) -> Steps:
+    """A press while the mesh still settles ends that, and means what it means: undo, or the next drag."""
+    yield from begin(ui)
+    sheet().arap.tolerance = 1e-9  # it settles for long
+    sheet().arap.max_iterations = 100000
+    rest = scenes.key_positions(sheet())
+    for is_undo in (False, True):
+        yield from press(ui, (0.3, 0.0, 0.0))
+        yield from drag_to(ui, (0.3, 0.2, 0.0))
+        yield from ui.until(lambda: np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.15, "the mesh follows")
+        ui.event("LEFTMOUSE", "RELEASE")
+        yield
+        if is_undo:
+            yield from ui.key("Z", ctrl=True)
+            yield
+            np.testing.assert_allclose(scenes.shown_positions(sheet()), rest, atol=NEAR)
+            assert not ui.running
+        else:
+            sheet().arap.tolerance = 1e-4
+            yield from pull(ui, (-0.3, 0.0, 0.0), (-0.3, 0.2, 0.0))
+            assert len(sheet().arap.pull_pins) == 2
+            for _ in range(2):
+                yield from ui.key("Z", ctrl=True)
+                yield
+            np.testing.assert_allclose(scenes.shown_positions(sheet()), rest, atol=NEAR)
+
+
+def test_pull_file_load_within(ui: Ui) -> Steps:
+    """Loading a file ends the drag, quietly; temporary pins that were saved go where the tool is not on."""
+    yield from begin(ui)
+    yield from click(ui, (-0.9, -0.9, 0.0))
+    assert len(sheet().arap.pull_pins) == 1
+    path = f"{bpy.app.tempdir}sheet.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    yield from press(ui, (0.3, 0.0, 0.0))
+    yield from drag_to(ui, (0.3, 0.2, 0.0))
+    bpy.ops.wm.open_mainfile(filepath=path)
+    yield
+    yield
+    assert not ui.running
+    ui.event("LEFTMOUSE", "RELEASE")
+    yield
+    assert sheet().data.shape_keys is None
+    ui.call(bpy.ops.wm.tool_set_by_id, "EXEC_DEFAULT", True, name="builtin.select_box")
+    yield from ui.until(lambda: not sheet().arap.pull_pins, "the pins go with the tool", 5.0)
+
+
+def test_pull_addon_disabled_within(ui: Ui) -> Steps:
+    """Disabling the add-on restores the drag; enabled again the tool is there again."""
+    yield from begin(ui)
+    rest = scenes.key_positions(sheet())
+    yield from press(ui, (0.3, 0.0, 0.0))
+    yield from drag_to(ui, (0.3, 0.2, 0.0))
+    bpy.ops.preferences.addon_disable(module=MODULE)
+    yield
+    ui.event("LEFTMOUSE", "RELEASE")
+    yield
+    np.testing.assert_array_equal(scenes.key_positions(sheet()), rest)
+    bpy.ops.preferences.addon_enable(module=MODULE)
+    ui.find_modules()
+    yield
+    assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
+    yield from pull(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
+    assert np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.1
+
+
+def test_pull_bad_cases(ui: Ui) -> Steps:
+    """Hidden, out of local view, shared, made by a modifier, beside the mesh: nothing changes, and nothing breaks."""
+    yield from begin(ui)
+    obj = sheet()
+    rest = scenes.key_positions(obj)
+    other = bpy.data.objects.new("Other", bpy.data.meshes.new("Other"))
+    bpy.context.scene.collection.objects.link(other)
+
+    def refused() -> Steps:
+        yield from pull(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
+        assert not ui.running
+        np.testing.assert_array_equal(scenes.key_positions(sheet()), rest)
+        assert not sheet().arap.pull_pins
+
+    obj.hide_set(True)
+    yield from refused()
+    obj.hide_set(False)
+
+    ui.select(other)
+    ui.call(bpy.ops.view3d.localview)
+    yield
+    bpy.context.view_layer.objects.active = obj
+    yield
+    yield from refused()
+    ui.call(bpy.ops.view3d.localview)
+    ui.select(obj)
+    yield
+
+    twin = bpy.data.objects.new("Twin", obj.data)
+    bpy.context.scene.collection.objects.link(twin)
+    yield from refused()
+    bpy.data.objects.remove(twin)
+
+    obj.modifiers.new("Thick", "SOLIDIFY").thickness = 0.2
+    obj.modifiers.new("Remesh", "REMESH").voxel_size = 0.05
+    yield
+    yield from ui.screenshot("opaque")
+    yield from refused()
+    obj.modifiers.clear()
+
+    yield from click(ui, (1.3, 0.0, 0.0))  # beside the mesh a click is Blender's: it selects
+    ui.select(obj)
+    np.testing.assert_array_equal(scenes.key_positions(sheet()), rest)
+
+    yield from click(ui, (0.5, 0.5, 0.0))
+    assert len(obj.arap.pull_pins) == 1
+    yield from ui.key("TAB")
+    yield from ui.until(lambda: not sheet().arap.pull_pins, "editing the mesh ends its temporary pins", 5.0)
+    yield from ui.key("TAB")
+    yield from pull(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
+    assert np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.1

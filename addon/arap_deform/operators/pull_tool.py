@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import bl_ui.space_toolsystem_common
 import bpy
 from bpy.app.handlers import persistent
 
@@ -114,4 +115,6 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(_look):
         bpy.app.timers.unregister(_look)
     if not bpy.app.background:
+        if is_on():  # or Blender goes on drawing its cursor
+            bl_ui.space_toolsystem_common.activate_by_id(bpy.context, "VIEW_3D", "builtin.select_box")
         bpy.utils.unregister_tool(ArapPullTool)
