@@ -82,7 +82,7 @@ def begin_pull(
         *(_spec_of(f"Pull {i + 1}", grab) for i, grab in enumerate(grabs)),
     ]
     if not pull_pins.has_set_pins(obj) and all(grab.reach > 0.0 for grab in grabs):
-        rest = hold_of_rest(shown @ inputs.stretch.T, mesh_io.read_edges(obj), [*others, *grabs])
+        rest = hold_of_rest(inputs.mesh.rest_positions @ inputs.stretch.T, mesh_io.read_edges(obj), [*others, *grabs])
         specs.append(rest)
     n_own = len(inputs.specs)
     holds = (*inputs.holds, *((spec.name, spec.is_exact) for spec in specs[n_own:]))

@@ -125,7 +125,7 @@ def hold_of_rest(points: Floats, edges: Ints, grabs: Sequence[Grab]) -> HandleSp
     """Holds what is beyond the reach of all ``grabs``, softly from FREE_SHARE of it on.
 
     Args:
-        points: (n, 3) where the mesh is, as seen.
+        points: (n, 3) at rest, as seen: so the same grabs always hold the same.
         edges: (e, 2).
         grabs: with a reach each.
     """

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .properties import ArapPullPin
 
 MOVED = 1e-4  # how far a piece at rest may be from its rest shape, as a fraction of the diagonal
-HOLD_STEPS = 16  # weights that a soft hold is written with
+HOLD_STEPS = 64  # weights that a soft hold is written with
 
 
 def grabs_of(obj: bpy.types.Object) -> list[Grab]:
@@ -93,7 +93,7 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
     has_moved = np.abs(shown - rest).max(axis=1) > MOVED * diagonal_of(rest)
     hold = None
     if not has_set_pins(obj):
-        hold = _hold_at_rest(obj, depsgraph, grabs, shown, has_moved)
+        hold = _hold_at_rest(obj, depsgraph, grabs, rest, has_moved)
     n_handles = 0
     for grab in grabs:
         if has_moved[grab.vertices].any():
@@ -112,11 +112,11 @@ def _hold_at_rest(
     obj: bpy.types.Object,
     depsgraph: bpy.types.Depsgraph,
     grabs: Sequence[Grab],
-    shown: NDArray[np.float32],
+    rest: NDArray[np.float32],
     has_moved: NDArray[np.bool_],
 ) -> tuple[Ints, NDArray[np.float64]] | None:
     """Vertices and weights of what is held beyond the falloff, as far as a pin can: what is at rest."""
-    seen = shown.astype(np.float64) @ mesh_io.read_stretch(obj, depsgraph).T
+    seen = rest.astype(np.float64) @ mesh_io.read_stretch(obj, depsgraph).T
     hold = hold_of_rest(seen, mesh_io.read_edges(obj), grabs)
     # What is held softly has moved in the pull itself, and a pin holds it as softly.
     was_posed = has_moved[hold.vertices[hold.weights >= 1.0]].any()

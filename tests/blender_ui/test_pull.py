@@ -376,14 +376,21 @@ def test_pull_bad_cases(ui: Ui) -> Steps:
     other = bpy.data.objects.new("Other", bpy.data.meshes.new("Other"))
     bpy.context.scene.collection.objects.link(other)
 
-    def refused() -> Steps:
+    def refused(sentence: str) -> Steps:
+        yield from point_at(ui, (0.3, 0.0, 0.0))
+        try:
+            ui.call(bpy.ops.arap.pull)
+            raise AssertionError("it was not refused")
+        except RuntimeError as error:
+            assert sentence in str(error), str(error)
         yield from pull(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
         assert not ui.running
         np.testing.assert_array_equal(scenes.key_positions(sheet()), rest)
         assert not sheet().arap.pull_pins
 
     obj.hide_set(True)
-    yield from refused()
+    hidden = "This mesh is hidden here: show it first (Alt H, its collection, or leave Local View)"
+    yield from refused(hidden)
     obj.hide_set(False)
 
     ui.select(other)
@@ -391,21 +398,21 @@ def test_pull_bad_cases(ui: Ui) -> Steps:
     yield
     bpy.context.view_layer.objects.active = obj
     yield
-    yield from refused()
+    yield from refused(hidden)
     ui.call(bpy.ops.view3d.localview)
     ui.select(obj)
     yield
 
     twin = bpy.data.objects.new("Twin", obj.data)
     bpy.context.scene.collection.objects.link(twin)
-    yield from refused()
+    yield from refused("is shared with other objects")
     bpy.data.objects.remove(twin)
 
     obj.modifiers.new("Thick", "SOLIDIFY").thickness = 0.2
     obj.modifiers.new("Remesh", "REMESH").voxel_size = 0.05
     yield
     yield from ui.screenshot("opaque")
-    yield from refused()
+    yield from refused("What modifier 'Remesh' of 'Grid' makes cannot be traced back to the mesh")
     obj.modifiers.clear()
 
     yield from click(ui, (1.3, 0.0, 0.0))  # beside the mesh a click is Blender's: it selects

@@ -4,7 +4,7 @@
 
 import bpy
 
-from .. import pull_pins
+from .. import pull_pins, shape_key
 from ..grab_region import Grab
 from ..view_math import Mode
 from . import pull_tool
@@ -36,7 +36,7 @@ class ARAP_OT_pull(bpy.types.Operator):
             return allow(cls, "Pulling needs a window: use handles and Solve")
         if context.region_data is None:
             return allow(cls, "Pull in a 3D view")
-        return allow(cls, why_not_pullable(context))
+        return allow(cls, "" if find_posed_object(context) is not None else "Select a mesh first")
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._mouse = (event.mouse_region_x, event.mouse_region_y)
@@ -48,6 +48,10 @@ class ARAP_OT_pull(bpy.types.Operator):
     @reports_errors
     def _begin(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
+        reason = why_not_pullable(context)
+        if reason:  # not in poll(): a key whose operator cannot run says nothing and does something else
+            raise ValueError(reason)
+        shape_key.check_writable(obj)
         grip = find_grip(context, obj, context.region, context.region_data, self._mouse)
         if grip is None:
             if not self._is_held:
