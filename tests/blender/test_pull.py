@@ -157,7 +157,9 @@ class PickTest(PullTest):
         ring = np.array([*MIDDLE, *(i + SEGMENTS for i in MIDDLE)], dtype=np.int32)
         triangles = self.seen_mesh.patch_triangles(seen, ring)
         self.assertEqual(triangles.shape, (2 * SEGMENTS, 3))
-        self.assertEqual(self.seen_mesh.patch_triangles(seen, np.array(BOTTOM, dtype=np.int32)).shape, (SEGMENTS - 2, 3))
+        self.assertEqual(
+            self.seen_mesh.patch_triangles(seen, np.array(BOTTOM, dtype=np.int32)).shape, (SEGMENTS - 2, 3)
+        )
 
 
 class DragTest(PullTest):
@@ -253,9 +255,7 @@ class DragTest(PullTest):
     def test_posing_with_handles_again_needs_no_bind(self):
         obj = posable()
         session = self.api.prepare_session(obj)
-        begun = self.api_pull.begin_pull(
-            obj, bpy.context.evaluated_depsgraph_get(), [self.grab(MIDDLE)]
-        )
+        begun = self.api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [self.grab(MIDDLE)])
         former = module("sessions").get(obj.name)
         again = self.api.rebuild_session(begun.inputs, former)
         self.assertIs(again, session)

@@ -47,7 +47,7 @@ def test_a_patch_is_the_ball_where_all_is_joined():
 
 def test_a_patch_does_not_jump_over_a_gap():
     """Two sheets, one above the other: near each other, and not joined."""
-    points = np.concatenate([POINTS, POINTS + (0.0, 0.0, 0.05)])
+    points = np.concatenate([POINTS, np.add(POINTS, (0.0, 0.0, 0.05))])
     edges = np.concatenate([EDGES, EDGES + len(POINTS)])
     found = connected_within(points, edges, np.array([MIDDLE]), points[MIDDLE], 0.3)
     np.testing.assert_array_equal(found, disc(0.0, 0.0, 0.3))

@@ -248,7 +248,7 @@ def test_a_weighted_fit_takes_the_average_to_the_average():
 def test_another_base_moves_the_target_without_a_factorization():
     session = new_session(hold(TOP, is_exact=True), hold(POINT))
     n_factorizations = session.n_factorizations
-    base = TUBE.positions + (0.0, 0.3, 0.0)
+    base = np.add(TUBE.positions, (0.0, 0.3, 0.0))
     session.set_handles(
         [hold(BOTTOM, is_exact=True), hold(TOP, is_exact=True), dataclasses.replace(hold(POINT), base=base)]
     )

@@ -87,7 +87,7 @@ def assert_rigid(motion):
 def test_every_motion_is_rigid_and_none_at_the_start(view, mode):
     drag, start = begun(view, mode)
     np.testing.assert_allclose(drag.motion, np.eye(4), atol=1e-9)
-    drag.to(start + (35.0, -20.0))
+    drag.to(np.add(start, (35.0, -20.0)))
     assert_rigid(drag.motion)
     assert np.abs(drag.motion - np.eye(4)).max() > 1e-3
 
@@ -95,8 +95,8 @@ def test_every_motion_is_rigid_and_none_at_the_start(view, mode):
 @pytest.mark.parametrize("view", VIEWS)
 def test_a_move_stays_under_the_mouse_and_in_the_plane_that_faces_the_viewer(view):
     drag, start = begun(view)
-    drag.to(start + (60.0, 25.0))
-    np.testing.assert_allclose(view.pixels(drag.place[None])[0], start + (60.0, 25.0), atol=1e-6)
+    drag.to(np.add(start, (60.0, 25.0)))
+    np.testing.assert_allclose(view.pixels(drag.place[None])[0], np.add(start, (60.0, 25.0)), atol=1e-6)
     assert (drag.place - PLACE) @ view.towards_viewer(PLACE) == pytest.approx(0.0, abs=1e-9)
 
 
@@ -117,19 +117,19 @@ def test_a_move_along_an_axis_goes_as_far_as_the_mouse(view, axis):
 def test_along_the_line_of_sight_the_mouse_goes_up_instead():
     drag, start = begun(looking_down(is_perspective=False))
     drag.toggle_axis(2)
-    drag.to(start + (40.0, 50.0))
+    drag.to(np.add(start, (40.0, 50.0)))
     np.testing.assert_allclose(drag.place - PLACE, (0.0, 0.0, 50.0 * 8.0 / 800.0), atol=1e-9)
 
 
 def test_along_the_normal_up_is_outwards():
     drag, start = begun(looking_down(is_perspective=False), Mode.NORMAL)
-    drag.to(start + (99.0, 50.0))
+    drag.to(np.add(start, (99.0, 50.0)))
     np.testing.assert_allclose(drag.place - PLACE, 0.5 * NORMAL, atol=1e-9)
 
 
 def test_a_turn_is_about_the_place_and_the_line_of_sight_or_an_axis():
     drag, start = begun(looking_down(is_perspective=False), Mode.TURN)
-    drag.to(start - (90.0, 0.0))
+    drag.to(np.subtract(start, (90.0, 0.0)))
     np.testing.assert_allclose(drag.place, PLACE, atol=1e-12)
     np.testing.assert_allclose(drag.motion[:3, :3], rotation_z(90.0 * TURN_PER_PIXEL), atol=1e-9)
     drag.toggle_axis(0)
@@ -138,11 +138,11 @@ def test_a_turn_is_about_the_place_and_the_line_of_sight_or_an_axis():
 
 def test_another_mode_goes_on_from_where_the_drag_is():
     drag, start = begun(looking_down(is_perspective=True))
-    drag.to(start + (60.0, 0.0))
+    drag.to(np.add(start, (60.0, 0.0)))
     before = drag.motion
     drag.set_mode(Mode.TURN)
     np.testing.assert_allclose(drag.motion, before, atol=1e-12)
     place = drag.place
-    drag.to(start + (60.0, 0.0) - (90.0, 0.0))
+    drag.to(start + np.subtract((60.0, 0.0), (90.0, 0.0)))
     np.testing.assert_allclose(drag.place, place, atol=1e-9)
     assert_rigid(drag.motion)
