@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import bpy
 import numpy as np
 
-from . import handle_io, mesh_io, pull_pins, seen_mesh
+from . import handle_io, live_key, mesh_io, pull_pins, seen_mesh, shape_key
 from .api_pose import read_input
 from .grab_region import Grab, hold_of_rest
 from .handle_map import Floats, HandleSpec, Ints
@@ -69,9 +69,13 @@ def begin_pull(
         begun: the drag that goes on with these grabs; None: it begins here.
 
     Raises:
-        ValueError: as session_input(), but pins and handles may be missing; or all of ``grabs`` is held already.
+        ValueError: as session_input(), but pins and handles may be missing; the key would not show the pose; or one of
+            ``grabs`` is held already.
     """
     inputs = read_input(obj, depsgraph, needs_holds=False)
+    key = live_key.find(obj)
+    if key is not None:
+        shape_key.check_shown(obj, key)
     shown = begun.shown if begun else handle_io.shown_positions(obj, inputs.mesh.rest_positions.astype(np.float32))
     grabs = _without_held(obj, grabs, inputs.specs)
     grabbed = np.concatenate([grab.vertices for grab in grabs])

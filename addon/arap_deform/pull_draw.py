@@ -91,7 +91,9 @@ def _draw_patch(
     if len(triangles):
         pixels = view.pixels(seen.positions[triangles.ravel()]).reshape(-1, 3, 2)
         first, second = pixels[:, 1] - pixels[:, 0], pixels[:, 2] - pixels[:, 0]
-        is_front = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] > 0.0  # the far side would cover it twice
+        area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+        # The far side would cover it twice; what the mouse is over is most of it, whichever way its faces go round.
+        is_front = area * np.nansum(area) > 0.0
         draw_triangles(corner + pixels[is_front].reshape(-1, 2), (*color[:3], PATCH_ALPHA))
     else:
         draw_dots(corner + view.pixels(seen.positions[pick.vertices]), PIN_PX, color)

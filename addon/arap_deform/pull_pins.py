@@ -69,7 +69,8 @@ def remove(obj: bpy.types.Object, indices: Sequence[int]) -> None:
 
 
 def objects_with_pins() -> list[bpy.types.Object]:
-    return [obj for obj in bpy.data.objects if obj.type == "MESH" and obj.arap.pull_pins]
+    """Of this file, not linked."""
+    return [obj for obj in bpy.data.objects if obj.type == "MESH" and obj.library is None and obj.arap.pull_pins]
 
 
 def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[int, int]:

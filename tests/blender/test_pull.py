@@ -221,7 +221,21 @@ class DragTest(PullTest):
             [self.grab(BOTTOM)],
         )
 
-    def test_shared_and_linked_meshes_are_refused(self):
+    def test_a_key_that_would_not_show_the_pull_is_refused(self):
+        obj = mesh_object()
+        self.pull(obj, self.grab(MIDDLE), (0.3, 0.0, 0.0))
+        obj.data.shape_keys.key_blocks["ARAP"].mute = True
+        self.assert_error(
+            ValueError,
+            "Shape key 'ARAP' of 'Tube' is muted (a bake does that), so the pose would not show: "
+            "unmute it, and mute or remove the baked keys",
+            self.api_pull.begin_pull,
+            obj,
+            bpy.context.evaluated_depsgraph_get(),
+            [self.grab(TOP)],
+        )
+
+    def test_shared_meshes_are_refused(self):
         obj = mesh_object()
         other = bpy.data.objects.new("Twin", obj.data)
         self.scene.collection.objects.link(other)

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import api, api_pull, mesh_io, sessions
+from .. import api, api_pull, live_key, mesh_io, sessions
 from ..grab_region import Grab
 from ..handle_map import Floats
 from ..session import Readout
@@ -22,6 +22,7 @@ class PullScene:
     def __init__(self, obj: bpy.types.Object, grabs: Sequence[Grab]) -> None:
         """Begins. Raises ValueError where the mesh cannot be pulled there; then nothing has changed."""
         self.name = obj.name
+        live_key.forget_removed(obj)
         self.state = api.capture_state(obj)
         self.motion: Floats = np.eye(4)
         self.pull = api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), grabs)
