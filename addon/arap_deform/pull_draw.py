@@ -105,7 +105,7 @@ def draw_pins() -> None:
 
     context = bpy.context
     obj = find_posed_object(context)
-    if obj is None or not obj.arap.pull_pins or context.region_data is None:
+    if obj is None or obj.mode != "OBJECT" or not obj.arap.pull_pins or context.region_data is None:
         return
     try:
         seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())

@@ -112,16 +112,16 @@ def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SeenMesh:
         n = len(obj.data.vertices)
         is_own = len(positions) == n and len(evaluated.data.polygons) == len(obj.data.polygons)
         if not is_own:
-            _check_modifiers(obj)
+            _check_modifiers(obj, loses_vertices=len(positions) < n)
         world = transformed(mesh_io.read_matrix(obj, depsgraph), positions[:n])
         seen = _seen[obj.name] = SeenMesh(world, _topology(obj), is_own)
     return seen
 
 
-def _check_modifiers(obj: bpy.types.Object) -> None:
+def _check_modifiers(obj: bpy.types.Object, *, loses_vertices: bool) -> None:
     """Raises ValueError where a modifier makes vertices that cannot be traced back to the mesh."""
     for modifier in obj.modifiers:
-        if modifier.show_viewport and _is_opaque(modifier):
+        if modifier.show_viewport and (loses_vertices or _is_opaque(modifier)):
             raise ValueError(
                 f"What modifier '{modifier.name}' of '{obj.name}' makes cannot be traced back to the mesh: "
                 "turn it off in the viewport to pull"
