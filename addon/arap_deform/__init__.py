@@ -19,9 +19,9 @@ bl_info = {
 
 
 def _modules() -> tuple[ModuleType, ...]:
-    from . import cli, handlers, menus, operators, panels, properties
+    from . import cli, handlers, menus, operators, panels, properties, pull_draw
 
-    return (properties, handlers, operators, panels, menus, cli)
+    return (properties, handlers, operators, pull_draw, panels, menus, cli)
 
 
 def register() -> None:

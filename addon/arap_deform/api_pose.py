@@ -23,7 +23,7 @@ def session_input(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None =
         ValueError: not a mesh, in Edit Mode, linked or shared data, absolute keys, singular scale, a pin or handle
             without its group or object, a handle whose group has no weights, nothing pinned or handled.
     """
-    return _read_input(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
+    return read_input(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
 
 
 def build_session(inputs: SessionInput, progress: Progress | None = None) -> Session:
@@ -43,6 +43,21 @@ def build_session(inputs: SessionInput, progress: Progress | None = None) -> Ses
     )
     session.set_handles(inputs.specs, progress=_part(progress, 0.5, 1.0))
     return session
+
+
+def rebuild_session(inputs: SessionInput, former: Live | None, progress: Progress | None = None) -> Session:
+    """build_session(), or the former session with the handles of ``inputs`` where its bind fits.
+
+    The former one must not be the object's live one any more: while this runs, in whatever thread, it is busy.
+
+    Raises:
+        As build_session().
+    """
+    if former is None or sessions.difference_of_bind(former.inputs, inputs):
+        return build_session(inputs, progress)
+    former.session.set_handles(inputs.specs, progress)
+    former.session.settings = inputs.settings
+    return former.session
 
 
 def adopt_session(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None:
@@ -114,15 +129,16 @@ def _has_same_specs(old: SessionInput, new: SessionInput) -> bool:
     return len(old.specs) == len(new.specs) and all(a.is_same_as(b) for a, b in zip(old.specs, new.specs, strict=True))
 
 
-def check_live(obj: bpy.types.Object, is_thorough: bool = False) -> str:
+def check_live(obj: bpy.types.Object, is_thorough: bool = False, holds: tuple[Hold, ...] | None = None) -> str:
     """Why the object's live session no longer fits the scene, one sentence; '' while it does.
 
     Args:
         obj: the mesh.
         is_thorough: compare topology, rest shape and weights too (milliseconds); False: counts, scale and
             settings (microseconds).
+        holds: what the session holds; None: the pins and handles of the object.
     """
-    return _live_problem(obj, bpy.context.evaluated_depsgraph_get(), is_thorough=is_thorough)
+    return _live_problem(obj, bpy.context.evaluated_depsgraph_get(), is_thorough=is_thorough, holds=holds)
 
 
 def end_session(obj_or_name: bpy.types.Object | str) -> None:
@@ -142,18 +158,25 @@ def update_pose(
     iterations: int | None = None,
     initial_guess: str | None = None,
     time_limit_s: float | None = None,
+    held: tuple[tuple[Hold, ...], Floats] | None = None,
 ) -> Readout:
     """One live update: reads the handles, solves a few iterations, writes the key.
 
     Needs a live session (prepare_session or adopt_session). ``stop_reason`` is "converged" when nothing is left to do
     at these handles.
 
+    Args:
+        obj: the mesh.
+        depsgraph: to read the handles from.
+        iterations, initial_guess, time_limit_s: see Session.update().
+        held: what the session holds and (h, 4, 4) how that has moved; None: the pins and handles of the object.
+
     Raises:
         RuntimeError: no live session, or the mesh or scale has changed under it (the session has then ended).
         ValueError: the key would not show the pose, or a handle cannot work; nothing has changed.
     """
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
-    reason = _live_problem(obj, depsgraph, is_thorough=False)
+    reason = _live_problem(obj, depsgraph, is_thorough=False, holds=held[0] if held else None)
     live = sessions.get(obj.name)
     if reason or live is None:
         end_session(obj)
@@ -161,7 +184,7 @@ def update_pose(
     live.session.settings = settings_of(obj)
     key = _writable_key(obj)
     result = live.session.update(
-        handle_io.handle_matrices(obj, depsgraph),
+        held[1] if held else handle_io.handle_matrices(obj, depsgraph),
         iterations=iterations,
         initial_guess=initial_guess,
         time_limit_s=time_limit_s,
@@ -242,15 +265,27 @@ def spec_of(hold: Hold, weights: Floats) -> HandleSpec:
     return HandleSpec(name, vertices, weights[vertices], is_exact)
 
 
-def _read_input(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, use_nodes: bool | None = None
+def read_input(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    *,
+    use_nodes: bool | None = None,
+    needs_holds: bool = True,
 ) -> SessionInput:
+    """As session_input().
+
+    Args:
+        obj: the mesh.
+        depsgraph: for its scale.
+        use_nodes: see compat.read_group_weights().
+        needs_holds: refuse a mesh without pins and handles.
+    """
     mesh_io.check_mesh(obj)
     shape_key.check_writable(obj)
     live_key.check_name(obj)
     handle_io.check_handles(obj, depsgraph)
     holds = handle_io.enabled_holds(obj)
-    if not holds:
+    if needs_holds and not holds:
         raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
     property_groups = _property_groups(obj)
     wanted = sorted({*(group for group, _ in holds), *(name for name in property_groups if name)})
@@ -297,7 +332,13 @@ def _property_groups(obj: bpy.types.Object) -> tuple[str, str]:
     return names
 
 
-def _live_problem(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, is_thorough: bool) -> str:
+def _live_problem(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    *,
+    is_thorough: bool,
+    holds: tuple[Hold, ...] | None = None,
+) -> str:
     live = sessions.get(obj.name)
     if live is None:
         return f"'{obj.name}' is not being posed"
@@ -307,7 +348,7 @@ def _live_problem(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, is_t
         mesh_io.check_mesh(obj)
         if is_thorough:
             # Called within handlers, where nothing may be added to the scene.
-            fresh = _read_input(obj, depsgraph, use_nodes=False)
+            fresh = read_input(obj, depsgraph, use_nodes=False)
             return sessions.difference_of_bind(live.inputs, fresh) or (
                 "" if _has_same_specs(live.inputs, fresh) else sessions.groups_differ(obj.name)
             )
@@ -317,7 +358,7 @@ def _live_problem(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, is_t
     reason = _counts_problem(obj, live.inputs)
     if reason:
         return reason
-    if handle_io.enabled_holds(obj) != live.inputs.holds:
+    if (handle_io.enabled_holds(obj) if holds is None else holds) != live.inputs.holds:
         return sessions.groups_differ(obj.name)
     names = (obj.arap.stiffness_group, obj.arap.rigid_group)
     if settings_of(obj).of_bind != live.inputs.settings.of_bind or names != live.inputs.property_groups:

@@ -65,6 +65,17 @@ def read_corner_vertices(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
     return result
 
 
+def read_edges(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
+    """(e, 2) int32 vertices of each edge."""
+    result = np.empty((len(mesh.edges), 2), dtype=np.int32)
+    attribute = mesh.attributes.get(".edge_verts")  # 3.6
+    if attribute is None:
+        mesh.edges.foreach_get("vertices", result.ravel())
+    else:
+        attribute.data.foreach_get("value", result.ravel())
+    return result
+
+
 def read_group_weights(
     obj: bpy.types.Object, names: Sequence[str], use_nodes: bool | None = None
 ) -> dict[str, Float32s]:
@@ -231,3 +242,11 @@ def length_text(scene: bpy.types.Scene, length: float) -> str:
     """A length in scene units as Blender's own fields show it."""
     units = scene.unit_settings
     return str(bpy.utils.units.to_string(units.system, "LENGTH", length * units.scale_length, precision=3))
+
+
+def uniform_color_shader() -> Any:
+    """The shader of one colour for points in three dimensions; 4.0 has taken the dimension out of its name."""
+    import gpu
+
+    name = "3D_UNIFORM_COLOR" if bpy.app.version < (4, 0, 0) else "UNIFORM_COLOR"
+    return gpu.shader.from_builtin(name)

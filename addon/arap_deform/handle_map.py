@@ -28,14 +28,17 @@ class HandleSpec:
         vertices: (k,) int32.
         weights: (k,) float64; 1 is hard, between 0 and 1 soft, 0 free.
         is_exact: holds its vertices, however few; else it may be a point: see point_handles.
+        base: (n, 3) where the whole mesh stands while the handle has not moved; None: at rest.
     """
 
     name: str
     vertices: Ints
     weights: Floats
     is_exact: bool = True
+    base: NDArray[np.floating] | None = None
 
     def is_same_as(self, other: HandleSpec) -> bool:
+        """Whether both hold the same, wherever."""
         return (
             self.is_exact == other.is_exact
             and np.array_equal(self.vertices, other.vertices)
@@ -50,7 +53,7 @@ class Patch:
     Attributes:
         vertices: (m,) int32.
         weights: (m,) float64, of sum 1.
-        centre: (3,) float64 the average at rest, object space.
+        centre: (3,) float64 the average while the handle has not moved, object space.
     """
 
     vertices: Ints
@@ -128,12 +131,13 @@ class HandleMap:
         largest = np.maximum.reduceat(weight[shared], starts) if len(starts) else np.empty(0)
         self.strengths: Floats = np.concatenate([weight[singles], largest])
 
+        base = self._base_of(handle, vertex, rest_positions)
         bounds = np.searchsorted(handle[singles], np.arange(len(self._specs) + 1))
         self._blocks = [slice(int(a), int(b)) for a, b in pairwise(bounds)]
-        self._single_rest = np.ascontiguousarray(rest_positions[vertex[singles]])
+        self._single_base = np.ascontiguousarray(base[singles])
         self._single_handles = handle[singles]
 
-        self._shared_rest = rest_positions[vertex[shared]]
+        self._shared_base = base[shared]
         self._shared_handles = handle[shared]
         self._shared_starts = starts
         totals = np.add.reduceat(weight[shared], starts) if len(starts) else np.empty(0)
@@ -169,6 +173,15 @@ class HandleMap:
             raise ValueError("No vertex is pinned or has a handle: add a pin or a handle, or give its group weight")
         return handle, vertex, weight
 
+    def _base_of(self, handle: NDArray[np.intp], vertex: Ints, rest_positions: Floats) -> Floats:
+        """Where each entry's vertex stands while its handle has not moved."""
+        base = rest_positions[vertex]
+        for i, spec in enumerate(self._specs):
+            if spec.base is not None:
+                mine = handle == i
+                base[mine] = spec.base[vertex[mine]]
+        return base
+
     @property
     def n_handles(self) -> int:
         return len(self._specs)
@@ -191,9 +204,9 @@ class HandleMap:
         for h in np.flatnonzero(moved):
             block = self._blocks[h]
             rows = self._targets[block]
-            np.matmul(self._single_rest[block], linear[h].T, out=rows)
+            np.matmul(self._single_base[block], linear[h].T, out=rows)
             rows += offset[h]
-        n_single, n_vertices = len(self._single_rest), len(self.vertices)
+        n_single, n_vertices = len(self._single_base), len(self.vertices)
         if len(self._shared_starts) and moved[self._shared_handles].any():
             self._targets[n_single:n_vertices] = self._shared_targets(linear, offset)
         of_patch = self._patch_handles
@@ -202,7 +215,7 @@ class HandleMap:
         return self._targets
 
     def _shared_targets(self, linear: Floats, offset: Floats) -> Floats:
-        moved = np.matmul(linear[self._shared_handles], self._shared_rest[:, :, None])[:, :, 0]
+        moved = np.matmul(linear[self._shared_handles], self._shared_base[:, :, None])[:, :, 0]
         moved += offset[self._shared_handles]
         moved *= self._shared_shares[:, None]
         return np.asarray(np.add.reduceat(moved, self._shared_starts, axis=0))
@@ -216,7 +229,7 @@ class HandleMap:
         seen = self._stretch @ matrices[:, :3, :3] @ np.linalg.inv(self._stretch)
         rotations = nearest_rotations(seen)
         result = np.empty((len(self._targets), 3, 3))
-        n_single, n_vertices = len(self._single_rest), len(self.vertices)
+        n_single, n_vertices = len(self._single_base), len(self.vertices)
         result[:n_single] = rotations[self._single_handles]
         if len(self._shared_starts):
             weighted = rotations[self._shared_handles] * self._shared_shares[:, None, None]

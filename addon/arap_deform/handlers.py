@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import empty_groups, mesh_size, sessions
+from . import empty_groups, mesh_size, seen_mesh, sessions
 from .operators.pose_act import running
 
 
@@ -15,23 +15,32 @@ def _on_load(*_: object) -> None:
     sessions.clear()
     empty_groups.clear()
     mesh_size.clear()
+    seen_mesh.clear()
 
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     empty_groups.forget_updated(depsgraph)
     mesh_size.forget_updated(depsgraph, running)
+    seen_mesh.forget_updated(depsgraph)
+
+
+@persistent
+def _on_frame(*_: object) -> None:
+    seen_mesh.forget_places()
 
 
 @persistent
 def _on_undo(*_: object) -> None:
     empty_groups.clear()
     mesh_size.clear()
+    seen_mesh.clear()
 
 
 _HANDLERS = (
     ("load_post", _on_load),
     ("depsgraph_update_post", _on_update),
+    ("frame_change_post", _on_frame),
     ("undo_post", _on_undo),
     ("redo_post", _on_undo),
 )
@@ -50,3 +59,4 @@ def unregister() -> None:
     sessions.clear()
     empty_groups.clear()
     mesh_size.clear()
+    seen_mesh.clear()

@@ -18,6 +18,7 @@ class ARAP_MT_main(bpy.types.Menu):
         layout = self.layout
         layout.operator_context = "INVOKE_REGION_WIN"  # some of the parents have set it to run without dialogs
         layout.operator("arap.pose", icon="PLAY")
+        layout.operator("arap.pull_tool", icon="VIEW_PAN")
         layout.operator("arap.solve", icon="FILE_REFRESH")
         layout.separator()
         layout.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
@@ -28,6 +29,9 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.handle_remove")
         layout.operator("arap.pin_add", icon="PINNED")
         layout.operator("arap.pin_remove")
+        layout.separator()
+        layout.operator("arap.pull_make_real")
+        layout.operator("arap.pull_release")
         layout.separator()
         layout.operator("arap.reset_handles", icon="LOOP_BACK")
         layout.operator("arap.reset_pose")

@@ -90,3 +90,8 @@ def selected_vertices(obj: bpy.types.Object) -> NDArray[np.int32]:
     is_selected = np.empty(len(obj.data.vertices), dtype=bool)
     obj.data.vertices.foreach_get("select", is_selected)
     return np.flatnonzero(is_selected).astype(np.int32)
+
+
+def read_edges(obj: bpy.types.Object) -> NDArray[np.int32]:
+    """(e, 2) int32 vertices of each edge."""
+    return compat.read_edges(obj.data)

@@ -106,7 +106,7 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
             return
         layout.label(text=obj.name, icon="OUTLINER_OB_MESH")
         act = running.get(obj.name)
-        if act is not None:
+        if act is not None and not act.is_drag:
             _draw_act(context, layout, act)
         else:
             hint = _next_step(obj)
@@ -239,6 +239,7 @@ def _draw_buttons(layout: bpy.types.UILayout) -> None:
     pose = column.row(align=True)
     pose.scale_y = 1.6
     pose.operator("arap.pose", text="Pose", icon="PLAY")
+    column.operator("arap.pull_tool", text="Pull", icon="VIEW_PAN")
     column.operator("arap.solve", text="Solve", icon="FILE_REFRESH")
     column = layout.column(align=True)
     column.operator("arap.bake_pose", text="Bake Pose", icon="SHAPEKEY_DATA")

@@ -5,7 +5,10 @@
 No ``from __future__ import annotations`` here: Blender reads the annotations themselves, not their text.
 """
 
+import base64
+
 import bpy
+import numpy as np
 from bpy.props import (
     BoolProperty,
     CollectionProperty,
@@ -17,6 +20,7 @@ from bpy.props import (
     StringProperty,
 )
 from mathutils import Matrix
+from numpy.typing import NDArray
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -135,6 +139,24 @@ class ArapMadeKey(bpy.types.PropertyGroup):
     name: StringProperty(name="Name", description="Name of the shape key")
 
 
+class ArapPullPin(bpy.types.PropertyGroup):
+    """A piece of surface that stays where it is shown for as long as the tool ARAP Pull is on."""
+
+    vertices_text: StringProperty(options={"HIDDEN"}, description="Its vertices: int32, base64")
+    reach: FloatProperty(
+        options={"HIDDEN"}, description="How far the mesh was free around it when it was pulled; 0: set by a click"
+    )
+
+    @property
+    def vertices(self) -> NDArray[np.int32]:
+        """(k,) ascending."""
+        return np.frombuffer(base64.b64decode(self.vertices_text), dtype="<i4").astype(np.int32)
+
+    @vertices.setter
+    def vertices(self, vertices: NDArray[np.int32]) -> None:
+        self.vertices_text = base64.b64encode(vertices.astype("<i4").tobytes()).decode()
+
+
 class ArapObject(bpy.types.PropertyGroup):
     """Pins, handles and settings of one mesh object."""
 
@@ -142,6 +164,10 @@ class ArapObject(bpy.types.PropertyGroup):
     active_pin_index: IntProperty(name="Active Pin", min=0, description="The pin chosen in the list")
     handles: CollectionProperty(type=ArapHandle, name="Handles", description="Objects and bones that move the mesh")
     active_handle_index: IntProperty(name="Active Handle", min=0, description="The handle chosen in the list")
+
+    pull_pins: CollectionProperty(
+        type=ArapPullPin, name="Pull Pins", description="What ARAP Pull holds", options={"HIDDEN"}
+    )
 
     energy: EnumProperty(
         name="Energy", description="What counts as stretching", items=ENERGIES, default="rotation_nodes"
@@ -261,16 +287,41 @@ class ArapObject(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (ArapPin, ArapHandle, ArapMadeKey, ArapObject)
+class ArapPullTool(bpy.types.PropertyGroup):
+    """How the tool ARAP Pull takes hold: of the window, so that undo leaves it alone."""
+
+    radius: IntProperty(
+        name="Radius",
+        description="Radius of the piece that is pulled (F, [ and ]; the wheel during a drag)",
+        default=40,
+        min=1,
+        max=10000,
+        soft_max=500,
+        subtype="PIXEL",
+    )
+    falloff: FloatProperty(
+        name="Falloff",
+        description="How far the mesh gives way while there is no pin, in radii beyond the piece that is pulled",
+        default=3.0,
+        min=0.1,
+        max=1000.0,
+        soft_max=20.0,
+        precision=1,
+    )
+
+
+CLASSES = (ArapPin, ArapHandle, ArapMadeKey, ArapPullPin, ArapObject, ArapPullTool)
 
 
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Object.arap = PointerProperty(type=ArapObject, name="ARAP", description="As-rigid-as-possible posing")
+    bpy.types.WindowManager.arap_pull = PointerProperty(type=ArapPullTool, name="ARAP Pull")
 
 
 def unregister() -> None:
+    del bpy.types.WindowManager.arap_pull
     del bpy.types.Object.arap
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

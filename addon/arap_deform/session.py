@@ -204,6 +204,10 @@ class Session:
                 handles stay in each case.
         """
         if self._map is not None and _are_same(self._specs, specs):
+            if any(spec.base is not former.base for spec, former in zip(specs, self._specs, strict=True)):
+                based = {i: self._based(patch, specs[i]) for i, patch in self._point_patches.items()}
+                self._point_patches = based
+                self._map = HandleMap(specs, self._rest, self._stretch, self._point_patches)
             self._specs = tuple(specs)
             return
         start = time.perf_counter()
@@ -233,8 +237,12 @@ class Session:
         for i, reach in reaches.items():
             patch = patch_around(self._solver, specs[i].vertices, reach / self._diagonal, self._unstretch)
             if patch is not None:
-                patches[i] = patch
+                patches[i] = self._based(patch, specs[i])
         return patches
+
+    def _based(self, patch: Patch, spec: HandleSpec) -> Patch:
+        base = self._rest if spec.base is None else spec.base
+        return replace(patch, centre=patch.weights @ base[patch.vertices].astype(np.float64))
 
     def update(
         self,
@@ -416,15 +424,16 @@ def connected_labels(n: int, first: Ints, second: Ints) -> NDArray[np.int64]:
     """(n,) lowest vertex of each vertex's connected piece, for edges first[i] - second[i]."""
     labels: NDArray[np.int64] = np.arange(n)
     while True:
-        lowest = np.minimum(labels[first], labels[second])
-        # The roots of both ends take the lower label, then every vertex looks up its root's root.
-        previous = labels.copy()
-        np.minimum.at(labels, previous[first], lowest)
-        np.minimum.at(labels, previous[second], lowest)
-        labels = np.asarray(labels[labels])
-        labels = np.asarray(labels[labels])
-        if np.array_equal(labels, previous):
+        one, other = labels[first], labels[second]
+        differ = one != other
+        if not differ.any():
             return labels
+        first, second = first[differ], second[differ]
+        # Roots hang themselves on a lower one, whichever is written last; then everybody looks up his root.
+        labels[np.maximum(one, other)[differ]] = np.minimum(one, other)[differ]
+        above = labels[labels]
+        while not np.array_equal(above, labels):
+            labels, above = above, above[above]
 
 
 def _are_same(former: Sequence[HandleSpec], specs: Sequence[HandleSpec]) -> bool:

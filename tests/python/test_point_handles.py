@@ -243,3 +243,20 @@ def test_a_weighted_fit_takes_the_average_to_the_average():
         average = np.average(rest, axis=0, weights=weights)
         expected = np.average(shown, axis=0, weights=weights)
         np.testing.assert_allclose(fit[:3, :3] @ average + fit[:3, 3], expected, atol=1e-9)
+
+
+def test_another_base_moves_the_target_without_a_factorization():
+    session = new_session(hold(TOP, is_exact=True), hold(POINT))
+    n_factorizations = session.n_factorizations
+    base = np.add(TUBE.positions, (0.0, 0.3, 0.0))
+    session.set_handles(
+        [hold(BOTTOM, is_exact=True), hold(TOP, is_exact=True), dataclasses.replace(hold(POINT), base=base)]
+    )
+    assert session.n_factorizations == n_factorizations
+    session.update(np.array([NO_MOTION] * 3), to_convergence=True)
+    patch = session.patches[2]
+    np.testing.assert_allclose(patch.centre, patch.weights @ base[patch.vertices], atol=1e-12)
+    np.testing.assert_allclose(patch.weights @ session.positions[patch.vertices], patch.centre, atol=1e-5)
+    session.set_handles([hold(BOTTOM, is_exact=True), hold(TOP, is_exact=True), hold(POINT)])
+    session.update(np.array([NO_MOTION] * 3), to_convergence=True)
+    np.testing.assert_allclose(session.positions, TUBE.positions, atol=1e-3)

@@ -369,3 +369,23 @@ def test_binding_waits_for_its_start_and_does_not_begin_once_dropped() -> None:
     binding.drop()
     binding.start()
     assert (binding.is_done, is_any_running(), calls) == (False, False, [])
+
+
+def test_keep_without_settling_takes_the_pose_as_it_is() -> None:
+    scene = FakeScene(needed_updates=50)
+    act = begun(scene)
+    act.keep(is_settling=False)
+    assert scene.calls == []
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+
+
+def test_unsettled_until_a_step_has_looked() -> None:
+    scene = FakeScene(needed_updates=1)
+    act = begun(scene)
+    assert act.is_settled
+    act.unsettle()
+    assert not act.is_settled
+    act.tick()
+    assert scene.calls == ["refine"]
+    assert act.is_settled

@@ -126,3 +126,16 @@ def test_bad_matrices_are_refused():
         handle_map.targets(np.array([NONE]))
     with pytest.raises(ValueError, match=r"^Handle 'Paw' has a transform that is not finite: reset it$"):
         handle_map.targets(np.array([NONE * np.nan, NONE]))
+
+
+def test_a_base_is_where_vertices_stand_while_their_handle_has_not_moved():
+    base = np.add(REST, (0.0, 0.0, 3.0))
+    based = HandleSpec("Pull", np.array([2, 3], dtype=np.int32), np.ones(2), base=base)
+    handle_map = HandleMap([spec([3, 1]), based], REST, STRETCH)
+    targets = dict(zip(handle_map.vertices.tolist(), handle_map.targets(np.array([NONE, NONE])), strict=True))
+    np.testing.assert_allclose(targets[1], STRETCH @ REST[1], atol=1e-14)
+    np.testing.assert_allclose(targets[2], STRETCH @ base[2], atol=1e-14)
+    np.testing.assert_allclose(targets[3], STRETCH @ (REST[3] + base[3]) / 2.0, atol=1e-14)
+    turn = motion(0.7, (1.0, 0.0, 0.0))
+    targets = dict(zip(handle_map.vertices.tolist(), handle_map.targets(np.array([NONE, turn])), strict=True))
+    np.testing.assert_allclose(targets[2], STRETCH @ (turn[:3, :3] @ base[2] + turn[:3, 3]), atol=1e-14)

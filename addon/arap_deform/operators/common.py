@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -13,6 +14,8 @@ import bpy
 
 from .. import api, live_key
 from . import pose_act
+
+STATUS_AGAIN_S = 0.5  # a transform clears the status bar when it ends, so it is set again this often
 
 Execute = Callable[[Any, bpy.types.Context], set[str]]
 
@@ -96,6 +99,18 @@ def why_not_solvable(context: bpy.types.Context) -> str:
     return ""
 
 
+def why_not_pullable(context: bpy.types.Context) -> str:
+    """As why_not_idle(), and there must be a solver, and the mesh must be seen."""
+    reason = why_not_idle(context) or api.native_problem()
+    obj = find_posed_object(context)
+    if reason or obj is None:
+        return reason
+    space = context.space_data
+    if not obj.visible_get(viewport=space if isinstance(space, bpy.types.SpaceView3D) else None):
+        return "This mesh is hidden here: show it first (Alt H, its collection, or leave Local View)"
+    return ""
+
+
 def allow(cls: Any, reason: str) -> bool:
     """For poll(): True without a reason; else greyed, with the reason in the tooltip."""
     if reason:
@@ -115,6 +130,27 @@ def reports_errors(execute: Execute) -> Execute:
             return {"CANCELLED"}
 
     return wrapper
+
+
+class StatusBar:
+    """The text in the status bar while an operator runs."""
+
+    def __init__(self) -> None:
+        self._workspaces: set[str] = set()
+        self._text, self._shown_at = "", 0.0
+
+    def show(self, context: bpy.types.Context, text: str) -> None:
+        now = time.monotonic()
+        if context.workspace is not None and (text != self._text or now - self._shown_at >= STATUS_AGAIN_S):
+            self._text, self._shown_at = text, now
+            self._workspaces.add(context.workspace.name)
+            context.workspace.status_text_set(text)
+
+    def clear(self) -> None:
+        for name in self._workspaces:
+            workspace = bpy.data.workspaces.get(name)
+            if workspace is not None:
+                workspace.status_text_set(None)
 
 
 @contextmanager

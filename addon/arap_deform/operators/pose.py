@@ -7,8 +7,6 @@ handlers that say when the scene was evaluated, a timer for refining, and one ex
 """
 
 import threading
-import time
-import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -19,27 +17,14 @@ from bpy.props import BoolProperty
 from numpy.typing import NDArray
 
 from .. import api, live_key, sessions
-from ..binding import Binding
-from ..session import Readout, Session
+from ..session import Readout
 from . import pose_undo
-from .common import allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_solvable
-from .pose_act import End, Ending, Phase, PoseAct, running, status_text
+from .common import StatusBar, allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_solvable
+from .pose_act import End, Ending, Phase, PoseAct, print_fault, running, status_text
+from .session_binding import SessionBinding
 
 TIMER_S = 0.02
-STATUS_AGAIN_S = 0.5  # a transform clears the status bar when it ends, so it is set again this often
 EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
-
-
-class SessionBinding(Binding[Session]):
-    """A bind in a worker thread, and what becomes of it."""
-
-    def __init__(self, obj: bpy.types.Object, inputs: api.SessionInput) -> None:
-        self._name = obj.name
-        self._inputs = inputs
-        super().__init__(lambda progress: api.build_session(inputs, progress))
-
-    def adopt(self) -> None:
-        api.adopt_session(bpy.data.objects[self._name], self._inputs, self.result())
 
 
 class BlenderPoseScene:
@@ -161,8 +146,7 @@ class Run:
         """Begins the act. Raises ValueError or RuntimeError where it cannot; then nothing has changed."""
         self.scene = BlenderPoseScene(obj)
         self.act = PoseAct(self.scene)
-        self._workspaces: set[str] = set()
-        self._status = ("", 0.0)
+        self._status = StatusBar()
         self.scene.number = pose_undo.mark(obj)
         try:
             self.act.begin()
@@ -174,13 +158,7 @@ class Run:
         _add(self)
 
     def show_status(self, context: bpy.types.Context) -> None:
-        text, shown_at = self._status
-        now = time.monotonic()
-        if context.workspace is None or (status_text(self.act) == text and now - shown_at < STATUS_AGAIN_S):
-            return
-        self._status = (status_text(self.act), now)
-        self._workspaces.add(context.workspace.name)
-        context.workspace.status_text_set(self._status[0])
+        self._status.show(context, status_text(self.act))
 
     def finish(self) -> End:
         """The one exit of all ends; ``end.message`` is what is left to say."""
@@ -194,12 +172,8 @@ class Run:
         elif end.how is Ending.RESTORE:
             end = self._restore(obj, end)
         pose_undo.finish(self.scene.name, self.scene.number, as_one_step=end.how is not Ending.LEAVE)
-        for name in self._workspaces:
-            workspace = bpy.data.workspaces.get(name)
-            if workspace is not None:
-                workspace.status_text_set(None)
-        if end.error is not None and not isinstance(end.error, (ValueError, RuntimeError)):
-            traceback.print_exception(end.error)  # a fault of ours: the report on it needs more than a sentence
+        self._status.clear()
+        print_fault(end)
         tag_panels(bpy.context)
         return end
 

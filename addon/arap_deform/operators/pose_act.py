@@ -10,6 +10,7 @@ However the act ends, ``end`` says how and why, once; after that nothing in here
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
@@ -101,8 +102,10 @@ class PoseAct:
     pose leaves it as it is; any other exception restores everything.
     """
 
-    def __init__(self, scene: PoseScene) -> None:
+    def __init__(self, scene: PoseScene, *, is_drag: bool = False) -> None:
+        """Prepares it; ``is_drag``: it lasts for one drag, so panels have nothing to offer meanwhile."""
         self._scene = scene
+        self.is_drag = is_drag
         self._bind: Bind | None = None
         self._matrices: NDArray[np.float64] | None = None
         self._has_followed = False
@@ -138,18 +141,22 @@ class PoseAct:
         if self._bind is None:
             self._guarded(self._follow_if_bound)
 
+    def unsettle(self) -> None:
+        """The scene wants something else from here on, even where no step has looked yet."""
+        self.is_settled = False
+
     def undone(self) -> None:
         """Goes on from what undo or redo has brought; the next step follows the handles anew."""
         self._matrices = None
         if self._bind is None:
             self._guarded(self._scene.go_on_from_shown)
 
-    def keep(self) -> None:
-        """Ends the act with the pose, settled; where there is none yet, everything is restored."""
+    def keep(self, *, is_settling: bool = True) -> None:
+        """Ends the act with the pose, settled first; where there is none yet, everything is restored."""
         if not self._has_followed:
             self.cancel()
             return
-        if self._bind is None:
+        if self._bind is None and is_settling:
             self._guarded(self._settle)
         self._finish(End(Ending.KEEP))
 
@@ -232,6 +239,12 @@ class PoseAct:
         if self._bind is not None:
             self._bind.drop()
         self.end = end
+
+
+def print_fault(end: End) -> None:
+    """Prints where a fault of ours comes from: the report on it needs more than a sentence."""
+    if end.error is not None and not isinstance(end.error, (ValueError, RuntimeError)):
+        traceback.print_exception(end.error)
 
 
 def status_text(act: PoseAct) -> str:

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pulling: what a session holds while a piece of the surface is dragged, and how that moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import bpy
+import numpy as np
+
+from . import handle_io, live_key, mesh_io, pull_pins, seen_mesh, shape_key
+from .api_pose import read_input
+from .grab_region import Grab, hold_of_rest
+from .handle_map import Floats, HandleSpec, Ints
+from .session import best_rigid_fit
+from .sessions import Hold, SessionInput
+from .shape_key import Float32s
+
+
+@dataclass(frozen=True)
+class Pull:
+    """What a session is made from for one drag, and what the drag moves in it; no Blender data.
+
+    Attributes:
+        inputs: pins and handles of the object, temporary pins, ``grabs`` and where nobody has set a pin the rest of
+            the mesh, all held where they are shown.
+        grabs: the piece under the mouse, then its mirror images.
+        shown: (n, 3) float32 the pose when the drag began.
+        to_seen: (4, 4) object-space motion that takes the piece from the pose to where it is seen: what modifiers and
+            other shape keys do there.
+    """
+
+    inputs: SessionInput
+    grabs: tuple[Grab, ...]
+    shown: Float32s
+    to_seen: Floats
+
+    @property
+    def holds(self) -> tuple[Hold, ...]:
+        return self.inputs.holds
+
+    def matrices(self, motion: Floats, world: Floats) -> Floats:
+        """(h, 4, 4) object-space motions of all that is held.
+
+        Args:
+            motion: (4, 4) in the world, of what is seen of the piece under the mouse.
+            world: (4, 4) of the object.
+        """
+        result: Floats = np.tile(np.eye(4), (len(self.inputs.specs), 1, 1))
+        to_world = world @ self.to_seen
+        grabbed = np.linalg.inv(to_world) @ motion @ to_world
+        centre = self.shown[self.grabs[0].vertices].mean(axis=0, dtype=np.float64)
+        first = next(i for i, spec in enumerate(self.inputs.specs) if spec.vertices is self.grabs[0].vertices)
+        for i, grab in enumerate(self.grabs):
+            result[first + i] = grab.motion(grabbed, centre, self.inputs.stretch)
+        return result
+
+
+def begin_pull(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, grabs: Sequence[Grab], begun: Pull | None = None
+) -> Pull:
+    """Reads what a drag of ``grabs`` needs. Main thread only.
+
+    Args:
+        obj: the mesh.
+        depsgraph: for where it is seen.
+        grabs: the piece under the mouse, then its mirror images.
+        begun: the drag that goes on with these grabs; None: it begins here.
+
+    Raises:
+        ValueError: as session_input(), but pins and handles may be missing; the key would not show the pose; or one of
+            ``grabs`` is held already.
+    """
+    inputs = read_input(obj, depsgraph, needs_holds=False)
+    key = live_key.find(obj)
+    if key is not None:
+        shape_key.check_shown(obj, key)
+    shown = begun.shown if begun else handle_io.shown_positions(obj, inputs.mesh.rest_positions.astype(np.float32))
+    grabs = _without_held(obj, grabs, inputs.specs)
+    grabbed = np.concatenate([grab.vertices for grab in grabs])
+    others = _without(pull_pins.grabs_of(obj), grabbed)
+    specs = [
+        *inputs.specs,
+        *(_spec_of(f"Pull Pin {i + 1}", pin) for i, pin in enumerate(others)),
+        *(_spec_of(f"Pull {i + 1}", grab) for i, grab in enumerate(grabs)),
+    ]
+    if not pull_pins.has_set_pins(obj) and all(grab.reach > 0.0 for grab in grabs):
+        rest = hold_of_rest(inputs.mesh.rest_positions @ inputs.stretch.T, mesh_io.read_edges(obj), [*others, *grabs])
+        specs.append(rest)
+    n_own = len(inputs.specs)
+    holds = (*inputs.holds, *((spec.name, spec.is_exact) for spec in specs[n_own:]))
+    based = tuple(replace(spec, base=shown) for spec in specs)
+    to_seen = begun.to_seen if begun else _to_seen(obj, depsgraph, grabs[0], shown)
+    return Pull(replace(inputs, specs=based, holds=holds), grabs, shown, to_seen)
+
+
+def _spec_of(name: str, grab: Grab) -> HandleSpec:
+    return HandleSpec(name, grab.vertices, np.ones(len(grab.vertices)), is_exact=False)
+
+
+def _without(grabs: Sequence[Grab], vertices: Ints) -> tuple[Grab, ...]:
+    """What is left of the grabs without these vertices."""
+    left = (replace(grab, vertices=np.setdiff1d(grab.vertices, vertices)) for grab in grabs)
+    return tuple(grab for grab in left if len(grab.vertices))
+
+
+def _without_held(obj: bpy.types.Object, grabs: Sequence[Grab], specs: Sequence[HandleSpec]) -> tuple[Grab, ...]:
+    held = [spec.vertices[spec.weights >= 1.0] for spec in specs]
+    left = _without(grabs, np.concatenate([np.empty(0, dtype=np.int32), *held]))
+    if len(left) < len(grabs):
+        raise ValueError(f"This part of '{obj.name}' is held by a pin or handle: pull elsewhere, or move the handle")
+    return left
+
+
+def _to_seen(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, grab: Grab, shown: Float32s) -> Floats:
+    world = mesh_io.read_matrix(obj, depsgraph)
+    seen = seen_mesh.read(obj, depsgraph).positions[grab.vertices]
+    in_object = handle_io.transformed(np.asarray(np.linalg.inv(world), dtype=np.float64), seen)
+    posed = shown[grab.vertices].astype(np.float64)
+    size = np.abs(shown).max()
+    if np.abs(in_object - posed).max() <= 1e-6 * size:
+        return np.eye(4)
+    return best_rigid_fit(posed, in_object, mesh_io.read_stretch(obj, depsgraph))

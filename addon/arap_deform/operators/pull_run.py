@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One drag of ARAP Pull: what is under the mouse, the posing act that follows it, and how it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import bpy
+import numpy as np
+
+from .. import api, mesh_io, pull_pins, seen_mesh
+from ..grab_region import Grab, connected_within, symmetric_grabs
+from ..view_math import Drag, Pixels, View
+from .common import StatusBar, tag_panels
+from .pose_act import End, Ending, Phase, PoseAct, print_fault, running
+from .pull_scene import PullScene
+
+TIMER_S = 0.01
+
+
+def view_of(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> View:
+    """The projection of a 3D view."""
+    return View(np.array(region_data.perspective_matrix, dtype=np.float64), (region.width, region.height))
+
+
+@dataclass(frozen=True)
+class Grip:
+    """Where the mouse has taken hold; no Blender data.
+
+    Attributes:
+        view, mouse: how the surface was seen, and the pixel.
+        pick: what is there.
+    """
+
+    object_name: str
+    view: View
+    mouse: Pixels
+    pick: seen_mesh.Pick
+
+
+def find_grip(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    region: bpy.types.Region,
+    region_data: bpy.types.RegionView3D,
+    mouse: Pixels,
+) -> Grip | None:
+    """What of the mesh is under the mouse; None where it is not. Raises ValueError as seen_mesh.pick()."""
+    view = view_of(region, region_data)
+    radius = context.window_manager.arap_pull.radius
+    pick = seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, (mouse[0], mouse[1]), radius)
+    return None if pick is None else Grip(obj.name, view, mouse, pick)
+
+
+def grabs_at(obj: bpy.types.Object, pick: seen_mesh.Pick, falloff: float) -> list[Grab]:
+    """What a drag takes hold of: the temporary pin that is there, or else the patch; and its mirror images.
+
+    Raises:
+        ValueError: the mesh has to be symmetric and is not.
+    """
+    there = pull_pins.find(obj, pick.seeds)
+    if there:
+        pin = obj.arap.pull_pins[there[0]]
+        return mirrored(obj, Grab(pin.vertices, pin.reach))
+    return mirrored(obj, Grab(pick.vertices, falloff * pick.radius))
+
+
+def mirrored(obj: bpy.types.Object, grab: Grab) -> list[Grab]:
+    """The grab and its mirror images in the object's own planes, as the symmetry of its mesh says."""
+    mesh = obj.data
+    axes = (mesh.use_mirror_x, mesh.use_mirror_y, mesh.use_mirror_z)
+    if not any(axes):
+        return [grab]
+    try:
+        return symmetric_grabs(mesh_io.read_rest(obj).astype(np.float64), grab.vertices, grab.reach, axes)
+    except ValueError as error:
+        raise ValueError(f"'{obj.name}' {error}") from None
+
+
+class PullRun:
+    """One drag, from the first pixel until the mesh has settled."""
+
+    def __init__(self, context: bpy.types.Context, obj: bpy.types.Object, grip: Grip) -> None:
+        """Begins. Raises ValueError or RuntimeError where it cannot; then nothing has changed."""
+        self.grip = grip
+        self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal)
+        self.is_released = False
+        self.scene = PullScene(obj, grabs_at(obj, grip.pick, context.window_manager.arap_pull.falloff))
+        self.act = PoseAct(self.scene, is_drag=True)
+        self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
+        self.act.begin()
+        running[obj.name] = self.act
+        self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
+        self._status = StatusBar()
+
+    def move(self, mouse: Pixels) -> None:
+        self.drag.to(mouse)
+        self.scene.motion = self.drag.motion
+        self.act.unsettle()
+        self.act.scene_changed()
+
+    def resize(self, context: bpy.types.Context) -> None:
+        """Takes hold anew with the present radius. A ValueError of that ends the drag as any other."""
+        obj = self.scene.obj
+        pick = self.grip.pick
+        if obj is None or pull_pins.find(obj, pick.seeds):
+            return  # a pin has its size
+        settings = context.window_manager.arap_pull
+        radius = settings.radius * self.grip.view.pixel_size(pick.place)
+        edges = self._seen.topology.edges
+        vertices = connected_within(self._seen.positions, edges, pick.seeds, pick.place, radius)
+        self.act.unsettle()
+        try:
+            self.scene.grab(mirrored(obj, Grab(vertices, settings.falloff * radius)))
+        except ValueError as error:
+            self.act.fail(error)
+
+    @property
+    def is_over(self) -> bool:
+        """Released and settled, or ended otherwise."""
+        if self.act.end is None and self.is_released and self.act.phase is Phase.FOLLOWING and self.act.is_settled:
+            self.act.keep(is_settling=False)
+        return self.act.end is not None
+
+    def show_status(self, context: bpy.types.Context) -> None:
+        self._status.show(context, status_text(self.act, self.drag, is_released=self.is_released))
+
+    def finish(self) -> End:
+        """The one exit of all ends; ``end.message`` is what is left to say."""
+        end = self.act.end
+        assert end is not None
+        bpy.context.window_manager.event_timer_remove(self._timer)
+        running.pop(self.scene.name, None)
+        obj = self.scene.obj
+        if obj is None:
+            api.end_session(self.scene.name)
+        elif end.how is Ending.RESTORE:
+            end = self._restore(obj, end)
+        elif end.how is Ending.KEEP:
+            pull_pins.add(obj, self.scene.pull.grabs)
+        self._status.clear()
+        print_fault(end)
+        tag_panels(bpy.context)
+        return end
+
+    def _restore(self, obj: bpy.types.Object, end: End) -> End:
+        try:
+            api.restore_state(obj, self.scene.state)
+        except (ValueError, RuntimeError) as error:
+            return replace(end, message=f"{end.message} {error}".strip(), error=end.error or error)
+        return end
+
+
+def status_text(act: PoseAct, drag: Drag, *, is_released: bool) -> str:
+    """What the status bar says: state, then keys."""
+    if act.phase is Phase.BINDING:
+        return f"ARAP Pull: preparing the mesh, {act.bind_fraction:.0%}   |   Esc: cancel"
+    if is_released:
+        return "ARAP Pull: settling"
+    axis = "free" if drag.axis is None else f"along {'XYZ'[drag.axis]}"
+    return (
+        f"ARAP Pull: {drag.mode.name.lower()}, {axis}   |   Shift: turn   |   Ctrl: along the normal"
+        "   |   X, Y, Z: axis   |   Wheel: radius   |   Esc: cancel"
+    )
+
+
+def remove_pins_at(obj: bpy.types.Object, pick: seen_mesh.Pick) -> bool:
+    """Removes the temporary pins under the mouse and, with symmetry, their images; whether there were any."""
+    vertices = np.union1d(pick.vertices, pick.seeds).astype(np.int32)
+    images: Sequence[Grab] = mirrored(obj, Grab(vertices)) if pull_pins.find(obj, vertices) else ()
+    found = {index for grab in images for index in pull_pins.find(obj, grab.vertices)}
+    pull_pins.remove(obj, sorted(found))
+    return bool(found)

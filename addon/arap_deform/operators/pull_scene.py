@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the posing act needs of Blender while a piece of the surface is pulled: its PoseScene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import api, api_pull, live_key, mesh_io, sessions
+from ..grab_region import Grab
+from ..handle_map import Floats
+from ..session import Readout
+from .session_binding import SessionBinding
+
+
+class PullScene:
+    """The PoseScene of one drag; the object is looked up by name each time."""
+
+    def __init__(self, obj: bpy.types.Object, grabs: Sequence[Grab]) -> None:
+        """Begins. Raises ValueError where the mesh cannot be pulled there; then nothing has changed."""
+        self.name = obj.name
+        live_key.forget_removed(obj)
+        self.state = api.capture_state(obj)
+        self.motion: Floats = np.eye(4)
+        self.pull = api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), grabs)
+        self._world = mesh_io.read_matrix(obj, bpy.context.evaluated_depsgraph_get())
+        self._counts = len(obj.data.vertices), len(obj.data.polygons)
+        self._start: NDArray[np.float32] | None = self.pull.shown  # whatever the value of the key
+        self._binding: SessionBinding | None = None
+
+    @property
+    def obj(self) -> bpy.types.Object | None:
+        return bpy.data.objects.get(self.name)
+
+    def grab(self, grabs: Sequence[Grab]) -> None:
+        """Takes hold of another piece around the same place; what was begun goes on with it."""
+        obj = self._obj()
+        self.pull = api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), grabs, self.pull)
+        self._binding = self._start = None
+
+    def why_over(self) -> str:
+        obj = self.obj
+        if obj is None or obj.name not in bpy.context.scene.objects:
+            return f"'{self.name}' was deleted or renamed: the pull has ended"
+        if obj.mode != "OBJECT":
+            return f"'{self.name}' is no longer in Object Mode: the pull has ended"
+        if (len(obj.data.vertices), len(obj.data.polygons)) != self._counts:
+            return f"The mesh of '{self.name}' has changed: the pull has ended"
+        return ""
+
+    def is_bound(self) -> bool:
+        live = sessions.get(self.name)
+        if live is None or self._binding is None or live.session is not self._binding.result():
+            return False
+        return not api.check_live(self._obj(), holds=self.pull.holds)
+
+    def begin_bind(self) -> SessionBinding:
+        self._binding = SessionBinding(self._obj(), self.pull.inputs, self._start)
+        return self._binding
+
+    def go_on_from_shown(self) -> None:
+        api.sync_session(self._obj())
+
+    def matrices(self) -> NDArray[np.float64]:
+        return self.pull.matrices(self.motion, self._world)
+
+    def update(self, iterations: int | None, time_limit_s: float) -> Readout:
+        return api.update_pose(
+            self._obj(),
+            iterations=iterations,
+            time_limit_s=time_limit_s,
+            initial_guess="previous",
+            held=(self.pull.holds, self.matrices()),
+        )
+
+    def iteration_limit(self) -> int:
+        return int(self._obj().arap.max_iterations)
+
+    def _obj(self) -> bpy.types.Object:
+        obj = self.obj
+        if obj is None:
+            raise RuntimeError(f"'{self.name}' was deleted or renamed")
+        return obj

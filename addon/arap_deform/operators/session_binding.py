@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A bind in a worker thread, and what becomes of it."""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import api, sessions
+from ..binding import Binding
+from ..session import Session
+from ..shape_key import Float32s
+
+
+class SessionBinding(Binding[Session]):
+    """Binds, or gives the live session other handles where it lacks no more than that."""
+
+    def __init__(self, obj: bpy.types.Object, inputs: api.SessionInput, start: Float32s | None = None) -> None:
+        """Prepares it.
+
+        Args:
+            obj: the mesh.
+            inputs: of api.session_input().
+            start: (n, 3) where the session begins; None: at the pose that the key has.
+        """
+        self._name = obj.name
+        self._inputs = inputs
+        self._start_positions = start
+        former = sessions.get(obj.name)
+        api.end_session(obj)  # busy from here on
+        super().__init__(lambda progress: api.rebuild_session(inputs, former, progress))
+
+    def adopt(self) -> None:
+        api.adopt_session(bpy.data.objects[self._name], self._inputs, self.result())
+        if self._start_positions is not None:
+            self.result().set_positions(self._start_positions)

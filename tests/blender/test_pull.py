@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pulling without a window: what is under a pixel, what a drag holds, temporary pins, and what is refused."""
+
+import numpy as np
+from support import (
+    BOTTOM,
+    LENGTH,
+    MIDDLE,
+    SEGMENTS,
+    TOP,
+    SceneTest,
+    bpy,
+    key_positions,
+    mesh_object,
+    module,
+    posable,
+    rest_positions,
+    shown_positions,
+)
+
+SIZE = (400, 300)
+
+
+class PullTest(SceneTest):
+    def setUp(self) -> None:
+        super().setUp()
+        self.seen_mesh = module("seen_mesh")
+        self.api_pull = module("api_pull")
+        self.pull_pins = module("pull_pins")
+        self.grab_region = module("grab_region")
+        self.seen_mesh.clear()
+
+    def view(self):
+        """From -y, x to the right and z up, 100 pixels a unit, the middle of the tube in the middle."""
+        perspective = np.zeros((4, 4))
+        perspective[0, 0], perspective[1, 2] = 2.0 * 100.0 / SIZE[0], 2.0 * 100.0 / SIZE[1]
+        perspective[1, 3] = -perspective[1, 2] * LENGTH / 2.0
+        perspective[2, 1] = 0.1
+        perspective[3, 3] = 1.0
+        return module("view_math").View(perspective, SIZE)
+
+    def pick(self, obj, pixel=(200.0, 150.0), radius_px=30.0):
+        bpy.context.view_layer.update()
+        return self.seen_mesh.pick(obj, bpy.context.evaluated_depsgraph_get(), self.view(), pixel, radius_px)
+
+    def grab(self, vertices, reach=1.0):
+        return self.grab_region.Grab(np.asarray(vertices, dtype=np.int32), reach)
+
+    def pull(self, obj, grab, shift):
+        """A whole drag, without a mouse."""
+        begun = self.api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [grab])
+        session = self.api.build_session(begun.inputs)
+        self.api.adopt_session(obj, begun.inputs, session)
+        motion = np.eye(4)
+        motion[:3, 3] = shift
+        matrices = begun.matrices(motion, np.array(obj.matrix_world))
+        for _ in range(300):
+            done = self.api.update_pose(obj, initial_guess="previous", held=(begun.holds, matrices))
+            if done.stop_reason == "converged":
+                break
+        self.pull_pins.add(obj, begun.grabs)
+        bpy.context.view_layer.update()
+        return begun
+
+
+class PickTest(PullTest):
+    def test_the_patch_is_what_lies_within_the_circle_on_the_near_side(self):
+        pick = self.pick(mesh_object())
+        self.assertAlmostEqual(pick.place[0], 0.0, places=5)
+        self.assertLess(pick.place[1], -0.4)
+        self.assertAlmostEqual(pick.place[2], 2.0, places=5)
+        self.assertLess(pick.normal[1], -0.9)
+        self.assertAlmostEqual(pick.radius, 0.3, places=6)
+        positions = rest_positions(mesh_object("Other"))
+        expected = np.flatnonzero(np.linalg.norm(positions - pick.place, axis=1) <= 0.3)
+        np.testing.assert_array_equal(pick.vertices, expected)
+
+    def test_beside_the_mesh_there_is_nothing(self):
+        self.assertIsNone(self.pick(mesh_object(), (20.0, 150.0)))
+
+    def test_a_moved_turned_and_scaled_object_is_found_where_it_is_seen(self):
+        obj = mesh_object()
+        obj.location = (1.0, 2.0, 0.5)
+        obj.scale = (1.0, 0.5, 0.8)
+        obj.rotation_euler = (0.0, 0.0, 0.3)
+        pick = self.pick(obj, (300.0, 150.0))
+        self.assertAlmostEqual(pick.place[0], 1.0, places=5)
+        seen = self.seen_mesh.read(obj, bpy.context.evaluated_depsgraph_get()).positions
+        world = np.array(obj.matrix_world)
+        self.assert_close(seen, rest_positions(obj) @ world[:3, :3].T + world[:3, 3])
+        distance = np.linalg.norm(seen - pick.place, axis=1)
+        np.testing.assert_array_equal(pick.vertices, np.flatnonzero(distance <= pick.radius))
+
+    def test_other_shape_keys_and_deforming_modifiers_count(self):
+        obj = mesh_object()
+        obj.shape_key_add(name="Basis", from_mix=False)
+        key = obj.shape_key_add(name="Aside", from_mix=False)
+        for point in key.data:
+            point.co.x += 1.0
+        key.value = 1.0
+        obj.modifiers.new("Up", "DISPLACE").direction = "Z"
+        obj.modifiers["Up"].mid_level = 0.5
+        self.assertIsNone(self.pick(obj, (120.0, 150.0)))
+        pick = self.pick(obj, (300.0, 150.0))
+        self.assertAlmostEqual(pick.place[0], 1.0, places=5)
+        self.assert_close(
+            self.seen_mesh.read(obj, bpy.context.evaluated_depsgraph_get()).positions, shown_positions(obj)
+        )
+
+    def test_what_subdivision_makes_is_traced_back(self):
+        obj = mesh_object()
+        obj.modifiers.new("Subdivision", "SUBSURF").levels = 2
+        pick = self.pick(obj)
+        self.assertLess(int(pick.vertices.max()), SEGMENTS * 17)
+        rest = rest_positions(obj)[pick.vertices]
+        self.assertTrue((rest[:, 1] < 0.0).all())
+        self.assertLess(np.abs(rest[:, 2] - 2.0).max(), 0.35)
+
+    def test_the_image_of_a_mirror_modifier_is_refused(self):
+        obj = mesh_object()
+        obj.data.transform(__import__("mathutils").Matrix.Translation((1.2, 0.0, 0.0)))
+        obj.modifiers.new("Mirror", "MIRROR")
+        self.assertIsNotNone(self.pick(obj, (320.0, 150.0)))
+        self.assert_error(
+            ValueError,
+            "This part of 'Tube' is made by a modifier: pull the mesh itself",
+            self.pick,
+            obj,
+            (80.0, 150.0),
+        )
+
+    def test_what_cannot_be_traced_back_is_refused(self):
+        obj = mesh_object()
+        obj.modifiers.new("Bevel", "BEVEL").limit_method = "NONE"
+        self.assert_error(
+            ValueError,
+            "What modifier 'Bevel' of 'Tube' makes cannot be traced back to the mesh: "
+            "turn it off in the viewport to pull",
+            self.pick,
+            obj,
+        )
+        obj.modifiers["Bevel"].show_viewport = False
+        bpy.context.view_layer.update()
+        self.assertIsNotNone(self.pick(obj))
+
+    def test_what_is_seen_is_read_again_after_a_change(self):
+        obj = mesh_object()
+        self.pick(obj)
+        obj.location.x = 1.0
+        bpy.context.view_layer.update()
+        self.assertIsNone(self.pick(obj, (120.0, 150.0)))
+        self.assertAlmostEqual(self.pick(obj, (300.0, 150.0)).place[0], 1.0, places=5)
+
+    def test_triangles_of_a_patch_cover_its_whole_faces(self):
+        obj = mesh_object()
+        seen = self.seen_mesh.read(obj, bpy.context.evaluated_depsgraph_get())
+        ring = np.array([*MIDDLE, *(i + SEGMENTS for i in MIDDLE)], dtype=np.int32)
+        triangles = self.seen_mesh.patch_triangles(seen, ring)
+        self.assertEqual(triangles.shape, (2 * SEGMENTS, 3))
+        self.assertEqual(
+            self.seen_mesh.patch_triangles(seen, np.array(BOTTOM, dtype=np.int32)).shape, (SEGMENTS - 2, 3)
+        )
+
+
+class DragTest(PullTest):
+    def test_the_rest_is_held_beyond_the_reach(self):
+        obj = mesh_object()
+        rest = rest_positions(obj)
+        self.pull(obj, self.grab(MIDDLE), (0.3, 0.0, 0.0))
+        posed = shown_positions(obj)
+        self.assert_close(posed[MIDDLE], rest[MIDDLE] + (0.3, 0.0, 0.0), 1e-4)
+        self.assert_close(posed[[*BOTTOM, *TOP]], rest[[*BOTTOM, *TOP]], 1e-5)
+        self.assertEqual(obj.data.shape_keys.key_blocks["ARAP"].value, 1.0)
+
+    def test_the_next_drag_begins_where_the_mesh_is_and_leaves_what_was_pulled(self):
+        obj = mesh_object()
+        self.pull(obj, self.grab(MIDDLE), (0.3, 0.0, 0.0))
+        posed = shown_positions(obj)
+        begun = self.pull(obj, self.grab(TOP), (0.0, 0.0, 0.0))
+        self.assertEqual([spec.name for spec in begun.inputs.specs], ["Pull Pin 1", "Pull 1", "Rest"])
+        self.assert_close(shown_positions(obj)[MIDDLE], posed[MIDDLE], 1e-5)
+        self.pull(obj, self.grab(TOP), (0.0, 0.4, 0.0))
+        self.assert_close(shown_positions(obj)[MIDDLE], posed[MIDDLE], 1e-4)
+        self.assert_close(shown_positions(obj)[TOP], posed[TOP] + (0.0, 0.4, 0.0), 1e-3)
+        self.assertEqual(len(obj.arap.pull_pins), 2)
+
+    def test_a_pose_at_half_its_value_does_not_jump(self):
+        obj = mesh_object()
+        self.pull(obj, self.grab(MIDDLE), (0.4, 0.0, 0.0))
+        obj.data.shape_keys.key_blocks["ARAP"].value = 0.5
+        bpy.context.view_layer.update()
+        before = shown_positions(obj)
+        begun = self.api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [self.grab(TOP)])
+        self.assert_close(begun.shown, before, 1e-6)
+
+    def test_with_a_pin_all_else_gives_way(self):
+        obj = mesh_object()
+        rest = rest_positions(obj)
+        self.pull_pins.add(obj, [self.grab(BOTTOM, 0.0)])
+        begun = self.pull(obj, self.grab(TOP, 0.2), (0.6, 0.0, 0.0))
+        self.assertEqual([spec.name for spec in begun.inputs.specs], ["Pull Pin 1", "Pull 1"])
+        posed = shown_positions(obj)
+        self.assert_close(posed[BOTTOM], rest[BOTTOM], 1e-5)
+        self.assertGreater(posed[MIDDLE][:, 0].mean(), 0.05)
+
+    def test_pins_and_handles_of_the_object_hold_where_they_are_shown(self):
+        obj = posable()
+        begun = self.pull(obj, self.grab(MIDDLE, 0.2), (0.3, 0.0, 0.0))
+        self.assertEqual([spec.name for spec in begun.inputs.specs], ["Feet", "Head", "Pull 1"])
+        rest, posed = rest_positions(obj), shown_positions(obj)
+        self.assert_close(posed[[*BOTTOM, *TOP]], rest[[*BOTTOM, *TOP]], 1e-5)
+
+    def test_what_is_held_already_cannot_be_pulled(self):
+        obj = posable()
+        self.assert_error(
+            ValueError,
+            "This part of 'Tube' is held by a pin or handle: pull elsewhere, or move the handle",
+            self.api_pull.begin_pull,
+            obj,
+            bpy.context.evaluated_depsgraph_get(),
+            [self.grab(BOTTOM)],
+        )
+
+    def test_a_key_that_would_not_show_the_pull_is_refused(self):
+        obj = mesh_object()
+        self.pull(obj, self.grab(MIDDLE), (0.3, 0.0, 0.0))
+        obj.data.shape_keys.key_blocks["ARAP"].mute = True
+        self.assert_error(
+            ValueError,
+            "Shape key 'ARAP' of 'Tube' is muted (a bake does that), so the pose would not show: "
+            "unmute it, and mute or remove the baked keys",
+            self.api_pull.begin_pull,
+            obj,
+            bpy.context.evaluated_depsgraph_get(),
+            [self.grab(TOP)],
+        )
+
+    def test_shared_meshes_are_refused(self):
+        obj = mesh_object()
+        other = bpy.data.objects.new("Twin", obj.data)
+        self.scene.collection.objects.link(other)
+        self.assert_error(
+            ValueError,
+            "The mesh of 'Tube' is shared with other objects, which would deform too: make it single-user "
+            "(Object > Relations > Make Single User > Object & Data)",
+            self.api_pull.begin_pull,
+            obj,
+            bpy.context.evaluated_depsgraph_get(),
+            [self.grab(MIDDLE)],
+        )
+
+    def test_the_motion_is_that_of_what_is_seen(self):
+        """An armature-like turn comes after the pose: what is seen goes where the mouse wants it."""
+        obj = mesh_object()
+        pivot = bpy.data.objects.new("Pivot", None)
+        self.scene.collection.objects.link(pivot)
+        hook = obj.modifiers.new("Hook", "HOOK")
+        hook.object = pivot
+        hook.vertex_indices_set(list(range(len(obj.data.vertices))))
+        pivot.rotation_euler.z = np.pi / 2.0
+        bpy.context.view_layer.update()
+        before = shown_positions(obj)
+        self.seen_mesh.clear()
+        self.pull(obj, self.grab(MIDDLE), (0.3, 0.0, 0.0))
+        self.assert_close(shown_positions(obj)[MIDDLE], before[MIDDLE] + (0.3, 0.0, 0.0), 1e-3)
+        rest = rest_positions(obj)
+        self.assert_close(key_positions(obj)[MIDDLE], rest[MIDDLE] - (0.0, 0.3, 0.0), 1e-3)
+
+    def test_posing_with_handles_again_needs_no_bind(self):
+        obj = posable()
+        session = self.api.prepare_session(obj)
+        begun = self.api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [self.grab(MIDDLE)])
+        former = module("sessions").get(obj.name)
+        again = self.api.rebuild_session(begun.inputs, former)
+        self.assertIs(again, session)
+        self.api.adopt_session(obj, begun.inputs, again)
+        self.assertEqual(self.api.check_live(obj), "The pins or handles of 'Tube' have changed")
+        self.assertIs(self.api.prepare_session(obj), session)
+        self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+
+
+class PinsTest(PullTest):
+    def test_the_last_one_has_the_vertices(self):
+        obj = mesh_object()
+        self.pull_pins.add(obj, [self.grab([1, 2, 3]), self.grab([5])])
+        self.pull_pins.add(obj, [self.grab([3, 4, 5], 0.0)])
+        self.assertEqual([pin.vertices.tolist() for pin in obj.arap.pull_pins], [[1, 2], [3, 4, 5]])
+        self.assertEqual([pin.reach for pin in obj.arap.pull_pins], [1.0, 0.0])
+        self.assertEqual(self.pull_pins.find(obj, np.array([2, 4])), [0, 1])
+
+    def test_real_ones_leave_the_mesh_where_it_is(self):
+        obj = mesh_object()
+        obj.arap.tolerance = 1e-7
+        obj.arap.max_iterations = 5000
+        self.pull(obj, self.grab(MIDDLE), (0.3, 0.0, 0.0))
+        posed = shown_positions(obj)
+        made = self.pull_pins.make_real(obj, bpy.context.evaluated_depsgraph_get())
+        self.assertEqual(made, (1, 1))
+        self.assertEqual(len(obj.arap.pull_pins), 0)
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(obj), posed, 1e-6)
+        handle = obj.arap.handles[0]
+        self.assert_close(handle.target.matrix_world.translation, posed[MIDDLE].mean(axis=0), 1e-4)
+        self.api.solve(obj)
+        self.assert_close(shown_positions(obj)[MIDDLE], posed[MIDDLE], 1e-3)
+        self.assert_close(shown_positions(obj), posed, 5e-3)
+
+    def test_what_was_clicked_at_rest_becomes_a_pin(self):
+        obj = mesh_object()
+        self.pull_pins.add(obj, [self.grab(BOTTOM, 0.0)])
+        self.pull(obj, self.grab(TOP), (0.3, 0.0, 0.0))
+        self.assertEqual(self.pull_pins.make_real(obj, bpy.context.evaluated_depsgraph_get()), (1, 1))
+        self.assertEqual([pin.name for pin in obj.arap.pins], ["Hold"])
+
+    def test_without_any_there_is_nothing_to_make_real(self):
+        self.assert_error(
+            ValueError,
+            "Nothing of 'Tube' has been pulled or pinned with the tool",
+            self.pull_pins.make_real,
+            mesh_object(),
+            bpy.context.evaluated_depsgraph_get(),
+        )
+
+    def test_a_window_is_needed_to_pull(self):
+        mesh_object()
+        self.assertFalse(bpy.ops.arap.pull.poll())
