@@ -98,10 +98,10 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
         layout = self.layout
         problem = api.native_problem()
         if problem:
-            _draw_text(context, layout.box(), problem, "ERROR")
+            draw_text(context, layout.box(), problem, "ERROR")
         obj = find_posed_object(context)
         if obj is None:
-            _draw_text(context, layout, "Select the mesh to pose.", "INFO")
+            draw_text(context, layout, "Select the mesh to pose.", "INFO")
             return
         layout.label(text=obj.name, icon="OUTLINER_OB_MESH")
         act = running.get(obj.name)
@@ -110,7 +110,7 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
         else:
             hint = _next_step(obj)
             if hint and not problem:
-                _draw_text(context, layout, hint, "INFO")
+                draw_text(context, layout, hint, "INFO")
             _draw_buttons(layout)
         _draw_readout(layout, obj)
 
@@ -216,7 +216,7 @@ def _lack_of_group(obj: bpy.types.Object, group: str) -> str:
     """Why a pinned group holds nothing, '' where it does."""
     if group not in obj.vertex_groups:
         return "no such group"
-    return "no weights" if obj.name not in running and empty_groups.is_empty(obj, group) else ""
+    return "no weights" if not _is_following(obj) and empty_groups.is_empty(obj, group) else ""
 
 
 def _next_step(obj: bpy.types.Object) -> str:
@@ -253,7 +253,7 @@ def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseA
         box.label(text=f"Preparing the mesh: {act.bind_fraction:.0%}", icon="SORTTIME")
     else:
         box.label(text="Settled" if act.is_settled else "Following the handles", icon="REC")
-        _draw_text(context, box, "Move, turn or scale a handle (G, R, S): the mesh follows.", "BLANK1")
+        draw_text(context, box, "Move, turn or scale a handle (G, R, S): the mesh follows.", "BLANK1")
     column = box.column(align=True)
     column.scale_y = 1.3
     column.operator("arap.pose_end", text="Keep (Enter)", icon="CHECKMARK").is_kept = True
@@ -271,7 +271,7 @@ def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bp
         column.prop(handle, "is_exact")
     problem = _problem(obj, index)
     if problem:
-        _draw_text(context, layout, problem, "ERROR")
+        draw_text(context, layout, problem, "ERROR")
 
 
 def _has_rigidity(obj: bpy.types.Object) -> bool:
@@ -295,7 +295,12 @@ def _problem(obj: bpy.types.Object, index: int) -> str:
     """Why an enabled handle cannot work, '' if it can."""
     if not obj.arap.handles[index].is_enabled:
         return ""
-    return api.handle_problem(obj, index, with_weights=obj.name not in running)  # posing has looked already
+    return api.handle_problem(obj, index, with_weights=not _is_following(obj))
+
+
+def _is_following(obj: bpy.types.Object) -> bool:
+    """Whether posing or Live has looked for what is wrong, and changes the mesh too often to look again."""
+    return obj.name in running or bool(obj.arap.is_live)
 
 
 def _draw_readout(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
@@ -328,7 +333,7 @@ def _split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     return column
 
 
-def _draw_text(context: bpy.types.Context, layout: bpy.types.UILayout, text: str, icon: str) -> None:
+def draw_text(context: bpy.types.Context, layout: bpy.types.UILayout, text: str, icon: str) -> None:
     """A sentence, wrapped to the width of the sidebar: labels do not wrap by themselves."""
     width = max(16, int((context.region.width / context.preferences.system.ui_scale - 60) / 6.2))
     column = layout.column(align=True)

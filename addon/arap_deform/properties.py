@@ -66,6 +66,12 @@ def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Cont
         handle.rest_matrix = (0.0,) * 16  # the place at rest cannot be told: handle_problem() says so
 
 
+def _on_live_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    from . import live
+
+    live.toggled(settings.id_data)
+
+
 class ArapPin(bpy.types.PropertyGroup):
     """A vertex group that stays where it is at rest."""
 
@@ -254,6 +260,19 @@ class ArapObject(bpy.types.PropertyGroup):
         min=0.0,
         max=1.0,
         update=_on_display_changed,
+    )
+
+    is_live: BoolProperty(
+        name="Live",
+        description=(
+            "The mesh follows its handles all the time, without a posing act: also during playback, and after "
+            "this file is loaded again. Not while rendering: bake the animation before"
+        ),
+        default=False,
+        update=_on_live_changed,
+    )
+    live_problem: StringProperty(
+        name="Live Problem", description="Why Live was switched off by itself", options={"HIDDEN"}
     )
 
     pose_act: IntProperty(

@@ -91,9 +91,28 @@ def why_not_solvable(context: bpy.types.Context) -> str:
     obj = find_posed_object(context)
     if reason or obj is None:
         return reason
-    if not any(handle.is_enabled for handle in obj.arap.handles):
-        return "Add a handle first: nothing moves the mesh yet"
-    return ""
+    return _why_nothing_moves(obj)
+
+
+def why_not_live(context: bpy.types.Context) -> str:
+    """Why Live cannot be switched on: there must be a solver, a mesh of this file, and something that moves it."""
+    reason = why_no_mesh(context) or api.native_problem()
+    obj = find_posed_object(context)
+    return reason or ("" if obj is None else _why_nothing_moves(obj))
+
+
+def _why_nothing_moves(obj: bpy.types.Object) -> str:
+    if any(handle.is_enabled for handle in obj.arap.handles):
+        return ""
+    return "Add a handle first: nothing moves the mesh yet"
+
+
+def why_no_reset(context: bpy.types.Context) -> str:
+    """As why_no_pose(), and the mesh must not follow its handles at once again."""
+    obj = find_posed_object(context)
+    if obj is not None and obj.arap.is_live:
+        return "Live would pose the mesh again at once: use Reset Handles, or switch Live off"
+    return why_no_pose(context)
 
 
 def allow(cls: Any, reason: str) -> bool:
