@@ -111,6 +111,9 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 @persistent
 def _on_undo(*_: object) -> None:
+    for obj in bpy.data.objects:
+        if obj.arap.live_problem:  # what was wrong may be gone; undo leaves data alone that had no step of its own
+            obj.arap.is_live = True
     _find(bpy.data.objects)
     for run in _runs.values():
         run.undone()

@@ -15,7 +15,7 @@ class ARAP_PT_live(ArapSubPanel, bpy.types.Panel):
 
     bl_idname = "ARAP_PT_live"
     bl_label = "Live"
-    bl_order = -1  # above the lists
+    bl_order = 0  # above the lists
 
     def draw_header(self, context: bpy.types.Context) -> None:
         obj = posed_object(context)

@@ -33,6 +33,7 @@ class ArapSubPanel(ArapPanel):
     """Shown once there is a mesh."""
 
     bl_parent_id = "ARAP_PT_main"
+    bl_order = 2  # below those of other files that are about acts
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
