@@ -19,9 +19,9 @@ bl_info = {
 
 
 def _modules() -> tuple[ModuleType, ...]:
-    from . import cli, handlers, live, live_panel, menus, operators, panels, properties
+    from . import cli, handlers, live, live_panel, menus, operators, overlay, overlay_panel, panels, properties
 
-    return (properties, handlers, operators, live, panels, live_panel, menus, cli)
+    return (properties, handlers, operators, live, overlay, panels, live_panel, overlay_panel, menus, cli)
 
 
 def register() -> None:

@@ -148,7 +148,7 @@ class ARAP_PT_handle_look(ArapPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        column = _split_column(self.layout)
+        column = split_column(self.layout)
         settings = posed_object(context).arap
         column.prop(settings, "handle_shape")
         column.prop(settings, "handle_size")
@@ -173,7 +173,7 @@ class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
         column.operator("arap.pin_remove", text="", icon="REMOVE")
         if settings.active_pin_index < len(settings.pins):
             pin = settings.pins[settings.active_pin_index]
-            _split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
+            split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
         layout.operator(
             "arap.pin_add",
             text="Pin Selected Vertices" if obj.mode == "EDIT" else "Pin Vertex Group",
@@ -192,7 +192,7 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         layout = self.layout
         obj = posed_object(context)
         settings = obj.arap
-        column = _split_column(layout)
+        column = split_column(layout)
         key_name = column.row()
         key_name.enabled = obj.name not in running  # the pose under way is in that key
         key_name.prop(settings, "key_name")
@@ -202,12 +202,12 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
             _draw_radius(context, column, obj)
         column.prop(settings, "weights")
         column.prop(settings, "initial_guess")
-        column = _split_column(layout)
+        column = split_column(layout)
         column.prop(settings, "iterations_per_update", text="Iterations")
         column.prop(settings, "max_iterations", text="At Most")
         column.prop(settings, "tolerance")
         column.prop(settings, "threads")
-        column = _split_column(layout)
+        column = split_column(layout)
         column.prop_search(settings, "rigid_group", obj, "vertex_groups", text="Rigid")
         column.prop_search(settings, "stiffness_group", obj, "vertex_groups", text="Stiffness")
         column.prop(settings, "join_seams")
@@ -263,7 +263,7 @@ def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseA
 
 def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object, index: int) -> None:
     handle = obj.arap.handles[index]
-    column = _split_column(layout)
+    column = split_column(layout)
     column.prop(handle, "target")
     if handle.target is not None and handle.target.type == "ARMATURE":
         column.prop_search(handle, "bone", handle.target.data, "bones")
@@ -327,7 +327,7 @@ def _draw_readout(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
         values.label(text=value)
 
 
-def _split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
+def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     column = layout.column()
     column.use_property_split = True
     column.use_property_decorate = False

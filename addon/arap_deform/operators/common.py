@@ -151,9 +151,18 @@ def object_mode(obj: bpy.types.Object) -> Iterator[None]:
 
 def tag_panels(context: bpy.types.Context) -> None:
     """Redraws the sidebars of all 3D views."""
+    _tag_regions(context, "UI")
+
+
+def tag_views(context: bpy.types.Context) -> None:
+    """Redraws all 3D views."""
+    _tag_regions(context, "WINDOW")
+
+
+def _tag_regions(context: bpy.types.Context, kind: str) -> None:
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
                 for region in area.regions:
-                    if region.type == "UI":
+                    if region.type == kind:
                         region.tag_redraw()
