@@ -13,7 +13,7 @@ Float32s = NDArray[np.float32]
 SHORTER = (0.10, 0.30, 0.95)
 SAME = (0.82, 0.82, 0.80)
 LONGER = (0.90, 0.10, 0.08)
-OPACITY = 0.8  # the shading of the mesh stays visible below
+OPACITY = 0.7  # the shading of the mesh stays visible below
 
 
 class EdgeStrain:

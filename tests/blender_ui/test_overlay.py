@@ -2,12 +2,14 @@
 """The overlay: pins, handles and their way from rest, strain with its legend. Pictures are kept to be looked at."""
 
 import importlib
-import time
+from pathlib import Path
 
 import bpy
 import numpy as np
 import scenes
 from harness import MODULE, Steps, Ui
+
+SAMPLES = Path(__file__).resolve().parents[2] / "blend_files"
 
 
 def module(name: str):
@@ -140,38 +142,26 @@ def test_overlay_follows_live_in_playback(ui: Ui) -> Steps:
     yield from ui.screenshot("live")
 
 
-def test_overlay_cost_at_100k(ui: Ui) -> Steps:
-    """Prints what a redraw costs, with and without a change; the figures stand in docs/performance.md."""
-    grid = scenes.add_grid(317)
-    n = len(grid.data.vertices)
-    ui.api.add_pin(grid, range(317), name="Edge")
-    ui.api.add_handle(grid, range(n - 317, n), name="Top")
-    ui.select(grid)
-    show_all(grid)
-    overlay = module("overlay")
+def test_overlay_on_the_sample_creature(ui: Ui) -> Steps:
+    """The picture of the user guide: the creature live in one of its frames, with all of the overlay."""
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "creature.blend"), load_ui=False)
+    yield
+    creature = next(obj for obj in bpy.context.scene.objects if obj.type == "MESH" and obj.arap.handles)
+    ui.select(creature)
+    creature.arap.is_live = True
+    show_all(creature)
+    bpy.context.scene.frame_set(bpy.context.scene.frame_end // 2)
+    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "Live settles")
+    assert creature.arap.live_problem == ""
+    yield from ui.open_tab()
+    space = ui.view.spaces.active
+    space.show_gizmo = space.show_region_header = space.show_region_toolbar = False
+    with bpy.context.temp_override(window=ui.window, area=ui.view, region=ui.region()):
+        bpy.ops.view3d.view_axis(type="RIGHT")
+        bpy.ops.view3d.view_orbit(angle=0.5, type="ORBITRIGHT")
+        bpy.ops.view3d.view_orbit(angle=0.3, type="ORBITUP")
+        bpy.ops.view3d.view_selected()
     yield from redraw(ui)
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    found = drawn()["Grid"]
-    unchanged, changed = [], []
-    for times, is_changed in ((unchanged, False), (changed, True)):
-        for _ in range(15):
-            if is_changed:
-                overlay._changes += 1
-            start = time.perf_counter()
-            found.update(grid, depsgraph)
-            times.append(1e3 * (time.perf_counter() - start))
-    print(f"OVERLAY {n} vertices: unchanged {np.median(unchanged):.3f} ms, changed {np.median(changed):.1f} ms")
-    spent = []
-    plain = overlay._draw_in_space
-
-    def timed() -> None:
-        start = time.perf_counter()
-        plain()
-        spent.append(1e3 * (time.perf_counter() - start))
-
-    handle = bpy.types.SpaceView3D.draw_handler_add(timed, (), "WINDOW", "POST_VIEW")
-    for _ in range(10):
-        yield from redraw(ui)
-    bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
-    print(f"OVERLAY in a redraw: {np.median(spent):.3f} ms of {len(spent)}")
-    assert found is drawn()["Grid"]
+    yield from ui.screenshot("window")
+    assert drawn()[creature.name].heat is not None
+    assert len(drawn()[creature.name].ends) == 2 * len(creature.arap.handles)
