@@ -112,7 +112,8 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 @persistent
 def _on_undo(*_: object) -> None:
     for obj in bpy.data.objects:
-        if obj.arap.live_problem:  # what was wrong may be gone; undo leaves data alone that had no step of its own
+        # What was wrong may be gone, and undo leaves data alone that did not change in its step, like this toggle.
+        if obj.arap.live_problem and obj.library is None:
             obj.arap.is_live = True
     _find(bpy.data.objects)
     for run in _runs.values():
@@ -122,8 +123,8 @@ def _on_undo(*_: object) -> None:
 
 @persistent
 def _on_load(*_: object) -> None:
-    global _has_rendered_without  # noqa: PLW0603
-    _has_rendered_without = False
+    global _render_frame, _has_rendered_without
+    _render_frame, _has_rendered_without = None, False
     for run in _runs.values():
         run.end()
     _runs.clear()
@@ -132,14 +133,13 @@ def _on_load(*_: object) -> None:
 
 @persistent
 def _on_render_begin(scene: bpy.types.Scene, *_: object) -> None:
-    global _render_frame, _has_rendered_without  # noqa: PLW0603
-    _render_frame = scene.frame_current
-    _has_rendered_without = False
+    global _render_frame, _has_rendered_without
+    _render_frame, _has_rendered_without = scene.frame_current, False
 
 
 @persistent
 def _on_render_end(*_: object) -> None:
-    global _render_frame  # noqa: PLW0603
+    global _render_frame  # noqa: PLW0603 - as above
     _render_frame = None
 
 

@@ -42,7 +42,7 @@ class Drawn:
     def update(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
         """Makes anew what has changed."""
         self._update_lines(obj, depsgraph)
-        settings = obj.arap
+        settings = obj.arap.overlay
         stamp = (_changes, settings.show_strain, settings.show_pins, settings.strain_limit)
         if stamp == self._stamp and self.is_of(obj):
             return
@@ -62,7 +62,7 @@ class Drawn:
         return self._readout is api.readout(obj)
 
     def _update_lines(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
-        ends = overlay_data.handle_lines(obj, depsgraph) if obj.arap.show_handles else self.ends[:0]
+        ends = overlay_data.handle_lines(obj, depsgraph) if obj.arap.overlay.show_handles else self.ends[:0]
         if np.array_equal(ends, self.ends):
             return
         self.ends = ends
@@ -99,10 +99,10 @@ def shown_object(context: bpy.types.Context) -> bpy.types.Object | None:
 
 
 def _shows_anything(obj: bpy.types.Object) -> bool:
-    settings = obj.arap
-    if not (settings.pins or settings.handles):
+    overlay = obj.arap.overlay
+    if not (obj.arap.pins or obj.arap.handles):
         return False
-    return bool(settings.show_pins or settings.show_handles or settings.show_strain)
+    return bool(overlay.show_pins or overlay.show_handles or overlay.show_strain)
 
 
 def _draw_in_space() -> None:
@@ -124,8 +124,8 @@ def _draw_in_space() -> None:
 
 def _draw_on_screen() -> None:
     obj = shown_object(bpy.context)
-    if obj is not None and obj.arap.show_strain:
-        draw_legend(bpy.context, obj.arap.strain_limit)
+    if obj is not None and obj.arap.overlay.show_strain:
+        draw_legend(bpy.context, obj.arap.overlay.strain_limit)
 
 
 @persistent

@@ -56,7 +56,7 @@ def positions_now(obj: bpy.types.Object, surface: Surface, depsgraph: bpy.types.
 def strain_colors(obj: bpy.types.Object, surface: Surface) -> Float32s:
     """(n, 4) float32 of the pose alone, without other shape keys and modifiers."""
     shown = handle_io.shown_positions(obj, surface.rest)
-    return colors_of(surface.strain.of(shown), obj.arap.strain_limit / 100.0)
+    return colors_of(surface.strain.of(shown), obj.arap.overlay.strain_limit / 100.0)
 
 
 def handle_lines(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Float32s:

@@ -19,7 +19,7 @@ class ARAP_PT_overlay(ArapSubPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        settings = posed_object(context).arap
+        settings = posed_object(context).arap.overlay
         column = layout.column(align=True)
         column.prop(settings, "show_pins", icon="PINNED")
         column.prop(settings, "show_handles", icon="EMPTY_AXIS")

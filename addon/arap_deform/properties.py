@@ -18,6 +18,8 @@ from bpy.props import (
 )
 from mathutils import Matrix
 
+from .overlay_properties import ArapOverlay
+
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 # The numbers are what is saved: they stay, whatever the order.
@@ -70,12 +72,6 @@ def _on_live_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Cont
     from . import live
 
     live.toggled(settings.id_data)
-
-
-def _on_overlay_changed(_settings: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    from .operators import common
-
-    common.tag_views(context)
 
 
 class ArapPin(bpy.types.PropertyGroup):
@@ -268,34 +264,7 @@ class ArapObject(bpy.types.PropertyGroup):
         update=_on_display_changed,
     )
 
-    show_pins: BoolProperty(
-        name="Pins", description="Show the pinned vertices in the 3D view", default=False, update=_on_overlay_changed
-    )
-    show_handles: BoolProperty(
-        name="Handles",
-        description="Show how far each handle has moved: a line from its place at rest",
-        default=False,
-        update=_on_overlay_changed,
-    )
-    show_strain: BoolProperty(
-        name="Strain",
-        description="Color the mesh by how much its edges are longer (red) or shorter (blue) than at rest",
-        default=False,
-        update=_on_overlay_changed,
-    )
-    strain_limit: FloatProperty(
-        name="Full Color At",
-        description="Strain that gets the full color, in percent of the length at rest",
-        default=20.0,
-        min=0.1,
-        max=1000.0,
-        soft_min=1.0,
-        soft_max=100.0,
-        precision=1,
-        subtype="PERCENTAGE",
-        update=_on_overlay_changed,
-    )
-
+    overlay: PointerProperty(type=ArapOverlay, name="Show", description="What is shown of the mesh in the 3D view")
     is_live: BoolProperty(
         name="Live",
         description=(
@@ -314,7 +283,7 @@ class ArapObject(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (ArapPin, ArapHandle, ArapMadeKey, ArapObject)
+CLASSES = (ArapPin, ArapHandle, ArapMadeKey, ArapOverlay, ArapObject)
 
 
 def register() -> None:

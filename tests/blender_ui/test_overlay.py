@@ -22,7 +22,8 @@ def drawn():
 
 
 def show_all(obj: bpy.types.Object) -> None:
-    obj.arap.show_pins = obj.arap.show_handles = obj.arap.show_strain = True
+    overlay = obj.arap.overlay
+    overlay.show_pins = overlay.show_handles = overlay.show_strain = True
 
 
 def bent_bar(ui: Ui) -> bpy.types.Object:
@@ -56,7 +57,7 @@ def test_overlay_shows_what_it_should(ui: Ui) -> Steps:
     np.testing.assert_allclose(found.ends[0][:2], (0.0, 0.0), atol=1e-5)
     np.testing.assert_array_equal(found.surface.pinned, scenes.bottom())
     yield from ui.screenshot("all")
-    bar.arap.show_strain = False
+    bar.arap.overlay.show_strain = False
     yield from redraw(ui)
     yield from ui.screenshot("pins_and_handles")
     assert drawn()["Bar"].heat is None
