@@ -83,11 +83,10 @@ class LiveRun:
         """Follows the handles where they have moved. None: binds if need be, and goes on until all is settled."""
         if when is When.FRAME:
             self._is_from_rest = True
-        self._is_played = self._is_played or when is When.PLAYBACK
         if time_limit_s is None:
             self._guarded(self._settle)
         else:
-            self._guarded(lambda: self._follow_in_time(time_limit_s))
+            self._guarded(lambda: self._follow_in_time(when, time_limit_s))
 
     def tick(self, *, is_playing: bool, time_limit_s: float = REFINE_TIME_LIMIT_S) -> None:
         """Goes on binding, following and refining; during playback only binding."""
@@ -120,10 +119,10 @@ class LiveRun:
         finally:
             self._is_busy = False
 
-    def _follow_in_time(self, time_limit_s: float) -> None:
+    def _follow_in_time(self, when: When, time_limit_s: float) -> None:
         self._is_behind = self._clock() < self._free_at or not self._follower.is_ready()
-        if not self._is_behind:
-            self._timed(lambda: self._follow(time_limit_s))
+        if self._is_behind or self._timed(lambda: self._follow(time_limit_s)):
+            self._is_played = self._is_played or when is When.PLAYBACK
 
     def _tick(self, time_limit_s: float, *, is_playing: bool) -> None:
         if self._clock() < self._free_at or not self._follower.prepare() or is_playing:
@@ -134,9 +133,11 @@ class LiveRun:
         self._is_behind = False
         self._timed(lambda: self._follow_or_refine(time_limit_s))
 
-    def _follow_or_refine(self, time_limit_s: float) -> None:
-        if not self._follow(FOLLOW_TIME_LIMIT_S):
+    def _follow_or_refine(self, time_limit_s: float) -> bool:
+        has_moved = self._follow(FOLLOW_TIME_LIMIT_S)
+        if not has_moved:
             self._follower.refine(time_limit_s)
+        return has_moved
 
     def _settle(self) -> None:
         for _ in range(MOST_STEPS_OF_BINDING):
@@ -154,8 +155,10 @@ class LiveRun:
         is_from_rest, self._is_from_rest = self._is_from_rest, False
         return self._follower.follow(time_limit_s, is_from_rest=is_from_rest)
 
-    def _timed(self, step: Callable[[], object]) -> None:
+    def _timed(self, step: Callable[[], bool]) -> bool:
+        """Does a step, and sees to it that a heavy one is followed by as long a time without any."""
         start = self._clock()
-        step()
+        has_moved = step()
         end = self._clock()
         self._free_at = end + (end - start) if end - start > HEAVY_STEP_S else 0.0
+        return has_moved

@@ -76,7 +76,7 @@ class OverlayTest(SceneTest):
         self.assertEqual(lines.shape, (0, 3))
 
     def test_shaders_and_batches_of_this_version_draw(self):
-        """The surface is drawn and its pixels looked at; older versions draw only in windows, which have their tests."""
+        """Drawn, with its pixels looked at. Older versions draw only in windows, which have their own tests."""
         if bpy.app.version < (4, 5, 0):
             self.assertEqual(module("compat").POINT_SHADER, "UNIFORM_COLOR")
             return

@@ -98,7 +98,7 @@ def test_what_did_not_change_is_not_solved() -> None:
     for when in (When.UPDATE, When.FRAME, When.UPDATE, When.PLAYBACK):
         run.scene_changed(when)
     run.scene_changed(When.UPDATE, None)
-    assert scene.calls == []
+    assert (scene.calls, run.wants_timer) == ([], False)
 
 
 def test_a_moved_handle_is_followed_at_once_and_refined_by_the_timer() -> None:
