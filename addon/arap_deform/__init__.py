@@ -19,9 +19,21 @@ bl_info = {
 
 
 def _modules() -> tuple[ModuleType, ...]:
-    from . import cli, handlers, menus, operators, panels, properties, pull_draw
+    from . import (
+        cli,
+        handlers,
+        live,
+        live_panel,
+        menus,
+        operators,
+        overlay,
+        overlay_panel,
+        panels,
+        properties,
+        pull_draw,
+    )
 
-    return (properties, handlers, operators, pull_draw, panels, menus, cli)
+    return (properties, handlers, operators, live, pull_draw, overlay, panels, live_panel, overlay_panel, menus, cli)
 
 
 def register() -> None:

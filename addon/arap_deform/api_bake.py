@@ -72,6 +72,7 @@ class BakeJob:
             self._begin_bind(self._inputs)
         else:
             self._take_live(session)
+        sessions.claim(obj.name, "it is baked")
 
     @property
     def fraction(self) -> float:
@@ -203,6 +204,7 @@ class BakeJob:
             frame, subframe = self._frame_before
             scene.frame_set(frame, subframe=subframe)
             frame_state.restore(self._values_before)
+        sessions.release(self._object_name)
 
     def _scene(self) -> bpy.types.Scene:
         scene = bpy.data.scenes.get(self._scene_name)

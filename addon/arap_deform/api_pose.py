@@ -16,14 +16,16 @@ from .sessions import Counts, Hold, Live, MeshSignature, SessionInput
 BIND_SHARE = 0.3  # of the progress that solve() shows, where it has to bind first
 
 
-def session_input(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> SessionInput:
-    """Reads mesh, groups and settings. Main thread only.
+def session_input(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None, *, use_nodes: bool | None = None
+) -> SessionInput:
+    """Reads mesh, groups and settings. Main thread only. ``use_nodes``: False within handlers, see mesh_io.
 
     Raises:
         ValueError: not a mesh, in Edit Mode, linked or shared data, absolute keys, singular scale, a pin or handle
             without its group or object, a handle whose group has no weights, nothing pinned or handled.
     """
-    return read_input(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
+    return read_input(obj, depsgraph or bpy.context.evaluated_depsgraph_get(), use_nodes=use_nodes)
 
 
 def build_session(inputs: SessionInput, progress: Progress | None = None) -> Session:
@@ -158,6 +160,7 @@ def update_pose(
     iterations: int | None = None,
     initial_guess: str | None = None,
     time_limit_s: float | None = None,
+    is_from_rest: bool = False,
     held: tuple[tuple[Hold, ...], Floats] | None = None,
 ) -> Readout:
     """One live update: reads the handles, solves a few iterations, writes the key.
@@ -169,6 +172,7 @@ def update_pose(
         obj: the mesh.
         depsgraph: to read the handles from.
         iterations, initial_guess, time_limit_s: see Session.update().
+        is_from_rest: as solve() does, from the defined start, to convergence or the time limit.
         held: what the session holds and (h, 4, 4) how that has moved; None: the pins and handles of the object.
 
     Raises:
@@ -183,12 +187,13 @@ def update_pose(
         raise RuntimeError(f"{reason}: start posing again")
     live.session.settings = settings_of(obj)
     key = _writable_key(obj)
-    result = live.session.update(
-        held[1] if held else handle_io.handle_matrices(obj, depsgraph),
-        iterations=iterations,
-        initial_guess=initial_guess,
-        time_limit_s=time_limit_s,
-    )
+    matrices = held[1] if held else handle_io.handle_matrices(obj, depsgraph)
+    if is_from_rest:
+        result = solve_from_rest(live.session, matrices, time_limit_s=time_limit_s)
+    else:
+        result = live.session.update(
+            matrices, iterations=iterations, initial_guess=initial_guess, time_limit_s=time_limit_s
+        )
     _write_pose(obj, key, live.session, result)
     return result
 

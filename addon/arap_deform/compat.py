@@ -238,6 +238,30 @@ def insert_linear_keyframes(
     fcurve.update()
 
 
+def gpu_shader(name: str) -> Any:
+    """A built-in shader of the gpu module, by its name of today: before 4.0 those in space have a prefix."""
+    import gpu  # not at the top: without a window it cannot be used before 5.x, and nobody needs it
+
+    try:
+        return gpu.shader.from_builtin(name)
+    except ValueError:
+        return gpu.shader.from_builtin(f"3D_{name}")
+
+
+# 4.5: points have a shader of their own, which not every graphics API can do without.
+POINT_SHADER = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"
+
+
+def set_text_size(font: int, size: float) -> None:
+    """Size of text drawn by blf, in pixels."""
+    import blf
+
+    if bpy.app.version >= (4, 0, 0):
+        blf.size(font, size)
+    else:
+        blf.size(font, int(size), 72)
+
+
 def length_text(scene: bpy.types.Scene, length: float) -> str:
     """A length in scene units as Blender's own fields show it."""
     units = scene.unit_settings

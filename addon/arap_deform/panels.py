@@ -34,6 +34,7 @@ class ArapSubPanel(ArapPanel):
     """Shown once there is a mesh."""
 
     bl_parent_id = "ARAP_PT_main"
+    bl_order = 2  # below those of other files that are about acts
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -99,10 +100,10 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
         layout = self.layout
         problem = api.native_problem()
         if problem:
-            _draw_text(context, layout.box(), problem, "ERROR")
+            draw_text(context, layout.box(), problem, "ERROR")
         obj = find_posed_object(context)
         if obj is None:
-            _draw_text(context, layout, "Select the mesh to pose.", "INFO")
+            draw_text(context, layout, "Select the mesh to pose.", "INFO")
             return
         layout.label(text=obj.name, icon="OUTLINER_OB_MESH")
         act = running.get(obj.name)
@@ -111,7 +112,7 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
         else:
             hint = _next_step(obj)
             if hint and not problem:
-                _draw_text(context, layout, hint, "INFO")
+                draw_text(context, layout, hint, "INFO")
             _draw_buttons(layout)
         _draw_readout(layout, obj)
 
@@ -148,7 +149,7 @@ class ARAP_PT_handle_look(ArapPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        column = _split_column(self.layout)
+        column = split_column(self.layout)
         settings = posed_object(context).arap
         column.prop(settings, "handle_shape")
         column.prop(settings, "handle_size")
@@ -173,7 +174,7 @@ class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
         column.operator("arap.pin_remove", text="", icon="REMOVE")
         if settings.active_pin_index < len(settings.pins):
             pin = settings.pins[settings.active_pin_index]
-            _split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
+            split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
         layout.operator(
             "arap.pin_add",
             text="Pin Selected Vertices" if obj.mode == "EDIT" else "Pin Vertex Group",
@@ -192,7 +193,7 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         layout = self.layout
         obj = posed_object(context)
         settings = obj.arap
-        column = _split_column(layout)
+        column = split_column(layout)
         key_name = column.row()
         key_name.enabled = obj.name not in running  # the pose under way is in that key
         key_name.prop(settings, "key_name")
@@ -202,12 +203,12 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
             _draw_radius(context, column, obj)
         column.prop(settings, "weights")
         column.prop(settings, "initial_guess")
-        column = _split_column(layout)
+        column = split_column(layout)
         column.prop(settings, "iterations_per_update", text="Iterations")
         column.prop(settings, "max_iterations", text="At Most")
         column.prop(settings, "tolerance")
         column.prop(settings, "threads")
-        column = _split_column(layout)
+        column = split_column(layout)
         column.prop_search(settings, "rigid_group", obj, "vertex_groups", text="Rigid")
         column.prop_search(settings, "stiffness_group", obj, "vertex_groups", text="Stiffness")
         column.prop(settings, "join_seams")
@@ -217,7 +218,7 @@ def _lack_of_group(obj: bpy.types.Object, group: str) -> str:
     """Why a pinned group holds nothing, '' where it does."""
     if group not in obj.vertex_groups:
         return "no such group"
-    return "no weights" if obj.name not in running and empty_groups.is_empty(obj, group) else ""
+    return "no weights" if not _is_following(obj) and empty_groups.is_empty(obj, group) else ""
 
 
 def _next_step(obj: bpy.types.Object) -> str:
@@ -255,7 +256,7 @@ def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseA
         box.label(text=f"Preparing the mesh: {act.bind_fraction:.0%}", icon="SORTTIME")
     else:
         box.label(text="Settled" if act.is_settled else "Following the handles", icon="REC")
-        _draw_text(context, box, "Move, turn or scale a handle (G, R, S): the mesh follows.", "BLANK1")
+        draw_text(context, box, "Move, turn or scale a handle (G, R, S): the mesh follows.", "BLANK1")
     column = box.column(align=True)
     column.scale_y = 1.3
     column.operator("arap.pose_end", text="Keep (Enter)", icon="CHECKMARK").is_kept = True
@@ -264,7 +265,7 @@ def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseA
 
 def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object, index: int) -> None:
     handle = obj.arap.handles[index]
-    column = _split_column(layout)
+    column = split_column(layout)
     column.prop(handle, "target")
     if handle.target is not None and handle.target.type == "ARMATURE":
         column.prop_search(handle, "bone", handle.target.data, "bones")
@@ -273,7 +274,7 @@ def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bp
         column.prop(handle, "is_exact")
     problem = _problem(obj, index)
     if problem:
-        _draw_text(context, layout, problem, "ERROR")
+        draw_text(context, layout, problem, "ERROR")
 
 
 def _draw_radius(context: bpy.types.Context, column: bpy.types.UILayout, obj: bpy.types.Object) -> None:
@@ -293,7 +294,12 @@ def _problem(obj: bpy.types.Object, index: int) -> str:
     """Why an enabled handle cannot work, '' if it can."""
     if not obj.arap.handles[index].is_enabled:
         return ""
-    return api.handle_problem(obj, index, with_weights=obj.name not in running)  # posing has looked already
+    return api.handle_problem(obj, index, with_weights=not _is_following(obj))
+
+
+def _is_following(obj: bpy.types.Object) -> bool:
+    """Whether posing or Live has looked for what is wrong, and changes the mesh too often to look again."""
+    return obj.name in running or bool(obj.arap.is_live)
 
 
 def _draw_readout(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
@@ -319,14 +325,14 @@ def _draw_readout(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
         values.label(text=value)
 
 
-def _split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
+def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     column = layout.column()
     column.use_property_split = True
     column.use_property_decorate = False
     return column
 
 
-def _draw_text(context: bpy.types.Context, layout: bpy.types.UILayout, text: str, icon: str) -> None:
+def draw_text(context: bpy.types.Context, layout: bpy.types.UILayout, text: str, icon: str) -> None:
     """A sentence, wrapped to the width of the sidebar: labels do not wrap by themselves."""
     width = max(16, int((context.region.width / context.preferences.system.ui_scale - 60) / 6.2))
     column = layout.column(align=True)

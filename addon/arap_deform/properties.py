@@ -22,6 +22,8 @@ from bpy.props import (
 from mathutils import Matrix
 from numpy.typing import NDArray
 
+from .overlay_properties import ArapOverlay
+
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 # The numbers are what is saved: they stay, whatever the order.
@@ -68,6 +70,12 @@ def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Cont
         api_handles.take_over(handle.id_data, handle)
     except ValueError:
         handle.rest_matrix = (0.0,) * 16  # the place at rest cannot be told: handle_problem() says so
+
+
+def _on_live_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    from . import live
+
+    live.toggled(settings.id_data)
 
 
 class ArapPin(bpy.types.PropertyGroup):
@@ -282,6 +290,20 @@ class ArapObject(bpy.types.PropertyGroup):
         update=_on_display_changed,
     )
 
+    overlay: PointerProperty(type=ArapOverlay, name="Show", description="What is shown of the mesh in the 3D view")
+    is_live: BoolProperty(
+        name="Live",
+        description=(
+            "The mesh follows its handles all the time, without a posing act: also during playback, and after "
+            "this file is loaded again. Not while rendering: bake the animation before"
+        ),
+        default=False,
+        update=_on_live_changed,
+    )
+    live_problem: StringProperty(
+        name="Live Problem", description="Why Live was switched off by itself", options={"HIDDEN"}
+    )
+
     pose_act: IntProperty(
         options={"HIDDEN"}, description="Number of the posing act that this state of the scene is part of; 0: of none"
     )
@@ -310,7 +332,7 @@ class ArapPullTool(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (ArapPin, ArapHandle, ArapMadeKey, ArapPullPin, ArapObject, ArapPullTool)
+CLASSES = (ArapPin, ArapHandle, ArapMadeKey, ArapPullPin, ArapOverlay, ArapObject, ArapPullTool)
 
 
 def register() -> None:

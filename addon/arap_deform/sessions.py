@@ -75,6 +75,7 @@ class Live:
 
 _live: dict[str, Live] = {}
 _readouts: dict[str, Readout] = {}
+_claims: dict[str, str] = {}
 
 
 def get(object_name: str) -> Live | None:
@@ -94,6 +95,21 @@ def clear() -> None:
     """Forgets everything: another file was loaded."""
     _live.clear()
     _readouts.clear()
+    _claims.clear()
+
+
+def claim(object_name: str, act: str) -> None:
+    """An act has the mesh for itself from now on, until release(): Live waits. ``act``: 'it is baked', for example."""
+    _claims[object_name] = act
+
+
+def release(object_name: str) -> None:
+    _claims.pop(object_name, None)
+
+
+def claimed_by(object_name: str) -> str:
+    """The act that has the mesh for itself, '' where there is none."""
+    return _claims.get(object_name, "")
 
 
 def readout(object_name: str) -> Readout | None:

@@ -49,6 +49,7 @@ class Ui:
     def find_modules(self) -> None:
         """The add-on's own modules; again after it was disabled and enabled."""
         self.api: Any = importlib.import_module(f"{MODULE}.api")
+        self.live: Any = importlib.import_module(f"{MODULE}.live")
         self.running: Any = importlib.import_module(f"{MODULE}.operators.pose_act").running
 
     @property

@@ -30,11 +30,11 @@ AT_ONCE = 2  # a test waits for its window's drawing most of the time
 PASSED = "UI TEST PASSED"
 
 
-def find_tests(only: str) -> list[tuple[str, str]]:
-    """(file stem, function) of every test whose name contains ``only``."""
+def find_tests(files: str, only: str) -> list[tuple[str, str]]:
+    """(file stem, function) of every test in these files whose name contains ``only``."""
     return [
         (path.stem, node.name)
-        for path in sorted(HERE.glob("test_*.py"))
+        for path in sorted(HERE.glob(files))
         for node in ast.parse(path.read_text(encoding="utf-8")).body
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_") and only in node.name
     ]
@@ -97,6 +97,7 @@ def run_test(blender: str, module: str, function: str, env: dict[str, str], scre
     except subprocess.TimeoutExpired as error:
         said = error.stdout or b""
         return (said.decode() if isinstance(said, bytes) else said) + f"no end after {TEST_TIME_LIMIT_S} s\n"
+    print("".join(line for line in done.stdout.splitlines(keepends=True) if line.startswith("MEASURED")), end="")
     has_passed = done.returncode == 0 and PASSED in done.stdout and "Traceback" not in done.stdout
     return "" if has_passed else f"{done.stdout}exit code {done.returncode}\n"
 
@@ -107,8 +108,9 @@ def main() -> int:
     parser.add_argument("--zip", required=True, type=Path, help="the legacy zip, or from 4.2 on the extension zip")
     parser.add_argument("--screenshots", required=True, type=Path, help="folder for the pictures")
     parser.add_argument("--only", default="", help="run the tests whose names contain this")
+    parser.add_argument("--files", default="test_*.py", help="the files of the tests, for example bench_*.py")
     args = parser.parse_args()
-    tests = find_tests(args.only)
+    tests = find_tests(args.files, args.only)
     args.screenshots.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="arap_ui_") as folder:
         env = environment(Path(folder))

@@ -8,45 +8,16 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 from arap_deform.binding import Binding, is_any_running
+from arap_deform.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
 from arap_deform.operators.pose_act import (
-    FOLLOW_TIME_LIMIT_S,
     KEEP_TIME_LIMIT_S,
-    REFINE_TIME_LIMIT_S,
     Ending,
     Phase,
     PoseAct,
     status_text,
 )
 from arap_deform.session import Readout
-
-
-def readout(stop_reason: str = "max_iterations", iterations: int = 4) -> Readout:
-    return Readout(
-        vertices=8, free_vertices=4, last_ms=1.0, iterations=iterations, energy=0.0, energy_before=0.0, step=0.0,
-        stop_reason=stop_reason, parts_at_rest=0, loose_vertices=0, bind_ms=0.0, factor_ms=0.0,
-    )  # fmt: skip
-
-
-@dataclass
-class FakeBind:
-    scene: FakeScene
-    fraction: float = 0.5
-    is_done: bool = False
-    is_dropped: bool = False
-    error: Exception | None = None
-
-    has_started: bool = False
-
-    def start(self) -> None:
-        self.has_started = True
-
-    def drop(self) -> None:
-        self.is_dropped = True
-
-    def adopt(self) -> None:
-        if self.error is not None:
-            raise self.error
-        self.scene.is_fit = True
+from fake_follow import FakeBind, readout
 
 
 @dataclass
@@ -60,7 +31,7 @@ class FakeScene:
     limit: int = 200
     error: Exception | None = None
     calls: list[str] = field(default_factory=list)
-    limits: list[tuple[int | None, float]] = field(default_factory=list)
+    limits: list[tuple[int | None, float | None]] = field(default_factory=list)
     binds: list[FakeBind] = field(default_factory=list)
 
     def why_over(self) -> str:
@@ -83,7 +54,10 @@ class FakeScene:
         matrix[0, 3] = self.place
         return matrix[None]
 
-    def update(self, iterations: int | None, time_limit_s: float) -> Readout:
+    def update_from_rest(self, time_limit_s: float | None) -> Readout:
+        raise AssertionError("an act goes on from the pose shown")
+
+    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
         if self.error is not None:
             raise self.error
         self.calls.append("follow" if iterations is None else "refine")

@@ -94,9 +94,28 @@ def why_not_solvable(context: bpy.types.Context) -> str:
     obj = find_posed_object(context)
     if reason or obj is None:
         return reason
-    if not any(handle.is_enabled for handle in obj.arap.handles):
-        return "Add a handle first: nothing moves the mesh yet"
-    return ""
+    return _why_nothing_moves(obj)
+
+
+def why_not_live(context: bpy.types.Context) -> str:
+    """Why Live cannot be switched on: there must be a solver, a mesh of this file, and something that moves it."""
+    reason = why_no_mesh(context) or api.native_problem()
+    obj = find_posed_object(context)
+    return reason or ("" if obj is None else _why_nothing_moves(obj))
+
+
+def _why_nothing_moves(obj: bpy.types.Object) -> str:
+    if any(handle.is_enabled for handle in obj.arap.handles):
+        return ""
+    return "Add a handle first: nothing moves the mesh yet"
+
+
+def why_no_reset(context: bpy.types.Context) -> str:
+    """As why_no_pose(), and the mesh must not follow its handles at once again."""
+    obj = find_posed_object(context)
+    if obj is not None and obj.arap.is_live:
+        return "Live would pose the mesh again at once: use Reset Handles, or switch Live off"
+    return why_no_pose(context)
 
 
 def why_not_pullable(context: bpy.types.Context) -> str:
@@ -105,6 +124,8 @@ def why_not_pullable(context: bpy.types.Context) -> str:
     obj = find_posed_object(context)
     if reason or obj is None:
         return reason
+    if obj.arap.is_live:
+        return "Live would take the mesh back to its handles: switch Live off first, or move the handles"
     space = context.space_data
     if not obj.visible_get(viewport=space if isinstance(space, bpy.types.SpaceView3D) else None):
         return "This mesh is hidden here: show it first (Alt H, its collection, or leave Local View)"
@@ -168,9 +189,18 @@ def object_mode(obj: bpy.types.Object) -> Iterator[None]:
 
 def tag_panels(context: bpy.types.Context) -> None:
     """Redraws the sidebars of all 3D views."""
+    _tag_regions(context, "UI")
+
+
+def tag_views(context: bpy.types.Context) -> None:
+    """Redraws all 3D views."""
+    _tag_regions(context, "WINDOW")
+
+
+def _tag_regions(context: bpy.types.Context, kind: str) -> None:
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
                 for region in area.regions:
-                    if region.type == "UI":
+                    if region.type == kind:
                         region.tag_redraw()

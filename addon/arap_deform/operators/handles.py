@@ -16,6 +16,7 @@ from .common import (
     reports_errors,
     why_no_mesh,
     why_no_pose,
+    why_no_reset,
 )
 
 Target = tuple[bpy.types.Object, str]  # the name of the bone is '' for a whole object
@@ -153,7 +154,7 @@ class ARAP_OT_reset_pose(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_pose(context))
+        return allow(cls, why_no_reset(context))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:

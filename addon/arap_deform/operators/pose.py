@@ -6,72 +6,40 @@ The act itself is in pose_act. Here is what it needs of Blender: names instead o
 handlers that say when the scene was evaluated, a timer for refining, and one exit.
 """
 
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 
 import bpy
-import numpy as np
 from bpy.props import BoolProperty
-from numpy.typing import NDArray
 
 from .. import api, live_key, sessions
+from ..follow_scene import BlenderFollowScene, is_rendering
 from ..session import Readout
 from . import pose_undo
 from .common import StatusBar, allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_solvable
 from .pose_act import End, Ending, Phase, PoseAct, print_fault, running, status_text
-from .session_binding import SessionBinding
 
 TIMER_S = 0.02
 EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
 
 
-class BlenderPoseScene:
-    """The PoseScene of one object, which is looked up by name each time."""
+class BlenderPoseScene(BlenderFollowScene):
+    """The PoseScene of one object."""
 
     def __init__(self, obj: bpy.types.Object) -> None:
-        self.name = obj.name
+        super().__init__(obj)
         self.number = 0
         live_key.forget_removed(obj)
         self.state = api.capture_state(obj)
         self.key = live_key.KeyFollower(obj)
-        self.depsgraph: bpy.types.Depsgraph | None = None
         self._counts = _counts(obj)
         live = sessions.get(obj.name)
         self._topology = live.inputs.signature.topology if live is not None else None
-        self._has_written = False
-        self._is_in_update = False
-        self._is_suspect = True
 
     @property
     def obj(self) -> bpy.types.Object | None:
         """The object; None where it is gone, or another one has its name."""
-        obj = bpy.data.objects.get(self.name)
+        obj = super().obj
         return obj if obj is not None and pose_undo.is_within(obj, self.number) else None
-
-    @contextmanager
-    def evaluated(self, depsgraph: bpy.types.Depsgraph, *, is_in_update: bool) -> Iterator[None]:
-        """While a handler runs: what was evaluated.
-
-        Args:
-            depsgraph: to read from.
-            is_in_update: what is written now is evaluated without another call of the handler.
-        """
-        if is_in_update:
-            self._note_change(depsgraph)
-        self.depsgraph, self._is_in_update = depsgraph, is_in_update
-        try:
-            yield
-        finally:
-            self.depsgraph, self._is_in_update = None, False
-
-    def _note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
-        """Looks whether somebody else has changed the mesh."""
-        for update in depsgraph.updates:
-            if update.is_updated_geometry and update.id.name == self.name and isinstance(update.id, bpy.types.Object):
-                self._is_suspect = self._is_suspect or not self._has_written
-                self._has_written = False
 
     def why_over(self) -> str:
         obj = self.obj
@@ -90,49 +58,23 @@ class BlenderPoseScene:
                 return f"{problem}. The pose is kept and posing has ended"
         return ""
 
-    def is_bound(self) -> bool:
-        if api.check_live(self._obj(), is_thorough=self._is_suspect):
-            return False  # and suspect still, until it is bound again
-        self._is_suspect = False
-        return True
-
-    def begin_bind(self) -> SessionBinding:
-        inputs = api.session_input(self._obj(), self._depsgraph())
-        topology = inputs.signature.topology
-        if self._topology not in {None, topology}:
-            raise ValueError(f"The faces of '{self.name}' have changed")
-        self._topology = topology
-        self._is_suspect = False  # all is read anew here
-        return SessionBinding(self._obj(), inputs)
-
-    def go_on_from_shown(self) -> None:
-        api.sync_session(self._obj())
-
-    def matrices(self) -> NDArray[np.float64]:
-        return api.handle_matrices(self._obj(), self._depsgraph())
-
-    def update(self, iterations: int | None, time_limit_s: float) -> Readout:
-        self._has_written = not self._is_in_update
-        readout = api.update_pose(self._obj(), self._depsgraph(), iterations=iterations, time_limit_s=time_limit_s)
+    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
+        readout = super().update(iterations, time_limit_s)
         self.key.note(self._obj())
         return readout
-
-    def iteration_limit(self) -> int:
-        return int(self._obj().arap.max_iterations)
 
     def restore(self, obj: bpy.types.Object) -> None:
         """Everything as before the act. Raises as api.restore_state()."""
         self.key.give_name_back(obj)
         api.restore_state(obj, self.state)
 
-    def _obj(self) -> bpy.types.Object:
-        obj = self.obj
-        if obj is None:
-            raise RuntimeError(f"'{self.name}' was deleted or renamed")
-        return obj
-
-    def _depsgraph(self) -> bpy.types.Depsgraph:
-        return self.depsgraph or bpy.context.evaluated_depsgraph_get()
+    def _read_inputs(self) -> api.SessionInput:
+        inputs = super()._read_inputs()
+        topology = inputs.signature.topology
+        if self._topology not in {None, topology}:
+            raise ValueError(f"The faces of '{self.name}' have changed")
+        self._topology = topology
+        return inputs
 
 
 def _counts(obj: bpy.types.Object) -> tuple[int, int, int]:
@@ -194,11 +136,13 @@ def _add(run: Run) -> None:
             getattr(bpy.app.handlers, event).append(handler)
     _runs[run.scene.name] = run
     running[run.scene.name] = run.act
+    sessions.claim(run.scene.name, "it is posed")
 
 
 def _remove(run: Run) -> None:
     _runs.pop(run.scene.name, None)
     running.pop(run.scene.name, None)
+    sessions.release(run.scene.name)
     if not _runs:
         for event, handler in _HANDLERS:
             handlers = getattr(bpy.app.handlers, event)
@@ -207,20 +151,19 @@ def _remove(run: Run) -> None:
 
 
 def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    _scene_changed(scene, depsgraph, is_in_update=True)
+    _scene_changed(scene, depsgraph, is_frame=False)
 
 
 def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    _scene_changed(scene, depsgraph, is_in_update=False)
+    _scene_changed(scene, depsgraph, is_frame=True)
 
 
-def _scene_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, is_in_update: bool) -> None:
-    # Rendering evaluates in a thread of its own, on data that must not change under it.
-    if threading.current_thread() is not threading.main_thread() or bpy.app.is_job_running("RENDER"):
+def _scene_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, is_frame: bool) -> None:
+    if is_rendering():
         return
     for run in list(_runs.values()):
         if scene.objects.get(run.scene.name) is not None or run.scene.obj is None:
-            with run.scene.evaluated(depsgraph, is_in_update=is_in_update):
+            with run.scene.evaluated(depsgraph, is_frame=is_frame):
                 run.act.scene_changed()
 
 
@@ -292,7 +235,7 @@ class ARAP_OT_pose(bpy.types.Operator):
         self._run.finish()
 
     def _tick(self, context: bpy.types.Context) -> None:
-        if bpy.app.is_job_running("RENDER"):
+        if is_rendering():
             return
         act = self._run.act
         before = act.readout

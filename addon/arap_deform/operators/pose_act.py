@@ -16,19 +16,12 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene
 from ..session import Readout
 
 running: dict[str, PoseAct] = {}
 """The acts under way, by name of the object: for panels and polls."""
 
-# What a solve may take while a handle moves: with all else of a frame about sixty frames a second. It is looked at
-# after each iteration, so that a mesh too heavy for that still follows, with one.
-FOLLOW_TIME_LIMIT_S = 0.012
-# A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
-REFINE_TIME_LIMIT_S = 0.05
 # What is kept is settled, where that takes no longer than somebody waits for Enter.
 KEEP_TIME_LIMIT_S = 2.0
 
@@ -54,44 +47,11 @@ class End:
     error: Exception | None = None
 
 
-class Bind(Protocol):
-    """A bind in a worker thread, from start() on."""
-
-    @property
-    def fraction(self) -> float: ...
-    @property
-    def is_done(self) -> bool: ...
-    def start(self) -> None:
-        """Does nothing where it has started."""
-
-    def drop(self) -> None: ...
-    def adopt(self) -> None:
-        """Makes the result the live session; raises what the bind raised. Only when done."""
-
-
-class PoseScene(Protocol):
+class PoseScene(FollowScene, Protocol):
     """What the act needs of Blender, for one object."""
 
     def why_over(self) -> str:
         """Why the act cannot go on (object gone, other mode, other mesh ...), one sentence; '' while it can."""
-
-    def is_bound(self) -> bool:
-        """True while the live session fits the mesh, groups and settings."""
-
-    def begin_bind(self) -> Bind:
-        """Reads the scene for a bind in a worker thread. Raises ValueError where the scene cannot be posed."""
-
-    def go_on_from_shown(self) -> None:
-        """Starts the live session from the pose that the key shows now."""
-
-    def matrices(self) -> NDArray[np.float64]:
-        """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
-
-    def update(self, iterations: int | None, time_limit_s: float) -> Readout:
-        """Solves for the handles where they are, and writes the key: at most so many iterations, None: the setting."""
-
-    def iteration_limit(self) -> int:
-        """Iterations at most for one place of the handles."""
 
 
 class PoseAct:
@@ -106,31 +66,31 @@ class PoseAct:
         """Prepares it; ``is_drag``: it lasts for one drag, so panels have nothing to offer meanwhile."""
         self._scene = scene
         self.is_drag = is_drag
-        self._bind: Bind | None = None
-        self._matrices: NDArray[np.float64] | None = None
-        self._has_followed = False
-        self._iterations_here = 0
+        self._follower = Follower(scene)
         self._is_busy = False
-        self.readout: Readout | None = None
-        self.is_settled = False
         self.end: End | None = None
 
     @property
     def phase(self) -> Phase:
         if self.end is not None:
             return Phase.ENDED
-        return Phase.BINDING if self._bind is not None else Phase.FOLLOWING
+        return Phase.BINDING if self._follower.is_binding else Phase.FOLLOWING
 
     @property
     def bind_fraction(self) -> float:
-        return self._bind.fraction if self._bind is not None else 1.0
+        return self._follower.bind_fraction
+
+    @property
+    def readout(self) -> Readout | None:
+        return self._follower.readout
+
+    @property
+    def is_settled(self) -> bool:
+        return self._follower.is_settled
 
     def begin(self) -> None:
         """Binds where that is needed. Raises ValueError where the scene cannot be posed: then no act has begun."""
-        if self._scene.is_bound():
-            self._scene.go_on_from_shown()
-        else:
-            self._bind = self._scene.begin_bind()
+        self._follower.begin()
 
     def tick(self) -> None:
         """Goes on binding, or follows and refines; nothing where all is settled."""
@@ -138,25 +98,23 @@ class PoseAct:
 
     def scene_changed(self) -> None:
         """Follows the handles where they moved."""
-        if self._bind is None:
-            self._guarded(self._follow_if_bound)
+        if not self._follower.is_binding:
+            self._guarded(self._follow_if_ready)
 
     def unsettle(self) -> None:
         """The scene wants something else from here on, even where no step has looked yet."""
-        self.is_settled = False
+        self._follower.is_settled = False
 
     def undone(self) -> None:
         """Goes on from what undo or redo has brought; the next step follows the handles anew."""
-        self._matrices = None
-        if self._bind is None:
-            self._guarded(self._scene.go_on_from_shown)
+        self._guarded(self._follower.go_on_from_shown)
 
     def keep(self, *, is_settling: bool = True) -> None:
         """Ends the act with the pose, settled first; where there is none yet, everything is restored."""
-        if not self._has_followed:
+        if not self._follower.has_followed:
             self.cancel()
             return
-        if self._bind is None and is_settling:
+        if is_settling and not self._follower.is_binding:
             self._guarded(self._settle)
         self._finish(End(Ending.KEEP))
 
@@ -169,7 +127,7 @@ class PoseAct:
     def fail(self, error: Exception) -> None:
         self._finish(End(Ending.RESTORE, f"Posing has ended and everything is as before: {error}", error))
 
-    def _guarded(self, step: Callable[[], None]) -> None:
+    def _guarded(self, step: Callable[[], object]) -> None:
         # Reading evaluated matrices evaluates the scene, which calls scene_changed() within tick().
         if self.end is not None or self._is_busy:
             return
@@ -181,7 +139,7 @@ class PoseAct:
             else:
                 step()
         except ValueError as error:  # the scene is at fault: say so, and do not throw the artist's work away
-            if self._has_followed:
+            if self._follower.has_followed:
                 self.leave(f"{error}. The pose is kept and posing has ended")
             else:
                 self.fail(error)
@@ -191,53 +149,22 @@ class PoseAct:
             self._is_busy = False
 
     def _tick(self) -> None:
-        if self._bind is None and self._scene.is_bound():
-            self._follow(is_refining=True)
-        elif self._bind is None:
-            self._bind = self._scene.begin_bind()
-        elif self._bind.is_done:
-            bind, self._bind = self._bind, None
-            bind.adopt()
-            self._matrices = None
-        else:
-            self._bind.start()
+        if self._follower.prepare() and not self._follower.follow(FOLLOW_TIME_LIMIT_S):
+            self._follower.refine(REFINE_TIME_LIMIT_S)
 
-    def _follow_if_bound(self) -> None:
-        if self._scene.is_bound():
-            self._follow(is_refining=False)
-
-    def _follow(self, *, is_refining: bool) -> None:
-        matrices = self._scene.matrices()
-        self._has_followed = True
-        if self._matrices is None or not np.array_equal(matrices, self._matrices):
-            self._matrices = matrices
-            self._iterations_here = 0
-            self._update(None, FOLLOW_TIME_LIMIT_S)
-        elif is_refining and not self.is_settled:
-            self._refine(REFINE_TIME_LIMIT_S)
-
-    def _refine(self, time_limit_s: float) -> None:
-        # In one go: each solve forgets what conjugate gradients have learned in the one before.
-        left = self._scene.iteration_limit() - self._iterations_here
-        self._update(max(1, left), time_limit_s)
+    def _follow_if_ready(self) -> None:
+        if self._follower.is_ready():
+            self._follower.follow(FOLLOW_TIME_LIMIT_S)
 
     def _settle(self) -> None:
-        self._follow_if_bound()
-        if not self.is_settled and self._scene.is_bound():
-            self._refine(KEEP_TIME_LIMIT_S)
-
-    def _update(self, iterations: int | None, time_limit_s: float) -> None:
-        self.readout = self._scene.update(iterations, time_limit_s)
-        self._iterations_here += self.readout.iterations
-        self.is_settled = (
-            self.readout.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit()
-        )
+        if self._follower.is_ready():
+            self._follower.follow(FOLLOW_TIME_LIMIT_S)
+            self._follower.refine(KEEP_TIME_LIMIT_S)
 
     def _finish(self, end: End) -> None:
         if self.end is not None:
             return
-        if self._bind is not None:
-            self._bind.drop()
+        self._follower.drop()
         self.end = end
 
 

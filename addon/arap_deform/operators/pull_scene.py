@@ -10,18 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import api, api_pull, live_key, mesh_io, sessions
+from ..follow_scene import BlenderFollowScene
 from ..grab_region import Grab
 from ..handle_map import Floats
-from ..session import Readout
-from .session_binding import SessionBinding
+from ..session_binding import SessionBinding
+from ..sessions import Hold
 
 
-class PullScene:
-    """The PoseScene of one drag; the object is looked up by name each time."""
+class PullScene(BlenderFollowScene):
+    """The PoseScene of one drag."""
+
+    initial_guess = "previous"
 
     def __init__(self, obj: bpy.types.Object, grabs: Sequence[Grab]) -> None:
         """Begins. Raises ValueError where the mesh cannot be pulled there; then nothing has changed."""
-        self.name = obj.name
+        super().__init__(obj)
         live_key.forget_removed(obj)
         self.state = api.capture_state(obj)
         self.motion: Floats = np.eye(4)
@@ -30,10 +33,6 @@ class PullScene:
         self._counts = len(obj.data.vertices), len(obj.data.polygons)
         self._start: NDArray[np.float32] | None = self.pull.shown  # whatever the value of the key
         self._binding: SessionBinding | None = None
-
-    @property
-    def obj(self) -> bpy.types.Object | None:
-        return bpy.data.objects.get(self.name)
 
     def grab(self, grabs: Sequence[Grab]) -> None:
         """Takes hold of another piece around the same place; what was begun goes on with it."""
@@ -61,26 +60,8 @@ class PullScene:
         self._binding = SessionBinding(self._obj(), self.pull.inputs, self._start)
         return self._binding
 
-    def go_on_from_shown(self) -> None:
-        api.sync_session(self._obj())
-
     def matrices(self) -> NDArray[np.float64]:
         return self.pull.matrices(self.motion, self._world)
 
-    def update(self, iterations: int | None, time_limit_s: float) -> Readout:
-        return api.update_pose(
-            self._obj(),
-            iterations=iterations,
-            time_limit_s=time_limit_s,
-            initial_guess="previous",
-            held=(self.pull.holds, self.matrices()),
-        )
-
-    def iteration_limit(self) -> int:
-        return int(self._obj().arap.max_iterations)
-
-    def _obj(self) -> bpy.types.Object:
-        obj = self.obj
-        if obj is None:
-            raise RuntimeError(f"'{self.name}' was deleted or renamed")
-        return obj
+    def _held(self) -> tuple[tuple[Hold, ...], NDArray[np.float64]]:
+        return self.pull.holds, self.matrices()

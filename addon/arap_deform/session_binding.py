@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-from .. import api, sessions
-from ..binding import Binding
-from ..session import Session
-from ..shape_key import Float32s
+from . import api, sessions
+from .binding import Binding
+from .session import Session
+from .shape_key import Float32s
 
 
 class SessionBinding(Binding[Session]):

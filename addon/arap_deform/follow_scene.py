@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The FollowScene of an object in Blender: names instead of references, for undo replaces all data."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from . import api
+from .session import Readout
+from .session_binding import SessionBinding
+from .sessions import Hold
+
+
+class BlenderFollowScene:
+    """Looks its object up by name each time."""
+
+    initial_guess: str | None = None  # of update(); None: the object's setting
+
+    def __init__(self, obj: bpy.types.Object) -> None:
+        self.name = obj.name
+        self.depsgraph: bpy.types.Depsgraph | None = None
+        self._has_written = False  # what is evaluated next is of our own making
+        self._is_suspect = True  # somebody else may have changed the mesh
+
+    @property
+    def obj(self) -> bpy.types.Object | None:
+        """The object, None where it is gone."""
+        return bpy.data.objects.get((self.name, None))
+
+    @contextmanager
+    def evaluated(self, depsgraph: bpy.types.Depsgraph, *, is_frame: bool) -> Iterator[None]:
+        """While a handler runs: what was evaluated, because of an update or for another frame.
+
+        What a handler writes is evaluated without another call of a handler, in both cases.
+        """
+        if not is_frame:
+            self._note_change(depsgraph)
+        before, self.depsgraph = self.depsgraph, depsgraph
+        try:
+            yield
+        finally:
+            self.depsgraph = before
+
+    def _note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Looks whether somebody else has changed the mesh; a modifier that moves updates the object alone."""
+        obj = self.obj
+        for update in depsgraph.updates:
+            if update.is_updated_geometry and obj is not None and update.id.original == obj.data:
+                self._is_suspect = self._is_suspect or not self._has_written
+                self._has_written = False
+
+    def is_bound(self) -> bool:
+        if api.check_live(self._obj(), is_thorough=self._is_suspect):
+            return False  # and suspect still, until it is bound again
+        self._is_suspect = False
+        return True
+
+    def begin_bind(self) -> SessionBinding:
+        inputs = self._read_inputs()
+        self._is_suspect = False  # all is read anew here
+        return SessionBinding(self._obj(), inputs)
+
+    def go_on_from_shown(self) -> None:
+        api.sync_session(self._obj())
+
+    def matrices(self) -> NDArray[np.float64]:
+        return api.handle_matrices(self._obj(), self._depsgraph())
+
+    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
+        self._has_written = self.depsgraph is None
+        return api.update_pose(
+            self._obj(),
+            self._depsgraph(),
+            iterations=iterations,
+            initial_guess=self.initial_guess,
+            time_limit_s=time_limit_s,
+            held=self._held(),
+        )
+
+    def update_from_rest(self, time_limit_s: float | None) -> Readout:
+        self._has_written = self.depsgraph is None
+        return api.update_pose(
+            self._obj(), self._depsgraph(), time_limit_s=time_limit_s, is_from_rest=True, held=self._held()
+        )
+
+    def iteration_limit(self) -> int:
+        return int(self._obj().arap.max_iterations)
+
+    def _held(self) -> tuple[tuple[Hold, ...], NDArray[np.float64]] | None:
+        """What is held in place of the object's pins and handles, and how it has moved: see api.update_pose()."""
+        return None
+
+    def _read_inputs(self) -> api.SessionInput:
+        return api.session_input(self._obj(), self._depsgraph())
+
+    def _obj(self) -> bpy.types.Object:
+        obj = self.obj
+        if obj is None:
+            raise RuntimeError(f"'{self.name}' was deleted or renamed")
+        return obj
+
+    def _depsgraph(self) -> bpy.types.Depsgraph:
+        return self.depsgraph or bpy.context.evaluated_depsgraph_get()
+
+
+def is_rendering() -> bool:
+    """Whether this is called for a render, whose data must not change under it: it may be in a thread of its own."""
+    return threading.current_thread() is not threading.main_thread() or bpy.app.is_job_running("RENDER")

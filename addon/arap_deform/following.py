@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a mesh is kept to its handles: bind, follow, refine until settled. No bpy: Blender comes through FollowScene.
+
+The posing act and Live share it; what begins and ends them is theirs.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .session import Readout
+
+# What a solve may take while a handle moves: with all else of a frame about sixty frames a second. It is looked at
+# after each iteration, so that a mesh too heavy for that still follows, with one.
+FOLLOW_TIME_LIMIT_S = 0.012
+# A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
+REFINE_TIME_LIMIT_S = 0.05
+
+
+class Bind(Protocol):
+    """A bind in a worker thread, from start() on."""
+
+    @property
+    def fraction(self) -> float: ...
+    @property
+    def is_done(self) -> bool: ...
+    def start(self) -> None:
+        """Does nothing where it has started."""
+
+    def drop(self) -> None: ...
+    def adopt(self) -> None:
+        """Makes the result the live session; raises what the bind raised. Only when done."""
+
+
+class FollowScene(Protocol):
+    """What following needs of Blender, for one object."""
+
+    def is_bound(self) -> bool:
+        """True while the live session fits the mesh, groups and settings."""
+
+    def begin_bind(self) -> Bind:
+        """Reads the scene for a bind in a worker thread. Raises ValueError where the scene cannot be posed."""
+
+    def go_on_from_shown(self) -> None:
+        """Starts the live session from the pose that the key shows now."""
+
+    def matrices(self) -> NDArray[np.float64]:
+        """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
+
+    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
+        """Solves for the handles where they are, and writes the key: at most so many iterations, None: the setting."""
+
+    def update_from_rest(self, time_limit_s: float | None) -> Readout:
+        """As update(), from the defined start and to convergence; None: however long that takes."""
+
+    def iteration_limit(self) -> int:
+        """Iterations at most for one place of the handles."""
+
+
+class Follower:
+    """Follows the handles of one object. Every method may raise what the scene raises."""
+
+    def __init__(self, scene: FollowScene) -> None:
+        self._scene = scene
+        self._bind: Bind | None = None
+        self._matrices: NDArray[np.float64] | None = None
+        self._iterations_here = 0
+        self.has_followed = False
+        self.readout: Readout | None = None
+        self.is_settled = False
+
+    @property
+    def is_binding(self) -> bool:
+        return self._bind is not None
+
+    @property
+    def bind_fraction(self) -> float:
+        return self._bind.fraction if self._bind is not None else 1.0
+
+    def begin(self) -> None:
+        """Binds where that is needed, else goes on from the pose shown."""
+        if self._scene.is_bound():
+            self._scene.go_on_from_shown()
+        else:
+            self._bind = self._scene.begin_bind()
+
+    def prepare(self) -> bool:
+        """A step of binding, for a timer; True where there is none to do."""
+        if self._bind is None and self._scene.is_bound():
+            return True
+        if self._bind is None:
+            self._bind = self._scene.begin_bind()
+        elif self._bind.is_done:
+            bind, self._bind = self._bind, None
+            bind.adopt()
+            self._matrices = None
+        else:
+            self._bind.start()
+        return False
+
+    def is_ready(self) -> bool:
+        """Whether it can follow now."""
+        return self._bind is None and self._scene.is_bound()
+
+    def follow(self, time_limit_s: float | None, *, is_from_rest: bool = False) -> bool:
+        """Follows the handles where they have moved; False where they have not, and nothing is done."""
+        matrices = self._scene.matrices()
+        self.has_followed = True
+        if self._matrices is not None and np.array_equal(matrices, self._matrices):
+            return False
+        self._matrices = matrices
+        self._iterations_here = 0
+        if is_from_rest:
+            self._take(self._scene.update_from_rest(time_limit_s))
+        else:
+            self._take(self._scene.update(None, time_limit_s))
+        return True
+
+    def refine(self, time_limit_s: float) -> None:
+        """Goes on at these handles, where that changes anything."""
+        if not self.is_settled:
+            # In one go: each solve forgets what conjugate gradients have learned in the one before.
+            left = self._scene.iteration_limit() - self._iterations_here
+            self._take(self._scene.update(max(1, left), time_limit_s))
+
+    def forget_place(self) -> None:
+        """The next step follows the handles anew, wherever they are."""
+        self._matrices = None
+
+    def go_on_from_shown(self) -> None:
+        """Takes the pose that the key shows now, and follows anew."""
+        self.forget_place()
+        if self._bind is None:
+            self._scene.go_on_from_shown()
+
+    def drop(self) -> None:
+        """Ends a bind that is under way."""
+        if self._bind is not None:
+            self._bind.drop()
+
+    def _take(self, readout: Readout) -> None:
+        self.readout = readout
+        self._iterations_here += readout.iterations
+        self.is_settled = readout.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit()

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sub-panel "Live": the toggle, and what Live is doing."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import live
+from .operators.common import posed_object, why_not_live
+from .panels import ArapSubPanel, draw_text
+
+
+class ARAP_PT_live(ArapSubPanel, bpy.types.Panel):
+    """The toggle in the header; its state below."""
+
+    bl_idname = "ARAP_PT_live"
+    bl_label = "Live"
+    bl_order = 0  # above the lists
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        obj = posed_object(context)
+        self.layout.enabled = obj.arap.is_live or not why_not_live(context)
+        self.layout.prop(obj.arap, "is_live", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        obj = posed_object(context)
+        settings = obj.arap
+        text, icon = (settings.live_problem, "ERROR") if settings.live_problem else _state(context, obj)
+        draw_text(context, self.layout, text, icon)
+        if settings.is_live and live.render_notice():
+            draw_text(context, self.layout, live.render_notice(), "ERROR")
+
+
+def _state(context: bpy.types.Context, obj: bpy.types.Object) -> tuple[str, str]:
+    if not obj.arap.is_live:
+        return why_not_live(context) or "The mesh follows its handles all the time, also in playback", "INFO"
+    run = live.run_of(obj)
+    if run is None:  # until the scene is evaluated again
+        return "Waiting", "SORTTIME"
+    if run.pause:
+        return run.pause, "PAUSE"
+    if run.is_binding:
+        return f"Preparing the mesh: {run.bind_fraction:.0%}", "SORTTIME"
+    return ("Settled" if run.is_settled else "Following the handles"), "REC"
+
+
+def register() -> None:
+    bpy.utils.register_class(ARAP_PT_live)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(ARAP_PT_live)

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The LiveScene of an object in Blender: when it cannot follow for now, and how Live is switched off."""
+
+from __future__ import annotations
+
+import traceback
+
+import bpy
+
+from . import api, mesh_io, sessions
+from .follow_scene import BlenderFollowScene
+from .session_binding import SessionBinding
+
+PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
+
+
+class BlenderLiveScene(BlenderFollowScene):
+    """Reads from what a handler was called for, or from the window that shows the object."""
+
+    def why_paused(self) -> str:
+        obj = self._obj()
+        act = sessions.claimed_by(self.name)
+        if act:
+            return f"Paused while {act}"
+        if obj.mode in PAUSING_MODES or obj.data.is_editmode:
+            return f"Paused in {PAUSING_MODES.get(obj.mode, 'Edit Mode')}"
+        if not mesh_io.is_evaluated(obj, self._depsgraph()):
+            return "Paused: this mesh is disabled, excluded or in another scene"
+        return ""
+
+    def look_again(self) -> None:
+        self._is_suspect = True
+
+    def begin_bind(self) -> SessionBinding:
+        binding = super().begin_bind()
+        if bpy.app.background:  # there are no timers: somebody waits for the mesh
+            binding.start()
+            binding.wait()
+        return binding
+
+    def switch_off(self, error: Exception) -> None:
+        if not isinstance(error, (ValueError, RuntimeError)):
+            traceback.print_exception(error)  # a fault of ours: the report on it needs more than a sentence
+        obj = self.obj
+        if obj is not None:
+            obj.arap.is_live = False
+            obj.arap.live_problem = f"{error}: Live is off"
+            if bpy.app.background:
+                print(f"ARAP: {obj.arap.live_problem}")
+
+    def _read_inputs(self) -> api.SessionInput:
+        # Within a handler nothing may be added to the scene.
+        use_nodes = False if self.depsgraph is not None else None
+        return api.session_input(self._obj(), self._depsgraph(), use_nodes=use_nodes)
+
+    def _depsgraph(self) -> bpy.types.Depsgraph:
+        if self.depsgraph is not None:
+            return self.depsgraph
+        for window in bpy.context.window_manager.windows:
+            if window.scene != bpy.context.scene and window.view_layer.objects.get(self.name) == self.obj:
+                window.view_layer.update()
+                return window.view_layer.depsgraph
+        return super()._depsgraph()

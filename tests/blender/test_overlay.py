@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the overlay shows, as arrays; drawn without a window where Blender can (4.5). Windows have their own tests."""
+
+import bpy
+import gpu
+import numpy as np
+from mathutils import Matrix
+from support import BOTTOM, SceneTest, bend, module, move, posable, rest_positions, shown_positions
+
+SIZE = 64
+
+
+class OverlayTest(SceneTest):
+    def setUp(self):
+        super().setUp()
+        self.data = module("overlay_data")
+
+    def surface(self, obj):
+        return self.data.Surface.read(obj, bpy.context.evaluated_depsgraph_get())
+
+    def test_pins_faces_and_rest_are_those_of_the_mesh(self):
+        obj = posable()
+        surface = self.surface(obj)
+        self.assertEqual(surface.pinned.tolist(), BOTTOM)
+        self.assert_close(surface.rest, rest_positions(obj))
+        n_triangles = sum(len(face.vertices) - 2 for face in obj.data.polygons)
+        self.assertEqual(surface.triangles.shape, (n_triangles, 3))
+        self.assertEqual(sorted(set(surface.triangles.ravel())), list(range(len(obj.data.vertices))))
+        obj.arap.pins[0].is_enabled = False
+        self.assertEqual(self.surface(obj).pinned.tolist(), [])
+
+    def test_strain_is_of_the_pose_alone(self):
+        obj = posable()
+        surface = self.surface(obj)
+        bend(obj)
+        self.api.solve(obj)
+        posed = self.data.strain_colors(obj, surface)
+        self.assertGreater(np.ptp(posed[:, 0]), 0.1)
+        swollen = obj.shape_key_add(name="Swollen")
+        swollen.data.foreach_set("co", (2.0 * rest_positions(obj)).ravel())
+        swollen.value = 1.0
+        self.assert_close(self.data.strain_colors(obj, surface), posed, 0.0)
+
+    def test_positions_are_as_seen_and_before_modifiers_that_make_other_vertices(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        surface = self.surface(obj)
+        obj.modifiers.new("Smooth", "SMOOTH").iterations = 5
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        self.assert_close(self.data.positions_now(obj, surface, depsgraph), shown_positions(obj), 1e-6)
+        obj.modifiers.clear()
+        posed = shown_positions(obj)
+        obj.modifiers.new("Subdivision", "SUBSURF")
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        self.assert_close(self.data.positions_now(obj, surface, depsgraph), posed, 1e-6)
+
+    def test_a_mesh_without_a_pose_has_no_strain(self):
+        obj = posable()
+        colors = self.data.strain_colors(obj, self.surface(obj))
+        self.assert_close(colors, np.broadcast_to(colors[0], colors.shape), 0.0)
+
+    def test_lines_go_from_rest_to_now_and_along_with_the_object(self):
+        obj = posable()
+        target = obj.arap.handles[0].target
+        shift = np.array((0.3, 0.0, -0.2))
+        before = np.array(target.matrix_world.translation)
+        move(target, shift)
+        lines = self.data.handle_lines(obj, bpy.context.evaluated_depsgraph_get())
+        self.assert_close(lines, [before, before + shift], 1e-5)
+        obj.matrix_world = Matrix.Translation((5.0, 0.0, 0.0))
+        lines = self.data.handle_lines(obj, bpy.context.evaluated_depsgraph_get())
+        self.assert_close(lines, np.array([before, before + shift]) + np.array((5.0, 0.0, 0.0)), 1e-5)
+        bpy.data.objects.remove(target)
+        lines = self.data.handle_lines(obj, bpy.context.evaluated_depsgraph_get())
+        self.assertEqual(lines.shape, (0, 3))
+
+    def test_shaders_and_batches_of_this_version_draw(self):
+        """Drawn, with its pixels looked at. Older versions draw only in windows, which have their own tests."""
+        if bpy.app.version < (4, 5, 0):
+            self.assertEqual(module("compat").POINT_SHADER, "UNIFORM_COLOR")
+            return
+        names = ("SMOOTH_COLOR", "POLYLINE_UNIFORM_COLOR", module("compat").POINT_SHADER)
+        self.begin_drawing()
+        for name in names:
+            self.assertIsNotNone(module("compat").gpu_shader(name))
+        batches = module("overlay_batches")
+        corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], dtype=np.float32)
+        red = np.tile(np.array([1, 0, 0, 1], dtype=np.float32), (4, 1))
+        square = batches.surface_batch(
+            corners, red, batches.index_buffer(np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32))
+        )
+        pixels = self.drawn(lambda: square.draw(module("compat").gpu_shader("SMOOTH_COLOR")))
+        self.assert_close(pixels[SIZE // 2, SIZE // 2], (1.0, 0.0, 0.0, 1.0), 1e-2)
+
+    def begin_drawing(self):
+        """Without a window the gpu module works once something was rendered; 5.x can be told."""
+        if hasattr(gpu, "init"):
+            gpu.init()
+            return
+        self.scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+        self.scene.collection.objects.link(self.scene.camera)
+        self.scene.render.engine = "BLENDER_WORKBENCH"
+        self.scene.render.resolution_x = self.scene.render.resolution_y = 16
+        bpy.ops.render.render()
+
+    def drawn(self, draw):
+        """(h, w, 4) of what is drawn in a view from -1 to 1."""
+        screen = gpu.types.GPUOffScreen(SIZE, SIZE)
+        with screen.bind():
+            framebuffer = gpu.state.active_framebuffer_get()
+            framebuffer.clear(color=(0.0, 0.0, 0.0, 0.0))
+            with gpu.matrix.push_pop():
+                gpu.matrix.load_matrix(Matrix.Identity(4))
+                gpu.matrix.load_projection_matrix(Matrix.Identity(4))
+                draw()
+            buffer = framebuffer.read_color(0, 0, SIZE, SIZE, 4, 0, "FLOAT")
+        buffer.dimensions = SIZE * SIZE * 4
+        screen.free()
+        return np.array(buffer.to_list()).reshape(SIZE, SIZE, 4)

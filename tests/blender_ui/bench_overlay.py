@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a redraw with the overlay costs at 100,000 vertices: all of it on, with and without a change of the pose.
+
+tests/blender_ui/run.py --blender BLENDER --zip ZIP --screenshots DIR --files "bench_*.py"
+"""
+
+import time
+from collections.abc import Callable
+from unittest.mock import patch
+
+import bpy
+import numpy as np
+import scenes
+from harness import Steps, Ui
+from test_overlay import drawn, module, redraw, show_all
+
+SIDE = 317
+TIMES = 30
+
+
+def median_ms(call: Callable[[], object]) -> float:
+    spent = []
+    for _ in range(TIMES):
+        start = time.perf_counter()
+        call()
+        spent.append(1e3 * (time.perf_counter() - start))
+    return float(np.median(spent))
+
+
+def test_overlay_cost(ui: Ui) -> Steps:
+    grid = scenes.add_grid(SIDE)
+    n = SIDE * SIDE
+    ui.api.add_pin(grid, range(SIDE), name="Edge")
+    ui.api.add_handle(grid, range(n - SIDE, n), name="Top")
+    bpy.data.objects["Top"].location.z = 0.5
+    bpy.context.view_layer.update()
+    ui.api.solve(grid)
+    ui.select(grid)
+    show_all(grid)
+    yield from redraw(ui)
+    overlay = module("overlay")
+    print(f"MEASURED {n} vertices, Blender {bpy.app.version_string}")
+    for what, call in measured(overlay, grid, drawn()["Grid"]).items():
+        with bpy.context.temp_override(window=ui.window, area=ui.view, region=ui.region()):
+            print(f"MEASURED {what}: {median_ms(call):.3f} ms")
+    spent: list[float] = []
+
+    def draw_again() -> None:
+        start = time.perf_counter()
+        overlay._draw_in_space()
+        spent.append(1e3 * (time.perf_counter() - start))
+
+    handler = bpy.types.SpaceView3D.draw_handler_add(draw_again, (), "WINDOW", "POST_VIEW")
+    for _ in range(TIMES):
+        yield from redraw(ui)
+    bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")
+    print(f"MEASURED a redraw without a change, software GL: {np.median(spent):.3f} ms")
+
+
+def measured(overlay, grid: bpy.types.Object, found) -> dict[str, Callable[[], object]]:
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+
+    def after_a_pose() -> None:
+        overlay._changes += 1
+        found.update(grid, depsgraph)
+
+    def after_an_edit() -> None:
+        overlay.overlay_data.Surface.read(grid, depsgraph)
+
+    def all_but_drawing() -> None:
+        # No mocks: they keep the batches until Blender has quit, and batches freed as late as that crash it.
+        with patch.multiple(overlay.Drawn, draw=lambda *_: None):
+            overlay._draw_in_space()
+
+    return {
+        "a redraw without a change, but for drawing": all_but_drawing,
+        "strain and colours alone": lambda: overlay.overlay_data.strain_colors(grid, found.surface),
+        "looking for changes": lambda: found.update(grid, depsgraph),
+        "batches after a pose": after_a_pose,
+        "faces and edges after an edit": after_an_edit,
+    }

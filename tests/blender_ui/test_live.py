@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live in a window: no act is begun, and the mesh follows whatever moves its handles."""
+
+import tempfile
+from pathlib import Path
+
+import bpy
+import numpy as np
+import scenes
+from harness import Steps, Ui
+from mathutils import Vector
+
+NEAR = 1e-5
+SAME = 5e-3  # of a bar 4 long: what two ways to one pose may differ by, at the tolerance set here
+
+
+def bar(name: str = "Bar") -> bpy.types.Object:
+    return bpy.data.objects[name]
+
+
+def is_settled(ui: Ui, name: str = "Bar") -> bool:
+    run = ui.live.run_of(bar(name))
+    return run is not None and run.is_settled and not run.pause
+
+
+def settle(ui: Ui, *names: str) -> Steps:
+    yield
+    for name in names or ("Bar",):
+        yield from ui.until(lambda name=name: is_settled(ui, name), f"{name} settles")
+    yield
+
+
+def begin(ui: Ui) -> Steps:
+    """The bar, its top on a handle, live."""
+    scenes.add_bar_with_handle(ui.api)
+    bar().arap.tolerance = 1e-6
+    bar().arap.max_iterations = 2000
+    bar().arap.is_live = True
+    ui.select(bpy.data.objects["Top"])
+    yield from settle(ui)
+    bpy.ops.ed.undo_push(message="live")
+    yield from ui.move_mouse_to_view()
+
+
+def add_second_bar(ui: Ui) -> None:
+    """A copy beside it, with a mesh and a handle of its own."""
+    first = bar()
+    second = bpy.data.objects.new("Second", first.data.copy())
+    bpy.context.scene.collection.objects.link(second)
+    if second.data.shape_keys is not None:
+        second.shape_key_clear()
+    second.location.x = 3.0
+    bpy.context.view_layer.update()
+    ui.api.add_pin(second, scenes.bottom(), name="Bottom")
+    ui.api.add_handle(second, scenes.top(), name="Other")
+    second.arap.tolerance, second.arap.max_iterations = 1e-6, 2000
+    second.arap.is_live = True
+
+
+def animate(target: bpy.types.Object, *, reach: float) -> None:
+    home = target.location.copy()
+    for frame, shift, turn in ((1, 0.0, 0.0), (15, reach, 1.2), (30, 0.3 * reach, 0.2)):
+        target.location = home + Vector((shift, 0.0, 0.0))
+        target.rotation_euler.y = turn
+        target.keyframe_insert("location", frame=frame)
+        target.keyframe_insert("rotation_euler", frame=frame)
+
+
+def assert_followed(ui: Ui, name: str = "Bar") -> None:
+    """Top and bottom are where handle and pin want them."""
+    obj = bar(name)
+    shown = scenes.shown_positions(obj)
+    rest = scenes.key_positions(obj, "Basis")
+    motion = ui.api.handle_matrices(obj)[1]
+    assert np.isfinite(shown).all()
+    assert obj.arap.is_live, obj.arap.live_problem
+    top = rest[scenes.top()] @ motion[:3, :3].T + motion[:3, 3]
+    np.testing.assert_allclose(shown[scenes.top()], top, atol=NEAR)
+    np.testing.assert_allclose(shown[scenes.bottom()], rest[scenes.bottom()], atol=NEAR)
+
+
+def drag(ui: Ui, amount: str = "1") -> Steps:
+    """G along x, confirmed."""
+    yield from ui.key("G")
+    yield from ui.key("X")
+    yield from ui.text(amount)
+    yield from ui.key("RET")
+
+
+def test_live_follows_a_drag_and_undo_and_redo(ui: Ui) -> Steps:
+    """G moves the mesh before it is confirmed; undo and redo are Blender's own and the mesh goes along."""
+    yield from begin(ui)
+    rest = scenes.key_positions(bar(), "Basis")
+    yield from ui.open_tab()
+    yield from ui.key("G")
+    yield from ui.key("X")
+    yield from ui.text("1")
+    shown = scenes.shown_positions(bar())
+    np.testing.assert_allclose(shown[scenes.top()], rest[scenes.top()] + [1.0, 0.0, 0.0], atol=NEAR)
+    yield from ui.key("RET")
+    yield from settle(ui)
+    yield from ui.screenshot("followed")
+    assert_followed(ui)
+    posed = scenes.shown_positions(bar())
+    yield from drag(ui)
+    yield from settle(ui)
+    for _ in range(3):  # two drags, and back and forth
+        yield from ui.key("Z", ctrl=True)
+        yield from settle(ui)
+        assert_followed(ui)
+        np.testing.assert_allclose(scenes.shown_positions(bar()), posed, atol=SAME)
+        yield from ui.key("Z", ctrl=True, shift=True)
+        yield from settle(ui)
+        assert_followed(ui)
+        assert abs(bpy.data.objects["Top"].location.x - 2.0) < NEAR
+    for _ in range(2):
+        yield from ui.key("Z", ctrl=True)
+        yield from settle(ui)
+    assert_followed(ui)
+    np.testing.assert_allclose(scenes.shown_positions(bar()), rest, atol=SAME)
+
+
+def test_live_escaped_drag_goes_back(ui: Ui) -> Steps:
+    """Esc in G is G's own: the handle goes back, and the mesh with it."""
+    yield from begin(ui)
+    rest = scenes.key_positions(bar(), "Basis")
+    yield from ui.key("G")
+    yield from ui.key("X")
+    yield from ui.text("2")
+    yield from ui.key("ESC")
+    yield from settle(ui)
+    np.testing.assert_allclose(scenes.shown_positions(bar()), rest, atol=SAME)
+    assert bar().arap.is_live
+
+
+def test_live_playback_of_two(ui: Ui) -> Steps:
+    """Both follow in each frame that is played; where it stops the pose is the one that scrubbing gives."""
+    yield from begin(ui)
+    add_second_bar(ui)
+    animate(bpy.data.objects["Top"], reach=1.5)
+    animate(bpy.data.objects["Other"], reach=-1.0)
+    bpy.context.scene.frame_end = 30
+    bpy.context.scene.frame_set(1)
+    yield from settle(ui, "Bar", "Second")
+    played: list[int] = []
+
+    def check(scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None:
+        played.append(scene.frame_current)
+
+    bpy.app.handlers.frame_change_post.append(check)
+    ui.call(bpy.ops.screen.animation_play, "EXEC_DEFAULT", True)
+    for frame in (8, 20):
+        yield from ui.until(lambda frame=frame: bpy.context.scene.frame_current >= frame, f"frame {frame} is played")
+        for name in ("Bar", "Second"):
+            assert_followed(ui, name)
+        assert ui.window.screen.is_animation_playing
+    yield from ui.screenshot("playing")
+    ui.call(bpy.ops.screen.animation_play, "EXEC_DEFAULT", True)
+    yield from settle(ui, "Bar", "Second")
+    bpy.app.handlers.frame_change_post.remove(check)
+    assert len(set(played)) > 5, played
+    frame = bpy.context.scene.frame_current
+    stopped = {name: scenes.shown_positions(bar(name)) for name in ("Bar", "Second")}
+    for other in (1, 30, frame):
+        bpy.context.scene.frame_set(other)
+        yield from settle(ui, "Bar", "Second")
+        for name in ("Bar", "Second"):
+            assert_followed(ui, name)
+    for name, shown in stopped.items():
+        np.testing.assert_allclose(scenes.shown_positions(bar(name)), shown, atol=SAME)
+
+
+def test_live_and_a_posing_act(ui: Ui) -> Steps:
+    """Live waits while the mesh is posed; once the act has ended it follows again."""
+    yield from begin(ui)
+    yield from drag(ui)
+    yield from settle(ui)
+    assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
+    yield from ui.until(lambda: ui.live.run_of(bar()).pause == "Paused while it is posed", "Live waits")
+    yield from drag(ui)
+    yield from ui.until(lambda: ui.running["Bar"].is_settled, "the act settles")
+    yield from ui.key("ESC")
+    yield from settle(ui)
+    assert_followed(ui)
+    assert abs(bpy.data.objects["Top"].location.x - 1.0) < NEAR
+    yield from drag(ui)
+    yield from settle(ui)
+    assert_followed(ui)
+
+
+def test_live_edit_mode_and_weights(ui: Ui) -> Steps:
+    """Edit Mode pauses; a mesh with more faces is taken up when it is left."""
+    yield from begin(ui)
+    yield from drag(ui)
+    yield from settle(ui)
+    ui.select(bar())
+    yield from ui.key("TAB")
+    yield from ui.until(lambda: ui.live.run_of(bar()).pause == "Paused in Edit Mode", "Live pauses")
+    ui.call(bpy.ops.mesh.select_all, "EXEC_DEFAULT", True, action="SELECT")
+    ui.call(bpy.ops.mesh.subdivide, "EXEC_DEFAULT", True)
+    yield from ui.key("TAB")
+    yield from settle(ui)
+    assert bar().arap.is_live, bar().arap.live_problem
+    shown, rest = scenes.shown_positions(bar()), scenes.key_positions(bar(), "Basis")
+    assert len(shown) == len(bar().data.vertices) > 4 * scenes.N_RINGS
+    np.testing.assert_allclose(shown[scenes.top()], rest[scenes.top()] + [1.0, 0.0, 0.0], atol=NEAR)
+
+
+def test_live_deleted_handle_says_why(ui: Ui) -> Steps:
+    """X on the empty: Live is off and the panel says why; undo brings both back."""
+    yield from begin(ui)
+    yield from drag(ui)
+    yield from settle(ui)
+    posed = scenes.key_positions(bar())
+    bpy.ops.ed.undo_push(message="before")
+    ui.call(bpy.ops.object.delete, "EXEC_DEFAULT", True, use_global=False)
+    yield from ui.until(lambda: not bar().arap.is_live, "Live is off")
+    ui.select(bar())
+    yield from ui.open_tab()
+    yield from ui.screenshot("problem")
+    assert bar().arap.live_problem == (
+        "Handle 'Top' of 'Bar': 'Top' is not in the scene any more; choose another object or remove the handle: "
+        "Live is off"
+    )
+    np.testing.assert_allclose(scenes.key_positions(bar()), posed, atol=NEAR)
+    yield from ui.key("Z", ctrl=True)
+    yield from settle(ui)
+    assert_followed(ui)
+
+
+def test_live_file_load_and_duplicate(ui: Ui) -> Steps:
+    """Saved, loaded again, at work; Shift-D makes one that follows the same handle; the deleted one is forgotten."""
+    yield from begin(ui)
+    yield from drag(ui)
+    yield from settle(ui)
+    shown = scenes.shown_positions(bar())
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "live.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.read_homefile(use_factory_startup=True)
+        yield
+        bpy.ops.wm.open_mainfile(filepath=path)
+    yield from settle(ui)
+    assert_followed(ui)
+    np.testing.assert_allclose(scenes.shown_positions(bar()), shown, atol=SAME)
+    yield from ui.move_mouse_to_view()
+    ui.select(bar())
+    ui.call(bpy.ops.object.duplicate, "EXEC_DEFAULT", True)
+    yield from settle(ui, "Bar", "Bar.001")
+    ui.select(bpy.data.objects["Top"])
+    yield from drag(ui)
+    yield from settle(ui, "Bar", "Bar.001")
+    for name in ("Bar", "Bar.001"):
+        assert_followed(ui, name)
+    ui.select(bar())
+    ui.call(bpy.ops.object.delete, "EXEC_DEFAULT", True, use_global=False)
+    yield from settle(ui, "Bar.001")
+    bar("Bar.001").name = "Only"
+    yield from settle(ui, "Only")
+    ui.select(bpy.data.objects["Top"])
+    yield from drag(ui, "-1")
+    yield from settle(ui, "Only")
+    assert_followed(ui, "Only")
