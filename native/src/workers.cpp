@@ -3,9 +3,9 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <system_error>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #if defined(__unix__) || defined(__APPLE__)
@@ -56,16 +56,16 @@ class Workers::Pool {
   Pool& operator=(const Pool&) = delete;
 
   ~Pool() {
-    if (!threads_.empty() && process_id() != owner_) {
+    if (is_started_ && process_id() != owner_) {
       // The child of a fork has the objects of threads but not the threads: there is nothing to join, and an object
       // that was neither joined nor detached must not be destroyed.
-      static_cast<void>(new std::vector<std::thread>(std::move(threads_)));
+      static_cast<void>(threads_.release());
       return;
     }
     is_ending_.store(true, std::memory_order_relaxed);
     phase_.fetch_add(2);
     phase_.notify_all();
-    for (std::thread& thread : threads_) thread.join();
+    for (std::thread& thread : *threads_) thread.join();
   }
 
   void run(int n_pieces, const Task& task) {
@@ -112,7 +112,7 @@ class Workers::Pool {
     is_started_ = true;
     owner_ = process_id();
     try {
-      for (size_t rank = 1; rank < shares_.size(); ++rank) threads_.emplace_back([this, rank] { serve(rank); });
+      for (size_t rank = 1; rank < shares_.size(); ++rank) threads_->emplace_back([this, rank] { serve(rank); });
     } catch (const std::system_error&) {
       // With fewer, then: the pieces are claimed by those that there are.
     }
@@ -150,7 +150,7 @@ class Workers::Pool {
   bool is_started_ = false;
   Task task_{};
   std::vector<Share> shares_;
-  std::vector<std::thread> threads_;
+  std::unique_ptr<std::vector<std::thread>> threads_ = std::make_unique<std::vector<std::thread>>();
   ProcessId owner_ = 0;  ///< that has the threads
 };
 
