@@ -251,7 +251,7 @@ TEST(Bridges, WallsOfAThinPlateShareNodes) {
       double shared = 0;
       for (int k = nodes.offsets[a]; k < nodes.offsets[a + 1]; ++k)
         shared += seen_by(nodes, b).contains(nodes.nodes[k]) ? nodes.weights[k] : 0;
-      EXPECT_GT(shared, .85) << "vertex " << a << " of " << mesh.n_vertices();
+      EXPECT_GT(shared, .7) << "vertex " << a << " of " << mesh.n_vertices();
     }
   }
 }
