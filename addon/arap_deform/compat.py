@@ -266,11 +266,3 @@ def length_text(scene: bpy.types.Scene, length: float) -> str:
     """A length in scene units as Blender's own fields show it."""
     units = scene.unit_settings
     return str(bpy.utils.units.to_string(units.system, "LENGTH", length * units.scale_length, precision=3))
-
-
-def uniform_color_shader() -> Any:
-    """The shader of one colour for points in three dimensions; 4.0 has taken the dimension out of its name."""
-    import gpu
-
-    name = "3D_UNIFORM_COLOR" if bpy.app.version < (4, 0, 0) else "UNIFORM_COLOR"
-    return gpu.shader.from_builtin(name)

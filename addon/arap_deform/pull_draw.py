@@ -152,7 +152,7 @@ def _draw(kind: str, pixels: NDArray[np.float64], color: Sequence[float]) -> Non
     pixels = pixels[np.isfinite(pixels).all(axis=1)] if kind == "LINE_STRIP" else pixels
     if not len(pixels) or not np.isfinite(pixels).all():
         return
-    shader = compat.uniform_color_shader()
+    shader = compat.gpu_shader("UNIFORM_COLOR")
     points = np.zeros((len(pixels), 3), dtype=np.float32)
     points[:, :2] = pixels
     batch = batch_for_shader(shader, kind, {"pos": points})  # type: ignore[dict-item]  # the stubs know no arrays

@@ -136,13 +136,11 @@ def _add(run: Run) -> None:
             getattr(bpy.app.handlers, event).append(handler)
     _runs[run.scene.name] = run
     running[run.scene.name] = run.act
-    sessions.claim(run.scene.name, "it is posed")
 
 
 def _remove(run: Run) -> None:
     _runs.pop(run.scene.name, None)
     running.pop(run.scene.name, None)
-    sessions.release(run.scene.name)
     if not _runs:
         for event, handler in _HANDLERS:
             handlers = getattr(bpy.app.handlers, event)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import bpy
 import numpy as np
 
-from .. import api, mesh_io, pull_pins, seen_mesh, sessions
+from .. import api, mesh_io, pull_pins, seen_mesh
 from ..grab_region import Grab, connected_within, symmetric_grabs
 from ..view_math import Drag, Pixels, View
 from .common import StatusBar, tag_panels
@@ -91,7 +91,6 @@ class PullRun:
         self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
         self.act.begin()
         running[obj.name] = self.act
-        sessions.claim(obj.name, "it is pulled")
         self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
         self._status = StatusBar()
 
@@ -133,7 +132,6 @@ class PullRun:
         assert end is not None
         bpy.context.window_manager.event_timer_remove(self._timer)
         running.pop(self.scene.name, None)
-        sessions.release(self.scene.name)
         obj = self.scene.obj
         if obj is None:
             api.end_session(self.scene.name)
