@@ -22,20 +22,21 @@ void pause() {
 #endif
 }
 
-/// Waits until is_over(value) of an atomic that changes by notify_all.
+/// Waits until is_over(value) of an atomic that changes by notify_all. What it reads is in the one order of all that is
+/// read and written so, see serve().
 template <class Value, class IsOver>
 Value wait_for(const std::atomic<Value>& changing, const IsOver& is_over) {
   constexpr int kSpins = 4000;  // the gaps between the passes of an iteration
   constexpr int kYields = 100;
   for (int turn = 0;; ++turn) {
-    const Value value = changing.load(std::memory_order_acquire);
+    const Value value = changing.load();
     if (is_over(value)) return value;
     if (turn < kSpins)
       pause();
     else if (turn < kSpins + kYields)
       std::this_thread::yield();
     else
-      changing.wait(value, std::memory_order_acquire);
+      changing.wait(value);
   }
 }
 
