@@ -65,9 +65,10 @@ bool ModelSpace::write_to_input(const Positions& of_model, const Workers& worker
   return parallel_all<kRows>(workers, n_input_vertices(), [&](int begin, int end) {
     double zero = 0;  // not a number as soon as one of the numbers is not finite
     for (int v = begin; v < end; ++v) {
-      const Eigen::RowVector3d x = of_model.row(model_vertex_[v]);
-      Eigen::RowVector3f::Map(of_input.data() + 3L * v) = (x * size_ + center_).cast<float>();
-      zero += 0 * (x[0] + x[1] + x[2]);
+      const Eigen::RowVector3f x = (of_model.row(model_vertex_[v]) * size_ + center_).cast<float>();
+      Eigen::RowVector3f::Map(of_input.data() + 3L * v) = x;
+      // Not in single precision, whose range the sum of three finite numbers may leave.
+      zero += 0 * x.cast<double>().sum();
     }
     return zero == 0;
   });

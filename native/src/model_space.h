@@ -36,7 +36,7 @@ class ModelSpace {
 
   [[nodiscard]] Positions to_model(const Positions& of_input, const Workers& workers) const;
   [[nodiscard]] Positions to_input(const Positions& of_model, const Workers& workers) const;
-  /// The same in single precision, row by row; false where a number is not finite.
+  /// The same in single precision, row by row; false where a number is not finite, or too large for it.
   [[nodiscard]] bool write_to_input(const Positions& of_model, const Workers& workers, std::span<float> of_input) const;
   /// Vectors as they are: neither moved nor scaled.
   [[nodiscard]] Positions vectors_to_input(const Positions& of_model) const;

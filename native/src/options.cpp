@@ -20,8 +20,10 @@ void require_not_negative(const char* field, double value) {
 }  // namespace
 
 void Options::validate() const {
-  if (!(rigidity_radius > 0 && rigidity_radius <= 1))
-    throw InvalidInput(text("rigidity_radius = ", rigidity_radius, ", must be > 0 and <= 1"));
+  // Below this no two vertices of a mesh in single precision share a node.
+  constexpr double kSmallestRadius = 1e-6;
+  if (!(rigidity_radius >= kSmallestRadius && rigidity_radius <= 1))
+    throw InvalidInput(text("rigidity_radius = ", rigidity_radius, ", must be >= 1e-6 and <= 1"));
   constexpr int kMostThreads = 1024;
   if (threads < 0 || threads > kMostThreads)
     throw InvalidInput(text("threads = ", threads, ", must be 0 (as many as pay) to ", kMostThreads));

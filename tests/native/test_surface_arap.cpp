@@ -346,6 +346,20 @@ TEST(Refusals, NonFiniteTargetKeepsTheLastGoodPose) {
   }
 }
 
+TEST(Refusals, PositionsBeyondTheRangeOfTheFloatsTheyAreWrittenTo) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  SurfaceArap solver(mesh.mesh());
+  solver.set_constraints(task.constraints);
+  const Positions good = solver.solve(task.targets, iterations(5)).positions;
+  std::vector<float> out(3 * static_cast<size_t>(mesh.n_vertices()));
+  expect_error<arap::SolverError>([&] { solver.solve(1e39 * task.targets, iterations(1), {}, {}, out); },
+                                  {"no longer finite", "last good pose is kept"});
+  EXPECT_EQ(solver.positions(), good);
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    for (int d = 0; d < 3; ++d) EXPECT_EQ(out[3 * v + d], static_cast<float>(good(v, d)));
+}
+
 TEST(Refusals, PositionsThatDoNotFit) {
   const MeshData mesh = cube();
   SurfaceArap solver(mesh.mesh());

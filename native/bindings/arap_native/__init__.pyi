@@ -32,8 +32,8 @@ class Options:
     """What one rotation stands for: "rotation_nodes", a round piece of the surface, looks the same at every density of
     the mesh; "spokes_and_rims" and the classic "spokes", a vertex and its edges, get softer the finer the mesh."""
     rigidity_radius: float
-    """For "rotation_nodes": the distance between them, as a fraction of the bounding-box diagonal, in (0, 1]. Larger is
-    stiffer."""
+    """For "rotation_nodes": the distance between them, as a fraction of the bounding-box diagonal, in [1e-6, 1]. Larger
+    is stiffer."""
     weights: Literal["cotangent", "uniform"]
     """Edge weights: "cotangent" for surfaces; "uniform" where triangles are so bad that their shape means nothing."""
     linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"]

@@ -50,7 +50,7 @@ struct Options {
   Energy energy = Energy::kRotationNodes;
 
   /// For rotation nodes: the distance between them, as a fraction of the bounding-box diagonal (loose vertices aside).
-  /// Larger is stiffer: folds get wider. In (0, 1].
+  /// Larger is stiffer: folds get wider. In [1e-6, 1].
   double rigidity_radius = 0.02;
 
   /// Cotangent for surfaces; uniform for meshes whose triangles are so bad that cotangents mean nothing.
