@@ -155,6 +155,10 @@ class ArapPullPin(bpy.types.PropertyGroup):
         options={"HIDDEN"}, description="How far the mesh was free around it when it was pulled; 0: set by a click"
     )
 
+    n_vertices: IntProperty(
+        options={"HIDDEN"}, description="Vertices that the mesh had: with another number its own are others"
+    )
+
     @property
     def vertices(self) -> NDArray[np.int32]:
         """(k,) ascending."""

@@ -51,7 +51,7 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
         draw_lines(corner + place[1] + radius * CIRCLE, color)
         return
     if obj is not None and obj.mode == "OBJECT" and obj.name not in {r.scene.name for r in current}:
-        view = View(np.array(region_data.perspective_matrix, dtype=np.float64), (region.width, region.height))
+        view = seen_mesh.view_of(region, region_data)
         pick = hover(context, obj, view, (float(mouse[0]), float(mouse[1])), radius)
         if pick is not None:
             _draw_patch(context, obj, view, pick, corner, color)
@@ -111,12 +111,10 @@ def draw_pins() -> None:
         seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
     except ValueError:
         return
-    pins = [(pin.vertices, pin.reach) for pin in obj.arap.pull_pins]
-    pins = [(vertices, reach) for vertices, reach in pins if vertices[-1] < len(seen.positions)]
+    pins = [(pin.vertices, pin.reach) for pin in obj.arap.pull_pins if pin.n_vertices == len(seen.positions)]
     if not pins:
         return
-    region = context.region
-    view = View(np.array(context.region_data.perspective_matrix, dtype=np.float64), (region.width, region.height))
+    view = seen_mesh.view_of(context.region, context.region_data)
     centres = np.array([seen.positions[vertices].mean(axis=0) for vertices, _ in pins])
     is_set = np.array([reach == 0.0 for _, reach in pins])
     pixels = view.pixels(centres)

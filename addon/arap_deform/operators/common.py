@@ -74,7 +74,10 @@ def why_not_idle(context: bpy.types.Context) -> str:
         return reason
     if obj.mode != "OBJECT":
         return "Go to Object Mode first (Tab)"
-    if obj.name in pose_act.running:
+    act = pose_act.running.get(obj.name)
+    if act is not None and act.is_drag:
+        return "The mesh is being pulled: wait until it has settled, or press Esc"
+    if act is not None:
         return "End the pose first: Enter keeps it, Esc cancels it"
     return ""
 
@@ -189,18 +192,18 @@ def object_mode(obj: bpy.types.Object) -> Iterator[None]:
 
 def tag_panels(context: bpy.types.Context) -> None:
     """Redraws the sidebars of all 3D views."""
-    _tag_regions(context, "UI")
+    for area in _views(context):
+        for region in area.regions:
+            if region.type == "UI":
+                region.tag_redraw()
 
 
 def tag_views(context: bpy.types.Context) -> None:
-    """Redraws all 3D views."""
-    _tag_regions(context, "WINDOW")
+    """Redraws all 3D views with their headers and sidebars."""
+    for area in _views(context):
+        area.tag_redraw()
 
 
-def _tag_regions(context: bpy.types.Context, kind: str) -> None:
+def _views(context: bpy.types.Context) -> Iterator[bpy.types.Area]:
     for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if region.type == kind:
-                        region.tag_redraw()
+        yield from (area for area in window.screen.areas if area.type == "VIEW_3D")
