@@ -318,7 +318,7 @@ class ArapPullTool(bpy.types.PropertyGroup):
 
     radius: IntProperty(
         name="Radius",
-        description="Radius of the piece that is pulled (F, [ and ]; the wheel during a drag)",
+        description="Radius of the piece that is pulled, in pixels of the view (F, [ and ]; the wheel during a drag)",
         default=40,
         min=1,
         max=10000,

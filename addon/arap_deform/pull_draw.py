@@ -23,7 +23,7 @@ PIN_PX = 5.0  # radius of a pin's dot, in pixels of a display of usual density
 PATCH_ALPHA = 0.35
 
 Color = tuple[float, float, float, float]
-Hover = tuple[object, "seen_mesh.Pick | None", str]
+Hover = tuple[object, "seen_mesh.Pick | None"]
 
 _hover: Hover | None = None
 """What was under the mouse the last time, and where that was looked for."""
@@ -67,7 +67,7 @@ def hover(
         seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
         now = (obj.name, seen, mouse, radius, view.perspective.tobytes(), view.size)
         if _hover is None or not _is_same(_hover[0], now):
-            _hover = (now, seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius), "")
+            _hover = (now, seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius))
         return _hover[1]
     except (ValueError, RuntimeError):  # a press says why; a picture of the mouse only shows nothing
         return None
@@ -100,7 +100,7 @@ def _draw_patch(
 
 
 def draw_pins() -> None:
-    """A dot for each temporary pin of the mesh; filled where it was set by a click."""
+    """A dot for each temporary pin of the mesh; white where it was pulled, else in the colour of the theme."""
     from .operators.common import find_posed_object
 
     context = bpy.context

@@ -364,6 +364,21 @@ class PinsTest(PullTest):
             "Live would take the mesh back to its handles: switch Live off first, or move the handles",
         )
 
+    def test_a_mesh_that_is_baked_or_pulled_is_left_alone(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        common, pose_act = module("operators.common"), module("operators.pose_act")
+        job = self.api.begin_bake(obj, 1, 2)
+        self.assertEqual(common.why_not_pullable(bpy.context), "Wait for the mesh: it is baked")
+        job.cancel()
+        self.assertEqual(common.why_not_pullable(bpy.context), "")
+        pose_act.running[obj.name] = pose_act.PoseAct(None, is_drag=True)
+        self.assertEqual(
+            common.why_not_pullable(bpy.context), "The mesh is being pulled: wait until it has settled, or press Esc"
+        )
+        del pose_act.running[obj.name]
+        self.assertEqual(common.why_not_pullable(bpy.context), "")
+
     def test_a_window_is_needed_to_pull(self):
         mesh_object()
         self.assertFalse(bpy.ops.arap.pull.poll())

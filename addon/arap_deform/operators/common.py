@@ -12,7 +12,7 @@ from typing import Any
 
 import bpy
 
-from .. import api, live_key
+from .. import api, live_key, sessions
 from . import pose_act
 
 STATUS_AGAIN_S = 0.5  # a transform clears the status bar when it ends, so it is set again this often
@@ -67,7 +67,7 @@ def why_no_mesh(context: bpy.types.Context) -> str:
 
 
 def why_not_idle(context: bpy.types.Context) -> str:
-    """As why_no_mesh(), and the mesh must be in Object Mode (an armature may be in Pose Mode) and not being posed."""
+    """As why_no_mesh(), and the mesh must be in Object Mode (an armature may be in Pose Mode) and no act have it."""
     reason = why_no_mesh(context)
     obj = find_posed_object(context)
     if reason or obj is None:
@@ -79,7 +79,8 @@ def why_not_idle(context: bpy.types.Context) -> str:
         return "The mesh is being pulled: wait until it has settled, or press Esc"
     if act is not None:
         return "End the pose first: Enter keeps it, Esc cancels it"
-    return ""
+    claim = sessions.claimed_by(obj.name)  # in another window, or by a script
+    return f"Wait for the mesh: {claim}" if claim else ""
 
 
 def why_no_pose(context: bpy.types.Context) -> str:
