@@ -128,7 +128,10 @@ def _refresh(obj: bpy.types.Object, live: Live, inputs: SessionInput) -> None:
 
 
 def _has_same_specs(old: SessionInput, new: SessionInput) -> bool:
-    return len(old.specs) == len(new.specs) and all(a.is_same_as(b) for a, b in zip(old.specs, new.specs, strict=True))
+    """Whether both hold the same and from the same places: a pull may hold what handles hold, but not from rest."""
+    return len(old.specs) == len(new.specs) and all(
+        a.is_same_as(b) and a.base is b.base for a, b in zip(old.specs, new.specs, strict=True)
+    )
 
 
 def check_live(obj: bpy.types.Object, is_thorough: bool = False, holds: tuple[Hold, ...] | None = None) -> str:

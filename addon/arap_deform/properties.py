@@ -155,6 +155,10 @@ class ArapPullPin(bpy.types.PropertyGroup):
         options={"HIDDEN"}, description="How far the mesh was free around it when it was pulled; 0: set by a click"
     )
 
+    n_vertices: IntProperty(
+        options={"HIDDEN"}, description="Vertices that the mesh had: with another number its own are others"
+    )
+
     @property
     def vertices(self) -> NDArray[np.int32]:
         """(k,) ascending."""
@@ -314,7 +318,7 @@ class ArapPullTool(bpy.types.PropertyGroup):
 
     radius: IntProperty(
         name="Radius",
-        description="Radius of the piece that is pulled (F, [ and ]; the wheel during a drag)",
+        description="Radius of the piece that is pulled, in pixels of the view (F, [ and ]; the wheel during a drag)",
         default=40,
         min=1,
         max=10000,

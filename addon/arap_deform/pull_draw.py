@@ -23,7 +23,7 @@ PIN_PX = 5.0  # radius of a pin's dot, in pixels of a display of usual density
 PATCH_ALPHA = 0.35
 
 Color = tuple[float, float, float, float]
-Hover = tuple[object, "seen_mesh.Pick | None", str]
+Hover = tuple[object, "seen_mesh.Pick | None"]
 
 _hover: Hover | None = None
 """What was under the mouse the last time, and where that was looked for."""
@@ -51,7 +51,7 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
         draw_lines(corner + place[1] + radius * CIRCLE, color)
         return
     if obj is not None and obj.mode == "OBJECT" and obj.name not in {r.scene.name for r in current}:
-        view = View(np.array(region_data.perspective_matrix, dtype=np.float64), (region.width, region.height))
+        view = seen_mesh.view_of(region, region_data)
         pick = hover(context, obj, view, (float(mouse[0]), float(mouse[1])), radius)
         if pick is not None:
             _draw_patch(context, obj, view, pick, corner, color)
@@ -67,7 +67,7 @@ def hover(
         seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
         now = (obj.name, seen, mouse, radius, view.perspective.tobytes(), view.size)
         if _hover is None or not _is_same(_hover[0], now):
-            _hover = (now, seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius), "")
+            _hover = (now, seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius))
         return _hover[1]
     except (ValueError, RuntimeError):  # a press says why; a picture of the mouse only shows nothing
         return None
@@ -100,7 +100,7 @@ def _draw_patch(
 
 
 def draw_pins() -> None:
-    """A dot for each temporary pin of the mesh; filled where it was set by a click."""
+    """A dot for each temporary pin of the mesh; white where it was pulled, else in the colour of the theme."""
     from .operators.common import find_posed_object
 
     context = bpy.context
@@ -111,12 +111,10 @@ def draw_pins() -> None:
         seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
     except ValueError:
         return
-    pins = [(pin.vertices, pin.reach) for pin in obj.arap.pull_pins]
-    pins = [(vertices, reach) for vertices, reach in pins if vertices[-1] < len(seen.positions)]
+    pins = [(pin.vertices, pin.reach) for pin in obj.arap.pull_pins if pin.n_vertices == len(seen.positions)]
     if not pins:
         return
-    region = context.region
-    view = View(np.array(context.region_data.perspective_matrix, dtype=np.float64), (region.width, region.height))
+    view = seen_mesh.view_of(context.region, context.region_data)
     centres = np.array([seen.positions[vertices].mean(axis=0) for vertices, _ in pins])
     is_set = np.array([reach == 0.0 for _, reach in pins])
     pixels = view.pixels(centres)

@@ -49,6 +49,7 @@ def add(obj: bpy.types.Object, grabs: Sequence[Grab]) -> None:
         pin: ArapPullPin = obj.arap.pull_pins.add()
         pin.vertices = grab.vertices
         pin.reach = grab.reach
+        pin.n_vertices = len(obj.data.vertices)
 
 
 def remove_vertices(obj: bpy.types.Object, vertices: Ints) -> None:
@@ -66,6 +67,12 @@ def remove(obj: bpy.types.Object, indices: Sequence[int]) -> None:
     """Lets go."""
     for i in sorted(indices, reverse=True):
         obj.arap.pull_pins.remove(i)
+
+
+def forget_stale(obj: bpy.types.Object) -> None:
+    """Lets go of those whose mesh has got another number of vertices: theirs are gone, or others by now."""
+    pins = obj.arap.pull_pins
+    remove(obj, [i for i, pin in enumerate(pins) if pin.n_vertices != len(obj.data.vertices)])
 
 
 def objects_with_pins() -> list[bpy.types.Object]:
@@ -86,6 +93,7 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
         ValueError: there are no temporary pins, or as add_pin() and add_handle().
     """
     mesh_io.check_mesh(obj)
+    forget_stale(obj)
     grabs = grabs_of(obj)
     if not grabs:
         raise ValueError(f"Nothing of '{obj.name}' has been pulled or pinned with the tool")

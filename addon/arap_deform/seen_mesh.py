@@ -76,6 +76,11 @@ _seen: dict[str, SeenMesh] = {}
 _topologies: dict[str, Topology] = {}
 
 
+def view_of(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> View:
+    """The projection of a 3D view."""
+    return View(np.array(region_data.perspective_matrix, dtype=np.float64), (region.width, region.height))
+
+
 def pick(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, view: View, pixel: tuple[float, float], radius_px: float
 ) -> Pick | None:

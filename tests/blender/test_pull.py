@@ -321,6 +321,64 @@ class PinsTest(PullTest):
             bpy.context.evaluated_depsgraph_get(),
         )
 
+    def test_a_session_of_a_pull_is_not_taken_for_one_of_the_handles_made_of_it(self):
+        """Both hold the same vertices as strongly, but from where they were shown and from rest."""
+        for is_live in (False, True):
+            with self.subTest(is_live=is_live):
+                obj = mesh_object()
+                self.api.add_pin(obj, BOTTOM, name="Feet")
+                obj.arap.tolerance = 1e-7
+                obj.arap.max_iterations = 5000
+                self.pull(obj, self.grab(TOP), (0.3, 0.0, 0.0))
+                self.pull(obj, self.grab(TOP), (0.3, 0.0, 0.0))
+                self.assertEqual(self.pull_pins.make_real(obj, bpy.context.evaluated_depsgraph_get()), (1, 0))
+                bpy.context.view_layer.update()
+                posed = shown_positions(obj)
+                if is_live:
+                    obj.arap.is_live = True
+                    bpy.context.view_layer.update()
+                    self.assertEqual(obj.arap.live_problem, "")
+                else:
+                    self.api.run_bake(self.api.begin_bake(obj, 1, 1))
+                    bpy.context.view_layer.update()
+                self.assert_close(shown_positions(obj)[TOP], posed[TOP], 1e-3)
+                bpy.data.objects.remove(obj)
+
+    def test_pins_of_a_mesh_that_has_other_vertices_by_now_go(self):
+        obj = mesh_object()
+        self.pull_pins.add(obj, [self.grab(TOP, 0.0)])
+        obj.data.clear_geometry()
+        obj.data.from_pydata([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], [], [(0, 1, 2)])
+        self.pull_pins.add(obj, [self.grab([0], 0.0)])
+        self.assertEqual(len(obj.arap.pull_pins), 2)
+        self.assertEqual(self.pull_pins.make_real(obj, bpy.context.evaluated_depsgraph_get()), (0, 1))
+
+    def test_live_and_pulling_exclude_each_other(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        common = module("operators.common")
+        self.assertEqual(common.why_not_pullable(bpy.context), "")
+        obj.arap.is_live = True
+        self.assertEqual(
+            common.why_not_pullable(bpy.context),
+            "Live would take the mesh back to its handles: switch Live off first, or move the handles",
+        )
+
+    def test_a_mesh_that_is_baked_or_pulled_is_left_alone(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        common, pose_act = module("operators.common"), module("operators.pose_act")
+        job = self.api.begin_bake(obj, 1, 2)
+        self.assertEqual(common.why_not_pullable(bpy.context), "Wait for the mesh: it is baked")
+        job.cancel()
+        self.assertEqual(common.why_not_pullable(bpy.context), "")
+        pose_act.running[obj.name] = pose_act.PoseAct(None, is_drag=True)
+        self.assertEqual(
+            common.why_not_pullable(bpy.context), "The mesh is being pulled: wait until it has settled, or press Esc"
+        )
+        del pose_act.running[obj.name]
+        self.assertEqual(common.why_not_pullable(bpy.context), "")
+
     def test_a_window_is_needed_to_pull(self):
         mesh_object()
         self.assertFalse(bpy.ops.arap.pull.poll())

@@ -332,6 +332,90 @@ def test_pull_interrupted_settling(ui: Ui) -> Steps:
             np.testing.assert_allclose(scenes.shown_positions(sheet()), rest, atol=NEAR)
 
 
+def test_pull_undone_while_it_binds(ui: Ui) -> Steps:
+    """Let go of while the mesh is still being prepared, a drag is what undo takes back; a redo ends it too."""
+    yield from begin(ui, 300)
+    for number in (1, 2):
+        bpy.context.scene["step"] = number
+        bpy.ops.ed.undo_push(message="step")
+    rest = scenes.key_positions(sheet())
+
+    def pull_and_press_z(**modifiers: bool) -> Steps:
+        yield from press(ui, (0.3, 0.0, 0.0))
+        yield from drag_to(ui, (0.3, 0.2, 0.0), 2)
+        act = ui.running["Grid"]
+        ui.event("LEFTMOUSE", "RELEASE")
+        yield
+        yield from ui.key("Z", ctrl=True, **modifiers)
+        assert act.readout is None, "the bind was over before the key: the mesh is too small for this test"
+        yield from ui.until(lambda: not ui.running, "the pull has ended", 2.0)
+        yield
+        np.testing.assert_array_equal(scenes.shown_positions(sheet()), rest)
+        assert sheet().data.shape_keys is None
+        assert not sheet().arap.pull_pins
+
+    yield from pull_and_press_z()
+    assert bpy.context.scene["step"] == 2
+    yield from ui.key("Z", ctrl=True)
+    yield
+    assert bpy.context.scene["step"] == 1
+    yield from pull_and_press_z(shift=True)
+    assert bpy.context.scene["step"] == 2
+
+
+def test_pull_and_live(ui: Ui) -> Steps:
+    """A live mesh is not pulled; another one that is live goes on while this one is."""
+    yield from begin(ui)
+    obj = sheet()
+    rest = scenes.key_positions(obj)
+    ui.api.add_pin(obj, list(range(N)), name="Edge")
+    ui.api.add_handle(obj, list(range(N * N - N, N * N)), name="Other Edge")
+    obj.arap.is_live = True
+    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "Live has settled")
+    said = ""
+    yield from point_at(ui, (0.3, 0.0, 0.0))
+    try:
+        ui.call(bpy.ops.arap.pull)
+    except RuntimeError as error:
+        said = str(error)
+    assert "Live would take the mesh back to its handles: switch Live off first, or move the handles" in said, said
+    yield from pull(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
+    np.testing.assert_allclose(scenes.shown_positions(obj), rest, atol=NEAR)
+    assert not obj.arap.pull_pins
+
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=20, y_subdivisions=20)
+    pulled = bpy.context.object
+    pulled.name = "Pulled"
+    pulled.location.z = 1.0
+    yield from point_at(ui, (1.3, -1.3, 0.0))  # away from the menu that has shown the error
+    yield
+    flat = scenes.key_positions(pulled)
+    yield
+    yield from press(ui, (0.0, 0.0, 1.0))
+    yield from drag_to(ui, (0.2, 0.0, 1.0))
+    assert "Pulled" in ui.running
+    sheet().arap.handles[0].target.location.y += 0.5
+    yield from ui.until(lambda: np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.4, "Live follows")
+    yield from release(ui)
+    assert np.abs(scenes.shown_positions(bpy.data.objects["Pulled"]) - flat).max() > 0.15
+    assert sheet().arap.live_problem == ""
+
+    # Switched on within a pull, Live takes the mesh over once that is over.
+    pulled = bpy.data.objects["Pulled"]
+    ui.api.add_pin(pulled, [0], name="Corner")
+    ui.api.add_handle(pulled, [399], name="Far")
+    yield from press(ui, (0.0, 0.5, 1.0))
+    yield from drag_to(ui, (0.2, 0.5, 1.0))
+    assert "Pulled" in ui.running
+    bpy.data.objects["Pulled"].arap.is_live = True
+    yield
+    assert ui.live.run_of(bpy.data.objects["Pulled"]).pause == "Paused while it is posed"
+    yield from release(ui)
+    assert len(bpy.data.objects["Pulled"].arap.pull_pins) == 2
+    yield from ui.until(lambda: not ui.live.run_of(bpy.data.objects["Pulled"]).pause, "Live goes on")
+    assert bpy.data.objects["Pulled"].arap.live_problem == ""
+
+
 def test_pull_file_load_within(ui: Ui) -> Steps:
     """Loading a file ends the drag, quietly; temporary pins that were saved go where the tool is not on."""
     yield from begin(ui)

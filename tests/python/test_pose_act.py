@@ -11,9 +11,11 @@ from arap_deform.binding import Binding, is_any_running
 from arap_deform.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
 from arap_deform.operators.pose_act import (
     KEEP_TIME_LIMIT_S,
+    End,
     Ending,
     Phase,
     PoseAct,
+    restored,
     status_text,
 )
 from arap_deform.session import Readout
@@ -363,3 +365,16 @@ def test_unsettled_until_a_step_has_looked() -> None:
     act.tick()
     assert scene.calls == ["refine"]
     assert act.is_settled
+
+
+def test_what_cannot_be_restored_is_said() -> None:
+    def refuse() -> None:
+        raise ValueError("the shape key stays")
+
+    end = End(Ending.RESTORE, "Gone")
+    assert restored(end, lambda: None) is end
+    told = restored(end, refuse)
+    assert told.message == "Gone the shape key stays"
+    assert isinstance(told.error, ValueError)
+    former = RuntimeError("first")
+    assert restored(End(Ending.RESTORE, "", former), refuse).error is former

@@ -12,7 +12,7 @@ from typing import Any
 
 import bpy
 
-from .. import api, live_key
+from .. import api, live_key, sessions
 from . import pose_act
 
 STATUS_AGAIN_S = 0.5  # a transform clears the status bar when it ends, so it is set again this often
@@ -67,16 +67,20 @@ def why_no_mesh(context: bpy.types.Context) -> str:
 
 
 def why_not_idle(context: bpy.types.Context) -> str:
-    """As why_no_mesh(), and the mesh must be in Object Mode (an armature may be in Pose Mode) and not being posed."""
+    """As why_no_mesh(), and the mesh must be in Object Mode (an armature may be in Pose Mode) and no act have it."""
     reason = why_no_mesh(context)
     obj = find_posed_object(context)
     if reason or obj is None:
         return reason
     if obj.mode != "OBJECT":
         return "Go to Object Mode first (Tab)"
-    if obj.name in pose_act.running:
+    act = pose_act.running.get(obj.name)
+    if act is not None and act.is_drag:
+        return "The mesh is being pulled: wait until it has settled, or press Esc"
+    if act is not None:
         return "End the pose first: Enter keeps it, Esc cancels it"
-    return ""
+    claim = sessions.claimed_by(obj.name)  # in another window, or by a script
+    return f"Wait for the mesh: {claim}" if claim else ""
 
 
 def why_no_pose(context: bpy.types.Context) -> str:
@@ -189,18 +193,18 @@ def object_mode(obj: bpy.types.Object) -> Iterator[None]:
 
 def tag_panels(context: bpy.types.Context) -> None:
     """Redraws the sidebars of all 3D views."""
-    _tag_regions(context, "UI")
+    for area in _views(context):
+        for region in area.regions:
+            if region.type == "UI":
+                region.tag_redraw()
 
 
 def tag_views(context: bpy.types.Context) -> None:
-    """Redraws all 3D views."""
-    _tag_regions(context, "WINDOW")
+    """Redraws all 3D views with their headers and sidebars."""
+    for area in _views(context):
+        area.tag_redraw()
 
 
-def _tag_regions(context: bpy.types.Context, kind: str) -> None:
+def _views(context: bpy.types.Context) -> Iterator[bpy.types.Area]:
     for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if region.type == kind:
-                        region.tag_redraw()
+        yield from (area for area in window.screen.areas if area.type == "VIEW_3D")

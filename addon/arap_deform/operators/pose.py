@@ -6,8 +6,6 @@ The act itself is in pose_act. Here is what it needs of Blender: names instead o
 handlers that say when the scene was evaluated, a timer for refining, and one exit.
 """
 
-from dataclasses import replace
-
 import bpy
 from bpy.props import BoolProperty
 
@@ -16,7 +14,7 @@ from ..follow_scene import BlenderFollowScene, is_rendering
 from ..session import Readout
 from . import pose_undo
 from .common import StatusBar, allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_solvable
-from .pose_act import End, Ending, Phase, PoseAct, print_fault, running, status_text
+from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, running, status_text
 
 TIMER_S = 0.02
 EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
@@ -112,18 +110,11 @@ class Run:
         if obj is None:
             api.end_session(self.scene.name)
         elif end.how is Ending.RESTORE:
-            end = self._restore(obj, end)
+            end = restored(end, lambda: self.scene.restore(obj))
         pose_undo.finish(self.scene.name, self.scene.number, as_one_step=end.how is not Ending.LEAVE)
         self._status.clear()
         print_fault(end)
         tag_panels(bpy.context)
-        return end
-
-    def _restore(self, obj: bpy.types.Object, end: End) -> End:
-        try:
-            self.scene.restore(obj)
-        except (ValueError, RuntimeError) as error:
-            return replace(end, message=f"{end.message} {error}".strip(), error=end.error or error)
         return end
 
 

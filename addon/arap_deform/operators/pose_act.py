@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import Protocol
 
@@ -166,6 +166,15 @@ class PoseAct:
             return
         self._follower.drop()
         self.end = end
+
+
+def restored(end: End, restore: Callable[[], object]) -> End:
+    """Calls ``restore``; the end, which says too why that could not be done where it could not."""
+    try:
+        restore()
+    except (ValueError, RuntimeError) as error:
+        return replace(end, message=f"{end.message} {error}".strip(), error=end.error or error)
+    return end
 
 
 def print_fault(end: End) -> None:

@@ -3,12 +3,13 @@
 """ARAP Pull: drag the surface itself. A click pins, Ctrl and a click lets go."""
 
 import bpy
+from bpy.app.handlers import persistent
 
 from .. import pull_pins, shape_key
 from ..grab_region import Grab
 from ..view_math import Mode
 from . import pull_tool
-from .common import allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_idle, why_not_pullable
+from .common import allow, find_posed_object, posed_object, reports_errors, tag_views, why_not_idle, why_not_pullable
 from .pose_act import End, Ending, Phase
 from .pull_run import Grip, PullRun, find_grip, mirrored, remove_pins_at
 
@@ -52,6 +53,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         if reason:  # not in poll(): a key whose operator cannot run says nothing and does something else
             raise ValueError(reason)
         shape_key.check_writable(obj)
+        pull_pins.forget_stale(obj)
         grip = find_grip(context, obj, context.region, context.region_data, self._mouse)
         if grip is None:
             if not self._is_held:
@@ -67,8 +69,8 @@ class ARAP_OT_pull(bpy.types.Operator):
             return self._before_drag(context, event, mouse)
         run = self._run
         answer = self._settling(event) if run.is_released else self._dragging(context, event, mouse)
-        if event.type == "TIMER" and not bpy.app.is_job_running("RENDER"):
-            run.act.tick()
+        if event.type == "TIMER":
+            run.tick()
         run.show_status(context)
         if run.is_over:
             return self._end(context) | (answer & {"PASS_THROUGH"})
@@ -117,7 +119,7 @@ class ARAP_OT_pull(bpy.types.Operator):
             vertices = obj.arap.pull_pins[there[0]].vertices if there else pick.vertices
             pull_pins.add(obj, mirrored(obj, Grab(vertices)))
             pull_tool.watch()
-        _redraw(context)
+        tag_views(context)
         return {"FINISHED"}
 
     def _dragging(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
@@ -149,7 +151,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         if event.value == "PRESS" and event.type not in MOVES and not event.type.startswith("TIMER"):
             if run.act.phase is not Phase.BINDING:
                 run.act.keep(is_settling=False)
-            elif event.type == "ESC":
+            elif event.type == "ESC" or _is_undo(event):  # there is nothing of this drag yet that undo could take back
                 run.act.cancel()
                 return {"RUNNING_MODAL"}
         return {"PASS_THROUGH"}
@@ -158,10 +160,11 @@ class ARAP_OT_pull(bpy.types.Operator):
         assert self._run is not None
         end = self._finish(self._run)
         pull_tool.watch()
-        _redraw(context)
+        tag_views(context)
         if end.message:
             self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
-        return {"CANCELLED"} if end.how is Ending.RESTORE else {"FINISHED"}
+        # A step of undo after an undo would take redo away.
+        return {"CANCELLED"} if end.how is Ending.RESTORE or self._run.is_undone else {"FINISHED"}
 
     @staticmethod
     def _finish(run: PullRun) -> End:
@@ -175,11 +178,8 @@ def _mode_of(event: bpy.types.Event) -> Mode:
     return Mode.NORMAL if event.ctrl else Mode.MOVE
 
 
-def _redraw(context: bpy.types.Context) -> None:
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+def _is_undo(event: bpy.types.Event) -> bool:
+    return event.type == "Z" and (event.ctrl or event.oskey) and not event.shift
 
 
 class ARAP_OT_pull_make_real(bpy.types.Operator):
@@ -196,8 +196,7 @@ class ARAP_OT_pull_make_real(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         n_handles, n_pins = pull_pins.make_real(posed_object(context), context.evaluated_depsgraph_get())
         self.report({"INFO"}, f"Made {n_handles} handles and {n_pins} pins")
-        tag_panels(context)
-        _redraw(context)
+        tag_views(context)
         return {"FINISHED"}
 
 
@@ -213,7 +212,7 @@ class ARAP_OT_pull_release(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         posed_object(context).arap.pull_pins.clear()
-        _redraw(context)
+        tag_views(context)
         return {"FINISHED"}
 
 
@@ -240,15 +239,26 @@ class ARAP_OT_pull_tool(bpy.types.Operator):
         return {"FINISHED"}
 
 
+@persistent
+def _on_undo(*_: object) -> None:
+    for run in current:
+        run.undone()
+
+
+_EVENTS = ("undo_post", "redo_post")
 CLASSES = (ARAP_OT_pull, ARAP_OT_pull_make_real, ARAP_OT_pull_release, ARAP_OT_pull_tool)
 
 
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    for event in _EVENTS:
+        getattr(bpy.app.handlers, event).append(_on_undo)
 
 
 def unregister() -> None:
+    for event in _EVENTS:
+        getattr(bpy.app.handlers, event).remove(_on_undo)
     for run in list(current):  # Blender drops running operators without a word when their class goes
         run.act.cancel("The add-on was disabled")
         current.remove(run)

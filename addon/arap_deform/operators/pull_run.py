@@ -4,24 +4,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
 
 from .. import api, mesh_io, pull_pins, seen_mesh
+from ..follow_scene import is_rendering
 from ..grab_region import Grab, connected_within, symmetric_grabs
 from ..view_math import Drag, Pixels, View
 from .common import StatusBar, tag_panels
-from .pose_act import End, Ending, Phase, PoseAct, print_fault, running
+from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, running
 from .pull_scene import PullScene
 
 TIMER_S = 0.01
-
-
-def view_of(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> View:
-    """The projection of a 3D view."""
-    return View(np.array(region_data.perspective_matrix, dtype=np.float64), (region.width, region.height))
 
 
 @dataclass(frozen=True)
@@ -47,7 +43,7 @@ def find_grip(
     mouse: Pixels,
 ) -> Grip | None:
     """What of the mesh is under the mouse; None where it is not. Raises ValueError as seen_mesh.pick()."""
-    view = view_of(region, region_data)
+    view = seen_mesh.view_of(region, region_data)
     radius = context.window_manager.arap_pull.radius
     pick = seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, (mouse[0], mouse[1]), radius)
     return None if pick is None else Grip(obj.name, view, mouse, pick)
@@ -86,6 +82,7 @@ class PullRun:
         self.grip = grip
         self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal)
         self.is_released = False
+        self.is_undone = False
         self.scene = PullScene(obj, grabs_at(obj, grip.pick, context.window_manager.arap_pull.falloff))
         self.act = PoseAct(self.scene, is_drag=True)
         self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
@@ -98,7 +95,18 @@ class PullRun:
         self.drag.to(mouse)
         self.scene.motion = self.drag.motion
         self.act.unsettle()
-        self.act.scene_changed()
+        if not is_rendering():
+            self.act.scene_changed()
+
+    def tick(self) -> None:
+        """To be called by a timer."""
+        if not is_rendering():
+            self.act.tick()
+
+    def undone(self) -> None:
+        """Undo or redo has brought another state of the scene: what this drag began with has gone."""
+        self.is_undone = True
+        self.act.leave("Undo has ended the pull")
 
     def resize(self, context: bpy.types.Context) -> None:
         """Takes hold anew with the present radius. A ValueError of that ends the drag as any other."""
@@ -136,19 +144,12 @@ class PullRun:
         if obj is None:
             api.end_session(self.scene.name)
         elif end.how is Ending.RESTORE:
-            end = self._restore(obj, end)
+            end = restored(end, lambda: api.restore_state(obj, self.scene.state))
         elif end.how is Ending.KEEP:
             pull_pins.add(obj, self.scene.pull.grabs)
         self._status.clear()
         print_fault(end)
         tag_panels(bpy.context)
-        return end
-
-    def _restore(self, obj: bpy.types.Object, end: End) -> End:
-        try:
-            api.restore_state(obj, self.scene.state)
-        except (ValueError, RuntimeError) as error:
-            return replace(end, message=f"{end.message} {error}".strip(), error=end.error or error)
         return end
 
 

@@ -90,6 +90,8 @@ def _look() -> float | None:
     for obj in objects:
         if not has_tool or obj.mode != "OBJECT":
             obj.arap.pull_pins.clear()
+        else:
+            pull_pins.forget_stale(obj)
     return LOOK_S if has_tool and objects else None
 
 
