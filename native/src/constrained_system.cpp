@@ -35,9 +35,9 @@ Eigen::RowVector3d Average::of(const Positions& x) const {
 ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K,
                                      const std::vector<int>& components, std::vector<char> is_fixed,
                                      const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
-                                     const Progress& progress, const Workers& workers)
+                                     const Progress& progress, Workers workers)
     : matrix_(with_diagonal(K, soft_diagonal)),
-      workers_(workers),
+      workers_(std::move(workers)),
       is_fixed_(std::move(is_fixed)),
       averages_(std::move(averages)) {
   report(progress, 0.1);

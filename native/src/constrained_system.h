@@ -35,7 +35,7 @@ class ConstrainedSystem {
   /// Throws SolverError, or Cancelled.
   ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K, const std::vector<int>& components,
                     std::vector<char> is_fixed, const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
-                    const Progress& progress, const Workers& workers = Workers(1));
+                    const Progress& progress, Workers workers = Workers(1));
 
   /// A, without erasing and grounding.
   [[nodiscard]] const SparseMatrix& matrix() const { return matrix_; }

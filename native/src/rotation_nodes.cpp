@@ -105,7 +105,7 @@ std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const
 #pragma omp for schedule(dynamic, 8)
     for (size_t c = 0; c < nodes.size(); ++c)
       sweep.run(std::span(&nodes[c], 1), static_cast<float>(support), [&](int vertex, float distance) {
-        const double d = static_cast<double>(distance);
+        const auto d = static_cast<double>(distance);
         const double weight = 1 - d * d / own_support(support, spreads[vertex]);
         if (weight > 0) supports[c].push_back({vertex, static_cast<float>(weight)});
       });

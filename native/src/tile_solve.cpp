@@ -59,9 +59,13 @@ TileFactorization::Workspace::Workspace(const TilePlan& plan)
   packed = AlignedBuffer<float>(size_t{kTile} * kPanelColumns * panels);
 }
 
-TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, const Workers& workers,
-                                     const TileKernels& kernels, AlignedBuffer<std::byte> tiles, const Scaling& scaling)
-    : plan_(std::move(plan)), workers_(workers), kernels_(kernels), tiles_(std::move(tiles)), scale_(scaling.of_all) {
+TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, Workers workers, const TileKernels& kernels,
+                                     AlignedBuffer<std::byte> tiles, const Scaling& scaling)
+    : plan_(std::move(plan)),
+      workers_(std::move(workers)),
+      kernels_(kernels),
+      tiles_(std::move(tiles)),
+      scale_(scaling.of_all) {
   const auto& supernodes = plan_->structure.supernodes;
   supernodes_.reserve(supernodes.size());
   for (size_t s = 0; s < supernodes.size(); ++s) {
@@ -139,8 +143,8 @@ void TileFactorization::solve_top(Workspace& work) const {
     else
       kernels_.forward(&node, &node + 1, x);
   }
-  for (auto s = top.rbegin(); s != top.rend(); ++s) {
-    const TileSupernode& node = supernodes_[*s];
+  for (size_t k = top.size(); k-- > 0;) {
+    const TileSupernode& node = supernodes_[top[k]];
     if (is_shared(node) && workers_.threads() > 1)
       backward_shared(node, work);
     else

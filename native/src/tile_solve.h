@@ -20,7 +20,7 @@ namespace arap {
 class TileFactorization final : public Factorization {
  public:
   /// @param scaling  of the matrix that the tiles are of
-  TileFactorization(std::shared_ptr<const TilePlan> plan, const Workers& workers, const TileKernels& kernels,
+  TileFactorization(std::shared_ptr<const TilePlan> plan, Workers workers, const TileKernels& kernels,
                     AlignedBuffer<std::byte> tiles, const Scaling& scaling);
 
   using Factorization::solve;
