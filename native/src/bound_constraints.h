@@ -18,7 +18,6 @@ struct BoundModel {
   Positions rest;                   ///< (n, 3), centred, diagonal 1
   std::vector<int> part_of_vertex;  ///< (n,) -1 = loose
   int n_parts = 0;
-  int threads = 1;  ///< of the loops of a bind
   Workers workers;  ///< of the passes of an iteration, as many
   LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
   bool fits_single = false;              ///< whether single precision serves this energy

@@ -86,7 +86,7 @@ double store_positions(const double* positions, int n, double range, Coordinate<
   }
   double result = zero[0] + zero[1] + zero[2] + zero[3];
   for (int i = 0; i < 4; ++i) result = largest[i] > result ? largest[i] : result;
-  return zero[0] + zero[1] + zero[2] + zero[3] + result;
+  return result;
 }
 
 /// R - I.

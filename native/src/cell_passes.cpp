@@ -176,15 +176,15 @@ std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Pos
 
 namespace {
 
-struct Tie {
+struct VertexHold {
   double stiffness;
   double longest_edge;
 };
 
-/// How stiffly a vertex is tied to its neighbours: the forces at it for a strain of 1, by the length of its longest
+/// How stiffly its neighbours hold a vertex: the forces at it for a strain of 1, by the length of its longest
 /// edge. Slivers have large weights on short edges and so change it little. 0 for loose vertices, NaN where weights are
 /// not finite.
-Tie tie(const CellEnergy& energy, const Positions& rest, int v) {
+VertexHold vertex_hold(const CellEnergy& energy, const Positions& rest, int v) {
   double force = 0;
   double longest = 0;
   for (SparseMatrix::InnerIterator entry(energy.K, v); entry; ++entry) {
@@ -203,22 +203,22 @@ bool fits_single_precision(const CellEnergy& energy, const Positions& rest) {
   constexpr double kSmallest = 1e-12;
   constexpr double kMostContrast = 100;
   constexpr double kShortest = 2e-5;  // of edges, which fixed point knows to a part in 20,000 then
-  std::vector<double> ties;
+  std::vector<double> stiffnesses;
   std::vector<double> edges;
   for (int v = 0; v < energy.n_vertices(); ++v) {
-    const Tie of_vertex = tie(energy, rest, v);
-    if (of_vertex.stiffness == 0) continue;
-    if (!(of_vertex.stiffness > kSmallest && of_vertex.stiffness < kLargest)) return false;
-    ties.push_back(of_vertex.stiffness);
-    edges.push_back(of_vertex.longest_edge);
+    const VertexHold hold = vertex_hold(energy, rest, v);
+    if (hold.stiffness == 0) continue;
+    if (!(hold.stiffness > kSmallest && hold.stiffness < kLargest)) return false;
+    stiffnesses.push_back(hold.stiffness);
+    edges.push_back(hold.longest_edge);
   }
-  if (ties.empty()) return true;
+  if (stiffnesses.empty()) return true;
   // The softest one in a hundred stands for what has to bear the rounded forces in the stiffest part.
-  const auto in_a_hundred = static_cast<std::ptrdiff_t>(ties.size() / 100);
-  std::nth_element(ties.begin(), ties.begin() + in_a_hundred, ties.end());
+  const auto in_a_hundred = static_cast<std::ptrdiff_t>(stiffnesses.size() / 100);
+  std::nth_element(stiffnesses.begin(), stiffnesses.begin() + in_a_hundred, stiffnesses.end());
   std::nth_element(edges.begin(), edges.begin() + in_a_hundred, edges.end());
   return edges[in_a_hundred] >= kShortest &&
-         *std::max_element(ties.begin(), ties.end()) <= kMostContrast * ties[in_a_hundred];
+         *std::max_element(stiffnesses.begin(), stiffnesses.end()) <= kMostContrast * stiffnesses[in_a_hundred];
 }
 
 }  // namespace arap

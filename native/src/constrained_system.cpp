@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "arap/error.h"
-#include "refined_solve.h"
 
 namespace arap {
 
@@ -30,6 +29,11 @@ Eigen::RowVector3d Average::of(const Positions& x) const {
   Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
   for (size_t k = 0; k < indices.size(); ++k) sum += weights[k] * x.row(indices[k]);
   return sum;
+}
+
+Positions gaps_to(Positions targets, const std::vector<Average>& averages, const Positions& x) {
+  for (Eigen::Index k = 0; k < targets.rows(); ++k) targets.row(k) -= averages[k].of(x);
+  return targets;
 }
 
 ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K,
@@ -160,11 +164,6 @@ void ConstrainedSystem::correct(const Positions& residual, const Positions& gaps
       correction.row(columns_[c].indices[k]) -= columns_[c].weights[k] * multipliers.row(c);
   factor_->solve(correction);
   multipliers += meet_averages(correction, gaps);
-}
-
-void ConstrainedSystem::correct_exactly(Positions& residual, const Positions& gaps) const {
-  constexpr double kDouble = 1e-15;
-  correct_to(kDouble, residual, gaps);
 }
 
 void ConstrainedSystem::correct_to(double accuracy, Positions& residual, const Positions& gaps) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "linear_solver.h"
+#include "refined_solve.h"
 #include "sparse.h"
 
 namespace arap {
@@ -17,6 +18,9 @@ struct Average {
 
   [[nodiscard]] Eigen::RowVector3d of(const Positions& x) const;
 };
+
+/// Targets minus averages of x, (n_averages, 3).
+[[nodiscard]] Positions gaps_to(Positions targets, const std::vector<Average>& averages, const Positions& x);
 
 /// Minimizes 1/2 <x, A x> - <b, x> with A = K + a diagonal for soft constraints, some unknowns fixed (their rows and
 /// columns are erased) and some averages held at targets (Lagrange multipliers). Factorized once; then any b, fixed
@@ -50,9 +54,7 @@ class ConstrainedSystem {
   /// @param correction   may be the residual
   void correct(const Positions& residual, const Positions& gaps, Positions& multipliers, Positions& correction) const;
 
-  /// Replaces the residual by the same to the accuracy of double, at once.
-  void correct_exactly(Positions& residual, const Positions& gaps) const;
-  /// The same to a part of itself, see solve_refined.
+  /// Replaces the residual by the same to a part of itself, at once: see solve_refined().
   void correct_to(double accuracy, Positions& residual, const Positions& gaps) const;
 
  private:

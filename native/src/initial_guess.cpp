@@ -21,10 +21,8 @@ void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraint
     const double diagonal_squared = model.energy.K.col(v).squaredNorm();
     residual.row(v) += soft[v] * diagonal_squared / diagonal[v] * (vertex_targets.row(v) - pose.positions.row(v));
   }
-  Positions patch_gaps = patch_targets;
-  for (Eigen::Index k = 0; k < patch_gaps.rows(); ++k) patch_gaps.row(k) -= constraints.patches()[k].of(pose.positions);
   regions.reduce(residual);
-  system.correct_exactly(residual, patch_gaps);
+  system.correct_to(kDoubleAccuracy, residual, gaps_to(patch_targets, constraints.patches(), pose.positions));
   regions.expand(residual);
   pose.positions += residual;
   regions.read_translations(pose.placements, pose.positions);
@@ -45,9 +43,7 @@ void spread_turns(const BoundModel& model, const BoundConstraints& constraints, 
   Positions residual = -pull;
   for (const int v : constraints.soft_vertices())
     residual.row(regions.unknown_of(v)) += constraints.soft_diagonal()[v] * turn_of_vertex.row(v);
-  Positions gaps = constraints.patch_targets(turns);
-  for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= system.averages()[k].of(field);
-  system.correct_to(kGuessAccuracy, residual, gaps);
+  system.correct_to(kGuessAccuracy, residual, gaps_to(constraints.patch_targets(turns), system.averages(), field));
   field += residual;
 
   const auto turn_at = [&](int unknown) {

@@ -13,8 +13,6 @@ namespace {
 /// Rows that a thread takes at once.
 constexpr int kRows = 2048;
 
-constexpr double kRounding = 1e-15;
-
 }  // namespace
 
 double longest_row(const Positions& x, const Workers& workers) {
@@ -70,9 +68,7 @@ bool LocalGlobal::impose_constraints(Pose& pose) {
 }
 
 Positions LocalGlobal::patch_gaps(const Positions& positions) const {
-  Positions gaps = patch_targets_;
-  for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= constraints_.patches()[k].of(positions);
-  return gaps;
+  return gaps_to(patch_targets_, constraints_.patches(), positions);
 }
 
 void LocalGlobal::follow_vertex(int v, const Eigen::RowVector3d& step) {
@@ -106,7 +102,7 @@ void LocalGlobal::apply_residual_to(double accuracy, Pose& pose) {
 void LocalGlobal::project_on_patches(Pose& pose) {
   if (patch_targets_.rows() == 0) return;
   residual_ = Positions::Zero(pose.positions.rows(), 3);
-  apply_residual_to(kRounding, pose);
+  apply_residual_to(kDoubleAccuracy, pose);
 }
 
 double LocalGlobal::refresh_residual(const Pose& pose) {
@@ -142,8 +138,13 @@ double LocalGlobal::fit(Pose& pose) {
   return energy < 0 ? 0 : energy;  // none is negative; rounding may be. What is not a number stays so.
 }
 
-void LocalGlobal::start(const Pose& pose) {
+void LocalGlobal::know_rotations(const Pose& pose) {
   if (known_ == Known::kNothing) passes_->set_rotations(pose.rotations);
+  known_ = Known::kRotations;
+}
+
+void LocalGlobal::start(const Pose& pose) {
+  know_rotations(pose);
   known_ = Known::kNothing;
 }
 
@@ -155,8 +156,7 @@ void LocalGlobal::finish(Pose& pose) {
 void LocalGlobal::find_residual_of(const Pose& pose) {
   if (known_ == Known::kResidual) return;
   passes_->set_positions(pose.positions);
-  if (known_ == Known::kNothing) passes_->set_rotations(pose.rotations);
-  known_ = Known::kRotations;
+  know_rotations(pose);
   static_cast<void>(refresh_residual(pose));
 }
 

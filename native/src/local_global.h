@@ -71,6 +71,8 @@ class LocalGlobal {
     kResidual,   ///< and in residual_
   };
 
+  /// Hands the rotations of the pose to the passes, where those have not got them.
+  void know_rotations(const Pose& pose);
   /// Brings rigid regions to their best rotations, after the cells.
   void fit_regions(Pose& pose);
   /// The energy without its term of rotations.

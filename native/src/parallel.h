@@ -2,7 +2,7 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "workers.h"
@@ -48,6 +48,28 @@ template <int kRange = 512, class Threads, class Value, class Body, class Join>
   for (const Value& value : partial) result = join(result, value);
   return result;
 }
+
+/// A share of [0, n) for each thread, for work that needs a table of its own: consecutive numbers, in order.
+class Shares {
+ public:
+  Shares(int threads, int n) : count_(std::clamp(threads, 1, n / kLeast + 1)), n_(n) {}
+
+  [[nodiscard]] int count() const { return count_; }
+
+  /// Calls body(share, begin, end) for each, several at once. `body` must not throw.
+  template <class Body>
+  void for_each(const Body& body) const {
+    for_each_piece(count_, count_, [&](int share) { body(share, begin(share), begin(share + 1)); });
+  }
+
+ private:
+  static constexpr int kLeast = 4096;
+
+  [[nodiscard]] int begin(int share) const { return static_cast<int>(static_cast<std::int64_t>(n_) * share / count_); }
+
+  int count_;
+  int n_;
+};
 
 /// Sum of body(begin, end) over ranges of [0, n).
 template <int kRange = 512, class Threads, class Body>

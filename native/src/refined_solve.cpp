@@ -43,7 +43,7 @@ void solve_refined(const std::function<void(const Positions& x, Positions& y)>& 
   Positions x = Positions::Zero(n, 3);
   Positions direction = b;
   factor.solve(direction);
-  Positions next;
+  Positions next(n, 3);
   Positions product;
   const auto [b_squared, first_slope] = sums<2>(workers, n, [&](int begin, int end) {
     const auto r = residual.middleRows(begin, end - begin);
@@ -56,7 +56,6 @@ void solve_refined(const std::function<void(const Positions& x, Positions& y)>& 
       return std::array{dots(direction.middleRows(begin, end - begin), product.middleRows(begin, end - begin))};
     })[0];
     const Coefficients length = ratio(slope, curvature);
-    next.resize(n, 3);
     const auto [r_squared, d_squared, x_squared] = sums<3>(workers, n, [&](int begin, int end) {
       const auto d = direction.middleRows(begin, end - begin);
       auto of_x = x.middleRows(begin, end - begin);

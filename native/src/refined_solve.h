@@ -7,6 +7,9 @@
 
 namespace arap {
 
+/// Where a step of solve_refined() is rounding.
+inline constexpr double kDoubleAccuracy = 1e-15;
+
 /// Replaces b (n, 3) by x = A^-1 b, by default to about the accuracy of double, with a factorization that may be less
 /// exact: conjugate gradients with the factor as preconditioner, so that it converges whatever the quality of that is.
 /// With a good one it is iterative refinement: two or three products and solves.
@@ -16,6 +19,6 @@ namespace arap {
 /// @param accuracy  it ends where a step changes x by no more than this part. The error that is left is smaller: a step
 ///                  takes two or three digits off it
 void solve_refined(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
-                   Positions& b, const Workers& workers, double accuracy = 1e-15);
+                   Positions& b, const Workers& workers, double accuracy = kDoubleAccuracy);
 
 }  // namespace arap

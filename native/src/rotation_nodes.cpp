@@ -2,11 +2,11 @@
 #include "rotation_nodes.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <span>
 #include <utility>
 
 #include "parallel.h"
+#include "row_accumulator.h"
 
 namespace arap {
 
@@ -167,67 +167,38 @@ RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector
 namespace {
 
 /// The nodes whose cells have a vertex, with their q there.
-class NodeRow {
- public:
-  struct Entry {
-    int node;
-    Vector3 q;
-  };
+using NodeRow = RowAccumulator<Vector3>;
 
-  explicit NodeRow(int n_nodes) : slot_(n_nodes, -1) {}
-
-  void add(int node, double weight, const Vector3& q) {
-    int& slot = slot_[node];
-    if (slot < 0) {
-      slot = static_cast<int>(entries_.size());
-      entries_.push_back({node, Vector3::Zero()});
-    }
-    entries_[slot].q += weight * q;
-  }
-
-  [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
-
-  void clear() {
-    for (const Entry& entry : entries_) slot_[entry.node] = -1;
-    entries_.clear();
-  }
-
- private:
-  std::vector<int> slot_;  ///< of each node in entries_, or -1
-  std::vector<Entry> entries_;
-};
-
-/// Fills the cells of nodes, vertex by vertex: consecutive vertices are a piece of work.
+/// Fills the cells of nodes, vertex by vertex: consecutive vertices are a share.
 class NodeCells {
  public:
   NodeCells(const CellEnergy& cells, const RotationNodes& nodes, int threads)
       : cells_(cells),
         nodes_(nodes),
-        threads_(threads),
-        n_pieces_(std::clamp(threads, 1, cells.n_vertices() / 4096 + 1)),
+        shares_(threads, cells.n_vertices()),
         node_at_(cells.n_vertices(), -1),
-        next_(n_pieces_, std::vector<int>(nodes.size(), 0)) {
+        next_(shares_.count(), std::vector<int>(nodes.size(), 0)) {
     for (int c = 0; c < nodes.size(); ++c) node_at_[nodes.vertices[c]] = c;
   }
 
   void fill(CellEnergy& result) {
-    for_each_row([&](int piece, int j, const NodeRow& row) {
-      for (const NodeRow::Entry& entry : row.entries())
-        if (entry.node != node_at_[j]) ++next_[piece][entry.node];
+    for_each_row([&](int share, int j, const NodeRow& row) {
+      for (const auto& [node, q] : row.entries())
+        if (node != node_at_[j]) ++next_[share][node];
     });
-    place_pieces(result);
-    for_each_row([&](int piece, int j, const NodeRow& row) {
-      for (const NodeRow::Entry& entry : row.entries()) {
-        const int slot = entry.node == node_at_[j] ? result.cell_offsets[entry.node] : next_[piece][entry.node]++;
+    place_shares(result);
+    for_each_row([&](int share, int j, const NodeRow& row) {
+      for (const auto& [node, q] : row.entries()) {
+        const int slot = node == node_at_[j] ? result.cell_offsets[node] : next_[share][node]++;
         result.cell_vertices[slot] = j;
-        result.q.row(slot) = entry.q.transpose();
+        result.q.row(slot) = q.transpose();
       }
     });
   }
 
  private:
-  /// Counts of entries become places: in each cell its node, then the pieces in order.
-  void place_pieces(CellEnergy& result) {
+  /// Counts of entries become places: in each cell its node, then the shares in order.
+  void place_shares(CellEnergy& result) {
     result.cell_offsets.assign(1, 0);
     for (int c = 0; c < nodes_.size(); ++c) {
       int place = result.cell_offsets.back() + 1;
@@ -240,35 +211,30 @@ class NodeCells {
 
   template <class Visit>
   void for_each_row(const Visit& visit) const {
-    const auto start = [&](int piece) {
-      return static_cast<int>(static_cast<std::int64_t>(cells_.n_vertices()) * piece / n_pieces_);
-    };
-#pragma omp parallel for num_threads(threads_) schedule(static, 1)
-    for (int piece = 0; piece < n_pieces_; ++piece) {
+    shares_.for_each([&](int share, int begin, int end) {
       NodeRow row(nodes_.size());
-      for (int j = start(piece); j < start(piece + 1); ++j) {
+      for (int j = begin; j < end; ++j) {
         collect(j, row);
-        visit(piece, j, row);
+        visit(share, j, row);
         row.clear();
       }
-    }
+    });
   }
 
   void collect(int j, NodeRow& row) const {
     for (int k = cells_.vertex_offsets[j]; k < cells_.vertex_offsets[j + 1]; ++k) {
       const int i = cells_.vertex_cells[k];
       const Vector3 q = cells_.q.row(cells_.vertex_incidences[k]).transpose();
-      for (int e = nodes_.offsets[i]; e < nodes_.offsets[i + 1]; ++e) row.add(nodes_.nodes[e], nodes_.weights[e], q);
+      for (int e = nodes_.offsets[i]; e < nodes_.offsets[i + 1]; ++e) row[nodes_.nodes[e]] += nodes_.weights[e] * q;
     }
-    if (node_at_[j] >= 0) row.add(node_at_[j], 0, Vector3::Zero());  // in its own cell whatever else is
+    if (node_at_[j] >= 0) row[node_at_[j]] += Vector3::Zero();  // in its own cell whatever else is
   }
 
   const CellEnergy& cells_;
   const RotationNodes& nodes_;
-  int threads_;
-  int n_pieces_;
+  Shares shares_;
   std::vector<int> node_at_;            ///< of each vertex, or -1
-  std::vector<std::vector<int>> next_;  ///< of each piece: entries of each cell, then where the next one goes
+  std::vector<std::vector<int>> next_;  ///< of each share: entries of each cell, then where the next one goes
 };
 
 }  // namespace

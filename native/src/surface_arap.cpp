@@ -181,7 +181,7 @@ struct SurfaceArap::Impl {
 
 Patch SurfaceArap::Impl::patch_around(const std::vector<int>& vertices, double radius) const {
   require_patch_sources(vertices, radius, input_part_of_vertex);
-  if (graph == nullptr) graph = std::make_unique<SurfaceGraph>(model.energy.K, model.rest, model.threads);
+  if (graph == nullptr) graph = std::make_unique<SurfaceGraph>(model.energy.K, model.rest, model.workers.threads());
   std::vector<int> sources;
   sources.reserve(vertices.size());
   for (const int v : vertices) sources.push_back(space.model_vertices()[v]);
@@ -345,6 +345,6 @@ const std::vector<int>& SurfaceArap::part_of_vertex() const { return impl_->inpu
 const std::vector<int>& SurfaceArap::loose_vertices() const { return impl_->loose_vertices; }
 const std::vector<int>& SurfaceArap::coincident_vertices() const { return impl_->coincident_vertices; }
 int SurfaceArap::n_factorizations() const { return impl_->n_factorizations; }
-int SurfaceArap::threads() const { return impl_->model.threads; }
+int SurfaceArap::threads() const { return impl_->model.workers.threads(); }
 
 }  // namespace arap

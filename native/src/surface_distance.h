@@ -65,13 +65,6 @@ class DistanceQueue {
   std::vector<std::uint64_t> keys_;  ///< the bits of a distance >= 0 sort as it does
 };
 
-/// How a weight fades out with the distance: (1 - d^2 / s^2)^3, 0 from s on.
-[[nodiscard]] inline double faded(double distance, double support) {
-  const double part = distance / support;
-  const double closeness = part < 1 ? 1 - part * part : 0;
-  return closeness * closeness * closeness;
-}
-
 /// Distances along the graph (Dijkstra) from one or a few vertices, up to a radius, again and again.
 class DistanceSweep {
  public:

@@ -5,6 +5,7 @@
 
 #include "arap/error.h"
 #include "parallel.h"
+#include "row_accumulator.h"
 
 namespace arap {
 
@@ -36,42 +37,6 @@ struct Incidence {
       last = item;
     }
   }
-};
-
-/// A sparse row under construction: values by vertex, with the vertices in order of first mention.
-template <class Value>
-class RowAccumulator {
- public:
-  explicit RowAccumulator(int n) : slot_(n, -1) {}
-
-  Value& operator[](int vertex) {
-    int& slot = slot_[vertex];
-    if (slot < 0) {
-      slot = static_cast<int>(entries_.size());
-      entries_.emplace_back(vertex, zero());
-    }
-    return entries_[slot].second;
-  }
-
-  /// Hands over the entries, sorted by vertex but for `first`, which comes before all, and starts anew.
-  void flush(std::vector<std::pair<int, Value>>& entries, int first) {
-    for (const auto& entry : entries_) slot_[entry.first] = -1;
-    std::sort(entries_.begin(), entries_.end(), [first](const auto& a, const auto& b) {
-      return std::pair(a.first != first, a.first) < std::pair(b.first != first, b.first);
-    });
-    entries.clear();
-    entries.swap(entries_);
-  }
-
- private:
-  static Value zero() {
-    if constexpr (std::is_arithmetic_v<Value>)
-      return 0;
-    else
-      return Value::Zero();
-  }
-  std::vector<int> slot_;
-  std::vector<std::pair<int, Value>> entries_;
 };
 
 class SurfaceAssembler {
@@ -175,11 +140,9 @@ struct Rows {
   /// @param is_own_first  whether row v begins with vertex v, where it has that; sorted by vertex otherwise
   template <class Fill>
   Rows(int n, int threads, bool is_own_first, const Fill& fill) : offsets(n + 1, 0), is_own_first_(is_own_first) {
-    const int n_pieces = std::clamp(threads, 1, n / 4096 + 1);  // each has a table of n entries
-    std::vector<Piece> pieces(n_pieces);
-    const auto start = [&](int piece) { return static_cast<int>(static_cast<int64_t>(n) * piece / n_pieces); };
-#pragma omp parallel for num_threads(threads) schedule(static, 1)
-    for (int p = 0; p < n_pieces; ++p) fill_piece(n, start(p), start(p + 1), pieces[p], fill);
+    const Shares shares(threads, n);
+    std::vector<Piece> pieces(shares.count());
+    shares.for_each([&](int share, int begin, int end) { fill_piece(n, begin, end, pieces[share], fill); });
     for (size_t v = 1; v < offsets.size(); ++v) offsets[v] += offsets[v - 1];
     vertices.reserve(offsets.back());
     values.reserve(offsets.back());
@@ -193,17 +156,21 @@ struct Rows {
   }
 
  private:
-  using Piece = std::vector<std::pair<int, Value>>;
+  using Piece = std::vector<typename RowAccumulator<Value>::Entry>;
 
   template <class Fill>
   void fill_piece(int n, int begin, int end, Piece& piece, const Fill& fill) {
     RowAccumulator<Value> row(n);
-    Piece entries;
     for (int v = begin; v < end; ++v) {
       fill(v, row);
-      row.flush(entries, is_own_first_ ? v : -1);
-      offsets[v + 1] = static_cast<int>(entries.size());
-      piece.insert(piece.end(), entries.begin(), entries.end());
+      const auto old_size = static_cast<std::ptrdiff_t>(piece.size());
+      piece.insert(piece.end(), row.entries().begin(), row.entries().end());
+      row.clear();
+      offsets[v + 1] = static_cast<int>(std::ssize(piece) - old_size);
+      const int first = is_own_first_ ? v : -1;
+      std::sort(piece.begin() + old_size, piece.end(), [first](const auto& a, const auto& b) {
+        return std::pair(a.first != first, a.first) < std::pair(b.first != first, b.first);
+      });
     }
   }
 

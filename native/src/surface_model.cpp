@@ -42,11 +42,11 @@ void share_rotations(BoundModel& model, const PolygonMesh& mesh, double rigidity
     if (model.part_of_vertex[v] < 0) centred.row(v).setZero();
   const double radius = rigidity_radius * diagonal_of(box);
   const std::vector<std::vector<int>> mirrors = find_mirrors(centred);
-  const SurfaceGraph graph(model.energy.K, model.rest, model.threads,
-                           find_bridges(mesh, radius, mirrors, model.threads));
+  const SurfaceGraph graph(model.energy.K, model.rest, model.workers.threads(),
+                           find_bridges(mesh, radius, mirrors, model.workers.threads()));
   const RotationNodes nodes =
-      choose_rotation_nodes(graph, face_spreads(mesh), radius, mirrors, region_of_vertex, model.threads);
-  model.energy = share_rotations(model.energy, nodes, model.threads);
+      choose_rotation_nodes(graph, face_spreads(mesh), radius, mirrors, region_of_vertex, model.workers.threads());
+  model.energy = share_rotations(model.energy, nodes, model.workers.threads());
 }
 
 /// Cells in the order of their homes.
@@ -70,7 +70,7 @@ std::vector<int> order_cells(const CellEnergy& energy, const std::vector<int>& n
 /// Numbers the model's vertices anew; returns the number of each.
 std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
   std::vector<int> new_of_old = inverse_permutation(order);
-  model.energy = renumbered(model.energy, order, order_cells(model.energy, new_of_old), model.threads);
+  model.energy = renumbered(model.energy, order, order_cells(model.energy, new_of_old), model.workers.threads());
   model.rest = Positions(model.rest(order, Eigen::all));
   std::vector<int> part_of_vertex;
   part_of_vertex.reserve(order.size());
@@ -93,19 +93,18 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   model.rest = mesh.positions();
   model.part_of_vertex = mesh.part_of_vertex();
   model.n_parts = mesh.n_parts();
-  model.threads = choose_threads(options.threads, mesh.n_vertices());
-  model.workers = Workers(model.threads);
+  model.workers = Workers(choose_threads(options.threads, mesh.n_vertices()));
   model.linear_solver = options.linear_solver;
   model.regions = RigidRegions(region_of_vertex, model.energy, model.rest);
   // The order of the unknowns takes most of a bind, on one thread: the cells are made beside it.
   std::future<std::unique_ptr<LinearSolver>> solver;
   const auto start_solver = [&](const SparseMatrix& K) {
     model.system_matrix = model.regions.reduce(K);
-    solver = std::async(model.threads > 1 ? std::launch::async : std::launch::deferred, [&model] {
+    solver = std::async(model.workers.threads() > 1 ? std::launch::async : std::launch::deferred, [&model] {
       return make_linear_solver(model.system_matrix, model.linear_solver, model.workers);
     });
   };
-  model.energy = assemble_surface_energy(mesh, options, stiffness, model.threads, progress, start_solver);
+  model.energy = assemble_surface_energy(mesh, options, stiffness, model.workers.threads(), progress, start_solver);
   if (options.energy == Energy::kRotationNodes) share_rotations(model, mesh, options.rigidity_radius, region_of_vertex);
   // In a sum over few cells single precision shows, and there is no time to win.
   constexpr int kFewVertices = 2000;

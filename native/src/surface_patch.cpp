@@ -9,6 +9,17 @@
 
 namespace arap {
 
+namespace {
+
+/// How a weight fades out with the distance: (1 - d^2 / s^2)^3, 0 from s on.
+double faded(double distance, double support) {
+  const double part = distance / support;
+  const double closeness = part < 1 ? 1 - part * part : 0;
+  return closeness * closeness * closeness;
+}
+
+}  // namespace
+
 void require_patch_sources(const std::vector<int>& vertices, double radius, const std::vector<int>& part_of_vertex) {
   if (vertices.empty()) throw InvalidInput("a patch needs at least one vertex to lie around, but none was given");
   if (!(radius >= 0) || std::isinf(radius))
