@@ -1,9 +1,39 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "initial_guess.h"
 
+#include <algorithm>
+
 #include "parallel.h"
 
 namespace arap {
+
+namespace {
+
+/// Of what turns of the guess differ by in a part.
+constexpr double kTurnAccuracy = 1e-3;
+
+/// Mean turn of what is constrained in each part, part -1 (loose vertices) first.
+std::vector<Eigen::RowVector3d> mean_turns(const BoundModel& model, const BoundConstraints& constraints,
+                                           const Positions& turn_of_vertex, const Positions& turns) {
+  std::vector<Eigen::RowVector3d> sums(model.n_parts + 1, Eigen::RowVector3d::Zero());
+  std::vector<int> counts(sums.size(), 0);
+  const auto add = [&](int v, const Eigen::RowVector3d& turn) {
+    const int place = model.part_of_vertex[v] + 1;
+    sums[place] += turn;
+    ++counts[place];
+  };
+  const auto add_patches = [&](const std::vector<Average>& patches, const std::vector<int>& rows) {
+    for (size_t k = 0; k < patches.size(); ++k) add(patches[k].indices.front(), turns.row(rows[k]));
+  };
+  for (const int v : constraints.hard_vertices()) add(v, turn_of_vertex.row(v));
+  for (const int v : constraints.soft_vertices()) add(v, turn_of_vertex.row(v));
+  add_patches(constraints.patches(), constraints.patch_rows());
+  add_patches(constraints.anchor_patches(), constraints.anchor_rows());
+  for (size_t place = 0; place < sums.size(); ++place) sums[place] /= std::max(1, counts[place]);
+  return sums;
+}
+
+}  // namespace
 
 void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraints, const Positions& vertex_targets,
                            const Positions& patch_targets, Pose& pose) {
@@ -31,9 +61,13 @@ void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraint
 void spread_turns(const BoundModel& model, const BoundConstraints& constraints, const Positions& turns, Pose& pose) {
   const ConstrainedSystem& system = constraints.system();
   const RigidRegions& regions = constraints.regions();
-  Positions field = Positions::Zero(model.rest.rows(), 3);
   Positions turn_of_vertex = Positions::Zero(model.rest.rows(), 3);
   constraints.write_vertex_targets(turns, turn_of_vertex);
+  // From the mean of a part the way to its turns is short, and none where all of them are one.
+  const std::vector<Eigen::RowVector3d> means = mean_turns(model, constraints, turn_of_vertex, turns);
+  Positions field(model.rest.rows(), 3);
+  for (Eigen::Index v = 0; v < field.rows(); ++v)
+    field.row(regions.unknown_of(static_cast<int>(v))) = means[model.part_of_vertex[v] + 1];
   for (const int v : constraints.hard_vertices()) field.row(regions.unknown_of(v)) = turn_of_vertex.row(v);
   for (size_t k = 0; k < constraints.anchor_patches().size(); ++k)
     field.row(regions.unknown_of(constraints.anchor_patches()[k].indices.front())) =
@@ -43,7 +77,7 @@ void spread_turns(const BoundModel& model, const BoundConstraints& constraints, 
   Positions residual = -pull;
   for (const int v : constraints.soft_vertices())
     residual.row(regions.unknown_of(v)) += constraints.soft_diagonal()[v] * turn_of_vertex.row(v);
-  system.correct_to(kGuessAccuracy, residual, gaps_to(constraints.patch_targets(turns), system.averages(), field));
+  system.correct_to(kTurnAccuracy, residual, gaps_to(constraints.patch_targets(turns), system.averages(), field));
   field += residual;
 
   const auto turn_at = [&](int unknown) {
