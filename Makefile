@@ -3,10 +3,11 @@
 
 export CCACHE_DIR ?= $(CURDIR)/build/ccache
 
-.PHONY: help demo test bench bench-peers bench-report bench-quality performance wheel zip lint format asan tsan clang clean
+.PHONY: help demo pictures test bench bench-peers bench-report bench-quality performance wheel zip lint format asan tsan clang clean
 
 help:
 	@echo "make demo    poses and bakes the sample creature in a real Blender; pictures in build/demo"
+	@echo "make pictures  the README's moving picture, taken in a window of Blender; docs/images/pull.webp"
 	@echo "make test    native, Python, headless Blender and window tests; BLENDERS=\"path ...\" adds more Blenders"
 	@echo "make bench   times of bind, set_constraints, iteration and of a frame in Blender; build/bench/results.json"
 	@echo "make bench-peers    ours beside libigl, Open3D and CGAL       make bench-report   a student report's tables"
@@ -21,6 +22,9 @@ help:
 
 demo:
 	@.ci/demo
+
+pictures:
+	@.ci/pictures
 
 test:
 	@.ci/test

@@ -41,7 +41,7 @@ class Ui:
     """The window as a test sees it: events in, pictures out. Coordinates are pixels from the lower left corner."""
 
     def __init__(self, screenshots: Path, test: str) -> None:
-        self._screenshots = screenshots
+        self.screenshots = screenshots
         self._test = test
         self.mouse = (0, 0)
         self.find_modules()
@@ -143,7 +143,7 @@ class Ui:
 
     def screenshot(self, name: str) -> Steps:
         yield  # so that all is drawn
-        path = self._screenshots / f"{self._test}_{name}.png"
+        path = self.screenshots / f"{self._test}_{name}.png"
         subprocess.run(["import", "-window", "root", str(path)], check=True)
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs the window tests: real Blender windows under Xvfb, driven by simulated events, one Blender for each test.
 
-Usage: run.py --blender BLENDER --zip ZIP --screenshots DIR [--only NAME]
+Usage: run.py --blender BLENDER --zip ZIP --screenshots DIR [--only NAME] [--time-limit S]
 
 The zip is installed once, into a throw-away user folder, as a user would. A test is a generator function test_* in a
 test_*.py beside this file; see harness.py. It fails on an exception of its own, on any traceback that Blender prints,
@@ -85,18 +85,20 @@ def install(blender: str, zip_path: Path, env: dict[str, str]) -> None:
         sys.exit(f"The zip could not be installed:\n{done.stdout}{done.stderr}")
 
 
-def run_test(blender: str, module: str, function: str, env: dict[str, str], screenshots: Path) -> str:
+def run_test(
+    blender: str, module: str, function: str, env: dict[str, str], screenshots: Path, time_limit_s: int
+) -> str:
     """What went wrong, '' where nothing did."""
     command = blender_command(blender, "--", "run", module, function, str(screenshots))
     command[1:1] = ["--enable-event-simulate", "--window-geometry", "0", "0", *map(str, WINDOW)]
     try:
         done = subprocess.run(
             command, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-            timeout=TEST_TIME_LIMIT_S, check=False,
+            timeout=time_limit_s, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired as error:
         said = error.stdout or b""
-        return (said.decode() if isinstance(said, bytes) else said) + f"no end after {TEST_TIME_LIMIT_S} s\n"
+        return (said.decode() if isinstance(said, bytes) else said) + f"no end after {time_limit_s} s\n"
     print("".join(line for line in done.stdout.splitlines(keepends=True) if line.startswith("MEASURED")), end="")
     has_passed = done.returncode == 0 and PASSED in done.stdout and "Traceback" not in done.stdout
     return "" if has_passed else f"{done.stdout}exit code {done.returncode}\n"
@@ -108,6 +110,7 @@ def main() -> int:
     parser.add_argument("--zip", required=True, type=Path, help="the legacy zip, or from 4.2 on the extension zip")
     parser.add_argument("--screenshots", required=True, type=Path, help="folder for the pictures")
     parser.add_argument("--only", default="", help="run the tests whose names contain this")
+    parser.add_argument("--time-limit", type=int, default=TEST_TIME_LIMIT_S, help="seconds, of each test")
     parser.add_argument("--files", default="test_*.py", help="the files of the tests, for example bench_*.py")
     args = parser.parse_args()
     tests = find_tests(args.files, args.only)
@@ -119,7 +122,9 @@ def main() -> int:
         def run_and_tell(test: tuple[str, str]) -> bool:
             start = time.monotonic()
             with display() as display_name:
-                wrong = run_test(args.blender, *test, env | {"DISPLAY": display_name}, args.screenshots.resolve())
+                wrong = run_test(
+                    args.blender, *test, env | {"DISPLAY": display_name}, args.screenshots.resolve(), args.time_limit
+                )
             print(
                 f"{'FAIL' if wrong else 'ok  '} {test[1]} ({time.monotonic() - start:.1f} s)\n{wrong}",
                 end="",

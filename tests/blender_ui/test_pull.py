@@ -2,6 +2,7 @@
 """ARAP Pull, as an artist does it: with the mouse and keys, in a window."""
 
 import importlib
+from collections.abc import Generator
 from pathlib import Path
 from random import Random
 
@@ -105,6 +106,28 @@ def test_pull_undo_redo(ui: Ui) -> Steps:
     yield
     np.testing.assert_allclose(scenes.shown_positions(sheet()), posed, atol=1e-6)
     assert len(sheet().arap.pull_pins) == 1
+
+
+def test_pull_is_drawn(ui: Ui) -> Steps:
+    """Every move that the mesh follows draws the view anew: nobody but the drag itself evaluates or redraws here."""
+    yield from begin(ui)
+    yield from press(ui, (0.3, 0.0, 0.0))
+    yield from drag_to(ui, (0.35, 0.0, 0.0))
+    yield from ui.until(lambda: bool(ui.running) and ui.running["Grid"].is_settled, "the mesh has bound and follows")
+    n_drawn = 0
+
+    def count() -> None:
+        nonlocal n_drawn
+        n_drawn += 1
+
+    handler = bpy.types.SpaceView3D.draw_handler_add(count, (), "WINDOW", "POST_VIEW")
+    for i in range(5):
+        before, readout = n_drawn, ui.running["Grid"].readout
+        yield from drag_to(ui, (0.4 + 0.05 * i, 0.0, 0.0), 1)
+        yield from ui.until(lambda readout=readout: ui.running["Grid"].readout is not readout, "the mesh follows")
+        yield from ui.until(lambda before=before: n_drawn > before, "the view is drawn", 5.0)
+    bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")
+    yield from release(ui)
 
 
 def test_pull_esc_restores_that_drag(ui: Ui) -> Steps:
@@ -517,8 +540,8 @@ def test_pull_bad_cases(ui: Ui) -> Steps:
     assert np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.1
 
 
-def test_pull_creature(ui: Ui) -> Steps:
-    """The sample creature without its handles: a click on the body, a pull at its head; the pictures of the guide."""
+def begin_creature(ui: Ui) -> Generator[None, None, bpy.types.Object]:
+    """The sample creature without its handles, seen from the front, and the tool in hand."""
     bpy.ops.wm.open_mainfile(filepath=str(Path(__file__).resolve().parents[2] / "blend_files" / "creature.blend"))
     yield
     creature = next(obj for obj in bpy.data.objects if obj.type == "MESH")
@@ -535,6 +558,12 @@ def test_pull_creature(ui: Ui) -> Steps:
     yield
     assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
     yield
+    return creature
+
+
+def test_pull_creature(ui: Ui) -> Steps:
+    """The sample creature: a click on the body, a pull at its head; the pictures of the guide."""
+    creature = yield from begin_creature(ui)
     creature.data.use_mirror_x = True
     rest = scenes.key_positions(creature)
     left = nearest(rest, (0.5, 0.0, 1.75))

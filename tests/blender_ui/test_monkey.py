@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A monkey at the window: random but legal input, acts one after the other whatever the one before has left behind.
+
+ARAP_MONKEY_ACTS says how many (150), ARAP_MONKEY_SEED which (1). Each act is printed before it is done, so a failure
+tells the way to it. After each: the meshes are where finite numbers can be drawn, rest shapes are untouched, nothing
+was printed that looks like an exception (the runner's part).
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from random import Random
+
+import bpy
+import numpy as np
+import scenes
+from harness import Steps, Ui
+from test_live import add_second_bar
+
+N_ACTS = int(os.environ.get("ARAP_MONKEY_ACTS", "150"))
+SEED = int(os.environ.get("ARAP_MONKEY_SEED", "1"))
+FAR = 1e4  # no mesh has a reason to get there: each drag moves a handle by a few units
+OPERATORS = (
+    "solve", "bake_pose", "reset_pose", "reset_handles", "apply_pose_as_rest", "pin_add", "handle_add", "handle_remove",
+    "pull_tool", "pull_make_real", "pull_release",
+)  # fmt: skip
+
+
+class Monkey:
+    def __init__(self, ui: Ui) -> None:
+        self.ui = ui
+        self.random = Random(SEED)
+        self.file = Path(tempfile.mkdtemp()) / "monkey.blend"
+        self.rests: set[bytes] = set()
+        self.edited: set[str] = set()
+        self.acts: list[Callable[[], Steps]] = [
+            *[self.drag_object] * 4, *[self.drag_surface] * 4, *[self.undo] * 3, *[self.redo] * 2, *[self.select] * 2,
+            self.begin_pose, self.enter, self.escape, self.click_surface, self.call_operator, self.switch_live,
+            self.change_frame, self.play, self.change_mode, self.change_setting, self.rename, self.rename_group,
+            self.duplicate, self.delete, self.hide, self.save_and_open, self.change_scene, self.press_key,
+        ]  # fmt: skip
+
+    def build(self) -> None:
+        """Two bars with pins and handles, and the keys of an animation."""
+        self.remember_rests()  # undo leads back to the cube
+        scenes.add_bar_with_handle(self.ui.api)
+        add_second_bar(self.ui)
+        for name, reach in (("Top", 1.0), ("Other", -1.0)):
+            handle = bpy.data.objects[name]
+            for frame, x in ((1, 0.0), (10, reach)):
+                handle.location.x += x
+                handle.keyframe_insert("location", frame=frame)
+        bpy.context.scene.frame_end = 10
+        self.remember_rests()
+        bpy.ops.ed.undo_push(message="the monkey's scene")
+
+    # What it looks at.
+
+    def meshes(self) -> list[bpy.types.Object]:
+        return [obj for obj in bpy.context.view_layer.objects if obj is not None and obj.type == "MESH"]
+
+    def remember_rests(self) -> None:
+        self.rests |= {rest_of(obj) for obj in self.meshes()}
+
+    def check(self) -> None:
+        for obj in self.meshes():
+            if obj.mode != "OBJECT":  # an undo has led back into it: what is dragged there changes the rest shape
+                self.edited.add(obj.name)
+                continue
+            if obj.name in self.edited:
+                self.edited.remove(obj.name)
+                self.rests.add(rest_of(obj))
+            shown = scenes.shown_positions(obj)
+            assert np.isfinite(shown).all(), f"{obj.name} is not finite"
+            assert np.abs(shown).max() < FAR, f"{obj.name} is out of sight"
+            assert rest_of(obj) in self.rests, f"the rest shape of {obj.name} has changed"
+
+    def is_in_object_mode(self) -> bool:
+        active = bpy.context.view_layer.objects.active
+        return active is None or active.mode == "OBJECT"
+
+    def pick(self, objects: list[bpy.types.Object]) -> bpy.types.Object | None:
+        return self.random.choice(sorted(objects, key=lambda obj: obj.name)) if objects else None
+
+    def pixel(self) -> tuple[int, int]:
+        region = self.ui.region()
+        return (
+            region.x + round(region.width * self.random.uniform(0.2, 0.7)),
+            region.y + round(region.height * self.random.uniform(0.2, 0.8)),
+        )
+
+    # What it does.
+
+    def select(self) -> Steps:
+        objects = [obj for obj in bpy.context.view_layer.objects if obj is not None and obj.visible_get()]
+        chosen = self.pick(objects)
+        if chosen is not None and self.is_in_object_mode():
+            self.ui.select(chosen)
+        yield
+
+    def drag_object(self) -> Steps:
+        """G or R with the mouse, confirmed or not."""
+        yield from self.ui.move_mouse(*self.pixel())
+        yield from self.ui.key(self.random.choice("GGR"))
+        for _ in range(self.random.randint(1, 3)):
+            yield from self.ui.move_mouse(*self.pixel())
+        yield from self.ui.key(self.random.choice(("LEFTMOUSE", "RET", "ESC", "RIGHTMOUSE")))
+
+    def drag_surface(self) -> Steps:
+        """The left button, with whichever tool is in hand."""
+        modifiers = self.random.choice(({}, {}, {"shift": True}, {"ctrl": True}))
+        yield from self.ui.move_mouse(*self.pixel())
+        self.ui.event("LEFTMOUSE", "PRESS", **modifiers)
+        yield
+        for _ in range(self.random.randint(1, 4)):
+            self.ui.mouse = self.pixel()
+            self.ui.event("MOUSEMOVE", "NOTHING", **modifiers)
+            yield
+        if self.random.random() < 0.2:
+            yield from self.ui.key(self.random.choice(("Y", "Z", "ESC", "RIGHTMOUSE", "WHEELUPMOUSE")))
+        self.ui.event("LEFTMOUSE", "RELEASE")
+        yield
+
+    def click_surface(self) -> Steps:
+        yield from self.ui.move_mouse(*self.pixel())
+        yield from self.ui.key("LEFTMOUSE", ctrl=self.random.random() < 0.3)
+
+    def undo(self) -> Steps:
+        yield from self.ui.key("Z", ctrl=True)
+
+    def redo(self) -> Steps:
+        yield from self.ui.key("Z", ctrl=True, shift=True)
+
+    def begin_pose(self) -> Steps:
+        if self.ui.call(bpy.ops.arap.pose.poll):
+            with suppress(RuntimeError):
+                self.ui.call(bpy.ops.arap.pose)
+        yield
+
+    def enter(self) -> Steps:
+        yield from self.ui.key("RET")
+
+    def escape(self) -> Steps:
+        yield from self.ui.key("ESC")
+
+    def press_key(self) -> Steps:
+        yield from self.ui.key(
+            self.random.choice(("F", "LEFT_BRACKET", "RIGHT_BRACKET", "TAB", "SPACE", "PERIOD", "N"))
+        )
+        yield from self.ui.key("RET")
+
+    def call_operator(self) -> Steps:
+        name = self.random.choice(OPERATORS)
+        operator = getattr(bpy.ops.arap, name)
+        print(f"  {name}")
+        if self.ui.call(operator.poll):
+            with suppress(RuntimeError):  # how Python hears of an error that an operator reports
+                self.ui.call(operator, "EXEC_DEFAULT", True)
+        yield
+        if name == "apply_pose_as_rest":
+            self.remember_rests()
+
+    def switch_live(self) -> Steps:
+        obj = self.pick(self.meshes())
+        if obj is not None:
+            obj.arap.is_live = not obj.arap.is_live
+        yield
+
+    def change_frame(self) -> Steps:
+        bpy.context.scene.frame_set(self.random.randint(1, 10))
+        yield
+
+    def play(self) -> Steps:
+        self.ui.call(bpy.ops.screen.animation_play, "EXEC_DEFAULT", True)
+        for _ in range(5):
+            yield
+        if bpy.context.screen.is_animation_playing:
+            self.ui.call(bpy.ops.screen.animation_cancel, "EXEC_DEFAULT", True)
+        yield
+
+    def change_mode(self) -> Steps:
+        active = bpy.context.view_layer.objects.active
+        if active is not None and active.type == "MESH" and active.visible_get():
+            mode = self.random.choice(("EDIT", "WEIGHT_PAINT", "SCULPT", "OBJECT"))
+            self.ui.call(bpy.ops.object.mode_set, "EXEC_DEFAULT", True, mode=mode)
+            yield
+            active = bpy.context.view_layer.objects.active
+            if active is not None:
+                self.ui.call(bpy.ops.object.mode_set, "EXEC_DEFAULT", True, mode="OBJECT")
+        yield
+
+    def change_setting(self) -> Steps:
+        obj = self.pick(self.meshes())
+        if obj is not None:
+            choices = (
+                ("rigidity", self.random.choice((0.01, 0.02, 0.05))),
+                ("energy", self.random.choice(("rotation_nodes", "spokes_and_rims", "spokes"))),
+                ("max_iterations", self.random.choice((5, 100))),
+            )
+            name, value = self.random.choice(choices)
+            setattr(obj.arap, name, value)
+        yield
+
+    def rename(self) -> Steps:
+        obj = self.pick(self.meshes())
+        if obj is not None:
+            obj.name = f"Mesh {self.random.randint(0, 99)}"
+        yield
+
+    def rename_group(self) -> Steps:
+        """For a moment only, or nothing could be posed any more."""
+        obj = self.pick([obj for obj in self.meshes() if obj.vertex_groups])
+        if obj is not None:
+            name = self.random.choice(sorted(group.name for group in obj.vertex_groups))
+            obj.vertex_groups[name].name = "Renamed"
+            yield
+            yield
+            if "Renamed" in obj.vertex_groups:
+                obj.vertex_groups["Renamed"].name = name
+        yield
+
+    def duplicate(self) -> Steps:
+        if len(self.meshes()) < 4 and self.is_in_object_mode() and self.ui.call(bpy.ops.object.duplicate.poll):
+            self.ui.call(bpy.ops.object.duplicate, "EXEC_DEFAULT", True)
+        yield
+
+    def delete(self) -> Steps:
+        if len(self.meshes()) > 1 and self.random.random() < 0.3:
+            obj = self.pick(list(bpy.context.view_layer.objects))
+            if obj is not None and obj.mode == "OBJECT":
+                print(f"  {obj.name}")
+                bpy.data.objects.remove(obj)
+                bpy.ops.ed.undo_push(message="delete")
+        yield
+
+    def hide(self) -> Steps:
+        obj = self.pick(self.meshes())
+        if obj is not None and obj.mode == "OBJECT":
+            obj.hide_set(True)
+            yield
+            yield
+            for hidden in self.meshes():
+                hidden.hide_set(False)
+        yield
+
+    def save_and_open(self) -> Steps:
+        self.ui.call(bpy.ops.wm.save_as_mainfile, "EXEC_DEFAULT", True, filepath=str(self.file))
+        if self.random.random() < 0.3:
+            bpy.ops.wm.open_mainfile(filepath=str(self.file))
+        yield
+        yield
+
+    def change_scene(self) -> Steps:
+        scene = bpy.context.scene
+        if self.is_in_object_mode():
+            other = bpy.data.scenes.new("Other scene")
+            self.ui.window.scene = other
+            yield
+            yield
+            self.ui.window.scene = scene
+            bpy.data.scenes.remove(other)
+        yield
+
+    def rest_a_while(self) -> Steps:
+        """Ends whatever is under way."""
+        for _ in range(3):
+            yield from self.ui.key("ESC")
+        for obj in self.meshes():
+            obj.arap.is_live = False
+        yield from self.ui.until(lambda: not self.ui.running, "all acts have ended")
+
+
+def rest_of(obj: bpy.types.Object) -> bytes:
+    keys = obj.data.shape_keys
+    return scenes.key_positions(obj, keys.reference_key.name if keys else "").tobytes()
+
+
+def test_monkey(ui: Ui) -> Steps:
+    monkey = Monkey(ui)
+    monkey.build()
+    yield from ui.open_tab()
+    for i in range(N_ACTS):
+        act = monkey.random.choice(monkey.acts)
+        print(f"{i}: {act.__name__}", flush=True)
+        yield from act()
+        monkey.check()
+        if not monkey.meshes():
+            yield from monkey.rest_a_while()
+            monkey.build()
+    yield from monkey.rest_a_while()
+    yield from ui.screenshot("end")
+    monkey.check()
