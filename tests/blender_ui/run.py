@@ -101,7 +101,13 @@ def run_test(
         return (said.decode() if isinstance(said, bytes) else said) + f"no end after {time_limit_s} s\n"
     print("".join(line for line in done.stdout.splitlines(keepends=True) if line.startswith("MEASURED")), end="")
     has_passed = done.returncode == 0 and PASSED in done.stdout and "Traceback" not in done.stdout
-    return "" if has_passed else f"{done.stdout}exit code {done.returncode}\n"
+    return "" if has_passed else f"{done.stdout}{crash_report(Path(env['TMPDIR']))}exit code {done.returncode}\n"
+
+
+def crash_report(folder: Path) -> str:
+    """What Blender wrote when it crashed, '' where it did not: the end of it tells where."""
+    reports = sorted(folder.glob("*.crash.txt"), key=lambda path: path.stat().st_mtime)
+    return reports[-1].read_text(encoding="utf-8", errors="replace")[-8000:] if reports else ""
 
 
 def main() -> int:
