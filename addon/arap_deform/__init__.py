@@ -22,6 +22,7 @@ def _modules() -> tuple[ModuleType, ...]:
     from . import (
         cli,
         handlers,
+        handles_panel,
         live,
         live_panel,
         menus,
@@ -29,11 +30,14 @@ def _modules() -> tuple[ModuleType, ...]:
         overlay,
         overlay_panel,
         panels,
+        pins_panel,
         properties,
         pull_draw,
+        settings_panel,
     )
 
-    return (properties, handlers, operators, live, pull_draw, overlay, panels, live_panel, overlay_panel, menus, cli)
+    of_panels = (panels, handles_panel, pins_panel, settings_panel, live_panel, overlay_panel)
+    return (properties, handlers, operators, live, pull_draw, overlay, *of_panels, menus, cli)
 
 
 def register() -> None:

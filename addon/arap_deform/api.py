@@ -52,7 +52,8 @@ from .api_pose import (
 from .api_result import PoseState, apply_pose_as_rest, bake_pose, capture_state, reset_pose, restore_state
 from .handle_io import handle_matrices
 from .native import problem as native_problem
-from .session import Cancelled, Readout, Session
+from .session import Cancelled, Session
+from .session_data import Readout
 from .sessions import SessionInput
 
 __all__ = [

@@ -14,7 +14,8 @@ from . import frame_state, handle_io, live_key, mesh_io, sessions, shape_key
 from .api_pose import adopt_session, build_session, fitting_session, session_input, solve_from_rest
 from .binding import Binding
 from .handle_map import Floats
-from .session import Cancelled, Progress, Readout, Session, readout_of_whole
+from .session import Cancelled, Progress, Session
+from .session_data import Readout, readout_of_whole
 from .sessions import SessionInput
 
 BYTES_PER_VERTEX = 12  # of a shape key

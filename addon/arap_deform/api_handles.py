@@ -17,7 +17,7 @@ from .handle_map import Floats
 from .point_handles import diagonal_of
 
 if TYPE_CHECKING:
-    from .properties import ArapHandle, ArapPin
+    from .handle_properties import ArapHandle, ArapPin
 
 VertexIndices = Sequence[int] | NDArray[np.integer]
 

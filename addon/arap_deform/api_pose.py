@@ -10,8 +10,10 @@ import numpy as np
 
 from . import handle_io, live_key, mesh_io, native, sessions, shape_key
 from .handle_map import Floats, HandleSpec, Ints
-from .session import Progress, Readout, Session, SessionMesh, SessionSettings, regions_of, stiffness_of
+from .session import Progress, Session
+from .session_data import Readout, SessionMesh, SessionSettings
 from .sessions import Counts, Hold, Live, MeshSignature, SessionInput
+from .vertex_properties import regions_of, stiffness_of
 
 BIND_SHARE = 0.3  # of the progress that solve() shows, where it has to bind first
 

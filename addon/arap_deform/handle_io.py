@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from . import live_key, mesh_io, shape_key
 from .handle_map import Floats
-from .session import best_rigid_fit
+from .rigid_fit import best_rigid_fit
 from .sessions import Hold
 
 if TYPE_CHECKING:
-    from .properties import ArapHandle
+    from .handle_properties import ArapHandle
 
 SMALLEST_VOLUME = 1e-24  # determinant of a handle's rest matrix; below, its motion since rest cannot be told
 

@@ -15,7 +15,7 @@ from .handle_map import HandleSpec, Patch
 from .point_handles import diagonal_of, local_patch, neighbourhood, reaches_of_points
 
 if TYPE_CHECKING:
-    from .properties import ArapHandle
+    from .handle_properties import ArapHandle
 
 
 def find_patch(

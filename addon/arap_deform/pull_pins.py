@@ -16,7 +16,7 @@ from .handle_map import Ints
 from .point_handles import diagonal_of
 
 if TYPE_CHECKING:
-    from .properties import ArapPullPin
+    from .pull_properties import ArapPullPin
 
 MOVED = 1e-4  # how far a piece at rest may be from its rest shape, as a fraction of the diagonal
 HOLD_STEPS = 64  # weights that a soft hold is written with

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .handle_map import Floats, HandleSpec
-from .session import Readout, Session, SessionMesh, SessionSettings
+from .session import Session
+from .session_data import Readout, SessionMesh, SessionSettings
 
 # Single-precision world matrices of a turning object differ by less; a user's change of scale by more.
 STRETCH_TOLERANCE = 1e-5

@@ -108,7 +108,7 @@ class RigidityTest(SceneTest):
 
         def check():
             bpy.context.view_layer.update()
-            stretch = module("session").stretch_of(np.array(obj.matrix_world))
+            stretch = module("rigid_fit").stretch_of(np.array(obj.matrix_world))
             expected = np.linalg.norm(np.ptp(rest_positions(obj) @ stretch.T, axis=0))
             self.assertAlmostEqual(size(obj, depsgraph), expected, delta=1e-4 * expected)
             return expected

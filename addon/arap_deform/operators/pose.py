@@ -11,7 +11,7 @@ from bpy.props import BoolProperty
 
 from .. import api, live_key, sessions
 from ..follow_scene import BlenderFollowScene, is_rendering
-from ..session import Readout
+from ..session_data import Readout
 from . import pose_undo
 from .common import StatusBar, allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_solvable
 from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, running, status_text

@@ -17,7 +17,7 @@ from enum import Enum, auto
 from typing import Protocol
 
 from ..following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene
-from ..session import Readout
+from ..session_data import Readout
 
 running: dict[str, PoseAct] = {}
 """The acts under way, by name of the object: for panels and polls."""
