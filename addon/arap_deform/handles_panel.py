@@ -8,9 +8,9 @@ from typing import Any
 import bpy
 
 from . import api
-from .api_pose import settings_of
 from .operators.common import find_posed_object, posed_object
 from .panels import ArapPanel, ArapSubPanel, draw_text, is_following, split_column
+from .scene_input import settings_of
 
 
 class ARAP_UL_handles(bpy.types.UIList):

@@ -6,10 +6,10 @@ from __future__ import annotations
 import bpy
 
 from . import compat, mesh_size
-from .api_pose import settings_of
 from .operators.common import posed_object
 from .operators.pose_act import running
 from .panels import ArapSubPanel, split_column
+from .scene_input import settings_of
 
 
 class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
