@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import empty_groups, mesh_size, seen_mesh, sessions
+from . import app_handlers, empty_groups, mesh_size, seen_mesh, sessions
 from .operators.pose_act import running
 
 
@@ -47,15 +47,11 @@ _HANDLERS = (
 
 
 def register() -> None:
-    for event, handler in _HANDLERS:
-        getattr(bpy.app.handlers, event).append(handler)
+    app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
-    for event, handler in _HANDLERS:
-        handlers = getattr(bpy.app.handlers, event)
-        if handler in handlers:
-            handlers.remove(handler)
+    app_handlers.remove(_HANDLERS)
     sessions.clear()
     empty_groups.clear()
     mesh_size.clear()

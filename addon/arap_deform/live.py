@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import bpy
 from bpy.app.handlers import persistent
 
-from . import sessions
+from . import app_handlers, sessions
 from .follow_scene import is_rendering
 from .following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
 from .live_run import LiveRun, When
@@ -193,15 +193,11 @@ _HANDLERS = (
 
 
 def register() -> None:
-    for event, handler in _HANDLERS:
-        getattr(bpy.app.handlers, event).append(handler)
+    app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
-    for event, handler in _HANDLERS:
-        handlers = getattr(bpy.app.handlers, event)
-        if handler in handlers:
-            handlers.remove(handler)
+    app_handlers.remove(_HANDLERS)
     if bpy.app.timers.is_registered(_on_timer):
         bpy.app.timers.unregister(_on_timer)
     for run in _runs.values():

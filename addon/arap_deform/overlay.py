@@ -14,7 +14,7 @@ import numpy as np
 from bpy.app.handlers import persistent
 from mathutils import Matrix
 
-from . import api, overlay_data
+from . import api, app_handlers, overlay_data
 from . import overlay_batches as batches
 from .operators.common import find_posed_object
 from .overlay_legend import draw_legend
@@ -163,8 +163,7 @@ _draw_handles: list[Any] = []
 
 
 def register() -> None:
-    for event, handler in _HANDLERS:
-        getattr(bpy.app.handlers, event).append(handler)
+    app_handlers.add(_HANDLERS)
     space = bpy.types.SpaceView3D
     _draw_handles.append(space.draw_handler_add(_draw_in_space, (), "WINDOW", "POST_VIEW"))
     _draw_handles.append(space.draw_handler_add(_draw_on_screen, (), "WINDOW", "POST_PIXEL"))
@@ -174,8 +173,5 @@ def unregister() -> None:
     for handle in _draw_handles:
         bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
     _draw_handles.clear()
-    for event, handler in _HANDLERS:
-        handlers = getattr(bpy.app.handlers, event)
-        if handler in handlers:
-            handlers.remove(handler)
+    app_handlers.remove(_HANDLERS)
     _drawn.clear()

@@ -9,7 +9,7 @@ handlers that say when the scene was evaluated, a timer for refining, and one ex
 import bpy
 from bpy.props import BoolProperty
 
-from .. import api, live_key, sessions
+from .. import api, app_handlers, live_key, sessions
 from ..follow_scene import BlenderFollowScene, is_rendering
 from ..session_data import Readout
 from . import pose_undo
@@ -123,8 +123,7 @@ _runs: dict[str, Run] = {}
 
 def _add(run: Run) -> None:
     if not _runs:
-        for event, handler in _HANDLERS:
-            getattr(bpy.app.handlers, event).append(handler)
+        app_handlers.add(_HANDLERS)
     _runs[run.scene.name] = run
     running[run.scene.name] = run.act
 
@@ -133,10 +132,7 @@ def _remove(run: Run) -> None:
     _runs.pop(run.scene.name, None)
     running.pop(run.scene.name, None)
     if not _runs:
-        for event, handler in _HANDLERS:
-            handlers = getattr(bpy.app.handlers, event)
-            if handler in handlers:  # a file load has cleared them
-                handlers.remove(handler)
+        app_handlers.remove(_HANDLERS)
 
 
 def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:

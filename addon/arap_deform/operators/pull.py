@@ -5,7 +5,7 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import pull_pins, shape_key
+from .. import app_handlers, pull_pins, shape_key
 from ..grab_region import Grab
 from ..view_math import Mode
 from . import pull_tool
@@ -245,20 +245,18 @@ def _on_undo(*_: object) -> None:
         run.undone()
 
 
-_EVENTS = ("undo_post", "redo_post")
+_HANDLERS = (("undo_post", _on_undo), ("redo_post", _on_undo))
 CLASSES = (ARAP_OT_pull, ARAP_OT_pull_make_real, ARAP_OT_pull_release, ARAP_OT_pull_tool)
 
 
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    for event in _EVENTS:
-        getattr(bpy.app.handlers, event).append(_on_undo)
+    app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
-    for event in _EVENTS:
-        getattr(bpy.app.handlers, event).remove(_on_undo)
+    app_handlers.remove(_HANDLERS)
     for run in list(current):  # Blender drops running operators without a word when their class goes
         run.act.cancel("The add-on was disabled")
         current.remove(run)
