@@ -7,7 +7,6 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import app_handlers, empty_groups, mesh_size, seen_mesh, sessions
-from .operators.pose_act import running
 
 
 @persistent
@@ -21,7 +20,7 @@ def _on_load(*_: object) -> None:
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     empty_groups.forget_updated(depsgraph)
-    mesh_size.forget_updated(depsgraph, running)
+    mesh_size.forget_updated(depsgraph, sessions.acts)
     seen_mesh.forget_updated(depsgraph)
 
 

@@ -9,7 +9,6 @@ import bpy
 
 from . import api, mesh_io, sessions
 from .follow_scene import BlenderFollowScene
-from .operators.pose_act import running
 from .session_binding import SessionBinding
 
 PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
@@ -20,7 +19,7 @@ class BlenderLiveScene(BlenderFollowScene):
 
     def why_paused(self) -> str:
         obj = self._obj()
-        act = "it is posed" if self.name in running else sessions.claimed_by(self.name)
+        act = sessions.claimed_by(self.name)
         if act:
             return f"Paused while {act}"
         if obj.mode in PAUSING_MODES or obj.data.is_editmode:

@@ -7,9 +7,9 @@ import textwrap
 
 import bpy
 
-from . import api
+from . import api, sessions
 from .operators.common import find_posed_object
-from .operators.pose_act import Phase, PoseAct, running
+from .operators.pose_act import Phase, PoseAct
 
 STOP_REASONS = {
     "converged": "Converged",
@@ -55,8 +55,8 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
             draw_text(context, layout, "Select the mesh to pose.", "INFO")
             return
         layout.label(text=obj.name, icon="OUTLINER_OB_MESH")
-        act = running.get(obj.name)
-        if act is not None and not act.is_drag:
+        act = sessions.acts.get(obj.name)
+        if isinstance(act, PoseAct) and not act.is_drag:
             _draw_act(context, layout, act)
         else:
             hint = _next_step(obj)
@@ -133,7 +133,7 @@ def _draw_readout(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
 
 def is_following(obj: bpy.types.Object) -> bool:
     """Whether posing or Live has looked for what is wrong, and changes the mesh too often to look again."""
-    return obj.name in running or bool(obj.arap.is_live)
+    return bool(sessions.claimed_by(obj.name) or obj.arap.is_live)
 
 
 def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:

@@ -5,9 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from . import compat, mesh_size
+from . import compat, mesh_size, sessions
 from .operators.common import posed_object
-from .operators.pose_act import running
 from .panels import ArapSubPanel, split_column
 from .scene_input import settings_of
 
@@ -25,7 +24,7 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         settings = obj.arap
         column = split_column(layout)
         key_name = column.row()
-        key_name.enabled = obj.name not in running  # the pose under way is in that key
+        key_name.enabled = not sessions.claimed_by(obj.name)  # the pose under way is in that key
         key_name.prop(settings, "key_name")
         column.prop(settings, "energy")
         if settings_of(obj).has_radius:

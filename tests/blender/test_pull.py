@@ -372,11 +372,11 @@ class PinsTest(PullTest):
         self.assertEqual(common.why_not_pullable(bpy.context), "Wait for the mesh: it is baked")
         job.cancel()
         self.assertEqual(common.why_not_pullable(bpy.context), "")
-        pose_act.running[obj.name] = pose_act.PoseAct(None, is_drag=True)
+        module("sessions").claim(obj.name, pose_act.PoseAct(None, is_drag=True))
         self.assertEqual(
             common.why_not_pullable(bpy.context), "The mesh is being pulled: wait until it has settled, or press Esc"
         )
-        del pose_act.running[obj.name]
+        module("sessions").release(obj.name)
         self.assertEqual(common.why_not_pullable(bpy.context), "")
 
     def test_a_window_is_needed_to_pull(self):

@@ -14,7 +14,7 @@ from ..follow_scene import BlenderFollowScene, is_rendering
 from ..session_data import Readout
 from . import pose_undo
 from .common import StatusBar, allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_solvable
-from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, running, status_text
+from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 
 TIMER_S = 0.02
 EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
@@ -125,12 +125,12 @@ def _add(run: Run) -> None:
     if not _runs:
         app_handlers.add(_HANDLERS)
     _runs[run.scene.name] = run
-    running[run.scene.name] = run.act
+    sessions.claim(run.scene.name, run.act)
 
 
 def _remove(run: Run) -> None:
     _runs.pop(run.scene.name, None)
-    running.pop(run.scene.name, None)
+    sessions.release(run.scene.name)
     if not _runs:
         app_handlers.remove(_HANDLERS)
 
@@ -261,10 +261,12 @@ class ARAP_OT_pose_end(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = find_posed_object(context)
-        return allow(cls, "" if obj is not None and obj.name in running else "This mesh is not being posed")
+        is_posed = obj is not None and isinstance(sessions.acts.get(obj.name), PoseAct)
+        return allow(cls, "" if is_posed else "This mesh is not being posed")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        act = running[posed_object(context).name]
+        act = sessions.acts[posed_object(context).name]
+        assert isinstance(act, PoseAct)
         if self.is_kept:
             act.keep()
         else:

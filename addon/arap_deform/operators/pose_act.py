@@ -19,9 +19,6 @@ from typing import Protocol
 from ..following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene
 from ..session_data import Readout
 
-running: dict[str, PoseAct] = {}
-"""The acts under way, by name of the object: for panels and polls."""
-
 # What is kept is settled, where that takes no longer than somebody waits for Enter.
 KEEP_TIME_LIMIT_S = 2.0
 
@@ -69,6 +66,11 @@ class PoseAct:
         self._follower = Follower(scene)
         self._is_busy = False
         self.end: End | None = None
+
+    @property
+    def doing(self) -> str:
+        """For Live, which waits, and for those who ask in vain."""
+        return "it is pulled" if self.is_drag else "it is posed"
 
     @property
     def phase(self) -> Phase:

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from .. import api, mesh_io, pull_pins, seen_mesh
+from .. import api, mesh_io, pull_pins, seen_mesh, sessions
 from ..follow_scene import is_rendering
 from ..grab_region import Grab, connected_within, symmetric_grabs
 from ..view_math import Drag, Pixels, View
 from .common import StatusBar, tag_panels
-from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, running
+from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored
 from .pull_scene import PullScene
 
 TIMER_S = 0.01
@@ -87,7 +87,7 @@ class PullRun:
         self.act = PoseAct(self.scene, is_drag=True)
         self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
         self.act.begin()
-        running[obj.name] = self.act
+        sessions.claim(obj.name, self.act)
         self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
         self._status = StatusBar()
 
@@ -139,7 +139,7 @@ class PullRun:
         end = self.act.end
         assert end is not None
         bpy.context.window_manager.event_timer_remove(self._timer)
-        running.pop(self.scene.name, None)
+        sessions.release(self.scene.name)
         obj = self.scene.obj
         if obj is None:
             api.end_session(self.scene.name)
