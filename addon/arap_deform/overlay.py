@@ -14,8 +14,7 @@ import numpy as np
 from bpy.app.handlers import persistent
 from mathutils import Matrix
 
-from . import api, app_handlers, overlay_data
-from . import overlay_batches as batches
+from . import api, app_handlers, batches, colors, overlay_data
 from .operators.common import find_posed_object
 from .overlay_legend import draw_legend
 from .strain import Float32s
@@ -74,10 +73,10 @@ class Drawn:
         if self.heat is not None:
             batches.draw_surface(self.heat, matrix)
         if self.pins is not None:
-            color = batches.theme_color("bone_pose")
+            color = colors.of_pins()
             batches.draw_points(self.pins, matrix, color, PIN_SIZE, is_hidden_behind=True)
         if self.lines is not None and self.rests is not None:
-            color = batches.theme_color("vertex_select")
+            color = colors.of_handles()
             batches.draw_lines(self.lines, color, LINE_WIDTH)
             batches.draw_points(self.rests, Matrix(), color, REST_SIZE, is_hidden_behind=False)
 

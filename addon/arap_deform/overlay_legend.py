@@ -9,7 +9,7 @@ import gpu
 import numpy as np
 
 from . import compat
-from .overlay_batches import index_buffer, surface_batch
+from .batches import index_buffer, surface_batch
 from .strain import colors_of
 
 FONT = 0
