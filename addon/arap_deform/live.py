@@ -58,6 +58,13 @@ def toggled(obj: bpy.types.Object) -> None:
         _runs.pop(obj.name).end()
 
 
+def give_up(obj: bpy.types.Object) -> None:
+    """To be called before an act without Live: undoing the act must not try again what Live has given up."""
+    if obj.arap.live_problem:
+        obj.arap.live_problem = ""
+        bpy.ops.ed.undo_push(message="ARAP Live Off")
+
+
 def _begin(obj: bpy.types.Object) -> None:
     # An object of a library cannot be changed: it shows what was saved.
     if obj.name not in _runs and obj.library is None and obj.type == "MESH":

@@ -9,7 +9,7 @@ handlers that say when the scene was evaluated, a timer for refining, and one ex
 import bpy
 from bpy.props import BoolProperty
 
-from .. import api, app_handlers, live_key, sessions
+from .. import api, app_handlers, live, live_key, sessions
 from ..follow_scene import BlenderFollowScene, is_rendering
 from ..session_data import Readout
 from . import pose_undo
@@ -84,6 +84,7 @@ class Run:
 
     def __init__(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         """Begins the act. Raises ValueError or RuntimeError where it cannot; then nothing has changed."""
+        live.give_up(obj)
         self.scene = BlenderPoseScene(obj)
         self.act = PoseAct(self.scene)
         self._status = StatusBar()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from .. import api, mesh_io, pull_pins, seen_mesh, sessions
+from .. import api, live, mesh_io, pull_pins, seen_mesh, sessions
 from ..follow_scene import is_rendering
 from ..grab_region import Grab, connected_within, symmetric_grabs
 from ..view_math import Drag, Pixels, View
@@ -83,6 +83,7 @@ class PullRun:
         self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal)
         self.is_released = False
         self.is_undone = False
+        live.give_up(obj)
         self.scene = PullScene(obj, grabs_at(obj, grip.pick, context.window_manager.arap_pull.falloff))
         self.act = PoseAct(self.scene, is_drag=True)
         self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
