@@ -11,10 +11,10 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from . import empty_groups, handle_io, handle_patch, mesh_io
-from .group_io import VertexIndices, check_group, checked_indices, item_at, new_group, remove_group
+from . import empty_groups, handle_io, handle_patch, mesh_io, vertex_groups
 from .handle_map import Floats
 from .point_handles import diagonal_of
+from .vertex_groups import VertexIndices
 
 if TYPE_CHECKING:
     from .handle_properties import ArapHandle
@@ -43,7 +43,7 @@ def add_handle(
     its vertices, and its empty stands there; ``is_exact``: it holds the vertices themselves.
     """
     mesh_io.check_mesh(obj)
-    indices = checked_indices(obj, vertices)
+    indices = vertex_groups.checked_indices(obj, vertices)
     if location is not None and np.shape(location) != (3,):
         raise ValueError(f"The location of handle '{name}' has shape {np.shape(location)}: give x, y and z")
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -61,7 +61,7 @@ def add_handle(
     at_rest[:3, 3] = centre
 
     with _making():
-        handle = _new_handle(obj, new_group(obj, indices, name), name)
+        handle = _new_handle(obj, vertex_groups.new(obj, indices, name), name)
         handle.has_made_group = handle.has_made_target = True
         handle.is_exact = is_exact
         handle.target = _new_empty(obj, name, world, fit @ at_rest)
@@ -98,7 +98,7 @@ def add_handle_for(
     indices = np.asarray(within if len(within) else [int(distance.argmin())], dtype=np.int32)
     name = bone or target.name
     with _making():
-        handle = _new_handle(obj, new_group(obj, indices, name), name)
+        handle = _new_handle(obj, vertex_groups.new(obj, indices, name), name)
         handle.has_made_group = True
         handle.target = target
         handle.bone = bone
@@ -127,19 +127,19 @@ def add_handles_for(
 def remove_handle(obj: bpy.types.Object, index: int) -> None:
     """Removes a handle, and the vertex group and the empty it made where nothing else uses them."""
     handles = obj.arap.handles
-    handle = item_at(obj, handles, index, "handle")
+    handle = handle_io.item_at(obj, handles, index, "handle")
     group = handle.vertex_group if handle.has_made_group else ""
     target = handle.target if handle.has_made_target else None
     handles.remove(index)
     obj.arap.active_handle_index = max(0, min(obj.arap.active_handle_index, len(handles) - 1))
-    remove_group(obj, group)
+    vertex_groups.remove_unused(obj, group)
     if target is not None and not _is_used(target):
         bpy.data.objects.remove(target)
 
 
 def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Object, bone: str = "") -> None:
     """Gives a handle another object or bone. The mesh does not move: the new one takes over where it stands."""
-    handle = item_at(obj, obj.arap.handles, index, "handle")
+    handle = handle_io.item_at(obj, obj.arap.handles, index, "handle")
     reason = handle_io.target_problem(obj, target, bone, bpy.context.evaluated_depsgraph_get())
     if reason:
         raise ValueError(f"Handle '{handle.name}' of '{obj.name}' cannot take it: {reason}")
@@ -152,8 +152,8 @@ def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Objec
 
 def set_handle_group(obj: bpy.types.Object, index: int, vertex_group: str) -> None:
     """Gives a handle another vertex group of ``obj``; the mesh does not move."""
-    handle = item_at(obj, obj.arap.handles, index, "handle")
-    check_group(obj, vertex_group)
+    handle = handle_io.item_at(obj, obj.arap.handles, index, "handle")
+    vertex_groups.check(obj, vertex_group)
     with _making():
         handle.has_made_group = handle.has_made_group and handle.vertex_group == vertex_group
         handle.vertex_group = vertex_group
@@ -224,7 +224,7 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
         index: of the handle.
         with_weights: say also where its group has no weights, as far as that takes milliseconds: see empty_groups.
     """
-    handle = item_at(obj, obj.arap.handles, index, "handle")
+    handle = handle_io.item_at(obj, obj.arap.handles, index, "handle")
     problem = handle_io.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
     if not problem and with_weights and empty_groups.is_empty(obj, handle.vertex_group):
         return handle_io.no_weights(obj, handle)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from . import mesh_io
-from .group_io import VertexIndices, check_group, checked_indices, item_at, new_group, remove_group
+from . import handle_io, mesh_io, vertex_groups
+from .vertex_groups import VertexIndices
 
 if TYPE_CHECKING:
     from .handle_properties import ArapPin
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 def add_pin(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Pin") -> ArapPin:
     """Makes a vertex group of ``vertices`` (weight 1) and pins it at rest."""
     mesh_io.check_mesh(obj)
-    indices = checked_indices(obj, vertices)
-    pin = add_pin_group(obj, new_group(obj, indices, name))
+    indices = vertex_groups.checked_indices(obj, vertices)
+    pin = add_pin_group(obj, vertex_groups.new(obj, indices, name))
     pin.has_made_group = True
     return pin
 
@@ -26,7 +26,7 @@ def add_pin(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Pin") -
 def add_pin_group(obj: bpy.types.Object, vertex_group: str) -> ArapPin:
     """Pins an existing vertex group; where it is pinned already, returns that pin, enabled."""
     mesh_io.check_mesh(obj)
-    check_group(obj, vertex_group)
+    vertex_groups.check(obj, vertex_group)
     pins = obj.arap.pins
     pin: ArapPin | None = pins.get(vertex_group)
     if pin is None:
@@ -40,8 +40,8 @@ def add_pin_group(obj: bpy.types.Object, vertex_group: str) -> ArapPin:
 def remove_pin(obj: bpy.types.Object, index: int) -> None:
     """Removes a pin, and its vertex group where the pin made it and nothing else uses it."""
     pins = obj.arap.pins
-    pin = item_at(obj, pins, index, "pin")
+    pin = handle_io.item_at(obj, pins, index, "pin")
     group = pin.name if pin.has_made_group else ""
     pins.remove(index)
     obj.arap.active_pin_index = max(0, min(obj.arap.active_pin_index, len(pins) - 1))
-    remove_group(obj, group)
+    vertex_groups.remove_unused(obj, group)

@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The vertex groups of pins and handles: making them of vertices, removing those that nothing uses any more."""
+"""Vertex groups of an object: made, checked, removed. Not in Edit Mode, where Blender refuses it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .handle_map import Ints
+
 VertexIndices = Sequence[int] | NDArray[np.integer]
 
 
-def checked_indices(obj: bpy.types.Object, vertices: VertexIndices) -> NDArray[np.int32]:
-    """(k,) ascending. Raises ValueError where they are no vertices of the mesh."""
+def checked_indices(obj: bpy.types.Object, vertices: VertexIndices) -> Ints:
+    """(k,) int32 ascending. Raises ValueError where there are none, or one that the mesh does not have."""
     indices: NDArray[np.integer] = np.unique(np.asarray(vertices))
     n = len(obj.data.vertices)
     if not indices.size:
@@ -27,21 +28,21 @@ def checked_indices(obj: bpy.types.Object, vertices: VertexIndices) -> NDArray[n
     return indices.astype(np.int32)
 
 
-def check_group(obj: bpy.types.Object, vertex_group: str) -> None:
+def check(obj: bpy.types.Object, name: str) -> None:
     """Raises ValueError where the object has no such group."""
-    if vertex_group not in obj.vertex_groups:
-        raise ValueError(f"'{obj.name}' has no vertex group '{vertex_group}': choose one of its groups")
+    if name not in obj.vertex_groups:
+        raise ValueError(f"'{obj.name}' has no vertex group '{name}': choose one of its groups")
 
 
-def new_group(obj: bpy.types.Object, indices: NDArray[np.int32], name: str) -> str:
-    """A group with weight 1 at these vertices; its name, which Blender may have numbered."""
+def new(obj: bpy.types.Object, indices: Ints, name: str) -> str:
+    """A new group of these vertices, weight 1; its name, which Blender may have numbered."""
     group = obj.vertex_groups.new(name=name)
     group.add(indices.tolist(), 1.0, "REPLACE")
     return str(group.name)
 
 
-def remove_group(obj: bpy.types.Object, name: str) -> None:
-    """Removes a vertex group that nothing of the object uses any more; '' is none."""
+def remove_unused(obj: bpy.types.Object, name: str) -> None:
+    """Removes a group that nothing of the object uses any more; '' is none."""
     group = obj.vertex_groups.get(name) if name else None
     if group is None:
         return
@@ -52,10 +53,3 @@ def remove_group(obj: bpy.types.Object, name: str) -> None:
     used |= {getattr(modifier, "vertex_group", "") for modifier in obj.modifiers}
     if name not in used:
         obj.vertex_groups.remove(group)
-
-
-def item_at(obj: bpy.types.Object, items: Sequence[Any], index: int, noun: str) -> Any:
-    """``items[index]``; a ValueError says what there is where there is none."""
-    if not 0 <= index < len(items):
-        raise ValueError(f"'{obj.name}' has no {noun} {index}: it has {len(items)}")
-    return items[index]
