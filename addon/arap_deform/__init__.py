@@ -20,7 +20,9 @@ bl_info = {
 
 def _modules() -> tuple[ModuleType, ...]:
     from . import (
+        bake_panel,
         cli,
+        first_pose_panel,
         handlers,
         handles_panel,
         live,
@@ -31,13 +33,17 @@ def _modules() -> tuple[ModuleType, ...]:
         overlay_panel,
         panels,
         pins_panel,
+        pose_panel,
+        preferences,
         properties,
         pull_draw,
         settings_panel,
+        translations,
     )
 
-    of_panels = (panels, handles_panel, pins_panel, settings_panel, live_panel, overlay_panel)
-    return (properties, handlers, operators, live, pull_draw, overlay, *of_panels, menus, cli)
+    acts = (handlers, operators, live, pull_draw, overlay)
+    on_mesh = (first_pose_panel, pins_panel, handles_panel, pose_panel, live_panel, bake_panel)
+    return (translations, preferences, properties, *acts, panels, *on_mesh, overlay_panel, settings_panel, menus, cli)
 
 
 def register() -> None:

@@ -47,7 +47,7 @@ from .api_pose import (
     update_pose,
 )
 from .api_result import PoseState, apply_pose_as_rest, bake_pose, capture_state, reset_pose, restore_state
-from .api_solve import solve
+from .api_solve import SolveJob, begin_solve, solve
 from .handle_io import handle_matrices
 from .native import problem as native_problem
 from .session import Cancelled, Session
@@ -62,6 +62,7 @@ __all__ = [
     "Readout",
     "Session",
     "SessionInput",
+    "SolveJob",
     "add_handle",
     "add_handle_for",
     "add_handles_for",
@@ -72,6 +73,7 @@ __all__ = [
     "bake_animation",
     "bake_pose",
     "begin_bake",
+    "begin_solve",
     "build_session",
     "capture_state",
     "check_live",

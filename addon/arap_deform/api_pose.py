@@ -67,7 +67,7 @@ def adopt_session(obj: bpy.types.Object, inputs: SessionInput, session: Session)
     Raises:
         RuntimeError: the mesh has changed since ``inputs`` were read.
     """
-    reason = _counts_problem(obj, inputs)
+    reason = counts_problem(obj, inputs)
     if reason:
         raise RuntimeError(f"{reason} while it was being prepared: start again")
     sessions.put(obj.name, Live(session, inputs))
@@ -247,7 +247,7 @@ def live_problem(
         stretch = mesh_io.read_stretch(obj, depsgraph)
     except ValueError as error:
         return str(error)
-    reason = _counts_problem(obj, live.inputs)
+    reason = counts_problem(obj, live.inputs)
     if reason:
         return reason
     if (handle_io.enabled_holds(obj) if holds is None else holds) != live.inputs.holds:
@@ -258,7 +258,8 @@ def live_problem(
     return "" if sessions.is_same_stretch(live.inputs.stretch, stretch) else sessions.stretch_differs(obj.name)
 
 
-def _counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
+def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
+    """Why the mesh is no longer the one that ``inputs`` were read of, '' while it is."""
     before, now = inputs.signature.counts, counts_of(obj)
     return "" if now == before else sessions.counts_differ(obj.name, before, now)
 

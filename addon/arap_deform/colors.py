@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The colours of what is drawn in the 3D view: those of the user's theme."""
+"""The colours of what is drawn in the 3D view: those of the user's theme, or of the preferences."""
 
 from __future__ import annotations
 
@@ -7,22 +7,24 @@ from typing import Any
 
 import bpy
 
+from . import preferences
+
 Color = tuple[float, float, float, float]
 
 
 def of_pins() -> Color:
-    """As bones in Pose Mode."""
-    return _opaque(_theme().view_3d.bone_pose)
+    """In the theme: as bones in Pose Mode."""
+    return _opaque(preferences.color("pin_color") or _theme().view_3d.bone_pose)
 
 
 def of_handles() -> Color:
-    """As selected vertices."""
-    return _opaque(_theme().view_3d.vertex_select)
+    """In the theme: as selected vertices."""
+    return _opaque(preferences.color("handle_color") or _theme().view_3d.vertex_select)
 
 
 def of_pull() -> Color:
-    """As the gizmos."""
-    return _opaque(_theme().user_interface.gizmo_primary)
+    """In the theme: as the gizmos."""
+    return _opaque(preferences.color("pull_color") or _theme().user_interface.gizmo_primary)
 
 
 def _theme() -> bpy.types.Theme:

@@ -44,6 +44,7 @@ class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
 
     bl_idname = "ARAP_PT_handles"
     bl_label = "Handles"
+    bl_order = 20
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout

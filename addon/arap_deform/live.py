@@ -12,9 +12,9 @@ from collections.abc import Iterable
 import bpy
 from bpy.app.handlers import persistent
 
-from . import app_handlers, sessions
+from . import app_handlers, preferences, sessions
 from .follow_scene import is_rendering
-from .following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
+from .following import FOLLOW_TIME_LIMIT_S
 from .live_run import LiveRun, When
 from .live_scene import BlenderLiveScene
 from .operators.common import tag_panels
@@ -168,7 +168,7 @@ def _on_timer() -> float | None:
     is_playing = _is_playing()
     runs = [run for run in _runs.values() if run.wants_timer]
     for run in runs:
-        run.tick(is_playing=is_playing, time_limit_s=REFINE_TIME_LIMIT_S / len(runs))
+        run.tick(is_playing=is_playing, time_limit_s=preferences.refine_time_s() / len(runs))
     if _shown() != shown:
         tag_panels(bpy.context)
     left = [run for run in _runs.values() if run.wants_timer]

@@ -10,6 +10,7 @@ import bpy
 from . import api, mesh_io, sessions
 from .follow_scene import BlenderFollowScene
 from .session_binding import SessionBinding
+from .texts import iface_
 
 PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
 
@@ -21,9 +22,9 @@ class BlenderLiveScene(BlenderFollowScene):
         obj = self._obj()
         act = sessions.claimed_by(self.name)
         if act:
-            return f"Paused while {act}"
+            return iface_("Paused while {}").format(iface_(act))
         if obj.mode in PAUSING_MODES or obj.data.is_editmode:
-            return f"Paused in {PAUSING_MODES.get(obj.mode, 'Edit Mode')}"
+            return iface_("Paused in {}").format(iface_(PAUSING_MODES.get(obj.mode, "Edit Mode")))
         if not mesh_io.is_evaluated(obj, self._depsgraph()):
             return "Paused: this mesh is disabled, excluded or in another scene"
         return ""

@@ -10,6 +10,7 @@ import bpy
 from . import empty_groups
 from .operators.common import find_posed_object, posed_object
 from .panels import ArapSubPanel, is_following, split_column
+from .texts import iface_
 
 
 class ARAP_UL_pins(bpy.types.UIList):
@@ -32,7 +33,8 @@ class ARAP_UL_pins(bpy.types.UIList):
         label = row.row()
         label.active = pin.is_enabled
         label.alert = bool(lack)
-        label.label(text=f"{pin.name} ({lack})" if lack else pin.name, icon="PINNED")
+        text = f"{pin.name} ({iface_(lack)})" if lack else pin.name
+        label.label(text=text, translate=False, icon="PINNED")
 
 
 class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
@@ -40,6 +42,7 @@ class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
 
     bl_idname = "ARAP_PT_pins"
     bl_label = "Pins"
+    bl_order = 10
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout

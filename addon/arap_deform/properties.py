@@ -17,6 +17,7 @@ from bpy.props import (
     StringProperty,
 )
 
+from . import preferences
 from .handle_properties import ArapHandle, ArapPin
 from .overlay_properties import ArapOverlay
 from .pull_properties import ArapPullPin, ArapPullTool
@@ -46,6 +47,14 @@ HANDLE_SHAPES = (
     ("SINGLE_ARROW", "Single Arrow", ""),
     ("CONE", "Cone", ""),
 )
+
+
+def _key_name(settings: bpy.types.PropertyGroup) -> str:
+    return str(settings.own_key_name or preferences.key_name())
+
+
+def _set_key_name(settings: bpy.types.PropertyGroup, name: str) -> None:
+    settings.own_key_name = name
 
 
 def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
@@ -125,14 +134,6 @@ class ArapObject(bpy.types.PropertyGroup):
         soft_max=1e-2,
         precision=6,
     )
-    threads: IntProperty(
-        name="Threads",
-        description="Processor threads to use; 0 takes as many as pay at this size",
-        default=0,
-        min=0,
-        max=1024,
-        soft_max=64,
-    )
     join_seams: BoolProperty(
         name="Join Seams",
         description="Treat vertices at the same place as one, so that open seams stay closed",
@@ -147,9 +148,16 @@ class ArapObject(bpy.types.PropertyGroup):
     )
     key_name: StringProperty(
         name="Shape Key",
-        description="Shape key that takes the pose; made where missing, numbered where another key has the name",
-        default="ARAP",
+        description=(
+            "Shape key that takes the pose; made where missing, numbered where another key has the name. "
+            "Empty: the name in the add-on's preferences"
+        ),
+        get=_key_name,
+        set=_set_key_name,
         maxlen=63,  # Blender cuts names of keys here
+    )
+    own_key_name: StringProperty(
+        options={"HIDDEN"}, description="The name of the shape key; empty: that of the preferences", maxlen=63
     )
     made_keys: CollectionProperty(
         type=ArapMadeKey,

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from . import handle_io, live_key, mesh_io, shape_key
+from . import handle_io, live_key, mesh_io, preferences, shape_key
 from .handle_map import Floats, HandleSpec, Ints
 from .session_data import SessionMesh, SessionSettings
 from .sessions import Counts, Hold, MeshSignature, SessionInput
@@ -14,7 +14,7 @@ from .vertex_properties import regions_of, stiffness_of
 
 
 def settings_of(obj: bpy.types.Object) -> SessionSettings:
-    """The solver's settings of ``obj.arap``."""
+    """The solver's settings: of ``obj.arap``, the threads of the preferences."""
     settings = obj.arap
     return SessionSettings(
         energy=settings.energy,
@@ -24,7 +24,7 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
         iterations_per_update=settings.iterations_per_update,
         max_iterations=settings.max_iterations,
         tolerance=settings.tolerance,
-        threads=settings.threads,
+        threads=preferences.threads(),
         join_seams=settings.join_seams,
     )
 

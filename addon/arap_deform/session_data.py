@@ -26,7 +26,7 @@ class SessionMesh:
 
 @dataclass(frozen=True)
 class SessionSettings:
-    """The settings of ``Object.arap`` that the solver sees; see there for what they mean."""
+    """The settings of ``Object.arap``, and of the preferences, that the solver sees; see there for what they mean."""
 
     energy: str = "rotation_nodes"
     rigidity_radius: float = 0.02  # a fraction of the mesh's diagonal as seen

@@ -16,6 +16,7 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
 
     bl_idname = "ARAP_PT_settings"
     bl_label = "Settings"
+    bl_order = 90
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -36,7 +37,6 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         column.prop(settings, "iterations_per_update", text="Iterations")
         column.prop(settings, "max_iterations", text="At Most")
         column.prop(settings, "tolerance")
-        column.prop(settings, "threads")
         column = split_column(layout)
         column.prop_search(settings, "rigid_group", obj, "vertex_groups", text="Rigid")
         column.prop_search(settings, "stiffness_group", obj, "vertex_groups", text="Stiffness")
@@ -53,7 +53,7 @@ def _draw_radius(context: bpy.types.Context, column: bpy.types.UILayout, obj: bp
     name, value = split.row(), split.row()
     name.alignment = "RIGHT"
     name.label(text="Radius")
-    value.label(text=compat.length_text(context.scene, size * obj.arap.rigidity / 100.0))
+    value.label(text=compat.length_text(context.scene, size * obj.arap.rigidity / 100.0), translate=False)
 
 
 def register() -> None:

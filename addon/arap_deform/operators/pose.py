@@ -9,9 +9,10 @@ handlers that say when the scene was evaluated, a timer for refining, and one ex
 import bpy
 from bpy.props import BoolProperty
 
-from .. import api, app_handlers, live, live_key, sessions
+from .. import api, app_handlers, live, live_key, preferences, sessions
 from ..follow_scene import BlenderFollowScene, is_rendering
 from ..session_data import Readout
+from ..texts import rpt_
 from . import pose_undo
 from .common import StatusBar, allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_solvable
 from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
@@ -42,18 +43,19 @@ class BlenderPoseScene(BlenderFollowScene):
     def why_over(self) -> str:
         obj = self.obj
         if obj is None or obj.name not in bpy.context.scene.objects:
-            return f"'{self.name}' was deleted or renamed: posing has ended"
+            return rpt_("'{}' was deleted or renamed: posing has ended").format(self.name)
         if obj.mode != "OBJECT":
-            return f"'{self.name}' is no longer in Object Mode: the pose is kept and posing has ended"
+            return rpt_("'{}' is no longer in Object Mode: the pose is kept and posing has ended").format(self.name)
         if _counts(obj) != self._counts:
-            return f"The mesh of '{self.name}' has changed: posing has ended, its rest shape is another one now"
+            text = rpt_("The mesh of '{}' has changed: posing has ended, its rest shape is another one now")
+            return text.format(self.name)
         reason = self.key.problem(obj)
         if reason:
             return reason
         for index, handle in enumerate(obj.arap.handles):
             problem = api.handle_problem(obj, index) if handle.is_enabled else ""
             if problem:
-                return f"{problem}. The pose is kept and posing has ended"
+                return rpt_("{}. The pose is kept and posing has ended").format(problem)
         return ""
 
     def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
@@ -208,7 +210,7 @@ class ARAP_OT_pose(bpy.types.Operator):
             return {"RUNNING_MODAL"} if is_ours else {"PASS_THROUGH"}
         end = run.finish()
         if end.message:
-            self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
+            self.report({"WARNING"} if end.error is None else {"ERROR"}, rpt_(end.message))
         if end.how is Ending.KEEP:
             return {"FINISHED"}
         if end.how is Ending.RESTORE:
@@ -225,7 +227,7 @@ class ARAP_OT_pose(bpy.types.Operator):
             return
         act = self._run.act
         before = act.readout
-        act.tick()
+        act.tick(preferences.refine_time_s())
         if act.phase is Phase.BINDING:
             self._run.show_status(context)
         if act.readout is not before or act.phase is Phase.BINDING:

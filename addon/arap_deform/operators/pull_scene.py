@@ -16,6 +16,7 @@ from ..handle_map import Floats
 from ..session_binding import SessionBinding
 from ..session_data import Readout
 from ..sessions import Hold
+from ..texts import rpt_
 
 
 class PullScene(BlenderFollowScene):
@@ -44,11 +45,11 @@ class PullScene(BlenderFollowScene):
     def why_over(self) -> str:
         obj = self.obj
         if obj is None or obj.name not in bpy.context.scene.objects:
-            return f"'{self.name}' was deleted or renamed: the pull has ended"
+            return rpt_("'{}' was deleted or renamed: the pull has ended").format(self.name)
         if obj.mode != "OBJECT":
-            return f"'{self.name}' is no longer in Object Mode: the pull has ended"
+            return rpt_("'{}' is no longer in Object Mode: the pull has ended").format(self.name)
         if (len(obj.data.vertices), len(obj.data.polygons)) != self._counts:
-            return f"The mesh of '{self.name}' has changed: the pull has ended"
+            return rpt_("The mesh of '{}' has changed: the pull has ended").format(self.name)
         return ""
 
     def is_bound(self) -> bool:
