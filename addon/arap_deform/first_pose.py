@@ -15,11 +15,13 @@ class Step:
     """One step.
 
     Attributes:
-        text: in English.
+        text: a few words, in English.
+        hint: a sentence or two on how, in English.
         operator: what does it, '' where it is done by hand.
     """
 
     text: str
+    hint: str
     is_done: bool
     operator: str = ""
 
@@ -45,11 +47,19 @@ def steps(obj: bpy.types.Object | None) -> list[Step]:
 
 def _steps(*, has_mesh: bool, is_editing: bool = False, has_pin: bool = False, has_handle: bool = False) -> list[Step]:
     is_ready = has_pin and has_handle
-    last = "Leave Edit Mode to pose" if is_editing and is_ready else "Pose, and move the handle (G)"
+    if is_editing and is_ready:
+        last = Step("Leave Edit Mode", "Or press Tab. The mesh is posed in Object Mode.", False, "arap.edit_mesh")
+    else:
+        last = Step("Pose", "Then move the empty (G): the mesh follows. Enter keeps the pose.", False, "arap.pose")
     return [
-        Step("Select the mesh", has_mesh),
-        Step("Enter Edit Mode", is_editing or is_ready, "arap.edit_mesh"),
-        Step("Select what stays, and pin it", has_pin, "arap.pin_add"),
-        Step("Select what moves, and add a handle", has_handle, "arap.handle_add"),
-        Step(last, is_done=False, operator="arap.edit_mesh" if is_editing and is_ready else "arap.pose"),
+        Step("Select the mesh", "Click it in the view.", has_mesh),
+        Step("Enter Edit Mode", "Or press Tab. Vertices are selected there.", is_editing or is_ready, "arap.edit_mesh"),
+        Step("Pin what stays", "First select its vertices, those of a foot for example.", has_pin, "arap.pin_add"),
+        Step(
+            "Add a handle",
+            "First select the vertices that shall move, those of a hand for example. An empty appears there.",
+            has_handle,
+            "arap.handle_add",
+        ),
+        last,
     ]

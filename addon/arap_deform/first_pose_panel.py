@@ -7,7 +7,7 @@ import bpy
 
 from . import first_pose
 from .operators.common import find_posed_object
-from .panels import ArapPanel
+from .panels import ArapPanel, draw_text
 from .texts import iface_
 
 
@@ -36,6 +36,8 @@ class ARAP_PT_first_pose(ArapPanel, bpy.types.Panel):
                 row.label(text=text, translate=False)
             else:
                 row.operator(step.operator, text=text, translate=False)
+            if step is following:
+                draw_text(context, column, step.hint, "BLANK1")
 
 
 def register() -> None:

@@ -9,7 +9,7 @@ import bpy
 
 from . import api
 from .operators.common import find_posed_object, posed_object
-from .panels import ArapPanel, ArapSubPanel, draw_text, is_following, split_column
+from .panels import ArapPanel, ArapSubPanel, draw_text, is_following, list_rows, split_column
 from .scene_input import settings_of
 
 
@@ -51,7 +51,8 @@ class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
         obj = posed_object(context)
         settings = obj.arap
         row = layout.row()
-        row.template_list("ARAP_UL_handles", "", settings, "handles", settings, "active_handle_index", rows=3)
+        rows = list_rows(settings.handles)
+        row.template_list("ARAP_UL_handles", "", settings, "handles", settings, "active_handle_index", rows=rows)
         column = row.column(align=True)
         column.operator("arap.handle_add", text="", icon="ADD")
         column.operator("arap.handle_remove", text="", icon="REMOVE")
@@ -60,7 +61,6 @@ class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator("arap.handle_add", text="Add from Selected Vertices", icon="VERTEXSEL")
         column.operator("arap.handle_add_from_empties", text="Add from Selected Empties", icon="EMPTY_AXIS")
-        layout.operator("arap.reset_handles", text="Reset Handles", icon="LOOP_BACK")
 
 
 class ARAP_PT_handle_look(ArapPanel, bpy.types.Panel):

@@ -10,7 +10,7 @@ import bpy
 from . import api, mesh_io, sessions
 from .follow_scene import BlenderFollowScene
 from .session_binding import SessionBinding
-from .texts import iface_
+from .texts import iface_, rpt_
 
 PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
 
@@ -45,7 +45,7 @@ class BlenderLiveScene(BlenderFollowScene):
         obj = self.obj
         if obj is not None:
             obj.arap.is_live = False
-            obj.arap.live_problem = f"{error}: Live is off"
+            obj.arap.live_problem = rpt_("{}: Live is off").format(error)
             if bpy.app.background:
                 print(f"ARAP: {obj.arap.live_problem}")
 

@@ -8,11 +8,13 @@ that say nothing 60, Show 80, Settings 90.
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sized
 
 import bpy
 
-from . import api, sessions
+from . import api, compat, sessions
 from .operators.common import find_posed_object
+from .operators.pose_act import Phase, PoseAct
 from .texts import iface_
 
 
@@ -37,7 +39,7 @@ class ArapSubPanel(ArapPanel):
 
 
 class ARAP_PT_main(ArapPanel, bpy.types.Panel):
-    """Which mesh is meant, and whether there is a solver."""
+    """Which mesh is meant, the posing act while there is one, and whether there is a solver."""
 
     bl_idname = "ARAP_PT_main"
     bl_label = "ARAP Deform"
@@ -50,11 +52,32 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
         obj = find_posed_object(context)
         if obj is not None:
             layout.label(text=obj.name, translate=False, icon="OUTLINER_OB_MESH")
+            act = sessions.acts.get(obj.name)
+            if isinstance(act, PoseAct) and not act.is_drag:
+                _draw_act(context, layout, act)
+
+
+def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseAct) -> None:
+    box = layout.box()
+    if act.phase is Phase.BINDING:
+        compat.draw_progress(box, iface_("Preparing the mesh: {:.0%}").format(act.bind_fraction), act.bind_fraction)
+    else:
+        box.label(text="Settled" if act.is_settled else "Following the handles", icon="REC")
+        draw_text(context, box, "Move, turn or scale a handle (G, R, S): the mesh follows.", "BLANK1")
+    column = box.column(align=True)
+    column.scale_y = 1.3
+    column.operator("arap.pose_end", text="Keep (Enter)", icon="CHECKMARK").is_kept = True
+    column.operator("arap.pose_end", text="Cancel (Esc)", icon="X").is_kept = False
 
 
 def is_following(obj: bpy.types.Object) -> bool:
     """Whether posing or Live has looked for what is wrong, and changes the mesh too often to look again."""
     return bool(sessions.claimed_by(obj.name) or obj.arap.is_live)
+
+
+def list_rows(items: Sized) -> int:
+    """How high a list is: no higher than its two buttons need while it is short."""
+    return min(4, max(2, len(items)))
 
 
 def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:

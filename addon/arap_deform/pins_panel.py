@@ -9,7 +9,7 @@ import bpy
 
 from . import empty_groups
 from .operators.common import find_posed_object, posed_object
-from .panels import ArapSubPanel, is_following, split_column
+from .panels import ArapSubPanel, is_following, list_rows, split_column
 from .texts import iface_
 
 
@@ -49,7 +49,8 @@ class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
         obj = posed_object(context)
         settings = obj.arap
         row = layout.row()
-        row.template_list("ARAP_UL_pins", "", settings, "pins", settings, "active_pin_index", rows=3)
+        rows = list_rows(settings.pins)
+        row.template_list("ARAP_UL_pins", "", settings, "pins", settings, "active_pin_index", rows=rows)
         column = row.column(align=True)
         column.operator("arap.pin_add", text="", icon="ADD")
         column.operator("arap.pin_remove", text="", icon="REMOVE")

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panel "Pose": the acts, or the one under way, and what the last solve did."""
+"""The sub-panel "Pose": the acts, what nothing holds, and what the last solve did."""
 
 from __future__ import annotations
 
 import bpy
 
-from . import api, compat, sessions
+from . import api
 from .operators.common import posed_object
-from .operators.pose_act import Phase, PoseAct
 from .panels import ArapPanel, ArapSubPanel, draw_table, draw_text
 from .session_data import Readout
 from .texts import iface_
@@ -30,11 +29,7 @@ class ARAP_PT_pose(ArapSubPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         obj = posed_object(context)
-        act = sessions.acts.get(obj.name)
-        if isinstance(act, PoseAct) and not act.is_drag:
-            _draw_act(context, layout, act)
-        else:
-            _draw_buttons(layout)
+        _draw_buttons(layout)
         readout = api.readout(obj)
         if readout is not None and (readout.parts_at_rest or readout.loose_vertices):
             box = layout.box()
@@ -91,21 +86,9 @@ def _draw_buttons(layout: bpy.types.UILayout) -> None:
     row.operator("arap.pull_tool", text="Pull", icon="VIEW_PAN")
     row.operator("arap.solve", text="Solve", icon="FILE_REFRESH")
     column = layout.column(align=True)
+    column.operator("arap.reset_handles", text="Reset Handles", icon="LOOP_BACK")
     column.operator("arap.reset_pose", text="Reset Pose", icon="LOOP_BACK")
     column.operator("arap.apply_pose_as_rest", text="Apply Pose as Rest", icon="CHECKMARK")
-
-
-def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseAct) -> None:
-    box = layout.box()
-    if act.phase is Phase.BINDING:
-        compat.draw_progress(box, iface_("Preparing the mesh: {:.0%}").format(act.bind_fraction), act.bind_fraction)
-    else:
-        box.label(text="Settled" if act.is_settled else "Following the handles", icon="REC")
-        draw_text(context, box, "Move, turn or scale a handle (G, R, S): the mesh follows.", "BLANK1")
-    column = box.column(align=True)
-    column.scale_y = 1.3
-    column.operator("arap.pose_end", text="Keep (Enter)", icon="CHECKMARK").is_kept = True
-    column.operator("arap.pose_end", text="Cancel (Esc)", icon="X").is_kept = False
 
 
 CLASSES = (ARAP_PT_pose, ARAP_PT_readout)
