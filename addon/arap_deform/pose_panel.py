@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from . import api
-from .operators.common import posed_object
+from .operators.common import find_posed_object, posed_object
 from .panels import ArapPanel, ArapSubPanel, draw_table, draw_text
 from .session_data import Readout
 from .texts import iface_
@@ -47,7 +47,8 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return api.readout(posed_object(context)) is not None
+        obj = find_posed_object(context)
+        return obj is not None and api.readout(obj) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         readout = api.readout(posed_object(context))
