@@ -20,8 +20,11 @@ bl_info = {
 
 def _modules() -> tuple[ModuleType, ...]:
     from . import (
+        bake_panel,
         cli,
+        first_pose_panel,
         handlers,
+        handles_panel,
         live,
         live_panel,
         menus,
@@ -29,11 +32,18 @@ def _modules() -> tuple[ModuleType, ...]:
         overlay,
         overlay_panel,
         panels,
+        pins_panel,
+        pose_panel,
+        preferences,
         properties,
         pull_draw,
+        settings_panel,
+        translations,
     )
 
-    return (properties, handlers, operators, live, pull_draw, overlay, panels, live_panel, overlay_panel, menus, cli)
+    acts = (handlers, operators, live, pull_draw, overlay)
+    on_mesh = (first_pose_panel, pins_panel, handles_panel, pose_panel, live_panel, bake_panel)
+    return (translations, preferences, properties, *acts, panels, *on_mesh, overlay_panel, settings_panel, menus, cli)
 
 
 def register() -> None:

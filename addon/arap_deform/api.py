@@ -26,16 +26,14 @@ from .api_handles import (
     add_handle,
     add_handle_for,
     add_handles_for,
-    add_pin,
-    add_pin_group,
     handle_problem,
     remove_handle,
-    remove_pin,
     reset_handles,
     set_handle_group,
     set_handle_target,
     update_handle_display,
 )
+from .api_pins import add_pin, add_pin_group, remove_pin
 from .api_pose import (
     adopt_session,
     build_session,
@@ -45,14 +43,15 @@ from .api_pose import (
     readout,
     rebuild_session,
     session_input,
-    solve,
     sync_session,
     update_pose,
 )
 from .api_result import PoseState, apply_pose_as_rest, bake_pose, capture_state, reset_pose, restore_state
+from .api_solve import SolveJob, begin_solve, solve
 from .handle_io import handle_matrices
 from .native import problem as native_problem
-from .session import Cancelled, Readout, Session
+from .session import Cancelled, Session
+from .session_data import Readout
 from .sessions import SessionInput
 
 __all__ = [
@@ -63,6 +62,7 @@ __all__ = [
     "Readout",
     "Session",
     "SessionInput",
+    "SolveJob",
     "add_handle",
     "add_handle_for",
     "add_handles_for",
@@ -73,6 +73,7 @@ __all__ = [
     "bake_animation",
     "bake_pose",
     "begin_bake",
+    "begin_solve",
     "build_session",
     "capture_state",
     "check_live",

@@ -14,8 +14,10 @@ from . import frame_state, handle_io, live_key, mesh_io, sessions, shape_key
 from .api_pose import adopt_session, build_session, fitting_session, session_input, solve_from_rest
 from .binding import Binding
 from .handle_map import Floats
-from .session import Cancelled, Progress, Readout, Session, readout_of_whole
+from .session import Cancelled, Progress, Session
+from .session_data import Readout, readout_of_whole
 from .sessions import SessionInput
+from .texts import iface_
 
 BYTES_PER_VERTEX = 12  # of a shape key
 CHUNK_S = 0.1
@@ -97,6 +99,13 @@ class BakeJob:
     def bind_fraction(self) -> float | None:
         """How far the mesh is bound, None while frames are solved."""
         return None if self._bind is None else self._bind.fraction
+
+    @property
+    def status(self) -> str:
+        """What is being done, for the status bar."""
+        if self._bind is not None:
+            return iface_("preparing the mesh, {:.0%}").format(self._bind.fraction)
+        return iface_("frame {}, {:.0%} done").format(self.frame, self.fraction)
 
     def step(self, time_limit_s: float = CHUNK_S) -> bool:
         """Works for about ``time_limit_s`` seconds; True while there is more to do. Call finish() after the last.

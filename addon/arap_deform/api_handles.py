@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pins and handles of an object: making, removing, resetting, reading."""
+"""Handles of an object: making, removing, resetting, reading."""
 
 from __future__ import annotations
 
@@ -10,54 +10,19 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 from mathutils import Matrix
-from numpy.typing import NDArray
 
-from . import empty_groups, handle_io, handle_patch, mesh_io
+from . import empty_groups, handle_io, handle_patch, mesh_io, vertex_groups
 from .handle_map import Floats
 from .point_handles import diagonal_of
+from .vertex_groups import VertexIndices
 
 if TYPE_CHECKING:
-    from .properties import ArapHandle, ArapPin
-
-VertexIndices = Sequence[int] | NDArray[np.integer]
+    from .handle_properties import ArapHandle
 
 SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of the mesh's diagonal
 AT_REST = 1e-4  # how far a handle's motion may be from none, and its shift as a fraction of the diagonal
 
 _is_making = False
-
-
-def add_pin(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Pin") -> ArapPin:
-    """Makes a vertex group of ``vertices`` (weight 1) and pins it at rest."""
-    mesh_io.check_mesh(obj)
-    indices = _checked_indices(obj, vertices)
-    pin = add_pin_group(obj, _new_group(obj, indices, name))
-    pin.has_made_group = True
-    return pin
-
-
-def add_pin_group(obj: bpy.types.Object, vertex_group: str) -> ArapPin:
-    """Pins an existing vertex group; where it is pinned already, returns that pin, enabled."""
-    mesh_io.check_mesh(obj)
-    _check_group(obj, vertex_group)
-    pins = obj.arap.pins
-    pin: ArapPin | None = pins.get(vertex_group)
-    if pin is None:
-        pin = pins.add()
-        pin.name = vertex_group
-    pin.is_enabled = True
-    obj.arap.active_pin_index = pins.find(vertex_group)
-    return pin
-
-
-def remove_pin(obj: bpy.types.Object, index: int) -> None:
-    """Removes a pin, and its vertex group where the pin made it and nothing else uses it."""
-    pins = obj.arap.pins
-    pin = _item(obj, pins, index, "pin")
-    group = pin.name if pin.has_made_group else ""
-    pins.remove(index)
-    obj.arap.active_pin_index = max(0, min(obj.arap.active_pin_index, len(pins) - 1))
-    _remove_group(obj, group)
 
 
 def add_handle(
@@ -78,7 +43,7 @@ def add_handle(
     its vertices, and its empty stands there; ``is_exact``: it holds the vertices themselves.
     """
     mesh_io.check_mesh(obj)
-    indices = _checked_indices(obj, vertices)
+    indices = vertex_groups.checked_indices(obj, vertices)
     if location is not None and np.shape(location) != (3,):
         raise ValueError(f"The location of handle '{name}' has shape {np.shape(location)}: give x, y and z")
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -96,7 +61,7 @@ def add_handle(
     at_rest[:3, 3] = centre
 
     with _making():
-        handle = _new_handle(obj, _new_group(obj, indices, name), name)
+        handle = _new_handle(obj, vertex_groups.new(obj, indices, name), name)
         handle.has_made_group = handle.has_made_target = True
         handle.is_exact = is_exact
         handle.target = _new_empty(obj, name, world, fit @ at_rest)
@@ -133,7 +98,7 @@ def add_handle_for(
     indices = np.asarray(within if len(within) else [int(distance.argmin())], dtype=np.int32)
     name = bone or target.name
     with _making():
-        handle = _new_handle(obj, _new_group(obj, indices, name), name)
+        handle = _new_handle(obj, vertex_groups.new(obj, indices, name), name)
         handle.has_made_group = True
         handle.target = target
         handle.bone = bone
@@ -162,19 +127,19 @@ def add_handles_for(
 def remove_handle(obj: bpy.types.Object, index: int) -> None:
     """Removes a handle, and the vertex group and the empty it made where nothing else uses them."""
     handles = obj.arap.handles
-    handle = _item(obj, handles, index, "handle")
+    handle = handle_io.item_at(obj, handles, index, "handle")
     group = handle.vertex_group if handle.has_made_group else ""
     target = handle.target if handle.has_made_target else None
     handles.remove(index)
     obj.arap.active_handle_index = max(0, min(obj.arap.active_handle_index, len(handles) - 1))
-    _remove_group(obj, group)
+    vertex_groups.remove_unused(obj, group)
     if target is not None and not _is_used(target):
         bpy.data.objects.remove(target)
 
 
 def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Object, bone: str = "") -> None:
     """Gives a handle another object or bone. The mesh does not move: the new one takes over where it stands."""
-    handle = _item(obj, obj.arap.handles, index, "handle")
+    handle = handle_io.item_at(obj, obj.arap.handles, index, "handle")
     reason = handle_io.target_problem(obj, target, bone, bpy.context.evaluated_depsgraph_get())
     if reason:
         raise ValueError(f"Handle '{handle.name}' of '{obj.name}' cannot take it: {reason}")
@@ -187,8 +152,8 @@ def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Objec
 
 def set_handle_group(obj: bpy.types.Object, index: int, vertex_group: str) -> None:
     """Gives a handle another vertex group of ``obj``; the mesh does not move."""
-    handle = _item(obj, obj.arap.handles, index, "handle")
-    _check_group(obj, vertex_group)
+    handle = handle_io.item_at(obj, obj.arap.handles, index, "handle")
+    vertex_groups.check(obj, vertex_group)
     with _making():
         handle.has_made_group = handle.has_made_group and handle.vertex_group == vertex_group
         handle.vertex_group = vertex_group
@@ -259,7 +224,7 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
         index: of the handle.
         with_weights: say also where its group has no weights, as far as that takes milliseconds: see empty_groups.
     """
-    handle = _item(obj, obj.arap.handles, index, "handle")
+    handle = handle_io.item_at(obj, obj.arap.handles, index, "handle")
     problem = handle_io.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
     if not problem and with_weights and empty_groups.is_empty(obj, handle.vertex_group):
         return handle_io.no_weights(obj, handle)
@@ -288,36 +253,6 @@ def _making() -> Iterator[None]:
         _is_making = False
 
 
-def _checked_indices(obj: bpy.types.Object, vertices: VertexIndices) -> NDArray[np.int32]:
-    indices: NDArray[np.integer] = np.unique(np.asarray(vertices))
-    n = len(obj.data.vertices)
-    if not indices.size:
-        raise ValueError(f"No vertices of '{obj.name}' were given: select some")
-    if indices.dtype.kind not in "iu":
-        raise ValueError(f"Vertices of '{obj.name}' must be whole numbers, not {indices.dtype}")
-    if indices[0] < 0 or indices[-1] >= n:
-        wrong = indices[0] if indices[0] < 0 else indices[-1]
-        raise ValueError(f"'{obj.name}' has no vertex {wrong}: its vertices are 0 to {n - 1}")
-    return indices.astype(np.int32)
-
-
-def _check_group(obj: bpy.types.Object, vertex_group: str) -> None:
-    if vertex_group not in obj.vertex_groups:
-        raise ValueError(f"'{obj.name}' has no vertex group '{vertex_group}': choose one of its groups")
-
-
-def _item(obj: bpy.types.Object, items: Sequence[ArapHandle], index: int, noun: str) -> ArapHandle:
-    if not 0 <= index < len(items):
-        raise ValueError(f"'{obj.name}' has no {noun} {index}: it has {len(items)}")
-    return items[index]
-
-
-def _new_group(obj: bpy.types.Object, indices: NDArray[np.int32], name: str) -> str:
-    group = obj.vertex_groups.new(name=name)
-    group.add(indices.tolist(), 1.0, "REPLACE")
-    return str(group.name)
-
-
 def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
     handles = obj.arap.handles
     names = {handle.name for handle in handles}
@@ -341,20 +276,6 @@ def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) 
     empty.matrix_parent_inverse = Matrix(np.linalg.inv(world))
     empty.matrix_world = Matrix(matrix)  # not matrix_basis: this one can be read back before the next evaluation
     return empty
-
-
-def _remove_group(obj: bpy.types.Object, name: str) -> None:
-    """Removes a vertex group that nothing of the object uses any more; '' is none."""
-    group = obj.vertex_groups.get(name) if name else None
-    if group is None:
-        return
-    settings = obj.arap
-    keys = obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
-    used = {pin.name for pin in settings.pins} | {handle.vertex_group for handle in settings.handles}
-    used |= {settings.rigid_group, settings.stiffness_group} | {key.vertex_group for key in keys}
-    used |= {getattr(modifier, "vertex_group", "") for modifier in obj.modifiers}
-    if name not in used:
-        obj.vertex_groups.remove(group)
 
 
 def _is_used(empty: bpy.types.Object) -> bool:

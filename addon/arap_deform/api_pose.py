@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Posing: sessions, one update, solving to the end."""
+"""Posing: sessions, and one update of the mesh."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import bpy
-import numpy as np
 
 from . import handle_io, live_key, mesh_io, native, sessions, shape_key
-from .handle_map import Floats, HandleSpec, Ints
-from .session import Progress, Readout, Session, SessionMesh, SessionSettings, regions_of, stiffness_of
-from .sessions import Counts, Hold, Live, MeshSignature, SessionInput
-
-BIND_SHARE = 0.3  # of the progress that solve() shows, where it has to bind first
+from .handle_map import Floats
+from .scene_input import counts_of, read_input, settings_of
+from .session import Progress, Session
+from .session_data import Readout
+from .sessions import Hold, Live, SessionInput
 
 
 def session_input(
@@ -41,9 +40,9 @@ def build_session(inputs: SessionInput, progress: Progress | None = None) -> Ses
         inputs.settings,
         stiffness=inputs.stiffness,
         rigid_regions=inputs.rigid_regions,
-        progress=_part(progress, 0.0, 0.5),
+        progress=part(progress, 0.0, 0.5),
     )
-    session.set_handles(inputs.specs, progress=_part(progress, 0.5, 1.0))
+    session.set_handles(inputs.specs, progress=part(progress, 0.5, 1.0))
     return session
 
 
@@ -68,7 +67,7 @@ def adopt_session(obj: bpy.types.Object, inputs: SessionInput, session: Session)
     Raises:
         RuntimeError: the mesh has changed since ``inputs`` were read.
     """
-    reason = _counts_problem(obj, inputs)
+    reason = counts_problem(obj, inputs)
     if reason:
         raise RuntimeError(f"{reason} while it was being prepared: start again")
     sessions.put(obj.name, Live(session, inputs))
@@ -143,7 +142,7 @@ def check_live(obj: bpy.types.Object, is_thorough: bool = False, holds: tuple[Ho
             settings (microseconds).
         holds: what the session holds; None: the pins and handles of the object.
     """
-    return _live_problem(obj, bpy.context.evaluated_depsgraph_get(), is_thorough=is_thorough, holds=holds)
+    return live_problem(obj, bpy.context.evaluated_depsgraph_get(), is_thorough=is_thorough, holds=holds)
 
 
 def end_session(obj_or_name: bpy.types.Object | str) -> None:
@@ -183,13 +182,13 @@ def update_pose(
         ValueError: the key would not show the pose, or a handle cannot work; nothing has changed.
     """
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
-    reason = _live_problem(obj, depsgraph, is_thorough=False, holds=held[0] if held else None)
+    reason = live_problem(obj, depsgraph, is_thorough=False, holds=held[0] if held else None)
     live = sessions.get(obj.name)
     if reason or live is None:
         end_session(obj)
         raise RuntimeError(f"{reason}: start posing again")
     live.session.settings = settings_of(obj)
-    key = _writable_key(obj)
+    key = writable_key(obj)
     matrices = held[1] if held else handle_io.handle_matrices(obj, depsgraph)
     if is_from_rest:
         result = solve_from_rest(live.session, matrices, time_limit_s=time_limit_s)
@@ -197,33 +196,7 @@ def update_pose(
         result = live.session.update(
             matrices, iterations=iterations, initial_guess=initial_guess, time_limit_s=time_limit_s
         )
-    _write_pose(obj, key, live.session, result)
-    return result
-
-
-def solve(
-    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None, progress: Progress | None = None
-) -> Readout:
-    """Poses the mesh for the handles where they are now, to convergence, and writes the key.
-
-    Starts from rest with the guess from the handles' rotations: the same file gives the same result.
-
-    Raises:
-        As session_input() and build_session(), or ValueError where the key would not show the pose. The mesh stays
-        as it was in each case.
-    """
-    depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
-    mesh_io.check_mesh(obj)
-    shape_key.check_writable(obj)
-    existing = live_key.find(obj)
-    if existing is not None:
-        shape_key.check_shown(obj, existing)
-    is_bound = not _live_problem(obj, depsgraph, is_thorough=False)
-    session = prepare_session(obj, depsgraph, _part(progress, 0.0, 0.0 if is_bound else BIND_SHARE))
-    result = solve_from_rest(
-        session, handle_io.handle_matrices(obj, depsgraph), _part(progress, 0.0 if is_bound else BIND_SHARE, 1.0)
-    )
-    _write_pose(obj, _writable_key(obj), session, result)
+    write_pose(obj, key, live.session, result)
     return result
 
 
@@ -250,103 +223,14 @@ def solve_from_rest(
         raise
 
 
-def settings_of(obj: bpy.types.Object) -> SessionSettings:
-    """The solver's settings of ``obj.arap``."""
-    settings = obj.arap
-    return SessionSettings(
-        energy=settings.energy,
-        rigidity_radius=settings.rigidity / 100.0,
-        weights=settings.weights,
-        initial_guess=settings.initial_guess,
-        iterations_per_update=settings.iterations_per_update,
-        max_iterations=settings.max_iterations,
-        tolerance=settings.tolerance,
-        threads=settings.threads,
-        join_seams=settings.join_seams,
-    )
-
-
-def spec_of(hold: Hold, weights: Floats) -> HandleSpec:
-    """What is held of a group with these (n,) weights."""
-    vertices = np.flatnonzero(weights > 0.0).astype(np.int32)
-    name, is_exact = hold
-    return HandleSpec(name, vertices, weights[vertices], is_exact)
-
-
-def read_input(
-    obj: bpy.types.Object,
-    depsgraph: bpy.types.Depsgraph,
-    *,
-    use_nodes: bool | None = None,
-    needs_holds: bool = True,
-) -> SessionInput:
-    """As session_input().
-
-    Args:
-        obj: the mesh.
-        depsgraph: for its scale.
-        use_nodes: see compat.read_group_weights().
-        needs_holds: refuse a mesh without pins and handles.
-    """
-    mesh_io.check_mesh(obj)
-    shape_key.check_writable(obj)
-    live_key.check_name(obj)
-    handle_io.check_handles(obj, depsgraph)
-    holds = handle_io.enabled_holds(obj)
-    if needs_holds and not holds:
-        raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
-    property_groups = _property_groups(obj)
-    wanted = sorted({*(group for group, _ in holds), *(name for name in property_groups if name)})
-    weights = mesh_io.read_weights(obj, wanted, use_nodes=use_nodes)
-    _check_handle_weights(obj, weights)
-    mesh = mesh_io.read_mesh(obj)
-    stiffness, regions = _vertex_properties(property_groups, weights, mesh)
-    return SessionInput(
-        object_name=obj.name,
-        mesh=mesh,
-        stretch=mesh_io.read_stretch(obj, depsgraph),
-        settings=settings_of(obj),
-        specs=tuple(spec_of(hold, weights[hold[0]]) for hold in holds),
-        holds=holds,
-        signature=MeshSignature.of(_counts(obj), mesh, (stiffness, regions)),
-        property_groups=property_groups,
-        key_name=live_key.name_of(obj),
-        stiffness=stiffness,
-        rigid_regions=regions,
-    )
-
-
-def _check_handle_weights(obj: bpy.types.Object, weights: dict[str, Floats]) -> None:
-    for handle in obj.arap.handles:
-        if handle.is_enabled and not weights[handle.vertex_group].any():
-            raise ValueError(handle_io.no_weights(obj, handle))
-
-
-def _vertex_properties(
-    groups: tuple[str, str], weights: dict[str, Floats], mesh: SessionMesh
-) -> tuple[Floats | None, Ints | None]:
-    stiffness_group, rigid_group = groups
-    return (
-        stiffness_of(weights[stiffness_group]) if stiffness_group else None,
-        regions_of(weights[rigid_group], mesh) if rigid_group else None,
-    )
-
-
-def _property_groups(obj: bpy.types.Object) -> tuple[str, str]:
-    names = (obj.arap.stiffness_group, obj.arap.rigid_group)
-    for name in names:
-        if name and name not in obj.vertex_groups:
-            raise ValueError(f"'{obj.name}' has no vertex group '{name}' for stiffness or rigidity: choose another")
-    return names
-
-
-def _live_problem(
+def live_problem(
     obj: bpy.types.Object,
     depsgraph: bpy.types.Depsgraph,
     *,
     is_thorough: bool,
     holds: tuple[Hold, ...] | None = None,
 ) -> str:
+    """As check_live()."""
     live = sessions.get(obj.name)
     if live is None:
         return f"'{obj.name}' is not being posed"
@@ -363,7 +247,7 @@ def _live_problem(
         stretch = mesh_io.read_stretch(obj, depsgraph)
     except ValueError as error:
         return str(error)
-    reason = _counts_problem(obj, live.inputs)
+    reason = counts_problem(obj, live.inputs)
     if reason:
         return reason
     if (handle_io.enabled_holds(obj) if holds is None else holds) != live.inputs.holds:
@@ -374,17 +258,14 @@ def _live_problem(
     return "" if sessions.is_same_stretch(live.inputs.stretch, stretch) else sessions.stretch_differs(obj.name)
 
 
-def _counts(obj: bpy.types.Object) -> Counts:
-    mesh = obj.data
-    return len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)
-
-
-def _counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
-    before, now = inputs.signature.counts, _counts(obj)
+def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
+    """Why the mesh is no longer the one that ``inputs`` were read of, '' while it is."""
+    before, now = inputs.signature.counts, counts_of(obj)
     return "" if now == before else sessions.counts_differ(obj.name, before, now)
 
 
-def _writable_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
+def writable_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
+    """The live key, made where missing. Raises ValueError where it would not show what is written."""
     shape_key.check_writable(obj)
     live_key.check_name(obj)
     key = live_key.ensure(obj)
@@ -392,13 +273,14 @@ def _writable_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
     return key
 
 
-def _write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout) -> None:
+def write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout) -> None:
+    """Shows where the session is, and remembers what the solve did."""
     shape_key.write(obj, key, session.positions)
     shape_key.show(key)
     sessions.set_readout(obj.name, result)
 
 
-def _part(progress: Progress | None, start: float, end: float) -> Progress | None:
+def part(progress: Progress | None, start: float, end: float) -> Progress | None:
     """``progress`` for a part of the work, from ``start`` to ``end`` of the whole."""
     if progress is None:
         return None

@@ -10,10 +10,10 @@ import bpy
 import numpy as np
 
 from . import handle_io, live_key, mesh_io, pull_pins, seen_mesh, shape_key
-from .api_pose import read_input
 from .grab_region import Grab, hold_of_rest
 from .handle_map import Floats, HandleSpec, Ints
-from .session import best_rigid_fit
+from .rigid_fit import best_rigid_fit
+from .scene_input import read_input
 from .sessions import Hold, SessionInput
 from .shape_key import Float32s
 

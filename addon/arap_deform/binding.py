@@ -47,6 +47,10 @@ class Binding(Generic[Result]):
             self._thread.start()
 
     @property
+    def has_started(self) -> bool:
+        return self._has_started
+
+    @property
     def fraction(self) -> float:
         """Fraction done, 0 to 1."""
         return self._fraction

@@ -262,6 +262,14 @@ def set_text_size(font: int, size: float) -> None:
         blf.size(font, int(size), 72)
 
 
+def draw_progress(layout: bpy.types.UILayout, text: str, fraction: float) -> None:
+    """A bar with a text that is translated already; before 4.0 the text alone."""
+    if hasattr(layout, "progress"):
+        layout.progress(text=text, translate=False, factor=fraction)
+    else:
+        layout.label(text=text, translate=False, icon="SORTTIME")
+
+
 def length_text(scene: bpy.types.Scene, length: float) -> str:
     """A length in scene units as Blender's own fields show it."""
     units = scene.unit_settings

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import api
-from .session import Readout
 from .session_binding import SessionBinding
+from .session_data import Readout
 from .sessions import Hold
 
 

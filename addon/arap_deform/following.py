@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .session import Readout
+from .session_data import Readout
 
 # What a solve may take while a handle moves: with all else of a frame about sixty frames a second. It is looked at
 # after each iteration, so that a mesh too heavy for that still follows, with one.

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
@@ -12,11 +13,11 @@ from numpy.typing import NDArray
 
 from . import live_key, mesh_io, shape_key
 from .handle_map import Floats
-from .session import best_rigid_fit
+from .rigid_fit import best_rigid_fit
 from .sessions import Hold
 
 if TYPE_CHECKING:
-    from .properties import ArapHandle
+    from .handle_properties import ArapHandle
 
 SMALLEST_VOLUME = 1e-24  # determinant of a handle's rest matrix; below, its motion since rest cannot be told
 
@@ -170,3 +171,10 @@ def fit_to_pose(
 
 def transformed(matrix: Floats, points: NDArray[np.floating]) -> Floats:
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
+
+
+def item_at(obj: bpy.types.Object, items: Sequence[Any], index: int, noun: str) -> Any:
+    """``items[index]`` of the object's handles or pins. Raises ValueError where there is none."""
+    if not 0 <= index < len(items):
+        raise ValueError(f"'{obj.name}' has no {noun} {index}: it has {len(items)}")
+    return items[index]

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import handle_io, mesh_io, native
-from .api_pose import settings_of, spec_of
 from .handle_map import HandleSpec, Patch
 from .point_handles import diagonal_of, local_patch, neighbourhood, reaches_of_points
+from .scene_input import settings_of, spec_of
 
 if TYPE_CHECKING:
-    from .properties import ArapHandle
+    from .handle_properties import ArapHandle
 
 
 def find_patch(

@@ -6,8 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import empty_groups, mesh_size, seen_mesh, sessions
-from .operators.pose_act import running
+from . import app_handlers, empty_groups, mesh_size, seen_mesh, sessions
 
 
 @persistent
@@ -21,7 +20,7 @@ def _on_load(*_: object) -> None:
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     empty_groups.forget_updated(depsgraph)
-    mesh_size.forget_updated(depsgraph, running)
+    mesh_size.forget_updated(depsgraph, sessions.acts)
     seen_mesh.forget_updated(depsgraph)
 
 
@@ -47,15 +46,11 @@ _HANDLERS = (
 
 
 def register() -> None:
-    for event, handler in _HANDLERS:
-        getattr(bpy.app.handlers, event).append(handler)
+    app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
-    for event, handler in _HANDLERS:
-        handlers = getattr(bpy.app.handlers, event)
-        if handler in handlers:
-            handlers.remove(handler)
+    app_handlers.remove(_HANDLERS)
     sessions.clear()
     empty_groups.clear()
     mesh_size.clear()

@@ -12,9 +12,9 @@ from collections.abc import Iterable
 import bpy
 from bpy.app.handlers import persistent
 
-from . import sessions
+from . import app_handlers, preferences, sessions
 from .follow_scene import is_rendering
-from .following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
+from .following import FOLLOW_TIME_LIMIT_S
 from .live_run import LiveRun, When
 from .live_scene import BlenderLiveScene
 from .operators.common import tag_panels
@@ -56,6 +56,13 @@ def toggled(obj: bpy.types.Object) -> None:
         obj.update_tag()  # so that a script that evaluates the scene next finds it followed
     elif obj.name in _runs:
         _runs.pop(obj.name).end()
+
+
+def give_up(obj: bpy.types.Object) -> None:
+    """To be called before an act without Live: undoing the act must not try again what Live has given up."""
+    if obj.arap.live_problem:
+        obj.arap.live_problem = ""
+        bpy.ops.ed.undo_push(message="ARAP Live Off")
 
 
 def _begin(obj: bpy.types.Object) -> None:
@@ -161,7 +168,7 @@ def _on_timer() -> float | None:
     is_playing = _is_playing()
     runs = [run for run in _runs.values() if run.wants_timer]
     for run in runs:
-        run.tick(is_playing=is_playing, time_limit_s=REFINE_TIME_LIMIT_S / len(runs))
+        run.tick(is_playing=is_playing, time_limit_s=preferences.refine_time_s() / len(runs))
     if _shown() != shown:
         tag_panels(bpy.context)
     left = [run for run in _runs.values() if run.wants_timer]
@@ -193,15 +200,11 @@ _HANDLERS = (
 
 
 def register() -> None:
-    for event, handler in _HANDLERS:
-        getattr(bpy.app.handlers, event).append(handler)
+    app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
-    for event, handler in _HANDLERS:
-        handlers = getattr(bpy.app.handlers, event)
-        if handler in handlers:
-            handlers.remove(handler)
+    app_handlers.remove(_HANDLERS)
     if bpy.app.timers.is_registered(_on_timer):
         bpy.app.timers.unregister(_on_timer)
     for run in _runs.values():

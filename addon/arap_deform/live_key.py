@@ -21,7 +21,7 @@ class KeyState:
 
     Attributes:
         name: of the live key, or the one it would have had.
-        setting: the name in ``obj.arap``.
+        setting: the name in ``obj.arap``, '' where it is that of the preferences.
         has_keys: whether the mesh had any shape key, Basis included.
         positions: (n, 3) float32 of the key, None where there was none.
         active: the key chosen in the list, '' where there was none.
@@ -39,8 +39,6 @@ class KeyState:
 def check_name(obj: bpy.types.Object) -> None:
     """Raises ValueError where the name in ``obj.arap`` cannot be the live key's."""
     name = obj.arap.key_name
-    if not name:
-        raise ValueError(f"'{obj.name}' has no name for the pose's shape key: type one, for example ARAP")
     keys = obj.data.shape_keys
     if keys is not None and keys.reference_key.name == name:
         raise ValueError(f"Shape key '{name}' of '{obj.name}' is its rest shape: choose another name for the pose")
@@ -81,7 +79,7 @@ def capture(obj: bpy.types.Object) -> KeyState:
     """The state of the live key."""
     key = find(obj)
     keys = obj.data.shape_keys
-    state = KeyState(name_of(obj), obj.arap.key_name, keys is not None, active=shape_key.active_name(obj))
+    state = KeyState(name_of(obj), obj.arap.own_key_name, keys is not None, active=shape_key.active_name(obj))
     if key is None:
         return state
     return replace(state, positions=shape_key.read(key), value=key.value, slider_max=key.slider_max)
@@ -99,7 +97,7 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
             _unmark(obj, state.name)
         if not state.has_keys:
             shape_key.remove_lone_reference(obj)
-        obj.arap.key_name = state.setting
+        obj.arap.own_key_name = state.setting
         shape_key.make_active(obj, state.active)
         obj.data.update_tag()
         return
@@ -107,7 +105,7 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
         raise ValueError(
             f"'{obj.name}' has {len(obj.data.vertices)} vertices, but had {len(state.positions)}: its shape key stays"
         )
-    obj.arap.key_name = state.setting
+    obj.arap.own_key_name = state.setting
     key = ensure(obj)
     key.slider_max = state.slider_max
     key.value = state.value
@@ -191,8 +189,8 @@ def _is_made(obj: bpy.types.Object, name: str) -> bool:
 def _mark(obj: bpy.types.Object, name: str) -> None:
     if not _is_made(obj, name):
         obj.arap.made_keys.add().name = name
-    if obj.arap.key_name != name:
-        obj.arap.key_name = name
+    if obj.arap.own_key_name != name:
+        obj.arap.own_key_name = name  # also where it is that of the preferences, which may be another one tomorrow
 
 
 def _unmark(obj: bpy.types.Object, name: str) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-from . import live
+from . import compat, live
 from .operators.common import posed_object, why_not_live
 from .panels import ArapSubPanel, draw_text
+from .texts import iface_
 
 
 class ARAP_PT_live(ArapSubPanel, bpy.types.Panel):
@@ -15,7 +16,7 @@ class ARAP_PT_live(ArapSubPanel, bpy.types.Panel):
 
     bl_idname = "ARAP_PT_live"
     bl_label = "Live"
-    bl_order = 0  # above the lists
+    bl_order = 40
 
     def draw_header(self, context: bpy.types.Context) -> None:
         obj = posed_object(context)
@@ -25,13 +26,20 @@ class ARAP_PT_live(ArapSubPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         obj = posed_object(context)
         settings = obj.arap
-        text, icon = (settings.live_problem, "ERROR") if settings.live_problem else _state(context, obj)
-        draw_text(context, self.layout, text, icon)
+        run = live.run_of(obj)
+        if run is not None and run.is_binding and not run.pause:
+            text = iface_("Preparing the mesh: {:.0%}").format(run.bind_fraction)
+            compat.draw_progress(self.layout, text, run.bind_fraction)
+            draw_text(context, self.layout, "Untick Live to stop", "BLANK1")
+        else:
+            draw_text(context, self.layout, *_state(context, obj))
         if settings.is_live and live.render_notice():
             draw_text(context, self.layout, live.render_notice(), "ERROR")
 
 
 def _state(context: bpy.types.Context, obj: bpy.types.Object) -> tuple[str, str]:
+    if obj.arap.live_problem:
+        return obj.arap.live_problem, "ERROR"
     if not obj.arap.is_live:
         return why_not_live(context) or "The mesh follows its handles all the time, also in playback", "INFO"
     run = live.run_of(obj)
@@ -39,8 +47,6 @@ def _state(context: bpy.types.Context, obj: bpy.types.Object) -> tuple[str, str]
         return "Waiting", "SORTTIME"
     if run.pause:
         return run.pause, "PAUSE"
-    if run.is_binding:
-        return f"Preparing the mesh: {run.bind_fraction:.0%}", "SORTTIME"
     return ("Settled" if run.is_settled else "Following the handles"), "REC"
 
 

@@ -14,7 +14,7 @@ from enum import Enum, auto
 from typing import Protocol
 
 from .following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene
-from .session import Readout
+from .session_data import Readout
 
 # A mesh whose step takes longer than this lets Blender work for as long before its next one.
 HEAVY_STEP_S = 0.03

@@ -9,8 +9,8 @@ import bpy
 
 from . import api, mesh_io, sessions
 from .follow_scene import BlenderFollowScene
-from .operators.pose_act import running
 from .session_binding import SessionBinding
+from .texts import iface_, rpt_
 
 PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
 
@@ -20,11 +20,11 @@ class BlenderLiveScene(BlenderFollowScene):
 
     def why_paused(self) -> str:
         obj = self._obj()
-        act = "it is posed" if self.name in running else sessions.claimed_by(self.name)
+        act = sessions.claimed_by(self.name)
         if act:
-            return f"Paused while {act}"
+            return iface_("Paused while {}").format(iface_(act))
         if obj.mode in PAUSING_MODES or obj.data.is_editmode:
-            return f"Paused in {PAUSING_MODES.get(obj.mode, 'Edit Mode')}"
+            return iface_("Paused in {}").format(iface_(PAUSING_MODES.get(obj.mode, "Edit Mode")))
         if not mesh_io.is_evaluated(obj, self._depsgraph()):
             return "Paused: this mesh is disabled, excluded or in another scene"
         return ""
@@ -45,7 +45,7 @@ class BlenderLiveScene(BlenderFollowScene):
         obj = self.obj
         if obj is not None:
             obj.arap.is_live = False
-            obj.arap.live_problem = f"{error}: Live is off"
+            obj.arap.live_problem = rpt_("{}: Live is off").format(error)
             if bpy.app.background:
                 print(f"ARAP: {obj.arap.live_problem}")
 

@@ -1,11 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The menu "ARAP" in Object, Edit and Pose Mode. Blender's search (F3) finds what is in a menu."""
+"""The menu "ARAP" of each mode, and what the menus of the right mouse button have. F3 finds what is in a menu."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 
-PARENTS = ("VIEW3D_MT_object", "VIEW3D_MT_edit_mesh", "VIEW3D_MT_pose")
+from .operators.common import find_posed_object
+
+PARENTS = ("VIEW3D_MT_object", "VIEW3D_MT_edit_mesh", "VIEW3D_MT_pose", "VIEW3D_MT_paint_weight")
+CONTEXT_PARENTS = (
+    "VIEW3D_MT_object_context_menu",
+    "VIEW3D_MT_edit_mesh_context_menu",
+    "VIEW3D_MT_pose_context_menu",
+    "VIEW3D_PT_paint_weight_context_menu",  # a panel, which takes additions as menus do
+)
 
 
 class ARAP_MT_main(bpy.types.Menu):
@@ -24,11 +34,13 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
         layout.operator("arap.bake_animation", icon="RENDER_ANIMATION")
         layout.separator()
+        layout.operator("arap.edit_mesh", icon="EDITMODE_HLT")
         layout.operator("arap.handle_add", icon="EMPTY_AXIS")
         layout.operator("arap.handle_add_from_empties")
         layout.operator("arap.handle_remove")
         layout.operator("arap.pin_add", icon="PINNED")
         layout.operator("arap.pin_remove")
+        layout.operator("arap.select_unheld", icon="RESTRICT_SELECT_OFF")
         layout.separator()
         layout.operator("arap.pull_make_real")
         layout.operator("arap.pull_release")
@@ -38,18 +50,56 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.apply_pose_as_rest")
 
 
-def _draw(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+class ARAP_MT_context(bpy.types.Menu):
+    """What is done most in the mode at hand."""
+
+    bl_idname = "ARAP_MT_context"
+    bl_label = "ARAP"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.operator_context = "INVOKE_REGION_WIN"
+        if context.mode == "EDIT_MESH":
+            layout.operator("arap.pin_add", text="Pin Selected Vertices", icon="PINNED")
+            layout.operator("arap.handle_add", text="Add Handle to Selected Vertices", icon="EMPTY_AXIS")
+            layout.operator("arap.select_unheld", text="Select Parts without Pins and Handles")
+        elif context.mode == "PAINT_WEIGHT":
+            layout.operator("arap.pin_add", text="Pin Vertex Group", icon="PINNED")
+        else:
+            layout.operator("arap.pose", text="Pose", icon="PLAY")
+            layout.operator("arap.pull_tool", text="Pull", icon="VIEW_PAN")
+            layout.operator("arap.solve", text="Solve", icon="FILE_REFRESH")
+            layout.operator("arap.bake_pose", text="Bake Pose", icon="SHAPEKEY_DATA")
+            layout.separator()
+            layout.operator("arap.handle_add_from_empties", text="Make Handles of Selected", icon="EMPTY_AXIS")
+            layout.operator("arap.reset_handles", text="Reset Handles", icon="LOOP_BACK")
+            layout.operator("arap.reset_pose", text="Reset Pose")
+
+
+def _draw(self: Any, _context: bpy.types.Context) -> None:
     self.layout.separator()
     self.layout.menu(ARAP_MT_main.bl_idname)
 
 
+def _draw_in_context(self: Any, context: bpy.types.Context) -> None:
+    if find_posed_object(context) is not None:  # lights and cameras have menus too
+        self.layout.separator()
+        self.layout.menu(ARAP_MT_context.bl_idname)
+
+
+CLASSES = (ARAP_MT_main, ARAP_MT_context)
+ADDITIONS = (*((parent, _draw) for parent in PARENTS), *((parent, _draw_in_context) for parent in CONTEXT_PARENTS))
+
+
 def register() -> None:
-    bpy.utils.register_class(ARAP_MT_main)
-    for parent in PARENTS:
-        getattr(bpy.types, parent).append(_draw)
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    for parent, draw in ADDITIONS:
+        getattr(bpy.types, parent).append(draw)
 
 
 def unregister() -> None:
-    for parent in PARENTS:
-        getattr(bpy.types, parent).remove(_draw)
-    bpy.utils.unregister_class(ARAP_MT_main)
+    for parent, draw in ADDITIONS:
+        getattr(bpy.types, parent).remove(draw)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

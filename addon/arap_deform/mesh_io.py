@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import compat
-from .session import SessionMesh, stretch_of
+from .rigid_fit import stretch_of
+from .session_data import SessionMesh
 
 
 def check_mesh(obj: bpy.types.Object) -> None:

@@ -14,8 +14,7 @@ import numpy as np
 from bpy.app.handlers import persistent
 from mathutils import Matrix
 
-from . import api, overlay_data
-from . import overlay_batches as batches
+from . import api, app_handlers, batches, colors, overlay_data
 from .operators.common import find_posed_object
 from .overlay_legend import draw_legend
 from .strain import Float32s
@@ -74,10 +73,10 @@ class Drawn:
         if self.heat is not None:
             batches.draw_surface(self.heat, matrix)
         if self.pins is not None:
-            color = batches.theme_color("bone_pose")
+            color = colors.of_pins()
             batches.draw_points(self.pins, matrix, color, PIN_SIZE, is_hidden_behind=True)
         if self.lines is not None and self.rests is not None:
-            color = batches.theme_color("vertex_select")
+            color = colors.of_handles()
             batches.draw_lines(self.lines, color, LINE_WIDTH)
             batches.draw_points(self.rests, Matrix(), color, REST_SIZE, is_hidden_behind=False)
 
@@ -163,8 +162,7 @@ _draw_handles: list[Any] = []
 
 
 def register() -> None:
-    for event, handler in _HANDLERS:
-        getattr(bpy.app.handlers, event).append(handler)
+    app_handlers.add(_HANDLERS)
     space = bpy.types.SpaceView3D
     _draw_handles.append(space.draw_handler_add(_draw_in_space, (), "WINDOW", "POST_VIEW"))
     _draw_handles.append(space.draw_handler_add(_draw_on_screen, (), "WINDOW", "POST_PIXEL"))
@@ -174,8 +172,5 @@ def unregister() -> None:
     for handle in _draw_handles:
         bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
     _draw_handles.clear()
-    for event, handler in _HANDLERS:
-        handlers = getattr(bpy.app.handlers, event)
-        if handler in handlers:
-            handlers.remove(handler)
+    app_handlers.remove(_HANDLERS)
     _drawn.clear()

@@ -14,7 +14,7 @@ class ARAP_PT_overlay(ArapSubPanel, bpy.types.Panel):
 
     bl_idname = "ARAP_PT_overlay"
     bl_label = "Show"
-    bl_order = 1  # after Live, above the lists
+    bl_order = 80
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:

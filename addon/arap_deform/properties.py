@@ -5,10 +5,7 @@
 No ``from __future__ import annotations`` here: Blender reads the annotations themselves, not their text.
 """
 
-import base64
-
 import bpy
-import numpy as np
 from bpy.props import (
     BoolProperty,
     CollectionProperty,
@@ -19,12 +16,11 @@ from bpy.props import (
     PointerProperty,
     StringProperty,
 )
-from mathutils import Matrix
-from numpy.typing import NDArray
 
+from . import preferences
+from .handle_properties import ArapHandle, ArapPin
 from .overlay_properties import ArapOverlay
-
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+from .pull_properties import ArapPullPin, ArapPullTool
 
 # The numbers are what is saved: they stay, whatever the order.
 ENERGIES = (
@@ -53,8 +49,12 @@ HANDLE_SHAPES = (
 )
 
 
-def _is_other_object(settings: bpy.types.PropertyGroup, candidate: bpy.types.Object) -> bool:
-    return bool(candidate != settings.id_data)
+def _key_name(settings: bpy.types.PropertyGroup) -> str:
+    return str(settings.own_key_name or preferences.key_name())
+
+
+def _set_key_name(settings: bpy.types.PropertyGroup, name: str) -> None:
+    settings.own_key_name = name
 
 
 def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
@@ -63,110 +63,16 @@ def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.C
     api.update_handle_display(settings.id_data)
 
 
-def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    from . import api_handles
-
-    try:
-        api_handles.take_over(handle.id_data, handle)
-    except ValueError:
-        handle.rest_matrix = (0.0,) * 16  # the place at rest cannot be told: handle_problem() says so
-
-
 def _on_live_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     from . import live
 
     live.toggled(settings.id_data)
 
 
-class ArapPin(bpy.types.PropertyGroup):
-    """A vertex group that stays where it is at rest."""
-
-    name: StringProperty(name="Vertex Group", description="Vertices held at rest: 1 holds, less pulls, 0 is free")
-    is_enabled: BoolProperty(name="Enabled", description="Hold this group. Off: its vertices are free", default=True)
-    has_made_group: BoolProperty(options={"HIDDEN"}, description="The vertex group goes when the pin is removed")
-
-
-class ArapHandle(bpy.types.PropertyGroup):
-    """A vertex group that follows an object or a bone."""
-
-    name: StringProperty(name="Name", description="Name of the handle")
-    is_enabled: BoolProperty(
-        name="Enabled", description="Let the group follow. Off: its vertices are free", default=True
-    )
-    target: PointerProperty(
-        type=bpy.types.Object,
-        name="Object",
-        description="The object that moves the group: an empty, or an armature together with a bone",
-        poll=_is_other_object,
-        update=_on_handle_changed,
-    )
-    bone: StringProperty(
-        name="Bone", description="Bone of the armature that moves the group", update=_on_handle_changed
-    )
-    vertex_group: StringProperty(
-        name="Vertex Group",
-        description="Vertices that follow: 1 follows exactly, less pulls, 0 is free",
-        update=_on_handle_changed,
-    )
-    is_exact: BoolProperty(
-        name="Exact",
-        description=(
-            "Hold every vertex of a handle that is smaller than Rigidity. "
-            "Off: it holds the average of a round patch about them, which pulls a smooth hill and no spike"
-        ),
-        default=False,
-    )
-    rest_matrix: FloatVectorProperty(
-        name="Rest Matrix",
-        description="Where the object stands in the mesh's own space while the mesh is at rest; 4x4, row by row",
-        size=16,
-        default=IDENTITY,
-        options={"HIDDEN"},
-    )
-    has_made_group: BoolProperty(options={"HIDDEN"}, description="The vertex group goes when the handle is removed")
-    has_made_target: BoolProperty(options={"HIDDEN"}, description="The empty goes when the handle is removed")
-    group_radius: FloatProperty(
-        options={"HIDDEN"},
-        description="Size of the group when the handle was made, in world units; 0: not made here",
-    )
-
-    @property
-    def rest(self) -> Matrix:
-        """O_rest^-1 M_rest as a 4x4 Matrix."""
-        values = self.rest_matrix
-        return Matrix((values[0:4], values[4:8], values[8:12], values[12:16]))
-
-    @rest.setter
-    def rest(self, matrix: Matrix) -> None:
-        self.rest_matrix = [value for row in matrix for value in row]
-
-
 class ArapMadeKey(bpy.types.PropertyGroup):
     """A shape key that was made for the pose."""
 
     name: StringProperty(name="Name", description="Name of the shape key")
-
-
-class ArapPullPin(bpy.types.PropertyGroup):
-    """A piece of surface that stays where it is shown for as long as the tool ARAP Pull is on."""
-
-    vertices_text: StringProperty(options={"HIDDEN"}, description="Its vertices: int32, base64")
-    reach: FloatProperty(
-        options={"HIDDEN"}, description="How far the mesh was free around it when it was pulled; 0: set by a click"
-    )
-
-    n_vertices: IntProperty(
-        options={"HIDDEN"}, description="Vertices that the mesh had: with another number its own are others"
-    )
-
-    @property
-    def vertices(self) -> NDArray[np.int32]:
-        """(k,) ascending."""
-        return np.frombuffer(base64.b64decode(self.vertices_text), dtype="<i4").astype(np.int32)
-
-    @vertices.setter
-    def vertices(self, vertices: NDArray[np.int32]) -> None:
-        self.vertices_text = base64.b64encode(vertices.astype("<i4").tobytes()).decode()
 
 
 class ArapObject(bpy.types.PropertyGroup):
@@ -228,14 +134,6 @@ class ArapObject(bpy.types.PropertyGroup):
         soft_max=1e-2,
         precision=6,
     )
-    threads: IntProperty(
-        name="Threads",
-        description="Processor threads to use; 0 takes as many as pay at this size",
-        default=0,
-        min=0,
-        max=1024,
-        soft_max=64,
-    )
     join_seams: BoolProperty(
         name="Join Seams",
         description="Treat vertices at the same place as one, so that open seams stay closed",
@@ -250,9 +148,16 @@ class ArapObject(bpy.types.PropertyGroup):
     )
     key_name: StringProperty(
         name="Shape Key",
-        description="Shape key that takes the pose; made where missing, numbered where another key has the name",
-        default="ARAP",
+        description=(
+            "Shape key that takes the pose; made where missing, numbered where another key has the name. "
+            "Empty: the name in the add-on's preferences"
+        ),
+        get=_key_name,
+        set=_set_key_name,
         maxlen=63,  # Blender cuts names of keys here
+    )
+    own_key_name: StringProperty(
+        options={"HIDDEN"}, description="The name of the shape key; empty: that of the preferences", maxlen=63
     )
     made_keys: CollectionProperty(
         type=ArapMadeKey,
@@ -310,29 +215,6 @@ class ArapObject(bpy.types.PropertyGroup):
 
     pose_act: IntProperty(
         options={"HIDDEN"}, description="Number of the posing act that this state of the scene is part of; 0: of none"
-    )
-
-
-class ArapPullTool(bpy.types.PropertyGroup):
-    """How the tool ARAP Pull takes hold: of the window, so that undo leaves it alone."""
-
-    radius: IntProperty(
-        name="Radius",
-        description="Radius of the piece that is pulled, in pixels of the view (F, [ and ]; the wheel during a drag)",
-        default=40,
-        min=1,
-        max=10000,
-        soft_max=500,
-        subtype="PIXEL",
-    )
-    falloff: FloatProperty(
-        name="Falloff",
-        description="How far the mesh gives way while there is no pin, in radii beyond the piece that is pulled",
-        default=3.0,
-        min=0.1,
-        max=1000.0,
-        soft_max=20.0,
-        precision=1,
     )
 
 

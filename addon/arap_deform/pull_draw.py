@@ -6,15 +6,11 @@ All in pixels, over the finished picture: moving the mouse draws no 3D view anew
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import bpy
-import gpu
 import numpy as np
-from gpu_extras.batch import batch_for_shader
-from numpy.typing import NDArray
 
-from . import compat, seen_mesh
+from . import batches, colors, seen_mesh
+from .colors import Color
 from .handle_map import Floats
 from .view_math import View
 
@@ -22,7 +18,6 @@ CIRCLE = np.column_stack([np.cos(np.linspace(0, 2 * np.pi, 49)), np.sin(np.linsp
 PIN_PX = 5.0  # radius of a pin's dot, in pixels of a display of usual density
 PATCH_ALPHA = 0.35
 
-Color = tuple[float, float, float, float]
 Hover = tuple[object, "seen_mesh.Pick | None"]
 
 _hover: Hover | None = None
@@ -43,7 +38,7 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
     corner = np.array([region.x, region.y], dtype=np.float64)
     mouse = np.array(xy, dtype=np.float64) - corner
     radius = float(context.window_manager.arap_pull.radius)
-    color = _theme_color(context)
+    color = colors.of_pull()
     run = current[0] if current else None
     if run is not None and not run.is_released:
         place = run.grip.view.pixels(np.stack([run.grip.pick.place, run.drag.place]))
@@ -118,15 +113,10 @@ def draw_pins() -> None:
     centres = np.array([seen.positions[vertices].mean(axis=0) for vertices, _ in pins])
     is_set = np.array([reach == 0.0 for _, reach in pins])
     pixels = view.pixels(centres)
-    color = _theme_color(context)
+    color = colors.of_pull()
     draw_dots(pixels, PIN_PX + 1.5, (0.0, 0.0, 0.0, 0.8))
     draw_dots(pixels[is_set], PIN_PX, color)
     draw_dots(pixels[~is_set], PIN_PX, (1.0, 1.0, 1.0, 1.0))
-
-
-def _theme_color(context: bpy.types.Context) -> Color:
-    red, green, blue = context.preferences.themes[0].user_interface.gizmo_primary[:3]
-    return (red, green, blue, 1.0)
 
 
 def draw_dots(pixels: Floats, radius: float, color: Color) -> None:
@@ -137,28 +127,13 @@ def draw_dots(pixels: Floats, radius: float, color: Color) -> None:
 
 
 def draw_lines(pixels: Floats, color: Color) -> None:
-    """One line through (k, 2) points."""
-    _draw("LINE_STRIP", pixels, color)
+    """One line through those of (k, 2) points that are numbers."""
+    batches.draw_pixels("LINE_STRIP", pixels[np.isfinite(pixels).all(axis=1)], color)
 
 
 def draw_triangles(pixels: Floats, color: Color) -> None:
     """(3 t, 2) corners."""
-    _draw("TRIS", pixels, color)
-
-
-def _draw(kind: str, pixels: NDArray[np.float64], color: Sequence[float]) -> None:
-    pixels = pixels[np.isfinite(pixels).all(axis=1)] if kind == "LINE_STRIP" else pixels
-    if not len(pixels) or not np.isfinite(pixels).all():
-        return
-    shader = compat.gpu_shader("UNIFORM_COLOR")
-    points = np.zeros((len(pixels), 3), dtype=np.float32)
-    points[:, :2] = pixels
-    batch = batch_for_shader(shader, kind, {"pos": points})  # type: ignore[dict-item]  # the stubs know no arrays
-    gpu.state.blend_set("ALPHA")
-    shader.bind()
-    shader.uniform_float("color", color)
-    batch.draw(shader)
-    gpu.state.blend_set("NONE")
+    batches.draw_pixels("TRIS", pixels, color)
 
 
 def clear() -> None:

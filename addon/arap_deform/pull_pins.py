@@ -10,13 +10,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import api_handles, handle_io, mesh_io
+from . import api_handles, api_pins, handle_io, mesh_io
 from .grab_region import Grab, hold_of_rest
 from .handle_map import Ints
 from .point_handles import diagonal_of
 
 if TYPE_CHECKING:
-    from .properties import ArapPullPin
+    from .pull_properties import ArapPullPin
 
 MOVED = 1e-4  # how far a piece at rest may be from its rest shape, as a fraction of the diagonal
 HOLD_STEPS = 64  # weights that a soft hold is written with
@@ -109,9 +109,9 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
             api_handles.add_handle(obj, grab.vertices, name="Pull")
             n_handles += 1
         else:
-            api_handles.add_pin(obj, grab.vertices, name="Hold")
+            api_pins.add_pin(obj, grab.vertices, name="Hold")
     if hold is not None:
-        pin = api_handles.add_pin(obj, hold[0], name="Rest")
+        pin = api_pins.add_pin(obj, hold[0], name="Rest")
         _write_steps(obj.vertex_groups[pin.name], *hold)
     obj.arap.pull_pins.clear()
     return n_handles, len(grabs) - n_handles + (hold is not None)

@@ -9,93 +9,24 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .handle_map import Floats, HandleMap, HandleSpec, Ints, Patch, check_specs, nearest_rotations
+from .handle_map import Floats, HandleMap, HandleSpec, Ints, Patch, check_specs
 from .point_handles import diagonal_of, patch_around, reaches_of_points
+from .session_data import Readout, SessionMesh, SessionSettings
 
 if TYPE_CHECKING:
     import arap_native
 
 Progress = Callable[[float], "bool | None"]
 
-RIGID_WEIGHT = 0.5  # weight in the rigid group from which a vertex belongs to a region
-STIFFEST = 100.0  # stiffness at weight 1; in between it grows by the same factor for the same step of weight
-
 
 class Cancelled(RuntimeError):
     """``progress`` stopped the work; everything is as it was before the call."""
-
-
-@dataclass(frozen=True)
-class SessionMesh:
-    """A mesh at rest, in object space.
-
-    Attributes:
-        rest_positions: (n, 3) float64.
-        corner_vertices: (c,) int32, the faces' vertices, one face after the other.
-        face_sizes: (f,) int32.
-    """
-
-    rest_positions: Floats
-    corner_vertices: Ints
-    face_sizes: Ints
-
-
-@dataclass(frozen=True)
-class SessionSettings:
-    """The settings of ``Object.arap`` that the solver sees; see there for what they mean."""
-
-    energy: str = "rotation_nodes"
-    rigidity_radius: float = 0.02  # a fraction of the mesh's diagonal as seen
-    weights: str = "cotangent"
-    initial_guess: str = "previous"
-    iterations_per_update: int = 4
-    max_iterations: int = 200
-    tolerance: float = 1e-4
-    threads: int = 0
-    join_seams: bool = False
-
-    @property
-    def of_bind(self) -> tuple[object, ...]:
-        """The settings that only a new session can take."""
-        radius = self.rigidity_radius if self.has_radius else None
-        return self.energy, radius, self.weights, self.threads, self.join_seams
-
-    @property
-    def has_radius(self) -> bool:
-        """Whether the energy is one that the rigidity radius belongs to."""
-        return self.energy == "rotation_nodes"
-
-
-@dataclass(frozen=True)
-class Readout:
-    """What the last solve did.
-
-    Attributes:
-        energy, energy_before: in the square of world units.
-        step: last iteration's largest movement, as a fraction of the size.
-        stop_reason: "converged", "max_iterations" or "time_limit".
-        last_ms, bind_ms, factor_ms: milliseconds of this solve, of the bind and of the last factorization.
-        parts_at_rest: number of connected parts that nothing holds or moves.
-    """
-
-    vertices: int
-    free_vertices: int
-    last_ms: float
-    iterations: int
-    energy: float
-    energy_before: float
-    step: float
-    stop_reason: str
-    parts_at_rest: int
-    loose_vertices: int
-    bind_ms: float
-    factor_ms: float
 
 
 class Session:
@@ -116,7 +47,7 @@ class Session:
         Args:
             native: the module arap_native.
             mesh: at rest.
-            stretch: (3, 3) symmetric factor of the polar decomposition of matrix_world; see stretch_of().
+            stretch: (3, 3) symmetric factor of the polar decomposition of matrix_world; see rigid_fit.stretch_of().
             settings: see SessionSettings.
             stiffness: (n,) > 0, or None.
             rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
@@ -346,94 +277,6 @@ class _Cancellation:
     def __exit__(self, _kind: object, error: BaseException | None, _traceback: object) -> None:
         if isinstance(error, self._native_cancelled):
             raise Cancelled(f"{self._act} was cancelled; nothing has changed") from None
-
-
-def readout_of_whole(parts: Sequence[Readout]) -> Readout:
-    """One readout for a solve that was done in several updates."""
-    return replace(
-        parts[-1],
-        energy_before=parts[0].energy_before,
-        iterations=sum(part.iterations for part in parts),
-        last_ms=sum(part.last_ms for part in parts),
-    )
-
-
-def stretch_of(matrix: Floats) -> Floats:
-    """(3, 3) symmetric positive factor S of matrix = R S, for the 3x3 or 4x4 ``matrix``.
-
-    Raises:
-        ValueError: not finite, or singular: something is flat as seen, and its rest shape is lost.
-    """
-    linear = np.asarray(matrix, dtype=np.float64)[:3, :3]
-    if not np.isfinite(linear).all():
-        raise ValueError("has a transform that is not finite: reset it")
-    _, sigma, vt = np.linalg.svd(linear)
-    if sigma[2] <= 1e-6 * sigma[0]:
-        raise ValueError("is scaled to nothing along an axis: give it a scale")
-    if np.allclose(sigma, 1.0, rtol=0.0, atol=1e-6):
-        return np.eye(3)  # Blender's rotations are single precision; a stretch of 1 + 1e-7 means none
-    return np.asarray((vt.T * sigma) @ vt)
-
-
-def best_rigid_fit(rest: Floats, shown: Floats, stretch: Floats, weights: Floats | None = None) -> Floats:
-    """(4, 4) object-space motion, rigid as seen, that takes (k, 3) ``rest`` nearest to (k, 3) ``shown``.
-
-    It takes the average to the average, both weighted by ``weights``, (k,); None: all alike. Points on a line, or a
-    single one, do not say all of the rotation: then it is the smallest.
-    """
-    rest_seen = rest @ stretch.T
-    shown_seen = shown @ stretch.T
-    rest_centre = np.average(rest_seen, axis=0, weights=weights)
-    shown_centre = np.average(shown_seen, axis=0, weights=weights)
-    from_centre = shown_seen - shown_centre
-    covariance = (from_centre if weights is None else from_centre * weights[:, None]).T @ (rest_seen - rest_centre)
-    # Leans what the points leave open towards no rotation.
-    lean = 1e-9 * np.abs(covariance).max() or 1.0
-    rotation = nearest_rotations((covariance + lean * np.eye(3))[None])[0]
-    fit = np.eye(4)
-    unstretch = np.linalg.inv(stretch)
-    fit[:3, :3] = unstretch @ rotation @ stretch
-    fit[:3, 3] = unstretch @ (shown_centre - rotation @ rest_centre)
-    return fit
-
-
-def stiffness_of(weights: Floats) -> Floats:
-    """(n,) stiffness of each vertex: STIFFEST ** weight."""
-    return np.asarray(STIFFEST ** np.clip(weights, 0.0, 1.0))
-
-
-def regions_of(weights: Floats, mesh: SessionMesh) -> Ints:
-    """(n,) int32 rigid region of each vertex, -1 for none: the connected pieces of weights >= RIGID_WEIGHT."""
-    is_rigid = weights >= RIGID_WEIGHT
-    first, second = face_edges(mesh.corner_vertices, mesh.face_sizes)
-    inside = is_rigid[first] & is_rigid[second]
-    labels = connected_labels(len(weights), first[inside], second[inside])
-    _, regions = np.unique(np.where(is_rigid, labels, -1), return_inverse=True)
-    return np.where(is_rigid, regions, -1).astype(np.int32)
-
-
-def face_edges(corner_vertices: Ints, face_sizes: Ints) -> tuple[Ints, Ints]:
-    """The two vertices of every side of every face, (c,) each."""
-    following = np.roll(corner_vertices, -1)
-    ends = np.cumsum(face_sizes, dtype=np.int64)
-    following[ends - 1] = corner_vertices[ends - face_sizes]
-    return corner_vertices, following
-
-
-def connected_labels(n: int, first: Ints, second: Ints) -> NDArray[np.int64]:
-    """(n,) lowest vertex of each vertex's connected piece, for edges first[i] - second[i]."""
-    labels: NDArray[np.int64] = np.arange(n)
-    while True:
-        one, other = labels[first], labels[second]
-        differ = one != other
-        if not differ.any():
-            return labels
-        first, second = first[differ], second[differ]
-        # Roots hang themselves on a lower one, whichever is written last; then everybody looks up his root.
-        labels[np.maximum(one, other)[differ]] = np.minimum(one, other)[differ]
-        above = labels[labels]
-        while not np.array_equal(above, labels):
-            labels, above = above, above[above]
 
 
 def _are_same(former: Sequence[HandleSpec], specs: Sequence[HandleSpec]) -> bool:

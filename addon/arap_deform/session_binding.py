@@ -25,9 +25,15 @@ class SessionBinding(Binding[Session]):
         self._name = obj.name
         self._inputs = inputs
         self._start_positions = start
-        former = sessions.get(obj.name)
+        self._former = former = sessions.get(obj.name)
         api.end_session(obj)  # busy from here on
         super().__init__(lambda progress: api.rebuild_session(inputs, former, progress))
+
+    def drop(self) -> None:
+        """Asks the work to stop; where it has not begun, the former session is the live one again."""
+        if not self.has_started and self._former is not None and sessions.get(self._name) is None:
+            sessions.put(self._name, self._former)
+        super().drop()
 
     def adopt(self) -> None:
         api.adopt_session(bpy.data.objects[self._name], self._inputs, self.result())

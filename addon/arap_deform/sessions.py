@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The live sessions by object name, and when one no longer fits its scene. Holds no Blender data.
+"""The live sessions by object name, when one no longer fits its scene, and which act has a mesh. No Blender data.
 
 Names, because references to Blender's objects do not survive an undo.
 """
@@ -9,12 +9,14 @@ from __future__ import annotations
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .handle_map import Floats, HandleSpec
-from .session import Readout, Session, SessionMesh, SessionSettings
+from .session import Session
+from .session_data import Readout, SessionMesh, SessionSettings
 
 # Single-precision world matrices of a turning object differ by less; a user's change of scale by more.
 STRETCH_TOLERANCE = 1e-5
@@ -73,9 +75,26 @@ class Live:
     inputs: SessionInput
 
 
+class Act(Protocol):
+    """Something that has a mesh for itself."""
+
+    @property
+    def doing(self) -> str:
+        """What goes on: 'it is baked', for example."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """An act of which there is no more to say."""
+
+    doing: str
+
+
+acts: dict[str, Act] = {}
+"""The acts under way, by name of the object: to be read. claim() and release() change it."""
+
 _live: dict[str, Live] = {}
 _readouts: dict[str, Readout] = {}
-_claims: dict[str, str] = {}
 
 
 def get(object_name: str) -> Live | None:
@@ -95,21 +114,21 @@ def clear() -> None:
     """Forgets everything: another file was loaded."""
     _live.clear()
     _readouts.clear()
-    _claims.clear()
+    acts.clear()
 
 
-def claim(object_name: str, act: str) -> None:
-    """An act has the mesh for itself from now on, until release(): Live waits. ``act``: 'it is baked', for example."""
-    _claims[object_name] = act
+def claim(object_name: str, act: Act | str) -> None:
+    """An act has the mesh for itself from now on, until release(): Live waits. A text says what is done."""
+    acts[object_name] = Work(act) if isinstance(act, str) else act
 
 
 def release(object_name: str) -> None:
-    _claims.pop(object_name, None)
+    acts.pop(object_name, None)
 
 
 def claimed_by(object_name: str) -> str:
-    """The act that has the mesh for itself, '' where there is none."""
-    return _claims.get(object_name, "")
+    """What is done with the mesh, '' where no act has it for itself."""
+    return acts[object_name].doing if object_name in acts else ""
 
 
 def readout(object_name: str) -> Readout | None:

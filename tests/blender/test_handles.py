@@ -415,9 +415,9 @@ class RefusalTest(SceneTest):
         bpy.context.view_layer.objects.active = mover
         common = module("operators.common")
         self.assertEqual(common.find_posed_object(bpy.context), mover)
-        running = module("operators.pose_act").running
-        running[obj.name] = None
-        self.addCleanup(running.clear)
+        sessions = module("sessions")
+        sessions.claim(obj.name, "it is posed")
+        self.addCleanup(sessions.release, obj.name)
         self.assertEqual(common.find_posed_object(bpy.context), obj)
         self.api.add_pin(mover, BOTTOM)
         self.assertEqual(common.find_posed_object(bpy.context), mover)

@@ -84,7 +84,7 @@ class OverlayTest(SceneTest):
         self.begin_drawing()
         for name in names:
             self.assertIsNotNone(module("compat").gpu_shader(name))
-        batches = module("overlay_batches")
+        batches = module("batches")
         corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], dtype=np.float32)
         red = np.tile(np.array([1, 0, 0, 1], dtype=np.float32), (4, 1))
         square = batches.surface_batch(

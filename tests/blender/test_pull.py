@@ -193,6 +193,36 @@ class DragTest(PullTest):
         begun = self.api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [self.grab(TOP)])
         self.assert_close(begun.shown, before, 1e-6)
 
+    def test_another_radius_before_the_mesh_is_bound_does_not_jump_either(self):
+        obj = mesh_object()
+        self.pull(obj, self.grab(MIDDLE), (0.4, 0.0, 0.0))
+        obj.data.shape_keys.key_blocks["ARAP"].value = 0.5
+        bpy.context.view_layer.update()
+        before = shown_positions(obj)
+        scene = module("operators.pull_scene").PullScene(obj, [self.grab(TOP)])
+        scene.begin_bind().drop()
+        scene.grab([self.grab(TOP[:4])])
+        binding = scene.begin_bind()
+        binding.start()
+        binding.wait()
+        binding.adopt()
+        self.assert_close(module("sessions").get("Tube").session.positions, before, 1e-6)
+
+    def test_a_bind_dropped_before_it_has_begun_leaves_the_former_session(self):
+        obj = posable()
+        former = self.api.prepare_session(obj)
+        sessions, session_binding = module("sessions"), module("session_binding")
+        inputs = self.api.session_input(obj)
+        binding = session_binding.SessionBinding(obj, inputs)
+        self.assertIsNone(sessions.get("Tube"), "it is the bind's")
+        binding.drop()
+        self.assertIs(sessions.get("Tube").session, former)
+        binding = session_binding.SessionBinding(obj, inputs)
+        binding.start()
+        binding.drop()
+        self.assertIsNone(sessions.get("Tube"), "the thread may be in it still")
+        binding.wait()
+
     def test_with_a_pin_all_else_gives_way(self):
         obj = mesh_object()
         rest = rest_positions(obj)
@@ -372,11 +402,11 @@ class PinsTest(PullTest):
         self.assertEqual(common.why_not_pullable(bpy.context), "Wait for the mesh: it is baked")
         job.cancel()
         self.assertEqual(common.why_not_pullable(bpy.context), "")
-        pose_act.running[obj.name] = pose_act.PoseAct(None, is_drag=True)
+        module("sessions").claim(obj.name, pose_act.PoseAct(None, is_drag=True))
         self.assertEqual(
             common.why_not_pullable(bpy.context), "The mesh is being pulled: wait until it has settled, or press Esc"
         )
-        del pose_act.running[obj.name]
+        module("sessions").release(obj.name)
         self.assertEqual(common.why_not_pullable(bpy.context), "")
 
     def test_a_window_is_needed_to_pull(self):

@@ -60,7 +60,7 @@ class RigidityTest(SceneTest):
     def test_the_default_is_two_percent_of_rotation_nodes(self):
         obj = posable()
         self.assertEqual((obj.arap.energy, obj.arap.rigidity), ("rotation_nodes", 2.0))
-        settings = module("api_pose").settings_of(obj)
+        settings = module("scene_input").settings_of(obj)
         self.assertEqual((settings.energy, settings.rigidity_radius), ("rotation_nodes", 0.02))
 
     def test_energies_keep_the_numbers_that_files_have(self):
@@ -108,7 +108,7 @@ class RigidityTest(SceneTest):
 
         def check():
             bpy.context.view_layer.update()
-            stretch = module("session").stretch_of(np.array(obj.matrix_world))
+            stretch = module("rigid_fit").stretch_of(np.array(obj.matrix_world))
             expected = np.linalg.norm(np.ptp(rest_positions(obj) @ stretch.T, axis=0))
             self.assertAlmostEqual(size(obj, depsgraph), expected, delta=1e-4 * expected)
             return expected

@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sidebar tab and the search, looked at; the pictures are for eyes, a traceback while drawing fails the test."""
 
+import importlib
+from pathlib import Path
+
 import bpy
+import numpy as np
 import scenes
-from harness import Steps, Ui
+from harness import MODULE, Steps, Ui
 from test_pose import bar, begin, drag, handle, settle
+
+SAMPLES = Path(__file__).resolve().parents[2] / "blend_files"
 
 
 def test_panel(ui: Ui) -> Steps:
@@ -19,6 +25,9 @@ def test_panel(ui: Ui) -> Steps:
     yield from ui.screenshot("2_edit_mode")
     bpy.ops.object.mode_set(mode="OBJECT")
     ui.api.add_pin(bar(), scenes.bottom(), name="Bottom")
+    bpy.ops.object.mode_set(mode="EDIT")
+    yield from ui.screenshot("2_pinned")
+    bpy.ops.object.mode_set(mode="OBJECT")
     ui.api.add_handle(bar(), scenes.top(), name="Top")
     yield from ui.screenshot("3_ready")
     ui.select(handle())
@@ -71,5 +80,132 @@ def test_search_finds_the_acts(ui: Ui) -> Steps:
     yield from ui.screenshot("search")
     handle().location.x = 1.0
     yield from ui.key("RET")
+    yield from ui.until(lambda: ui.api.readout(bar()) is not None, "the search has run ARAP Solve")
+
+
+def test_first_pose_by_its_buttons(ui: Ui) -> Steps:
+    """The five lines, one after the other, as buttons call them; the hint goes once there is a pose."""
+    scenes.add_bar()
+    yield from ui.open_tab()
+    hint = bpy.types.ARAP_PT_first_pose
+    assert hint.poll(bpy.context)
+    assert ui.call(bpy.ops.arap.edit_mesh) == {"FINISHED"}
+    for vertices, act in ((scenes.bottom(), bpy.ops.arap.pin_add), (scenes.top(), bpy.ops.arap.handle_add)):
+        select_in_edit_mode(bar(), vertices)
+        yield
+        assert ui.call(act) == {"FINISHED"}
+        yield from ui.screenshot(f"{len(bar().arap.pins)}{len(bar().arap.handles)}")
+    assert ui.call(bpy.ops.arap.edit_mesh) == {"FINISHED"}
+    ui.select(handle("Handle"))
+    yield from ui.move_mouse_to_view()
+    yield from begin(ui)
+    yield from drag(ui, "G", "X", "1")
+    yield from settle(ui)
+    assert not hint.poll(bpy.context)
+    yield from ui.key("RET")
+    shown = scenes.shown_positions(bar())
+    np.testing.assert_allclose(shown[scenes.top()].mean(axis=0)[0], 1.0, atol=1e-3)
+
+
+def select_in_edit_mode(obj: bpy.types.Object, vertices: list[int]) -> None:
+    bpy.ops.object.mode_set(mode="OBJECT")
+    importlib.import_module(f"{MODULE}.operators.select").select_vertices(obj, np.array(vertices))
+    bpy.ops.object.mode_set(mode="EDIT")
+
+
+def test_parts_that_nothing_holds_are_shown_and_selected(ui: Ui) -> Steps:
+    """A second bar in the same mesh: the panel says so, and the button selects it in Edit Mode."""
+    obj = scenes.add_bar_with_handle(ui.api)
+    n = len(obj.data.vertices)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.duplicate()
+    bpy.ops.transform.translate(value=(3.0, 0.0, 0.0))
+    bpy.ops.object.mode_set(mode="OBJECT")
+    for group in obj.vertex_groups:
+        group.remove(range(n, 2 * n))
+    yield from ui.open_tab()
+    assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
+    assert ui.api.readout(obj).parts_at_rest == 1
+    ui.region("UI").tag_redraw()
+    yield from ui.screenshot("report")
+    assert ui.call(bpy.ops.arap.select_unheld) == {"FINISHED"}
+    yield from ui.screenshot("selected")
+    assert obj.mode == "EDIT"
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert [vertex.index for vertex in obj.data.vertices if vertex.select] == list(range(n, 2 * n))
+
+
+def test_menus_of_the_right_button(ui: Ui) -> Steps:
+    """In each mode there is ARAP in it; the pictures show it, a traceback while drawing fails the test."""
+    scenes.add_bar_with_handle(ui.api)
+    for mode in ("OBJECT", "EDIT", "WEIGHT_PAINT"):
+        ui.select(bar())
+        bpy.ops.object.mode_set(mode=mode)
+        yield from ui.move_mouse_to_view()
+        yield from ui.key("RIGHTMOUSE")
+        yield from ui.screenshot(mode.lower())
+        yield from ui.key("ESC")
+        yield
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def test_preferences_are_drawn_and_color_the_overlay(ui: Ui) -> Steps:
+    """The page of the add-on, and pins in a colour of one's own."""
+    obj = scenes.add_bar_with_handle(ui.api)
+    obj.arap.overlay.show_pins = obj.arap.overlay.show_handles = True
+    handle().location.x = 1.0
+    preferences = bpy.context.preferences.addons[MODULE].preferences
+    preferences.use_theme_colors = False
+    preferences.pin_color = (1.0, 0.0, 1.0)
+    yield from ui.screenshot("colors")
+    importlib.import_module("addon_utils").module_bl_info(importlib.import_module(MODULE))["show_expanded"] = True
+    bpy.context.window_manager.addon_search = "ARAP"
+    bpy.context.preferences.active_section = "ADDONS"
+    ui.view.type = "PREFERENCES"
     yield
-    assert ui.api.readout(bar()) is not None, "the search ran ARAP Solve"
+    yield from ui.screenshot("page")
+
+
+def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
+    """A solve that takes long leaves Blender alive; Esc leaves the mesh as it was, and nothing else ends it."""
+    obj = scenes.add_grid(400)
+    ui.api.add_pin(obj, list(range(400)), name="Edge")
+    ui.api.add_handle(obj, list(range(400 * 399, 400 * 400)), name="Other Edge")
+    obj.arap.handles[0].target.location.z += 1.0
+    bpy.context.view_layer.update()
+    yield from ui.open_tab()
+    acts = ui.running
+    for _ in range(2):  # Esc while the mesh is bound, then while it is solved, or as far as that goes in a step
+        ui.call(bpy.ops.arap.solve)
+        yield
+        assert acts["Grid"].doing == "it is solved"
+        yield from ui.screenshot("working")
+        yield from ui.key("ESC")
+        yield from ui.until(lambda: not acts, "the solve has ended")
+        assert obj.data.shape_keys is None
+        assert ui.api.readout(obj) is None
+    ui.call(bpy.ops.arap.solve)
+    yield from ui.until(lambda: not acts, "the mesh is solved", 120.0)
+    assert ui.api.readout(obj) is not None
+    shown = scenes.shown_positions(obj)
+    np.testing.assert_allclose(shown[400 * 399 :, 2], 1.0, atol=1e-4)
+    yield
+    yield from ui.key("Z", ctrl=True)
+    yield
+    assert bpy.data.objects["Grid"].data.shape_keys is None, "one step of undo"
+
+
+def test_panel_on_the_sample_creature(ui: Ui) -> Steps:
+    """The picture of the user guide: the creature in a frame of its animation, and all of the tab."""
+    bpy.context.preferences.view.ui_scale = 0.8
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "creature.blend"), load_ui=False)
+    yield
+    creature = next(obj for obj in bpy.context.scene.objects if obj.type == "MESH" and obj.arap.handles)
+    ui.select(creature)
+    bpy.context.scene.frame_set(24)
+    assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
+    yield from ui.open_tab()
+    ui.call(bpy.ops.view3d.view_selected)
+    yield from ui.screenshot("guide")
+    assert creature.arap.live_problem == ""

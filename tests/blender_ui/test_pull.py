@@ -433,11 +433,36 @@ def test_pull_and_live(ui: Ui) -> Steps:
     assert "Pulled" in ui.running
     bpy.data.objects["Pulled"].arap.is_live = True
     yield
-    assert ui.live.run_of(bpy.data.objects["Pulled"]).pause == "Paused while it is posed"
+    assert ui.live.run_of(bpy.data.objects["Pulled"]).pause == "Paused while it is pulled"
     yield from release(ui)
     assert len(bpy.data.objects["Pulled"].arap.pull_pins) == 2
     yield from ui.until(lambda: not ui.live.run_of(bpy.data.objects["Pulled"]).pause, "Live goes on")
     assert bpy.data.objects["Pulled"].arap.live_problem == ""
+
+
+def test_pull_undone_leaves_live_off(ui: Ui) -> Steps:
+    """What Live has given up before a pull stays given up when the pull is undone; the undo before it tries again."""
+    yield from begin(ui)
+    ui.api.add_pin(sheet(), list(range(N)), name="Edge")
+    ui.api.add_handle(sheet(), list(range(N * N - N, N * N)), name="Other Edge")
+    sheet().arap.is_live = True
+    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "Live has settled")
+    bpy.ops.ed.undo_push(message="live")
+    sheet().data.shape_keys.key_blocks["ARAP"].mute = True
+    sheet().arap.handles[0].target.location.z += 0.5
+    yield from ui.until(lambda: not sheet().arap.is_live, "Live is off")
+    sheet().data.shape_keys.key_blocks["ARAP"].mute = False
+    yield
+    before = scenes.shown_positions(sheet())
+    yield from pull(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
+    assert np.abs(scenes.shown_positions(sheet()) - before).max() > 0.1
+    yield from ui.key("Z", ctrl=True)
+    for _ in range(3):
+        yield
+    assert (sheet().arap.is_live, sheet().arap.live_problem, ui.live.run_of(sheet())) == (False, "", None)
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), before, atol=NEAR)
+    yield from ui.key("Z", ctrl=True)
+    yield from ui.until(lambda: sheet().arap.is_live, "Live is on again")
 
 
 def test_pull_file_load_within(ui: Ui) -> Steps:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from arap_deform.following import FOLLOW_TIME_LIMIT_S
 from arap_deform.live_run import HEAVY_STEP_S, LiveRun, When
-from arap_deform.session import Readout
+from arap_deform.session_data import Readout
 from fake_follow import FakeBind, readout
 
 

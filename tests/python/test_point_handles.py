@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from arap_deform.handle_map import HandleMap, HandleSpec, Patch
 from arap_deform.point_handles import PATCH_REACH, local_patch, neighbourhood
-from arap_deform.session import Session, SessionMesh, SessionSettings, best_rigid_fit
+from arap_deform.rigid_fit import best_rigid_fit
+from arap_deform.session import Session
+from arap_deform.session_data import SessionMesh, SessionSettings
 from sample_meshes import rotation_z, tube
 
 TUBE = tube(rings=60, segments=48)

@@ -18,7 +18,7 @@ from arap_deform.operators.pose_act import (
     restored,
     status_text,
 )
-from arap_deform.session import Readout
+from arap_deform.session_data import Readout
 from fake_follow import FakeBind, readout
 
 

@@ -9,19 +9,11 @@ import arap_native
 import numpy as np
 import pytest
 from arap_deform.handle_map import HandleSpec
-from arap_deform.session import (
-    Cancelled,
-    Session,
-    SessionMesh,
-    SessionSettings,
-    best_rigid_fit,
-    connected_labels,
-    face_edges,
-    readout_of_whole,
-    regions_of,
-    stiffness_of,
-    stretch_of,
-)
+from arap_deform.mesh_graph import connected_labels, face_edges
+from arap_deform.rigid_fit import best_rigid_fit, stretch_of
+from arap_deform.session import Cancelled, Session
+from arap_deform.session_data import SessionMesh, SessionSettings, readout_of_whole
+from arap_deform.vertex_properties import regions_of, stiffness_of
 from sample_meshes import rotation_z, tube
 
 TUBE = tube()

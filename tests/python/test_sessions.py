@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from arap_deform import sessions
 from arap_deform.handle_map import HandleSpec
-from arap_deform.session import SessionMesh, SessionSettings
+from arap_deform.session_data import SessionMesh, SessionSettings
 from arap_deform.sessions import MeshSignature, SessionInput
 from sample_meshes import tube
 

@@ -2,15 +2,13 @@
 # mypy: disable-error-code="valid-type"
 """Baking: the pose to a shape key, the animation of the handles to keyframed shape keys."""
 
-from typing import Any
-
 import bpy
 from bpy.props import IntProperty, StringProperty
 
 from .. import api
-from .common import allow, posed_object, reports_errors, tag_panels, why_no_pose, why_not_solvable
-
-STEP_TIME_LIMIT_S = 0.1  # the window is drawn, and Esc is seen, this often
+from ..texts import rpt_
+from .common import allow, posed_object, reports_errors, why_no_pose, why_not_solvable
+from .job import JobOperator
 
 
 class ARAP_OT_bake_pose(bpy.types.Operator):
@@ -31,11 +29,11 @@ class ARAP_OT_bake_pose(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         key = api.bake_pose(posed_object(context), name=self.name)
-        self.report({"INFO"}, f"Baked to shape key '{key.name}'")
+        self.report({"INFO"}, rpt_("Baked to shape key '{}'").format(key.name))
         return {"FINISHED"}
 
 
-class ARAP_OT_bake_animation(bpy.types.Operator):
+class ARAP_OT_bake_animation(JobOperator, bpy.types.Operator):
     bl_idname = "arap.bake_animation"
     bl_label = "ARAP Bake Animation"
     bl_description = "Solve each frame and make it a keyframed shape key, so that the file plays without this add-on"
@@ -46,9 +44,6 @@ class ARAP_OT_bake_animation(bpy.types.Operator):
     frame_step: IntProperty(
         name="Step", description="Bake every so many frames; those in between are blended", default=1, min=1
     )
-
-    _job: api.BakeJob
-    _timer: Any
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -74,7 +69,7 @@ class ARAP_OT_bake_animation(bpy.types.Operator):
             text, icon = str(api.estimate_bake(posed_object(context), *self._range)), "SHAPEKEY_DATA"
         except (ValueError, RuntimeError) as error:
             text, icon = str(error), "ERROR"
-        layout.label(text=text, icon=icon)
+        layout.label(text=text, translate=False, icon=icon)
 
     @property
     def _range(self) -> tuple[int, int, int]:
@@ -87,64 +82,17 @@ class ARAP_OT_bake_animation(bpy.types.Operator):
             job = api.begin_bake(obj, *self._range)
             self._report_keys(api.run_bake(job), job.n_unsettled)
             return {"FINISHED"}
-        self._job = api.begin_bake(obj, *self._range)
-        self._timer = context.window_manager.event_timer_add(0.01, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self.begin_job(context, api.begin_bake(obj, *self._range))
 
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        # Nothing is let through: the frame and the key are the bake's until it is done.
-        if event.type == "ESC" and event.value == "PRESS":
-            self._cancel(context)
-            self.report({"WARNING"}, "Bake cancelled: nothing has changed")
-            return {"CANCELLED"}
-        if event.type != "TIMER":
-            return {"RUNNING_MODAL"}
-        try:
-            if self._job.step(STEP_TIME_LIMIT_S):
-                self._show(context)
-                return {"RUNNING_MODAL"}
-            names = self._job.finish()
-        except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
-            self._cancel(context)
-            self.report({"ERROR"}, f"Bake failed and nothing has changed: {error}")
-            return {"CANCELLED"}
-        self._leave(context)
-        self._report_keys(names, self._job.n_unsettled)
-        return {"FINISHED"}
-
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Blender ends the operator: file load, closed window, or Esc in the dialog, where there is no job yet."""
-        if hasattr(self, "_job"):
-            self._cancel(context)
-
-    def _cancel(self, context: bpy.types.Context) -> None:
-        try:
-            self._job.cancel()
-        finally:
-            self._leave(context)
-
-    def _leave(self, context: bpy.types.Context) -> None:
-        context.window_manager.event_timer_remove(self._timer)
-        context.workspace.status_text_set(None)
-        tag_panels(context)
-
-    def _show(self, context: bpy.types.Context) -> None:
-        job = self._job
-        if job.bind_fraction is None:
-            state = f"frame {job.frame}, {job.fraction:.0%} done"
-        else:
-            state = f"preparing the mesh, {job.bind_fraction:.0%}"
-        context.workspace.status_text_set(f"ARAP Bake: {state}   |   Esc: cancel")
+    def finish_job(self, _context: bpy.types.Context) -> None:
+        self._report_keys(self.job.finish(), self.job.n_unsettled)
 
     def _report_keys(self, names: list[str], n_unsettled: int) -> None:
-        self.report({"INFO"}, f"Baked {len(names)} shape keys, '{names[0]}' to '{names[-1]}'")
+        text = rpt_("Baked {} shape keys, '{}' to '{}'")
+        self.report({"INFO"}, text.format(len(names), names[0], names[-1]))
         if n_unsettled:
-            self.report(
-                {"WARNING"},
-                f"{n_unsettled} of {len(names)} frames stopped before the tolerance was met: "
-                "allow more under Settings, At Most",
-            )
+            text = rpt_("{} of {} frames stopped before the tolerance was met: allow more under Settings, At Most")
+            self.report({"WARNING"}, text.format(n_unsettled, len(names)))
 
 
 CLASSES = (ARAP_OT_bake_pose, ARAP_OT_bake_animation)

@@ -13,7 +13,8 @@ from typing import Any
 import bpy
 
 from .. import api, live_key, sessions
-from . import pose_act
+from ..texts import rpt_
+from .pose_act import PoseAct
 
 STATUS_AGAIN_S = 0.5  # a transform clears the status bar when it ends, so it is set again this often
 
@@ -36,7 +37,7 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     one selected mesh.
     """
     active = context.object
-    posed = [context.view_layer.objects.get(name) for name in pose_act.running]
+    posed = [context.view_layer.objects.get(name) for name in sessions.acts]
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
             return active
@@ -74,13 +75,18 @@ def why_not_idle(context: bpy.types.Context) -> str:
         return reason
     if obj.mode != "OBJECT":
         return "Go to Object Mode first (Tab)"
-    act = pose_act.running.get(obj.name)
-    if act is not None and act.is_drag:
-        return "The mesh is being pulled: wait until it has settled, or press Esc"
-    if act is not None:
+    return why_busy(obj)
+
+
+def why_busy(obj: bpy.types.Object) -> str:
+    """Which act has the mesh for itself, and how it ends; '' where none has."""
+    act = sessions.acts.get(obj.name)
+    if isinstance(act, PoseAct):
+        if act.is_drag:
+            return "The mesh is being pulled: wait until it has settled, or press Esc"
         return "End the pose first: Enter keeps it, Esc cancels it"
-    claim = sessions.claimed_by(obj.name)  # in another window, or by a script
-    return f"Wait for the mesh: {claim}" if claim else ""
+    # In another window, or by a script.
+    return rpt_("Wait for the mesh: {}").format(rpt_(act.doing)) if act is not None else ""
 
 
 def why_no_pose(context: bpy.types.Context) -> str:
@@ -139,7 +145,7 @@ def why_not_pullable(context: bpy.types.Context) -> str:
 def allow(cls: Any, reason: str) -> bool:
     """For poll(): True without a reason; else greyed, with the reason in the tooltip."""
     if reason:
-        cls.poll_message_set(reason)
+        cls.poll_message_set(rpt_(reason))
     return not reason
 
 
@@ -151,7 +157,7 @@ def reports_errors(execute: Execute) -> Execute:
         try:
             return execute(self, context)
         except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, rpt_(str(error)))
             return {"CANCELLED"}
 
     return wrapper

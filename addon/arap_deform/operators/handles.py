@@ -8,6 +8,7 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from .. import api, mesh_io
+from ..texts import rpt_
 from .common import (
     allow,
     find_posed_object,
@@ -142,7 +143,8 @@ class ARAP_OT_reset_handles(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         held = api.reset_handles(posed_object(context))
         if held:
-            self.report({"WARNING"}, f"Animation, a constraint or a driver holds these handles: {', '.join(held)}")
+            text = rpt_("Animation, a constraint or a driver holds these handles: {}")
+            self.report({"WARNING"}, text.format(", ".join(held)))
         return {"FINISHED"}
 
 

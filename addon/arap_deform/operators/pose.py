@@ -9,12 +9,13 @@ handlers that say when the scene was evaluated, a timer for refining, and one ex
 import bpy
 from bpy.props import BoolProperty
 
-from .. import api, live_key, sessions
+from .. import api, app_handlers, live, live_key, preferences, sessions
 from ..follow_scene import BlenderFollowScene, is_rendering
-from ..session import Readout
+from ..session_data import Readout
+from ..texts import rpt_
 from . import pose_undo
 from .common import StatusBar, allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_solvable
-from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, running, status_text
+from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 
 TIMER_S = 0.02
 EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
@@ -42,18 +43,19 @@ class BlenderPoseScene(BlenderFollowScene):
     def why_over(self) -> str:
         obj = self.obj
         if obj is None or obj.name not in bpy.context.scene.objects:
-            return f"'{self.name}' was deleted or renamed: posing has ended"
+            return rpt_("'{}' was deleted or renamed: posing has ended").format(self.name)
         if obj.mode != "OBJECT":
-            return f"'{self.name}' is no longer in Object Mode: the pose is kept and posing has ended"
+            return rpt_("'{}' is no longer in Object Mode: the pose is kept and posing has ended").format(self.name)
         if _counts(obj) != self._counts:
-            return f"The mesh of '{self.name}' has changed: posing has ended, its rest shape is another one now"
+            text = rpt_("The mesh of '{}' has changed: posing has ended, its rest shape is another one now")
+            return text.format(self.name)
         reason = self.key.problem(obj)
         if reason:
             return reason
         for index, handle in enumerate(obj.arap.handles):
             problem = api.handle_problem(obj, index) if handle.is_enabled else ""
             if problem:
-                return f"{problem}. The pose is kept and posing has ended"
+                return rpt_("{}. The pose is kept and posing has ended").format(problem)
         return ""
 
     def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
@@ -84,6 +86,7 @@ class Run:
 
     def __init__(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         """Begins the act. Raises ValueError or RuntimeError where it cannot; then nothing has changed."""
+        live.give_up(obj)
         self.scene = BlenderPoseScene(obj)
         self.act = PoseAct(self.scene)
         self._status = StatusBar()
@@ -123,20 +126,16 @@ _runs: dict[str, Run] = {}
 
 def _add(run: Run) -> None:
     if not _runs:
-        for event, handler in _HANDLERS:
-            getattr(bpy.app.handlers, event).append(handler)
+        app_handlers.add(_HANDLERS)
     _runs[run.scene.name] = run
-    running[run.scene.name] = run.act
+    sessions.claim(run.scene.name, run.act)
 
 
 def _remove(run: Run) -> None:
     _runs.pop(run.scene.name, None)
-    running.pop(run.scene.name, None)
+    sessions.release(run.scene.name)
     if not _runs:
-        for event, handler in _HANDLERS:
-            handlers = getattr(bpy.app.handlers, event)
-            if handler in handlers:  # a file load has cleared them
-                handlers.remove(handler)
+        app_handlers.remove(_HANDLERS)
 
 
 def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
@@ -211,7 +210,7 @@ class ARAP_OT_pose(bpy.types.Operator):
             return {"RUNNING_MODAL"} if is_ours else {"PASS_THROUGH"}
         end = run.finish()
         if end.message:
-            self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
+            self.report({"WARNING"} if end.error is None else {"ERROR"}, rpt_(end.message))
         if end.how is Ending.KEEP:
             return {"FINISHED"}
         if end.how is Ending.RESTORE:
@@ -228,7 +227,7 @@ class ARAP_OT_pose(bpy.types.Operator):
             return
         act = self._run.act
         before = act.readout
-        act.tick()
+        act.tick(preferences.refine_time_s())
         if act.phase is Phase.BINDING:
             self._run.show_status(context)
         if act.readout is not before or act.phase is Phase.BINDING:
@@ -265,10 +264,12 @@ class ARAP_OT_pose_end(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = find_posed_object(context)
-        return allow(cls, "" if obj is not None and obj.name in running else "This mesh is not being posed")
+        is_posed = obj is not None and isinstance(sessions.acts.get(obj.name), PoseAct)
+        return allow(cls, "" if is_posed else "This mesh is not being posed")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        act = running[posed_object(context).name]
+        act = sessions.acts[posed_object(context).name]
+        assert isinstance(act, PoseAct)
         if self.is_kept:
             act.keep()
         else:

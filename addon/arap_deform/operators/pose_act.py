@@ -17,10 +17,8 @@ from enum import Enum, auto
 from typing import Protocol
 
 from ..following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene
-from ..session import Readout
-
-running: dict[str, PoseAct] = {}
-"""The acts under way, by name of the object: for panels and polls."""
+from ..session_data import Readout
+from ..texts import iface_, rpt_
 
 # What is kept is settled, where that takes no longer than somebody waits for Enter.
 KEEP_TIME_LIMIT_S = 2.0
@@ -71,6 +69,11 @@ class PoseAct:
         self.end: End | None = None
 
     @property
+    def doing(self) -> str:
+        """For Live, which waits, and for those who ask in vain."""
+        return "it is pulled" if self.is_drag else "it is posed"
+
+    @property
     def phase(self) -> Phase:
         if self.end is not None:
             return Phase.ENDED
@@ -92,9 +95,9 @@ class PoseAct:
         """Binds where that is needed. Raises ValueError where the scene cannot be posed: then no act has begun."""
         self._follower.begin()
 
-    def tick(self) -> None:
+    def tick(self, refine_time_s: float = REFINE_TIME_LIMIT_S) -> None:
         """Goes on binding, or follows and refines; nothing where all is settled."""
-        self._guarded(self._tick)
+        self._guarded(lambda: self._tick(refine_time_s))
 
     def scene_changed(self) -> None:
         """Follows the handles where they moved."""
@@ -125,7 +128,7 @@ class PoseAct:
         self._finish(End(Ending.LEAVE, message))
 
     def fail(self, error: Exception) -> None:
-        self._finish(End(Ending.RESTORE, f"Posing has ended and everything is as before: {error}", error))
+        self._finish(End(Ending.RESTORE, rpt_("Posing has ended and everything is as before: {}").format(error), error))
 
     def _guarded(self, step: Callable[[], object]) -> None:
         # Reading evaluated matrices evaluates the scene, which calls scene_changed() within tick().
@@ -140,7 +143,7 @@ class PoseAct:
                 step()
         except ValueError as error:  # the scene is at fault: say so, and do not throw the artist's work away
             if self._follower.has_followed:
-                self.leave(f"{error}. The pose is kept and posing has ended")
+                self.leave(rpt_("{}. The pose is kept and posing has ended").format(error))
             else:
                 self.fail(error)
         except Exception as error:  # noqa: BLE001 - whatever it is, the artist's mesh and handles come first
@@ -148,9 +151,9 @@ class PoseAct:
         finally:
             self._is_busy = False
 
-    def _tick(self) -> None:
+    def _tick(self, refine_time_s: float) -> None:
         if self._follower.prepare() and not self._follower.follow(FOLLOW_TIME_LIMIT_S):
-            self._follower.refine(REFINE_TIME_LIMIT_S)
+            self._follower.refine(refine_time_s)
 
     def _follow_if_ready(self) -> None:
         if self._follower.is_ready():
@@ -186,9 +189,9 @@ def print_fault(end: End) -> None:
 def status_text(act: PoseAct) -> str:
     """What the status bar says: state, then keys."""
     if act.phase is Phase.BINDING:
-        return f"ARAP Pose: preparing the mesh, {act.bind_fraction:.0%}   |   Esc: cancel"
-    state = "settled" if act.is_settled else "following"
-    return (
-        f"ARAP Pose: {state}   |   G, R, S: move, turn, scale a handle   |   Ctrl Z: take a move back"
+        return iface_("ARAP Pose: preparing the mesh, {:.0%}   |   Esc: cancel").format(act.bind_fraction)
+    text = iface_(
+        "ARAP Pose: {}   |   G, R, S: move, turn, scale a handle   |   Ctrl Z: take a move back"
         "   |   Enter: keep   |   Esc: cancel"
     )
+    return text.format(iface_("settled") if act.is_settled else iface_("following"))

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import binding
+from .. import app_handlers, binding
 
 _ended: dict[int, str] = {}
 """Numbers of the acts to pass over, and the names of their objects."""
@@ -103,16 +103,15 @@ def _after_load(*_: object) -> None:
     _ended.clear()  # another file, another history
 
 
+_HANDLERS = (("undo_post", _after_undo), ("redo_post", _after_redo), ("load_post", _after_load))
+
+
 def register() -> None:
-    bpy.app.handlers.undo_post.append(_after_undo)
-    bpy.app.handlers.redo_post.append(_after_redo)
-    bpy.app.handlers.load_post.append(_after_load)
+    app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
-    bpy.app.handlers.undo_post.remove(_after_undo)
-    bpy.app.handlers.redo_post.remove(_after_redo)
-    bpy.app.handlers.load_post.remove(_after_load)
+    app_handlers.remove(_HANDLERS)
     if bpy.app.timers.is_registered(_go_on):
         bpy.app.timers.unregister(_go_on)
     _ended.clear()

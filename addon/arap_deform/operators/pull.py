@@ -5,8 +5,9 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import pull_pins, shape_key
+from .. import app_handlers, pull_pins, shape_key
 from ..grab_region import Grab
+from ..texts import rpt_
 from ..view_math import Mode
 from . import pull_tool
 from .common import allow, find_posed_object, posed_object, reports_errors, tag_views, why_not_idle, why_not_pullable
@@ -100,7 +101,7 @@ class ARAP_OT_pull(bpy.types.Operator):
                 raise ValueError(f"'{self._grip.object_name}' was deleted or renamed: the pull has ended")
             self._run = PullRun(context, obj, self._grip)
         except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, rpt_(str(error)))
             return {"CANCELLED"}
         current.append(self._run)
         self._run.drag.set_mode(_mode_of(event))
@@ -162,7 +163,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         pull_tool.watch()
         tag_views(context)
         if end.message:
-            self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
+            self.report({"WARNING"} if end.error is None else {"ERROR"}, rpt_(end.message))
         # A step of undo after an undo would take redo away.
         return {"CANCELLED"} if end.how is Ending.RESTORE or self._run.is_undone else {"FINISHED"}
 
@@ -195,7 +196,7 @@ class ARAP_OT_pull_make_real(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         n_handles, n_pins = pull_pins.make_real(posed_object(context), context.evaluated_depsgraph_get())
-        self.report({"INFO"}, f"Made {n_handles} handles and {n_pins} pins")
+        self.report({"INFO"}, rpt_("Made {} handles and {} pins").format(n_handles, n_pins))
         tag_views(context)
         return {"FINISHED"}
 
@@ -245,20 +246,18 @@ def _on_undo(*_: object) -> None:
         run.undone()
 
 
-_EVENTS = ("undo_post", "redo_post")
+_HANDLERS = (("undo_post", _on_undo), ("redo_post", _on_undo))
 CLASSES = (ARAP_OT_pull, ARAP_OT_pull_make_real, ARAP_OT_pull_release, ARAP_OT_pull_tool)
 
 
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    for event in _EVENTS:
-        getattr(bpy.app.handlers, event).append(_on_undo)
+    app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
-    for event in _EVENTS:
-        getattr(bpy.app.handlers, event).remove(_on_undo)
+    app_handlers.remove(_HANDLERS)
     for run in list(current):  # Blender drops running operators without a word when their class goes
         run.act.cancel("The add-on was disabled")
         current.remove(run)

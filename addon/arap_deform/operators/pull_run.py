@@ -9,15 +9,17 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from .. import api, mesh_io, pull_pins, seen_mesh
+from .. import api, live, mesh_io, preferences, pull_pins, seen_mesh, sessions
 from ..follow_scene import is_rendering
 from ..grab_region import Grab, connected_within, symmetric_grabs
-from ..view_math import Drag, Pixels, View
+from ..texts import iface_
+from ..view_math import Drag, Mode, Pixels, View
 from .common import StatusBar, tag_panels
-from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, running
+from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored
 from .pull_scene import PullScene
 
 TIMER_S = 0.01
+MODES = {Mode.MOVE: "move", Mode.TURN: "turn", Mode.NORMAL: "normal"}
 
 
 @dataclass(frozen=True)
@@ -83,11 +85,12 @@ class PullRun:
         self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal)
         self.is_released = False
         self.is_undone = False
+        live.give_up(obj)
         self.scene = PullScene(obj, grabs_at(obj, grip.pick, context.window_manager.arap_pull.falloff))
         self.act = PoseAct(self.scene, is_drag=True)
         self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
         self.act.begin()
-        running[obj.name] = self.act
+        sessions.claim(obj.name, self.act)
         self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
         self._status = StatusBar()
 
@@ -101,7 +104,7 @@ class PullRun:
     def tick(self) -> None:
         """To be called by a timer."""
         if not is_rendering():
-            self.act.tick()
+            self.act.tick(preferences.refine_time_s())
 
     def undone(self) -> None:
         """Undo or redo has brought another state of the scene: what this drag began with has gone."""
@@ -139,7 +142,7 @@ class PullRun:
         end = self.act.end
         assert end is not None
         bpy.context.window_manager.event_timer_remove(self._timer)
-        running.pop(self.scene.name, None)
+        sessions.release(self.scene.name)
         obj = self.scene.obj
         if obj is None:
             api.end_session(self.scene.name)
@@ -156,14 +159,15 @@ class PullRun:
 def status_text(act: PoseAct, drag: Drag, *, is_released: bool) -> str:
     """What the status bar says: state, then keys."""
     if act.phase is Phase.BINDING:
-        return f"ARAP Pull: preparing the mesh, {act.bind_fraction:.0%}   |   Esc: cancel"
+        return iface_("ARAP Pull: preparing the mesh, {:.0%}   |   Esc: cancel").format(act.bind_fraction)
     if is_released:
-        return "ARAP Pull: settling"
-    axis = "free" if drag.axis is None else f"along {'XYZ'[drag.axis]}"
-    return (
-        f"ARAP Pull: {drag.mode.name.lower()}, {axis}   |   Shift: turn   |   Ctrl: along the normal"
-        "   |   X, Y, Z: axis   |   Wheel: radius   |   Esc: cancel"
+        return iface_("ARAP Pull: settling")
+    axis = iface_("free") if drag.axis is None else iface_("along {}").format("XYZ"[drag.axis])
+    text = iface_(
+        "ARAP Pull: {}, {}   |   Shift: turn   |   Ctrl: along the normal   |   X, Y, Z: axis   |   Wheel: radius"
+        "   |   Esc: cancel"
     )
+    return text.format(iface_(MODES[drag.mode]), axis)
 
 
 def remove_pins_at(obj: bpy.types.Object, pick: seen_mesh.Pick) -> bool:

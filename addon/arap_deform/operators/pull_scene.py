@@ -14,7 +14,9 @@ from ..follow_scene import BlenderFollowScene
 from ..grab_region import Grab
 from ..handle_map import Floats
 from ..session_binding import SessionBinding
+from ..session_data import Readout
 from ..sessions import Hold
+from ..texts import rpt_
 
 
 class PullScene(BlenderFollowScene):
@@ -31,23 +33,23 @@ class PullScene(BlenderFollowScene):
         self.pull = api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), grabs)
         self._world = mesh_io.read_matrix(obj, bpy.context.evaluated_depsgraph_get())
         self._counts = len(obj.data.vertices), len(obj.data.polygons)
-        self._start: NDArray[np.float32] | None = self.pull.shown  # whatever the value of the key
+        self._start: NDArray[np.float32] | None = self.pull.shown  # whatever the value of the key is
         self._binding: SessionBinding | None = None
 
     def grab(self, grabs: Sequence[Grab]) -> None:
         """Takes hold of another piece around the same place; what was begun goes on with it."""
         obj = self._obj()
         self.pull = api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), grabs, self.pull)
-        self._binding = self._start = None
+        self._binding = None
 
     def why_over(self) -> str:
         obj = self.obj
         if obj is None or obj.name not in bpy.context.scene.objects:
-            return f"'{self.name}' was deleted or renamed: the pull has ended"
+            return rpt_("'{}' was deleted or renamed: the pull has ended").format(self.name)
         if obj.mode != "OBJECT":
-            return f"'{self.name}' is no longer in Object Mode: the pull has ended"
+            return rpt_("'{}' is no longer in Object Mode: the pull has ended").format(self.name)
         if (len(obj.data.vertices), len(obj.data.polygons)) != self._counts:
-            return f"The mesh of '{self.name}' has changed: the pull has ended"
+            return rpt_("The mesh of '{}' has changed: the pull has ended").format(self.name)
         return ""
 
     def is_bound(self) -> bool:
@@ -59,6 +61,11 @@ class PullScene(BlenderFollowScene):
     def begin_bind(self) -> SessionBinding:
         self._binding = SessionBinding(self._obj(), self.pull.inputs, self._start)
         return self._binding
+
+    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
+        readout = super().update(iterations, time_limit_s)
+        self._start = None  # from here on the key shows where the drag is
+        return readout
 
     def matrices(self) -> NDArray[np.float64]:
         return self.pull.matrices(self.motion, self._world)

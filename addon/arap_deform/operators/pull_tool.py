@@ -10,7 +10,7 @@ import bl_ui.space_toolsystem_common
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import pull_draw, pull_pins
+from .. import app_handlers, pull_draw, pull_pins
 from .common import find_posed_object
 
 IDNAME = "arap.pull"
@@ -101,19 +101,17 @@ def _on_change(*_: object) -> None:
         watch()
 
 
-_EVENTS = ("undo_post", "redo_post", "load_post")
+_HANDLERS = (("undo_post", _on_change), ("redo_post", _on_change), ("load_post", _on_change))
 
 
 def register() -> None:
     if not bpy.app.background:  # there is no toolbar
         bpy.utils.register_tool(ArapPullTool, after={"builtin.transform"}, separator=True)
-    for event in _EVENTS:
-        getattr(bpy.app.handlers, event).append(_on_change)
+    app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
-    for event in _EVENTS:
-        getattr(bpy.app.handlers, event).remove(_on_change)
+    app_handlers.remove(_HANDLERS)
     if bpy.app.timers.is_registered(_look):
         bpy.app.timers.unregister(_look)
     if not bpy.app.background:

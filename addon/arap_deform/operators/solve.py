@@ -5,42 +5,48 @@ from __future__ import annotations
 
 import bpy
 
-from .. import api
+from .. import api, live
+from ..session_data import Readout
+from ..texts import rpt_
 from .common import allow, posed_object, reports_errors, tag_panels, why_not_solvable
+from .job import JobOperator
 
 
-class ARAP_OT_solve(bpy.types.Operator):
+class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     bl_idname = "arap.solve"
     bl_label = "ARAP Solve"
     bl_description = "Pose the mesh for the handles where they are now, to the end. Starts from the rest shape"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return allow(cls, why_not_solvable(context))
 
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        return self._begin(context)
+
+    @reports_errors
+    def _begin(self, context: bpy.types.Context) -> set[str]:
+        obj = posed_object(context)
+        live.give_up(obj)
+        return self.begin_job(context, api.begin_solve(obj, context.evaluated_depsgraph_get()))
+
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        windows = context.window_manager
-        windows.progress_begin(0, 100)
-        try:
-            readout = api.solve(
-                posed_object(context),
-                context.evaluated_depsgraph_get(),
-                progress=lambda fraction: windows.progress_update(100 * fraction),
-            )
-        finally:
-            windows.progress_end()
+        self._tell(api.solve(posed_object(context), context.evaluated_depsgraph_get()))
         tag_panels(context)
-        iterations = "1 iteration" if readout.iterations == 1 else f"{readout.iterations} iterations"
-        if readout.stop_reason == "converged":
-            self.report({"INFO"}, f"Solved in {iterations}, {readout.last_ms:.0f} ms")
-        else:
-            self.report(
-                {"WARNING"},
-                f"Stopped after {iterations}, before the tolerance was met: allow more under Settings, At Most",
-            )
         return {"FINISHED"}
+
+    def finish_job(self, _context: bpy.types.Context) -> None:
+        self._tell(self.job.finish())
+
+    def _tell(self, readout: Readout) -> None:
+        n = readout.iterations
+        if readout.stop_reason == "converged":
+            self.report({"INFO"}, rpt_("Solved in {} iterations, {:.0f} ms").format(n, readout.last_ms))
+        else:
+            text = rpt_("Stopped after {} iterations, before the tolerance was met: allow more under Settings, At Most")
+            self.report({"WARNING"}, text.format(n))
 
 
 def register() -> None:

@@ -10,9 +10,9 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from . import compat
+from .colors import Color
+from .handle_map import Floats
 from .strain import Float32s
-
-Color = tuple[float, float, float, float]
 
 NEARER = 1e-3  # of the distance: what lies on the surface is drawn before it, not half in it
 
@@ -33,7 +33,7 @@ def surface_batch(positions: Float32s, colors: Float32s, indices: gpu.types.GPUI
 
 
 def plain_batch(kind: str, positions: Float32s) -> gpu.types.GPUBatch:
-    """POINTS or LINES of one colour."""
+    """POINTS, LINES, LINE_STRIP or TRIS of one colour."""
     form = gpu.types.GPUVertFormat()
     form.attr_add(id="pos", comp_type="F32", len=3, fetch_mode="FLOAT")
     vertices = gpu.types.GPUVertBuf(format=form, len=len(positions))
@@ -69,6 +69,20 @@ def draw_lines(batch: gpu.types.GPUBatch, color: Color, width: float) -> None:
         batch.draw(shader)
 
 
+def draw_pixels(kind: str, pixels: Floats, color: Color) -> None:
+    """Over the finished picture: (k, 2) corners of TRIS or points of a LINE_STRIP. Nothing where one is no number."""
+    if not len(pixels) or not np.isfinite(pixels).all():
+        return
+    points = np.zeros((len(pixels), 3), dtype=np.float32)
+    points[:, :2] = pixels
+    shader = compat.gpu_shader("UNIFORM_COLOR")
+    gpu.state.blend_set("ALPHA")
+    shader.bind()
+    shader.uniform_float("color", color)
+    plain_batch(kind, points).draw(shader)
+    gpu.state.blend_set("NONE")
+
+
 class _On:
     """The state of the gpu module for one drawing; afterwards what Blender expects."""
 
@@ -95,9 +109,3 @@ def _nearer() -> Matrix:
     if view.is_perspective:
         return Matrix.Diagonal((1.0 - NEARER, 1.0 - NEARER, 1.0 - NEARER, 1.0))
     return Matrix.Translation((0.0, 0.0, NEARER * view.view_distance))
-
-
-def theme_color(name: str, opacity: float = 1.0) -> Color:
-    """A colour of the 3D view in the user's theme."""
-    color = getattr(bpy.context.preferences.themes[0].view_3d, name)
-    return (color[0], color[1], color[2], opacity)

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sub-panel "Pins": the list of pins."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from . import empty_groups
+from .operators.common import find_posed_object, posed_object
+from .panels import ArapSubPanel, is_following, list_rows, split_column
+from .texts import iface_
+
+
+class ARAP_UL_pins(bpy.types.UIList):
+    """Pins: on or off, and the vertex group."""
+
+    def draw_item(
+        self,
+        context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        _data: Any,
+        pin: Any,
+        _icon: int,
+        _active_data: Any,
+        _active_property: str,
+    ) -> None:
+        obj = find_posed_object(context)
+        lack = "" if obj is None else _lack_of_group(obj, pin.name)
+        row = layout.row(align=True)
+        row.prop(pin, "is_enabled", text="")
+        label = row.row()
+        label.active = pin.is_enabled
+        label.alert = bool(lack)
+        text = f"{pin.name} ({iface_(lack)})" if lack else pin.name
+        label.label(text=text, translate=False, icon="PINNED")
+
+
+class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
+    """The list of pins."""
+
+    bl_idname = "ARAP_PT_pins"
+    bl_label = "Pins"
+    bl_order = 10
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        obj = posed_object(context)
+        settings = obj.arap
+        row = layout.row()
+        rows = list_rows(settings.pins)
+        row.template_list("ARAP_UL_pins", "", settings, "pins", settings, "active_pin_index", rows=rows)
+        column = row.column(align=True)
+        column.operator("arap.pin_add", text="", icon="ADD")
+        column.operator("arap.pin_remove", text="", icon="REMOVE")
+        if settings.active_pin_index < len(settings.pins):
+            pin = settings.pins[settings.active_pin_index]
+            split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
+        layout.operator(
+            "arap.pin_add",
+            text="Pin Selected Vertices" if obj.mode == "EDIT" else "Pin Vertex Group",
+            icon="PINNED",
+        )
+
+
+def _lack_of_group(obj: bpy.types.Object, group: str) -> str:
+    """Why a pinned group holds nothing, '' where it does."""
+    if group not in obj.vertex_groups:
+        return "no such group"
+    return "no weights" if not is_following(obj) and empty_groups.is_empty(obj, group) else ""
+
+
+CLASSES = (ARAP_UL_pins, ARAP_PT_pins)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

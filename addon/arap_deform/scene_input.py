@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a session is made from, read from the scene: mesh, groups, settings."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from . import handle_io, live_key, mesh_io, preferences, shape_key
+from .handle_map import Floats, HandleSpec, Ints
+from .session_data import SessionMesh, SessionSettings
+from .sessions import Counts, Hold, MeshSignature, SessionInput
+from .vertex_properties import regions_of, stiffness_of
+
+
+def settings_of(obj: bpy.types.Object) -> SessionSettings:
+    """The solver's settings: of ``obj.arap``, the threads of the preferences."""
+    settings = obj.arap
+    return SessionSettings(
+        energy=settings.energy,
+        rigidity_radius=settings.rigidity / 100.0,
+        weights=settings.weights,
+        initial_guess=settings.initial_guess,
+        iterations_per_update=settings.iterations_per_update,
+        max_iterations=settings.max_iterations,
+        tolerance=settings.tolerance,
+        threads=preferences.threads(),
+        join_seams=settings.join_seams,
+    )
+
+
+def spec_of(hold: Hold, weights: Floats) -> HandleSpec:
+    """What is held of a group with these (n,) weights."""
+    vertices = np.flatnonzero(weights > 0.0).astype(np.int32)
+    name, is_exact = hold
+    return HandleSpec(name, vertices, weights[vertices], is_exact)
+
+
+def read_input(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    *,
+    use_nodes: bool | None = None,
+    needs_holds: bool = True,
+) -> SessionInput:
+    """As api.session_input().
+
+    Args:
+        obj: the mesh.
+        depsgraph: for its scale.
+        use_nodes: see compat.read_group_weights().
+        needs_holds: refuse a mesh without pins and handles.
+    """
+    mesh_io.check_mesh(obj)
+    shape_key.check_writable(obj)
+    live_key.check_name(obj)
+    handle_io.check_handles(obj, depsgraph)
+    holds = handle_io.enabled_holds(obj)
+    if needs_holds and not holds:
+        raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
+    property_groups = _property_groups(obj)
+    wanted = sorted({*(group for group, _ in holds), *(name for name in property_groups if name)})
+    weights = mesh_io.read_weights(obj, wanted, use_nodes=use_nodes)
+    _check_handle_weights(obj, weights)
+    mesh = mesh_io.read_mesh(obj)
+    stiffness, regions = _vertex_properties(property_groups, weights, mesh)
+    return SessionInput(
+        object_name=obj.name,
+        mesh=mesh,
+        stretch=mesh_io.read_stretch(obj, depsgraph),
+        settings=settings_of(obj),
+        specs=tuple(spec_of(hold, weights[hold[0]]) for hold in holds),
+        holds=holds,
+        signature=MeshSignature.of(counts_of(obj), mesh, (stiffness, regions)),
+        property_groups=property_groups,
+        key_name=live_key.name_of(obj),
+        stiffness=stiffness,
+        rigid_regions=regions,
+    )
+
+
+def _check_handle_weights(obj: bpy.types.Object, weights: dict[str, Floats]) -> None:
+    for handle in obj.arap.handles:
+        if handle.is_enabled and not weights[handle.vertex_group].any():
+            raise ValueError(handle_io.no_weights(obj, handle))
+
+
+def _vertex_properties(
+    groups: tuple[str, str], weights: dict[str, Floats], mesh: SessionMesh
+) -> tuple[Floats | None, Ints | None]:
+    stiffness_group, rigid_group = groups
+    return (
+        stiffness_of(weights[stiffness_group]) if stiffness_group else None,
+        regions_of(weights[rigid_group], mesh) if rigid_group else None,
+    )
+
+
+def _property_groups(obj: bpy.types.Object) -> tuple[str, str]:
+    names = (obj.arap.stiffness_group, obj.arap.rigid_group)
+    for name in names:
+        if name and name not in obj.vertex_groups:
+            raise ValueError(f"'{obj.name}' has no vertex group '{name}' for stiffness or rigidity: choose another")
+    return names
+
+
+def counts_of(obj: bpy.types.Object) -> Counts:
+    """Vertices, edges, corners, faces."""
+    mesh = obj.data
+    return len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)

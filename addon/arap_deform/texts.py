@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Translation of the words that Blender does not look up by itself. Works without Blender: then they stay English.
+
+Blender translates labels, names and descriptions that are one literal. A sentence with something in it is looked up
+with its {} and filled in afterwards: ``iface_("Baked {} keys").format(n)``, never an f-string.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+try:
+    from bpy.app import translations as _blender
+except ModuleNotFoundError:  # the tests of what needs no Blender
+    _blender: Any = None  # type: ignore[no-redef]
+
+
+def iface_(text: str) -> str:
+    """For labels, buttons and the status bar."""
+    return str(_blender.pgettext_iface(text)) if _blender else text
+
+
+def rpt_(text: str) -> str:
+    """For reports, and for the reasons why something cannot be done."""
+    if not _blender:
+        return text
+    translate = getattr(_blender, "pgettext_rpt", _blender.pgettext_tip)  # 4.1
+    return str(translate(text))

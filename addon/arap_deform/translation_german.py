@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""German. What is missing here stays English; tests see to it that each text is still one of the add-on's."""
+
+MESSAGES = {
+    "First Pose": "Erste Pose",
+    "Select the mesh": "Das Mesh auswählen",
+    "Enter Edit Mode": "In den Edit-Modus gehen",
+    "Pin what stays": "Festhalten, was bleibt",
+    "Add a handle": "Einen Griff setzen",
+    "Leave Edit Mode": "Den Edit-Modus verlassen",
+    "Pins": "Fixpunkte",
+    "Handles": "Griffe",
+    "Pose": "Posieren",
+    "Pull": "Ziehen",
+    "Solve": "Lösen",
+    "Live": "Live",
+    "Bake": "Backen",
+    "Bake Pose": "Pose backen",
+    "Bake Animation": "Animation backen",
+    "Reset Pose": "Pose zurücksetzen",
+    "Reset Handles": "Griffe zurücksetzen",
+    "Apply Pose as Rest": "Pose als Ruheform übernehmen",
+    "Pin Selected Vertices": "Ausgewählte Punkte festhalten",
+    "Add from Selected Vertices": "Aus ausgewählten Punkten",
+    "Add from Selected Empties": "Aus ausgewählten Empties",
+    "Select Them": "Auswählen",
+    "Keep (Enter)": "Behalten (Enter)",
+    "Cancel (Esc)": "Abbrechen (Esc)",
+    "Preparing the mesh: {:.0%}": "Das Mesh wird vorbereitet: {:.0%}",
+    "Following the handles": "Folgt den Griffen",
+    "Settled": "Zur Ruhe gekommen",
+    "Held by nothing, so they stay at rest: {} parts of the mesh": (
+        "Von nichts gehalten, also in Ruhe: {} Teile des Meshs"
+    ),
+    "Solved in {} iterations, {:.0f} ms": "Gelöst in {} Schritten, {:.0f} ms",
+    "Baked {} shape keys, '{}' to '{}'": "{} Shape Keys gebacken, '{}' bis '{}'",
+    "Select a mesh first": "Zuerst ein Mesh auswählen",
+    "Go to Object Mode first (Tab)": "Zuerst in den Objekt-Modus gehen (Tab)",
+    "Add a handle first: nothing moves the mesh yet": "Zuerst einen Griff setzen: noch bewegt nichts das Mesh",
+    "There is no pose yet: press Pose or Solve first": "Es gibt noch keine Pose: zuerst Posieren oder Lösen",
+}

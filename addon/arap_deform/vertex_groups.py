@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Vertex groups of an object: made, checked, removed. Not in Edit Mode, where Blender refuses it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from .handle_map import Ints
+
+VertexIndices = Sequence[int] | NDArray[np.integer]
+
+
+def checked_indices(obj: bpy.types.Object, vertices: VertexIndices) -> Ints:
+    """(k,) int32 ascending. Raises ValueError where there are none, or one that the mesh does not have."""
+    indices: NDArray[np.integer] = np.unique(np.asarray(vertices))
+    n = len(obj.data.vertices)
+    if not indices.size:
+        raise ValueError(f"No vertices of '{obj.name}' were given: select some")
+    if indices.dtype.kind not in "iu":
+        raise ValueError(f"Vertices of '{obj.name}' must be whole numbers, not {indices.dtype}")
+    if indices[0] < 0 or indices[-1] >= n:
+        wrong = indices[0] if indices[0] < 0 else indices[-1]
+        raise ValueError(f"'{obj.name}' has no vertex {wrong}: its vertices are 0 to {n - 1}")
+    return indices.astype(np.int32)
+
+
+def check(obj: bpy.types.Object, name: str) -> None:
+    """Raises ValueError where the object has no such group."""
+    if name not in obj.vertex_groups:
+        raise ValueError(f"'{obj.name}' has no vertex group '{name}': choose one of its groups")
+
+
+def new(obj: bpy.types.Object, indices: Ints, name: str) -> str:
+    """A new group of these vertices, weight 1; its name, which Blender may have numbered."""
+    group = obj.vertex_groups.new(name=name)
+    group.add(indices.tolist(), 1.0, "REPLACE")
+    return str(group.name)
+
+
+def remove_unused(obj: bpy.types.Object, name: str) -> None:
+    """Removes a group that nothing of the object uses any more; '' is none."""
+    group = obj.vertex_groups.get(name) if name else None
+    if group is None:
+        return
+    settings = obj.arap
+    keys = obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
+    used = {pin.name for pin in settings.pins} | {handle.vertex_group for handle in settings.handles}
+    used |= {settings.rigid_group, settings.stiffness_group} | {key.vertex_group for key in keys}
+    used |= {getattr(modifier, "vertex_group", "") for modifier in obj.modifiers}
+    if name not in used:
+        obj.vertex_groups.remove(group)
