@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import api
+from . import api, redraw
 from .session_binding import SessionBinding
 from .session_data import Readout
 from .sessions import Hold
@@ -74,7 +74,7 @@ class BlenderFollowScene:
 
     def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
         self._has_written = self.depsgraph is None
-        tag_views()
+        redraw.tag_meshes()
         return api.update_pose(
             self._obj(),
             self._depsgraph(),
@@ -86,7 +86,7 @@ class BlenderFollowScene:
 
     def update_from_rest(self, time_limit_s: float | None) -> Readout:
         self._has_written = self.depsgraph is None
-        tag_views()
+        redraw.tag_meshes()
         return api.update_pose(
             self._obj(), self._depsgraph(), time_limit_s=time_limit_s, is_from_rest=True, held=self._held()
         )
@@ -109,16 +109,6 @@ class BlenderFollowScene:
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
         return self.depsgraph or bpy.context.evaluated_depsgraph_get()
-
-
-def tag_views() -> None:
-    """Has all 3D views drawn. An evaluation by itself draws none: with a transform at work or in playback something else does."""
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if region.type == "WINDOW":
-                        region.tag_redraw()
 
 
 def is_rendering() -> bool:

@@ -12,12 +12,11 @@ from collections.abc import Iterable
 import bpy
 from bpy.app.handlers import persistent
 
-from . import app_handlers, preferences, sessions
+from . import app_handlers, preferences, redraw, sessions
 from .follow_scene import is_rendering
 from .following import FOLLOW_TIME_LIMIT_S
 from .live_run import LiveRun, When
 from .live_scene import BlenderLiveScene
-from .operators.common import tag_panels
 
 TIMER_S = 0.02
 SLOW_TIMER_S = 0.2  # while there is nothing to do but to wait for an end: of a pause, of a playback, of a render
@@ -170,7 +169,7 @@ def _on_timer() -> float | None:
     for run in runs:
         run.tick(is_playing=is_playing, time_limit_s=preferences.refine_time_s() / len(runs))
     if _shown() != shown:
-        tag_panels(bpy.context)
+        redraw.tag_panels()
     left = [run for run in _runs.values() if run.wants_timer]
     if not left:
         return None

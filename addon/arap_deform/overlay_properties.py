@@ -5,11 +5,11 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty
 
+from . import redraw
 
-def _on_changed(_settings: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    from .operators import common
 
-    common.tag_views(context)
+def _on_changed(_settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    redraw.tag_views()
 
 
 class ArapOverlay(bpy.types.PropertyGroup):

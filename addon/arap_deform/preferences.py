@@ -10,16 +10,15 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
 
+from . import redraw
 from .following import REFINE_TIME_LIMIT_S
 
 KEY_NAME = "ARAP"
 COLORS = ("pin_color", "handle_color", "pull_color")
 
 
-def _on_color_changed(_preferences: bpy.types.AddonPreferences, context: bpy.types.Context) -> None:
-    from .operators import common
-
-    common.tag_views(context)
+def _on_color_changed(_preferences: bpy.types.AddonPreferences, _context: bpy.types.Context) -> None:
+    redraw.tag_views()
 
 
 class ArapPreferences(bpy.types.AddonPreferences):

@@ -195,22 +195,3 @@ def object_mode(obj: bpy.types.Object) -> Iterator[None]:
     finally:
         if was_in_edit_mode:
             bpy.ops.object.mode_set(mode="EDIT")
-
-
-def tag_panels(context: bpy.types.Context) -> None:
-    """Redraws the sidebars of all 3D views."""
-    for area in _views(context):
-        for region in area.regions:
-            if region.type == "UI":
-                region.tag_redraw()
-
-
-def tag_views(context: bpy.types.Context) -> None:
-    """Redraws all 3D views with their headers and sidebars."""
-    for area in _views(context):
-        area.tag_redraw()
-
-
-def _views(context: bpy.types.Context) -> Iterator[bpy.types.Area]:
-    for window in context.window_manager.windows:
-        yield from (area for area in window.screen.areas if area.type == "VIEW_3D")

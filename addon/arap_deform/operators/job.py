@@ -7,8 +7,9 @@ from typing import Any, Protocol
 
 import bpy
 
+from .. import redraw
 from ..texts import iface_, rpt_
-from .common import StatusBar, tag_panels
+from .common import StatusBar
 
 TIMER_S = 0.01
 STEP_TIME_LIMIT_S = 0.1  # the window is drawn, and Esc is seen, this often
@@ -89,7 +90,7 @@ class JobOperator:
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         self._status.clear()
-        tag_panels(context)
+        redraw.tag_panels()
 
     def _show(self, context: bpy.types.Context) -> None:
         context.window_manager.progress_update(100 * self.job.fraction)

@@ -9,12 +9,12 @@ handlers that say when the scene was evaluated, a timer for refining, and one ex
 import bpy
 from bpy.props import BoolProperty
 
-from .. import api, app_handlers, live, live_key, preferences, sessions
+from .. import api, app_handlers, live, live_key, preferences, redraw, sessions
 from ..follow_scene import BlenderFollowScene, is_rendering
 from ..session_data import Readout
 from ..texts import rpt_
 from . import pose_undo
-from .common import StatusBar, allow, find_posed_object, posed_object, reports_errors, tag_panels, why_not_solvable
+from .common import StatusBar, allow, find_posed_object, posed_object, reports_errors, why_not_solvable
 from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 
 TIMER_S = 0.02
@@ -117,7 +117,7 @@ class Run:
         pose_undo.finish(self.scene.name, self.scene.number, as_one_step=end.how is not Ending.LEAVE)
         self._status.clear()
         print_fault(end)
-        tag_panels(bpy.context)
+        redraw.tag_panels()
         return end
 
 
@@ -194,7 +194,7 @@ class ARAP_OT_pose(bpy.types.Operator):
         self._run = Run(context, posed_object(context))
         context.window_manager.modal_handler_add(self)
         self._run.show_status(context)
-        tag_panels(context)
+        redraw.tag_panels()
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -231,7 +231,7 @@ class ARAP_OT_pose(bpy.types.Operator):
         if act.phase is Phase.BINDING:
             self._run.show_status(context)
         if act.readout is not before or act.phase is Phase.BINDING:
-            tag_panels(context)
+            redraw.tag_panels()
 
     def _on_press(self, context: bpy.types.Context, event: bpy.types.Event) -> bool:
         """Acts on our keys; True where the key was ours."""

@@ -5,12 +5,12 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from .. import app_handlers, pull_pins, shape_key
+from .. import app_handlers, pull_pins, redraw, shape_key
 from ..grab_region import Grab
 from ..texts import rpt_
 from ..view_math import Mode
 from . import pull_tool
-from .common import allow, find_posed_object, posed_object, reports_errors, tag_views, why_not_idle, why_not_pullable
+from .common import allow, find_posed_object, posed_object, reports_errors, why_not_idle, why_not_pullable
 from .pose_act import End, Ending, Phase
 from .pull_run import Grip, PullRun, find_grip, mirrored, remove_pins_at
 
@@ -74,7 +74,7 @@ class ARAP_OT_pull(bpy.types.Operator):
             run.tick()
         run.show_status(context)
         if run.is_over:
-            return self._end(context) | (answer & {"PASS_THROUGH"})
+            return self._end() | (answer & {"PASS_THROUGH"})
         return answer
 
     def cancel(self, _context: bpy.types.Context) -> None:
@@ -120,7 +120,7 @@ class ARAP_OT_pull(bpy.types.Operator):
             vertices = obj.arap.pull_pins[there[0]].vertices if there else pick.vertices
             pull_pins.add(obj, mirrored(obj, Grab(vertices)))
             pull_tool.watch()
-        tag_views(context)
+        redraw.tag_views()
         return {"FINISHED"}
 
     def _dragging(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
@@ -157,11 +157,11 @@ class ARAP_OT_pull(bpy.types.Operator):
                 return {"RUNNING_MODAL"}
         return {"PASS_THROUGH"}
 
-    def _end(self, context: bpy.types.Context) -> set[str]:
+    def _end(self) -> set[str]:
         assert self._run is not None
         end = self._finish(self._run)
         pull_tool.watch()
-        tag_views(context)
+        redraw.tag_views()
         if end.message:
             self.report({"WARNING"} if end.error is None else {"ERROR"}, rpt_(end.message))
         # A step of undo after an undo would take redo away.
@@ -197,7 +197,7 @@ class ARAP_OT_pull_make_real(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         n_handles, n_pins = pull_pins.make_real(posed_object(context), context.evaluated_depsgraph_get())
         self.report({"INFO"}, rpt_("Made {} handles and {} pins").format(n_handles, n_pins))
-        tag_views(context)
+        redraw.tag_views()
         return {"FINISHED"}
 
 
@@ -213,7 +213,7 @@ class ARAP_OT_pull_release(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         posed_object(context).arap.pull_pins.clear()
-        tag_views(context)
+        redraw.tag_views()
         return {"FINISHED"}
 
 

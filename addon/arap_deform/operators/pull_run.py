@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from .. import api, live, mesh_io, preferences, pull_pins, seen_mesh, sessions
+from .. import api, live, mesh_io, preferences, pull_pins, redraw, seen_mesh, sessions
 from ..follow_scene import is_rendering
 from ..grab_region import Grab, connected_within, symmetric_grabs
 from ..texts import iface_
 from ..view_math import Drag, Mode, Pixels, View
-from .common import StatusBar, tag_panels
+from .common import StatusBar
 from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored
 from .pull_scene import PullScene
 
@@ -152,7 +152,7 @@ class PullRun:
             pull_pins.add(obj, self.scene.pull.grabs)
         self._status.clear()
         print_fault(end)
-        tag_panels(bpy.context)
+        redraw.tag_panels()
         return end
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-from .. import api, live
+from .. import api, live, redraw
 from ..session_data import Readout
 from ..texts import rpt_
-from .common import allow, posed_object, reports_errors, tag_panels, why_not_solvable
+from .common import allow, posed_object, reports_errors, why_not_solvable
 from .job import JobOperator
 
 
@@ -34,7 +34,7 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         self._tell(api.solve(posed_object(context), context.evaluated_depsgraph_get()))
-        tag_panels(context)
+        redraw.tag_panels()
         return {"FINISHED"}
 
     def finish_job(self, _context: bpy.types.Context) -> None:
