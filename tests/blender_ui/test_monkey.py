@@ -233,7 +233,10 @@ class Monkey:
             obj = self.pick(list(bpy.context.view_layer.objects))
             if obj is not None and obj.mode == "OBJECT":
                 print(f"  {obj.name}")
+                mesh = obj.data if obj.type == "MESH" and obj.data.users == 1 else None
                 bpy.data.objects.remove(obj)
+                if mesh is not None:  # or Blender saves its shape keys without it, complains on load, and may crash
+                    bpy.data.meshes.remove(mesh)
                 bpy.ops.ed.undo_push(message="delete")
         yield
 
