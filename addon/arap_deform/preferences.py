@@ -64,7 +64,7 @@ class ArapPreferences(bpy.types.AddonPreferences):
     pin_color: FloatVectorProperty(
         name="Pins",
         description="Color of the pinned vertices",
-        subtype="COLOR",
+        subtype="COLOR_GAMMA",  # drawn as they are, like those of a theme
         default=(0.25, 0.6, 1.0),
         min=0.0,
         max=1.0,
@@ -73,7 +73,7 @@ class ArapPreferences(bpy.types.AddonPreferences):
     handle_color: FloatVectorProperty(
         name="Handles",
         description="Color of the ways of the handles from rest",
-        subtype="COLOR",
+        subtype="COLOR_GAMMA",  # drawn as they are, like those of a theme
         default=(1.0, 0.55, 0.1),
         min=0.0,
         max=1.0,
@@ -82,7 +82,7 @@ class ArapPreferences(bpy.types.AddonPreferences):
     pull_color: FloatVectorProperty(
         name="Patch",
         description="Color of the circle, the patch and the dots of ARAP Pull",
-        subtype="COLOR",
+        subtype="COLOR_GAMMA",  # drawn as they are, like those of a theme
         default=(1.0, 0.9, 0.2),
         min=0.0,
         max=1.0,

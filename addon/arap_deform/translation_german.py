@@ -32,7 +32,9 @@ MESSAGES = {
     "Held by nothing, so they stay at rest: {} parts of the mesh": (
         "Von nichts gehalten, also in Ruhe: {} Teile des Meshs"
     ),
-    "Solved in {} iterations, {:.0f} ms": "Gelöst in {} Schritten, {:.0f} ms",
+    "1 iteration": "1 Schritt",
+    "{} iterations": "{} Schritten",
+    "Solved in {}, {:.0f} ms": "Gelöst in {}, {:.0f} ms",
     "Baked {} shape keys, '{}' to '{}'": "{} Shape Keys gebacken, '{}' bis '{}'",
     "Select a mesh first": "Zuerst ein Mesh auswählen",
     "Go to Object Mode first (Tab)": "Zuerst in den Objekt-Modus gehen (Tab)",

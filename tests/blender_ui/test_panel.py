@@ -124,6 +124,7 @@ def test_parts_that_nothing_holds_are_shown_and_selected(ui: Ui) -> Steps:
     bpy.ops.object.mode_set(mode="OBJECT")
     for group in obj.vertex_groups:
         group.remove(range(n, 2 * n))
+    bpy.context.preferences.view.ui_scale = 0.75  # so that all of the tab is in the picture
     yield from ui.open_tab()
     assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
     assert ui.api.readout(obj).parts_at_rest == 1
@@ -137,7 +138,7 @@ def test_parts_that_nothing_holds_are_shown_and_selected(ui: Ui) -> Steps:
 
 
 def test_menus_of_the_right_button(ui: Ui) -> Steps:
-    """In each mode there is ARAP in it; the pictures show it, a traceback while drawing fails the test."""
+    """In each mode there is ARAP in it, with a menu; the pictures show it, a traceback while drawing fails the test."""
     scenes.add_bar_with_handle(ui.api)
     for mode in ("OBJECT", "EDIT", "WEIGHT_PAINT"):
         ui.select(bar())
@@ -145,6 +146,10 @@ def test_menus_of_the_right_button(ui: Ui) -> Steps:
         yield from ui.move_mouse_to_view()
         yield from ui.key("RIGHTMOUSE")
         yield from ui.screenshot(mode.lower())
+        yield from ui.key("ESC")
+        yield
+        ui.call(bpy.ops.wm.call_menu, "INVOKE_DEFAULT", True, name="ARAP_MT_context")
+        yield from ui.screenshot(f"{mode.lower()}_menu")
         yield from ui.key("ESC")
         yield
         bpy.ops.object.mode_set(mode="OBJECT")
@@ -159,10 +164,13 @@ def test_preferences_are_drawn_and_color_the_overlay(ui: Ui) -> Steps:
     preferences.use_theme_colors = False
     preferences.pin_color = (1.0, 0.0, 1.0)
     yield from ui.screenshot("colors")
-    importlib.import_module("addon_utils").module_bl_info(importlib.import_module(MODULE))["show_expanded"] = True
     bpy.context.window_manager.addon_search = "ARAP"
     bpy.context.preferences.active_section = "ADDONS"
-    ui.view.type = "PREFERENCES"
+    area = ui.view
+    area.type = "PREFERENCES"
+    yield  # Blender knows its add-ons once their list was drawn
+    bpy.ops.preferences.addon_expand(module=MODULE)
+    area.tag_redraw()
     yield
     yield from ui.screenshot("page")
 
@@ -174,13 +182,16 @@ def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
     ui.api.add_handle(obj, list(range(400 * 399, 400 * 400)), name="Other Edge")
     obj.arap.handles[0].target.location.z += 1.0
     bpy.context.view_layer.update()
+    bpy.ops.ed.undo_push(message="scene")
     yield from ui.open_tab()
     acts = ui.running
     for _ in range(2):  # Esc while the mesh is bound, then while it is solved, or as far as that goes in a step
         ui.call(bpy.ops.arap.solve)
-        yield
         assert acts["Grid"].doing == "it is solved"
+        job = acts["Grid"]
+        yield from ui.until(lambda job=job: job.fraction > 0.0, "the job tells how far it is")
         yield from ui.screenshot("working")
+        assert "Grid" in acts, "the solve was over before Esc: the mesh is too small for this test"
         yield from ui.key("ESC")
         yield from ui.until(lambda: not acts, "the solve has ended")
         assert obj.data.shape_keys is None

@@ -42,11 +42,12 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
 
     def _tell(self, readout: Readout) -> None:
         n = readout.iterations
+        iterations = rpt_("1 iteration") if n == 1 else rpt_("{} iterations").format(n)
         if readout.stop_reason == "converged":
-            self.report({"INFO"}, rpt_("Solved in {} iterations, {:.0f} ms").format(n, readout.last_ms))
+            self.report({"INFO"}, rpt_("Solved in {}, {:.0f} ms").format(iterations, readout.last_ms))
         else:
-            text = rpt_("Stopped after {} iterations, before the tolerance was met: allow more under Settings, At Most")
-            self.report({"WARNING"}, text.format(n))
+            text = rpt_("Stopped after {}, before the tolerance was met: allow more under Settings, At Most")
+            self.report({"WARNING"}, text.format(iterations))
 
 
 def register() -> None:
