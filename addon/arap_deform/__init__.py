@@ -29,11 +29,25 @@ def _modules() -> tuple[ModuleType, ...]:
         overlay,
         overlay_panel,
         panels,
+        poses_panel,
         properties,
         pull_draw,
     )
 
-    return (properties, handlers, operators, live, pull_draw, overlay, panels, live_panel, overlay_panel, menus, cli)
+    return (
+        properties,
+        handlers,
+        operators,
+        live,
+        pull_draw,
+        overlay,
+        panels,
+        live_panel,
+        poses_panel,
+        overlay_panel,
+        menus,
+        cli,
+    )
 
 
 def register() -> None:

@@ -245,6 +245,7 @@ def _draw_buttons(layout: bpy.types.UILayout) -> None:
     column = layout.column(align=True)
     column.operator("arap.bake_pose", text="Bake Pose", icon="SHAPEKEY_DATA")
     column.operator("arap.bake_animation", text="Bake Animation", icon="RENDER_ANIMATION")
+    column.operator("arap.export_mesh_cache", text="Export Mesh Cache", icon="EXPORT")
     column = layout.column(align=True)
     column.operator("arap.reset_pose", text="Reset Pose", icon="LOOP_BACK")
     column.operator("arap.apply_pose_as_rest", text="Apply Pose as Rest", icon="CHECKMARK")

@@ -23,8 +23,8 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from .overlay_properties import ArapOverlay
-
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+from .pose_properties import CLASSES as POSE_CLASSES
+from .pose_properties import IDENTITY, ArapStoredPose
 
 # The numbers are what is saved: they stay, whatever the order.
 ENERGIES = (
@@ -129,6 +129,7 @@ class ArapHandle(bpy.types.PropertyGroup):
         options={"HIDDEN"},
         description="Size of the group when the handle was made, in world units; 0: not made here",
     )
+    pose_id: IntProperty(options={"HIDDEN"}, description="Number by which stored poses know the handle; 0: none does")
 
     @property
     def rest(self) -> Matrix:
@@ -176,6 +177,8 @@ class ArapObject(bpy.types.PropertyGroup):
     active_pin_index: IntProperty(name="Active Pin", min=0, description="The pin chosen in the list")
     handles: CollectionProperty(type=ArapHandle, name="Handles", description="Objects and bones that move the mesh")
     active_handle_index: IntProperty(name="Active Handle", min=0, description="The handle chosen in the list")
+    poses: CollectionProperty(type=ArapStoredPose, name="Poses", description="Stored poses of the handles")
+    active_pose_index: IntProperty(name="Active Pose", min=0, description="The pose chosen in the list")
 
     pull_pins: CollectionProperty(
         type=ArapPullPin, name="Pull Pins", description="What ARAP Pull holds", options={"HIDDEN"}
@@ -336,7 +339,7 @@ class ArapPullTool(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (ArapPin, ArapHandle, ArapMadeKey, ArapPullPin, ArapOverlay, ArapObject, ArapPullTool)
+CLASSES = (*POSE_CLASSES, ArapPin, ArapHandle, ArapMadeKey, ArapPullPin, ArapOverlay, ArapObject, ArapPullTool)
 
 
 def register() -> None:

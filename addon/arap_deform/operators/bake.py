@@ -2,15 +2,12 @@
 # mypy: disable-error-code="valid-type"
 """Baking: the pose to a shape key, the animation of the handles to keyframed shape keys."""
 
-from typing import Any
-
 import bpy
-from bpy.props import IntProperty, StringProperty
+from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 
-from .. import api
-from .common import allow, posed_object, reports_errors, tag_panels, why_no_pose, why_not_solvable
-
-STEP_TIME_LIMIT_S = 0.1  # the window is drawn, and Esc is seen, this often
+from .. import api, compat, mesh_size
+from .common import allow, posed_object, reports_errors, why_no_pose, why_not_solvable
+from .job import JobOperator
 
 
 class ARAP_OT_bake_pose(bpy.types.Operator):
@@ -35,7 +32,7 @@ class ARAP_OT_bake_pose(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class ARAP_OT_bake_animation(bpy.types.Operator):
+class ARAP_OT_bake_animation(JobOperator, bpy.types.Operator):
     bl_idname = "arap.bake_animation"
     bl_label = "ARAP Bake Animation"
     bl_description = "Solve each frame and make it a keyframed shape key, so that the file plays without this add-on"
@@ -44,11 +41,27 @@ class ARAP_OT_bake_animation(bpy.types.Operator):
     frame_start: IntProperty(name="Start", description="First frame to bake", default=1)
     frame_end: IntProperty(name="End", description="Last frame to bake, always included", default=250)
     frame_step: IntProperty(
-        name="Step", description="Bake every so many frames; those in between are blended", default=1, min=1
+        name="Step", description="Solve every so many frames; those in between are blended", default=1, min=1
     )
-
-    _job: api.BakeJob
-    _timer: Any
+    use_fewest_keys: BoolProperty(
+        name="Fewest Keys",
+        description="Make only as few shape keys as keep every vertex near to where it is in each solved frame",
+        default=False,
+    )
+    fewest_keys_percent: FloatProperty(
+        name="Within",
+        description=(
+            "How far a vertex may be from where it is in a solved frame, in percent of the mesh's size "
+            "(the diagonal of its box at rest). Every vertex of every solved frame is checked"
+        ),
+        default=0.1,
+        min=0.0,
+        max=100.0,
+        soft_max=5.0,
+        precision=3,
+        step=1,
+        subtype="PERCENTAGE",
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -70,8 +83,16 @@ class ARAP_OT_bake_animation(bpy.types.Operator):
         column.prop(self, "frame_start")
         column.prop(self, "frame_end")
         column.prop(self, "frame_step")
+        column = layout.column(align=True)
+        column.prop(self, "use_fewest_keys")
+        within = column.column()
+        within.active = self.use_fewest_keys
+        within.prop(self, "fewest_keys_percent")
         try:
-            text, icon = str(api.estimate_bake(posed_object(context), *self._range)), "SHAPEKEY_DATA"
+            estimate = api.estimate_bake(posed_object(context), *self._range)
+            text, icon = (f"At most {estimate}" if self.use_fewest_keys else str(estimate)), "SHAPEKEY_DATA"
+            if self.use_fewest_keys:
+                layout.label(text=f"Off by at most {self._tolerance_text(context)}", icon="DRIVER_DISTANCE")
         except (ValueError, RuntimeError) as error:
             text, icon = str(error), "ERROR"
         layout.label(text=text, icon=icon)
@@ -80,71 +101,18 @@ class ARAP_OT_bake_animation(bpy.types.Operator):
     def _range(self) -> tuple[int, int, int]:
         return self.frame_start, self.frame_end, self.frame_step
 
+    def _tolerance_text(self, context: bpy.types.Context) -> str:
+        size = mesh_size.diagonal(posed_object(context), context.evaluated_depsgraph_get())
+        return compat.length_text(context.scene, size * self.fewest_keys_percent / 100.0)
+
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        obj = posed_object(context)
-        if bpy.app.background or context.window is None:
-            job = api.begin_bake(obj, *self._range)
-            self._report_keys(api.run_bake(job), job.n_unsettled)
-            return {"FINISHED"}
-        self._job = api.begin_bake(obj, *self._range)
-        self._timer = context.window_manager.event_timer_add(0.01, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        percent = self.fewest_keys_percent if self.use_fewest_keys else None
+        job = api.begin_bake(posed_object(context), *self._range, fewest_keys_percent=percent)
+        return self.work_off(context, job)
 
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        # Nothing is let through: the frame and the key are the bake's until it is done.
-        if event.type == "ESC" and event.value == "PRESS":
-            self._cancel(context)
-            self.report({"WARNING"}, "Bake cancelled: nothing has changed")
-            return {"CANCELLED"}
-        if event.type != "TIMER":
-            return {"RUNNING_MODAL"}
-        try:
-            if self._job.step(STEP_TIME_LIMIT_S):
-                self._show(context)
-                return {"RUNNING_MODAL"}
-            names = self._job.finish()
-        except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
-            self._cancel(context)
-            self.report({"ERROR"}, f"Bake failed and nothing has changed: {error}")
-            return {"CANCELLED"}
-        self._leave(context)
-        self._report_keys(names, self._job.n_unsettled)
-        return {"FINISHED"}
-
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Blender ends the operator: file load, closed window, or Esc in the dialog, where there is no job yet."""
-        if hasattr(self, "_job"):
-            self._cancel(context)
-
-    def _cancel(self, context: bpy.types.Context) -> None:
-        try:
-            self._job.cancel()
-        finally:
-            self._leave(context)
-
-    def _leave(self, context: bpy.types.Context) -> None:
-        context.window_manager.event_timer_remove(self._timer)
-        context.workspace.status_text_set(None)
-        tag_panels(context)
-
-    def _show(self, context: bpy.types.Context) -> None:
-        job = self._job
-        if job.bind_fraction is None:
-            state = f"frame {job.frame}, {job.fraction:.0%} done"
-        else:
-            state = f"preparing the mesh, {job.bind_fraction:.0%}"
-        context.workspace.status_text_set(f"ARAP Bake: {state}   |   Esc: cancel")
-
-    def _report_keys(self, names: list[str], n_unsettled: int) -> None:
-        self.report({"INFO"}, f"Baked {len(names)} shape keys, '{names[0]}' to '{names[-1]}'")
-        if n_unsettled:
-            self.report(
-                {"WARNING"},
-                f"{n_unsettled} of {len(names)} frames stopped before the tolerance was met: "
-                "allow more under Settings, At Most",
-            )
+    def report_result(self, job: api.BakeJob, names: list[str]) -> None:
+        self.report({"INFO"}, f"Baked shape keys '{names[0]}' to '{names[-1]}': {job.fit}")
 
 
 CLASSES = (ARAP_OT_bake_pose, ARAP_OT_bake_animation)
