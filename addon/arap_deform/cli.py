@@ -124,6 +124,8 @@ def _run(options: argparse.Namespace) -> None:
         raise RuntimeError(problem)
     scene = bpy.context.scene
     objects = _objects(scene, options.objects)
+    if options.command == "keys" and not options.objects:
+        objects = [obj for obj in objects if obj.arap.poses] or objects
     if getattr(options, "cache", None) is not None and len(objects) > 1:
         raise ValueError(f"--cache takes one object, but {len(objects)} have handles: name it with --object")
     if getattr(options, "frame", None) is not None:

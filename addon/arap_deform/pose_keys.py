@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from . import mesh_io, pose_library, shape_key
+from . import live_key, mesh_io, pose_library, shape_key
 from .handle_map import Floats
 from .session import Progress
 from .shape_key import Float32s
@@ -51,6 +51,7 @@ class PoseKeysJob(ShapesJob[list[str]]):
 
     def _write(self, obj: bpy.types.Object) -> list[str]:
         shape_key.check_writable(obj)
+        live_key.forget_removed(obj)  # or a key of ours would be taken for one that was removed
         poses = [pose_library.find(obj, name) for name in self._names]
         own = [_own_key(obj, pose) for pose in poses]
         # New keys first: for them memory may run out, and then they are taken back.
