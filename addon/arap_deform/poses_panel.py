@@ -51,7 +51,7 @@ class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
         column.separator()
         column.operator("arap.poses_store", text="", icon="FILE_REFRESH").is_replacing = True
         if not settings.poses:
-            draw_text(context, layout, "Move the handles, and store where they are with +.", "INFO")
+            draw_text(context, layout, "Press + to store where the handles are.", "INFO")
         row = layout.row(align=True)
         row.operator("arap.poses_apply", text="Apply")
         row.operator("arap.poses_blend", text="Blend")

@@ -112,7 +112,7 @@ class PoseKeysTest(SceneTest):
         self.assertEqual(obj.arap.key_name, "ARAP.001")
 
     def test_handles_that_a_pose_does_not_know_are_at_rest(self):
-        obj, truth = self.with_poses()
+        obj, _ = self.with_poses()
         waist = self.api.add_handle(obj, MIDDLE, name="Waist")
         first = self.api.poses_to_keys(obj, ["Bent"])
         shape = key_positions(obj, *first)
