@@ -61,7 +61,7 @@ class Fit:
         """'9 keys for 48 frames, off by 0.080 % of the size at most'; '48 keys' where no frame was left out."""
         if self.n_keys == self.n_frames:
             return "1 key" if self.n_keys == 1 else f"{self.n_keys} keys"
-        percent = 100.0 * self.largest_distance / self.size
+        percent = 100.0 * self.largest_distance / self.size if self.size else 0.0
         return f"{self.n_keys} keys for {self.n_frames} frames, off by {percent:.3f} % of the size at most"
 
 

@@ -241,7 +241,7 @@ def insert_linear_keyframes(
 def move_modifier_first(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> None:
     """Puts a modifier before all others."""
     index = obj.modifiers.find(modifier.name)
-    if hasattr(obj.modifiers, "move"):  # 4.2
+    if hasattr(obj.modifiers, "move"):  # not in 3.4
         obj.modifiers.move(index, 0)
     else:
         with bpy.context.temp_override(object=obj, active_object=obj):

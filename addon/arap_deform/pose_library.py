@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .pose_properties import ArapStoredPose
 
 PARTNER_REACH = 0.01  # how far from its mirrored place at rest a partner may be, as a fraction of the diagonal
-AXES = "XYZ"
+NAME_BYTES_OF_BASE = 57  # of the 63 of a name, before .001 or .0001
 
 Motions = dict[int, Floats]  # (4, 4) object-space motions since rest, by index of the handle
 
@@ -176,16 +176,12 @@ def motions_of(obj: bpy.types.Object, pose: PoseRef) -> tuple[Motions, list[str]
     stored = find(obj, pose).motions
     handles = obj.arap.handles
     index_of = {handle.pose_id: i for i, handle in enumerate(handles) if handle.pose_id}
-    matched = {item.name: index_of[item.handle_id] for item in stored if item.handle_id in index_of}
-    taken = set(matched.values())
-    for item in stored:
-        index = handles.find(item.name)
-        if item.name not in matched and index >= 0 and index not in taken:
-            matched[item.name] = index
+    matched = [index_of.get(item.handle_id, -1) for item in stored]
     motions: Motions = {}
     gone = []
-    for item in stored:
-        index = matched.get(item.name, -1)
+    for item, match in zip(stored, matched, strict=True):
+        by_name = handles.find(item.name)
+        index = by_name if match < 0 and by_name not in matched else match
         if index in working:
             motions[index] = np.array(item.motion, dtype=np.float64).reshape(4, 4)
         else:
@@ -220,11 +216,12 @@ def rest_matrices(obj: bpy.types.Object) -> dict[int, Floats]:
 def make_name_unique(obj: bpy.types.Object, pose: ArapStoredPose) -> None:
     """Numbers the name of a pose where another one has it, and gives it one where it has none."""
     others = {other.name for other in obj.arap.poses if other != pose}
-    base = unique = pose.name or "Pose"
+    unique = pose.name or "Pose"
+    base = unique.encode()[:NAME_BYTES_OF_BASE].decode(errors="ignore")
     number = 0
     while unique in others:
         number += 1
-        unique = f"{base[:59]}.{number:03d}"
+        unique = f"{base}.{number:03d}"
     if pose.name != unique:
         pose.name = unique
 

@@ -179,6 +179,7 @@ class ApplyTest(SceneTest):
         self.api.store_pose(obj, "Bent")
         self.api.remove_handle(obj, 1)
         obj.arap.handles[0].name = "Crown"
+        self.assertEqual(self.api.apply_pose(obj, "Bent").gone, ("Waist",))
         tail = self.api.add_handle(obj, list(range(24, 32)), name="Tail")
         tail_at = np.array(tail.target.matrix_world)
         move(obj.arap.handles[0].target, (0.0, 0.0, 1.0))
@@ -218,6 +219,14 @@ class ApplyTest(SceneTest):
             "held by animation, a constraint, a driver or a sheared parent: Head",
         )
 
+    def test_handles_of_the_same_name_are_not_mixed_up(self):
+        obj = posable()
+        self.api.add_handle(obj, MIDDLE, name="Waist")
+        obj.arap.handles[1].name = obj.arap.handles[0].name
+        bend(obj)
+        move(obj.arap.handles[1].target, (0.2, 0.0, 0.0))
+        self.check_round_trip(obj, lambda: self.api.reset_handles(obj))
+
     def test_disabled_handles_are_part_of_a_pose(self):
         obj = posable()
         obj.arap.handles[0].is_enabled = False
@@ -256,6 +265,10 @@ class LibraryTest(SceneTest):
         self.assertEqual(poses[2].name, "Smile.002")
         poses[1].name = ""
         self.assertEqual(poses[1].name, "Pose")
+        long = "\N{SNOWMAN}" * 40  # three bytes each: Blender cuts it
+        poses[1].name = poses[2].name = long
+        self.assertNotEqual(poses[1].name, poses[2].name)
+        poses[1].name = "Pose"
         poses[2].name = "Frown"
         self.assertEqual([pose.name for pose in poses], ["Smile", "Pose", "Frown"])
 

@@ -145,6 +145,7 @@ def test_export_mesh_cache(ui: Ui) -> Steps:
         assert list(Path(folder).iterdir()) == []
         assert bpy.context.scene.frame_current == 3
         assert not bar().modifiers
+        bpy.ops.ed.undo_push(message="scene")
         ui.call(bpy.ops.arap.export_mesh_cache, "EXEC_DEFAULT", True, filepath=str(path), frame_start=1, frame_end=9)
         yield from ui.until(path.is_file, "nine frames are exported")
         yield
