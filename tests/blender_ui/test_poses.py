@@ -183,3 +183,58 @@ def test_fewest_keys_dialog(ui: Ui) -> Steps:
     assert key_names()[1] == "ARAP_0001"
     assert key_names()[-1] == "ARAP_0030"
     assert len(key_names()) < 12
+
+
+def test_blend_is_dragged(ui: Ui) -> Steps:
+    """The mesh follows the mouse; a click keeps it, one undo takes it back, and so does Esc in between."""
+    bent = add_poses(ui)
+    ui.call(bpy.ops.arap.poses_apply, "EXEC_DEFAULT", True, pose="Straight")
+    yield
+    straight = scenes.key_positions(bar())
+    place = handle().matrix_world.copy()
+
+    def way() -> float:
+        """Of the top, along x, as a part of the whole."""
+        return float((scenes.key_positions(bar()) - straight)[:, 0].max() / (bent - straight)[:, 0].max())
+
+    yield from ui.move_mouse_to_view()
+    x, y = ui.mouse
+    whole = round(300 * bpy.context.preferences.system.ui_scale)
+    ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, pose="Bent")
+    yield from ui.move_mouse(x + whole // 2, y)
+    yield from ui.until(lambda: way() > 0.3, "the mesh follows the mouse")
+    half = way()
+    yield from ui.screenshot("half")
+    yield from ui.move_mouse(x + 2 * whole, y)
+    yield from ui.until(lambda: way() > 0.97, "the mesh has come to the second pose, and not further")
+    yield from ui.key("ESC")
+    yield
+    np.testing.assert_array_equal(scenes.key_positions(bar()), straight)
+    assert handle().matrix_world == place
+    yield from ui.move_mouse(x, y)
+    ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, pose="Bent")
+    yield from ui.move_mouse(x + whole // 2, y)
+    yield from ui.key("RET")
+    yield from ui.until(lambda: bpy.context.window_manager.operators[-1].bl_idname == "ARAP_OT_poses_blend", "kept")
+    assert abs(way() - half) < 0.05
+    kept = scenes.key_positions(bar())
+    factor = bpy.context.window_manager.operators[-1].factor
+    assert abs(factor - 0.5) < 0.01, factor
+    ui.call(bpy.ops.ed.undo_redo, "EXEC_DEFAULT", True)
+    yield
+    np.testing.assert_allclose(scenes.key_positions(bar()), kept, atol=NEAR)
+    yield from ui.key("Z", ctrl=True)
+    yield
+    np.testing.assert_allclose(scenes.key_positions(bar()), straight, atol=NEAR)
+    ui.select(handle())
+    yield from begin(ui)
+    x, y = ui.mouse
+    ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, pose="Bent")
+    yield from ui.move_mouse(x + 2 * whole, y)
+    yield from ui.until(lambda: way() > 0.97, "the posing act follows")
+    yield from ui.key("ESC")
+    yield from ui.until(lambda: way() < 0.03, "Esc has ended the blend")
+    assert ui.running, "and not the posing act"
+    yield from ui.key("ESC")
+    yield
+    assert not ui.running

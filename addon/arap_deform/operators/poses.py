@@ -9,7 +9,18 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 
 from .. import api, sessions
 from ..api_result import capture_transforms, restore_transforms
-from .common import allow, find_posed_object, posed_object, reports_errors, tag_panels, why_no_mesh, why_not_solvable
+from .blend_run import BlendRun
+from .common import (
+    StatusBar,
+    allow,
+    find_posed_object,
+    posed_object,
+    reports_errors,
+    tag_panels,
+    tag_views,
+    why_no_mesh,
+    why_not_solvable,
+)
 from .job import JobOperator
 from .pose_act import running
 from .solve import solve_with_progress, unsettled_text
@@ -127,7 +138,8 @@ class ARAP_OT_poses_store(bpy.types.Operator):
         if self.is_replacing and not name:
             raise ValueError("There is no pose to store into: choose one in the list")
         pose = api.store_pose(posed_object(context), name, replace=self.is_replacing)
-        self.report({"INFO"}, f"Stored pose '{pose.name}' of {len(pose.motions)} handles")
+        n = len(pose.motions)
+        self.report({"INFO"}, f"Stored pose '{pose.name}' of {'1 handle' if n == 1 else f'{n} handles'}")
         return {"FINISHED"}
 
 
@@ -175,9 +187,9 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
     bl_label = "Blend ARAP Poses"
     bl_description = (
         "Move the handles to between two poses and solve: rotations turn the short way, and nothing is bent that need "
-        "not be. Drag Factor in the panel that appears"
+        "not be. Move the mouse to the right, then click; the panel that appears has the factor too"
     )
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER", "UNDO", "GRAB_CURSOR_X", "BLOCKING"}
 
     start: EnumProperty(name="From", description="The pose at factor 0", items=STARTS, default="NOW")
     start_pose: StringProperty(name="From Pose", description="The stored pose at factor 0", options={"SKIP_SAVE"})
@@ -195,6 +207,10 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
         precision=3,
     )
 
+    _run: BlendRun
+    _status: StatusBar
+    _is_confirmed: bool
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return allow(cls, why_not_applicable(context))
@@ -210,12 +226,81 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
         layout.prop_search(self, "pose", settings, "poses")
         layout.prop(self, "factor", slider=True)
 
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        self._choose(context)
+        obj = posed_object(context)
+        try:
+            self._run = BlendRun(context, obj, self._blend, event.mouse_x, is_followed=_is_followed(obj))
+        except (ValueError, RuntimeError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self._status = StatusBar()
+        self._is_confirmed = False
+        self.factor = 0.0
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
+            self.cancel(context)
+            return {"CANCELLED"}
+        try:
+            if event.type == "TIMER":
+                if self._run.tick():
+                    tag_views(context)
+                if self._is_confirmed and self._run.is_ready:
+                    return self._keep(context)
+            elif event.type == "MOUSEMOVE" and not self._is_confirmed:
+                self.factor = self._run.factor_at(event.mouse_x)
+                self._run.set_factor(self.factor)
+            elif event.type in {"LEFTMOUSE", "RET", "NUMPAD_ENTER"} and event.value == "PRESS":
+                self._is_confirmed = True
+        except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
+            self.cancel(context)
+            self.report({"ERROR"}, f"Nothing has changed: {error}")
+            return {"CANCELLED"}
+        self._show(context)
+        # The timer of a posing act goes on, too.
+        return {"PASS_THROUGH"} if event.type == "TIMER" else {"RUNNING_MODAL"}
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender ends the operator, or Esc."""
+        self._run.end(context)
+        self._status.clear()
+        self._run.restore()
+        tag_panels(context)
+
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
+        self._choose(context)
+        return self.place(context, lambda obj: self._blend(obj, self.factor))
+
+    def _keep(self, context: bpy.types.Context) -> set[str]:
+        """As execute() from the start: what is kept is what the panel of the last act gives for this factor."""
+        self._run.end(context)
+        self._status.clear()
+        self._run.restore_handles()
+        result = self.execute(context)
+        if "FINISHED" not in result:
+            self._run.restore()
+        return result
+
+    def _choose(self, context: bpy.types.Context) -> None:
         self.pose = self.pose or _active_name(context)
         self.start_pose = self.start_pose or self.pose
+
+    def _blend(self, obj: bpy.types.Object, factor: float) -> api.Placement:
         start = {"NOW": api.NOW, "REST": api.REST}.get(self.start, self.start_pose)
-        return self.place(context, lambda obj: api.blend_poses(obj, start, self.pose, self.factor))
+        return api.blend_poses(obj, start, self.pose, factor)
+
+    def _show(self, context: bpy.types.Context) -> None:
+        run = self._run
+        state = "" if run.is_ready else f"preparing the mesh, {run.bind_fraction:.0%}   |   "
+        self._status.show(
+            context,
+            f"ARAP Blend: {state}{self.factor:.0%} of the way to '{self.pose}'   |   "
+            "Left or right: less or more   |   Click, Enter: keep   |   Esc: cancel",
+        )
 
 
 class ARAP_OT_poses_mirror(bpy.types.Operator):
