@@ -34,6 +34,7 @@ def _modules() -> tuple[ModuleType, ...]:
         panels,
         pins_panel,
         pose_panel,
+        poses_panel,
         preferences,
         properties,
         pull_draw,
@@ -42,7 +43,7 @@ def _modules() -> tuple[ModuleType, ...]:
     )
 
     acts = (handlers, operators, live, pull_draw, overlay)
-    on_mesh = (first_pose_panel, pins_panel, handles_panel, pose_panel, live_panel, bake_panel)
+    on_mesh = (first_pose_panel, pins_panel, handles_panel, pose_panel, poses_panel, live_panel, bake_panel)
     return (translations, preferences, properties, *acts, panels, *on_mesh, overlay_panel, settings_panel, menus, cli)
 
 

@@ -21,18 +21,18 @@ message is one sentence that says what to do.
 ``progress`` is called with the fraction done, 0 to 1; it stops the call by returning False.
 """
 
-from .api_bake import BakeEstimate, BakeJob, bake_animation, begin_bake, estimate_bake, run_bake
+from .api_bake import BakeEstimate, BakeJob, bake_animation, begin_bake, estimate_bake
 from .api_handles import (
     add_handle,
     add_handle_for,
     add_handles_for,
     handle_problem,
     remove_handle,
-    reset_handles,
     set_handle_group,
     set_handle_target,
     update_handle_display,
 )
+from .api_mesh_cache import MeshCacheJob, add_mesh_cache_modifier, begin_mesh_cache, export_mesh_cache
 from .api_pins import add_pin, add_pin_group, remove_pin
 from .api_pose import (
     adopt_session,
@@ -49,39 +49,58 @@ from .api_pose import (
 from .api_result import PoseState, apply_pose_as_rest, bake_pose, capture_state, reset_pose, restore_state
 from .api_solve import SolveJob, begin_solve, solve
 from .handle_io import handle_matrices
+from .handle_placing import reset_handles
 from .native import problem as native_problem
+from .pose_keys import PoseKeysJob, begin_pose_keys, poses_to_keys
+from .pose_library import NOW, REST, Placement, apply_pose, blend_poses, delete_pose, mirror_pose, store_pose
 from .session import Cancelled, Session
 from .session_data import Readout
 from .sessions import SessionInput
+from .shapes_job import ShapesJob, run_job
 
 __all__ = [
+    "NOW",
+    "REST",
     "BakeEstimate",
     "BakeJob",
     "Cancelled",
+    "MeshCacheJob",
+    "Placement",
+    "PoseKeysJob",
     "PoseState",
     "Readout",
     "Session",
     "SessionInput",
+    "ShapesJob",
     "SolveJob",
     "add_handle",
     "add_handle_for",
     "add_handles_for",
+    "add_mesh_cache_modifier",
     "add_pin",
     "add_pin_group",
     "adopt_session",
+    "apply_pose",
     "apply_pose_as_rest",
     "bake_animation",
     "bake_pose",
     "begin_bake",
+    "begin_mesh_cache",
+    "begin_pose_keys",
     "begin_solve",
+    "blend_poses",
     "build_session",
     "capture_state",
     "check_live",
+    "delete_pose",
     "end_session",
     "estimate_bake",
+    "export_mesh_cache",
     "handle_matrices",
     "handle_problem",
+    "mirror_pose",
     "native_problem",
+    "poses_to_keys",
     "prepare_session",
     "readout",
     "rebuild_session",
@@ -90,11 +109,12 @@ __all__ = [
     "reset_handles",
     "reset_pose",
     "restore_state",
-    "run_bake",
+    "run_job",
     "session_input",
     "set_handle_group",
     "set_handle_target",
     "solve",
+    "store_pose",
     "sync_session",
     "update_handle_display",
     "update_pose",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handles of an object: making, removing, resetting, reading."""
+"""Handles of an object: making, removing, reading."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from .handle_properties import ArapHandle
 
 SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of the mesh's diagonal
-AT_REST = 1e-4  # how far a handle's motion may be from none, and its shift as a fraction of the diagonal
 
 _is_making = False
 
@@ -188,34 +187,6 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
     handle.rest = Matrix(np.linalg.inv(fit) @ np.linalg.inv(world) @ matrix)
 
 
-def reset_handles(obj: bpy.types.Object) -> list[str]:
-    """Puts every handle's object or bone back to where it is at rest.
-
-    Returns:
-        Names of the handles that something else (animation, a constraint, a driver) holds away from there.
-    """
-    mesh_io.check_mesh(obj)
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    handles = [h for h in obj.arap.handles if not handle_io.problem_of(obj, h, depsgraph)]
-    by_depth: dict[int, list[ArapHandle]] = {}
-    for handle in handles:
-        by_depth.setdefault(_depth(handle), []).append(handle)
-    # Parents first: a child's new transform is relative to where its parent stands by then.
-    for depth in sorted(by_depth):
-        world = obj.evaluated_get(depsgraph).matrix_world
-        for handle in by_depth[depth]:
-            if handle.bone:
-                armature = handle.target.evaluated_get(depsgraph).matrix_world
-                handle.target.pose.bones[handle.bone].matrix = armature.inverted() @ world @ handle.rest
-            else:
-                handle.target.matrix_world = world @ handle.rest
-        depsgraph = bpy.context.evaluated_depsgraph_get()
-    if not handles:
-        return []
-    diagonal = diagonal_of(mesh_io.read_rest(obj))
-    return [handle.name for handle in handles if not _is_at_rest(handle_io.motion_of(obj, handle, depsgraph), diagonal)]
-
-
 def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = False) -> str:
     """Why a handle cannot work (no object, object deleted, bone or group missing ...), one sentence; '' if it can.
 
@@ -283,16 +254,3 @@ def _is_used(empty: bpy.types.Object) -> bool:
     users = bpy.data.user_map(subset=[empty])[empty]
     # The scene and the collections that show it are users too.
     return any(not isinstance(user, (bpy.types.Scene, bpy.types.Collection)) for user in users)
-
-
-def _depth(handle: ArapHandle) -> int:
-    depth, parent = 0, handle.target.parent
-    while parent is not None:
-        depth, parent = depth + 1, parent.parent
-    # Bones below their armature, and each below its parents.
-    return depth + (1 + len(handle.target.pose.bones[handle.bone].parent_recursive) if handle.bone else 0)
-
-
-def _is_at_rest(motion: Floats, diagonal: float) -> bool:
-    difference = np.abs(motion - np.eye(4))
-    return bool(difference[:3, :3].max() <= AT_REST and difference[:3, 3].max() <= AT_REST * diagonal)

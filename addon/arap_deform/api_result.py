@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 from numpy.typing import NDArray
 
-from . import handle_io, live_key, mesh_io, sessions, shape_key
+from . import handle_io, live_key, mesh_io, pose_library, sessions, shape_key
 from .api_pose import end_session
 
 Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone ('': the object)
@@ -60,6 +60,8 @@ def reset_pose(obj: bpy.types.Object) -> None:
 def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     """Makes the pose shown the new rest shape: Basis takes it, other keys keep their offsets, handles are at rest here.
 
+    Stored poses put the handles where they did before.
+
     Raises:
         ValueError: there is no pose yet, the live key does not show it, or the mesh must not be written.
     """
@@ -68,7 +70,9 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     depsgraph = bpy.context.evaluated_depsgraph_get()
     mesh_io.read_stretch(obj, depsgraph)  # refuses before anything has changed
     shape_key.shift_all(obj, key, handle_io.shown_positions(obj, shape_key.read_reference(obj)))
+    rests = pose_library.rest_matrices(obj)
     handle_io.set_rest_here(obj, depsgraph)
+    pose_library.follow_new_rest(obj, rests)
     end_session(obj)
 
 

@@ -19,6 +19,7 @@ class ARAP_PT_bake(ArapSubPanel, bpy.types.Panel):
         column = self.layout.column(align=True)
         column.operator("arap.bake_pose", text="Bake Pose", icon="SHAPEKEY_DATA")
         column.operator("arap.bake_animation", text="Bake Animation", icon="RENDER_ANIMATION")
+        column.operator("arap.export_mesh_cache", text="Export Mesh Cache", icon="EXPORT")
 
 
 def register() -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -21,6 +21,8 @@ import bpy
 from . import api, shape_key
 
 COMMAND = "arap"
+
+Act = Callable[[bpy.types.Object, bpy.types.Scene, argparse.Namespace], str]  # returns the line to print
 
 _command: Any = None
 
@@ -88,14 +90,27 @@ def _parser() -> argparse.ArgumentParser:
     bake.add_argument("--frame", type=int, help="bake this frame alone to a key")
     bake.add_argument("--start", type=int, help="first frame; default: the scene's")
     bake.add_argument("--end", type=int, help="last frame; default: the scene's")
-    bake.add_argument("--step", type=int, default=1, help="frames from one key to the next")
+    bake.add_argument("--step", type=int, default=1, help="frames from one solved frame to the next")
     bake.add_argument("--prefix", default="", help="what the keys' names begin with; default: the live key's name, '_'")
+    bake.add_argument(
+        "--fewest-keys",
+        type=float,
+        metavar="PERCENT",
+        help="make only as few keys as keep every vertex of every solved frame within this part of the mesh's size",
+    )
+    bake.add_argument(
+        "--cache",
+        type=Path,
+        metavar="FILE",
+        help="write the frames to this .mdd or .pc2, with a Mesh Cache modifier that plays it, in place of keys",
+    )
+    commands.add_parser("keys", parents=[common], help="make shape keys of the stored poses")
     return parser
 
 
 def _run(options: argparse.Namespace) -> None:
-    if options.command == "bake" and options.frame is not None and (options.start, options.end) != (None, None):
-        raise ValueError("--frame bakes one frame, --start and --end a range: give one or the other")
+    if options.command == "bake":
+        _check_bake(options)
     _check_output(options)
     if options.file is not None:
         if not options.file.is_file():
@@ -109,13 +124,30 @@ def _run(options: argparse.Namespace) -> None:
         raise RuntimeError(problem)
     scene = bpy.context.scene
     objects = _objects(scene, options.objects)
-    if options.frame is not None:
+    if options.command == "keys" and not options.objects:
+        objects = [obj for obj in objects if obj.arap.poses] or objects
+    if getattr(options, "cache", None) is not None and len(objects) > 1:
+        raise ValueError(f"--cache takes one object, but {len(objects)} have handles: name it with --object")
+    if getattr(options, "frame", None) is not None:
         scene.frame_set(options.frame)
+    acts: dict[str, Act] = {"pose": _pose, "bake": _bake, "keys": _keys}
+    act = acts[options.command]
     for obj in objects:
-        print(_pose(obj) if options.command == "pose" else _bake(obj, scene, options), flush=True)
+        print(act(obj, scene, options), flush=True)
     output = (options.output or Path(bpy.data.filepath)).resolve()
     bpy.ops.wm.save_as_mainfile(filepath=str(output), copy=True, check_existing=False)
     print(f"Saved {output}", flush=True)
+
+
+def _check_bake(options: argparse.Namespace) -> None:
+    if options.frame is not None and (options.start, options.end) != (None, None):
+        raise ValueError("--frame bakes one frame, --start and --end a range: give one or the other")
+    if options.frame is not None and (options.cache, options.fewest_keys) != (None, None):
+        raise ValueError("--frame bakes one frame, --cache and --fewest-keys are for a range: leave one out")
+    if options.cache is not None and (options.fewest_keys is not None or options.prefix):
+        raise ValueError("--cache makes no shape keys: leave out --fewest-keys and --prefix")
+    if options.cache is not None and options.cache.exists() and not options.overwrite:
+        raise ValueError(f"{options.cache} exists already: give another file, or --overwrite to write over it")
 
 
 def _check_output(options: argparse.Namespace) -> None:
@@ -146,7 +178,7 @@ def _objects(scene: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.ty
     return [scene.objects[name] for name in names]
 
 
-def _pose(obj: bpy.types.Object) -> str:
+def _pose(obj: bpy.types.Object, _scene: bpy.types.Scene, _options: argparse.Namespace) -> str:
     done = api.solve(obj)
     return (
         f"{obj.name}: {done.vertices} vertices, {done.iterations} iterations, {done.stop_reason}, {done.last_ms:.0f} ms"
@@ -155,15 +187,32 @@ def _pose(obj: bpy.types.Object) -> str:
 
 def _bake(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> str:
     if options.frame is not None:
-        line = _pose(obj)
+        line = _pose(obj, scene, options)
         prefix = options.prefix or f"{obj.arap.key_name}_"
         return f"{line}, key '{api.bake_pose(obj, shape_key.frame_key_name(prefix, options.frame)).name}'"
     start = scene.frame_start if options.start is None else options.start
     end = scene.frame_end if options.end is None else options.end
-    job = api.begin_bake(obj, start, end, options.step, prefix=options.prefix, scene=scene)
-    names = api.run_bake(job)
-    unsettled = f", {job.n_unsettled} before the tolerance was met" if job.n_unsettled else ""
-    return f"{obj.name}: {len(names)} keys, '{names[0]}' to '{names[-1]}'{unsettled}"
+    if options.cache is not None:
+        export = api.begin_mesh_cache(
+            obj, options.cache.resolve(), start, end, options.step, scene=scene, add_modifier=True
+        )
+        path = api.run_job(export)
+        return f"{obj.name}: {export.n_shapes} frames in {path}{_unsettled(export)}"
+    job = api.begin_bake(
+        obj, start, end, options.step, prefix=options.prefix, scene=scene, fewest_keys_percent=options.fewest_keys
+    )
+    names = api.run_job(job)
+    return f"{obj.name}: {job.fit}, '{names[0]}' to '{names[-1]}'{_unsettled(job)}"
+
+
+def _keys(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Namespace) -> str:
+    job = api.begin_pose_keys(obj, scene=scene)
+    names = api.run_job(job)
+    return f"{obj.name}: keys {', '.join(repr(name) for name in names)}{_unsettled(job)}"
+
+
+def _unsettled(job: api.ShapesJob[Any]) -> str:
+    return f", {job.n_unsettled} before the tolerance was met" if job.n_unsettled else ""
 
 
 def _failed(reason: str) -> int:

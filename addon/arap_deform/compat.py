@@ -238,6 +238,16 @@ def insert_linear_keyframes(
     fcurve.update()
 
 
+def move_modifier_first(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> None:
+    """Puts a modifier before all others."""
+    index = obj.modifiers.find(modifier.name)
+    if hasattr(obj.modifiers, "move"):  # not in 3.4
+        obj.modifiers.move(index, 0)
+    else:
+        with bpy.context.temp_override(object=obj, active_object=obj):
+            bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
+
+
 def gpu_shader(name: str) -> Any:
     """A built-in shader of the gpu module, by its name of today: before 4.0 those in space have a prefix."""
     import gpu  # not at the top: without a window it cannot be used before 5.x, and nobody needs it

@@ -3,10 +3,17 @@
 """What is saved of a pin and of a handle. No postponed annotations, as in properties."""
 
 import bpy
-from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty, PointerProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
 from mathutils import Matrix
 
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+from .pose_properties import IDENTITY
 
 
 def _is_other_object(settings: bpy.types.PropertyGroup, candidate: bpy.types.Object) -> bool:
@@ -73,6 +80,8 @@ class ArapHandle(bpy.types.PropertyGroup):
         options={"HIDDEN"},
         description="Size of the group when the handle was made, in world units; 0: not made here",
     )
+
+    pose_id: IntProperty(options={"HIDDEN"}, description="Number by which stored poses know the handle; 0: none does")
 
     @property
     def rest(self) -> Matrix:

@@ -20,6 +20,8 @@ from bpy.props import (
 from . import preferences
 from .handle_properties import ArapHandle, ArapPin
 from .overlay_properties import ArapOverlay
+from .pose_properties import CLASSES as POSE_CLASSES
+from .pose_properties import ArapStoredPose
 from .pull_properties import ArapPullPin, ArapPullTool
 
 # The numbers are what is saved: they stay, whatever the order.
@@ -82,6 +84,8 @@ class ArapObject(bpy.types.PropertyGroup):
     active_pin_index: IntProperty(name="Active Pin", min=0, description="The pin chosen in the list")
     handles: CollectionProperty(type=ArapHandle, name="Handles", description="Objects and bones that move the mesh")
     active_handle_index: IntProperty(name="Active Handle", min=0, description="The handle chosen in the list")
+    poses: CollectionProperty(type=ArapStoredPose, name="Poses", description="Stored poses of the handles")
+    active_pose_index: IntProperty(name="Active Pose", min=0, description="The pose chosen in the list")
 
     pull_pins: CollectionProperty(
         type=ArapPullPin, name="Pull Pins", description="What ARAP Pull holds", options={"HIDDEN"}
@@ -218,7 +222,7 @@ class ArapObject(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (ArapPin, ArapHandle, ArapMadeKey, ArapPullPin, ArapOverlay, ArapObject, ArapPullTool)
+CLASSES = (*POSE_CLASSES, ArapPin, ArapHandle, ArapMadeKey, ArapPullPin, ArapOverlay, ArapObject, ArapPullTool)
 
 
 def register() -> None:

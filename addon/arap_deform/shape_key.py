@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import count
 
@@ -62,6 +62,11 @@ def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
             f"Shape key '{key.name}' of '{obj.name}' is muted (a bake does that), so the pose would not show: "
             "unmute it, and mute or remove the baked keys"
         )
+    cache = next((modifier for modifier in obj.modifiers if _hides_keys(modifier)), None)
+    if cache is not None:
+        raise ValueError(
+            f"Modifier '{cache.name}' of '{obj.name}' shows a cache in place of the pose: switch it off in viewports"
+        )
     if obj.show_only_shape_key and obj.active_shape_key != key:
         raise ValueError(f"'{obj.name}' shows another shape key alone: turn off Shape Key Lock (the pin icon)")
     if key.relative_key != keys.reference_key:
@@ -79,6 +84,18 @@ def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
         )
 
 
+def _hides_keys(modifier: bpy.types.Modifier) -> bool:
+    """Whether a modifier puts every vertex where a file has it."""
+    return bool(
+        modifier.type == "MESH_CACHE"
+        and modifier.show_viewport
+        and modifier.deform_mode == "OVERWRITE"
+        and modifier.factor == 1.0
+        and modifier.filepath
+        and not getattr(modifier, "vertex_group", "")
+    )
+
+
 def find(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey | None:
     """The key of that name, None where there is none."""
     keys = obj.data.shape_keys
@@ -93,9 +110,14 @@ def free_name(obj: bpy.types.Object, name: str) -> str:
 
 def add(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
     """A new key at rest, with Basis where the mesh has no keys."""
+    ensure_reference(obj)
+    return new(obj, name, read_reference(obj))
+
+
+def ensure_reference(obj: bpy.types.Object) -> None:
+    """Makes Basis where the mesh has no keys."""
     if obj.data.shape_keys is None:
         obj.shape_key_add(name="Basis", from_mix=False)
-    return new(obj, name, read_reference(obj))
 
 
 def new(obj: bpy.types.Object, name: str, positions: Float32s) -> bpy.types.ShapeKey:
@@ -106,6 +128,26 @@ def new(obj: bpy.types.Object, name: str, positions: Float32s) -> bpy.types.Shap
     compat.write_key(key, positions)
     obj.data.update_tag()
     return key
+
+
+def add_all(obj: bpy.types.Object, name: str, shapes: Iterable[Float32s]) -> list[str]:
+    """A new key for each shape, as new(), with Basis where the mesh has no keys; returns their names.
+
+    Where Blender runs out of memory half way, or there is no further shape, the new keys are removed again.
+    """
+    had_keys = obj.data.shape_keys is not None
+    ensure_reference(obj)
+    made: list[str] = []
+    try:
+        for shape in shapes:
+            made.append(new(obj, name, shape).name)  # noqa: PERF401 - what is made so far must be known
+    except BaseException:
+        for key in made:
+            remove(obj, key)
+        if not had_keys:
+            remove_lone_reference(obj)
+        raise
+    return made
 
 
 def read_reference(obj: bpy.types.Object) -> Float32s:
@@ -225,22 +267,12 @@ def frame_keys(obj: bpy.types.Object, prefix: str) -> Iterator[str]:
             yield key.name
 
 
-def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], shapes: list[Float32s]) -> list[str]:
+def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], shapes: Iterable[Float32s]) -> list[str]:
     """One key for each frame, keyframed so that at each frame only its key shows, fully, and neighbours blend linearly.
 
-    Keys of an earlier bake with the same prefix are replaced. Where Blender runs out of memory half way, the new keys
-    are removed again. Takes the shapes out of the list as it goes, so that they are not held twice.
+    Keys of an earlier bake with the same prefix are replaced.
     """
-    if obj.data.shape_keys is None:
-        obj.shape_key_add(name="Basis", from_mix=False)
-    made: list[str] = []
-    try:
-        while shapes:
-            made.append(new(obj, "arap_bake", shapes.pop(0)).name)
-    except BaseException:
-        for name in made:
-            remove(obj, name)
-        raise
+    made = add_all(obj, "arap_bake", shapes)
     active = active_name(obj)
     for name in list(frame_keys(obj, prefix)):
         remove(obj, name)

@@ -35,7 +35,7 @@ MESSAGES = {
     "1 iteration": "1 Schritt",
     "{} iterations": "{} Schritten",
     "Solved in {}, {:.0f} ms": "Gelöst in {}, {:.0f} ms",
-    "Baked {} shape keys, '{}' to '{}'": "{} Shape Keys gebacken, '{}' bis '{}'",
+    "Baked shape keys '{}' to '{}': {}": "Shape Keys '{}' bis '{}' gebacken: {}",
     "Select a mesh first": "Zuerst ein Mesh auswählen",
     "Go to Object Mode first (Tab)": "Zuerst in den Objekt-Modus gehen (Tab)",
     "Add a handle first: nothing moves the mesh yet": "Zuerst einen Griff setzen: noch bewegt nichts das Mesh",

@@ -84,6 +84,52 @@ class CliTest(SceneTest):
         names = [key.name for key in self.load(self.output).data.shape_keys.key_blocks]
         self.assertEqual(names, ["Basis", *(f"Walk {frame:04d}" for frame in range(1, 12))])
 
+    def test_bake_the_fewest_keys(self):
+        self.save_scene()
+        code, out, _ = self.run_cli("bake", self.input, "--fewest-keys", 1.5, "-o", self.output)
+        self.assertEqual(code, 0)
+        pattern = (
+            r"^Tube: (\d+) keys for 11 frames, off by [01]\.\d{3} % of the size at most, 'ARAP_0001' to 'ARAP_0011'\n"
+        )
+        self.assertRegex(out, pattern)
+        n_keys = len(self.load(self.output).data.shape_keys.key_blocks) - 1
+        self.assertEqual(n_keys, int(out.split()[1]))
+        self.assertLess(n_keys, 8)
+
+    def test_bake_to_a_cache(self):
+        """The .blend plays it from wherever the two are."""
+        self.save_scene()
+        cache = self.folder / "cache" / "tube.pc2"
+        cache.parent.mkdir()
+        self.output = self.folder / "elsewhere" / "output.blend"
+        self.output.parent.mkdir()
+        arguments = ["bake", self.input, "--start", 3, "--end", 11, "--cache", cache, "-o", self.output]
+        code, out, err = self.run_cli(*arguments)
+        self.assertEqual((code, err), (0, ""))
+        self.assertTrue(out.startswith(f"Tube: 9 frames in {cache}\n"))
+        obj = self.load(self.output)
+        self.assertIsNone(obj.data.shape_keys)
+        bpy.context.scene.frame_set(11)
+        self.assert_close(shown_positions(obj)[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
+        self.output.unlink()
+        message = f"{cache} exists already: give another file, or --overwrite to write over it"
+        self.assert_failed(message, *arguments)
+        self.assertEqual(self.run_cli(*arguments, "--overwrite")[0], 0)
+
+    def test_shape_keys_of_the_stored_poses(self):
+        self.save_scene()
+        self.assert_failed("'Tube' has no stored poses: store one first", "keys", self.input, "-o", self.output)
+        self.load(self.input)
+        bpy.context.scene.frame_set(11)
+        self.api.store_pose(bpy.data.objects["Tube"], "Far")
+        posable("Other")  # without poses: passed over
+        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
+        code, out, _ = self.run_cli("keys", self.input, "-o", self.output)
+        self.assertEqual(code, 0)
+        self.assertTrue(out.startswith("Tube: keys 'Far'\n"))
+        obj = self.load(self.output)
+        self.assert_close(key_positions(obj, "Far")[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
+
     def test_bake_one_frame(self):
         self.save_scene()
         code, out, _ = self.run_cli("bake", self.input, "--frame", 11, "-o", self.output)
@@ -100,6 +146,9 @@ class CliTest(SceneTest):
     def test_only_the_named_objects_are_posed(self):
         posable("Other")
         self.save_scene()
+        message = "--cache takes one object, but 2 have handles: name it with --object"
+        cache = self.folder / "a.mdd"
+        self.assert_failed(message, "bake", self.input, "-o", self.output, "--cache", cache)
         code, out, _ = self.run_cli("pose", self.input, "--object", "Tube", "-o", self.output)
         self.assertEqual(code, 0)
         self.assertNotIn("Other", out)
@@ -132,6 +181,11 @@ class CliTest(SceneTest):
         self.assert_failed(message, "pose", self.input, "-o", self.output, "--object", "Tail")
         message = "--frame bakes one frame, --start and --end a range: give one or the other"
         self.assert_failed(message, "bake", self.input, "-o", self.output, "--frame", 1, "--end", 5)
+        message = "--frame bakes one frame, --cache and --fewest-keys are for a range: leave one out"
+        self.assert_failed(message, "bake", self.input, "-o", self.output, "--frame", 1, "--fewest-keys", 1)
+        message = "--cache makes no shape keys: leave out --fewest-keys and --prefix"
+        cache = self.folder / "a.mdd"
+        self.assert_failed(message, "bake", self.input, "-o", self.output, "--cache", cache, "--fewest-keys", 1)
         message = "The last frame 1 is before the first, 5: swap them"
         self.assert_failed(message, "bake", self.input, "-o", self.output, "--start", 5, "--end", 1)
         self.assertFalse(self.output.exists())

@@ -369,7 +369,7 @@ class PinsTest(PullTest):
                     bpy.context.view_layer.update()
                     self.assertEqual(obj.arap.live_problem, "")
                 else:
-                    self.api.run_bake(self.api.begin_bake(obj, 1, 1))
+                    self.api.run_job(self.api.begin_bake(obj, 1, 1))
                     bpy.context.view_layer.update()
                 self.assert_close(shown_positions(obj)[TOP], posed[TOP], 1e-3)
                 bpy.data.objects.remove(obj)

@@ -5,9 +5,9 @@ from types import ModuleType
 
 
 def _modules() -> tuple[ModuleType, ...]:
-    from . import bake, handles, pins, pose, pose_undo, pull, pull_tool, select, solve
+    from . import bake, handles, mesh_cache, pins, pose, pose_undo, poses, pull, pull_tool, select, solve
 
-    return (pins, handles, select, pose_undo, pose, pull_tool, pull, solve, bake)
+    return (pins, handles, select, pose_undo, pose, pull_tool, pull, solve, bake, mesh_cache, poses)
 
 
 def register() -> None:

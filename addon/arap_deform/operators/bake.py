@@ -3,12 +3,12 @@
 """Baking: the pose to a shape key, the animation of the handles to keyframed shape keys."""
 
 import bpy
-from bpy.props import IntProperty, StringProperty
+from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 
-from .. import api
-from ..texts import rpt_
+from .. import api, compat, mesh_size
+from ..texts import iface_, rpt_
 from .common import allow, posed_object, reports_errors, why_no_pose, why_not_solvable
-from .job import JobOperator
+from .job import ShapesJobOperator
 
 
 class ARAP_OT_bake_pose(bpy.types.Operator):
@@ -33,7 +33,7 @@ class ARAP_OT_bake_pose(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class ARAP_OT_bake_animation(JobOperator, bpy.types.Operator):
+class ARAP_OT_bake_animation(ShapesJobOperator, bpy.types.Operator):
     bl_idname = "arap.bake_animation"
     bl_label = "ARAP Bake Animation"
     bl_description = "Solve each frame and make it a keyframed shape key, so that the file plays without this add-on"
@@ -42,7 +42,26 @@ class ARAP_OT_bake_animation(JobOperator, bpy.types.Operator):
     frame_start: IntProperty(name="Start", description="First frame to bake", default=1)
     frame_end: IntProperty(name="End", description="Last frame to bake, always included", default=250)
     frame_step: IntProperty(
-        name="Step", description="Bake every so many frames; those in between are blended", default=1, min=1
+        name="Step", description="Solve every so many frames; those in between are blended", default=1, min=1
+    )
+    use_fewest_keys: BoolProperty(
+        name="Fewest Keys",
+        description="Make only as few shape keys as keep every vertex near to where it is in each solved frame",
+        default=False,
+    )
+    fewest_keys_percent: FloatProperty(
+        name="Within",
+        description=(
+            "How far a vertex may be from where it is in a solved frame, in percent of the mesh's size "
+            "(the diagonal of its box at rest). Every vertex of every solved frame is checked"
+        ),
+        default=0.1,
+        min=0.0,
+        max=100.0,
+        soft_max=5.0,
+        precision=3,
+        step=1,
+        subtype="PERCENTAGE",
     )
 
     @classmethod
@@ -65,8 +84,18 @@ class ARAP_OT_bake_animation(JobOperator, bpy.types.Operator):
         column.prop(self, "frame_start")
         column.prop(self, "frame_end")
         column.prop(self, "frame_step")
+        column = layout.column(align=True)
+        column.prop(self, "use_fewest_keys")
+        within = column.column()
+        within.active = self.use_fewest_keys
+        within.prop(self, "fewest_keys_percent")
         try:
-            text, icon = str(api.estimate_bake(posed_object(context), *self._range)), "SHAPEKEY_DATA"
+            estimate = api.estimate_bake(posed_object(context), *self._range)
+            text = iface_("At most {}").format(estimate) if self.use_fewest_keys else str(estimate)
+            icon = "SHAPEKEY_DATA"
+            if self.use_fewest_keys:
+                bound = iface_("Off by at most {}").format(self._tolerance_text(context))
+                layout.label(text=bound, translate=False, icon="DRIVER_DISTANCE")
         except (ValueError, RuntimeError) as error:
             text, icon = str(error), "ERROR"
         layout.label(text=text, translate=False, icon=icon)
@@ -75,24 +104,19 @@ class ARAP_OT_bake_animation(JobOperator, bpy.types.Operator):
     def _range(self) -> tuple[int, int, int]:
         return self.frame_start, self.frame_end, self.frame_step
 
+    def _tolerance_text(self, context: bpy.types.Context) -> str:
+        size = mesh_size.diagonal(posed_object(context), context.evaluated_depsgraph_get())
+        return compat.length_text(context.scene, size * self.fewest_keys_percent / 100.0)
+
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        obj = posed_object(context)
-        if bpy.app.background or context.window is None:
-            job = api.begin_bake(obj, *self._range)
-            self._report_keys(api.run_bake(job), job.n_unsettled)
-            return {"FINISHED"}
-        return self.begin_job(context, api.begin_bake(obj, *self._range))
+        percent = self.fewest_keys_percent if self.use_fewest_keys else None
+        job = api.begin_bake(posed_object(context), *self._range, fewest_keys_percent=percent)
+        return self.work_off(context, job)
 
-    def finish_job(self, _context: bpy.types.Context) -> None:
-        self._report_keys(self.job.finish(), self.job.n_unsettled)
-
-    def _report_keys(self, names: list[str], n_unsettled: int) -> None:
-        text = rpt_("Baked {} shape keys, '{}' to '{}'")
-        self.report({"INFO"}, text.format(len(names), names[0], names[-1]))
-        if n_unsettled:
-            text = rpt_("{} of {} frames stopped before the tolerance was met: allow more under Settings, At Most")
-            self.report({"WARNING"}, text.format(n_unsettled, len(names)))
+    def report_shapes(self, job: api.BakeJob, names: list[str]) -> None:
+        text = rpt_("Baked shape keys '{}' to '{}': {}")
+        self.report({"INFO"}, text.format(names[0], names[-1], job.fit))
 
 
 CLASSES = (ARAP_OT_bake_pose, ARAP_OT_bake_animation)

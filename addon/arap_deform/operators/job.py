@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import bpy
 
-from .. import redraw
+from .. import api, redraw
 from ..texts import iface_, rpt_
 from .common import StatusBar
 
@@ -29,6 +29,9 @@ class Job(Protocol):
     def step(self, time_limit_s: float) -> bool:
         """Works for about so long; True while there is more to do."""
 
+    def finish(self) -> Any:
+        """Writes and returns the result, once step() has returned False."""
+
     def cancel(self) -> None:
         """Everything as before."""
 
@@ -42,12 +45,12 @@ class JobOperator:
     _timer: Any
     _status: StatusBar
 
-    def finish_job(self, context: bpy.types.Context) -> None:
-        """Writes the result and says so. What it raises is reported, and the job cancelled."""
+    def report_result(self, job: Any, result: Any) -> None:
+        """Says what has been made."""
         raise NotImplementedError
 
     def begin_job(self, context: bpy.types.Context, job: Job) -> set[str]:
-        """For invoke() and execute(), in a window."""
+        """For invoke() and execute(), in a window: does the job in steps from here on."""
         self.job = job
         self._status = StatusBar()
         self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
@@ -66,13 +69,14 @@ class JobOperator:
             if self.job.step(STEP_TIME_LIMIT_S):
                 self._show(context)
                 return {"RUNNING_MODAL"}
-            self.finish_job(context)
+            result = self.job.finish()
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
             self._cancel(context)
             text = rpt_("{} failed and nothing has changed: {}")
             self.report({"ERROR"}, text.format(rpt_(self.bl_label), rpt_(str(error))))
             return {"CANCELLED"}
         self._leave(context)
+        self.report_result(self.job, result)
         return {"FINISHED"}
 
     def cancel(self, context: bpy.types.Context) -> None:
@@ -95,3 +99,24 @@ class JobOperator:
     def _show(self, context: bpy.types.Context) -> None:
         context.window_manager.progress_update(100 * self.job.fraction)
         self._status.show(context, f"{iface_(self.bl_label)}: {self.job.status}   |   {iface_('Esc: cancel')}")
+
+
+class ShapesJobOperator(JobOperator):
+    """For one that solves many shapes."""
+
+    def report_shapes(self, job: Any, result: Any) -> None:
+        """Says what has been made of them."""
+        raise NotImplementedError
+
+    def work_off(self, context: bpy.types.Context, job: api.ShapesJob[Any]) -> set[str]:
+        """For execute(): at once without a window, else in steps."""
+        if bpy.app.background or context.window is None:
+            self.report_result(job, api.run_job(job))
+            return {"FINISHED"}
+        return self.begin_job(context, job)
+
+    def report_result(self, job: Any, result: Any) -> None:
+        self.report_shapes(job, result)
+        if job.n_unsettled:
+            text = rpt_("{} of {} solves stopped before the tolerance was met: allow more under Settings, At Most")
+            self.report({"WARNING"}, text.format(job.n_unsettled, job.n_shapes))

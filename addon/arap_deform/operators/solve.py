@@ -12,6 +12,35 @@ from .common import allow, posed_object, reports_errors, why_not_solvable
 from .job import JobOperator
 
 
+def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> Readout:
+    """As api.solve(), with the progress at the cursor: for acts whose redo panel solves again at every change."""
+    windows = context.window_manager
+    windows.progress_begin(0, 100)
+    try:
+        readout = api.solve(
+            obj,
+            context.evaluated_depsgraph_get(),
+            progress=lambda fraction: windows.progress_update(100 * fraction),
+        )
+    finally:
+        windows.progress_end()
+    redraw.tag_panels()
+    return readout
+
+
+def unsettled_text(readout: Readout) -> str:
+    """What there is to say where a solve has not converged; '' where it has."""
+    if readout.stop_reason == "converged":
+        return ""
+    text = rpt_("Stopped after {}, before the tolerance was met: allow more under Settings, At Most")
+    return text.format(_iterations_text(readout))
+
+
+def _iterations_text(readout: Readout) -> str:
+    n = readout.iterations
+    return rpt_("1 iteration") if n == 1 else rpt_("{} iterations").format(n)
+
+
 class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     bl_idname = "arap.solve"
     bl_label = "ARAP Solve"
@@ -37,17 +66,16 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
         redraw.tag_panels()
         return {"FINISHED"}
 
-    def finish_job(self, _context: bpy.types.Context) -> None:
-        self._tell(self.job.finish())
+    def report_result(self, _job: api.SolveJob, result: Readout) -> None:
+        self._tell(result)
 
     def _tell(self, readout: Readout) -> None:
-        n = readout.iterations
-        iterations = rpt_("1 iteration") if n == 1 else rpt_("{} iterations").format(n)
-        if readout.stop_reason == "converged":
-            self.report({"INFO"}, rpt_("Solved in {}, {:.0f} ms").format(iterations, readout.last_ms))
+        unsettled = unsettled_text(readout)
+        if unsettled:
+            self.report({"WARNING"}, unsettled)
         else:
-            text = rpt_("Stopped after {}, before the tolerance was met: allow more under Settings, At Most")
-            self.report({"WARNING"}, text.format(iterations))
+            text = rpt_("Solved in {}, {:.0f} ms").format(_iterations_text(readout), readout.last_ms)
+            self.report({"INFO"}, text)
 
 
 def register() -> None:

@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The pose library in a window: its panel, its acts as steps of undo, with posing and Live, progress and Esc."""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+import scenes
+from harness import Steps, Ui
+from test_bake import animate, key_names
+from test_pose import NEAR, bar, begin, handle, settle
+
+
+def open_panel() -> None:
+    """Has the sub-panel open, and the lists above it closed: the sidebar is short."""
+    for name, options in (("ARAP_PT_poses", set()), ("ARAP_PT_pins", {"DEFAULT_CLOSED"})):
+        panel = getattr(bpy.types, name)
+        bpy.utils.unregister_class(panel)
+        panel.bl_options = options
+        bpy.utils.register_class(panel)
+
+
+def add_poses(ui: Ui) -> np.ndarray:
+    """The bar with the poses Straight and Bent; returns its shape in Bent, which is the pose shown."""
+    scenes.add_bar_with_handle(ui.api)
+    ui.api.store_pose(bar(), "Straight")
+    handle().location.x += 1.0
+    handle().rotation_euler.y = 0.8
+    bpy.context.view_layer.update()
+    ui.api.solve(bar())
+    ui.api.store_pose(bar(), "Bent")
+    bpy.ops.ed.undo_push(message="scene")
+    return scenes.key_positions(bar())
+
+
+def test_poses_panel(ui: Ui) -> Steps:
+    """The panel without a pose, with some, and with their keys; each act is one step of undo."""
+    open_panel()
+    scenes.add_bar_with_handle(ui.api)
+    yield from ui.open_tab()
+    region = ui.region("UI")
+    yield from ui.move_mouse(region.x + region.width // 3, region.y + region.height // 2)
+    for _ in range(12):
+        ui.event("WHEELDOWNMOUSE")
+        yield
+    yield from ui.screenshot("1_empty")
+    bent = add_poses(ui)
+    straight = scenes.key_positions(bar(), "Basis")
+    yield from ui.screenshot("2_stored")
+    yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.poses_apply, "EXEC_DEFAULT", True, pose="Straight")
+    yield
+    np.testing.assert_allclose(scenes.key_positions(bar()), straight, atol=NEAR)
+    ui.call(bpy.ops.arap.poses_blend, "EXEC_DEFAULT", True, pose="Bent", factor=0.5)
+    yield from ui.screenshot("3_blended")
+    half = scenes.key_positions(bar())
+    assert np.abs(half - straight).max() > 0.2
+    assert np.abs(half - bent).max() > 0.2
+    yield from ui.key("Z", ctrl=True)
+    yield
+    np.testing.assert_allclose(scenes.key_positions(bar()), straight, atol=NEAR)
+    yield from ui.key("Z", ctrl=True)
+    yield
+    np.testing.assert_allclose(scenes.key_positions(bar()), bent, atol=NEAR)
+    ui.call(bpy.ops.arap.poses_to_keys, "EXEC_DEFAULT", True)
+    yield from ui.until(lambda: "Bent" in key_names(), "the poses are shape keys")
+    yield from ui.screenshot("4_keys")
+    np.testing.assert_allclose(scenes.key_positions(bar(), "Bent"), bent, atol=NEAR)
+    yield from ui.key("Z", ctrl=True)
+    yield
+    assert key_names() == ["Basis", "ARAP"]
+
+
+def test_blend_is_adjusted_in_its_panel(ui: Ui) -> Steps:
+    """Another factor, as the panel of the last act sets it, is as that factor at once."""
+    add_poses(ui)
+    ui.call(bpy.ops.arap.poses_apply, "EXEC_DEFAULT", True, pose="Straight")
+    yield
+    ui.call(bpy.ops.arap.poses_blend, "EXEC_DEFAULT", True, pose="Bent", factor=0.25)
+    yield
+    quarter = scenes.key_positions(bar())
+    yield from ui.key("Z", ctrl=True)
+    yield
+    yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.poses_blend, "EXEC_DEFAULT", True, pose="Bent", factor=0.75)
+    yield
+    yield from ui.key("F9")
+    yield from ui.screenshot("panel")
+    yield from ui.key("ESC")
+    bpy.context.window_manager.operators[-1].factor = 0.25
+    ui.call(bpy.ops.ed.undo_redo, "EXEC_DEFAULT", True)
+    yield
+    np.testing.assert_allclose(scenes.key_positions(bar()), quarter, atol=NEAR)
+
+
+def test_poses_while_posing(ui: Ui) -> Steps:
+    """A stored pose can be applied within a posing act: the mesh follows, and Esc takes it back with the rest."""
+    bent = add_poses(ui)
+    ui.select(handle())
+    yield from begin(ui)
+    ui.call(bpy.ops.arap.poses_apply, "EXEC_DEFAULT", True, pose="Straight")
+    yield
+    yield from settle(ui)
+    straight = scenes.key_positions(bar(), "Basis")
+    np.testing.assert_allclose(scenes.key_positions(bar()), straight, atol=10 * NEAR)
+    yield from ui.screenshot("applied")
+    yield from ui.key("ESC")
+    yield
+    assert not ui.running
+    np.testing.assert_allclose(scenes.key_positions(bar()), bent, atol=NEAR)
+    bar().arap.is_live = True
+    yield
+    ui.call(bpy.ops.arap.poses_apply, "EXEC_DEFAULT", True, pose="Straight")
+    yield from ui.until(lambda: np.abs(scenes.key_positions(bar()) - straight).max() < 10 * NEAR, "Live has followed")
+
+
+def test_esc_while_poses_become_keys(ui: Ui) -> Steps:
+    """Esc in the middle leaves no key."""
+    add_poses(ui)
+    for i in range(200):
+        ui.api.store_pose(bar(), f"Pose {i}")
+    bar().arap.tolerance, bar().arap.max_iterations = 1e-9, 100000
+    yield from ui.move_mouse_to_view()
+    fractions = []
+    step = ui.api.PoseKeysJob.step
+
+    def noted_step(job: Any, time_limit_s: float) -> bool:
+        fractions.append(job.fraction)
+        return bool(step(job, time_limit_s))
+
+    ui.api.PoseKeysJob.step = noted_step
+    ui.call(bpy.ops.arap.poses_to_keys, "EXEC_DEFAULT", True)
+    yield from ui.until(lambda: bool(fractions) and fractions[-1] > 0.0, "some poses are solved")
+    yield from ui.screenshot("under_way")
+    assert fractions[-1] < 1.0, "the poses were done before Esc: they are too few for this test"
+    yield from ui.key("ESC")
+    yield
+    assert key_names() == ["Basis", "ARAP"]
+    yield from ui.key("TAB")
+    assert bar().mode == "EDIT", "keys are Blender's own again"
+
+
+def test_export_mesh_cache(ui: Ui) -> Steps:
+    """The export shows its progress, Esc leaves no file; done, the modifier shows the last frame."""
+    animate(ui, 4000)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "bar.mdd"
+        yield from ui.move_mouse_to_view()
+        ui.call(bpy.ops.arap.export_mesh_cache, "EXEC_DEFAULT", True, filepath=str(path), frame_start=1, frame_end=4000)
+        yield from ui.until(lambda: bpy.context.scene.frame_current > 10, "the export is under way")
+        yield from ui.screenshot("exporting")
+        yield from ui.key("ESC")
+        yield
+        assert list(Path(folder).iterdir()) == []
+        assert bpy.context.scene.frame_current == 3
+        assert not bar().modifiers
+        bpy.ops.ed.undo_push(message="scene")
+        ui.call(bpy.ops.arap.export_mesh_cache, "EXEC_DEFAULT", True, filepath=str(path), frame_start=1, frame_end=9)
+        yield from ui.until(path.is_file, "nine frames are exported")
+        yield
+        assert [modifier.type for modifier in bar().modifiers] == ["MESH_CACHE"]
+        bpy.context.scene.frame_set(9)
+        moved = scenes.shown_positions(bar())[scenes.top()] - scenes.key_positions(bar())[scenes.top()]
+        np.testing.assert_allclose(moved[:, 0], moved[0, 0], atol=NEAR)
+        yield from ui.screenshot("exported")
+        bpy.context.scene.frame_set(3)
+        yield from ui.key("Z", ctrl=True)
+        yield
+        assert not bar().modifiers
+
+
+def test_fewest_keys_dialog(ui: Ui) -> Steps:
+    """The dialog of Bake Animation with Fewest Keys: a straight move needs two."""
+    animate(ui, 30)
+    ui.api.remove_pin(bar(), 0)
+    yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.bake_animation, "INVOKE_DEFAULT", True, use_fewest_keys=True, fewest_keys_percent=1.0)
+    yield from ui.screenshot("dialog")
+    yield from ui.key("RET")
+    yield from ui.until(lambda: len(key_names()) > 2, "the bake is done")
+    assert key_names()[1] == "ARAP_0001"
+    assert key_names()[-1] == "ARAP_0030"
+    assert len(key_names()) < 12
+
+
+def test_blend_is_dragged(ui: Ui) -> Steps:
+    """The mesh follows the mouse; a click keeps it, one undo takes it back, and so does Esc in between."""
+    bent = add_poses(ui)
+    ui.call(bpy.ops.arap.poses_apply, "EXEC_DEFAULT", True, pose="Straight")
+    yield
+    straight = scenes.key_positions(bar())
+    place = handle().matrix_world.copy()
+
+    def way() -> float:
+        """Of the top, along x, as a part of the whole."""
+        return float((scenes.key_positions(bar()) - straight)[:, 0].max() / (bent - straight)[:, 0].max())
+
+    yield from ui.move_mouse_to_view()
+    x, y = ui.mouse
+    whole = round(300 * bpy.context.preferences.system.ui_scale)
+    ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, pose="Bent")
+    yield from ui.move_mouse(x + whole // 2, y)
+    yield from ui.until(lambda: way() > 0.3, "the mesh follows the mouse")
+    half = way()
+    yield from ui.screenshot("half")
+    yield from ui.move_mouse(x + 2 * whole, y)
+    yield from ui.until(lambda: way() > 0.97, "the mesh has come to the second pose, and not further")
+    yield from ui.key("ESC")
+    yield
+    np.testing.assert_array_equal(scenes.key_positions(bar()), straight)
+    assert handle().matrix_world == place
+    yield from ui.move_mouse(x, y)
+    ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, pose="Bent")
+    yield from ui.move_mouse(x + whole // 2, y)
+    yield from ui.key("RET")
+    yield from ui.until(lambda: bpy.context.window_manager.operators[-1].bl_idname == "ARAP_OT_poses_blend", "kept")
+    assert abs(way() - half) < 0.05
+    kept = scenes.key_positions(bar())
+    factor = bpy.context.window_manager.operators[-1].factor
+    assert abs(factor - 0.5) < 0.01, factor
+    ui.call(bpy.ops.ed.undo_redo, "EXEC_DEFAULT", True)
+    yield
+    np.testing.assert_allclose(scenes.key_positions(bar()), kept, atol=NEAR)
+    yield from ui.key("Z", ctrl=True)
+    yield
+    np.testing.assert_allclose(scenes.key_positions(bar()), straight, atol=NEAR)
+    ui.select(handle())
+    yield from begin(ui)
+    x, y = ui.mouse
+    ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, pose="Bent")
+    yield from ui.move_mouse(x + 2 * whole, y)
+    yield from ui.until(lambda: way() > 0.97, "the posing act follows")
+    yield from ui.key("ESC")
+    yield from ui.until(lambda: way() < 0.03, "Esc has ended the blend")
+    assert ui.running, "and not the posing act"
+    yield from ui.key("ESC")
+    yield
+    assert not ui.running
