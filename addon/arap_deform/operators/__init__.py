@@ -5,9 +5,9 @@ from types import ModuleType
 
 
 def _modules() -> tuple[ModuleType, ...]:
-    from . import bake, handles, mesh_cache, pins, pose, pose_undo, poses, pull, pull_tool, solve
+    from . import bake, handles, mesh_cache, pins, pose, pose_undo, poses, poses_blend, pull, pull_tool, solve
 
-    return (pins, handles, pose_undo, pose, pull_tool, pull, solve, bake, mesh_cache, poses)
+    return (pins, handles, pose_undo, pose, pull_tool, pull, solve, bake, mesh_cache, poses, poses_blend)
 
 
 def register() -> None:
