@@ -5,9 +5,10 @@ from types import ModuleType
 
 
 def _modules() -> tuple[ModuleType, ...]:
-    from . import bake, handles, mesh_cache, pins, pose, pose_undo, poses, pull, pull_tool, select, solve
+    from . import bake, handles, mesh_cache, pins, pose, pose_undo, poses, poses_blend, pull, pull_tool, select, solve
 
-    return (pins, handles, select, pose_undo, pose, pull_tool, pull, solve, bake, mesh_cache, poses)
+    on_poses = (bake, mesh_cache, poses, poses_blend)
+    return (pins, handles, select, pose_undo, pose, pull_tool, pull, solve, *on_poses)
 
 
 def register() -> None:
