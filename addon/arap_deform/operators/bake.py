@@ -77,22 +77,14 @@ class ARAP_OT_bake_animation(JobOperator, bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        obj = posed_object(context)
-        if bpy.app.background or context.window is None:
-            job = api.begin_bake(obj, *self._range)
-            self._report_keys(api.run_bake(job), job.n_unsettled)
-            return {"FINISHED"}
-        return self.begin_job(context, api.begin_bake(obj, *self._range))
+        return self.work_off(context, api.begin_bake(posed_object(context), *self._range))
 
-    def finish_job(self, _context: bpy.types.Context) -> None:
-        self._report_keys(self.job.finish(), self.job.n_unsettled)
-
-    def _report_keys(self, names: list[str], n_unsettled: int) -> None:
+    def report_result(self, job: api.BakeJob, names: list[str]) -> None:
         text = rpt_("Baked {} shape keys, '{}' to '{}'")
         self.report({"INFO"}, text.format(len(names), names[0], names[-1]))
-        if n_unsettled:
+        if job.n_unsettled:
             text = rpt_("{} of {} frames stopped before the tolerance was met: allow more under Settings, At Most")
-            self.report({"WARNING"}, text.format(n_unsettled, len(names)))
+            self.report({"WARNING"}, text.format(job.n_unsettled, len(names)))
 
 
 CLASSES = (ARAP_OT_bake_pose, ARAP_OT_bake_animation)

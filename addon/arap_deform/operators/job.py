@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work that takes a while, as a modal operator: done in steps, with its progress in the status bar, and Esc."""
+"""An operator that works off a job: progress in the status bar and at the mouse, Esc takes all back, one undo step."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STEP_TIME_LIMIT_S = 0.1  # the window is drawn, and Esc is seen, this often
 
 
 class Job(Protocol):
-    """What is done. Where step() raises, everything is brought back by cancel()."""
+    """What is done. Where step() or finish() raises, cancel() brings everything back."""
 
     @property
     def fraction(self) -> float:
@@ -28,26 +28,33 @@ class Job(Protocol):
     def step(self, time_limit_s: float) -> bool:
         """Works for about so long; True while there is more to do."""
 
+    def finish(self) -> Any:
+        """Writes the result, once step() has returned False."""
+
     def cancel(self) -> None:
         """Everything as before."""
 
 
 class JobOperator:
-    """For an operator that runs a job. Nothing else is let through: the mesh is the job's until it is done."""
+    """To be mixed into an operator, whose execute() or invoke() returns what work_off() returns."""
 
-    bl_label: str
-    report: Any
-    job: Any
+    act = "Bake"  # for messages
+
+    report: Any  # of the operator
+    _job: Any
     _timer: Any
     _status: StatusBar
 
-    def finish_job(self, context: bpy.types.Context) -> None:
-        """Writes the result and says so. What it raises is reported, and the job cancelled."""
+    def report_result(self, job: Any, result: Any) -> None:
+        """Says what has been made."""
         raise NotImplementedError
 
-    def begin_job(self, context: bpy.types.Context, job: Job) -> set[str]:
-        """For invoke() and execute(), in a window."""
-        self.job = job
+    def work_off(self, context: bpy.types.Context, job: Job) -> set[str]:
+        """Does the job: at once without a window, else in steps from here on."""
+        if bpy.app.background or context.window is None:
+            self.report_result(job, _done_at_once(job))
+            return {"FINISHED"}
+        self._job = job
         self._status = StatusBar()
         self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
         context.window_manager.progress_begin(0, 100)
@@ -55,33 +62,35 @@ class JobOperator:
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        # Nothing is let through: the mesh, the frame and the keys are the job's until it is done.
         if event.type == "ESC" and event.value == "PRESS":
             self._cancel(context)
-            self.report({"WARNING"}, rpt_("{} was cancelled: nothing has changed").format(rpt_(self.bl_label)))
+            self.report({"WARNING"}, rpt_("{} cancelled: nothing has changed").format(rpt_(self.act)))
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
         try:
-            if self.job.step(STEP_TIME_LIMIT_S):
+            if self._job.step(STEP_TIME_LIMIT_S):
                 self._show(context)
                 return {"RUNNING_MODAL"}
-            self.finish_job(context)
+            result = self._job.finish()
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
             self._cancel(context)
             text = rpt_("{} failed and nothing has changed: {}")
-            self.report({"ERROR"}, text.format(rpt_(self.bl_label), rpt_(str(error))))
+            self.report({"ERROR"}, text.format(rpt_(self.act), rpt_(str(error))))
             return {"CANCELLED"}
         self._leave(context)
+        self.report_result(self._job, result)
         return {"FINISHED"}
 
     def cancel(self, context: bpy.types.Context) -> None:
-        """Blender ends the operator: file load, closed window, or Esc in a dialog, where there is no job yet."""
-        if hasattr(self, "job"):
+        """Blender ends the operator: file load, closed window, or Esc in the dialog, where there is no job yet."""
+        if hasattr(self, "_job"):
             self._cancel(context)
 
     def _cancel(self, context: bpy.types.Context) -> None:
         try:
-            self.job.cancel()
+            self._job.cancel()
         finally:
             self._leave(context)
 
@@ -92,5 +101,16 @@ class JobOperator:
         tag_panels(context)
 
     def _show(self, context: bpy.types.Context) -> None:
-        context.window_manager.progress_update(100 * self.job.fraction)
-        self._status.show(context, f"{iface_(self.bl_label)}: {self.job.status}   |   {iface_('Esc: cancel')}")
+        context.window_manager.progress_update(100 * self._job.fraction)
+        text = iface_("ARAP {}: {}   |   Esc: cancel")
+        self._status.show(context, text.format(iface_(self.act), self._job.status))
+
+
+def _done_at_once(job: Job) -> Any:
+    try:
+        while job.step(STEP_TIME_LIMIT_S):
+            pass
+        return job.finish()
+    except BaseException:
+        job.cancel()
+        raise

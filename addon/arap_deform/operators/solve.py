@@ -6,7 +6,6 @@ from __future__ import annotations
 import bpy
 
 from .. import api, live
-from ..session_data import Readout
 from ..texts import rpt_
 from .common import allow, posed_object, reports_errors, tag_panels, why_not_solvable
 from .job import JobOperator
@@ -17,6 +16,8 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     bl_label = "ARAP Solve"
     bl_description = "Pose the mesh for the handles where they are now, to the end. Starts from the rest shape"
     bl_options = {"UNDO"}
+
+    act = "Solve"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -29,18 +30,16 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     def _begin(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         live.give_up(obj)
-        return self.begin_job(context, api.begin_solve(obj, context.evaluated_depsgraph_get()))
+        return self.work_off(context, api.begin_solve(obj, context.evaluated_depsgraph_get()))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        self._tell(api.solve(posed_object(context), context.evaluated_depsgraph_get()))
+        """For scripts: done when it returns."""
+        self.report_result(None, api.solve(posed_object(context), context.evaluated_depsgraph_get()))
         tag_panels(context)
         return {"FINISHED"}
 
-    def finish_job(self, _context: bpy.types.Context) -> None:
-        self._tell(self.job.finish())
-
-    def _tell(self, readout: Readout) -> None:
+    def report_result(self, _job: api.SolveJob | None, readout: api.Readout) -> None:
         n = readout.iterations
         iterations = rpt_("1 iteration") if n == 1 else rpt_("{} iterations").format(n)
         if readout.stop_reason == "converged":
