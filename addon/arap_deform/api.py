@@ -50,13 +50,14 @@ from .api_result import PoseState, apply_pose_as_rest, bake_pose, capture_state,
 from .api_solve import SolveJob, begin_solve, solve
 from .handle_io import handle_matrices
 from .handle_placing import reset_handles
+from .job import Job, run_job
 from .native import problem as native_problem
 from .pose_keys import PoseKeysJob, begin_pose_keys, poses_to_keys
 from .pose_library import NOW, REST, Placement, apply_pose, blend_poses, delete_pose, mirror_pose, store_pose
 from .session import Cancelled, Session
 from .session_data import Readout
 from .sessions import SessionInput
-from .shapes_job import ShapesJob, run_job
+from .shapes_job import ShapesJob
 
 __all__ = [
     "NOW",
@@ -64,6 +65,7 @@ __all__ = [
     "BakeEstimate",
     "BakeJob",
     "Cancelled",
+    "Job",
     "MeshCacheJob",
     "Placement",
     "PoseKeysJob",

@@ -11,11 +11,12 @@ import bpy
 from . import frame_state, live_key, mesh_io, shape_key
 from .fewest_keys import KeySearch
 from .frames_job import FramesJob, check_range
+from .job import run_job
 from .point_handles import diagonal_of
 from .session import Progress
 from .shape_key import Float32s
 from .shape_store import ShapeStore
-from .shapes_job import check_in_scene, run_job
+from .shapes_job import check_in_scene
 from .texts import iface_
 
 BYTES_PER_VERTEX = 12  # of a shape key

@@ -9,10 +9,11 @@ import bpy
 
 from . import compat, mesh_io
 from .frames_job import FramesJob, check_range
+from .job import run_job
 from .mesh_cache import CacheWriter, format_of
 from .session import Progress
 from .shape_key import Float32s
-from .shapes_job import check_in_scene, run_job
+from .shapes_job import check_in_scene
 
 MODIFIER_NAME = "ARAP Cache"
 

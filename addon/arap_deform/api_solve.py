@@ -19,6 +19,7 @@ from .api_pose import (
     write_pose,
 )
 from .binding import Binding
+from .job import STEP_S
 from .session import Progress, Session
 from .session_data import Readout
 from .sessions import Live
@@ -63,10 +64,11 @@ class SolveJob:
     """
 
     doing = "it is solved"
+    noun = "solve"
 
     def __init__(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
         """Of a checked object: see begin_solve()."""
-        self._name: str = obj.name
+        self.object_name: str = obj.name
         self._inputs = session_input(obj, depsgraph)
         self._matrices = handle_io.handle_matrices(obj, depsgraph)
         self._former = sessions.get(obj.name)
@@ -87,7 +89,7 @@ class SolveJob:
         text = iface_("preparing the mesh, {:.0%}") if self._session is None else iface_("solving, {:.0%}")
         return text.format(self.fraction)
 
-    def step(self, time_limit_s: float) -> bool:
+    def step(self, time_limit_s: float = STEP_S) -> bool:
         """Waits for so long at most; True while there is more to do. Call finish() after the last."""
         self._work.start()  # not when the job is made: that may be within an operator, see Binding
         self._work.wait(time_limit_s)
@@ -100,30 +102,30 @@ class SolveJob:
             As solve().
         """
         result = self._work.result()
-        obj = bpy.data.objects.get(self._name)
+        obj = bpy.data.objects.get(self.object_name)
         if obj is None or self._session is None:
-            raise RuntimeError(f"'{self._name}' is not there any more: there is nothing to pose")
+            raise RuntimeError(f"'{self.object_name}' is not there any more: there is nothing to pose")
         reason = counts_problem(obj, self._inputs)
         if reason:
             raise RuntimeError(f"{reason} while it was solved: solve again")
-        sessions.put(self._name, Live(self._session, self._inputs))
+        sessions.put(self.object_name, Live(self._session, self._inputs))
         write_pose(obj, writable_key(obj), self._session, result)
-        sessions.release(self._name)
+        sessions.release(self.object_name)
         return result
 
     def cancel(self) -> None:
         """Everything as before."""
         self._work.drop()
-        sessions.release(self._name)
+        sessions.release(self.object_name)
         if self._work.has_started and (self._is_bound or self._session is not None):
             self._work.wait()  # the session is in use for as long as an iteration
-        obj = bpy.data.objects.get(self._name)
+        obj = bpy.data.objects.get(self.object_name)
         if obj is None or counts_problem(obj, self._inputs):
             return
         if self._session is not None:
             adopt_session(obj, self._inputs, self._session)
         elif self._former is not None:
-            sessions.put(self._name, self._former)
+            sessions.put(self.object_name, self._former)
 
     def _run(self, progress: Progress) -> Readout:
         share = 0.0 if self._is_bound else BIND_SHARE

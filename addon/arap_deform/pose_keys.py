@@ -12,10 +12,11 @@ import numpy as np
 
 from . import live_key, mesh_io, pose_library, shape_key
 from .handle_map import Floats
+from .job import run_job
 from .session import Progress
 from .shape_key import Float32s
 from .shape_store import ShapeStore
-from .shapes_job import ShapesJob, check_in_scene, run_job
+from .shapes_job import ShapesJob, check_in_scene
 
 if TYPE_CHECKING:
     from .pose_properties import ArapStoredPose

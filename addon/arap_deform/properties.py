@@ -23,6 +23,7 @@ from .overlay_properties import ArapOverlay
 from .pose_properties import CLASSES as POSE_CLASSES
 from .pose_properties import ArapStoredPose
 from .pull_properties import ArapPullPin, ArapPullTool
+from .shape_key import NAME_BYTES
 
 # The numbers are what is saved: they stay, whatever the order.
 ENERGIES = (
@@ -56,7 +57,7 @@ def _key_name(settings: bpy.types.PropertyGroup) -> str:
 
 
 def _set_key_name(settings: bpy.types.PropertyGroup, name: str) -> None:
-    settings.own_key_name = name
+    settings.own_key_name = name.encode()[:NAME_BYTES].decode(errors="ignore")
 
 
 def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
@@ -157,11 +158,10 @@ class ArapObject(bpy.types.PropertyGroup):
             "Empty: the name in the add-on's preferences"
         ),
         get=_key_name,
-        set=_set_key_name,
-        maxlen=63,  # Blender cuts names of keys here
+        set=_set_key_name,  # which cuts: Blender 5 complains where ``maxlen`` would
     )
     own_key_name: StringProperty(
-        options={"HIDDEN"}, description="The name of the shape key; empty: that of the preferences", maxlen=63
+        options={"HIDDEN"}, description="The name of the shape key; empty: that of the preferences", maxlen=NAME_BYTES
     )
     made_keys: CollectionProperty(
         type=ArapMadeKey,

@@ -12,19 +12,18 @@ from . import mesh_io, sessions
 from .api_pose import adopt_session, build_session, fitting_session, session_input, solve_from_rest
 from .binding import Binding
 from .handle_map import Floats
-from .session import Cancelled, Progress, Session
+from .job import STEP_S
+from .session import Session
 from .session_data import Readout, readout_of_whole
 from .sessions import SessionInput
 from .shape_key import Float32s
 from .texts import iface_
 
-CHUNK_S = 0.1
-
 Result = TypeVar("Result")
 
 
 class ShapesJob(ABC, Generic[Result]):
-    """Many solves, done in steps, so that an operator can show progress and take Esc in between.
+    """A Job of many solves.
 
     First the mesh is bound, in a thread of its own, where no live session fits. Nothing in the file changes before
     finish(), except what a kind of job says of itself; cancel() brings that back. Where step() or finish() raises,
@@ -87,7 +86,7 @@ class ShapesJob(ABC, Generic[Result]):
             return iface_("preparing the mesh, {:.0%}").format(self._bind.fraction)
         return iface_("{}, {:.0%} done").format(self._shape_name(), self.fraction)
 
-    def step(self, time_limit_s: float = CHUNK_S) -> bool:
+    def step(self, time_limit_s: float = STEP_S) -> bool:
         """Works for about ``time_limit_s`` seconds; True while there is more to do. Call finish() after the last.
 
         Raises:
@@ -218,22 +217,6 @@ class ShapesJob(ABC, Generic[Result]):
                 f"the {self.noun} has ended"
             )
         return obj
-
-
-def run_job(job: ShapesJob[Result], progress: Progress | None = None) -> Result:
-    """All steps of a job; returns and raises as its step() and finish().
-
-    Raises:
-        Cancelled: ``progress`` returned False; nothing has changed.
-    """
-    try:
-        while job.step():
-            if progress is not None and progress(job.fraction) is False:
-                raise Cancelled(f"The {job.noun} of '{job.object_name}' was cancelled; nothing has changed")
-        return job.finish()
-    except BaseException:
-        job.cancel()
-        raise
 
 
 def check_in_scene(obj: bpy.types.Object | None, scene: bpy.types.Scene) -> None:

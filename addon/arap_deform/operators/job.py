@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work that takes a while, as a modal operator: done in steps, with its progress in the status bar, and Esc."""
+"""An operator that works off a job: progress in the status bar and at the mouse, Esc takes all back, one undo step."""
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import bpy
 
@@ -15,33 +15,13 @@ TIMER_S = 0.01
 STEP_TIME_LIMIT_S = 0.1  # the window is drawn, and Esc is seen, this often
 
 
-class Job(Protocol):
-    """What is done. Where step() raises, everything is brought back by cancel()."""
-
-    @property
-    def fraction(self) -> float:
-        """Done so far, 0 to 1."""
-
-    @property
-    def status(self) -> str:
-        """What is being done, translated."""
-
-    def step(self, time_limit_s: float) -> bool:
-        """Works for about so long; True while there is more to do."""
-
-    def finish(self) -> Any:
-        """Writes and returns the result, once step() has returned False."""
-
-    def cancel(self) -> None:
-        """Everything as before."""
-
-
 class JobOperator:
-    """For an operator that runs a job. Nothing else is let through: the mesh is the job's until it is done."""
+    """To be mixed into an operator, whose execute() or invoke() returns what work_off() returns."""
 
-    bl_label: str
-    report: Any
-    job: Any
+    act = "Bake"  # for messages
+
+    report: Any  # of the operator
+    _job: Any
     _timer: Any
     _status: StatusBar
 
@@ -49,9 +29,12 @@ class JobOperator:
         """Says what has been made."""
         raise NotImplementedError
 
-    def begin_job(self, context: bpy.types.Context, job: Job) -> set[str]:
-        """For invoke() and execute(), in a window: does the job in steps from here on."""
-        self.job = job
+    def work_off(self, context: bpy.types.Context, job: api.Job[Any]) -> set[str]:
+        """Does the job: at once without a window, else in steps from here on."""
+        if bpy.app.background or context.window is None:
+            self.report_result(job, api.run_job(job))
+            return {"FINISHED"}
+        self._job = job
         self._status = StatusBar()
         self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
         context.window_manager.progress_begin(0, 100)
@@ -59,34 +42,35 @@ class JobOperator:
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        # Nothing is let through: the mesh, the frame and the keys are the job's until it is done.
         if event.type == "ESC" and event.value == "PRESS":
             self._cancel(context)
-            self.report({"WARNING"}, rpt_("{} was cancelled: nothing has changed").format(rpt_(self.bl_label)))
+            self.report({"WARNING"}, rpt_("{} cancelled: nothing has changed").format(rpt_(self.act)))
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
         try:
-            if self.job.step(STEP_TIME_LIMIT_S):
+            if self._job.step(STEP_TIME_LIMIT_S):
                 self._show(context)
                 return {"RUNNING_MODAL"}
-            result = self.job.finish()
+            result = self._job.finish()
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
             self._cancel(context)
             text = rpt_("{} failed and nothing has changed: {}")
-            self.report({"ERROR"}, text.format(rpt_(self.bl_label), rpt_(str(error))))
+            self.report({"ERROR"}, text.format(rpt_(self.act), rpt_(str(error))))
             return {"CANCELLED"}
         self._leave(context)
-        self.report_result(self.job, result)
+        self.report_result(self._job, result)
         return {"FINISHED"}
 
     def cancel(self, context: bpy.types.Context) -> None:
-        """Blender ends the operator: file load, closed window, or Esc in a dialog, where there is no job yet."""
-        if hasattr(self, "job"):
+        """Blender ends the operator: file load, closed window, or Esc in the dialog, where there is no job yet."""
+        if hasattr(self, "_job"):
             self._cancel(context)
 
     def _cancel(self, context: bpy.types.Context) -> None:
         try:
-            self.job.cancel()
+            self._job.cancel()
         finally:
             self._leave(context)
 
@@ -97,23 +81,17 @@ class JobOperator:
         redraw.tag_panels()
 
     def _show(self, context: bpy.types.Context) -> None:
-        context.window_manager.progress_update(100 * self.job.fraction)
-        self._status.show(context, f"{iface_(self.bl_label)}: {self.job.status}   |   {iface_('Esc: cancel')}")
+        context.window_manager.progress_update(100 * self._job.fraction)
+        text = iface_("ARAP {}: {}   |   Esc: cancel")
+        self._status.show(context, text.format(iface_(self.act), self._job.status))
 
 
 class ShapesJobOperator(JobOperator):
-    """For one that solves many shapes."""
+    """For a job of many solves: says too how many of them stopped early."""
 
     def report_shapes(self, job: Any, result: Any) -> None:
         """Says what has been made of them."""
         raise NotImplementedError
-
-    def work_off(self, context: bpy.types.Context, job: api.ShapesJob[Any]) -> set[str]:
-        """For execute(): at once without a window, else in steps."""
-        if bpy.app.background or context.window is None:
-            self.report_result(job, api.run_job(job))
-            return {"FINISHED"}
-        return self.begin_job(context, job)
 
     def report_result(self, job: Any, result: Any) -> None:
         self.report_shapes(job, result)

@@ -153,6 +153,8 @@ class ARAP_OT_poses_to_keys(ShapesJobOperator, bpy.types.Operator):
     )
     bl_options = {"UNDO"}  # not REGISTER: its redo panel would solve again at every change
 
+    act = "Poses to Shape Keys"
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return allow(cls, why_no_pose_keys(context))

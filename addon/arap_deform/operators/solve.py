@@ -6,13 +6,12 @@ from __future__ import annotations
 import bpy
 
 from .. import api, live, redraw
-from ..session_data import Readout
 from ..texts import rpt_
 from .common import allow, posed_object, reports_errors, why_not_solvable
 from .job import JobOperator
 
 
-def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> Readout:
+def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> api.Readout:
     """As api.solve(), with the progress at the cursor: for acts whose redo panel solves again at every change."""
     windows = context.window_manager
     windows.progress_begin(0, 100)
@@ -28,7 +27,7 @@ def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> Re
     return readout
 
 
-def unsettled_text(readout: Readout) -> str:
+def unsettled_text(readout: api.Readout) -> str:
     """What there is to say where a solve has not converged; '' where it has."""
     if readout.stop_reason == "converged":
         return ""
@@ -36,7 +35,7 @@ def unsettled_text(readout: Readout) -> str:
     return text.format(_iterations_text(readout))
 
 
-def _iterations_text(readout: Readout) -> str:
+def _iterations_text(readout: api.Readout) -> str:
     n = readout.iterations
     return rpt_("1 iteration") if n == 1 else rpt_("{} iterations").format(n)
 
@@ -46,6 +45,8 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     bl_label = "ARAP Solve"
     bl_description = "Pose the mesh for the handles where they are now, to the end. Starts from the rest shape"
     bl_options = {"UNDO"}
+
+    act = "Solve"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -58,18 +59,16 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     def _begin(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         live.give_up(obj)
-        return self.begin_job(context, api.begin_solve(obj, context.evaluated_depsgraph_get()))
+        return self.work_off(context, api.begin_solve(obj, context.evaluated_depsgraph_get()))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        self._tell(api.solve(posed_object(context), context.evaluated_depsgraph_get()))
+        """For scripts: done when it returns."""
+        self.report_result(None, api.solve(posed_object(context), context.evaluated_depsgraph_get()))
         redraw.tag_panels()
         return {"FINISHED"}
 
-    def report_result(self, _job: api.SolveJob, result: Readout) -> None:
-        self._tell(result)
-
-    def _tell(self, readout: Readout) -> None:
+    def report_result(self, _job: api.SolveJob | None, readout: api.Readout) -> None:
         unsettled = unsettled_text(readout)
         if unsettled:
             self.report({"WARNING"}, unsettled)
