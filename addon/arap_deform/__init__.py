@@ -31,9 +31,23 @@ def _modules() -> tuple[ModuleType, ...]:
         panels,
         properties,
         pull_draw,
+        stiffness_panel,
     )
 
-    return (properties, handlers, operators, live, pull_draw, overlay, panels, live_panel, overlay_panel, menus, cli)
+    return (
+        properties,
+        handlers,
+        operators,
+        live,
+        pull_draw,
+        overlay,
+        panels,
+        live_panel,
+        overlay_panel,
+        stiffness_panel,
+        menus,
+        cli,
+    )
 
 
 def register() -> None:

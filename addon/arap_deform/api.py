@@ -50,6 +50,7 @@ from .api_pose import (
     update_pose,
 )
 from .api_result import PoseState, apply_pose_as_rest, bake_pose, capture_state, reset_pose, restore_state
+from .api_stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness, soften_group
 from .handle_io import handle_matrices
 from .native import problem as native_problem
 from .session import Cancelled, Readout, Session
@@ -68,6 +69,9 @@ __all__ = [
     "add_handles_for",
     "add_pin",
     "add_pin_group",
+    "add_rigid",
+    "add_stiffness",
+    "add_stiffness_group",
     "adopt_session",
     "apply_pose_as_rest",
     "bake_animation",
@@ -86,6 +90,7 @@ __all__ = [
     "rebuild_session",
     "remove_handle",
     "remove_pin",
+    "remove_stiffness",
     "reset_handles",
     "reset_pose",
     "restore_state",
@@ -93,6 +98,7 @@ __all__ = [
     "session_input",
     "set_handle_group",
     "set_handle_target",
+    "soften_group",
     "solve",
     "sync_session",
     "update_handle_display",

@@ -10,16 +10,14 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 from mathutils import Matrix
-from numpy.typing import NDArray
 
-from . import empty_groups, handle_io, handle_patch, mesh_io
+from . import empty_groups, handle_io, handle_patch, mesh_io, vertex_groups
 from .handle_map import Floats
 from .point_handles import diagonal_of
+from .vertex_groups import VertexIndices
 
 if TYPE_CHECKING:
     from .properties import ArapHandle, ArapPin
-
-VertexIndices = Sequence[int] | NDArray[np.integer]
 
 SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of the mesh's diagonal
 AT_REST = 1e-4  # how far a handle's motion may be from none, and its shift as a fraction of the diagonal
@@ -30,8 +28,8 @@ _is_making = False
 def add_pin(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Pin") -> ArapPin:
     """Makes a vertex group of ``vertices`` (weight 1) and pins it at rest."""
     mesh_io.check_mesh(obj)
-    indices = _checked_indices(obj, vertices)
-    pin = add_pin_group(obj, _new_group(obj, indices, name))
+    indices = vertex_groups.checked_indices(obj, vertices)
+    pin = add_pin_group(obj, vertex_groups.new(obj, indices, name))
     pin.has_made_group = True
     return pin
 
@@ -39,7 +37,7 @@ def add_pin(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Pin") -
 def add_pin_group(obj: bpy.types.Object, vertex_group: str) -> ArapPin:
     """Pins an existing vertex group; where it is pinned already, returns that pin, enabled."""
     mesh_io.check_mesh(obj)
-    _check_group(obj, vertex_group)
+    vertex_groups.check(obj, vertex_group)
     pins = obj.arap.pins
     pin: ArapPin | None = pins.get(vertex_group)
     if pin is None:
@@ -57,7 +55,7 @@ def remove_pin(obj: bpy.types.Object, index: int) -> None:
     group = pin.name if pin.has_made_group else ""
     pins.remove(index)
     obj.arap.active_pin_index = max(0, min(obj.arap.active_pin_index, len(pins) - 1))
-    _remove_group(obj, group)
+    vertex_groups.remove_unused(obj, group)
 
 
 def add_handle(
@@ -78,7 +76,7 @@ def add_handle(
     its vertices, and its empty stands there; ``is_exact``: it holds the vertices themselves.
     """
     mesh_io.check_mesh(obj)
-    indices = _checked_indices(obj, vertices)
+    indices = vertex_groups.checked_indices(obj, vertices)
     if location is not None and np.shape(location) != (3,):
         raise ValueError(f"The location of handle '{name}' has shape {np.shape(location)}: give x, y and z")
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -96,7 +94,7 @@ def add_handle(
     at_rest[:3, 3] = centre
 
     with _making():
-        handle = _new_handle(obj, _new_group(obj, indices, name), name)
+        handle = _new_handle(obj, vertex_groups.new(obj, indices, name), name)
         handle.has_made_group = handle.has_made_target = True
         handle.is_exact = is_exact
         handle.target = _new_empty(obj, name, world, fit @ at_rest)
@@ -133,7 +131,7 @@ def add_handle_for(
     indices = np.asarray(within if len(within) else [int(distance.argmin())], dtype=np.int32)
     name = bone or target.name
     with _making():
-        handle = _new_handle(obj, _new_group(obj, indices, name), name)
+        handle = _new_handle(obj, vertex_groups.new(obj, indices, name), name)
         handle.has_made_group = True
         handle.target = target
         handle.bone = bone
@@ -167,7 +165,7 @@ def remove_handle(obj: bpy.types.Object, index: int) -> None:
     target = handle.target if handle.has_made_target else None
     handles.remove(index)
     obj.arap.active_handle_index = max(0, min(obj.arap.active_handle_index, len(handles) - 1))
-    _remove_group(obj, group)
+    vertex_groups.remove_unused(obj, group)
     if target is not None and not _is_used(target):
         bpy.data.objects.remove(target)
 
@@ -188,7 +186,7 @@ def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Objec
 def set_handle_group(obj: bpy.types.Object, index: int, vertex_group: str) -> None:
     """Gives a handle another vertex group of ``obj``; the mesh does not move."""
     handle = _item(obj, obj.arap.handles, index, "handle")
-    _check_group(obj, vertex_group)
+    vertex_groups.check(obj, vertex_group)
     with _making():
         handle.has_made_group = handle.has_made_group and handle.vertex_group == vertex_group
         handle.vertex_group = vertex_group
@@ -288,34 +286,10 @@ def _making() -> Iterator[None]:
         _is_making = False
 
 
-def _checked_indices(obj: bpy.types.Object, vertices: VertexIndices) -> NDArray[np.int32]:
-    indices: NDArray[np.integer] = np.unique(np.asarray(vertices))
-    n = len(obj.data.vertices)
-    if not indices.size:
-        raise ValueError(f"No vertices of '{obj.name}' were given: select some")
-    if indices.dtype.kind not in "iu":
-        raise ValueError(f"Vertices of '{obj.name}' must be whole numbers, not {indices.dtype}")
-    if indices[0] < 0 or indices[-1] >= n:
-        wrong = indices[0] if indices[0] < 0 else indices[-1]
-        raise ValueError(f"'{obj.name}' has no vertex {wrong}: its vertices are 0 to {n - 1}")
-    return indices.astype(np.int32)
-
-
-def _check_group(obj: bpy.types.Object, vertex_group: str) -> None:
-    if vertex_group not in obj.vertex_groups:
-        raise ValueError(f"'{obj.name}' has no vertex group '{vertex_group}': choose one of its groups")
-
-
 def _item(obj: bpy.types.Object, items: Sequence[ArapHandle], index: int, noun: str) -> ArapHandle:
     if not 0 <= index < len(items):
         raise ValueError(f"'{obj.name}' has no {noun} {index}: it has {len(items)}")
     return items[index]
-
-
-def _new_group(obj: bpy.types.Object, indices: NDArray[np.int32], name: str) -> str:
-    group = obj.vertex_groups.new(name=name)
-    group.add(indices.tolist(), 1.0, "REPLACE")
-    return str(group.name)
 
 
 def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
@@ -341,20 +315,6 @@ def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) 
     empty.matrix_parent_inverse = Matrix(np.linalg.inv(world))
     empty.matrix_world = Matrix(matrix)  # not matrix_basis: this one can be read back before the next evaluation
     return empty
-
-
-def _remove_group(obj: bpy.types.Object, name: str) -> None:
-    """Removes a vertex group that nothing of the object uses any more; '' is none."""
-    group = obj.vertex_groups.get(name) if name else None
-    if group is None:
-        return
-    settings = obj.arap
-    keys = obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
-    used = {pin.name for pin in settings.pins} | {handle.vertex_group for handle in settings.handles}
-    used |= {settings.rigid_group, settings.stiffness_group} | {key.vertex_group for key in keys}
-    used |= {getattr(modifier, "vertex_group", "") for modifier in obj.modifiers}
-    if name not in used:
-        obj.vertex_groups.remove(group)
 
 
 def _is_used(empty: bpy.types.Object) -> bool:

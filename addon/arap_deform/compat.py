@@ -238,6 +238,14 @@ def insert_linear_keyframes(
     fcurve.update()
 
 
+def is_painting() -> bool | None:
+    """Whether a stroke of a brush is under way in some window; before 4.2 nobody can tell: None."""
+    if "modal_operators" not in bpy.types.Window.bl_rna.properties:
+        return None
+    windows = bpy.context.window_manager.windows
+    return any(op.bl_idname.startswith("PAINT_OT") for window in windows for op in window.modal_operators)
+
+
 def gpu_shader(name: str) -> Any:
     """A built-in shader of the gpu module, by its name of today: before 4.0 those in space have a prefix."""
     import gpu  # not at the top: without a window it cannot be used before 5.x, and nobody needs it

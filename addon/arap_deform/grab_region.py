@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .handle_map import Floats, HandleSpec, Ints, nearest_rotations
+from .mesh_graph import connected_labels
 from .point_handles import diagonal_of
-from .session import connected_labels
 
 MIRROR_TOLERANCE = 1e-4  # how far mirror images may be apart, as a fraction of the diagonal
 FREE_SHARE = 0.4  # of the falloff, what is not held at all

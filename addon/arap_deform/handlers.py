@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import empty_groups, mesh_size, seen_mesh, sessions
+from . import empty_groups, mesh_size, seen_mesh, sessions, stiffness_io
 from .operators.pose_act import running
 
 
@@ -16,10 +16,14 @@ def _on_load(*_: object) -> None:
     empty_groups.clear()
     mesh_size.clear()
     seen_mesh.clear()
+    for obj in bpy.data.objects:
+        if stiffness_io.is_outdated(obj):
+            stiffness_io.upgrade(obj)
 
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    stiffness_io.upgrade_updated(depsgraph)
     empty_groups.forget_updated(depsgraph)
     mesh_size.forget_updated(depsgraph, running)
     seen_mesh.forget_updated(depsgraph)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The menu "ARAP" in Object, Edit and Pose Mode. Blender's search (F3) finds what is in a menu."""
+"""The menu "ARAP" in Object, Edit, Weight Paint and Pose Mode. Blender's search (F3) finds what is in a menu."""
 
 from __future__ import annotations
 
 import bpy
 
-PARENTS = ("VIEW3D_MT_object", "VIEW3D_MT_edit_mesh", "VIEW3D_MT_pose")
+PARENTS = ("VIEW3D_MT_object", "VIEW3D_MT_edit_mesh", "VIEW3D_MT_paint_weight", "VIEW3D_MT_pose")
 
 
 class ARAP_MT_main(bpy.types.Menu):
@@ -29,6 +29,14 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.handle_remove")
         layout.operator("arap.pin_add", icon="PINNED")
         layout.operator("arap.pin_remove")
+        layout.separator()
+        layout.operator("arap.rigid_add", icon="MESH_ICOSPHERE")
+        layout.operator("arap.stiffness_add")
+        layout.operator("arap.stiffness_remove")
+        layout.separator()
+        layout.operator("arap.group_paint", icon="BRUSH_DATA")
+        layout.operator("arap.group_soften")
+        layout.operator("arap.group_select")
         layout.separator()
         layout.operator("arap.pull_make_real")
         layout.operator("arap.pull_release")

@@ -10,6 +10,7 @@ import bpy
 
 from . import api, compat, empty_groups, mesh_size
 from .api_pose import settings_of
+from .group_buttons import draw_group_buttons
 from .operators.common import find_posed_object, posed_object
 from .operators.pose_act import Phase, PoseAct, running
 
@@ -55,7 +56,7 @@ class ARAP_UL_pins(bpy.types.UIList):
         _active_property: str,
     ) -> None:
         obj = find_posed_object(context)
-        lack = "" if obj is None else _lack_of_group(obj, pin.name)
+        lack = "" if obj is None else lack_of_group(obj, pin.name)
         row = layout.row(align=True)
         row.prop(pin, "is_enabled", text="")
         label = row.row()
@@ -175,6 +176,7 @@ class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
         if settings.active_pin_index < len(settings.pins):
             pin = settings.pins[settings.active_pin_index]
             split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
+            draw_group_buttons(layout, obj, pin.name)
         layout.operator(
             "arap.pin_add",
             text="Pin Selected Vertices" if obj.mode == "EDIT" else "Pin Vertex Group",
@@ -187,6 +189,7 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
 
     bl_idname = "ARAP_PT_settings"
     bl_label = "Settings"
+    bl_order = 3  # below all lists
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -209,12 +212,10 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         column.prop(settings, "tolerance")
         column.prop(settings, "threads")
         column = split_column(layout)
-        column.prop_search(settings, "rigid_group", obj, "vertex_groups", text="Rigid")
-        column.prop_search(settings, "stiffness_group", obj, "vertex_groups", text="Stiffness")
         column.prop(settings, "join_seams")
 
 
-def _lack_of_group(obj: bpy.types.Object, group: str) -> str:
+def lack_of_group(obj: bpy.types.Object, group: str) -> str:
     """Why a pinned group holds nothing, '' where it does."""
     if group not in obj.vertex_groups:
         return "no such group"
@@ -272,6 +273,7 @@ def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bp
     column.prop_search(handle, "vertex_group", obj, "vertex_groups", text="Group")
     if settings_of(obj).has_radius:
         column.prop(handle, "is_exact")
+    draw_group_buttons(layout, obj, handle.vertex_group)
     problem = _problem(obj, index)
     if problem:
         draw_text(context, layout, problem, "ERROR")

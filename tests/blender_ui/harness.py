@@ -50,6 +50,7 @@ class Ui:
         """The add-on's own modules; again after it was disabled and enabled."""
         self.api: Any = importlib.import_module(f"{MODULE}.api")
         self.live: Any = importlib.import_module(f"{MODULE}.live")
+        self.sessions: Any = importlib.import_module(f"{MODULE}.sessions")
         self.running: Any = importlib.import_module(f"{MODULE}.operators.pose_act").running
 
     @property

@@ -5,9 +5,9 @@ from types import ModuleType
 
 
 def _modules() -> tuple[ModuleType, ...]:
-    from . import bake, handles, pins, pose, pose_undo, pull, pull_tool, solve
+    from . import bake, groups, handles, pins, pose, pose_undo, pull, pull_tool, solve, stiffness
 
-    return (pins, handles, pose_undo, pose, pull_tool, pull, solve, bake)
+    return (pins, handles, stiffness, groups, pose_undo, pose, pull_tool, pull, solve, bake)
 
 
 def register() -> None:

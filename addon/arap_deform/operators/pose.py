@@ -43,7 +43,7 @@ class BlenderPoseScene(BlenderFollowScene):
         obj = self.obj
         if obj is None or obj.name not in bpy.context.scene.objects:
             return f"'{self.name}' was deleted or renamed: posing has ended"
-        if obj.mode != "OBJECT":
+        if obj.mode not in {"OBJECT", "WEIGHT_PAINT"}:
             return f"'{self.name}' is no longer in Object Mode: the pose is kept and posing has ended"
         if _counts(obj) != self._counts:
             return f"The mesh of '{self.name}' has changed: posing has ended, its rest shape is another one now"
