@@ -49,6 +49,8 @@ def write(obj: bpy.types.Object, name: str, vertices: Ints, weights: Floats) -> 
 
     What is below 1 stays below: a vertex that is held exactly is another thing than a soft one.
     """
+    if not len(vertices):
+        return
     group = obj.vertex_groups[name]
     steps = np.rint(weights * WEIGHT_STEPS).astype(np.int64)
     steps[weights < 1.0] = np.minimum(steps[weights < 1.0], WEIGHT_STEPS - 1)

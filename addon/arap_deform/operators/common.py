@@ -179,6 +179,19 @@ class StatusBar:
 
 
 @contextmanager
+def one_step(obj: bpy.types.Object, name: str) -> Iterator[None]:
+    """As object_mode(), and what is done within is one step of undo, also in Edit Mode.
+
+    There Blender's own steps are of the mesh being edited alone: undo would leave pins, handles and stiffness on their
+    lists. So an operator that uses this has no option UNDO; in Edit Mode its step is the scene in Object Mode.
+    """
+    with object_mode(obj):
+        yield
+        if bpy.ops.ed.undo_push.poll():  # not without a window
+            bpy.ops.ed.undo_push(message=name)
+
+
+@contextmanager
 def object_mode(obj: bpy.types.Object) -> Iterator[None]:
     """Leaves Edit Mode for a while: vertex groups cannot be written in it."""
     was_in_edit_mode = obj.mode == "EDIT"

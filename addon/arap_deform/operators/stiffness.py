@@ -8,7 +8,7 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from .. import api, mesh_io
-from .common import allow, find_posed_object, object_mode, posed_object, reports_errors, why_no_mesh
+from .common import allow, find_posed_object, one_step, posed_object, reports_errors, why_no_mesh
 
 
 def why_not_rigid(context: bpy.types.Context) -> str:
@@ -29,7 +29,7 @@ class ARAP_OT_stiffness_add(bpy.types.Operator):
         "Make vertices stiffer than the rest. In Edit Mode: the selected vertices. "
         "Otherwise: a vertex group, or a new one to paint"
     )
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER"}
 
     name: StringProperty(name="Name", description="Name of the new entry and its vertex group", default="Stiff")
     vertex_group: StringProperty(
@@ -58,14 +58,14 @@ class ARAP_OT_stiffness_add(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        if obj.mode == "EDIT":
-            vertices = _selected(obj, "select those to stiffen")
-            with object_mode(obj):
+        vertices = _selected(obj, "select those to stiffen") if obj.mode == "EDIT" else None
+        with one_step(obj, self.bl_label):
+            if vertices is not None:
                 api.add_stiffness(obj, vertices, name=self.name)
-        elif self.vertex_group:
-            api.add_stiffness_group(obj, self.vertex_group)
-        else:
-            api.add_stiffness_group(obj, obj.vertex_groups.new(name=self.name).name).has_made_group = True
+            elif self.vertex_group:
+                api.add_stiffness_group(obj, self.vertex_group)
+            else:
+                api.add_stiffness_group(obj, obj.vertex_groups.new(name=self.name).name).has_made_group = True
         return {"FINISHED"}
 
 
@@ -75,7 +75,7 @@ class ARAP_OT_rigid_add(bpy.types.Operator):
     bl_description = (
         "The selected vertices keep their shape, as a helmet or a shoe does. Each connected piece moves as one body"
     )
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER"}
 
     name: StringProperty(name="Name", description="Name of the new entry and its vertex group", default="Rigid")
     is_one_body: BoolProperty(
@@ -92,7 +92,7 @@ class ARAP_OT_rigid_add(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         vertices = _selected(obj, "select those that shall keep their shape")
-        with object_mode(obj):
+        with one_step(obj, self.bl_label):
             api.add_rigid(obj, vertices, name=self.name, is_one_body=self.is_one_body)
         return {"FINISHED"}
 
@@ -101,7 +101,7 @@ class ARAP_OT_stiffness_remove(bpy.types.Operator):
     bl_idname = "arap.stiffness_remove"
     bl_label = "Remove ARAP Stiffness"
     bl_description = "Make the group chosen in the list as soft as the rest again"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -111,7 +111,7 @@ class ARAP_OT_stiffness_remove(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        with object_mode(obj):
+        with one_step(obj, self.bl_label):
             api.remove_stiffness(obj, obj.arap.active_stiffness_index)
         return {"FINISHED"}
 
