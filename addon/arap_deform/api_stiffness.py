@@ -13,7 +13,7 @@ from .surface_distance import distances_within, faded
 from .vertex_groups import VertexIndices
 
 if TYPE_CHECKING:
-    from .properties import ArapStiffness
+    from .stiffness_properties import ArapStiffness
 
 
 def add_stiffness(

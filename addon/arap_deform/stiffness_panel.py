@@ -11,6 +11,8 @@ from .group_buttons import draw_group_buttons
 from .operators.common import find_posed_object, posed_object
 from .panels import ArapSubPanel, lack_of_group, split_column
 
+ADD_BY_MODE = {"EDIT": "Stiffen Selected Vertices", "WEIGHT_PAINT": "New Group to Paint"}
+
 
 class ARAP_UL_stiffness(bpy.types.UIList):
     """Entries: on or off, the vertex group, how stiff."""
@@ -62,7 +64,7 @@ class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
         column.operator("arap.rigid_add", text="Make Selected Rigid", icon="MESH_ICOSPHERE")
         column.operator(
             "arap.stiffness_add",
-            text="Stiffen Selected Vertices" if obj.mode == "EDIT" else "Stiffen Vertex Group",
+            text=ADD_BY_MODE.get(obj.mode, "Stiffen Vertex Group"),
             icon="MOD_ARMATURE",
         )
 

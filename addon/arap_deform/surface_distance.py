@@ -99,7 +99,7 @@ class _Steps:
         """Ascending, the ways from these vertices."""
         begins, counts = self.offsets[vertices], self.offsets[vertices + 1] - self.offsets[vertices]
         place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-        return np.unique(self.rows[np.repeat(begins, counts) + place])
+        return np.asarray(np.unique(self.rows[np.repeat(begins, counts) + place]))
 
     def distances(self, rows: NDArray[np.int64], distances: Floats) -> NDArray[np.float64]:
         """What these ways give their targets, for (n,) ``distances`` of all vertices."""

@@ -188,7 +188,9 @@ class SoftEdgeTest(SceneTest):
     def test_misuse_is_refused(self):
         obj = posable()
         soften = self.api.soften_group
-        self.assert_error(ValueError, "'Tube' has no vertex group 'Tail': choose one of its groups", soften, obj, "Tail", 1)
+        self.assert_error(
+            ValueError, "'Tube' has no vertex group 'Tail': choose one of its groups", soften, obj, "Tail", 1
+        )
         self.assert_error(ValueError, "radius = -1.0, must be 0 or more", soften, obj, "Head", -1.0)
         obj.vertex_groups["Head"].add(TOP, 0.9, "REPLACE")
         message = "Vertex group 'Head' of 'Tube' has no vertex of weight 1: paint some first"
@@ -255,4 +257,6 @@ class GroupButtonTest(SceneTest):
         self.obj.vertex_groups.new(name="Head")
         with self.assertRaises(RuntimeError) as caught:
             bpy.ops.arap.group_paint(vertex_group="Head")
-        self.assertIn("'Tube' is hidden: show it first (Alt H, its collection, or leave Local View)", str(caught.exception))
+        self.assertIn(
+            "'Tube' is hidden: show it first (Alt H, its collection, or leave Local View)", str(caught.exception)
+        )

@@ -106,7 +106,9 @@ def test_live_waits_for_weights_and_follows_painted_stiffness(ui: Ui) -> Steps:
     yield from paint(ui, "Top")
     bar().vertex_groups["Top"].remove(range(len(bar().data.vertices)))
     bar().data.update_tag()
-    lack = "Paused: Handle 'Top' of 'Bar': vertex group 'Top' has no weights; assign vertices to it or remove the handle"
+    lack = (
+        "Paused: Handle 'Top' of 'Bar': vertex group 'Top' has no weights; assign vertices to it or remove the handle"
+    )
     yield from ui.until(lambda: ui.live.run_of(bar()).pause == lack, "Live waits for weights")
     yield from stroke(ui, scenes.LENGTH - 0.2)
     yield from settle(ui)

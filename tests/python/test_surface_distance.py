@@ -60,7 +60,7 @@ def test_a_bent_sheet_has_the_distances_of_the_flat_one():
 def test_parts_that_are_not_joined_are_not_reached_however_near():
     points, corners, sizes = sheet()
     n = len(points)
-    both = np.concatenate([points, points + [0.0, 0.0, 1e-3]])
+    both = np.concatenate([points, points + np.array([0.0, 0.0, 1e-3])])
     centre = np.array([n // 2], np.int32)
     found = distances_within(
         both, np.concatenate([corners, corners + n]).astype(np.int32), np.tile(sizes, 2), centre, 0.5

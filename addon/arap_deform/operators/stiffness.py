@@ -80,7 +80,7 @@ class ARAP_OT_rigid_add(bpy.types.Operator):
     name: StringProperty(name="Name", description="Name of the new entry and its vertex group", default="Rigid")
     is_one_body: BoolProperty(
         name="One Body",
-        description="Everything selected moves as one body, also pieces that are not joined: a helmet of several shells",
+        description="All of it moves as one body, also pieces that are not joined: a helmet of several shells",
         default=False,
     )
 
@@ -106,7 +106,9 @@ class ARAP_OT_stiffness_remove(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         reason = why_no_mesh(context)
-        return allow(cls, reason or ("" if posed_object(context).arap.stiffness else "Nothing is stiffer than the rest"))
+        return allow(
+            cls, reason or ("" if posed_object(context).arap.stiffness else "Nothing is stiffer than the rest")
+        )
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
