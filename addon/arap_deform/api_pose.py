@@ -135,7 +135,13 @@ def _has_same_specs(old: SessionInput, new: SessionInput) -> bool:
     )
 
 
-def check_live(obj: bpy.types.Object, is_thorough: bool = False, holds: tuple[Hold, ...] | None = None) -> str:
+def check_live(
+    obj: bpy.types.Object,
+    is_thorough: bool = False,
+    holds: tuple[Hold, ...] | None = None,
+    *,
+    use_nodes: bool | None = False,
+) -> str:
     """Why the object's live session no longer fits the scene, one sentence; '' while it does.
 
     Args:
@@ -143,8 +149,10 @@ def check_live(obj: bpy.types.Object, is_thorough: bool = False, holds: tuple[Ho
         is_thorough: compare topology, rest shape and weights too (milliseconds); False: counts, scale and
             settings (microseconds).
         holds: what the session holds; None: the pins and handles of the object.
+        use_nodes: to read weights, see compat.read_group_weights(); only False within a handler.
     """
-    return _live_problem(obj, bpy.context.evaluated_depsgraph_get(), is_thorough=is_thorough, holds=holds)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return _live_problem(obj, depsgraph, is_thorough=is_thorough, holds=holds, use_nodes=use_nodes)
 
 
 def end_session(obj_or_name: bpy.types.Object | str) -> None:
@@ -330,6 +338,7 @@ def _live_problem(
     *,
     is_thorough: bool,
     holds: tuple[Hold, ...] | None = None,
+    use_nodes: bool | None = False,
 ) -> str:
     live = sessions.get(obj.name)
     if live is None:
@@ -339,8 +348,7 @@ def _live_problem(
     try:
         mesh_io.check_mesh(obj)
         if is_thorough:
-            # Called within handlers, where nothing may be added to the scene.
-            fresh = read_input(obj, depsgraph, use_nodes=False)
+            fresh = read_input(obj, depsgraph, use_nodes=use_nodes)
             return sessions.difference_of_bind(live.inputs, fresh) or (
                 "" if _has_same_specs(live.inputs, fresh) else sessions.groups_differ(obj.name)
             )

@@ -85,7 +85,8 @@ class BlenderFollowScene:
         return obj is not None and obj.mode == "WEIGHT_PAINT"
 
     def is_bound(self) -> bool:
-        if api.check_live(self._obj(), is_thorough=self._is_suspect):
+        use_nodes = None if self.depsgraph is None else False  # within a handler nothing may be added to the scene
+        if api.check_live(self._obj(), is_thorough=self._is_suspect, use_nodes=use_nodes):
             return False  # and suspect still, until it is bound again
         self._is_suspect = False
         return True

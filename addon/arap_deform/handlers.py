@@ -16,9 +16,7 @@ def _on_load(*_: object) -> None:
     empty_groups.clear()
     mesh_size.clear()
     seen_mesh.clear()
-    for obj in bpy.data.objects:
-        if stiffness_io.is_outdated(obj):
-            stiffness_io.upgrade(obj)
+    stiffness_io.upgrade_all()
 
 
 @persistent
@@ -51,6 +49,8 @@ _HANDLERS = (
 
 
 def register() -> None:
+    # Enabled while a file is open; in here that cannot be looked at.
+    bpy.app.timers.register(stiffness_io.upgrade_all)
     for event, handler in _HANDLERS:
         getattr(bpy.app.handlers, event).append(handler)
 
@@ -60,6 +60,8 @@ def unregister() -> None:
         handlers = getattr(bpy.app.handlers, event)
         if handler in handlers:
             handlers.remove(handler)
+    if bpy.app.timers.is_registered(stiffness_io.upgrade_all):
+        bpy.app.timers.unregister(stiffness_io.upgrade_all)
     sessions.clear()
     empty_groups.clear()
     mesh_size.clear()

@@ -38,6 +38,13 @@ def upgrade(obj: bpy.types.Object) -> None:
     settings.property_unset("stiffness_group")
 
 
+def upgrade_all() -> None:
+    """upgrade() of everything in this file."""
+    for obj in bpy.data.objects:
+        if is_outdated(obj):
+            upgrade(obj)
+
+
 def upgrade_updated(depsgraph: bpy.types.Depsgraph) -> None:
     """After an evaluation: upgrade() of what was appended from an older file, or set so by an older script."""
     for update in depsgraph.updates:

@@ -197,6 +197,27 @@ class OperatorTest(SceneTest):
         weights = module("mesh_io").read_weights(self.obj, ["Rigid"])["Rigid"]
         self.assertEqual(np.flatnonzero(weights == 1.0).tolist(), BELLY)
 
+    def test_what_is_made_in_edit_mode_is_one_step_of_undo(self):
+        """Edit Mode's own steps have the mesh alone: the entry of the list would stay."""
+        makers = (bpy.ops.arap.rigid_add, bpy.ops.arap.stiffness_add, bpy.ops.arap.pin_add, bpy.ops.arap.handle_add)
+        self.select(BELLY)
+        bpy.ops.ed.undo_push(message="selected")
+        for make in makers:
+            self.assertEqual(make(), {"FINISHED"})
+            self.assertEqual(self.obj.mode, "EDIT")
+            self.assertEqual(self.counts(), (3, 3))
+            bpy.ops.ed.undo()
+            self.obj = bpy.data.objects["Tube"]
+            self.assertEqual((self.counts(), self.obj.mode), ((2, 2), "EDIT"))
+            self.assertEqual(module("mesh_io").selected_vertices(self.obj).tolist(), BELLY)
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    def counts(self):
+        """Entries of all lists and vertex groups, with objects."""
+        settings = self.obj.arap
+        n_entries = len(settings.pins) + len(settings.handles) + len(settings.stiffness)
+        return n_entries, len(self.obj.vertex_groups)
+
     def test_add_takes_the_selection_a_group_or_a_new_one_to_paint(self):
         self.select(MIDDLE)
         self.assertEqual(bpy.ops.arap.stiffness_add(name="Belly"), {"FINISHED"})
@@ -248,6 +269,18 @@ class OldFileTest(SceneTest):
             bpy.ops.wm.save_as_mainfile(filepath=path)
             bpy.ops.wm.open_mainfile(filepath=path)
             self.assert_upgraded(bpy.data.objects["Tube"], meant)
+
+    def test_so_has_the_file_that_is_open_when_the_add_on_is_enabled(self):
+        obj = posable()
+        with mock.patch.object(module("stiffness_io"), "upgrade_updated"):
+            obj.arap.stiffness_group = "Head"
+            bpy.context.view_layer.update()
+        self.assertEqual(entries(obj), [])
+        module("handlers").unregister()
+        module("handlers").register()
+        self.assertTrue(bpy.app.timers.is_registered(module("stiffness_io").upgrade_all))
+        module("stiffness_io").upgrade_all()  # timers need a window
+        self.assertEqual(entries(obj), [("Head", False, 100.0)])
 
     def test_so_has_an_object_that_is_appended_from_one(self):
         with tempfile.TemporaryDirectory() as folder:

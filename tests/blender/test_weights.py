@@ -133,6 +133,11 @@ class WeightTest(SceneTest):
                 is_held = np.abs(key_positions(obj) - rest_positions(obj))[MIDDLE].max() < 1e-4
                 self.assertEqual((is_held, obj.arap.live_problem), (weight == 1.0, ""))
 
+    def test_without_a_window_nobody_is_painting(self):
+        is_told = "modal_operators" in bpy.types.Window.bl_rna.properties
+        self.assertEqual(is_told, bpy.app.version >= (4, 2, 0))
+        self.assertIs(module("compat").is_painting(), False if is_told else None)
+
     def test_a_pull_takes_the_weights_as_they_are_when_it_begins(self):
         grab_region, api_pull = module("grab_region"), module("api_pull")
         obj = posable()
