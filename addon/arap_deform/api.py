@@ -48,6 +48,7 @@ from .api_pose import (
 )
 from .api_result import PoseState, apply_pose_as_rest, bake_pose, capture_state, reset_pose, restore_state
 from .api_solve import SolveJob, begin_solve, solve
+from .api_stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness, soften_group
 from .handle_io import handle_matrices
 from .handle_placing import reset_handles
 from .job import Job, run_job
@@ -81,6 +82,9 @@ __all__ = [
     "add_mesh_cache_modifier",
     "add_pin",
     "add_pin_group",
+    "add_rigid",
+    "add_stiffness",
+    "add_stiffness_group",
     "adopt_session",
     "apply_pose",
     "apply_pose_as_rest",
@@ -108,6 +112,7 @@ __all__ = [
     "rebuild_session",
     "remove_handle",
     "remove_pin",
+    "remove_stiffness",
     "reset_handles",
     "reset_pose",
     "restore_state",
@@ -115,6 +120,7 @@ __all__ = [
     "session_input",
     "set_handle_group",
     "set_handle_target",
+    "soften_group",
     "solve",
     "store_pose",
     "sync_session",

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import bpy
 
-from . import handle_io, live_key, mesh_io, native, sessions, shape_key
+from . import handle_io, live_key, mesh_io, native, sessions, shape_key, stiffness_io
 from .handle_map import Floats
 from .scene_input import counts_of, read_input, settings_of
 from .session import Progress, Session
@@ -133,7 +133,13 @@ def _has_same_specs(old: SessionInput, new: SessionInput) -> bool:
     )
 
 
-def check_live(obj: bpy.types.Object, is_thorough: bool = False, holds: tuple[Hold, ...] | None = None) -> str:
+def check_live(
+    obj: bpy.types.Object,
+    is_thorough: bool = False,
+    holds: tuple[Hold, ...] | None = None,
+    *,
+    use_nodes: bool | None = False,
+) -> str:
     """Why the object's live session no longer fits the scene, one sentence; '' while it does.
 
     Args:
@@ -141,8 +147,10 @@ def check_live(obj: bpy.types.Object, is_thorough: bool = False, holds: tuple[Ho
         is_thorough: compare topology, rest shape and weights too (milliseconds); False: counts, scale and
             settings (microseconds).
         holds: what the session holds; None: the pins and handles of the object.
+        use_nodes: to read weights, see compat.read_group_weights(); only False within a handler.
     """
-    return live_problem(obj, bpy.context.evaluated_depsgraph_get(), is_thorough=is_thorough, holds=holds)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return live_problem(obj, depsgraph, is_thorough=is_thorough, holds=holds, use_nodes=use_nodes)
 
 
 def end_session(obj_or_name: bpy.types.Object | str) -> None:
@@ -229,6 +237,7 @@ def live_problem(
     *,
     is_thorough: bool,
     holds: tuple[Hold, ...] | None = None,
+    use_nodes: bool | None = False,
 ) -> str:
     """As check_live()."""
     live = sessions.get(obj.name)
@@ -239,8 +248,7 @@ def live_problem(
     try:
         mesh_io.check_mesh(obj)
         if is_thorough:
-            # Called within handlers, where nothing may be added to the scene.
-            fresh = read_input(obj, depsgraph, use_nodes=False)
+            fresh = read_input(obj, depsgraph, use_nodes=use_nodes)
             return sessions.difference_of_bind(live.inputs, fresh) or (
                 "" if _has_same_specs(live.inputs, fresh) else sessions.groups_differ(obj.name)
             )
@@ -252,9 +260,10 @@ def live_problem(
         return reason
     if (handle_io.enabled_holds(obj) if holds is None else holds) != live.inputs.holds:
         return sessions.groups_differ(obj.name)
-    names = (obj.arap.stiffness_group, obj.arap.rigid_group)
-    if settings_of(obj).of_bind != live.inputs.settings.of_bind or names != live.inputs.property_groups:
+    if settings_of(obj).of_bind != live.inputs.settings.of_bind:
         return sessions.settings_differ(obj.name)
+    if stiffness_io.enabled_entries(obj) != live.inputs.stiff_groups:
+        return sessions.stiffness_differs(obj.name)
     return "" if sessions.is_same_stretch(live.inputs.stretch, stretch) else sessions.stretch_differs(obj.name)
 
 

@@ -248,6 +248,14 @@ def move_modifier_first(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> 
             bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
 
 
+def is_painting() -> bool | None:
+    """Whether a stroke of a brush is under way in some window; before 4.2 nobody can tell: None."""
+    if "modal_operators" not in bpy.types.Window.bl_rna.properties:
+        return None
+    windows = bpy.context.window_manager.windows
+    return any(op.bl_idname.startswith("PAINT_OT") for window in windows for op in window.modal_operators)
+
+
 def gpu_shader(name: str) -> Any:
     """A built-in shader of the gpu module, by its name of today: before 4.0 those in space have a prefix."""
     import gpu  # not at the top: without a window it cannot be used before 5.x, and nobody needs it

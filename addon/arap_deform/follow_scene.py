@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -11,10 +12,14 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import api, redraw
+from . import api, compat, redraw
 from .session_binding import SessionBinding
 from .session_data import Readout
 from .sessions import Hold
+
+# A stroke of a brush tags the mesh at every step. Where Blender does not say whether one is under way, it has ended
+# once there was none for this time.
+STROKE_PAUSE_S = 0.15
 
 
 class BlenderFollowScene:
@@ -27,6 +32,7 @@ class BlenderFollowScene:
         self.depsgraph: bpy.types.Depsgraph | None = None
         self._has_written = False  # what is evaluated next is of our own making
         self._is_suspect = True  # somebody else may have changed the mesh
+        self._changed_at = -STROKE_PAUSE_S  # when somebody did so last
 
     @property
     def obj(self) -> bpy.types.Object | None:
@@ -52,11 +58,35 @@ class BlenderFollowScene:
         obj = self.obj
         for update in depsgraph.updates:
             if update.is_updated_geometry and obj is not None and update.id.original == obj.data:
-                self._is_suspect = self._is_suspect or not self._has_written
+                if not self._has_written:
+                    self._is_suspect = True
+                    self._changed_at = time.monotonic()
                 self._has_written = False
 
+    def has_to_wait(self) -> bool:
+        if bpy.app.background or not self._is_in_weight_paint():
+            return False
+        if self.depsgraph is not None:
+            return self._is_suspect  # the timer looks: reading weights at every step of a stroke would make it stutter
+        is_painting = compat.is_painting()
+        if is_painting:
+            self._is_suspect = True
+        if is_painting is None:
+            return self._is_suspect and time.monotonic() - self._changed_at < STROKE_PAUSE_S
+        return is_painting
+
+    def settled(self) -> None:
+        # A stroke that began while the mesh still moved may have shown up in no update but those of our own writes.
+        if self._is_in_weight_paint():
+            self._is_suspect = True
+
+    def _is_in_weight_paint(self) -> bool:
+        obj = self.obj
+        return obj is not None and obj.mode == "WEIGHT_PAINT"
+
     def is_bound(self) -> bool:
-        if api.check_live(self._obj(), is_thorough=self._is_suspect):
+        use_nodes = None if self.depsgraph is None else False  # within a handler nothing may be added to the scene
+        if api.check_live(self._obj(), is_thorough=self._is_suspect, use_nodes=use_nodes):
             return False  # and suspect still, until it is bound again
         self._is_suspect = False
         return True

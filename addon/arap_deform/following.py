@@ -38,6 +38,9 @@ class Bind(Protocol):
 class FollowScene(Protocol):
     """What following needs of Blender, for one object."""
 
+    def has_to_wait(self) -> bool:
+        """True while somebody is painting weights: what they will be is known once the stroke has ended."""
+
     def is_bound(self) -> bool:
         """True while the live session fits the mesh, groups and settings."""
 
@@ -58,6 +61,9 @@ class FollowScene(Protocol):
 
     def iteration_limit(self) -> int:
         """Iterations at most for one place of the handles."""
+
+    def settled(self) -> None:
+        """Nothing will be written from here on until something changes."""
 
 
 class Follower:
@@ -89,6 +95,8 @@ class Follower:
 
     def prepare(self) -> bool:
         """A step of binding, for a timer; True where there is none to do."""
+        if self._bind is None and self._scene.has_to_wait():
+            return False
         if self._bind is None and self._scene.is_bound():
             return True
         if self._bind is None:
@@ -103,7 +111,7 @@ class Follower:
 
     def is_ready(self) -> bool:
         """Whether it can follow now."""
-        return self._bind is None and self._scene.is_bound()
+        return self._bind is None and not self._scene.has_to_wait() and self._scene.is_bound()
 
     def follow(self, time_limit_s: float | None, *, is_from_rest: bool = False) -> bool:
         """Follows the handles where they have moved; False where they have not, and nothing is done."""
@@ -145,3 +153,5 @@ class Follower:
         self.readout = readout
         self._iterations_here += readout.iterations
         self.is_settled = readout.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit()
+        if self.is_settled:
+            self._scene.settled()

@@ -29,10 +29,18 @@ def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Cont
         handle.rest_matrix = (0.0,) * 16  # the place at rest cannot be told: handle_problem() says so
 
 
+def _on_pin_group_changed(pin: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    pin.has_made_group = False  # another one, which is the artist's
+
+
 class ArapPin(bpy.types.PropertyGroup):
     """A vertex group that stays where it is at rest."""
 
-    name: StringProperty(name="Vertex Group", description="Vertices held at rest: 1 holds, less pulls, 0 is free")
+    name: StringProperty(
+        name="Vertex Group",
+        description="Vertices held at rest: 1 holds, less pulls, 0 is free",
+        update=_on_pin_group_changed,
+    )
     is_enabled: BoolProperty(name="Enabled", description="Hold this group. Off: its vertices are free", default=True)
     has_made_group: BoolProperty(options={"HIDDEN"}, description="The vertex group goes when the pin is removed")
 

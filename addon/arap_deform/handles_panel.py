@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 
 from . import api
+from .group_buttons import draw_group_buttons
 from .operators.common import find_posed_object, posed_object
 from .panels import ArapPanel, ArapSubPanel, draw_text, is_following, list_rows, split_column
 from .scene_input import settings_of
@@ -89,6 +90,7 @@ def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bp
     column.prop_search(handle, "vertex_group", obj, "vertex_groups", text="Group")
     if settings_of(obj).has_radius:
         column.prop(handle, "is_exact")
+    draw_group_buttons(layout, obj, handle.vertex_group)
     problem = _problem(obj, index)
     if problem:
         draw_text(context, layout, problem, "ERROR")

@@ -86,7 +86,7 @@ def _find(objects: Iterable[bpy.types.Object]) -> None:
 
 def _changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, when: When) -> None:
     runs = [run for name, run in _runs.items() if scene.objects.get(name) is not None]
-    n_moving = sum(not run.is_settled for run in runs)
+    n_moving = sum(not (run.is_settled or run.pause) for run in runs)
     limit = None if bpy.app.background else FOLLOW_TIME_LIMIT_S / max(1, n_moving)
     for run in runs:
         with run.scene.evaluated(depsgraph, is_frame=when is not When.UPDATE):

@@ -21,6 +21,10 @@ HEAVY_STEP_S = 0.03
 MOST_STEPS_OF_BINDING = 6  # two binds: a mesh that does not fit after them never will
 
 
+class NotNow(Exception):
+    """The mesh cannot follow until something changes, a few words; Live stays on."""
+
+
 class When(Enum):
     """What has evaluated the scene."""
 
@@ -69,7 +73,8 @@ class LiveRun:
     @property
     def is_settled(self) -> bool:
         """Whether there is nothing left to do until something changes."""
-        return self._follower.is_settled and not (self.is_binding or self._is_behind or self._is_played)
+        is_busy = self.is_binding or self._is_resuming or self._is_behind or self._is_played
+        return self._follower.is_settled and not is_busy
 
     @property
     def readout(self) -> Readout | None:
@@ -77,7 +82,7 @@ class LiveRun:
 
     @property
     def wants_timer(self) -> bool:
-        return not self.is_over and (bool(self.pause) or self._is_resuming or not self.is_settled)
+        return not self.is_over and (bool(self.pause) or not self.is_settled)
 
     def scene_changed(self, when: When, time_limit_s: float | None = FOLLOW_TIME_LIMIT_S) -> None:
         """Follows the handles where they have moved. None: binds if need be, and goes on until all is settled."""
@@ -113,6 +118,9 @@ class LiveRun:
                 self.undone()
             else:
                 step()
+        except NotNow as reason:
+            self.pause = str(reason)
+            self.undone()
         except Exception as error:  # noqa: BLE001 - once is enough: no stream of errors, whatever it is
             self.end()
             self._scene.switch_off(error)

@@ -9,6 +9,7 @@ import bpy
 
 from . import api, mesh_io, sessions
 from .follow_scene import BlenderFollowScene
+from .live_run import NotNow
 from .session_binding import SessionBinding
 from .texts import iface_, rpt_
 
@@ -18,22 +19,36 @@ PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
 class BlenderLiveScene(BlenderFollowScene):
     """Reads from what a handler was called for, or from the window that shows the object."""
 
+    _lack = ""  # what is wrong while weights are painted: the next stroke may mend it
+
     def why_paused(self) -> str:
         obj = self._obj()
         act = sessions.claimed_by(self.name)
         if act:
             return iface_("Paused while {}").format(iface_(act))
+        if self._lack and self._is_in_weight_paint():
+            return self._lack
         if obj.mode in PAUSING_MODES or obj.data.is_editmode:
             return iface_("Paused in {}").format(iface_(PAUSING_MODES.get(obj.mode, "Edit Mode")))
         if not mesh_io.is_evaluated(obj, self._depsgraph()):
             return "Paused: this mesh is disabled, excluded or in another scene"
         return ""
 
+    def _note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
+        super()._note_change(depsgraph)
+        self._lack = ""
+
     def look_again(self) -> None:
         self._is_suspect = True
 
     def begin_bind(self) -> SessionBinding:
-        binding = super().begin_bind()
+        try:
+            binding = super().begin_bind()
+        except ValueError as error:
+            if not self._is_in_weight_paint():
+                raise
+            self._lack = iface_("Paused: {}").format(error)
+            raise NotNow(self._lack) from None
         if bpy.app.background:  # there are no timers: somebody waits for the mesh
             binding.start()
             binding.wait()

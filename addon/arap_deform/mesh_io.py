@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Object -> arrays. Blender's data comes in, numpy goes out; nothing is changed."""
+"""Object -> arrays. Blender's data comes in, numpy goes out; nothing is changed but what is selected."""
 
 from __future__ import annotations
 
@@ -91,6 +91,13 @@ def selected_vertices(obj: bpy.types.Object) -> NDArray[np.int32]:
     is_selected = np.empty(len(obj.data.vertices), dtype=bool)
     obj.data.vertices.foreach_get("select", is_selected)
     return np.flatnonzero(is_selected).astype(np.int32)
+
+
+def select_vertices(obj: bpy.types.Object, is_selected: NDArray[np.bool_]) -> None:
+    """Selects (n,) vertices but hidden ones, outside of Edit Mode; edges and faces follow when it is entered."""
+    is_hidden = np.empty(len(obj.data.vertices), dtype=bool)
+    obj.data.vertices.foreach_get("hide", is_hidden)
+    obj.data.vertices.foreach_set("select", is_selected & ~is_hidden)
 
 
 def read_edges(obj: bpy.types.Object) -> NDArray[np.int32]:

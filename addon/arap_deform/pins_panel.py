@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 
 from . import empty_groups
+from .group_buttons import draw_group_buttons
 from .operators.common import find_posed_object, posed_object
 from .panels import ArapSubPanel, is_following, list_rows, split_column
 from .texts import iface_
@@ -27,7 +28,7 @@ class ARAP_UL_pins(bpy.types.UIList):
         _active_property: str,
     ) -> None:
         obj = find_posed_object(context)
-        lack = "" if obj is None else _lack_of_group(obj, pin.name)
+        lack = "" if obj is None else lack_of_group(obj, pin.name)
         row = layout.row(align=True)
         row.prop(pin, "is_enabled", text="")
         label = row.row()
@@ -57,6 +58,7 @@ class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
         if settings.active_pin_index < len(settings.pins):
             pin = settings.pins[settings.active_pin_index]
             split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
+            draw_group_buttons(layout, obj, pin.name)
         layout.operator(
             "arap.pin_add",
             text="Pin Selected Vertices" if obj.mode == "EDIT" else "Pin Vertex Group",
@@ -64,7 +66,7 @@ class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
         )
 
 
-def _lack_of_group(obj: bpy.types.Object, group: str) -> str:
+def lack_of_group(obj: bpy.types.Object, group: str) -> str:
     """Why a pinned group holds nothing, '' where it does."""
     if group not in obj.vertex_groups:
         return "no such group"

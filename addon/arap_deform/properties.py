@@ -5,6 +5,8 @@
 No ``from __future__ import annotations`` here: Blender reads the annotations themselves, not their text.
 """
 
+from typing import Any
+
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -24,6 +26,7 @@ from .pose_properties import CLASSES as POSE_CLASSES
 from .pose_properties import ArapStoredPose
 from .pull_properties import ArapPullPin, ArapPullTool
 from .shape_key import NAME_BYTES
+from .stiffness_properties import ArapStiffness
 
 # The numbers are what is saved: they stay, whatever the order.
 ENERGIES = (
@@ -72,6 +75,26 @@ def _on_live_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Cont
     live.toggled(settings.id_data)
 
 
+def _choose(settings: bpy.types.PropertyGroup, items: Any, index: int, group: str) -> None:
+    """Makes the vertex group of what is chosen in a list the active one: it is what Weight Paint shows and paints."""
+    groups = settings.id_data.vertex_groups
+    found = groups.find(getattr(items[index], group)) if index < len(items) else -1
+    if found >= 0:
+        groups.active_index = found
+
+
+def _on_pin_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    _choose(settings, settings.pins, settings.active_pin_index, "name")
+
+
+def _on_handle_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    _choose(settings, settings.handles, settings.active_handle_index, "vertex_group")
+
+
+def _on_stiffness_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    _choose(settings, settings.stiffness, settings.active_stiffness_index, "name")
+
+
 class ArapMadeKey(bpy.types.PropertyGroup):
     """A shape key that was made for the pose."""
 
@@ -82,9 +105,20 @@ class ArapObject(bpy.types.PropertyGroup):
     """Pins, handles and settings of one mesh object."""
 
     pins: CollectionProperty(type=ArapPin, name="Pins", description="Vertex groups that stay at rest")
-    active_pin_index: IntProperty(name="Active Pin", min=0, description="The pin chosen in the list")
+    active_pin_index: IntProperty(
+        name="Active Pin", min=0, description="The pin chosen in the list", update=_on_pin_chosen
+    )
     handles: CollectionProperty(type=ArapHandle, name="Handles", description="Objects and bones that move the mesh")
-    active_handle_index: IntProperty(name="Active Handle", min=0, description="The handle chosen in the list")
+    active_handle_index: IntProperty(
+        name="Active Handle", min=0, description="The handle chosen in the list", update=_on_handle_chosen
+    )
+
+    stiffness: CollectionProperty(
+        type=ArapStiffness, name="Stiffness", description="Vertex groups that bend less, or not at all"
+    )
+    active_stiffness_index: IntProperty(
+        name="Active Stiffness", min=0, description="The entry chosen in the list", update=_on_stiffness_chosen
+    )
     poses: CollectionProperty(type=ArapStoredPose, name="Poses", description="Stored poses of the handles")
     active_pose_index: IntProperty(name="Active Pose", min=0, description="The pose chosen in the list")
 
@@ -144,12 +178,10 @@ class ArapObject(bpy.types.PropertyGroup):
         description="Treat vertices at the same place as one, so that open seams stay closed",
         default=False,
     )
-    rigid_group: StringProperty(
-        name="Rigid Group",
-        description="Vertices with weight 0.5 or more stay rigid; each connected piece moves as one body",
-    )
+    # Of files that are older than the list: read once, see stiffness_io.upgrade().
+    rigid_group: StringProperty(name="Rigid Group", description="Became an entry of Stiffness", options={"HIDDEN"})
     stiffness_group: StringProperty(
-        name="Stiffness Group", description="Weight 0 is normal, weight 1 is a hundred times as stiff"
+        name="Stiffness Group", description="Became an entry of Stiffness", options={"HIDDEN"}
     )
     key_name: StringProperty(
         name="Shape Key",
@@ -222,7 +254,17 @@ class ArapObject(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (*POSE_CLASSES, ArapPin, ArapHandle, ArapMadeKey, ArapPullPin, ArapOverlay, ArapObject, ArapPullTool)
+CLASSES = (
+    *POSE_CLASSES,
+    ArapPin,
+    ArapHandle,
+    ArapStiffness,
+    ArapMadeKey,
+    ArapPullPin,
+    ArapOverlay,
+    ArapObject,
+    ArapPullTool,
+)
 
 
 def register() -> None:

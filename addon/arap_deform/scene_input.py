@@ -6,11 +6,11 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from . import handle_io, live_key, mesh_io, preferences, shape_key
-from .handle_map import Floats, HandleSpec, Ints
-from .session_data import SessionMesh, SessionSettings
+from . import handle_io, live_key, mesh_io, preferences, shape_key, stiffness_io
+from .handle_map import Floats, HandleSpec
+from .session_data import SessionSettings
 from .sessions import Counts, Hold, MeshSignature, SessionInput
-from .vertex_properties import regions_of, stiffness_of
+from .stiffness import regions_of, stiffness_of
 
 
 def settings_of(obj: bpy.types.Object) -> SessionSettings:
@@ -58,12 +58,13 @@ def read_input(
     holds = handle_io.enabled_holds(obj)
     if needs_holds and not holds:
         raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
-    property_groups = _property_groups(obj)
-    wanted = sorted({*(group for group, _ in holds), *(name for name in property_groups if name)})
+    stiffness_io.check(obj)
+    stiff_groups = stiffness_io.enabled_entries(obj)
+    wanted = sorted({*(group for group, _ in holds), *(entry.group for entry in stiff_groups)})
     weights = mesh_io.read_weights(obj, wanted, use_nodes=use_nodes)
     _check_handle_weights(obj, weights)
     mesh = mesh_io.read_mesh(obj)
-    stiffness, regions = _vertex_properties(property_groups, weights, mesh)
+    stiffness, regions = stiffness_of(stiff_groups, weights), regions_of(stiff_groups, weights, mesh)
     return SessionInput(
         object_name=obj.name,
         mesh=mesh,
@@ -72,7 +73,7 @@ def read_input(
         specs=tuple(spec_of(hold, weights[hold[0]]) for hold in holds),
         holds=holds,
         signature=MeshSignature.of(counts_of(obj), mesh, (stiffness, regions)),
-        property_groups=property_groups,
+        stiff_groups=stiff_groups,
         key_name=live_key.name_of(obj),
         stiffness=stiffness,
         rigid_regions=regions,
@@ -83,24 +84,6 @@ def _check_handle_weights(obj: bpy.types.Object, weights: dict[str, Floats]) -> 
     for handle in obj.arap.handles:
         if handle.is_enabled and not weights[handle.vertex_group].any():
             raise ValueError(handle_io.no_weights(obj, handle))
-
-
-def _vertex_properties(
-    groups: tuple[str, str], weights: dict[str, Floats], mesh: SessionMesh
-) -> tuple[Floats | None, Ints | None]:
-    stiffness_group, rigid_group = groups
-    return (
-        stiffness_of(weights[stiffness_group]) if stiffness_group else None,
-        regions_of(weights[rigid_group], mesh) if rigid_group else None,
-    )
-
-
-def _property_groups(obj: bpy.types.Object) -> tuple[str, str]:
-    names = (obj.arap.stiffness_group, obj.arap.rigid_group)
-    for name in names:
-        if name and name not in obj.vertex_groups:
-            raise ValueError(f"'{obj.name}' has no vertex group '{name}' for stiffness or rigidity: choose another")
-    return names
 
 
 def counts_of(obj: bpy.types.Object) -> Counts:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from .handle_map import Floats, HandleSpec
 from .session import Session
 from .session_data import Readout, SessionMesh, SessionSettings
+from .stiffness import StiffGroup
 
 # Single-precision world matrices of a turning object differ by less; a user's change of scale by more.
 STRETCH_TOLERANCE = 1e-5
@@ -61,7 +62,7 @@ class SessionInput:
     specs: tuple[HandleSpec, ...]
     holds: tuple[Hold, ...]
     signature: MeshSignature
-    property_groups: tuple[str, str] = ("", "")
+    stiff_groups: tuple[StiffGroup, ...] = ()
     key_name: str = ""
     stiffness: Floats | None = field(default=None, repr=False)
     rigid_regions: NDArray[np.int32] | None = field(default=None, repr=False)
@@ -148,7 +149,7 @@ def difference_of_bind(old: SessionInput, new: SessionInput) -> str:
     if old.signature.rest != new.signature.rest:
         return f"The rest shape of '{new.object_name}' has changed"
     if old.signature.properties != new.signature.properties:
-        return f"The stiffness or the rigid group of '{new.object_name}' has changed"
+        return stiffness_differs(new.object_name)
     if old.settings.of_bind != new.settings.of_bind:
         return settings_differ(new.object_name)
     if not is_same_stretch(old.stretch, new.stretch):
@@ -161,7 +162,11 @@ def counts_differ(name: str, old: Counts, new: Counts) -> str:
 
 
 def settings_differ(name: str) -> str:
-    return f"Energy, rigidity, weights, threads, seams, stiffness or rigid group of '{name}' have changed"
+    return f"Energy, rigidity, weights, threads or seams of '{name}' have changed"
+
+
+def stiffness_differs(name: str) -> str:
+    return f"The stiffness of '{name}' has changed"
 
 
 def stretch_differs(name: str) -> str:

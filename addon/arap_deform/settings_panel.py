@@ -38,8 +38,6 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         column.prop(settings, "max_iterations", text="At Most")
         column.prop(settings, "tolerance")
         column = split_column(layout)
-        column.prop_search(settings, "rigid_group", obj, "vertex_groups", text="Rigid")
-        column.prop_search(settings, "stiffness_group", obj, "vertex_groups", text="Stiffness")
         column.prop(settings, "join_seams")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Vertex groups of an object: made, checked, removed. Not in Edit Mode, where Blender refuses it."""
+"""Vertex groups of an object: made, checked, written in bulk, removed. Not in Edit Mode, where Blender refuses it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .handle_map import Ints
+from .handle_map import Floats, Ints
 
 VertexIndices = Sequence[int] | NDArray[np.integer]
+
+# One call of Blender writes one weight to many vertices, so weights are written in steps: as fine as its fields show.
+WEIGHT_STEPS = 1000
 
 
 def checked_indices(obj: bpy.types.Object, vertices: VertexIndices) -> Ints:
@@ -41,6 +44,26 @@ def new(obj: bpy.types.Object, indices: Ints, name: str) -> str:
     return str(group.name)
 
 
+def write(obj: bpy.types.Object, name: str, vertices: Ints, weights: Floats) -> None:
+    """Gives (k,) ``vertices`` these weights, in steps of 1 / WEIGHT_STEPS; 0 takes them out of the group.
+
+    What is below 1 stays below: a vertex that is held exactly is another thing than a soft one.
+    """
+    if not len(vertices):
+        return
+    group = obj.vertex_groups[name]
+    steps = np.rint(weights * WEIGHT_STEPS).astype(np.int64)
+    steps[weights < 1.0] = np.minimum(steps[weights < 1.0], WEIGHT_STEPS - 1)
+    order = np.argsort(steps, kind="stable")
+    levels, starts = np.unique(steps[order], return_index=True)
+    for level, of_level in zip(levels.tolist(), np.split(vertices[order], starts[1:]), strict=True):
+        if level:
+            group.add(of_level.tolist(), level / WEIGHT_STEPS, "REPLACE")
+        else:
+            group.remove(of_level.tolist())
+    obj.data.update_tag()
+
+
 def remove_unused(obj: bpy.types.Object, name: str) -> None:
     """Removes a group that nothing of the object uses any more; '' is none."""
     group = obj.vertex_groups.get(name) if name else None
@@ -49,7 +72,7 @@ def remove_unused(obj: bpy.types.Object, name: str) -> None:
     settings = obj.arap
     keys = obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
     used = {pin.name for pin in settings.pins} | {handle.vertex_group for handle in settings.handles}
-    used |= {settings.rigid_group, settings.stiffness_group} | {key.vertex_group for key in keys}
+    used |= {entry.name for entry in settings.stiffness} | {key.vertex_group for key in keys}
     used |= {getattr(modifier, "vertex_group", "") for modifier in obj.modifiers}
     if name not in used:
         obj.vertex_groups.remove(group)

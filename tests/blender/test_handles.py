@@ -78,7 +78,7 @@ class PinTest(SceneTest):
         self.api.add_pin_group(obj, "Mine")
         self.api.add_pin(obj, [2], name="Made")
         self.api.add_pin(obj, [3], name="Shared")
-        obj.arap.rigid_group = "Shared"
+        self.api.add_stiffness_group(obj, "Shared")
         for _ in range(3):
             self.api.remove_pin(obj, 0)
         self.assertEqual(sorted(group.name for group in obj.vertex_groups), ["Mine", "Shared"])
@@ -261,7 +261,7 @@ class HandleTest(SceneTest):
         obj, other = posable("First"), mesh_object("Second")
         target = obj.arap.handles[0].target
         self.api.add_handle_for(other, target)
-        obj.arap.stiffness_group = "Head"
+        self.api.add_stiffness_group(obj, "Head")
         self.api.remove_handle(obj, 0)
         self.assertIs(other.arap.handles[0].target, target)
         self.assertIn("Head", obj.vertex_groups)

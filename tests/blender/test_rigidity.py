@@ -94,7 +94,7 @@ class RigidityTest(SceneTest):
         obj = posable()
         self.api.prepare_session(obj)
         obj.arap.rigidity = 4.0
-        changed = "Energy, rigidity, weights, threads, seams, stiffness or rigid group of 'Tube' have changed"
+        changed = "Energy, rigidity, weights, threads or seams of 'Tube' have changed"
         self.assertEqual(self.api.check_live(obj), changed)
         obj.arap.energy = "spokes"
         self.api.prepare_session(obj)

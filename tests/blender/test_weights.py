@@ -1,8 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Weights of groups: soft and hard, several groups, stiffness and rigid regions."""
+"""Weights of groups: soft and hard, several groups; soft edges; what follows when they change."""
 
 import numpy as np
-from support import BOTTOM, MIDDLE, TOP, SceneTest, bend, bpy, key_positions, mesh_object, move, posable, rest_positions
+from mathutils import Matrix
+from support import (
+    BOTTOM,
+    MIDDLE,
+    TOP,
+    SceneTest,
+    bend,
+    bpy,
+    key_positions,
+    mesh_object,
+    module,
+    move,
+    posable,
+    rest_positions,
+)
 
 
 class WeightTest(SceneTest):
@@ -53,51 +67,6 @@ class WeightTest(SceneTest):
         self.assertEqual((done.vertices, done.parts_at_rest), (2 * n, 1))
         self.assert_close(key_positions(obj)[n:], rest_positions(obj)[n:], 4e-6)
 
-    def test_a_rigid_group_moves_as_one_body(self):
-        obj = posable()
-        ring = [*MIDDLE, *range(MIDDLE[-1] + 1, MIDDLE[-1] + 17)]
-        obj.vertex_groups.new(name="Bone").add(ring, 0.6, "REPLACE")
-        bend(obj)
-
-        def distances(positions):
-            part = positions[ring]
-            return np.linalg.norm(part[:, None] - part[None], axis=2)
-
-        at_rest = distances(rest_positions(obj))
-        self.api.solve(obj)
-        self.assertGreater(np.abs(distances(key_positions(obj)) - at_rest).max(), 0.01)
-        obj.arap.rigid_group = "Bone"
-        self.api.solve(obj)
-        self.assert_close(distances(key_positions(obj)), at_rest, 1e-5)
-        self.assertGreater(np.abs(key_positions(obj) - rest_positions(obj))[ring].max(), 0.05)
-
-    def test_a_stiff_group_bends_less(self):
-        obj = posable()
-        obj.vertex_groups.new(name="Stiff").add(MIDDLE, 1.0, "REPLACE")
-        bend(obj)
-
-        def out_of_shape():
-            part = [positions[MIDDLE] for positions in (rest_positions(obj), key_positions(obj))]
-            at_rest, now = (np.linalg.norm(p[:, None] - p[None], axis=2) for p in part)
-            return np.abs(now - at_rest).max()
-
-        for energy in ("rotation_nodes", "spokes_and_rims"):
-            with self.subTest(energy):
-                obj.arap.energy, obj.arap.stiffness_group = energy, ""
-                self.api.solve(obj)
-                soft = out_of_shape()
-                obj.arap.stiffness_group = "Stiff"
-                self.api.solve(obj)
-                self.assertLess(out_of_shape(), 0.5 * soft)
-
-    def test_groups_for_stiffness_and_rigidity_must_exist(self):
-        obj = posable()
-        for setting in ("stiffness_group", "rigid_group"):
-            setattr(obj.arap, setting, "Tail")
-            message = "'Tube' has no vertex group 'Tail' for stiffness or rigidity: choose another"
-            self.assert_error(ValueError, message, self.api.solve, obj)
-            setattr(obj.arap, setting, "")
-
     def test_a_group_without_weights_holds_nothing(self):
         obj = mesh_object()
         obj.vertex_groups.new(name="Empty")
@@ -143,3 +112,156 @@ class WeightTest(SceneTest):
         bpy.ops.ed.undo_push(message="none")
         bpy.ops.ed.undo()
         self.assertEqual(self.api.handle_problem(bpy.data.objects["Tube"], 0, with_weights=True), "")
+
+    def test_live_takes_weights_without_a_bind_in_weight_paint_too(self):
+        sessions = module("sessions")
+        obj = posable()
+        self.api.add_pin(obj, MIDDLE, name="Waist")
+        obj.arap.is_live = True
+        bend(obj)
+        held = key_positions(obj)[MIDDLE]
+        self.assert_close(held, rest_positions(obj)[MIDDLE])
+        bpy.context.view_layer.objects.active = obj
+        session = sessions.get("Tube").session
+        for mode in ("OBJECT", "WEIGHT_PAINT"):
+            bpy.ops.object.mode_set(mode=mode)
+            for weight in (0.2, 1.0):
+                obj.vertex_groups["Waist"].add(MIDDLE, weight, "REPLACE")
+                obj.data.update_tag()
+                bpy.context.view_layer.update()
+                self.assertIs(sessions.get("Tube").session, session)
+                is_held = np.abs(key_positions(obj) - rest_positions(obj))[MIDDLE].max() < 1e-4
+                self.assertEqual((is_held, obj.arap.live_problem), (weight == 1.0, ""))
+
+    def test_without_a_window_nobody_is_painting(self):
+        is_told = "modal_operators" in bpy.types.Window.bl_rna.properties
+        self.assertEqual(is_told, bpy.app.version >= (4, 2, 0))
+        self.assertIs(module("compat").is_painting(), False if is_told else None)
+
+    def test_a_pull_takes_the_weights_as_they_are_when_it_begins(self):
+        grab_region, api_pull = module("grab_region"), module("api_pull")
+        obj = posable()
+        grab = grab_region.Grab(np.array(MIDDLE, dtype=np.int32))
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        for weight in (1.0, 0.25):
+            obj.vertex_groups["Feet"].add(BOTTOM, weight, "REPLACE")
+            feet = api_pull.begin_pull(obj, depsgraph, [grab]).inputs.specs[0]
+            self.assertEqual(feet.vertices.tolist(), BOTTOM)
+            self.assert_close(feet.weights, np.full(len(BOTTOM), weight))
+
+
+class SoftEdgeTest(SceneTest):
+    def weights(self, obj, group="Head"):
+        return module("mesh_io").read_weights(obj, [group])[group]
+
+    def test_weights_fade_along_the_surface_and_are_one_where_they_were(self):
+        obj = posable()
+        self.api.soften_group(obj, "Head", 1.0)
+        weights, height = self.weights(obj), rest_positions(obj)[:, 2]
+        share = np.clip(1.0 - (4.0 - height), 0.0, 1.0)
+        self.assert_close(weights, share * share * (3.0 - 2.0 * share), 1e-3)
+        self.assertEqual(np.flatnonzero(weights == 1.0).tolist(), TOP)
+
+    def test_the_radius_is_of_the_world_and_of_the_rest_shape(self):
+        obj = posable(matrix=Matrix.Diagonal((1.0, 1.0, 0.5, 1.0)))
+        bend(obj)
+        self.api.solve(obj)
+        self.api.soften_group(obj, "Head", 1.0)
+        self.assertEqual(float(np.ptp(rest_positions(obj)[self.weights(obj) > 0.0, 2])), 1.75)
+
+    def test_softened_again_only_the_hard_vertices_and_the_radius_count(self):
+        obj = posable()
+        self.api.soften_group(obj, "Head", 0.7)
+        once = self.weights(obj)
+        obj.vertex_groups["Head"].add(BOTTOM, 0.4, "REPLACE")
+        for radius in (2.0, 0.7):
+            self.api.soften_group(obj, "Head", radius)
+        self.assert_close(self.weights(obj), once, 0.0)
+        self.api.soften_group(obj, "Head", 0.0)
+        self.assertEqual(np.flatnonzero(self.weights(obj)).tolist(), TOP)
+
+    def test_a_soft_edge_bends_less_sharply(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        hard = key_positions(obj)
+        self.api.soften_group(obj, "Head", 1.0)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj)[TOP], hard[TOP], 1e-4)
+        self.assertGreater(np.abs(key_positions(obj) - hard).max(), 0.02)
+
+    def test_misuse_is_refused(self):
+        obj = posable()
+        soften = self.api.soften_group
+        self.assert_error(
+            ValueError, "'Tube' has no vertex group 'Tail': choose one of its groups", soften, obj, "Tail", 1
+        )
+        self.assert_error(ValueError, "radius = -1.0, must be 0 or more", soften, obj, "Head", -1.0)
+        obj.vertex_groups["Head"].add(TOP, 0.9, "REPLACE")
+        message = "Vertex group 'Head' of 'Tube' has no vertex of weight 1: paint some first"
+        self.assert_error(ValueError, message, soften, obj, "Head", 1.0)
+
+
+class GroupButtonTest(SceneTest):
+    def setUp(self):
+        super().setUp()
+        self.obj = posable()
+        bpy.context.view_layer.objects.active = self.obj
+
+    def test_what_is_chosen_in_a_list_is_the_active_group(self):
+        settings = self.obj.arap
+        self.api.add_stiffness(self.obj, MIDDLE)
+        self.api.add_pin(self.obj, MIDDLE, name="Waist")
+        for index, name in ((0, "Feet"), (1, "Waist")):
+            settings.active_pin_index = index
+            self.assertEqual(self.obj.vertex_groups.active.name, name)
+        settings.active_handle_index = 0
+        self.assertEqual(self.obj.vertex_groups.active.name, "Head")
+        settings.active_stiffness_index = 0
+        self.assertEqual(self.obj.vertex_groups.active.name, "Stiff")
+        settings.active_pin_index = 7  # none
+        self.assertEqual(self.obj.vertex_groups.active.name, "Stiff")
+
+    def test_paint_goes_to_weight_paint_and_back(self):
+        empty = self.obj.arap.handles[0].target
+        bpy.context.view_layer.objects.active = empty  # the panel stays on the mesh that it moves
+        for group, mode in (("Feet", "WEIGHT_PAINT"), ("Head", "WEIGHT_PAINT"), ("Head", "OBJECT")):
+            self.assertEqual(bpy.ops.arap.group_paint(vertex_group=group), {"FINISHED"})
+            self.assertEqual((self.obj.mode, self.obj.vertex_groups.active.name), (mode, group))
+
+    def test_select_selects_what_has_weight_and_nothing_else(self):
+        self.obj.vertex_groups["Head"].add(BOTTOM, 0.0, "REPLACE")
+        self.obj.data.vertices[TOP[0]].hide = True
+        self.assertEqual(bpy.ops.arap.group_select(vertex_group="Head"), {"FINISHED"})
+        self.assertEqual(self.obj.mode, "EDIT")
+        self.assertEqual(module("mesh_io").selected_vertices(self.obj).tolist(), TOP[1:])
+        self.assertEqual(self.obj.data.total_edge_sel, len(TOP) - 2)
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    def test_soften_without_a_radius_takes_a_twentieth_of_the_size(self):
+        self.obj.arap.active_handle_index = 0
+        self.assertEqual(bpy.ops.arap.group_soften(), {"FINISHED"})
+        faded = module("mesh_io").read_weights(self.obj, ["Head"])["Head"]
+        self.assertEqual(np.flatnonzero(faded).tolist(), TOP)  # the rings are further apart
+        bpy.ops.object.mode_set(mode="EDIT")
+        self.assertEqual(bpy.ops.arap.group_soften(vertex_group="Head", radius=1.0), {"FINISHED"})
+        self.assertEqual(self.obj.mode, "EDIT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        faded = module("mesh_io").read_weights(self.obj, ["Head"])["Head"]
+        self.assertEqual(len(np.flatnonzero(faded)), 4 * len(TOP))
+
+    def test_why_not(self):
+        why = module("operators.groups").why_no_group
+        self.assertEqual(why(bpy.context), "")
+        module("sessions").claim("Tube", "it is baked")
+        self.assertEqual(why(bpy.context), "Wait for the mesh: it is baked")
+        module("sessions").release("Tube")
+        self.obj.vertex_groups.clear()
+        self.assertEqual(why(bpy.context), "There is no vertex group yet: add a pin, a handle or stiffness first")
+        self.obj.hide_set(True)
+        self.obj.vertex_groups.new(name="Head")
+        with self.assertRaises(RuntimeError) as caught:
+            bpy.ops.arap.group_paint(vertex_group="Head")
+        self.assertIn(
+            "'Tube' is hidden: show it first (Alt H, its collection, or leave Local View)", str(caught.exception)
+        )

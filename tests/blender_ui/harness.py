@@ -50,7 +50,8 @@ class Ui:
         """The add-on's own modules; again after it was disabled and enabled."""
         self.api: Any = importlib.import_module(f"{MODULE}.api")
         self.live: Any = importlib.import_module(f"{MODULE}.live")
-        self.running: Any = importlib.import_module(f"{MODULE}.sessions").acts
+        self.sessions: Any = importlib.import_module(f"{MODULE}.sessions")
+        self.running: Any = self.sessions.acts
 
     @property
     def window(self) -> bpy.types.Window:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from arap_deform.following import FOLLOW_TIME_LIMIT_S
-from arap_deform.live_run import HEAVY_STEP_S, LiveRun, When
+from arap_deform.live_run import HEAVY_STEP_S, LiveRun, NotNow, When
 from arap_deform.session_data import Readout
 from fake_follow import FakeBind, readout
 
@@ -17,6 +17,8 @@ class FakeScene:
     """Counts what the run does; ``place`` is where the one handle stands, ``now`` the time."""
 
     is_fit: bool = True
+    is_painted: bool = False
+    n_settled: int = 0
     pause: str = ""
     place: float = 0.0
     needed_updates: int = 1
@@ -39,6 +41,9 @@ class FakeScene:
 
     def switch_off(self, error: Exception) -> None:
         self.off.append(str(error))
+
+    def has_to_wait(self) -> bool:
+        return self.is_painted
 
     def is_bound(self) -> bool:
         return self.is_fit
@@ -72,6 +77,9 @@ class FakeScene:
 
     def iteration_limit(self) -> int:
         return 200
+
+    def settled(self) -> None:
+        self.n_settled += 1
 
 
 def begun(scene: FakeScene) -> LiveRun:
@@ -269,3 +277,53 @@ def test_evaluation_within_a_step_does_not_start_another() -> None:
     scene.place = 1.0
     run.tick(is_playing=False)
     assert scene.calls == ["follow"]
+
+
+def test_a_stroke_is_waited_for_and_then_all_is_looked_at():
+    scene = FakeScene(needed_updates=1)
+    run = begun(scene)
+    scene.is_painted, scene.is_fit = True, False
+    run.scene_changed(When.UPDATE)
+    assert run.wants_timer
+    for _ in range(3):
+        run.tick(is_playing=False)
+    assert not scene.binds
+    assert not scene.calls
+    scene.is_painted = False
+    run.tick(is_playing=False)
+    assert len(scene.binds) == 1
+
+
+def test_a_bind_that_is_under_way_when_a_stroke_begins_is_still_taken():
+    scene = FakeScene(is_fit=False)
+    run = LiveRun(scene, scene.clock)
+    run.tick(is_playing=False)
+    scene.is_painted = True
+    scene.binds[0].is_done = True
+    run.tick(is_playing=False)
+    assert scene.is_fit
+    run.tick(is_playing=False)
+    assert not scene.calls
+    scene.is_painted = False
+    run.tick(is_playing=False)
+    assert scene.calls == ["go on", "follow"]
+
+
+def test_what_cannot_be_for_now_pauses_and_does_not_switch_off():
+    scene = FakeScene(error=NotNow("Paused: nothing is painted yet"))
+    run = LiveRun(scene, scene.clock)
+    run.tick(is_playing=False)
+    assert (run.pause, scene.off, run.is_over) == ("Paused: nothing is painted yet", [], False)
+    assert run.wants_timer
+    scene.error = None
+    run.tick(is_playing=False)
+    assert (run.pause, scene.calls[-1]) == ("", "follow")
+
+
+def test_the_scene_hears_when_all_is_settled():
+    scene = FakeScene(needed_updates=2)
+    run = LiveRun(scene, scene.clock)
+    run.tick(is_playing=False)
+    assert scene.n_settled == 0
+    run.tick(is_playing=False)
+    assert scene.n_settled == 1

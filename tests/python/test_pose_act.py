@@ -27,6 +27,8 @@ class FakeScene:
     """Counts what the act does; ``place`` is where the one handle stands."""
 
     is_fit: bool = True
+    is_painted: bool = False
+    n_settled: int = 0
     reason: str = ""
     place: float = 0.0
     needed_updates: int = 3
@@ -38,6 +40,9 @@ class FakeScene:
 
     def why_over(self) -> str:
         return self.reason
+
+    def has_to_wait(self) -> bool:
+        return self.is_painted
 
     def is_bound(self) -> bool:
         return self.is_fit
@@ -69,6 +74,9 @@ class FakeScene:
 
     def iteration_limit(self) -> int:
         return self.limit
+
+    def settled(self) -> None:
+        self.n_settled += 1
 
 
 def begun(scene: FakeScene) -> PoseAct:
@@ -378,3 +386,16 @@ def test_what_cannot_be_restored_is_said() -> None:
     assert isinstance(told.error, ValueError)
     former = RuntimeError("first")
     assert restored(End(Ending.RESTORE, "", former), refuse).error is former
+
+
+def test_a_stroke_is_waited_for_and_then_the_mesh_is_bound_again():
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_painted, scene.is_fit = True, False
+    act.scene_changed()
+    act.tick()
+    assert not scene.binds
+    scene.is_painted = False
+    act.tick()
+    assert len(scene.binds) == 1
+    assert act.phase is Phase.BINDING

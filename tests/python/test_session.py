@@ -9,11 +9,10 @@ import arap_native
 import numpy as np
 import pytest
 from arap_deform.handle_map import HandleSpec
-from arap_deform.mesh_graph import connected_labels, face_edges
 from arap_deform.rigid_fit import best_rigid_fit, stretch_of
 from arap_deform.session import Cancelled, Session
 from arap_deform.session_data import SessionMesh, SessionSettings, readout_of_whole
-from arap_deform.vertex_properties import regions_of, stiffness_of
+from arap_deform.stiffness import StiffGroup, regions_of, stiffness_of
 from sample_meshes import rotation_z, tube
 
 TUBE = tube()
@@ -237,8 +236,8 @@ def test_reset_and_set_positions():
 
 def test_rigid_regions_and_stiffness_reach_the_solver():
     middle = np.abs(TUBE.positions[:, 2] - 2.0) < 0.8
-    weights = middle.astype(float)
-    regions = regions_of(weights, MESH)
+    weights = {"Middle": middle.astype(float)}
+    regions = regions_of([StiffGroup("Middle", is_rigid=True)], weights, MESH)
     session = new_session(rigid_regions=regions)
     session.update(np.array([NO_MOTION, BEND]), initial_guess="rest", to_convergence=True)
     rest, shown = TUBE.positions[middle], session.positions[middle].astype(float)
@@ -251,7 +250,7 @@ def test_rigid_regions_and_stiffness_reach_the_solver():
         shown = session.positions[middle].astype(float)
         return np.abs(apply(best_rigid_fit(rest, shown, np.eye(3)), rest) - shown).max()
 
-    assert bent_by(stiffness_of(weights)) < 0.2 * bent_by(None)
+    assert bent_by(stiffness_of([StiffGroup("Middle")], weights)) < 0.2 * bent_by(None)
 
 
 def test_settings_that_need_no_bind_can_change():
@@ -322,48 +321,3 @@ def test_best_rigid_fit_of_a_point_only_shifts_and_of_a_line_turns_least():
     line = np.outer(np.linspace(-1.0, 1.0, 5), [1.0, 0.0, 0.0])
     fit = best_rigid_fit(line, line @ rotation_z(0.6).T, np.eye(3))
     np.testing.assert_allclose(fit[:3, :3], rotation_z(0.6), atol=1e-6)
-
-
-def test_stiffness_goes_from_one_to_a_hundred():
-    np.testing.assert_allclose(stiffness_of(np.array([0.0, 0.5, 1.0])), [1.0, 10.0, 100.0])
-
-
-def test_regions_are_the_connected_pieces():
-    z = TUBE.positions[:, 2]
-    regions = regions_of(np.where(z < 1.0, 1.0, np.where(z > 3.0, 0.5, 0.49)), MESH)
-    assert set(regions[z < 1.0]) == {regions[BOTTOM[0]]}
-    assert set(regions[z > 3.0]) == {regions[TOP[0]]}
-    assert regions[BOTTOM[0]] != regions[TOP[0]]
-    assert min(regions[BOTTOM[0]], regions[TOP[0]]) >= 0
-    assert set(regions[(z >= 1.0) & (z <= 3.0)]) == {-1}
-    assert regions.dtype == np.int32
-
-
-def test_connected_labels_agree_with_a_plain_search():
-    rng = np.random.default_rng(1)
-    n = 300
-    first, second = rng.integers(0, n, size=(2, 240)).astype(np.int32)
-    neighbours = {v: set() for v in range(n)}
-    for a, b in zip(first.tolist(), second.tolist(), strict=True):
-        neighbours[a].add(b)
-        neighbours[b].add(a)
-    expected = np.full(n, -1)
-    for start in range(n):
-        if expected[start] < 0:
-            stack = [start]
-            while stack:
-                vertex = stack.pop()
-                if expected[vertex] < 0:
-                    expected[vertex] = start
-                    stack.extend(neighbours[vertex])
-    assert np.array_equal(connected_labels(n, first, second), expected)
-    path = np.arange(n - 1, dtype=np.int32)
-    shuffled = rng.permutation(n).astype(np.int32)
-    assert not connected_labels(n, shuffled[path], shuffled[path + 1]).any()
-
-
-def test_face_edges_close_every_face():
-    first, second = face_edges(np.array([0, 1, 2, 2, 1, 4, 3], np.int32), np.array([3, 4], np.int32))
-    assert list(zip(first.tolist(), second.tolist(), strict=True)) == [
-        (0, 1), (1, 2), (2, 0), (2, 1), (1, 4), (4, 3), (3, 2),
-    ]  # fmt: skip

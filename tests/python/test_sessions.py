@@ -47,11 +47,11 @@ CHANGES = [
     ({"counts": (97, 184, 368, 91)}, "The mesh of 'Creature' has changed (96 vertices and 90 faces, now 97 and 91)"),
     ({"mesh": other_diagonal()}, "The faces of 'Creature' have changed"),
     ({"mesh": pushed()}, "The rest shape of 'Creature' has changed"),
-    ({"stiffness": np.ones(96)}, "The stiffness or the rigid group of 'Creature' has changed"),
-    ({"regions": np.zeros(96, np.int32)}, "The stiffness or the rigid group of 'Creature' has changed"),
+    ({"stiffness": np.ones(96)}, "The stiffness of 'Creature' has changed"),
+    ({"regions": np.zeros(96, np.int32)}, "The stiffness of 'Creature' has changed"),
     (
         {"settings": SessionSettings(energy="spokes")},
-        "Energy, rigidity, weights, threads, seams, stiffness or rigid group of 'Creature' have changed",
+        "Energy, rigidity, weights, threads or seams of 'Creature' have changed",
     ),
     ({"stretch": np.diag([1.0, 1.0, 1.1])}, "The scale of 'Creature' has changed"),
 ]

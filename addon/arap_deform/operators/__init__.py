@@ -5,10 +5,26 @@ from types import ModuleType
 
 
 def _modules() -> tuple[ModuleType, ...]:
-    from . import bake, handles, mesh_cache, pins, pose, pose_undo, poses, poses_blend, pull, pull_tool, select, solve
+    from . import (
+        bake,
+        groups,
+        handles,
+        mesh_cache,
+        pins,
+        pose,
+        pose_undo,
+        poses,
+        poses_blend,
+        pull,
+        pull_tool,
+        solve,
+        stiffness,
+    )
+    from . import select as select_unheld
 
+    on_groups = (pins, handles, stiffness, groups, select_unheld)
     on_poses = (bake, mesh_cache, poses, poses_blend)
-    return (pins, handles, select, pose_undo, pose, pull_tool, pull, solve, *on_poses)
+    return (*on_groups, pose_undo, pose, pull_tool, pull, solve, *on_poses)
 
 
 def register() -> None:

@@ -89,6 +89,17 @@ def why_busy(obj: bpy.types.Object) -> str:
     return rpt_("Wait for the mesh: {}").format(rpt_(act.doing)) if act is not None else ""
 
 
+def is_posed(obj: bpy.types.Object) -> bool:
+    """Whether a posing act has it; not a drag of its surface."""
+    act = sessions.acts.get(obj.name)
+    return isinstance(act, PoseAct) and not act.is_drag
+
+
+def why_busy_but_posed(obj: bpy.types.Object) -> str:
+    """As why_busy(), for what may be done within a posing act."""
+    return "" if is_posed(obj) else why_busy(obj)
+
+
 def why_no_pose(context: bpy.types.Context) -> str:
     """As why_not_idle(), and there must be a pose to do something with."""
     reason = why_not_idle(context)
@@ -182,6 +193,19 @@ class StatusBar:
             workspace = bpy.data.workspaces.get(name)
             if workspace is not None:
                 workspace.status_text_set(None)
+
+
+@contextmanager
+def one_step(obj: bpy.types.Object, name: str) -> Iterator[None]:
+    """As object_mode(), and what is done within is one step of undo, also in Edit Mode.
+
+    There Blender's own steps are of the mesh being edited alone: undo would leave pins, handles and stiffness on their
+    lists. So an operator that uses this has no option UNDO; in Edit Mode its step is the scene in Object Mode.
+    """
+    with object_mode(obj):
+        yield
+        if bpy.ops.ed.undo_push.poll():  # not without a window
+            bpy.ops.ed.undo_push(message=name)
 
 
 @contextmanager

@@ -2,8 +2,6 @@
 # mypy: disable-error-code="valid-type"
 """Handles: objects and bones that move vertices."""
 
-from typing import Any
-
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
@@ -12,7 +10,7 @@ from ..texts import rpt_
 from .common import (
     allow,
     find_posed_object,
-    object_mode,
+    one_step,
     posed_object,
     reports_errors,
     why_no_mesh,
@@ -37,7 +35,7 @@ class ARAP_OT_handle_add(bpy.types.Operator):
     bl_idname = "arap.handle_add"
     bl_label = "Add ARAP Handle"
     bl_description = "Hang the selected vertices on a new empty: move, turn or scale it while posing and they follow"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER"}
 
     name: StringProperty(name="Name", description="Name of the new handle and its empty", default="Handle")
     is_exact: BoolProperty(
@@ -60,9 +58,8 @@ class ARAP_OT_handle_add(bpy.types.Operator):
         vertices = mesh_io.selected_vertices(obj)
         if not len(vertices):
             raise ValueError("No vertices are selected: select those that the handle shall move")
-        with object_mode(obj):
+        with one_step(obj, self.bl_label):
             api.add_handle(obj, vertices, name=self.name, is_exact=self.is_exact)
-        obj.arap.active_handle_index = len(obj.arap.handles) - 1
         return {"FINISHED"}
 
 
@@ -111,7 +108,7 @@ class ARAP_OT_handle_remove(bpy.types.Operator):
     bl_idname = "arap.handle_remove"
     bl_label = "Remove ARAP Handle"
     bl_description = "Remove the handle chosen in the list, with the empty and the vertex group that were made for it"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -121,10 +118,8 @@ class ARAP_OT_handle_remove(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        settings: Any = obj.arap
-        with object_mode(obj):
-            api.remove_handle(obj, settings.active_handle_index)
-        settings.active_handle_index = max(0, min(settings.active_handle_index, len(settings.handles) - 1))
+        with one_step(obj, self.bl_label):
+            api.remove_handle(obj, obj.arap.active_handle_index)
         return {"FINISHED"}
 
 

@@ -2,20 +2,18 @@
 # mypy: disable-error-code="valid-type"
 """Pins: vertex groups that stay where they are."""
 
-from typing import Any
-
 import bpy
 from bpy.props import StringProperty
 
 from .. import api, mesh_io
-from .common import allow, find_posed_object, object_mode, posed_object, reports_errors, why_no_mesh
+from .common import allow, find_posed_object, one_step, posed_object, reports_errors, why_no_mesh
 
 
 class ARAP_OT_pin_add(bpy.types.Operator):
     bl_idname = "arap.pin_add"
     bl_label = "Add ARAP Pin"
     bl_description = "Hold vertices where they are. In Edit Mode: the selected vertices. In Object Mode: a vertex group"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER"}
 
     name: StringProperty(name="Name", description="Name of the new pin", default="Pin")
     vertex_group: StringProperty(name="Vertex Group", description="Group to pin, in Object Mode", options={"SKIP_SAVE"})
@@ -50,13 +48,13 @@ class ARAP_OT_pin_add(bpy.types.Operator):
             vertices = mesh_io.selected_vertices(obj)
             if not len(vertices):
                 raise ValueError("No vertices are selected: select those to hold")
-            with object_mode(obj):
+            with one_step(obj, self.bl_label):
                 api.add_pin(obj, vertices, name=self.name)
         elif not self.vertex_group:
             raise ValueError("Choose the vertex group to pin, or select vertices in Edit Mode")
         else:
-            api.add_pin_group(obj, self.vertex_group)
-        obj.arap.active_pin_index = len(obj.arap.pins) - 1
+            with one_step(obj, self.bl_label):
+                api.add_pin_group(obj, self.vertex_group)
         return {"FINISHED"}
 
 
@@ -64,7 +62,7 @@ class ARAP_OT_pin_remove(bpy.types.Operator):
     bl_idname = "arap.pin_remove"
     bl_label = "Remove ARAP Pin"
     bl_description = "Let the vertices of the pin chosen in the list go"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -74,10 +72,8 @@ class ARAP_OT_pin_remove(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        settings: Any = obj.arap
-        with object_mode(obj):
-            api.remove_pin(obj, settings.active_pin_index)
-        settings.active_pin_index = max(0, min(settings.active_pin_index, len(settings.pins) - 1))
+        with one_step(obj, self.bl_label):
+            api.remove_pin(obj, obj.arap.active_pin_index)
         return {"FINISHED"}
 
 

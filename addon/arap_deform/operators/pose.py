@@ -44,7 +44,7 @@ class BlenderPoseScene(BlenderFollowScene):
         obj = self.obj
         if obj is None or obj.name not in bpy.context.scene.objects:
             return rpt_("'{}' was deleted or renamed: posing has ended").format(self.name)
-        if obj.mode != "OBJECT":
+        if obj.mode not in {"OBJECT", "WEIGHT_PAINT"}:
             return rpt_("'{}' is no longer in Object Mode: the pose is kept and posing has ended").format(self.name)
         if _counts(obj) != self._counts:
             text = rpt_("The mesh of '{}' has changed: posing has ended, its rest shape is another one now")

@@ -5,11 +5,19 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
-from .. import api, sessions
+from .. import api
 from ..texts import rpt_
-from .common import allow, find_posed_object, posed_object, reports_errors, why_busy, why_no_mesh, why_not_solvable
+from .common import (
+    allow,
+    find_posed_object,
+    is_posed,
+    posed_object,
+    reports_errors,
+    why_busy_but_posed,
+    why_no_mesh,
+    why_not_solvable,
+)
 from .job import ShapesJobOperator
-from .pose_act import PoseAct
 
 AXES = (
     ("X", "X", "Left and right of the object's own plane X = 0"),
@@ -28,7 +36,7 @@ def why_not_storable(context: bpy.types.Context) -> str:
         return "Go to Object Mode first (Tab)"
     if not obj.arap.handles:
         return "Add a handle first: a pose is where the handles are"
-    return "" if _is_posed(obj) else why_busy(obj)
+    return why_busy_but_posed(obj)
 
 
 def why_no_stored_pose(context: bpy.types.Context) -> str:
@@ -52,15 +60,9 @@ def why_no_pose_keys(context: bpy.types.Context) -> str:
     return why_no_stored_pose(context) or why_not_solvable(context)
 
 
-def _is_posed(obj: bpy.types.Object) -> bool:
-    """Whether a posing act has the mesh; not a drag of its surface."""
-    act = sessions.acts.get(obj.name)
-    return isinstance(act, PoseAct) and not act.is_drag
-
-
 def is_followed(obj: bpy.types.Object) -> bool:
     """Whether the mesh follows its handles anyway: while it is posed, or live."""
-    return _is_posed(obj) or bool(obj.arap.is_live)
+    return is_posed(obj) or bool(obj.arap.is_live)
 
 
 def active_name(context: bpy.types.Context) -> str:

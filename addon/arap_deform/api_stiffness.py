@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Stiffness of an object: entries made and removed; the edge of a group softened."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from . import mesh_io, vertex_groups
+from .surface_distance import distances_within, faded
+from .vertex_groups import VertexIndices
+
+if TYPE_CHECKING:
+    from .stiffness_properties import ArapStiffness
+
+
+def add_stiffness(
+    obj: bpy.types.Object, vertices: VertexIndices, name: str = "Stiff", factor: float = 100.0
+) -> ArapStiffness:
+    """Makes a vertex group of ``vertices`` (weight 1), ``factor`` (1 to 100) times as stiff as the rest."""
+    if not 1.0 <= factor <= 100.0:
+        raise ValueError(f"factor = {factor}, must be 1 to 100")
+    entry = _add(obj, vertices, name)
+    entry.factor = factor
+    return entry
+
+
+def add_rigid(
+    obj: bpy.types.Object, vertices: VertexIndices, name: str = "Rigid", *, is_one_body: bool = False
+) -> ArapStiffness:
+    """Makes a vertex group of ``vertices`` that keeps its shape.
+
+    Each connected piece moves as one body: two shoes go their own ways. ``is_one_body``: all of it together, also
+    pieces that are not joined, as the shells of a helmet.
+    """
+    entry = _add(obj, vertices, name)
+    entry.is_rigid, entry.is_one_body = True, is_one_body
+    return entry
+
+
+def add_stiffness_group(obj: bpy.types.Object, vertex_group: str) -> ArapStiffness:
+    """Puts an existing vertex group on the list; where it is there already, returns that entry, enabled."""
+    mesh_io.check_mesh(obj)
+    vertex_groups.check(obj, vertex_group)
+    entries = obj.arap.stiffness
+    entry: ArapStiffness | None = entries.get(vertex_group)
+    if entry is None:
+        entry = entries.add()
+        entry.name = vertex_group
+    entry.is_enabled = True
+    obj.arap.active_stiffness_index = entries.find(vertex_group)
+    return entry
+
+
+def remove_stiffness(obj: bpy.types.Object, index: int) -> None:
+    """Takes an entry off the list, and its vertex group where the entry made it and nothing else uses it."""
+    entries = obj.arap.stiffness
+    if not 0 <= index < len(entries):
+        raise ValueError(f"'{obj.name}' has no stiffness {index}: it has {len(entries)}")
+    group = entries[index].name if entries[index].has_made_group else ""
+    entries.remove(index)
+    obj.arap.active_stiffness_index = max(0, min(obj.arap.active_stiffness_index, len(entries) - 1))
+    vertex_groups.remove_unused(obj, group)
+
+
+def soften_group(obj: bpy.types.Object, vertex_group: str, radius: float) -> None:
+    """Fades a group out around its vertices of weight 1, smoothly to 0 at ``radius`` from them.
+
+    All weights below 1 are replaced, so that the result depends on these vertices and the radius alone; 0 makes the
+    edge hard.
+
+    Args:
+        obj: the mesh.
+        vertex_group: of it.
+        radius: along the surface at rest, in world units as seen.
+
+    Raises:
+        ValueError: as api_handles; a negative radius; no vertex of weight 1.
+    """
+    mesh_io.check_mesh(obj)
+    vertex_groups.check(obj, vertex_group)
+    if not radius >= 0.0:
+        raise ValueError(f"radius = {radius}, must be 0 or more")
+    before = mesh_io.read_weights(obj, [vertex_group])[vertex_group]
+    sources = np.flatnonzero(before >= 1.0).astype(np.int32)
+    if not len(sources):
+        raise ValueError(f"Vertex group '{vertex_group}' of '{obj.name}' has no vertex of weight 1: paint some first")
+    mesh = mesh_io.read_mesh(obj)
+    stretch = mesh_io.read_stretch(obj, bpy.context.evaluated_depsgraph_get())
+    seen = mesh.rest_positions @ stretch.T
+    weights = faded(distances_within(seen, mesh.corner_vertices, mesh.face_sizes, sources, radius), radius)
+    weights[sources] = 1.0
+    changed = np.flatnonzero((weights != before) & ((weights > 0.0) | (before > 0.0))).astype(np.int32)
+    vertex_groups.write(obj, vertex_group, changed, weights[changed])
+
+
+def _add(obj: bpy.types.Object, vertices: VertexIndices, name: str) -> ArapStiffness:
+    mesh_io.check_mesh(obj)
+    indices = vertex_groups.checked_indices(obj, vertices)
+    entry = add_stiffness_group(obj, vertex_groups.new(obj, indices, name))
+    entry.has_made_group = True
+    return entry

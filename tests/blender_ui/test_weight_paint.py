@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Weights painted with a real brush: the mesh follows when the stroke ends, in Live and within a posing act."""
+
+import bpy
+import numpy as np
+import scenes
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+from harness import Steps, Ui
+from mathutils import Vector
+from test_live import SAME, bar, settle
+
+STROKE = 120  # pixels, across the bar
+MIDDLE = scenes.LENGTH / 2
+
+
+def weights_of(group: str) -> np.ndarray:
+    index = bar().vertex_groups[group].index
+    return np.array([sum(g.weight for g in v.groups if g.group == index) for v in bar().data.vertices])
+
+
+def show_front(ui: Ui) -> None:
+    """The bar from the front, its handle moved half a unit to the right."""
+    scenes.add_bar_with_handle(ui.api)
+    bar().arap.tolerance, bar().arap.max_iterations = 1e-6, 2000
+    with bpy.context.temp_override(window=ui.window, area=ui.view, region=ui.region()):
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_all()
+    bpy.data.objects["Top"].location.x += 0.5
+
+
+def paint(ui: Ui, group: str) -> Steps:
+    """The button Paint, and a brush of weight 1 over whatever is within it."""
+    if bar().mode != "WEIGHT_PAINT" or bar().vertex_groups.active.name != group:  # else it would leave
+        assert ui.call(bpy.ops.arap.group_paint, "EXEC_DEFAULT", True, vertex_group=group) == {"FINISHED"}
+    assert (bar().mode, bar().vertex_groups.active.name) == ("WEIGHT_PAINT", group)
+    settings = bpy.context.scene.tool_settings
+    brush = settings.weight_paint.brush
+    brush.use_frontface = False
+    unified = getattr(settings.weight_paint, "unified_paint_settings", None) or settings.unified_paint_settings
+    for owner in (unified, brush):
+        owner.size, owner.weight, owner.strength = 40, 1.0, 1.0
+    yield
+
+
+def stroke(ui: Ui, height: float = MIDDLE) -> Steps:
+    """From left to right over the bar where it is shown, the left button down."""
+    region = ui.region()
+    place = location_3d_to_region_2d(region, ui.view.spaces.active.region_3d, Vector((0.0, 0.0, height)))
+    x, y = region.x + int(place.x), region.y + int(place.y)
+    yield from ui.move_mouse(x - STROKE // 2, y)
+    ui.event("LEFTMOUSE", "PRESS")
+    yield
+    for share in range(1, 11):
+        yield from ui.move_mouse(x - STROKE // 2 + share * STROKE // 10, y)
+    ui.event("LEFTMOUSE", "RELEASE")
+    yield
+
+
+def session(ui: Ui) -> object:
+    return ui.sessions.get("Bar").session
+
+
+def assert_as_solved(ui: Ui) -> None:
+    """The pose is the one that Solve makes of the weights as they are."""
+    shown = scenes.key_positions(bar())
+    ui.api.solve(bar())
+    np.testing.assert_allclose(shown, scenes.key_positions(bar()), atol=SAME)
+
+
+def test_live_follows_a_painted_pin(ui: Ui) -> Steps:
+    """A pin that is painted onto the live mesh holds when the stroke has ended; undo of the stroke lets it go."""
+    show_front(ui)
+    bar().vertex_groups.new(name="Waist")
+    ui.api.add_pin_group(bar(), "Waist")
+    bar().arap.is_live = True
+    yield from settle(ui)
+    free = scenes.key_positions(bar())
+    yield from paint(ui, "Waist")
+    yield from settle(ui)
+    bound, n_before = session(ui), session(ui).n_factorizations
+    bpy.ops.ed.undo_push(message="before the stroke")
+    yield from stroke(ui)
+    yield from settle(ui)
+    yield from ui.screenshot("painted")
+    assert weights_of("Waist").max() > 0.5
+    assert session(ui) is bound, "only constraints have changed: there is no new bind"
+    assert session(ui).n_factorizations > n_before
+    assert np.abs(scenes.key_positions(bar()) - free).max() > 0.05
+    yield from ui.key("Z", ctrl=True)
+    yield from settle(ui)
+    assert weights_of("Waist").max() == 0.0
+    assert bar().mode == "WEIGHT_PAINT"
+    np.testing.assert_allclose(scenes.key_positions(bar()), free, atol=SAME)
+    yield from ui.key("Z", ctrl=True, shift=True)
+    yield from settle(ui)
+    assert weights_of("Waist").max() > 0.5
+    bar().arap.is_live = False
+    assert_as_solved(ui)
+
+
+def test_live_waits_for_weights_and_follows_painted_stiffness(ui: Ui) -> Steps:
+    """A handle whose weights are not painted yet pauses Live; stiffness is bound anew, and undone with the stroke."""
+    show_front(ui)
+    bar().arap.is_live = True
+    yield from settle(ui)
+    yield from paint(ui, "Top")
+    bar().vertex_groups["Top"].remove(range(len(bar().data.vertices)))
+    bar().data.update_tag()
+    lack = (
+        "Paused: Handle 'Top' of 'Bar': vertex group 'Top' has no weights; assign vertices to it or remove the handle"
+    )
+    yield from ui.until(lambda: ui.live.run_of(bar()).pause == lack, "Live waits for weights")
+    yield from stroke(ui, scenes.LENGTH - 0.2)
+    yield from settle(ui)
+    assert bar().arap.is_live
+    ui.call(bpy.ops.arap.stiffness_add, "INVOKE_DEFAULT", True)
+    assert [entry.name for entry in bar().arap.stiffness] == ["Stiff"]
+    yield from settle(ui)
+    yield from paint(ui, "Stiff")
+    before, bound = scenes.key_positions(bar()), session(ui)
+    yield from stroke(ui)
+    yield from settle(ui)
+    assert session(ui) is not bound
+    assert np.abs(scenes.key_positions(bar()) - before).max() > 0.01
+    ui.call(bpy.ops.arap.group_paint, "EXEC_DEFAULT", True, vertex_group="Stiff")
+    assert bar().mode == "OBJECT"
+    yield from settle(ui)
+    bar().arap.is_live = False
+    assert_as_solved(ui)
+
+
+def test_a_posing_act_follows_a_painted_pin(ui: Ui) -> Steps:
+    """Weight Paint within the act: the mesh follows the stroke, Enter keeps all of it, and it is one step of undo."""
+    show_front(ui)
+    bar().vertex_groups.new(name="Waist")
+    ui.api.add_pin_group(bar(), "Waist")
+    ui.select(bar())
+    bpy.ops.ed.undo_push(message="scene")
+    yield from ui.move_mouse_to_view()
+    assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
+    yield from ui.until(lambda: ui.running["Bar"].is_settled, "the act settles")
+    free = scenes.key_positions(bar())
+    yield from paint(ui, "Waist")
+    yield from stroke(ui)
+    yield from ui.until(lambda: np.abs(scenes.key_positions(bar()) - free).max() > 0.05, "the mesh follows")
+    yield from ui.until(lambda: ui.running["Bar"].is_settled, "the act settles again")
+    yield from ui.key("RET")
+    yield from ui.until(lambda: "Bar" not in ui.running, "the act ends")
+    assert_as_solved(ui)
+    yield from ui.key("Z", ctrl=True)
+    yield from ui.until(lambda: bar().mode == "OBJECT" and bar().data.shape_keys is None, "the act is undone")
+    assert weights_of("Waist").max() == 0.0
+
+
+def test_stiffness_panel(ui: Ui) -> Steps:
+    """The panel in each mode; a click makes the selected vertices rigid, and undo takes that back."""
+    show_front(ui)
+    panel = bpy.types.ARAP_PT_stiffness
+    bpy.utils.unregister_class(panel)
+    panel.bl_options = set()
+    panel.bl_order = -1  # above the others: it must be seen
+    bpy.utils.register_class(panel)
+    yield from ui.open_tab()
+    yield from ui.screenshot("1_empty")
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="DESELECT")
+    assert not bpy.ops.arap.rigid_add.poll()
+    yield from ui.screenshot("2_nothing_selected")
+    ui.call(bpy.ops.arap.group_select, "EXEC_DEFAULT", True, vertex_group="Bottom")
+    yield
+    assert ui.call(bpy.ops.arap.rigid_add) == {"FINISHED"}
+    assert [(entry.name, entry.is_rigid) for entry in bar().arap.stiffness] == [("Rigid", True)]
+    yield from ui.screenshot("3_rigid")
+    yield from ui.key("Z", ctrl=True)
+    yield from ui.until(lambda: not bar().arap.stiffness and "Rigid" not in bar().vertex_groups, "it is undone")
+    yield from ui.key("Z", ctrl=True, shift=True)
+    yield from ui.until(lambda: len(bar().arap.stiffness) == 1, "it is done again")
+    ui.api.add_stiffness(bar(), range(16, 32), name="Belly", factor=10.0)
+    yield from ui.screenshot("4_stiff")
+    yield from paint(ui, "Belly")
+    yield from ui.screenshot("5_painted")
