@@ -37,7 +37,7 @@ class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
 
     bl_idname = "ARAP_PT_poses"
     bl_label = "Poses"
-    bl_order = 3  # below the lists of what a pose is made of
+    bl_order = 45  # below what a pose is made of
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:

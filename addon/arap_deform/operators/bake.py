@@ -2,6 +2,8 @@
 # mypy: disable-error-code="valid-type"
 """Baking: the pose to a shape key, the animation of the handles to keyframed shape keys."""
 
+from typing import Any
+
 import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 
@@ -113,6 +115,17 @@ class ARAP_OT_bake_animation(JobOperator, bpy.types.Operator):
 
     def report_result(self, job: api.BakeJob, names: list[str]) -> None:
         self.report({"INFO"}, f"Baked shape keys '{names[0]}' to '{names[-1]}': {job.fit}")
+        report_unsettled(self, job)
+
+
+def report_unsettled(operator: JobOperator, job: api.ShapesJob[Any]) -> None:
+    """Says how many solves of a job have not converged."""
+    if job.n_unsettled:
+        operator.report(
+            {"WARNING"},
+            f"{job.n_unsettled} of {job.n_shapes} solves stopped before the tolerance was met: "
+            "allow more under Settings, At Most",
+        )
 
 
 CLASSES = (ARAP_OT_bake_pose, ARAP_OT_bake_animation)

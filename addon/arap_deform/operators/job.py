@@ -29,7 +29,7 @@ class JobOperator:
     def work_off(self, context: bpy.types.Context, job: api.ShapesJob[Any]) -> set[str]:
         """Does the job: at once without a window, else in steps from here on."""
         if bpy.app.background or context.window is None:
-            self._report(job, api.run_job(job))
+            self.report_result(job, api.run_job(job))
             return {"FINISHED"}
         self._job = job
         self._timer = context.window_manager.event_timer_add(0.01, window=context.window)
@@ -54,7 +54,7 @@ class JobOperator:
             self.report({"ERROR"}, f"{self.act} failed and nothing has changed: {error}")
             return {"CANCELLED"}
         self._leave(context)
-        self._report(self._job, result)
+        self.report_result(self._job, result)
         return {"FINISHED"}
 
     def cancel(self, context: bpy.types.Context) -> None:
@@ -72,12 +72,3 @@ class JobOperator:
         context.window_manager.event_timer_remove(self._timer)
         context.workspace.status_text_set(None)
         tag_panels(context)
-
-    def _report(self, job: api.ShapesJob[Any], result: Any) -> None:
-        self.report_result(job, result)
-        if job.n_unsettled:
-            self.report(
-                {"WARNING"},
-                f"{job.n_unsettled} of {job.n_shapes} solves stopped before the tolerance was met: "
-                "allow more under Settings, At Most",
-            )

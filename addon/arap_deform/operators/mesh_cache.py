@@ -10,6 +10,7 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 from .. import api
 from ..api_bake import size_text
 from ..mesh_cache import FORMATS
+from .bake import report_unsettled
 from .common import allow, posed_object, reports_errors, why_not_solvable
 from .job import JobOperator
 
@@ -97,6 +98,7 @@ class ARAP_OT_export_mesh_cache(JobOperator, bpy.types.Operator):
 
     def report_result(self, job: api.MeshCacheJob, path: Path) -> None:
         self.report({"INFO"}, f"Exported {job.n_shapes} frames to {path}")
+        report_unsettled(self, job)
 
 
 def register() -> None:

@@ -6,6 +6,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from .. import api, sessions
+from .bake import report_unsettled
 from .common import allow, find_posed_object, posed_object, reports_errors, why_no_mesh, why_not_solvable
 from .job import JobOperator
 from .pose_act import running
@@ -159,9 +160,10 @@ class ARAP_OT_poses_to_keys(JobOperator, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         return self.work_off(context, api.begin_pose_keys(posed_object(context)))
 
-    def report_result(self, _job: api.PoseKeysJob, names: list[str]) -> None:
+    def report_result(self, job: api.PoseKeysJob, names: list[str]) -> None:
         made = "1 shape key" if len(names) == 1 else f"{len(names)} shape keys"
         self.report({"INFO"}, f"Made {made}: {', '.join(names)}")
+        report_unsettled(self, job)
 
 
 CLASSES = (

@@ -12,7 +12,6 @@ from ..api_result import capture_transforms, restore_transforms
 from .blend_run import BlendRun
 from .common import StatusBar, allow, posed_object, reports_errors, tag_panels, tag_views
 from .poses import active_name, is_followed, why_not_applicable
-from .solve import solve_with_progress, unsettled_text
 
 STARTS = (
     ("NOW", "Handles Now", "From where the handles are"),
@@ -32,7 +31,7 @@ class PoseOperator:
         before = capture_transforms(obj)
         try:
             placement = act(obj)
-            unsettled = "" if is_followed(obj) else unsettled_text(solve_with_progress(context, obj))
+            unsettled = "" if is_followed(obj) else _solve(context, obj)
         except BaseException:
             restore_transforms(before)
             raise
@@ -185,6 +184,21 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
             f"ARAP Blend: {state}{self.factor:.0%} of the way to '{self.pose}'   |   "
             "Left or right: less or more   |   Click, Enter: keep   |   Esc: cancel",
         )
+
+
+def _solve(context: bpy.types.Context, obj: bpy.types.Object) -> str:
+    """Solves with the progress at the mouse; returns what there is to say where that has not converged."""
+    windows = context.window_manager
+    windows.progress_begin(0, 100)
+    try:
+        readout = api.solve(obj, progress=lambda fraction: windows.progress_update(100 * fraction))
+    finally:
+        windows.progress_end()
+    if readout.stop_reason == "converged":
+        return ""
+    return (
+        f"Stopped after {readout.iterations} iterations, before the tolerance was met: allow more in Settings, At Most"
+    )
 
 
 CLASSES = (ARAP_OT_poses_apply, ARAP_OT_poses_blend)

@@ -9,30 +9,6 @@ from .. import api
 from .common import allow, posed_object, reports_errors, tag_panels, why_not_solvable
 
 
-def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> api.Readout:
-    """As api.solve(), with the progress at the cursor."""
-    windows = context.window_manager
-    windows.progress_begin(0, 100)
-    try:
-        readout = api.solve(
-            obj,
-            context.evaluated_depsgraph_get(),
-            progress=lambda fraction: windows.progress_update(100 * fraction),
-        )
-    finally:
-        windows.progress_end()
-    tag_panels(context)
-    return readout
-
-
-def unsettled_text(readout: api.Readout) -> str:
-    """What there is to say where a solve has not converged; '' where it has."""
-    if readout.stop_reason == "converged":
-        return ""
-    iterations = "1 iteration" if readout.iterations == 1 else f"{readout.iterations} iterations"
-    return f"Stopped after {iterations}, before the tolerance was met: allow more under Settings, At Most"
-
-
 class ARAP_OT_solve(bpy.types.Operator):
     bl_idname = "arap.solve"
     bl_label = "ARAP Solve"
@@ -45,12 +21,25 @@ class ARAP_OT_solve(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        readout = solve_with_progress(context, posed_object(context))
+        windows = context.window_manager
+        windows.progress_begin(0, 100)
+        try:
+            readout = api.solve(
+                posed_object(context),
+                context.evaluated_depsgraph_get(),
+                progress=lambda fraction: windows.progress_update(100 * fraction),
+            )
+        finally:
+            windows.progress_end()
+        tag_panels(context)
         iterations = "1 iteration" if readout.iterations == 1 else f"{readout.iterations} iterations"
-        if unsettled_text(readout):
-            self.report({"WARNING"}, unsettled_text(readout))
-        else:
+        if readout.stop_reason == "converged":
             self.report({"INFO"}, f"Solved in {iterations}, {readout.last_ms:.0f} ms")
+        else:
+            self.report(
+                {"WARNING"},
+                f"Stopped after {iterations}, before the tolerance was met: allow more under Settings, At Most",
+            )
         return {"FINISHED"}
 
 
