@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The tab "ARAP" in the sidebar of the 3D view: its main panel, and what the others share.
 
-Sub-panels stand in the order of their ``bl_order``: First Pose 0, Pins 10, Handles 20, Stiffness 25, Pose 30, Live 40, Poses 45, Bake 50, those
-that say nothing 60, Show 80, Settings 90.
+Sub-panels stand in the order of their ``bl_order``: First Pose 0, Pins 10, Handles 20, Stiffness 25, Pose 30, Live 40,
+Poses 45, Bake 50, those that say nothing 60, Show 80, Settings 90.
 """
 
 from __future__ import annotations

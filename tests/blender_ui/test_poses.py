@@ -238,3 +238,38 @@ def test_blend_is_dragged(ui: Ui) -> Steps:
     yield from ui.key("ESC")
     yield
     assert not ui.running
+
+
+def test_export_mesh_cache_browser(ui: Ui) -> Steps:
+    """The file browser opens on a name with the end of the format; Esc does nothing, its button exports."""
+    animate(ui, 9)
+    bpy.context.preferences.view.filebrowser_display_type = "SCREEN"
+    bpy.ops.ed.undo_push(message="scene")
+    yield from ui.move_mouse_to_view()
+
+    def browsers() -> list[bpy.types.Area]:
+        areas = [area for area in ui.window.screen.areas if area.type == "FILE_BROWSER"]
+        return [area for area in areas if area.spaces.active.params is not None]
+
+    def open_browser() -> Steps:
+        ui.call(bpy.ops.arap.export_mesh_cache)
+        yield from ui.until(lambda: bool(browsers()), "the file browser is open")
+        assert browsers()[0].spaces.active.params.filename == "Bar.mdd"
+
+    yield from open_browser()
+    yield from ui.screenshot("mdd")
+    yield from ui.key("ESC")
+    yield from ui.until(lambda: not browsers(), "Esc has closed it")
+    assert not bar().modifiers
+    assert bpy.context.scene.frame_current == 3
+    yield from open_browser()
+    with tempfile.TemporaryDirectory() as folder:
+        browsers()[0].spaces.active.params.directory = folder.encode()
+        with bpy.context.temp_override(window=ui.window, area=browsers()[0]):
+            bpy.ops.file.execute("INVOKE_DEFAULT")
+        yield from ui.until(lambda: bool(bar().modifiers), "the frames are exported")
+        assert (Path(folder) / "Bar.mdd").is_file()
+    yield from ui.move_mouse_to_view()
+    yield from ui.key("Z", ctrl=True)
+    yield
+    assert not bar().modifiers
