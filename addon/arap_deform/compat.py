@@ -282,7 +282,7 @@ def set_text_size(font: int, size: float) -> None:
 
 def draw_progress(layout: bpy.types.UILayout, text: str, fraction: float) -> None:
     """A bar with a text that is translated already; before 4.0 the text alone."""
-    if hasattr(layout, "progress"):
+    if bpy.app.version >= (4, 0, 0):
         layout.progress(text=text, translate=False, factor=fraction)
     else:
         layout.label(text=text, translate=False, icon="SORTTIME")
