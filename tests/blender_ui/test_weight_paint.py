@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Weights painted with a real brush: the mesh follows when the stroke ends, in Live and within a posing act."""
 
+import time
+
 import bpy
 import numpy as np
 import scenes
@@ -34,6 +36,11 @@ def paint(ui: Ui, group: str) -> Steps:
         assert ui.call(bpy.ops.arap.group_paint, "EXEC_DEFAULT", True, vertex_group=group) == {"FINISHED"}
     assert (bar().mode, bar().vertex_groups.active.name) == ("WEIGHT_PAINT", group)
     settings = bpy.context.scene.tool_settings
+    if settings.weight_paint.brush is None:  # from 4.3 on brushes are assets, which Debian's packages lack
+        bpy.data.brushes.new("Painter", mode="WEIGHT_PAINT").asset_mark()
+        asset = {"asset_library_type": "LOCAL", "relative_asset_identifier": "Brush/Painter"}
+        ui.call(bpy.ops.brush.asset_activate, "EXEC_DEFAULT", True, **asset)
+        yield from ui.until(lambda: settings.weight_paint.brush is not None, "there is a brush")
     brush = settings.weight_paint.brush
     brush.use_frontface = False
     unified = getattr(settings.weight_paint, "unified_paint_settings", None) or settings.unified_paint_settings
@@ -42,8 +49,8 @@ def paint(ui: Ui, group: str) -> Steps:
     yield
 
 
-def stroke(ui: Ui, height: float = MIDDLE) -> Steps:
-    """From left to right over the bar where it is shown, the left button down."""
+def stroke(ui: Ui, height: float = MIDDLE, rest_s: float = 0.0) -> Steps:
+    """From left to right over the bar where it is shown, the left button down; it rests for a while before it is up."""
     region = ui.region()
     place = location_3d_to_region_2d(region, ui.view.spaces.active.region_3d, Vector((0.0, 0.0, height)))
     x, y = region.x + int(place.x), region.y + int(place.y)
@@ -52,6 +59,11 @@ def stroke(ui: Ui, height: float = MIDDLE) -> Steps:
     yield
     for share in range(1, 11):
         yield from ui.move_mouse(x - STROKE // 2 + share * STROKE // 10, y)
+    before, end = scenes.key_positions(bar()), time.monotonic() + rest_s
+    while time.monotonic() < end:
+        yield
+    if "modal_operators" in bpy.types.Window.bl_rna.properties:  # 4.2: there it can be told that it goes on
+        np.testing.assert_array_equal(scenes.key_positions(bar()), before)
     ui.event("LEFTMOUSE", "RELEASE")
     yield
 
@@ -79,7 +91,7 @@ def test_live_follows_a_painted_pin(ui: Ui) -> Steps:
     yield from settle(ui)
     bound, n_before = session(ui), session(ui).n_factorizations
     bpy.ops.ed.undo_push(message="before the stroke")
-    yield from stroke(ui)
+    yield from stroke(ui, rest_s=0.5)
     yield from settle(ui)
     yield from ui.screenshot("painted")
     assert weights_of("Waist").max() > 0.5
