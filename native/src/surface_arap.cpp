@@ -211,12 +211,13 @@ void SurfaceArap::Impl::restore_pose() {
 std::optional<double> SurfaceArap::Impl::apply_guess(const Positions& targets, InitialGuess guess,
                                                      const Positions& turns, const Positions& target_step) {
   if (guess != InitialGuess::kPrevious) reset();
-  if (const double ahead = turns.rows() > 0 ? 0 : prediction.share(target_step); ahead != 0) {
-    prediction.apply(ahead, model.workers, pose.rotations);
-    steps->forget();
-  }
   // The centers of rigid regions depend on the constraints.
   pose.placements = constraints->regions().fit_placements(pose.positions);
+  if (const double ahead = turns.rows() > 0 ? 0 : prediction.share(target_step); ahead != 0) {
+    prediction.apply(ahead, model.workers, pose.rotations);
+    constraints->regions().take_rotations(pose.rotations, pose.placements);
+    steps->forget();
+  }
   const bool has_torn = steps->impose_constraints(pose);
   if (guess == InitialGuess::kNaiveLaplacian) {
     if (!constraints->has_laplacian_system()) ++n_factorizations;
