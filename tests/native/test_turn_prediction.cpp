@@ -15,7 +15,6 @@ namespace arap_test {
 namespace {
 
 using arap::Rotations;
-using arap::SolveResult;
 using arap::SurfaceArap;
 using arap::TurnPrediction;
 
