@@ -175,6 +175,7 @@ struct SurfaceArap::Impl {
   Pose pose;
   Positions last_targets;     ///< of the pose; empty where it comes from somewhere else
   TurnPrediction prediction;  ///< of the next pose, from the last ones
+  Rotations first_rotations;  ///< after the first iteration of a solve
   Pose kept;                  ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
   std::vector<double> areas;                    ///< at each vertex
@@ -253,7 +254,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
     const std::optional<double> step = apply_guess(model_targets, options.initial_guess, turns, target_step);
     const double spent_s = std::chrono::duration<double>(Clock::now() - start).count();
     options.time_limit_s = std::max(options.time_limit_s - spent_s, 0.0);
-    report = minimize(*steps, *search, pose, options, progress, step);
+    report = minimize(*steps, *search, pose, options, progress, step, first_rotations);
     if (report.stop_reason == StopReason::kCancelled) restore_pose();
     if (!std::isfinite(report.energy_after) || !hand_over(result, out))
       throw SolverError("the positions are no longer finite; the last good pose is kept");
@@ -264,7 +265,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
   }
   if (report.stop_reason != StopReason::kCancelled) {
     last_targets = model_targets;
-    prediction.learn(target_step, kept.rotations);
+    prediction.learn(target_step, kept.rotations, first_rotations);
   }
   result.energy_before = space.energy_to_input(report.energy_before);
   result.energy_after = space.energy_to_input(report.energy_after);

@@ -9,9 +9,11 @@
 
 namespace arap {
 
-void TurnPrediction::learn(const Positions& step, Rotations& before) {
+void TurnPrediction::learn(const Positions& step, Rotations& before, Rotations& after) {
+  if (step.rows() > 0 && (step.array() == 0).all()) return;
   last_step_ = step;
   before_.swap(before);
+  after_.swap(after);
 }
 
 double TurnPrediction::share(const Positions& step) const {
@@ -29,8 +31,8 @@ void TurnPrediction::apply(double share, const Workers& workers, Rotations& rota
     for (int c = begin; c < end; ++c) {
       // Along the chord, which is half the turn: off from the arc by its third power.
       const Eigen::Vector4d now = rotations[c].coeffs();
-      const double sign = now.dot(before_[c].coeffs()) < 0 ? -1 : 1;
-      const Eigen::Vector4d chord = share * (now - sign * before_[c].coeffs());
+      const Eigen::Vector4d next = (after_[c] * before_[c].conjugate() * rotations[c]).coeffs();
+      const Eigen::Vector4d chord = share * ((now.dot(next) < 0 ? -1 : 1) * next - now);
       const double turn = 2 * chord.norm();
       rotations[c].coeffs() = (now + (turn > kLargestTurn ? kLargestTurn / turn : 1) * chord).normalized();
     }

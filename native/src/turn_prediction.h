@@ -7,18 +7,20 @@
 
 namespace arap {
 
-/// How the cells will have turned by the next frame of a drag: on from the last frame as they did in it, by as much as
-/// the targets go on in their direction. What few iterations a frame leave to be done is much the same in every frame;
-/// begun ahead by it, a drag does not lag behind its handles.
+/// How the cells will have turned by the next frame of a drag: on from the last frame as its first iteration turned
+/// them, by as much as the targets go on in their direction. What few iterations a frame leave to be done is much the
+/// same in every frame; begun ahead by it, a drag does not lag behind its handles. The first iteration alone: what
+/// later ones and frames at rest bring is catching up, which does not go on.
 class TurnPrediction {
  public:
-  /// A frame is done.
+  /// A frame is done. Where its targets were at rest, there is nothing to learn.
   /// @param step    of its targets, (n_targets, 3); no rows: they did not come from a frame before
-  /// @param before  the rotations that it began with; left with others
-  void learn(const Positions& step, Rotations& before);
+  /// @param before  the rotations of the frame before; left with others, as is `after`
+  /// @param after   those after its first iteration
+  void learn(const Positions& step, Rotations& before, Rotations& after);
 
-  /// By which part of the last frame's turns the next one begins ahead: how far its targets go in the direction of the
-  /// last ones, as a part of these, in [-1.5, 1.5]. 0 where nothing is known, or nothing moves.
+  /// By which part of these turns the next frame begins ahead: how far its targets go in the direction of the last
+  /// ones, as a part of these, in [-1.5, 1.5]. 0 where nothing is known, or nothing moves.
   /// @param step  of its targets
   [[nodiscard]] double share(const Positions& step) const;
 
@@ -28,7 +30,8 @@ class TurnPrediction {
 
  private:
   Positions last_step_;
-  Rotations before_;  ///< with which the last frame began
+  Rotations before_;
+  Rotations after_;
 };
 
 }  // namespace arap

@@ -23,7 +23,8 @@ Positions step(const Vector3& of_all) { return of_all.transpose().replicate(3, 1
 TurnPrediction learned(const Vector3& of_all) {
   TurnPrediction prediction;
   Rotations before{Eigen::Quaterniond::Identity()};
-  prediction.learn(step(of_all), before);
+  Rotations after = before;
+  prediction.learn(step(of_all), before, after);
   return prediction;
 }
 
@@ -39,19 +40,30 @@ TEST(TurnPrediction, GoesOnAsFarAsTheTargetsDo) {
   EXPECT_DOUBLE_EQ(prediction.share(step({-100, -200, 0})), -1.5);
 }
 
-TEST(TurnPrediction, KnowsNothingAtFirstNorOfOtherTargetsNorAfterARest) {
+TEST(TurnPrediction, KnowsNothingAtFirstNorOfOtherTargets) {
   EXPECT_EQ(TurnPrediction().share(step({1, 0, 0})), 0);
   EXPECT_EQ(learned({1, 0, 0}).share(Positions::Ones(2, 3)), 0);
   EXPECT_EQ(learned({1, 0, 0}).share(Positions(0, 3)), 0);
   EXPECT_EQ(learned({0, 0, 0}).share(step({1, 0, 0})), 0);
 }
 
+TEST(TurnPrediction, LearnsNothingAtRestAndForgetsWhereTargetsComeFromElsewhere) {
+  TurnPrediction prediction = learned({1, 0, 0});
+  Rotations before{Eigen::Quaterniond::Identity()};
+  Rotations after = before;
+  prediction.learn(step({0, 0, 0}), before, after);
+  EXPECT_EQ(prediction.share(step({1, 0, 0})), 1);
+  prediction.learn(Positions(0, 3), before, after);
+  EXPECT_EQ(prediction.share(step({1, 0, 0})), 0);
+}
+
 TEST(TurnPrediction, TurnsOnAboutTheSameAxis) {
   const Vector3 axis = Vector3(1, -2, .5).normalized();
   const auto turned = [&](double angle_rad) { return Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, axis)); };
   TurnPrediction prediction;
-  Rotations before{turned(.3)};
-  prediction.learn(step({1, 0, 0}), before);
+  Rotations before{turned(.2)};
+  Rotations after{turned(.3)};
+  prediction.learn(step({1, 0, 0}), before, after);
   for (const double sign : {1.0, -1.0})
     for (const double share : {-1.0, .5, 1.0, 1.5}) {
       Rotations rotations{Eigen::Quaterniond(sign * turned(.4).coeffs())};  // either stands for the same rotation
@@ -67,7 +79,8 @@ TEST(TurnPrediction, ACellThatHasSnappedOverDoesNotDoSoAgain) {
   };
   TurnPrediction prediction;
   Rotations before{turned(0)};
-  prediction.learn(step({1, 0, 0}), before);
+  Rotations after{turned(2)};
+  prediction.learn(step({1, 0, 0}), before, after);
   Rotations rotations{turned(2)};
   prediction.apply(1, arap::Workers(1), rotations);
   EXPECT_LT(rotations[0].angularDistance(turned(2)), 1.001 * std::numbers::pi / 8);
@@ -144,6 +157,25 @@ TEST(Prediction, ADragWithARigidRegionToo) {
     if (std::abs(drag.mesh.vertices[v][0]) < .05 * drag.mesh.diagonal()) regions[v] = 0;
   drag.properties = with_regions(regions);
   expect_nearer("region", drag);
+}
+
+TEST(Prediction, CatchingUpNowAndThenIsNotTakenForMotion) {
+  // What many iterations make good at once would, gone on with, be the next lag, and a larger one.
+  Drag drag;
+  drag.n_frames = 60;
+  const auto most = [&](int every, int many) {
+    SurfaceArap solver(drag.mesh.mesh(), drag.options());
+    solver.set_constraints(drag.at(0).constraints);
+    std::vector<Positions> frames;
+    for (int frame = 0; frame <= drag.n_frames; ++frame)
+      frames.push_back(
+          solver.solve(drag.at(frame).targets, iterations(frame % every == every - 1 ? many : 1)).positions);
+    const std::vector<double> behind = drag.behind(frames);
+    return *std::max_element(behind.begin(), behind.end());
+  };
+  const double evenly = most(1, 1);
+  for (const int every : {2, 5, 10})
+    for (const int many : {5, 12, 60}) EXPECT_LT(most(every, many), 1.5 * evenly) << many << " iterations, " << every;
 }
 
 TEST(Prediction, DoesNotChangeWhereADragConverges) {
