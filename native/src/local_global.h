@@ -44,6 +44,8 @@ class LocalGlobal {
   /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().
   void start(const Pose& pose);
   void finish(Pose& pose);
+  /// As the last fit() left them.
+  void read_rotations(Rotations& rotations) const { passes_->read_rotations(rotations); }
   /// Comes where anybody else changes the pose or works with the passes.
   void forget() { known_ = Known::kNothing; }
 

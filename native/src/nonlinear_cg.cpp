@@ -154,12 +154,13 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
 }
 
 IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
-                         const Progress& progress, std::optional<double> step_before) {
+                         const Progress& progress, std::optional<double> step_before, Rotations& first) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   IterationReport report;
   steps.start(pose);
   report.energy_before = report.energy_after = steps.fit(pose);
+  steps.read_rotations(first);
   const auto is_cancelled = [&] {
     const double fraction = static_cast<double>(report.iterations) / options.max_iterations;
     if (!progress || progress(fraction)) return false;

@@ -73,7 +73,8 @@ struct IterationReport {
 /// @param step_before  where the pose comes from a global step: its largest movement. With the fit that comes first
 /// here
 ///                     it is an iteration.
+/// @param first        set to the rotations after that fit
 IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
-                         const Progress& progress, std::optional<double> step_before = std::nullopt);
+                         const Progress& progress, std::optional<double> step_before, Rotations& first);
 
 }  // namespace arap

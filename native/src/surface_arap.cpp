@@ -21,6 +21,7 @@
 #include "surface_model.h"
 #include "surface_patch.h"
 #include "text.h"
+#include "turn_prediction.h"
 
 namespace arap {
 
@@ -131,8 +132,10 @@ struct SurfaceArap::Impl {
   SolveResult solve(const Positions& targets, SolveOptions options, std::span<const Matrix3> rotations,
                     const Progress& progress, std::span<float> out);
   /// @param turns  rotation vectors of the targets' rows, no rows: nothing turns
+  /// @param target_step  from the targets of the previous pose; no rows: unknown
   /// Returns the largest movement of its global step, where that is half of an iteration.
-  std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns);
+  std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns,
+                                    const Positions& target_step);
   /// min over R of E at `positions`, on the model; sets the gradient.
   double evaluate(const Positions& positions, Positions& gradient) const {
     if (steps != nullptr) steps->forget();
@@ -154,7 +157,7 @@ struct SurfaceArap::Impl {
     return all_finite(model.workers, pose.positions);
   }
   /// What a solve that fails goes back to.
-  void keep_pose(bool with_rotations);
+  void keep_pose();
   void restore_pose();
 
   [[nodiscard]] Patch patch_around(const std::vector<int>& vertices, double radius) const;
@@ -170,8 +173,10 @@ struct SurfaceArap::Impl {
   std::unique_ptr<LocalGlobal> steps;   ///< over constraints
   std::unique_ptr<NonlinearCg> search;  ///< over steps
   Pose pose;
-  Positions last_targets;  ///< of the pose; empty where it comes from somewhere else
-  Pose kept;               ///< lives as long as the model, so that its memory is there
+  Positions last_targets;     ///< of the pose; empty where it comes from somewhere else
+  TurnPrediction prediction;  ///< of the next pose, from the last ones
+  Rotations first_rotations;  ///< after the first iteration of a solve
+  Pose kept;                  ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
   std::vector<double> areas;                    ///< at each vertex
   double diagonal;                              ///< of the surface
@@ -191,25 +196,29 @@ Patch SurfaceArap::Impl::patch_around(const std::vector<int>& vertices, double r
   return patch;
 }
 
-void SurfaceArap::Impl::keep_pose(bool with_rotations) {
+void SurfaceArap::Impl::keep_pose() {
   copy_rows(model.workers, pose.positions, kept.positions);
   kept.placements = pose.placements;
-  kept.rotations.clear();
-  if (with_rotations) kept.rotations = pose.rotations;
+  kept.rotations = pose.rotations;
 }
 
 void SurfaceArap::Impl::restore_pose() {
   steps->forget();
   copy_rows(model.workers, kept.positions, pose.positions);
   pose.placements = kept.placements;
-  if (!kept.rotations.empty()) pose.rotations = kept.rotations;
+  pose.rotations = kept.rotations;
 }
 
 std::optional<double> SurfaceArap::Impl::apply_guess(const Positions& targets, InitialGuess guess,
-                                                     const Positions& turns) {
+                                                     const Positions& turns, const Positions& target_step) {
   if (guess != InitialGuess::kPrevious) reset();
   // The centers of rigid regions depend on the constraints.
   pose.placements = constraints->regions().fit_placements(pose.positions);
+  if (const double ahead = turns.rows() > 0 ? 0 : prediction.share(target_step); ahead != 0) {
+    prediction.apply(ahead, model.workers, pose.rotations);
+    constraints->regions().take_rotations(pose.rotations, pose.placements);
+    steps->forget();
+  }
   const bool has_torn = steps->impose_constraints(pose);
   if (guess == InitialGuess::kNaiveLaplacian) {
     if (!constraints->has_laplacian_system()) ++n_factorizations;
@@ -222,7 +231,8 @@ std::optional<double> SurfaceArap::Impl::apply_guess(const Positions& targets, I
     steps->global_step_to(kGuessAccuracy, pose);  // brings the patches to their targets too, as the plain one does
     return std::nullopt;
   }
-  if (guess == InitialGuess::kPrevious && has_torn) return steps->global_step(pose);
+  if (guess == InitialGuess::kPrevious && (has_torn || (target_step.array() != 0).any()))
+    return steps->global_step(pose);
   steps->project_on_patches(pose);
   return std::nullopt;
 }
@@ -233,17 +243,18 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
   const Clock::time_point start = Clock::now();
   const Positions model_targets = space.points_to_model(targets);
   steps->aim(model_targets, constraints->is_weak_hold() ? Precision::kDouble : precision_for(options, model_targets));
-  // An iteration without regions changes the rotations of the pose when it is done and not before.
   const Positions turns =
       handle_turns->of_start(options.initial_guess, last_targets, pose.positions, model_targets, rotations);
-  keep_pose(options.initial_guess != InitialGuess::kPrevious || turns.size() > 0 || !model.regions.empty());
+  const bool is_going_on = options.initial_guess == InitialGuess::kPrevious && last_targets.rows() > 0;
+  const Positions target_step = is_going_on ? Positions(model_targets - last_targets) : Positions(0, 3);
+  keep_pose();
   SolveResult result;
   IterationReport report;
   try {
-    const std::optional<double> step = apply_guess(model_targets, options.initial_guess, turns);
+    const std::optional<double> step = apply_guess(model_targets, options.initial_guess, turns, target_step);
     const double spent_s = std::chrono::duration<double>(Clock::now() - start).count();
     options.time_limit_s = std::max(options.time_limit_s - spent_s, 0.0);
-    report = minimize(*steps, *search, pose, options, progress, step);
+    report = minimize(*steps, *search, pose, options, progress, step, first_rotations);
     if (report.stop_reason == StopReason::kCancelled) restore_pose();
     if (!std::isfinite(report.energy_after) || !hand_over(result, out))
       throw SolverError("the positions are no longer finite; the last good pose is kept");
@@ -252,7 +263,10 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
     if (!out.empty()) static_cast<void>(space.write_to_input(pose.positions, model.workers, out));
     throw;
   }
-  if (report.stop_reason != StopReason::kCancelled) last_targets = model_targets;
+  if (report.stop_reason != StopReason::kCancelled) {
+    last_targets = model_targets;
+    prediction.learn(target_step, kept.rotations, first_rotations);
+  }
   result.energy_before = space.energy_to_input(report.energy_before);
   result.energy_after = space.energy_to_input(report.energy_after);
   result.iterations = report.iterations;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <optional>
 #include <vector>
 
 #include "helpers.h"
@@ -433,7 +434,8 @@ Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vec
                   constraints.regions().fit_placements(model.rest)};
   steps.impose_constraints(pose);
   arap::NonlinearCg search(steps);
-  minimize(steps, search, pose, iterations(15), {});
+  arap::Rotations first;
+  minimize(steps, search, pose, iterations(15), {}, std::nullopt, first);
   return pose.positions;
 }
 

@@ -188,7 +188,14 @@ QUALITY = {
         }
     },
     "drag": {
-        "plain": {"n_vertices": 9, "load": 0.5, "frame_ms": 14.0, "iterations": [2, 3], "behind": [0.01, 0.03]},
+        "plain": {
+            "n_vertices": 9,
+            "load": 0.5,
+            "frame_ms": 14.0,
+            "iterations": [2, 3],
+            "behind": [0.01, 0.03],
+            "behind_of_iterations": {"1": [0.02, 0.04]},
+        },
     },
     "symmetry": {"plain": {"n_vertices": 9, "distances": [[1e-10, 2.3e-13]], "moved": 0.2}},
 }
@@ -207,6 +214,7 @@ def test_walls_steps_drags_and_symmetry_have_tables():
     assert "| bend, plain | 1600 | 10 | 0.75 |" in found["quality-walls"]
     assert "| bend, plain | 400 | 0.20 |" in found["quality-steps"]
     assert "| plain | 9 | 14.0 | 2.5 | 2.0 | 3.0 | 0.50 |" in found["quality-drag"]
+    assert "| plain | 9 | - | 1 | 3.0 | 4.0 | - |" in found["quality-drag"]
     assert "| plain | 9 | 1e-10 | 2e-13 | 0.20 |" in found["quality-symmetry"]
 
 

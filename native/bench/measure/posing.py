@@ -44,6 +44,13 @@ def solve_options(iterations: int, tolerance: float, limit_s: float = math.inf) 
     )
 
 
+class Limit(NamedTuple):
+    """What a frame of a drag may take."""
+
+    iterations: int = MOST_ITERATIONS
+    s: float = math.inf
+
+
 class Posed(NamedTuple):
     """A pose solved to its end: positions (n, 3), and whether the tolerance ended it, not a limit."""
 
@@ -84,9 +91,9 @@ class Posing:
         result = self._arap.solve(self.targets(share), solve_options(MOST_ITERATIONS, tolerance, limit_s))
         return Posed(result.positions, result.energy_after, result.stop_reason == "converged")
 
-    def frame(self, share: float, limit_s: float, out: np.typing.NDArray[np.float32]) -> int:
-        """What a frame of a drag solves within its time; into ``out`` (n, 3); the number of iterations."""
-        options = solve_options(MOST_ITERATIONS, TOLERANCE, limit_s)
+    def frame(self, share: float, limit: Limit, out: np.typing.NDArray[np.float32]) -> int:
+        """What a frame of a drag solves within its limit; into ``out`` (n, 3); the number of iterations."""
+        options = solve_options(limit.iterations, TOLERANCE, limit.s)
         return self._arap.solve(self.targets(share), options, out=out).iterations
 
     def reset(self) -> None:

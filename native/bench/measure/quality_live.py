@@ -7,15 +7,18 @@ import sys
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import machine
-from .meshes import Mesh, creature
+from .meshes import Floats, Mesh, creature
 from .poses import STEPS, Pose, cub_parts, large_move_of, turned
-from .posing import TOLERANCE, ModelName, Posing, options_of
+from .posing import TOLERANCE, Limit, ModelName, Posing, options_of
 from .shape import mirror_partners
 
 FRAMES = 60
+SHARES = [(frame + 1) / FRAMES for frame in range(FRAMES)]
 FRAME_S = 0.014
+FRAME_ITERATIONS = (1, 2, 3)
 DRAG_VERTICES, SYMMETRY_VERTICES = 100_000, 10_000
 CONVERGED_S = 4.0  # at most, of a frame's converged pose
 SYMMETRY_TOLERANCES = (TOLERANCE, 1e-10)
@@ -25,32 +28,48 @@ SYMMETRY_S = 30.0
 def measure_drag(model: ModelName) -> dict[str, Any]:
     """How far each frame of a drag is from the pose that it would converge to, as fractions of the diagonal.
 
-    The head goes where the pose "large move" puts it, in 60 even frames. Each starts from the one before.
+    The head goes where the pose "large move" puts it, in 60 even frames. Each starts from the one before. Beside what
+    the time of a frame allows stand frames of so many iterations, which do not depend on the machine.
     """
     pose = large_move_of(creature(DRAG_VERTICES), DRAG_VERTICES)
-    shares = [(frame + 1) / FRAMES for frame in range(FRAMES)]
     posing = Posing(pose, options_of(model))
-    posing.frame(0.0, FRAME_S, np.empty(pose.mesh.positions.shape, dtype=np.float32))  # the first touch of its memory
+    in_time = Limit(s=FRAME_S)
+    posing.frame(0.0, in_time, np.empty(pose.mesh.positions.shape, dtype=np.float32))  # the first touch of its memory
+    live, iterations = _drag(posing, pose, in_time)
+    load = machine.description()["load"]
+    of_iterations = {n: _drag(posing, pose, Limit(iterations=n))[0] for n in FRAME_ITERATIONS}
     posing.reset()
-    live = np.empty((FRAMES, *pose.mesh.positions.shape), dtype=np.float32)
-    iterations = [posing.frame(share, FRAME_S, out) for share, out in zip(shares, live, strict=True)]
-    posing.reset()
-    behind = []
+    behind: list[float] = []
+    behind_of: dict[str, list[float]] = {str(n): [] for n in of_iterations}
     is_converged = True
-    for share, positions in zip(shares, live, strict=True):
+    for frame, share in enumerate(SHARES):
         posed = posing.follow(share, CONVERGED_S)
         is_converged &= posed.is_converged
-        behind.append(float(np.linalg.norm(positions - posed.positions, axis=1).max()))
+        behind.append(_largest_distance(live[frame], posed.positions))
+        for n, frames in of_iterations.items():
+            behind_of[str(n)].append(_largest_distance(frames[frame], posed.positions))
     row = {
         "n_vertices": len(pose.mesh.positions),
-        "load": machine.description()["load"],
+        "load": load,
         "frame_ms": 1e3 * FRAME_S,
         "iterations": iterations,
         "behind": behind,
+        "behind_of_iterations": behind_of,
         "is_converged": is_converged,
     }
     print(f"drag, {model}: {row}", file=sys.stderr, flush=True)
     return row
+
+
+def _drag(posing: Posing, pose: Pose, limit: Limit) -> tuple[NDArray[np.float32], list[int]]:
+    """The frames from rest, (FRAMES, n, 3), and their iterations."""
+    posing.reset()
+    frames = np.empty((FRAMES, *pose.mesh.positions.shape), dtype=np.float32)
+    return frames, [posing.frame(share, limit, out) for share, out in zip(SHARES, frames, strict=True)]
+
+
+def _largest_distance(a: NDArray[np.float32], b: Floats) -> float:
+    return float(np.linalg.norm(a - b, axis=1).max())
 
 
 def measure_symmetry(model: ModelName) -> dict[str, Any]:

@@ -91,21 +91,23 @@ def steps(entries: Iterable[Row]) -> str:
 
 
 def drag(models: dict[str, Row]) -> str:
-    lines = [
-        (
-            MODEL_NAMES[model],
-            str(row["n_vertices"]),
-            number(row["frame_ms"]),
-            number(sum(row["iterations"]) / len(row["iterations"]), 2),
-            number(100 * sum(row["behind"]) / len(row["behind"]), 2),
-            number(100 * max(row["behind"]), 2),
-            number(row["load"], 2),
+    lines = []
+    for model, row in models.items():
+        start = (MODEL_NAMES[model], str(row["n_vertices"]))
+        mean = sum(row["iterations"]) / len(row["iterations"])
+        lines.append(
+            (*start, number(row["frame_ms"]), number(mean, 2), *_behind(row["behind"]), number(row["load"], 2))
         )
-        for model, row in models.items()
-    ]
+        for n, behind in row.get("behind_of_iterations", {}).items():
+            lines.append((*start, NOTHING, n, *_behind(behind), NOTHING))
     behind = ("behind, mean, %", "behind, most, %")
     headers = ("drag", "vertices", "ms a frame", "iterations a frame", *behind, "load after it")
     return markdown(headers, lines) if lines else ""
+
+
+def _behind(distances: list[float]) -> tuple[str, str]:
+    """Mean and most in percent."""
+    return number(100 * sum(distances) / len(distances), 2), number(100 * max(distances), 2)
 
 
 def symmetry(models: dict[str, Row]) -> str:

@@ -29,7 +29,7 @@ enum class LinearSolverKind {
 
 /// Where the iteration starts. Constrained vertices start at their targets in every case.
 enum class InitialGuess {
-  kPrevious,         ///< the positions of the last solve, turned along with handles that turned far: for drags
+  kPrevious,         ///< the positions of the last solve, turned on with the handles: for drags
   kRest,             ///< the rest positions
   kNaiveLaplacian,   ///< min |L p' - L p|^2 under the constraints, as [SA07] starts
   kHandleRotations,  ///< the handles' rotations propagated harmonically, then one global step

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "turn_prediction.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+#include "helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::Rotations;
+using arap::SurfaceArap;
+using arap::TurnPrediction;
+
+Positions step(const Vector3& of_all) { return of_all.transpose().replicate(3, 1); }
+
+TurnPrediction learned(const Vector3& of_all) {
+  TurnPrediction prediction;
+  Rotations before{Eigen::Quaterniond::Identity()};
+  Rotations after = before;
+  prediction.learn(step(of_all), before, after);
+  return prediction;
+}
+
+TEST(TurnPrediction, GoesOnAsFarAsTheTargetsDo) {
+  const TurnPrediction prediction = learned({1, 2, 0});
+  EXPECT_DOUBLE_EQ(prediction.share(step({1, 2, 0})), 1);
+  EXPECT_DOUBLE_EQ(prediction.share(step({.5, 1, 0})), .5);
+  EXPECT_DOUBLE_EQ(prediction.share(step({3, 1, 7})), 1) << "what is across counts nothing";
+  EXPECT_DOUBLE_EQ(prediction.share(step({-2, 1, 0})), 0);
+  EXPECT_DOUBLE_EQ(prediction.share(step({-1, -2, 0})), -1) << "the way back is the way there";
+  EXPECT_DOUBLE_EQ(prediction.share(step({0, 0, 0})), 0);
+  EXPECT_DOUBLE_EQ(prediction.share(step({100, 200, 0})), 1.5) << "a leap is not foretold";
+  EXPECT_DOUBLE_EQ(prediction.share(step({-100, -200, 0})), -1.5);
+}
+
+TEST(TurnPrediction, KnowsNothingAtFirstNorOfOtherTargets) {
+  EXPECT_EQ(TurnPrediction().share(step({1, 0, 0})), 0);
+  EXPECT_EQ(learned({1, 0, 0}).share(Positions::Ones(2, 3)), 0);
+  EXPECT_EQ(learned({1, 0, 0}).share(Positions(0, 3)), 0);
+  EXPECT_EQ(learned({0, 0, 0}).share(step({1, 0, 0})), 0);
+}
+
+TEST(TurnPrediction, LearnsNothingAtRestAndForgetsWhereTargetsComeFromElsewhere) {
+  TurnPrediction prediction = learned({1, 0, 0});
+  Rotations before{Eigen::Quaterniond::Identity()};
+  Rotations after = before;
+  prediction.learn(step({0, 0, 0}), before, after);
+  EXPECT_EQ(prediction.share(step({1, 0, 0})), 1);
+  prediction.learn(Positions(0, 3), before, after);
+  EXPECT_EQ(prediction.share(step({1, 0, 0})), 0);
+}
+
+TEST(TurnPrediction, TurnsOnAboutTheSameAxis) {
+  const Vector3 axis = Vector3(1, -2, .5).normalized();
+  const auto turned = [&](double angle_rad) { return Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, axis)); };
+  TurnPrediction prediction;
+  Rotations before{turned(.2)};
+  Rotations after{turned(.3)};
+  prediction.learn(step({1, 0, 0}), before, after);
+  for (const double sign : {1.0, -1.0})
+    for (const double share : {-1.0, .5, 1.0, 1.5}) {
+      Rotations rotations{Eigen::Quaterniond(sign * turned(.4).coeffs())};  // either stands for the same rotation
+      prediction.apply(share, arap::Workers(1), rotations);
+      EXPECT_LT(rotations[0].angularDistance(turned(.4 + .1 * share)), 2e-3) << share << " " << sign;
+      EXPECT_NEAR(rotations[0].norm(), 1, 1e-12);
+    }
+}
+
+TEST(TurnPrediction, ACellThatHasSnappedOverDoesNotDoSoAgain) {
+  const auto turned = [](double angle_rad) {
+    return Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, Vector3::UnitY()));
+  };
+  TurnPrediction prediction;
+  Rotations before{turned(0)};
+  Rotations after{turned(2)};
+  prediction.learn(step({1, 0, 0}), before, after);
+  Rotations rotations{turned(2)};
+  prediction.apply(1, arap::Workers(1), rotations);
+  EXPECT_LT(rotations[0].angularDistance(turned(2)), 1.001 * std::numbers::pi / 8);
+}
+
+/// Frames of a few iterations, the far end of a bar turned and moved evenly, beside the poses that they would have
+/// converged to.
+struct Drag {
+  MeshData mesh = bar(8, Faces::kQuads);
+  SurfaceArap::VertexProperties properties;
+  double strength = 1;
+  int n_frames = 20;
+
+  [[nodiscard]] arap::Options options() const {
+    arap::Options options;
+    options.rigidity_radius = .06;
+    return options;
+  }
+  [[nodiscard]] Task at(int frame) const {
+    const double share = static_cast<double>(frame) / n_frames;
+    Task task =
+        bend_task(mesh, {rotation_about({.2, 1, .3}, 1.2 * share), Vector3(-.1, 0, .2) * share * mesh.diagonal()});
+    for (size_t k = 0; k < task.constraints.strengths.size(); k += 2) task.constraints.strengths[k] = strength;
+    return task;
+  }
+  [[nodiscard]] std::vector<Positions> frames(const arap::SolveOptions& solve_options,
+                                              const std::function<void(SurfaceArap&)>& between = {}) const {
+    SurfaceArap solver(mesh.mesh(), options(), properties);
+    solver.set_constraints(at(0).constraints);
+    std::vector<Positions> result;
+    for (int frame = 0; frame <= n_frames; ++frame) {
+      result.push_back(solver.solve(at(frame).targets, solve_options).positions);
+      if (between) between(solver);
+    }
+    return result;
+  }
+  /// Of each frame, how far it is from there, in diagonals.
+  [[nodiscard]] std::vector<double> behind(const std::vector<Positions>& frames) const {
+    const std::vector<Positions> converged = this->frames(to_step(1e-7));
+    std::vector<double> result;
+    for (size_t k = 0; k < frames.size(); ++k)
+      result.push_back(max_distance(frames[k], converged[k]) / mesh.diagonal());
+    return result;
+  }
+};
+
+/// Takes the prediction away: positions that come from elsewhere have no last frame.
+void set_again(SurfaceArap& solver) { solver.set_positions(solver.positions()); }
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+void expect_nearer(const char* what, const Drag& drag) {
+  for (const int n : {1, 2, 3}) {
+    const std::vector<double> with = drag.behind(drag.frames(iterations(n)));
+    const std::vector<double> without = drag.behind(drag.frames(iterations(n), set_again));
+    EXPECT_LT(mean(with), .5 * mean(without)) << what << ", " << n << " iterations a frame";
+    EXPECT_LT(*std::max_element(with.begin(), with.end()), *std::max_element(without.begin(), without.end())) << what;
+  }
+}
+
+TEST(Prediction, ADragIsNearerToWhereItConverges) {
+  expect_nearer("hard", {});
+  Drag soft;
+  soft.strength = .5;
+  expect_nearer("soft", soft);
+}
+
+TEST(Prediction, ADragWithARigidRegionToo) {
+  Drag drag;
+  std::vector<int> regions(drag.mesh.n_vertices(), -1);
+  for (int v = 0; v < drag.mesh.n_vertices(); ++v)
+    if (std::abs(drag.mesh.vertices[v][0]) < .05 * drag.mesh.diagonal()) regions[v] = 0;
+  drag.properties = with_regions(regions);
+  expect_nearer("region", drag);
+}
+
+TEST(Prediction, CatchingUpNowAndThenIsNotTakenForMotion) {
+  // What many iterations make good at once would, gone on with, be the next lag, and a larger one.
+  Drag drag;
+  drag.n_frames = 60;
+  const auto most = [&](int every, int many) {
+    SurfaceArap solver(drag.mesh.mesh(), drag.options());
+    solver.set_constraints(drag.at(0).constraints);
+    std::vector<Positions> frames;
+    for (int frame = 0; frame <= drag.n_frames; ++frame)
+      frames.push_back(
+          solver.solve(drag.at(frame).targets, iterations(frame % every == every - 1 ? many : 1)).positions);
+    const std::vector<double> behind = drag.behind(frames);
+    return *std::max_element(behind.begin(), behind.end());
+  };
+  const double evenly = most(1, 1);
+  for (const int every : {2, 5, 10})
+    for (const int many : {5, 12, 60}) EXPECT_LT(most(every, many), 1.5 * evenly) << many << " iterations, " << every;
+}
+
+TEST(Prediction, DoesNotChangeWhereADragConverges) {
+  const Drag drag;
+  const std::vector<Positions> with = drag.frames(to_step(1e-8));
+  const std::vector<Positions> without = drag.frames(to_step(1e-8), set_again);
+  for (size_t k = 0; k < with.size(); ++k) EXPECT_LT(max_distance(with[k], without[k]), 1e-5 * drag.mesh.diagonal());
+}
+
+TEST(Prediction, ACancelledFrameIsNoneOfTheDrag) {
+  const Drag drag;
+  const Positions elsewhere = bend_task(drag.mesh, default_bend(drag.mesh)).targets;
+  const std::vector<Positions> cancelled = drag.frames(iterations(2), [&](SurfaceArap& solver) {
+    int n_calls = 0;
+    static_cast<void>(solver.solve(elsewhere, iterations(9), {}, [&](double) { return ++n_calls < 3; }));
+  });
+  const std::vector<Positions> undisturbed = drag.frames(iterations(2));
+  for (size_t k = 0; k < cancelled.size(); ++k)
+    EXPECT_LT(max_distance(cancelled[k], undisturbed[k]), 1e-6 * drag.mesh.diagonal()) << "frame " << k;
+}
+
+}  // namespace
+}  // namespace arap_test
