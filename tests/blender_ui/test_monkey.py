@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A monkey at the window: random but legal input, acts one after the other whatever the one before has left behind.
 
-ARAP_MONKEY_ACTS says how many (150), ARAP_MONKEY_SEED which (1). Each act is printed before it is done, so a failure
+ARAP_MONKEY_ACTS says how many (100), ARAP_MONKEY_SEED which (1). Each act is printed before it is done, so a failure
 tells the way to it. After each: the meshes are where finite numbers can be drawn, rest shapes are untouched, nothing
 was printed that looks like an exception (the runner's part).
 """
@@ -21,7 +21,7 @@ import scenes
 from harness import Steps, Ui
 from test_live import add_second_bar
 
-N_ACTS = int(os.environ.get("ARAP_MONKEY_ACTS", "150"))
+N_ACTS = int(os.environ.get("ARAP_MONKEY_ACTS", "100"))
 SEED = int(os.environ.get("ARAP_MONKEY_SEED", "1"))
 FAR = 1e4  # no mesh has a reason to get there: each drag moves a handle by a few units
 OPERATORS = (
