@@ -26,12 +26,13 @@ class PoseKeysJob(ShapesJob[list[str]]):
     """Makes shape keys of stored poses; see begin_pose_keys(). finish() returns the keys' names."""
 
     noun = "making of shape keys"
+    doing = "shape keys are made of its poses"
 
     def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, names: list[str]) -> None:
         self._names = names
         self._pose_matrices = [matrices_of(obj, name) for name in names]
         self._shapes = ShapeStore(len(obj.data.vertices))
-        super().__init__(obj, scene, len(names), "shape keys are made of its poses")
+        super().__init__(obj, scene, len(names))
 
     def cancel(self) -> None:
         super().cancel()
