@@ -17,6 +17,7 @@ from .session import Progress
 from .shape_key import Float32s
 from .shape_store import ShapeStore
 from .shapes_job import ShapesJob, check_in_scene
+from .texts import iface_
 
 if TYPE_CHECKING:
     from .pose_properties import ArapStoredPose
@@ -39,7 +40,7 @@ class PoseKeysJob(ShapesJob[list[str]]):
         self._shapes.close()
 
     def _shape_name(self) -> str:
-        return f"pose '{self._names[min(self._n_done, self._n_shapes - 1)]}'"
+        return iface_("pose '{}'").format(self._names[min(self._n_done, self._n_shapes - 1)])
 
     def _begin_shape(self) -> None:
         self._object()

@@ -313,3 +313,26 @@ def test_add_on_disabled_within_a_bake(ui: Ui) -> Steps:
         assert not ui.running
     yield from ui.key("TAB")
     assert bar().mode == "EDIT", "keys are Blender's own again"
+
+
+def test_undo_of_an_act_leaves_live_off(ui: Ui) -> Steps:
+    """What Live has given up is not tried again by the undo of a later act."""
+    bent = add_poses(ui)
+    bar().arap.live_problem = "Live is off"
+    bpy.ops.ed.undo_push(message="given up")
+    yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.poses_apply, "EXEC_DEFAULT", True, pose="Straight")
+    yield
+    yield from ui.key("Z", ctrl=True)
+    yield
+    np.testing.assert_allclose(scenes.key_positions(bar()), bent, atol=NEAR)
+    assert not bar().arap.is_live
+    bar().arap.live_problem = "Live is off"
+    bpy.ops.ed.undo_push(message="given up")
+    ui.call(bpy.ops.arap.poses_to_keys, "EXEC_DEFAULT", True)
+    yield from ui.until(lambda: "Bent" in key_names(), "the poses are shape keys")
+    yield from ui.key("Z", ctrl=True)
+    yield
+    assert "Bent" not in key_names()
+    np.testing.assert_allclose(scenes.key_positions(bar()), bent, atol=NEAR)
+    assert not bar().arap.is_live

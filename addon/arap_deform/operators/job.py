@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from .. import api, redraw
+from .. import api, live, redraw
 from ..texts import iface_, rpt_
 from .common import StatusBar
 
@@ -68,6 +68,7 @@ class JobOperator:
         if bpy.app.background or context.window is None:
             self.report_result(job, api.run_job(job))
             return {"FINISHED"}
+        live.give_up(bpy.data.objects[job.object_name])
         self._run = JobRun(context, job, self.act)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import bpy
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 
-from .. import api, redraw
+from .. import api, live, redraw
 from ..api_result import capture_transforms, restore_transforms
 from ..texts import iface_, rpt_
 from . import blend_run
@@ -31,6 +31,7 @@ class PoseOperator:
     def place(self, context: bpy.types.Context, act: Callable[[bpy.types.Object], api.Placement]) -> set[str]:
         """Moves the handles by ``act`` and solves, where nothing else does."""
         obj = posed_object(context)
+        live.give_up(obj)
         before = capture_transforms(obj)
         try:
             placement = act(obj)
