@@ -71,6 +71,7 @@ class BakeJob(FramesJob[list[str]]):
     """Bakes frames to shape keys; see begin_bake(). finish() returns the keys' names."""
 
     noun = "bake"
+    doing = "it is baked"
 
     def __init__(
         self,
@@ -84,7 +85,7 @@ class BakeJob(FramesJob[list[str]]):
         self._tolerance_percent = tolerance_percent
         self._shapes = ShapeStore(len(obj.data.vertices))
         self._search: KeySearch | None = None
-        super().__init__(obj, scene, frames, "it is baked")
+        super().__init__(obj, scene, frames)
         self._size = diagonal_of(self._inputs.mesh.rest_positions @ self._inputs.stretch.T)
 
     @property

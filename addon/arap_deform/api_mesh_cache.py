@@ -22,6 +22,7 @@ class MeshCacheJob(FramesJob[Path]):
     """Writes frames to a cache as they are solved; see begin_mesh_cache(). finish() returns the file's path."""
 
     noun = "export"
+    doing = "its frames are exported"
 
     def __init__(
         self, obj: bpy.types.Object, scene: bpy.types.Scene, frames: list[int], path: Path, *, add_modifier: bool
@@ -29,7 +30,7 @@ class MeshCacheJob(FramesJob[Path]):
         self._path = path
         self._add_modifier = add_modifier
         self._writer: CacheWriter | None = None
-        super().__init__(obj, scene, frames, "its frames are exported")
+        super().__init__(obj, scene, frames)
         fps = scene.render.fps / scene.render.fps_base
         self._step = frames[1] - frames[0] if len(frames) > 1 else 1
         try:

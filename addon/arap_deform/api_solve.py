@@ -67,7 +67,8 @@ class SolveJob:
     noun = "solve"
 
     def __init__(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
-        """Of a checked object: see begin_solve()."""
+        """Of a checked object: see begin_solve(). Raises RuntimeError where another act has it."""
+        sessions.check_free(obj.name)
         self.object_name: str = obj.name
         self._inputs = session_input(obj, depsgraph)
         self._matrices = handle_io.handle_matrices(obj, depsgraph)
@@ -110,13 +111,13 @@ class SolveJob:
             raise RuntimeError(f"{reason} while it was solved: solve again")
         sessions.put(self.object_name, Live(self._session, self._inputs))
         write_pose(obj, writable_key(obj), self._session, result)
-        sessions.release(self.object_name)
+        sessions.release(self.object_name, self)
         return result
 
     def cancel(self) -> None:
         """Everything as before."""
         self._work.drop()
-        sessions.release(self.object_name)
+        sessions.release(self.object_name, self)
         if self._work.has_started and (self._is_bound or self._session is not None):
             self._work.wait()  # the session is in use for as long as an iteration
         obj = bpy.data.objects.get(self.object_name)

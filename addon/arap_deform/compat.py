@@ -238,6 +238,14 @@ def insert_linear_keyframes(
     fcurve.update()
 
 
+def saved_settings(obj: bpy.types.Object) -> Any:
+    """What the file holds of ``obj.arap``, like a dictionary, former properties too; None where it holds nothing."""
+    if hasattr(obj, "bl_system_properties_get"):  # 5.0: apart from what artists and scripts store
+        properties = obj.bl_system_properties_get()
+        return properties.get("arap") if properties is not None else None
+    return obj.get("arap")
+
+
 def move_modifier_first(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> None:
     """Puts a modifier before all others."""
     index = obj.modifiers.find(modifier.name)

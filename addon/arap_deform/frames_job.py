@@ -19,11 +19,11 @@ class FramesJob(ShapesJob[Result]):
     The current frame changes meanwhile.
     """
 
-    def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, frames: Sequence[int], claim: str) -> None:
+    def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, frames: Sequence[int]) -> None:
         self._frames = list(frames)
         self._frame_before = (scene.frame_current, scene.frame_subframe)
         self._values_before = frame_state.capture()
-        super().__init__(obj, scene, len(self._frames), claim)
+        super().__init__(obj, scene, len(self._frames))
 
     @property
     def frame(self) -> int:

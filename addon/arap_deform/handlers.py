@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import app_handlers, empty_groups, mesh_size, seen_mesh, sessions, stiffness_io
+from . import app_handlers, empty_groups, mesh_size, older_files, seen_mesh, sessions
 
 
 @persistent
@@ -15,12 +15,12 @@ def _on_load(*_: object) -> None:
     empty_groups.clear()
     mesh_size.clear()
     seen_mesh.clear()
-    stiffness_io.upgrade_all()
+    older_files.upgrade_all()
 
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    stiffness_io.upgrade_updated(depsgraph)
+    older_files.upgrade_updated(depsgraph)
     empty_groups.forget_updated(depsgraph)
     mesh_size.forget_updated(depsgraph, sessions.acts)
     seen_mesh.forget_updated(depsgraph)
@@ -49,14 +49,14 @@ _HANDLERS = (
 
 def register() -> None:
     # Enabled while a file is open; in here that cannot be looked at.
-    bpy.app.timers.register(stiffness_io.upgrade_all)
+    bpy.app.timers.register(older_files.upgrade_all)
     app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
     app_handlers.remove(_HANDLERS)
-    if bpy.app.timers.is_registered(stiffness_io.upgrade_all):
-        bpy.app.timers.unregister(stiffness_io.upgrade_all)
+    if bpy.app.timers.is_registered(older_files.upgrade_all):
+        bpy.app.timers.unregister(older_files.upgrade_all)
     sessions.clear()
     empty_groups.clear()
     mesh_size.clear()

@@ -61,7 +61,8 @@ def give_up(obj: bpy.types.Object) -> None:
     """To be called before an act without Live: undoing the act must not try again what Live has given up."""
     if obj.arap.live_problem:
         obj.arap.live_problem = ""
-        bpy.ops.ed.undo_push(message="ARAP Live Off")
+        if bpy.ops.ed.undo_push.poll():  # not without a window
+            bpy.ops.ed.undo_push(message="ARAP Live Off")
 
 
 def _begin(obj: bpy.types.Object) -> None:

@@ -17,6 +17,7 @@ from .session import Progress
 from .shape_key import Float32s
 from .shape_store import ShapeStore
 from .shapes_job import ShapesJob, check_in_scene
+from .texts import iface_
 
 if TYPE_CHECKING:
     from .pose_properties import ArapStoredPose
@@ -26,19 +27,20 @@ class PoseKeysJob(ShapesJob[list[str]]):
     """Makes shape keys of stored poses; see begin_pose_keys(). finish() returns the keys' names."""
 
     noun = "making of shape keys"
+    doing = "shape keys are made of its poses"
 
     def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, names: list[str]) -> None:
         self._names = names
         self._pose_matrices = [matrices_of(obj, name) for name in names]
         self._shapes = ShapeStore(len(obj.data.vertices))
-        super().__init__(obj, scene, len(names), "shape keys are made of its poses")
+        super().__init__(obj, scene, len(names))
 
     def cancel(self) -> None:
         super().cancel()
         self._shapes.close()
 
     def _shape_name(self) -> str:
-        return f"pose '{self._names[min(self._n_done, self._n_shapes - 1)]}'"
+        return iface_("pose '{}'").format(self._names[min(self._n_done, self._n_shapes - 1)])
 
     def _begin_shape(self) -> None:
         self._object()

@@ -84,13 +84,6 @@ class Act(Protocol):
         """What goes on: 'it is baked', for example."""
 
 
-@dataclass(frozen=True)
-class Work:
-    """An act of which there is no more to say."""
-
-    doing: str
-
-
 acts: dict[str, Act] = {}
 """The acts under way, by name of the object: to be read. claim() and release() change it."""
 
@@ -118,13 +111,22 @@ def clear() -> None:
     acts.clear()
 
 
-def claim(object_name: str, act: Act | str) -> None:
-    """An act has the mesh for itself from now on, until release(): Live waits. A text says what is done."""
-    acts[object_name] = Work(act) if isinstance(act, str) else act
+def check_free(object_name: str) -> None:
+    """Raises RuntimeError where an act has the mesh for itself."""
+    if object_name in acts:
+        raise RuntimeError(f"Wait for '{object_name}': {acts[object_name].doing}")
 
 
-def release(object_name: str) -> None:
-    acts.pop(object_name, None)
+def claim(object_name: str, act: Act) -> None:
+    """The act has the mesh for itself from now on, until release(): Live waits. Raises as check_free()."""
+    check_free(object_name)
+    acts[object_name] = act
+
+
+def release(object_name: str, act: Act) -> None:
+    """Does nothing where the act does not have the mesh: another file was loaded, and another act has one of its."""
+    if acts.get(object_name) is act:
+        del acts[object_name]
 
 
 def claimed_by(object_name: str) -> str:

@@ -31,9 +31,11 @@ class ShapesJob(ABC, Generic[Result]):
     """
 
     noun = "job"  # for messages: what has ended
+    doing: str  # to the mesh
 
-    def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, n_shapes: int, claim: str) -> None:
-        """Of a checked object. ``claim``: what is done to it, 'it is baked' for example."""
+    def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, n_shapes: int) -> None:
+        """Of a checked object. Raises RuntimeError where another act has it."""
+        sessions.check_free(obj.name)
         self._object_name: str = obj.name
         self._scene_name = scene.name
         self._n_shapes = n_shapes
@@ -53,7 +55,7 @@ class ShapesJob(ABC, Generic[Result]):
             self._begin_bind(self._inputs)
         else:
             self._take_live(session)
-        sessions.claim(obj.name, claim)
+        sessions.claim(obj.name, self)
 
     @property
     def fraction(self) -> float:
@@ -197,7 +199,7 @@ class ShapesJob(ABC, Generic[Result]):
     def _go_back(self) -> None:
         if self._live_session is not None and self._live_positions is not None:
             self._live_session.set_positions(self._live_positions)
-        sessions.release(self._object_name)
+        sessions.release(self._object_name, self)
 
     def _scene(self) -> bpy.types.Scene:
         scene = bpy.data.scenes.get(self._scene_name)

@@ -25,6 +25,13 @@ def flattened(suite: unittest.TestSuite) -> Iterator[unittest.TestCase]:
             yield test
 
 
+class FakeAct:
+    """An act that has a mesh for itself."""
+
+    def __init__(self, doing: str) -> None:
+        self.doing = doing
+
+
 def module(name: str) -> ModuleType:
     """A module of the installed add-on."""
     return importlib.import_module(f"{PACKAGE}.{name}")

@@ -8,6 +8,7 @@ from support import (
     MIDDLE,
     PLACED,
     TOP,
+    FakeAct,
     SceneTest,
     bend,
     bpy,
@@ -416,8 +417,9 @@ class RefusalTest(SceneTest):
         common = module("operators.common")
         self.assertEqual(common.find_posed_object(bpy.context), mover)
         sessions = module("sessions")
-        sessions.claim(obj.name, "it is posed")
-        self.addCleanup(sessions.release, obj.name)
+        act = FakeAct("it is posed")
+        sessions.claim(obj.name, act)
+        self.addCleanup(sessions.release, obj.name, act)
         self.assertEqual(common.find_posed_object(bpy.context), obj)
         self.api.add_pin(mover, BOTTOM)
         self.assertEqual(common.find_posed_object(bpy.context), mover)

@@ -11,6 +11,7 @@ from support import (
     BOTTOM,
     MIDDLE,
     TOP,
+    FakeAct,
     SceneTest,
     bend,
     bpy,
@@ -247,11 +248,12 @@ class LiveToggleTest(SceneTest):
 
     def test_waits_while_the_object_is_posed_or_baked(self):
         obj = live_tube()
-        self.sessions.claim("Tube", "it is posed")
+        act = FakeAct("it is posed")
+        self.sessions.claim("Tube", act)
         count = self.count_updates(obj)
         bend(obj)
         self.assertEqual((count, self.live.run_of(obj).pause), ([0], "Paused while it is posed"))
-        self.sessions.release("Tube")
+        self.sessions.release("Tube", act)
         bpy.context.view_layer.update()
         self.scene.frame_set(2)
         self.assert_followed(obj)

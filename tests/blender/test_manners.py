@@ -4,7 +4,7 @@
 from types import SimpleNamespace
 
 import numpy as np
-from support import BOTTOM, TOP, SceneTest, bpy, key_positions, mesh_object, module, move, posable
+from support import BOTTOM, TOP, FakeAct, SceneTest, bpy, key_positions, mesh_object, module, move, posable
 
 OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"))
 NOT_IN_THE_MENU = {"pull": "the tool's own key", "pose_end": "a button while a mesh is posed"}
@@ -110,10 +110,42 @@ class ReasonTest(SceneTest):
     def test_a_mesh_that_is_busy_is_left_alone(self):
         obj = posable()
         bpy.context.view_layer.objects.active = obj
-        module("sessions").claim(obj.name, "it is solved")
-        self.addCleanup(module("sessions").release, obj.name)
+        act = FakeAct("it is solved")
+        module("sessions").claim(obj.name, act)
+        self.addCleanup(module("sessions").release, obj.name, act)
         for name in ("solve", "bake_animation", "edit_mesh", "select_unheld"):
             self.assertIn("Wait for the mesh: it is solved", self.reason(name))
+
+    def test_an_act_that_comes_second_waits(self):
+        obj = posable()
+        sessions = module("sessions")
+        self.api.store_pose(obj, "Pose")
+        act = FakeAct("it is posed")
+        sessions.claim(obj.name, act)
+        for begin in (
+            lambda: self.api.begin_solve(obj),
+            lambda: self.api.begin_bake(obj, 1, 2),
+            lambda: self.api.begin_pose_keys(obj),
+            lambda: self.api.begin_mesh_cache(obj, "tube.mdd", 1, 2),
+        ):
+            self.assert_error(RuntimeError, "Wait for 'Tube': it is posed", begin)
+        self.assertIs(sessions.acts["Tube"], act)
+        sessions.release(obj.name, act)
+        job = self.api.begin_solve(obj)
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        sessions.claim("Tube", act)
+        job.cancel()
+        self.assertIs(sessions.acts["Tube"], act, "of another file")
+        sessions.release("Tube", act)
+
+    def test_a_mesh_that_was_renamed_while_it_was_worked_on_does_not_hide_the_selected_one(self):
+        obj = mesh_object()
+        bpy.context.view_layer.objects.active = None
+        obj.select_set(True)
+        act = FakeAct("it is solved")
+        module("sessions").claim("Former", act)
+        self.addCleanup(module("sessions").release, "Former", act)
+        self.assertEqual(module("operators.common").find_posed_object(bpy.context), obj)
 
 
 class FirstPoseTest(SceneTest):

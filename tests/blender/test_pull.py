@@ -402,11 +402,12 @@ class PinsTest(PullTest):
         self.assertEqual(common.why_not_pullable(bpy.context), "Wait for the mesh: it is baked")
         job.cancel()
         self.assertEqual(common.why_not_pullable(bpy.context), "")
-        module("sessions").claim(obj.name, pose_act.PoseAct(None, is_drag=True))
+        act = pose_act.PoseAct(None, is_drag=True)
+        module("sessions").claim(obj.name, act)
         self.assertEqual(
             common.why_not_pullable(bpy.context), "The mesh is being pulled: wait until it has settled, or press Esc"
         )
-        module("sessions").release(obj.name)
+        module("sessions").release(obj.name, act)
         self.assertEqual(common.why_not_pullable(bpy.context), "")
 
     def test_a_window_is_needed_to_pull(self):

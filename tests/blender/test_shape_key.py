@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The key that takes the pose: what is made, what is left alone, what is refused."""
 
+import tempfile
+from pathlib import Path
+from unittest import mock
+
 import numpy as np
 from support import (
     TOP,
@@ -279,6 +283,29 @@ class LiveKeyTest(SceneTest):
         self.own_key(obj)
         self.api.solve(obj)
         self.assertEqual(self.names(obj), ["Basis", "ARAP", "ARAP.001"])
+
+    def test_an_older_file_keeps_the_name_that_was_set(self):
+        obj = posable()
+        obj.arap.key_name = "Mine"
+        bend(obj)
+        self.api.solve(obj)
+        shown = shown_positions(obj)
+        obj.arap.own_key_name = ""
+        former = module("compat").saved_settings(obj)
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(module("older_files"), "upgrade_updated"):
+            former["key_name"] = "Mine"  # as it was saved before there was a name in the preferences
+            path = str(Path(folder) / "old.blend")
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            bpy.ops.wm.open_mainfile(filepath=path)
+        obj = bpy.data.objects["Tube"]
+        self.assertEqual((obj.arap.key_name, obj.arap.own_key_name), ("Mine", "Mine"))
+        self.assertNotIn("key_name", module("compat").saved_settings(obj))
+        self.api.solve(obj)
+        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "Mine"])
+        self.assert_close(shown_positions(obj), shown, 1e-4)
+        obj.arap.key_name = ""
+        bpy.context.view_layer.update()
+        self.assertEqual(obj.arap.key_name, "ARAP", "the old name is read once")
 
 
 class ResultTest(SceneTest):

@@ -248,7 +248,7 @@ class OldFileTest(SceneTest):
         self.api.solve(obj)
         meant = key_positions(obj)
         obj.arap.stiffness.clear()
-        with mock.patch.object(module("stiffness_io"), "upgrade_updated"):
+        with mock.patch.object(module("older_files"), "upgrade_updated"):
             obj.arap.rigid_group, obj.arap.stiffness_group = "Armor", "Stiff"
             bpy.ops.wm.save_as_mainfile(filepath=path)
         return meant
@@ -272,14 +272,14 @@ class OldFileTest(SceneTest):
 
     def test_so_has_the_file_that_is_open_when_the_add_on_is_enabled(self):
         obj = posable()
-        with mock.patch.object(module("stiffness_io"), "upgrade_updated"):
+        with mock.patch.object(module("older_files"), "upgrade_updated"):
             obj.arap.stiffness_group = "Head"
             bpy.context.view_layer.update()
         self.assertEqual(entries(obj), [])
         module("handlers").unregister()
         module("handlers").register()
-        self.assertTrue(bpy.app.timers.is_registered(module("stiffness_io").upgrade_all))
-        module("stiffness_io").upgrade_all()  # timers need a window
+        self.assertTrue(bpy.app.timers.is_registered(module("older_files").upgrade_all))
+        module("older_files").upgrade_all()  # timers need a window
         self.assertEqual(entries(obj), [("Head", False, 100.0)])
 
     def test_so_has_an_object_that_is_appended_from_one(self):

@@ -7,6 +7,7 @@ from support import (
     BOTTOM,
     MIDDLE,
     TOP,
+    FakeAct,
     SceneTest,
     bend,
     bpy,
@@ -253,9 +254,10 @@ class GroupButtonTest(SceneTest):
     def test_why_not(self):
         why = module("operators.groups").why_no_group
         self.assertEqual(why(bpy.context), "")
-        module("sessions").claim("Tube", "it is baked")
+        act = FakeAct("it is baked")
+        module("sessions").claim("Tube", act)
         self.assertEqual(why(bpy.context), "Wait for the mesh: it is baked")
-        module("sessions").release("Tube")
+        module("sessions").release("Tube", act)
         self.obj.vertex_groups.clear()
         self.assertEqual(why(bpy.context), "There is no vertex group yet: add a pin, a handle or stiffness first")
         self.obj.hide_set(True)

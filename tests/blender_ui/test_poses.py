@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 import numpy as np
 import scenes
-from harness import Steps, Ui
+from harness import MODULE, Steps, Ui
 from test_bake import animate, key_names
 from test_pose import NEAR, bar, begin, handle, settle
 
@@ -273,3 +273,66 @@ def test_export_mesh_cache_browser(ui: Ui) -> Steps:
     yield from ui.key("Z", ctrl=True)
     yield
     assert not bar().modifiers
+
+
+def test_add_on_disabled_within_a_blend(ui: Ui) -> Steps:
+    """Disabling the add-on while a blend is dragged restores handles and mesh; enabled again, it blends again."""
+    bent = add_poses(ui)
+    place = handle().matrix_world.copy()
+    yield from ui.move_mouse_to_view()
+    x, y = ui.mouse
+    whole = round(300 * bpy.context.preferences.system.ui_scale)
+    for _ in range(2):
+        ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, pose="Straight")
+        yield from ui.move_mouse(x + whole, y)
+        yield from ui.until(lambda: np.abs(scenes.key_positions(bar()) - bent).max() > 0.3, "the mesh follows")
+        bpy.ops.preferences.addon_disable(module=MODULE)
+        yield
+        np.testing.assert_allclose(np.array(handle().matrix_world), np.array(place), atol=NEAR)
+        np.testing.assert_array_equal(scenes.key_positions(bar()), bent)
+        bpy.ops.preferences.addon_enable(module=MODULE)
+        ui.find_modules()
+        assert not ui.running
+        yield from ui.move_mouse(x, y)
+
+
+def test_add_on_disabled_within_a_bake(ui: Ui) -> Steps:
+    """Disabling the add-on during a bake leaves everything as it was; enabled again, it bakes again."""
+    animate(ui, 4000)
+    yield from ui.move_mouse_to_view()
+    for _ in range(2):
+        ui.call(bpy.ops.arap.bake_animation, "EXEC_DEFAULT", True, frame_start=1, frame_end=4000)
+        yield from ui.until(lambda: bpy.context.scene.frame_current > 10, "the bake is under way")
+        bpy.ops.preferences.addon_disable(module=MODULE)
+        yield
+        assert bpy.context.scene.frame_current == 3
+        assert key_names() == []
+        bpy.ops.preferences.addon_enable(module=MODULE)
+        ui.find_modules()
+        yield
+        assert not ui.running
+    yield from ui.key("TAB")
+    assert bar().mode == "EDIT", "keys are Blender's own again"
+
+
+def test_undo_of_an_act_leaves_live_off(ui: Ui) -> Steps:
+    """What Live has given up is not tried again by the undo of a later act."""
+    bent = add_poses(ui)
+    bar().arap.live_problem = "Live is off"
+    bpy.ops.ed.undo_push(message="given up")
+    yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.poses_apply, "EXEC_DEFAULT", True, pose="Straight")
+    yield
+    yield from ui.key("Z", ctrl=True)
+    yield
+    np.testing.assert_allclose(scenes.key_positions(bar()), bent, atol=NEAR)
+    assert not bar().arap.is_live
+    bar().arap.live_problem = "Live is off"
+    bpy.ops.ed.undo_push(message="given up")
+    ui.call(bpy.ops.arap.poses_to_keys, "EXEC_DEFAULT", True)
+    yield from ui.until(lambda: "Bent" in key_names(), "the poses are shape keys")
+    yield from ui.key("Z", ctrl=True)
+    yield
+    assert "Bent" not in key_names()
+    np.testing.assert_allclose(scenes.key_positions(bar()), bent, atol=NEAR)
+    assert not bar().arap.is_live

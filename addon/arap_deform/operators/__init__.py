@@ -9,6 +9,7 @@ def _modules() -> tuple[ModuleType, ...]:
         bake,
         groups,
         handles,
+        job,
         mesh_cache,
         pins,
         pose,
@@ -24,7 +25,7 @@ def _modules() -> tuple[ModuleType, ...]:
 
     on_groups = (pins, handles, stiffness, groups, select_unheld)
     on_poses = (bake, mesh_cache, poses, poses_blend)
-    return (*on_groups, pose_undo, pose, pull_tool, pull, solve, *on_poses)
+    return (*on_groups, pose_undo, pose, pull_tool, pull, solve, *on_poses, job)
 
 
 def register() -> None:

@@ -7,10 +7,11 @@ from collections.abc import Callable
 
 import bpy
 
-from .. import api, sessions
+from .. import api, preferences, redraw, sessions
 from ..api_result import restore_transforms
 from ..follow_scene import BlenderFollowScene
-from ..following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower
+from ..following import FOLLOW_TIME_LIMIT_S, Follower
+from .common import StatusBar
 
 TIMER_S = 0.02
 PIXELS_A_BLEND = 300  # that the mouse goes from one pose to the other, at a display of usual resolution
@@ -18,6 +19,8 @@ PIXELS_A_BLEND = 300  # that the mouse goes from one pose to the other, at a dis
 
 class BlendRun:
     """From the button until it is kept or taken back. Names instead of references, and one exit."""
+
+    doing = "its poses are blended"
 
     def __init__(
         self,
@@ -45,8 +48,13 @@ class BlendRun:
         self._follower = None if is_followed else Follower(BlenderFollowScene(obj))
         if self._follower is not None:
             self._follower.begin()
-            sessions.claim(obj.name, "its poses are blended")
+            sessions.claim(obj.name, self)
+        self._status = StatusBar()
         self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
+        _runs.append(self)
+
+    def show_status(self, context: bpy.types.Context, text: str) -> None:
+        self._status.show(context, text)
 
     @property
     def is_ready(self) -> bool:
@@ -75,15 +83,25 @@ class BlendRun:
             return True
         if follower.is_settled:
             return False
-        follower.refine(REFINE_TIME_LIMIT_S)
+        follower.refine(preferences.refine_time_s())
         return True
 
-    def end(self, context: bpy.types.Context) -> None:
-        """Gives window and mesh free; handles and mesh stay as they are."""
-        context.window_manager.event_timer_remove(self._timer)
+    def end(self) -> None:
+        """Gives window and mesh free; handles and mesh stay as they are. Again, it does nothing."""
+        if self not in _runs:
+            return
+        _runs.remove(self)
+        bpy.context.window_manager.event_timer_remove(self._timer)
         if self._follower is not None:
             self._follower.drop()
-            sessions.release(self._name)
+            sessions.release(self._name, self)
+        self._status.clear()
+        redraw.tag_panels()
+
+    def cancel(self) -> None:
+        """Ends it, and everything is as before."""
+        self.end()
+        self.restore()
 
     def restore(self) -> None:
         """Everything as it was at the start, where it is still there."""
@@ -102,3 +120,12 @@ class BlendRun:
         if obj is None:
             raise RuntimeError(f"'{self._name}' was deleted or renamed")
         return obj
+
+
+_runs: list[BlendRun] = []
+
+
+def cancel_all() -> None:
+    """The add-on is disabled: Blender drops running operators without a word when their class goes."""
+    for run in _runs.copy():
+        run.cancel()

@@ -37,11 +37,12 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     one selected mesh.
     """
     active = context.object
-    posed = [context.view_layer.objects.get(name) for name in sessions.acts]
+    found = [context.view_layer.objects.get(name) for name in sessions.acts]
+    posed = [obj for obj in found if obj is not None]  # others are of another scene, or renamed
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
             return active
-        return next((obj for obj in posed if obj is not None and _is_moved_by(obj, active)), active)
+        return next((obj for obj in posed if _is_moved_by(obj, active)), active)
     if active is not None:
         # Asked many times a redraw: the likely ones first, and all objects of the scene only where it is none of them.
         for obj in itertools.chain(posed, [active.parent], context.view_layer.objects):

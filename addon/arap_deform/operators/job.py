@@ -7,12 +7,48 @@ from typing import Any
 
 import bpy
 
-from .. import api, redraw
+from .. import api, live, redraw
 from ..texts import iface_, rpt_
 from .common import StatusBar
 
 TIMER_S = 0.01
 STEP_TIME_LIMIT_S = 0.1  # the window is drawn, and Esc is seen, this often
+
+
+class JobRun:
+    """A job under way, and what it has put into Blender's window. Whoever ends it calls keep() or cancel()."""
+
+    def __init__(self, context: bpy.types.Context, job: Any, act: str) -> None:
+        self.job = job
+        self._act = act
+        self._status = StatusBar()
+        self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
+        context.window_manager.progress_begin(0, 100)
+        _runs.append(self)
+
+    def show(self, context: bpy.types.Context) -> None:
+        """How far it is."""
+        context.window_manager.progress_update(100 * self.job.fraction)
+        text = iface_("ARAP {}: {}   |   Esc: cancel")
+        self._status.show(context, text.format(iface_(self._act), self.job.status))
+
+    def cancel(self) -> None:
+        """Everything as before the job."""
+        try:
+            self.job.cancel()
+        finally:
+            self.leave()
+
+    def leave(self) -> None:
+        """Gives the window free."""
+        _runs.remove(self)
+        bpy.context.window_manager.event_timer_remove(self._timer)
+        bpy.context.window_manager.progress_end()
+        self._status.clear()
+        redraw.tag_panels()
+
+
+_runs: list[JobRun] = []
 
 
 class JobOperator:
@@ -21,9 +57,7 @@ class JobOperator:
     act = "Bake"  # for messages
 
     report: Any  # of the operator
-    _job: Any
-    _timer: Any
-    _status: StatusBar
+    _run: JobRun
 
     def report_result(self, job: Any, result: Any) -> None:
         """Says what has been made."""
@@ -34,56 +68,38 @@ class JobOperator:
         if bpy.app.background or context.window is None:
             self.report_result(job, api.run_job(job))
             return {"FINISHED"}
-        self._job = job
-        self._status = StatusBar()
-        self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
-        context.window_manager.progress_begin(0, 100)
+        live.give_up(bpy.data.objects[job.object_name])
+        self._run = JobRun(context, job, self.act)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         # Nothing is let through: the mesh, the frame and the keys are the job's until it is done.
+        run = self._run
         if event.type == "ESC" and event.value == "PRESS":
-            self._cancel(context)
+            run.cancel()
             self.report({"WARNING"}, rpt_("{} cancelled: nothing has changed").format(rpt_(self.act)))
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
         try:
-            if self._job.step(STEP_TIME_LIMIT_S):
-                self._show(context)
+            if run.job.step(STEP_TIME_LIMIT_S):
+                run.show(context)
                 return {"RUNNING_MODAL"}
-            result = self._job.finish()
+            result = run.job.finish()
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
-            self._cancel(context)
+            run.cancel()
             text = rpt_("{} failed and nothing has changed: {}")
             self.report({"ERROR"}, text.format(rpt_(self.act), rpt_(str(error))))
             return {"CANCELLED"}
-        self._leave(context)
-        self.report_result(self._job, result)
+        run.leave()
+        self.report_result(run.job, result)
         return {"FINISHED"}
 
-    def cancel(self, context: bpy.types.Context) -> None:
+    def cancel(self, _context: bpy.types.Context) -> None:
         """Blender ends the operator: file load, closed window, or Esc in the dialog, where there is no job yet."""
-        if hasattr(self, "_job"):
-            self._cancel(context)
-
-    def _cancel(self, context: bpy.types.Context) -> None:
-        try:
-            self._job.cancel()
-        finally:
-            self._leave(context)
-
-    def _leave(self, context: bpy.types.Context) -> None:
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        self._status.clear()
-        redraw.tag_panels()
-
-    def _show(self, context: bpy.types.Context) -> None:
-        context.window_manager.progress_update(100 * self._job.fraction)
-        text = iface_("ARAP {}: {}   |   Esc: cancel")
-        self._status.show(context, text.format(iface_(self.act), self._job.status))
+        if hasattr(self, "_run"):
+            self._run.cancel()
 
 
 class ShapesJobOperator(JobOperator):
@@ -98,3 +114,12 @@ class ShapesJobOperator(JobOperator):
         if job.n_unsettled:
             text = rpt_("{} of {} solves stopped before the tolerance was met: allow more under Settings, At Most")
             self.report({"WARNING"}, text.format(job.n_unsettled, job.n_shapes))
+
+
+def register() -> None:
+    """There is nothing to register."""
+
+
+def unregister() -> None:
+    for run in _runs.copy():  # Blender drops running operators without a word when their class goes
+        run.cancel()

@@ -86,6 +86,7 @@ class Run:
 
     def __init__(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         """Begins the act. Raises ValueError or RuntimeError where it cannot; then nothing has changed."""
+        sessions.check_free(obj.name)
         live.give_up(obj)
         self.scene = BlenderPoseScene(obj)
         self.act = PoseAct(self.scene)
@@ -133,7 +134,7 @@ def _add(run: Run) -> None:
 
 def _remove(run: Run) -> None:
     _runs.pop(run.scene.name, None)
-    sessions.release(run.scene.name)
+    sessions.release(run.scene.name, run.act)
     if not _runs:
         app_handlers.remove(_HANDLERS)
 

@@ -7,11 +7,12 @@ from collections.abc import Callable
 import bpy
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 
-from .. import api, redraw
+from .. import api, live, redraw
 from ..api_result import capture_transforms, restore_transforms
 from ..texts import iface_, rpt_
+from . import blend_run
 from .blend_run import BlendRun
-from .common import StatusBar, allow, posed_object, reports_errors
+from .common import allow, posed_object, reports_errors
 from .poses import active_name, is_followed, why_not_applicable
 from .solve import solve_with_progress, unsettled_text
 
@@ -30,6 +31,7 @@ class PoseOperator:
     def place(self, context: bpy.types.Context, act: Callable[[bpy.types.Object], api.Placement]) -> set[str]:
         """Moves the handles by ``act`` and solves, where nothing else does."""
         obj = posed_object(context)
+        live.give_up(obj)
         before = capture_transforms(obj)
         try:
             placement = act(obj)
@@ -93,7 +95,6 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
     )
 
     _run: BlendRun
-    _status: StatusBar
     _is_confirmed: bool
 
     @classmethod
@@ -119,7 +120,6 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
         except (ValueError, RuntimeError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self._status = StatusBar()
         self._is_confirmed = False
         self.factor = 0.0
         context.window_manager.modal_handler_add(self)
@@ -127,7 +127,7 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
-            self.cancel(context)
+            self._run.cancel()
             return {"CANCELLED"}
         try:
             if event.type == "TIMER":
@@ -141,19 +141,16 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
             elif event.type in {"LEFTMOUSE", "RET", "NUMPAD_ENTER"} and event.value == "PRESS":
                 self._is_confirmed = True
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
-            self.cancel(context)
+            self._run.cancel()
             self.report({"ERROR"}, rpt_("Nothing has changed: {}").format(error))
             return {"CANCELLED"}
         self._show(context)
         # The timer of a posing act goes on, too.
         return {"PASS_THROUGH"} if event.type == "TIMER" else {"RUNNING_MODAL"}
 
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Blender ends the operator, or Esc."""
-        self._run.end(context)
-        self._status.clear()
-        self._run.restore()
-        redraw.tag_panels()
+    def cancel(self, _context: bpy.types.Context) -> None:
+        """Blender ends the operator: file load, closed window."""
+        self._run.cancel()
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -162,8 +159,7 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
 
     def _keep(self, context: bpy.types.Context) -> set[str]:
         """As execute() from the start: what is kept is what the panel of the last act gives for this factor."""
-        self._run.end(context)
-        self._status.clear()
+        self._run.end()
         self._run.restore_handles()
         result = self.execute(context)
         if "FINISHED" not in result:
@@ -188,7 +184,7 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
         ]
         if not run.is_ready:
             parts.insert(0, iface_("preparing the mesh, {:.0%}").format(run.bind_fraction))
-        self._status.show(context, f"{iface_('ARAP Blend')}: {'   |   '.join(parts)}")
+        run.show_status(context, f"{iface_('ARAP Blend')}: {'   |   '.join(parts)}")
 
 
 CLASSES = (ARAP_OT_poses_apply, ARAP_OT_poses_blend)
@@ -200,5 +196,6 @@ def register() -> None:
 
 
 def unregister() -> None:
+    blend_run.cancel_all()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

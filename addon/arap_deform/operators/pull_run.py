@@ -142,7 +142,7 @@ class PullRun:
         end = self.act.end
         assert end is not None
         bpy.context.window_manager.event_timer_remove(self._timer)
-        sessions.release(self.scene.name)
+        sessions.release(self.scene.name, self.act)
         obj = self.scene.obj
         if obj is None:
             api.end_session(self.scene.name)

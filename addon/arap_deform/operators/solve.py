@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import api, live, redraw
+from .. import api, redraw
 from ..texts import rpt_
 from .common import allow, posed_object, reports_errors, why_not_solvable
 from .job import JobOperator
@@ -57,9 +57,7 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
 
     @reports_errors
     def _begin(self, context: bpy.types.Context) -> set[str]:
-        obj = posed_object(context)
-        live.give_up(obj)
-        return self.work_off(context, api.begin_solve(obj, context.evaluated_depsgraph_get()))
+        return self.work_off(context, api.begin_solve(posed_object(context), context.evaluated_depsgraph_get()))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
