@@ -24,8 +24,8 @@ def distances(frames, keys, times=None, metric=None):
     for start, end in itertools.pairwise(keys):
         for i in range(start + 1, end):
             share = (times[i] - times[start]) / (times[end] - times[start])
-            blend = (1.0 - share) * frames[start].astype(float) + share * frames[end]
-            result[i] = np.linalg.norm((frames[i] - blend) @ metric.T, axis=1).max()
+            blend = (1.0 - share) * frames[start].astype(float) + share * frames[end].astype(float)
+            result[i] = np.linalg.norm((frames[i].astype(float) - blend) @ metric.T, axis=1).max()
     return result
 
 
