@@ -14,7 +14,8 @@
 Vertices are indices: a sequence or an integer array. Matrices are world matrices of evaluated objects, so parents,
 constraints, drivers and animation count. Objects must be in Object Mode and their mesh must be local and used once.
 
-Errors: ``ValueError`` where the scene or an argument is wrong, ``RuntimeError`` where the solver or the module is,
+Errors: ``ValueError`` where the scene or an argument is wrong, ``RuntimeError`` where the solver or the module is, or
+where something else has the mesh for itself just now: a posing act, or the job of a solve, a bake or an export;
 ``Cancelled`` (a RuntimeError) where ``progress`` returned False; then everything is as it was before the call. Each
 message is one sentence that says what to do.
 

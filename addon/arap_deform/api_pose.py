@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Posing: sessions, and one update of the mesh."""
+"""Posing: sessions, and one update of the mesh. What changes either is refused while an act has the mesh."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import bpy
 
-from . import handle_io, live_key, mesh_io, native, sessions, shape_key, stiffness_io
-from .handle_map import Floats
-from .scene_input import counts_of, read_input, settings_of
+from . import live_session, native, sessions
+from .scene_input import read_input
 from .session import Progress, Session
 from .session_data import Readout
 from .sessions import Hold, Live, SessionInput
@@ -65,26 +62,20 @@ def adopt_session(obj: bpy.types.Object, inputs: SessionInput, session: Session)
     """Makes ``session`` the object's live one and starts it from the pose shown. Main thread only.
 
     Raises:
-        RuntimeError: the mesh has changed since ``inputs`` were read.
+        RuntimeError: the mesh has changed since ``inputs`` were read, or an act has it for itself.
     """
-    reason = counts_problem(obj, inputs)
-    if reason:
-        raise RuntimeError(f"{reason} while it was being prepared: start again")
-    sessions.put(obj.name, Live(session, inputs))
-    sync_session(obj)
+    sessions.check_free(obj.name)
+    live_session.adopt(obj, inputs, session)
 
 
 def sync_session(obj: bpy.types.Object) -> None:
-    """Lets the live session, if any, go on from the pose that the key shows now: after an undo, for example."""
-    live = sessions.get(obj.name)
-    if live is None:
-        return
-    live_key.tell_session(obj)
-    key = live_key.find(obj)
-    if key is None:
-        live.session.reset()
-    else:
-        live.session.set_positions(shape_key.read(key))
+    """Lets the live session, if any, go on from the pose that the key shows now: after an undo, for example.
+
+    Raises:
+        RuntimeError: an act has the mesh for itself.
+    """
+    sessions.check_free(obj.name)
+    live_session.sync(obj)
 
 
 def prepare_session(
@@ -96,41 +87,20 @@ def prepare_session(
     The session starts from the pose that the key shows.
 
     Raises:
-        As session_input() and build_session(); a session that was there before stays.
+        As session_input() and build_session(), or RuntimeError where an act has the mesh for itself. A session that
+        was there before stays.
     """
     inputs = session_input(obj, depsgraph)
+    sessions.check_free(obj.name)
     live = sessions.get(obj.name)
     if live is None or sessions.difference_of_bind(live.inputs, inputs):
-        adopt_session(obj, inputs, build_session(inputs, progress))
+        live_session.adopt(obj, inputs, build_session(inputs, progress))
     else:
         live.session.set_handles(inputs.specs, progress)
-        _refresh(obj, live, inputs)
+        live_session.refresh(obj, live, inputs)
     fresh = sessions.get(obj.name)
     assert fresh is not None
     return fresh.session
-
-
-def fitting_session(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
-    """The object's live session, brought up to date, where ``inputs`` need no bind and no factorization; else None."""
-    live = sessions.get(obj.name)
-    if live is None or sessions.difference_of_bind(live.inputs, inputs) or not _has_same_specs(live.inputs, inputs):
-        return None
-    _refresh(obj, live, inputs)
-    return live.session
-
-
-def _refresh(obj: bpy.types.Object, live: Live, inputs: SessionInput) -> None:
-    live.session.settings = inputs.settings
-    # The stretch stays the one that was bound: differences below the tolerance must not add up.
-    live.inputs = replace(inputs, stretch=live.inputs.stretch)
-    sync_session(obj)
-
-
-def _has_same_specs(old: SessionInput, new: SessionInput) -> bool:
-    """Whether both hold the same and from the same places: a pull may hold what handles hold, but not from rest."""
-    return len(old.specs) == len(new.specs) and all(
-        a.is_same_as(b) and a.base is b.base for a, b in zip(old.specs, new.specs, strict=True)
-    )
 
 
 def check_live(
@@ -150,7 +120,7 @@ def check_live(
         use_nodes: to read weights, see compat.read_group_weights(); only False within a handler.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    return live_problem(obj, depsgraph, is_thorough=is_thorough, holds=holds, use_nodes=use_nodes)
+    return live_session.problem(obj, depsgraph, is_thorough=is_thorough, holds=holds, use_nodes=use_nodes)
 
 
 def end_session(obj_or_name: bpy.types.Object | str) -> None:
@@ -171,7 +141,6 @@ def update_pose(
     initial_guess: str | None = None,
     time_limit_s: float | None = None,
     is_from_rest: bool = False,
-    held: tuple[tuple[Hold, ...], Floats] | None = None,
 ) -> Readout:
     """One live update: reads the handles, solves a few iterations, writes the key.
 
@@ -183,110 +152,21 @@ def update_pose(
         depsgraph: to read the handles from.
         iterations, initial_guess, time_limit_s: see Session.update().
         is_from_rest: as solve() does, from the defined start, to convergence or the time limit.
-        held: what the session holds and (h, 4, 4) how that has moved; None: the pins and handles of the object.
 
     Raises:
-        RuntimeError: no live session, or the mesh or scale has changed under it (the session has then ended).
+        RuntimeError: no live session, the mesh or scale has changed under it (the session has then ended), or an act
+            has the mesh for itself.
         ValueError: the key would not show the pose, or a handle cannot work; nothing has changed.
     """
-    depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
-    reason = live_problem(obj, depsgraph, is_thorough=False, holds=held[0] if held else None)
-    live = sessions.get(obj.name)
-    if reason or live is None:
-        end_session(obj)
-        raise RuntimeError(f"{reason}: start posing again")
-    live.session.settings = settings_of(obj)
-    key = writable_key(obj)
-    matrices = held[1] if held else handle_io.handle_matrices(obj, depsgraph)
-    if is_from_rest:
-        result = solve_from_rest(live.session, matrices, time_limit_s=time_limit_s)
-    else:
-        result = live.session.update(
-            matrices, iterations=iterations, initial_guess=initial_guess, time_limit_s=time_limit_s
-        )
-    write_pose(obj, key, live.session, result)
-    return result
-
-
-def solve_from_rest(
-    session: Session, matrices: Floats, progress: Progress | None = None, time_limit_s: float | None = None
-) -> Readout:
-    """Starts from rest with the guess from the handles' rotations, and goes to convergence or the time limit.
-
-    Raises:
-        As Session.update(); the session is then where it was.
-    """
-    before = session.positions.copy()
-    session.reset()
-    try:
-        return session.update(
-            matrices,
-            initial_guess="handle_rotations",
-            to_convergence=True,
-            progress=progress,
-            time_limit_s=time_limit_s,
-        )
-    except BaseException:
-        session.set_positions(before)
-        raise
-
-
-def live_problem(
-    obj: bpy.types.Object,
-    depsgraph: bpy.types.Depsgraph,
-    *,
-    is_thorough: bool,
-    holds: tuple[Hold, ...] | None = None,
-    use_nodes: bool | None = False,
-) -> str:
-    """As check_live()."""
-    live = sessions.get(obj.name)
-    if live is None:
-        return f"'{obj.name}' is not being posed"
-    if live_key.name_of(obj) != live.inputs.key_name:
-        return sessions.key_differs(obj.name)  # the pose would show twice, in the former key and in this one
-    try:
-        mesh_io.check_mesh(obj)
-        if is_thorough:
-            fresh = read_input(obj, depsgraph, use_nodes=use_nodes)
-            return sessions.difference_of_bind(live.inputs, fresh) or (
-                "" if _has_same_specs(live.inputs, fresh) else sessions.groups_differ(obj.name)
-            )
-        stretch = mesh_io.read_stretch(obj, depsgraph)
-    except ValueError as error:
-        return str(error)
-    reason = counts_problem(obj, live.inputs)
-    if reason:
-        return reason
-    if (handle_io.enabled_holds(obj) if holds is None else holds) != live.inputs.holds:
-        return sessions.groups_differ(obj.name)
-    if settings_of(obj).of_bind != live.inputs.settings.of_bind:
-        return sessions.settings_differ(obj.name)
-    if stiffness_io.enabled_entries(obj) != live.inputs.stiff_groups:
-        return sessions.stiffness_differs(obj.name)
-    return "" if sessions.is_same_stretch(live.inputs.stretch, stretch) else sessions.stretch_differs(obj.name)
-
-
-def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
-    """Why the mesh is no longer the one that ``inputs`` were read of, '' while it is."""
-    before, now = inputs.signature.counts, counts_of(obj)
-    return "" if now == before else sessions.counts_differ(obj.name, before, now)
-
-
-def writable_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
-    """The live key, made where missing. Raises ValueError where it would not show what is written."""
-    shape_key.check_writable(obj)
-    live_key.check_name(obj)
-    key = live_key.ensure(obj)
-    shape_key.check_shown(obj, key)
-    return key
-
-
-def write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout) -> None:
-    """Shows where the session is, and remembers what the solve did."""
-    shape_key.write(obj, key, session.positions)
-    shape_key.show(key)
-    sessions.set_readout(obj.name, result)
+    sessions.check_free(obj.name)
+    return live_session.update(
+        obj,
+        depsgraph or bpy.context.evaluated_depsgraph_get(),
+        iterations=iterations,
+        initial_guess=initial_guess,
+        time_limit_s=time_limit_s,
+        is_from_rest=is_from_rest,
+    )
 
 
 def part(progress: Progress | None, start: float, end: float) -> Progress | None:

@@ -45,8 +45,13 @@ def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
 
 
 def reset_pose(obj: bpy.types.Object) -> None:
-    """Puts the live key, and the session, back to rest. Handles stay where they are: see reset_handles."""
+    """Puts the live key, and the session, back to rest. Handles stay where they are: see reset_handles.
+
+    Raises:
+        ValueError: the mesh must not be written. RuntimeError: an act has it for itself.
+    """
     mesh_io.check_mesh(obj)
+    sessions.check_free(obj.name)
     shape_key.check_writable(obj)
     key = live_key.find(obj)
     if key is not None:
@@ -64,8 +69,10 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
 
     Raises:
         ValueError: there is no pose yet, the live key does not show it, or the mesh must not be written.
+        RuntimeError: an act has the mesh for itself.
     """
     key = _live_key(obj)
+    sessions.check_free(obj.name)
     shape_key.check_shown(obj, key)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     mesh_io.read_stretch(obj, depsgraph)  # refuses before anything has changed
@@ -88,7 +95,9 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
 
     Raises:
         ValueError: the mesh has another number of vertices by now; then only the handles go back.
+        RuntimeError: an act has the mesh for itself; then nothing goes back.
     """
+    sessions.check_free(obj.name)
     restore_transforms(state.transforms)
     live_key.restore(obj, state.key)
     live = sessions.get(obj.name)

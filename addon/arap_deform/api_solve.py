@@ -5,19 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from . import handle_io, live_key, mesh_io, sessions, shape_key
-from .api_pose import (
-    adopt_session,
-    counts_problem,
-    live_problem,
-    part,
-    prepare_session,
-    rebuild_session,
-    session_input,
-    solve_from_rest,
-    writable_key,
-    write_pose,
-)
+from . import handle_io, live_key, live_session, mesh_io, sessions, shape_key
+from .api_pose import part, prepare_session, rebuild_session, session_input
 from .binding import Binding
 from .job import STEP_S
 from .session import Progress, Session
@@ -36,17 +25,17 @@ def solve(
     Starts from rest with the guess from the handles' rotations: the same file gives the same result.
 
     Raises:
-        As session_input() and build_session(), or ValueError where the key would not show the pose. The mesh stays
-        as it was in each case.
+        As session_input() and build_session(); ValueError where the key would not show the pose; RuntimeError where an
+        act has the mesh for itself. The mesh stays as it was in each case.
     """
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
     _check(obj)
-    is_bound = not live_problem(obj, depsgraph, is_thorough=False)
+    is_bound = not live_session.problem(obj, depsgraph, is_thorough=False)
     session = prepare_session(obj, depsgraph, part(progress, 0.0, 0.0 if is_bound else BIND_SHARE))
-    result = solve_from_rest(
+    result = live_session.solve_from_rest(
         session, handle_io.handle_matrices(obj, depsgraph), part(progress, 0.0 if is_bound else BIND_SHARE, 1.0)
     )
-    write_pose(obj, writable_key(obj), session, result)
+    live_session.write_pose(obj, live_session.writable_key(obj), session, result)
     return result
 
 
@@ -67,8 +56,7 @@ class SolveJob:
     noun = "solve"
 
     def __init__(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
-        """Of a checked object: see begin_solve(). Raises RuntimeError where another act has it."""
-        sessions.check_free(obj.name)
+        """Of a checked object: see begin_solve()."""
         self.object_name: str = obj.name
         self._inputs = session_input(obj, depsgraph)
         self._matrices = handle_io.handle_matrices(obj, depsgraph)
@@ -106,11 +94,11 @@ class SolveJob:
         obj = bpy.data.objects.get(self.object_name)
         if obj is None or self._session is None:
             raise RuntimeError(f"'{self.object_name}' is not there any more: there is nothing to pose")
-        reason = counts_problem(obj, self._inputs)
+        reason = live_session.counts_problem(obj, self._inputs)
         if reason:
             raise RuntimeError(f"{reason} while it was solved: solve again")
         sessions.put(self.object_name, Live(self._session, self._inputs))
-        write_pose(obj, writable_key(obj), self._session, result)
+        live_session.write_pose(obj, live_session.writable_key(obj), self._session, result)
         sessions.release(self.object_name, self)
         return result
 
@@ -121,10 +109,10 @@ class SolveJob:
         if self._work.has_started and (self._is_bound or self._session is not None):
             self._work.wait()  # the session is in use for as long as an iteration
         obj = bpy.data.objects.get(self.object_name)
-        if obj is None or counts_problem(obj, self._inputs):
+        if obj is None or live_session.counts_problem(obj, self._inputs):
             return
         if self._session is not None:
-            adopt_session(obj, self._inputs, self._session)
+            live_session.adopt(obj, self._inputs, self._session)
         elif self._former is not None:
             sessions.put(self.object_name, self._former)
 
@@ -132,11 +120,12 @@ class SolveJob:
         share = 0.0 if self._is_bound else BIND_SHARE
         session = rebuild_session(self._inputs, self._former, part(progress, 0.0, share))
         self._session = session
-        return solve_from_rest(session, self._matrices, part(progress, share, 1.0))
+        return live_session.solve_from_rest(session, self._matrices, part(progress, share, 1.0))
 
 
 def _check(obj: bpy.types.Object) -> None:
     mesh_io.check_mesh(obj)
+    sessions.check_free(obj.name)
     shape_key.check_writable(obj)
     existing = live_key.find(obj)
     if existing is not None:

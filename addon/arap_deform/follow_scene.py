@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import api, compat, redraw
+from . import api, compat, live_session, redraw
 from .session_binding import SessionBinding
 from .session_data import Readout
 from .sessions import Hold
@@ -97,7 +97,7 @@ class BlenderFollowScene:
         return SessionBinding(self._obj(), inputs)
 
     def go_on_from_shown(self) -> None:
-        api.sync_session(self._obj())
+        live_session.sync(self._obj())
 
     def matrices(self) -> NDArray[np.float64]:
         return api.handle_matrices(self._obj(), self._depsgraph())
@@ -105,7 +105,7 @@ class BlenderFollowScene:
     def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
         self._has_written = self.depsgraph is None
         redraw.tag_meshes()
-        return api.update_pose(
+        return live_session.update(
             self._obj(),
             self._depsgraph(),
             iterations=iterations,
@@ -117,7 +117,7 @@ class BlenderFollowScene:
     def update_from_rest(self, time_limit_s: float | None) -> Readout:
         self._has_written = self.depsgraph is None
         redraw.tag_meshes()
-        return api.update_pose(
+        return live_session.update(
             self._obj(), self._depsgraph(), time_limit_s=time_limit_s, is_from_rest=True, held=self._held()
         )
 
@@ -125,7 +125,7 @@ class BlenderFollowScene:
         return int(self._obj().arap.max_iterations)
 
     def _held(self) -> tuple[tuple[Hold, ...], NDArray[np.float64]] | None:
-        """What is held in place of the object's pins and handles, and how it has moved: see api.update_pose()."""
+        """What is held in place of the object's pins and handles, and how it has moved: see live_session.update()."""
         return None
 
     def _read_inputs(self) -> api.SessionInput:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import api, sessions
+from . import api, live_session, sessions
 from .binding import Binding
 from .session import Session
 from .shape_key import Float32s
@@ -36,6 +36,6 @@ class SessionBinding(Binding[Session]):
         super().drop()
 
     def adopt(self) -> None:
-        api.adopt_session(bpy.data.objects[self._name], self._inputs, self.result())
+        live_session.adopt(bpy.data.objects[self._name], self._inputs, self.result())
         if self._start_positions is not None:
             self.result().set_positions(self._start_positions)

@@ -8,8 +8,8 @@ from typing import Generic, TypeVar
 
 import bpy
 
-from . import mesh_io, sessions
-from .api_pose import adopt_session, build_session, fitting_session, session_input, solve_from_rest
+from . import live_session, mesh_io, sessions
+from .api_pose import build_session, session_input
 from .binding import Binding
 from .handle_map import Floats
 from .job import STEP_S
@@ -50,7 +50,7 @@ class ShapesJob(ABC, Generic[Result]):
         self.readouts: list[Readout] = []
         """One for each shape done."""
         self._inputs = session_input(obj, depsgraph_of(scene))
-        session = fitting_session(obj, self._inputs)
+        session = live_session.fitting(obj, self._inputs)
         if session is None:
             self._begin_bind(self._inputs)
         else:
@@ -164,7 +164,7 @@ class ShapesJob(ABC, Generic[Result]):
     def _end_bind(self, session: Session) -> None:
         if self._session is None:
             self._scene()
-            adopt_session(self._object(), self._inputs, session)
+            live_session.adopt(self._object(), self._inputs, session)
             self._take_live(session)
         else:
             session.set_positions(self._session.positions)
@@ -180,7 +180,7 @@ class ShapesJob(ABC, Generic[Result]):
         assert self._matrices is not None
         left = self._inputs.settings.max_iterations - sum(part.iterations for part in self._parts)
         if self._is_from_rest() and not self._parts:
-            part = solve_from_rest(self._session, self._matrices, time_limit_s=time_limit_s)
+            part = live_session.solve_from_rest(self._session, self._matrices, time_limit_s=time_limit_s)
         else:
             part = self._session.update(
                 self._matrices, iterations=left, initial_guess="previous", time_limit_s=time_limit_s

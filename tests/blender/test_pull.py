@@ -55,7 +55,8 @@ class PullTest(SceneTest):
         motion[:3, 3] = shift
         matrices = begun.matrices(motion, np.array(obj.matrix_world))
         for _ in range(300):
-            done = self.api.update_pose(obj, initial_guess="previous", held=(begun.holds, matrices))
+            depsgraph = bpy.context.evaluated_depsgraph_get()
+            done = module("live_session").update(obj, depsgraph, initial_guess="previous", held=(begun.holds, matrices))
             if done.stop_reason == "converged":
                 break
         self.pull_pins.add(obj, begun.grabs)
