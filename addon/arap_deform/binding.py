@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from types import GenericAlias
+from typing import Any, Generic, TypeVar
 
 from .session import Progress
 
@@ -28,6 +29,10 @@ class Binding(Generic[Result]):
     with Python before 3.12 Blender crashes where an operator that a script has called under a context override looks
     at its context while another thread holds Python's lock. It takes that thread's lock for its own.
     """
+
+    # typing never forgets a class that was subscripted, nor what its module holds, the module bpy for one. Where bpy is
+    # a module of Python, Blender ends when that one goes: else Python ends it in the middle of its work, and it hangs.
+    __class_getitem__: Any = classmethod(GenericAlias)
 
     def __init__(self, work: Callable[[Progress], Result]) -> None:
         self._work = work

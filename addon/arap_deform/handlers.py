@@ -48,8 +48,9 @@ _HANDLERS = (
 
 
 def register() -> None:
-    # Enabled while a file is open; in here that cannot be looked at.
-    bpy.app.timers.register(older_files.upgrade_all)
+    # Enabled while a file is open; in here that cannot be looked at. Persistent: Blender never lets go of the function
+    # of another timer that a loaded file has dropped.
+    bpy.app.timers.register(older_files.upgrade_all, persistent=True)
     app_handlers.add(_HANDLERS)
 
 

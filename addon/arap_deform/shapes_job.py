@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Generic, TypeVar
+from types import GenericAlias
+from typing import Any, Generic, TypeVar
 
 import bpy
 
@@ -29,6 +30,8 @@ class ShapesJob(ABC, Generic[Result]):
     finish(), except what a kind of job says of itself; cancel() brings that back. Where step() or finish() raises,
     call cancel(). Holds names, no Blender data.
     """
+
+    __class_getitem__: Any = classmethod(GenericAlias)  # see Binding
 
     noun = "job"  # for messages: what has ended
     doing: str  # to the mesh

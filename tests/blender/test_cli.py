@@ -259,18 +259,8 @@ class CliTest(SceneTest):
             command = [bpy.app.binary_path, "-b", "--factory-startup", "--addons", support.PACKAGE]
             command += ["--python-exit-code", "1", "--python-expr", call, "--", *arguments]
         else:
-            # Left by os._exit: as a module, Blender 4.5 may hang when it is unloaded, waiting for its own audio thread.
-            script = f"""
-import bpy, os, sys
-bpy.ops.preferences.addon_enable(module={support.PACKAGE!r})
-try:
-    {call}
-except SystemExit as end:
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(end.code or 0)
-"""
-            command = [sys.executable, "-c", script, "--", *arguments]
+            enable = f"import bpy; bpy.ops.preferences.addon_enable(module={support.PACKAGE!r})"
+            command = [sys.executable, "-c", f"{enable}; {call}", "--", *arguments]
         return subprocess.run(command, capture_output=True, text=True, check=False, env=dict(os.environ), timeout=300)
 
 
