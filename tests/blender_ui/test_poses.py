@@ -275,6 +275,21 @@ def test_export_mesh_cache_browser(ui: Ui) -> Steps:
     assert not bar().modifiers
 
 
+def test_mesh_changed_within_a_blend(ui: Ui) -> Steps:
+    """A script gives the mesh another vertex: the drag ends, by Esc or by itself before, and the handles go back."""
+    bent = add_poses(ui)
+    place = handle().matrix_world.copy()
+    yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, pose="Straight")
+    yield from ui.move_mouse(ui.mouse[0] + 300, ui.mouse[1])
+    yield from ui.until(lambda: np.abs(scenes.key_positions(bar()) - bent).max() > 0.3, "the mesh follows")
+    bar().data.vertices.add(1)
+    ui.press("ESC")
+    yield from ui.until(lambda: not ui.running, "the mesh is free again")
+    yield
+    np.testing.assert_allclose(np.array(handle().matrix_world), np.array(place), atol=NEAR)
+
+
 def test_add_on_disabled_within_a_blend(ui: Ui) -> Steps:
     """Disabling the add-on while a blend is dragged restores handles and mesh; enabled again, it blends again."""
     bent = add_poses(ui)

@@ -98,18 +98,25 @@ class BlendRun:
         self._status.clear()
         redraw.tag_panels()
 
-    def cancel(self) -> None:
-        """Ends it, and everything is as before."""
+    def cancel(self) -> str:
+        """Ends it, and everything is as before; see restore()."""
         self.end()
-        self.restore()
+        return self.restore()
 
-    def restore(self) -> None:
-        """Everything as it was at the start, where it is still there."""
+    def restore(self) -> str:
+        """Everything as it was at the start, where it is still there; what could not be, and why, '' where all could.
+
+        Never raises: it is what is left to do when something has gone wrong.
+        """
         obj = bpy.data.objects.get((self._name, None))
-        if obj is not None and self._follower is not None:
-            api.restore_state(obj, self._state)
-        else:
+        if obj is None or self._follower is None:
             restore_transforms(self._state.transforms)
+            return ""
+        try:
+            api.restore_state(obj, self._state)
+        except (ValueError, RuntimeError) as error:
+            return str(error)
+        return ""
 
     def restore_handles(self) -> None:
         """The handles as they were at the start."""

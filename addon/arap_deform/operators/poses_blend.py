@@ -39,7 +39,7 @@ class PoseOperator:
         except BaseException:
             restore_transforms(before)
             raise
-        for text in (str(placement), unsettled):
+        for text in (placement.text(rpt_), unsettled):
             if text:
                 self.report({"WARNING"}, text)
         redraw.tag_panels()
@@ -118,7 +118,7 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
         try:
             self._run = BlendRun(context, obj, self._blend, event.mouse_x, is_followed=is_followed(obj))
         except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, rpt_(str(error)))
             return {"CANCELLED"}
         self._is_confirmed = False
         self.factor = 0.0
@@ -127,7 +127,7 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
-            self._run.cancel()
+            self._report(self._run.cancel())
             return {"CANCELLED"}
         try:
             if event.type == "TIMER":
@@ -141,8 +141,8 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
             elif event.type in {"LEFTMOUSE", "RET", "NUMPAD_ENTER"} and event.value == "PRESS":
                 self._is_confirmed = True
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
-            self._run.cancel()
-            self.report({"ERROR"}, rpt_("Nothing has changed: {}").format(error))
+            problem = self._run.cancel()
+            self._report(f"{error}. {problem}" if problem else rpt_("Nothing has changed: {}").format(error))
             return {"CANCELLED"}
         self._show(context)
         # The timer of a posing act goes on, too.
@@ -163,8 +163,12 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
         self._run.restore_handles()
         result = self.execute(context)
         if "FINISHED" not in result:
-            self._run.restore()
+            self._report(self._run.restore())
         return result
+
+    def _report(self, problem: str) -> None:
+        if problem:
+            self.report({"ERROR"}, rpt_(problem))
 
     def _choose(self, context: bpy.types.Context) -> None:
         self.pose = self.pose or active_name(context)
