@@ -169,6 +169,11 @@ class KeyFollower:
         return next((key for key in keys if key.name in self._names), None)
 
 
+def keep_name(obj: bpy.types.Object) -> None:
+    """Saves the name with the object, also where it is that of the preferences, which may be another one tomorrow."""
+    _set_name(obj, obj.arap.key_name)
+
+
 def adopt(obj: bpy.types.Object, name: str) -> None:
     """Makes the key of that name the live one, for the live session too."""
     _mark(obj, name)
@@ -189,8 +194,12 @@ def _is_made(obj: bpy.types.Object, name: str) -> bool:
 def _mark(obj: bpy.types.Object, name: str) -> None:
     if not _is_made(obj, name):
         obj.arap.made_keys.add().name = name
+    _set_name(obj, name)
+
+
+def _set_name(obj: bpy.types.Object, name: str) -> None:
     if obj.arap.own_key_name != name:
-        obj.arap.own_key_name = name  # also where it is that of the preferences, which may be another one tomorrow
+        obj.arap.own_key_name = name
 
 
 def _unmark(obj: bpy.types.Object, name: str) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-from . import compat
+from . import compat, shape_key
 
 FORMER_KEY_NAME = "key_name"  # as it was saved; today it is ``own_key_name``, and key_name is made of that
+FORMER_DEFAULT_KEY_NAME = "ARAP"  # which was not saved
 
 
 def is_outdated(obj: bpy.types.Object) -> bool:
@@ -15,7 +16,10 @@ def is_outdated(obj: bpy.types.Object) -> bool:
     if obj.library is not None:
         return False
     saved = compat.saved_settings(obj)
-    return bool(obj.arap.rigid_group or obj.arap.stiffness_group) or (saved is not None and FORMER_KEY_NAME in saved)
+    if saved is None:
+        return False
+    has_key_name = FORMER_KEY_NAME in saved or _shows_unsaved_name(obj)
+    return has_key_name or bool(obj.arap.rigid_group or obj.arap.stiffness_group)
 
 
 def upgrade(obj: bpy.types.Object) -> None:
@@ -55,3 +59,15 @@ def _upgrade_key_name(obj: bpy.types.Object) -> None:
     if saved is not None and FORMER_KEY_NAME in saved:
         obj.arap.own_key_name = obj.arap.own_key_name or saved[FORMER_KEY_NAME]
         del saved[FORMER_KEY_NAME]
+    elif _shows_unsaved_name(obj):
+        obj.arap.own_key_name = FORMER_DEFAULT_KEY_NAME
+
+
+def _shows_unsaved_name(obj: bpy.types.Object) -> bool:
+    """Whether a pose or a bake is in keys of the former default name. Today both save their name."""
+    settings = obj.arap
+    if settings.is_property_set("own_key_name") or obj.type != "MESH":
+        return False
+    if FORMER_DEFAULT_KEY_NAME in settings.made_keys and shape_key.find(obj, FORMER_DEFAULT_KEY_NAME) is not None:
+        return True
+    return any(shape_key.frame_keys(obj, f"{FORMER_DEFAULT_KEY_NAME}_"))

@@ -6,6 +6,7 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
+import support
 from support import (
     TOP,
     SceneTest,
@@ -306,6 +307,57 @@ class LiveKeyTest(SceneTest):
         obj.arap.key_name = ""
         bpy.context.view_layer.update()
         self.assertEqual(obj.arap.key_name, "ARAP", "the old name is read once")
+
+    def in_an_older_file(self, obj):
+        """The object, saved by a version that did not save the default name, and opened where another name is set."""
+        obj.arap.property_unset("own_key_name")
+        values = bpy.context.preferences.addons[support.PACKAGE].preferences
+        self.addCleanup(setattr, values, "key_name", values.key_name)
+        with tempfile.TemporaryDirectory() as folder, mock.patch.object(module("older_files"), "upgrade_updated"):
+            path = str(Path(folder) / "old.blend")
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            values.key_name = "Posed"
+            bpy.ops.wm.open_mainfile(filepath=path)
+        return bpy.data.objects["Tube"]
+
+    def test_an_older_file_keeps_the_default_name_that_was_not_saved(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        shown = shown_positions(obj)
+        obj = self.in_an_older_file(obj)
+        self.assertEqual((obj.arap.key_name, obj.arap.own_key_name), ("ARAP", "ARAP"))
+        self.api.solve(obj)
+        self.assertEqual(self.names(obj), ["Basis", "ARAP"])
+        self.assert_close(shown_positions(obj), shown, 1e-4)
+        obj.arap.key_name = ""
+        bpy.context.view_layer.update()
+        self.assertEqual(obj.arap.key_name, "Posed", "the old name is looked for once")
+
+    def test_an_older_file_without_a_pose_takes_the_name_of_the_preferences(self):
+        for make_own_key in (False, True):
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+            obj = posable()
+            if make_own_key:
+                self.own_key(obj)
+            self.assertEqual(self.in_an_older_file(obj).arap.key_name, "Posed")
+
+    def test_an_older_file_keeps_the_default_name_of_its_bake(self):
+        obj = posable()
+        obj.arap.handles[0].target.keyframe_insert("location", frame=1)
+        names = self.api.bake_animation(obj, 1, 2)
+        obj = self.in_an_older_file(obj)
+        self.assertEqual(obj.arap.key_name, "ARAP")
+        self.assertEqual(self.api.bake_animation(obj, 1, 2), names)
+        self.assertEqual(self.names(obj), ["Basis", *names], "the former bake is replaced")
+
+    def test_a_bake_keeps_the_name_that_it_has_taken_from_the_preferences(self):
+        obj = posable()
+        names = self.api.bake_animation(obj, 1, 2)
+        values = bpy.context.preferences.addons[support.PACKAGE].preferences
+        self.addCleanup(setattr, values, "key_name", values.key_name)
+        values.key_name = "Posed"
+        self.assertEqual(self.api.bake_animation(obj, 1, 2), names)
 
 
 class ResultTest(SceneTest):
