@@ -17,9 +17,9 @@ from .session import Progress
 from .shape_key import Float32s
 from .shape_store import ShapeStore
 from .shapes_job import check_in_scene
-from .texts import iface_
+from .texts import Translate, iface_
 
-BYTES_PER_VERTEX = 12  # of a shape key
+BYTES_PER_VERTEX = 12  # of a shape key, and of a frame of a cache
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,12 @@ class BakeEstimate:
         return 2 * self.bytes_in_file
 
     def __str__(self) -> str:
-        """For the panel: '48 keys, 7 MB in the file, 14 MB in memory'."""
-        keys = "1 key" if self.n_keys == 1 else f"{self.n_keys} keys"
-        return f"{keys}, {size_text(self.bytes_in_file)} in the file, {size_text(self.bytes_in_memory)} in memory"
+        return self.text()
+
+    def text(self, translate: Translate = str) -> str:
+        """'48 keys, 7 MB in the file, 14 MB in memory'."""
+        sizes = size_text(self.bytes_in_file), size_text(self.bytes_in_memory)
+        return translate("{}, {} in the file, {} in memory").format(_keys_text(self.n_keys, translate), *sizes)
 
 
 @dataclass(frozen=True)
@@ -60,11 +63,15 @@ class Fit:
     size: float
 
     def __str__(self) -> str:
+        return self.text()
+
+    def text(self, translate: Translate = str) -> str:
         """'9 keys for 48 frames, off by 0.080 % of the size at most'; '48 keys' where no frame was left out."""
         if self.n_keys == self.n_frames:
-            return "1 key" if self.n_keys == 1 else f"{self.n_keys} keys"
+            return _keys_text(self.n_keys, translate)
         percent = 100.0 * self.largest_distance / self.size if self.size else 0.0
-        return f"{self.n_keys} keys for {self.n_frames} frames, off by {percent:.3f} % of the size at most"
+        text = translate("{} keys for {} frames, off by {:.3f} % of the size at most")
+        return text.format(self.n_keys, self.n_frames, percent)
 
 
 class BakeJob(FramesJob[list[str]]):
@@ -125,6 +132,7 @@ class BakeJob(FramesJob[list[str]]):
             obj, self._prefix, [self._frames[i] for i in kept], (self._shapes[i] for i in kept)
         )
         self._shapes.close()
+        live_key.keep_name(obj)  # the next bake is to replace this one
         key = live_key.find(obj)
         if key is not None:
             key.mute = True  # or its pose would be added to every baked one
@@ -209,9 +217,13 @@ def frames_of(start: int, end: int, step: int) -> list[int]:
     return [*range(start, end, step), end]
 
 
+def _keys_text(n_keys: int, translate: Translate) -> str:
+    return translate("1 key") if n_keys == 1 else translate("{} keys").format(n_keys)
+
+
 def size_text(n_bytes: float) -> str:
     """'7 MB'."""
-    for unit in ("bytes", "kB", "MB"):
+    for unit in ("B", "kB", "MB"):
         if n_bytes < 1000:
             return f"{n_bytes:.0f} {unit}"
         n_bytes = n_bytes / 1000

@@ -19,6 +19,7 @@ import numpy as np
 from . import handle_io, handle_placing, mesh_io, pose_blend
 from .handle_map import Floats
 from .point_handles import diagonal_of
+from .texts import Translate
 
 if TYPE_CHECKING:
     from .pose_properties import ArapStoredPose
@@ -56,15 +57,20 @@ class Placement:
     held: tuple[str, ...] = ()
 
     def __str__(self) -> str:
+        return self.text()
+
+    def text(self, translate: Translate = str) -> str:
         """One sentence, '' where all handles are where they were to go."""
-        parts = []
-        if self.gone:
-            parts.append(f"not there any more or unusable: {', '.join(self.gone)}")
-        if self.others:
-            parts.append(f"not in the pose, so left where they are: {', '.join(self.others)}")
-        if self.held:
-            parts.append(f"held by animation, a constraint, a driver or a sheared parent: {', '.join(self.held)}")
-        return f"Not every handle took part; {'; '.join(parts)}" if parts else ""
+        parts = [
+            translate(part).format(", ".join(names))
+            for part, names in (
+                ("not there any more or unusable: {}", self.gone),
+                ("not in the pose, so left where they are: {}", self.others),
+                ("held by animation, a constraint, a driver or a sheared parent: {}", self.held),
+            )
+            if names
+        ]
+        return translate("Not every handle took part; {}").format("; ".join(parts)) if parts else ""
 
 
 def find(obj: bpy.types.Object, name: str) -> ArapStoredPose:

@@ -7,7 +7,11 @@ with its {} and filled in afterwards: ``iface_("Baked {} keys").format(n)``, nev
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
+
+Translate = Callable[[str], str]
+"""iface_, rpt_, or str: English, for scripts and the command line."""
 
 try:
     from bpy.app import translations as _blender
@@ -18,6 +22,11 @@ except ModuleNotFoundError:  # the tests of what needs no Blender
 def iface_(text: str) -> str:
     """For labels, buttons and the status bar."""
     return str(_blender.pgettext_iface(text)) if _blender else text
+
+
+def tip_(text: str) -> str:
+    """For tooltips that are made while they are shown."""
+    return str(_blender.pgettext_tip(text)) if _blender else text
 
 
 def rpt_(text: str) -> str:

@@ -36,6 +36,20 @@ MESSAGES = {
     "{} iterations": "{} Schritten",
     "Solved in {}, {:.0f} ms": "Gelöst in {}, {:.0f} ms",
     "Baked shape keys '{}' to '{}': {}": "Shape Keys '{}' bis '{}' gebacken: {}",
+    "1 key": "1 Key",
+    "{} keys": "{} Keys",
+    "{} keys for {} frames, off by {:.3f} % of the size at most": (
+        "{} Keys für {} Bilder, höchstens {:.3f} % der Größe daneben"
+    ),
+    "{}, {} in the file, {} in memory": "{}, {} in der Datei, {} im Speicher",
+    "At most {}": "Höchstens {}",
+    "Off by at most {}": "Höchstens {} daneben",
+    "Not every handle took part; {}": "Nicht jeder Griff war dabei; {}",
+    "not there any more or unusable: {}": "nicht mehr da oder unbrauchbar: {}",
+    "not in the pose, so left where they are: {}": "nicht in der Pose, also geblieben, wo sie sind: {}",
+    "held by animation, a constraint, a driver or a sheared parent: {}": (
+        "von Animation, einem Constraint, einem Treiber oder einem gescherten Parent gehalten: {}"
+    ),
     "Select a mesh first": "Zuerst ein Mesh auswählen",
     "Go to Object Mode first (Tab)": "Zuerst in den Objekt-Modus gehen (Tab)",
     "Add a handle first: nothing moves the mesh yet": "Zuerst einen Griff setzen: noch bewegt nichts das Mesh",

@@ -211,9 +211,7 @@ class BakeTest(SceneTest):
         self.assertEqual(
             str(module("api_bake").BakeEstimate(250, 1_000_000)), "250 keys, 3.0 GB in the file, 6.0 GB in memory"
         )
-        self.assertEqual(
-            str(module("api_bake").BakeEstimate(2, 4)), "2 keys, 96 bytes in the file, 192 bytes in memory"
-        )
+        self.assertEqual(str(module("api_bake").BakeEstimate(2, 4)), "2 keys, 96 B in the file, 192 B in memory")
 
 
 class CancelTest(SceneTest):

@@ -78,4 +78,4 @@ def test_a_translation_has_the_same_places_to_fill(text: str, translated: str) -
 
 
 def test_without_blender_texts_are_english() -> None:
-    assert texts.iface_("Pins") == texts.rpt_("Pins") == "Pins"
+    assert texts.iface_("Pins") == texts.tip_("Pins") == texts.rpt_("Pins") == "Pins"

@@ -90,8 +90,8 @@ class ARAP_OT_bake_animation(ShapesJobOperator, bpy.types.Operator):
         within.active = self.use_fewest_keys
         within.prop(self, "fewest_keys_percent")
         try:
-            estimate = api.estimate_bake(posed_object(context), *self._range)
-            text = iface_("At most {}").format(estimate) if self.use_fewest_keys else str(estimate)
+            text = api.estimate_bake(posed_object(context), *self._range).text(iface_)
+            text = iface_("At most {}").format(text) if self.use_fewest_keys else text
             icon = "SHAPEKEY_DATA"
             if self.use_fewest_keys:
                 bound = iface_("Off by at most {}").format(self._tolerance_text(context))
@@ -116,7 +116,7 @@ class ARAP_OT_bake_animation(ShapesJobOperator, bpy.types.Operator):
 
     def report_shapes(self, job: api.BakeJob, names: list[str]) -> None:
         text = rpt_("Baked shape keys '{}' to '{}': {}")
-        self.report({"INFO"}, text.format(names[0], names[-1], job.fit))
+        self.report({"INFO"}, text.format(names[0], names[-1], job.fit.text(rpt_)))
 
 
 CLASSES = (ARAP_OT_bake_pose, ARAP_OT_bake_animation)
