@@ -12,6 +12,7 @@ import numpy as np
 from mathutils import Matrix
 
 from . import empty_groups, handle_io, handle_patch, mesh_io, vertex_groups
+from .group_list import item_at
 from .handle_map import Floats
 from .point_handles import diagonal_of
 from .vertex_groups import VertexIndices
@@ -126,7 +127,7 @@ def add_handles_for(
 def remove_handle(obj: bpy.types.Object, index: int) -> None:
     """Removes a handle, and the vertex group and the empty it made where nothing else uses them."""
     handles = obj.arap.handles
-    handle = handle_io.item_at(obj, handles, index, "handle")
+    handle = item_at(obj, handles, index, "handle")
     group = handle.vertex_group if handle.has_made_group else ""
     target = handle.target if handle.has_made_target else None
     handles.remove(index)
@@ -138,7 +139,7 @@ def remove_handle(obj: bpy.types.Object, index: int) -> None:
 
 def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Object, bone: str = "") -> None:
     """Gives a handle another object or bone. The mesh does not move: the new one takes over where it stands."""
-    handle = handle_io.item_at(obj, obj.arap.handles, index, "handle")
+    handle = item_at(obj, obj.arap.handles, index, "handle")
     reason = handle_io.target_problem(obj, target, bone, bpy.context.evaluated_depsgraph_get())
     if reason:
         raise ValueError(f"Handle '{handle.name}' of '{obj.name}' cannot take it: {reason}")
@@ -151,7 +152,7 @@ def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Objec
 
 def set_handle_group(obj: bpy.types.Object, index: int, vertex_group: str) -> None:
     """Gives a handle another vertex group of ``obj``; the mesh does not move."""
-    handle = handle_io.item_at(obj, obj.arap.handles, index, "handle")
+    handle = item_at(obj, obj.arap.handles, index, "handle")
     vertex_groups.check(obj, vertex_group)
     with _making():
         handle.has_made_group = handle.has_made_group and handle.vertex_group == vertex_group
@@ -195,7 +196,7 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
         index: of the handle.
         with_weights: say also where its group has no weights, as far as that takes milliseconds: see empty_groups.
     """
-    handle = handle_io.item_at(obj, obj.arap.handles, index, "handle")
+    handle = item_at(obj, obj.arap.handles, index, "handle")
     problem = handle_io.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
     if not problem and with_weights and empty_groups.is_empty(obj, handle.vertex_group):
         return handle_io.no_weights(obj, handle)

@@ -9,11 +9,14 @@ import bpy
 import numpy as np
 
 from . import mesh_io, vertex_groups
+from .group_list import GroupList
 from .surface_distance import distances_within, faded
 from .vertex_groups import VertexIndices
 
 if TYPE_CHECKING:
     from .stiffness_properties import ArapStiffness
+
+STIFFNESS = GroupList("stiffness", "stiffness", "active_stiffness_index")
 
 
 def add_stiffness(
@@ -22,7 +25,7 @@ def add_stiffness(
     """Makes a vertex group of ``vertices`` (weight 1), ``factor`` (1 to 100) times as stiff as the rest."""
     if not 1.0 <= factor <= 100.0:
         raise ValueError(f"factor = {factor}, must be 1 to 100")
-    entry = _add(obj, vertices, name)
+    entry: ArapStiffness = STIFFNESS.add_vertices(obj, vertices, name)
     entry.factor = factor
     return entry
 
@@ -35,34 +38,20 @@ def add_rigid(
     Each connected piece moves as one body: two shoes go their own ways. ``is_one_body``: all of it together, also
     pieces that are not joined, as the shells of a helmet.
     """
-    entry = _add(obj, vertices, name)
+    entry: ArapStiffness = STIFFNESS.add_vertices(obj, vertices, name)
     entry.is_rigid, entry.is_one_body = True, is_one_body
     return entry
 
 
 def add_stiffness_group(obj: bpy.types.Object, vertex_group: str) -> ArapStiffness:
     """Puts an existing vertex group on the list; where it is there already, returns that entry, enabled."""
-    mesh_io.check_mesh(obj)
-    vertex_groups.check(obj, vertex_group)
-    entries = obj.arap.stiffness
-    entry: ArapStiffness | None = entries.get(vertex_group)
-    if entry is None:
-        entry = entries.add()
-        entry.name = vertex_group
-    entry.is_enabled = True
-    obj.arap.active_stiffness_index = entries.find(vertex_group)
+    entry: ArapStiffness = STIFFNESS.add_group(obj, vertex_group)
     return entry
 
 
 def remove_stiffness(obj: bpy.types.Object, index: int) -> None:
     """Takes an entry off the list, and its vertex group where the entry made it and nothing else uses it."""
-    entries = obj.arap.stiffness
-    if not 0 <= index < len(entries):
-        raise ValueError(f"'{obj.name}' has no stiffness {index}: it has {len(entries)}")
-    group = entries[index].name if entries[index].has_made_group else ""
-    entries.remove(index)
-    obj.arap.active_stiffness_index = max(0, min(obj.arap.active_stiffness_index, len(entries) - 1))
-    vertex_groups.remove_unused(obj, group)
+    STIFFNESS.remove(obj, index)
 
 
 def soften_group(obj: bpy.types.Object, vertex_group: str, radius: float) -> None:
@@ -77,7 +66,7 @@ def soften_group(obj: bpy.types.Object, vertex_group: str, radius: float) -> Non
         radius: along the surface at rest, in world units as seen.
 
     Raises:
-        ValueError: as api_handles; a negative radius; no vertex of weight 1.
+        ValueError: no mesh that can be used, no such group, a negative radius, or no vertex of weight 1.
     """
     mesh_io.check_mesh(obj)
     vertex_groups.check(obj, vertex_group)
@@ -94,11 +83,3 @@ def soften_group(obj: bpy.types.Object, vertex_group: str, radius: float) -> Non
     weights[sources] = 1.0
     changed = np.flatnonzero((weights != before) & ((weights > 0.0) | (before > 0.0))).astype(np.int32)
     vertex_groups.write(obj, vertex_group, changed, weights[changed])
-
-
-def _add(obj: bpy.types.Object, vertices: VertexIndices, name: str) -> ArapStiffness:
-    mesh_io.check_mesh(obj)
-    indices = vertex_groups.checked_indices(obj, vertices)
-    entry = add_stiffness_group(obj, vertex_groups.new(obj, indices, name))
-    entry.has_made_group = True
-    return entry

@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -171,10 +170,3 @@ def fit_to_pose(
 
 def transformed(matrix: Floats, points: NDArray[np.floating]) -> Floats:
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
-
-
-def item_at(obj: bpy.types.Object, items: Sequence[Any], index: int, noun: str) -> Any:
-    """``items[index]`` of the object's handles or pins. Raises ValueError where there is none."""
-    if not 0 <= index < len(items):
-        raise ValueError(f"'{obj.name}' has no {noun} {index}: it has {len(items)}")
-    return items[index]

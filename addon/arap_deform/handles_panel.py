@@ -10,7 +10,7 @@ import bpy
 from . import api
 from .group_buttons import draw_group_buttons
 from .operators.common import find_posed_object, posed_object
-from .panels import ArapPanel, ArapSubPanel, draw_text, is_following, list_rows, split_column
+from .panels import ArapPanel, ArapSubPanel, draw_list, draw_text, is_following, split_column
 from .scene_input import settings_of
 
 
@@ -51,12 +51,8 @@ class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
         layout = self.layout
         obj = posed_object(context)
         settings = obj.arap
-        row = layout.row()
-        rows = list_rows(settings.handles)
-        row.template_list("ARAP_UL_handles", "", settings, "handles", settings, "active_handle_index", rows=rows)
-        column = row.column(align=True)
-        column.operator("arap.handle_add", text="", icon="ADD")
-        column.operator("arap.handle_remove", text="", icon="REMOVE")
+        buttons = ("arap.handle_add", "arap.handle_remove")
+        draw_list(layout, settings, "ARAP_UL_handles", "handles", "active_handle_index", *buttons)
         if settings.active_handle_index < len(settings.handles):
             _draw_handle(context, layout, obj, settings.active_handle_index)
         column = layout.column(align=True)

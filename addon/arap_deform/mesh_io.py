@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Object -> arrays. Blender's data comes in, numpy goes out; nothing is changed but what is selected."""
+"""Object -> arrays. Blender's data comes in, numpy goes out; nothing is changed but what is selected and hidden."""
 
 from __future__ import annotations
 
@@ -93,11 +93,23 @@ def selected_vertices(obj: bpy.types.Object) -> NDArray[np.int32]:
     return np.flatnonzero(is_selected).astype(np.int32)
 
 
-def select_vertices(obj: bpy.types.Object, is_selected: NDArray[np.bool_]) -> None:
-    """Selects (n,) vertices but hidden ones, outside of Edit Mode; edges and faces follow when it is entered."""
-    is_hidden = np.empty(len(obj.data.vertices), dtype=bool)
-    obj.data.vertices.foreach_get("hide", is_hidden)
-    obj.data.vertices.foreach_set("select", is_selected & ~is_hidden)
+def select_vertices(obj: bpy.types.Object, vertices: NDArray[np.int32], *, shows_hidden: bool) -> None:
+    """Selects these alone, outside of Edit Mode; hidden ones are shown, or left out."""
+    mesh = obj.data
+    is_selected = np.zeros(len(mesh.vertices), dtype=bool)
+    is_selected[vertices] = True
+    is_hidden = np.empty(len(mesh.vertices), dtype=bool)
+    mesh.vertices.foreach_get("hide", is_hidden)
+    if shows_hidden:
+        mesh.vertices.foreach_set("hide", is_hidden & ~is_selected)
+    else:
+        is_selected &= ~is_hidden
+    mesh.vertices.foreach_set("select", is_selected)
+    # In vertex mode Blender selects edges and faces by their vertices when it enters Edit Mode; what is left from
+    # before would stay.
+    for items in (mesh.edges, mesh.polygons):
+        items.foreach_set("select", np.zeros(len(items), dtype=bool))
+    mesh.update()
 
 
 def read_edges(obj: bpy.types.Object) -> NDArray[np.int32]:

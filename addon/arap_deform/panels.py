@@ -8,7 +8,7 @@ Poses 45, Bake 50, those that say nothing 60, Show 80, Settings 90.
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sized
+from typing import Any
 
 import bpy
 
@@ -75,9 +75,16 @@ def is_following(obj: bpy.types.Object) -> bool:
     return bool(sessions.claimed_by(obj.name) or obj.arap.is_live)
 
 
-def list_rows(items: Sized) -> int:
-    """How high a list is: no higher than its two buttons need while it is short."""
-    return min(4, max(2, len(items)))
+def draw_list(
+    layout: bpy.types.UILayout, settings: Any, ui_list: str, items: str, active: str, add: str, remove: str
+) -> None:
+    """The list ``items`` of ``settings``, and the buttons + and -, which are the operators ``add`` and ``remove``."""
+    row = layout.row()
+    n_rows = min(4, max(2, len(getattr(settings, items))))  # no higher than the two buttons need while it is short
+    row.template_list(ui_list, "", settings, items, settings, active, rows=n_rows)
+    column = row.column(align=True)
+    column.operator(add, text="", icon="ADD")
+    column.operator(remove, text="", icon="REMOVE")
 
 
 def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:

@@ -10,7 +10,7 @@ import bpy
 from . import empty_groups
 from .group_buttons import draw_group_buttons
 from .operators.common import find_posed_object, posed_object
-from .panels import ArapSubPanel, is_following, list_rows, split_column
+from .panels import ArapSubPanel, draw_list, is_following, split_column
 from .texts import iface_
 
 
@@ -49,12 +49,7 @@ class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
         layout = self.layout
         obj = posed_object(context)
         settings = obj.arap
-        row = layout.row()
-        rows = list_rows(settings.pins)
-        row.template_list("ARAP_UL_pins", "", settings, "pins", settings, "active_pin_index", rows=rows)
-        column = row.column(align=True)
-        column.operator("arap.pin_add", text="", icon="ADD")
-        column.operator("arap.pin_remove", text="", icon="REMOVE")
+        draw_list(layout, settings, "ARAP_UL_pins", "pins", "active_pin_index", "arap.pin_add", "arap.pin_remove")
         if settings.active_pin_index < len(settings.pins):
             pin = settings.pins[settings.active_pin_index]
             split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")

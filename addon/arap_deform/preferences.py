@@ -21,6 +21,18 @@ def _on_color_changed(_preferences: bpy.types.AddonPreferences, _context: bpy.ty
     redraw.tag_views()
 
 
+def _color(name: str, description: str, default: tuple[float, float, float]) -> Any:
+    return FloatVectorProperty(
+        name=name,
+        description=description,
+        subtype="COLOR_GAMMA",  # drawn as they are, like those of a theme
+        default=default,
+        min=0.0,
+        max=1.0,
+        update=_on_color_changed,
+    )
+
+
 class ArapPreferences(bpy.types.AddonPreferences):
     """Edit > Preferences > Add-ons > ARAP Deform."""
 
@@ -37,8 +49,8 @@ class ArapPreferences(bpy.types.AddonPreferences):
     refine_time: FloatProperty(
         name="Refine Time",
         description=(
-            "How long a step of settling may keep Blender waiting. Longer settles sooner, shorter keeps the mouse "
-            "smoother while it does"
+            "How long a step of settling may keep Blender waiting, in seconds. Longer settles sooner, shorter keeps "
+            "the mouse smoother while it does"
         ),
         default=REFINE_TIME_LIMIT_S,
         min=0.005,
@@ -61,33 +73,9 @@ class ArapPreferences(bpy.types.AddonPreferences):
         default=True,
         update=_on_color_changed,
     )
-    pin_color: FloatVectorProperty(
-        name="Pins",
-        description="Color of the pinned vertices",
-        subtype="COLOR_GAMMA",  # drawn as they are, like those of a theme
-        default=(0.25, 0.6, 1.0),
-        min=0.0,
-        max=1.0,
-        update=_on_color_changed,
-    )
-    handle_color: FloatVectorProperty(
-        name="Handles",
-        description="Color of the ways of the handles from rest",
-        subtype="COLOR_GAMMA",  # drawn as they are, like those of a theme
-        default=(1.0, 0.55, 0.1),
-        min=0.0,
-        max=1.0,
-        update=_on_color_changed,
-    )
-    pull_color: FloatVectorProperty(
-        name="Patch",
-        description="Color of the circle, the patch and the dots of ARAP Pull",
-        subtype="COLOR_GAMMA",  # drawn as they are, like those of a theme
-        default=(1.0, 0.9, 0.2),
-        min=0.0,
-        max=1.0,
-        update=_on_color_changed,
-    )
+    pin_color: _color("Pins", "Color of the pinned vertices", (0.25, 0.6, 1.0))
+    handle_color: _color("Handles", "Color of the ways of the handles from rest", (1.0, 0.55, 0.1))
+    pull_color: _color("Patch", "Color of the circle, the patch and the dots of ARAP Pull", (1.0, 0.9, 0.2))
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import api_handles, api_pins, handle_io, mesh_io
+from . import api_handles, api_pins, handle_io, mesh_io, vertex_groups
 from .grab_region import Grab, hold_of_rest
 from .handle_map import Ints
 from .point_handles import diagonal_of
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from .pull_properties import ArapPullPin
 
 MOVED = 1e-4  # how far a piece at rest may be from its rest shape, as a fraction of the diagonal
-HOLD_STEPS = 64  # weights that a soft hold is written with
 
 
 def grabs_of(obj: bpy.types.Object) -> list[Grab]:
@@ -112,7 +111,7 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
             api_pins.add_pin(obj, grab.vertices, name="Hold")
     if hold is not None:
         pin = api_pins.add_pin(obj, hold[0], name="Rest")
-        _write_steps(obj.vertex_groups[pin.name], *hold)
+        vertex_groups.write(obj, pin.name, *hold)
     obj.arap.pull_pins.clear()
     return n_handles, len(grabs) - n_handles + (hold is not None)
 
@@ -131,14 +130,3 @@ def _hold_at_rest(
     was_posed = has_moved[hold.vertices[hold.weights >= 1.0]].any()
     is_pinned = ~has_moved[hold.vertices] | ~was_posed
     return (hold.vertices[is_pinned], hold.weights[is_pinned]) if is_pinned.any() else None
-
-
-def _write_steps(group: bpy.types.VertexGroup, vertices: Ints, weights: NDArray[np.float64]) -> None:
-    # One call for all vertices of one weight: few weights, few calls.
-    steps = np.round(weights * HOLD_STEPS)
-    for step in range(HOLD_STEPS):
-        these = vertices[steps == step]
-        if step == 0 and len(these):
-            group.remove(these.tolist())
-        elif len(these):
-            group.add(these.tolist(), step / HOLD_STEPS, "REPLACE")

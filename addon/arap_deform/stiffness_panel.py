@@ -9,7 +9,7 @@ import bpy
 
 from .group_buttons import draw_group_buttons
 from .operators.common import find_posed_object, posed_object
-from .panels import ArapSubPanel, split_column
+from .panels import ArapSubPanel, draw_list, split_column
 from .pins_panel import lack_of_group
 from .texts import iface_
 
@@ -56,11 +56,8 @@ class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
         layout = self.layout
         obj = posed_object(context)
         settings = obj.arap
-        row = layout.row()
-        row.template_list("ARAP_UL_stiffness", "", settings, "stiffness", settings, "active_stiffness_index", rows=3)
-        column = row.column(align=True)
-        column.operator("arap.stiffness_add", text="", icon="ADD")
-        column.operator("arap.stiffness_remove", text="", icon="REMOVE")
+        buttons = ("arap.stiffness_add", "arap.stiffness_remove")
+        draw_list(layout, settings, "ARAP_UL_stiffness", "stiffness", "active_stiffness_index", *buttons)
         if settings.active_stiffness_index < len(settings.stiffness):
             _draw_entry(layout, obj, settings.stiffness[settings.active_stiffness_index])
         column = layout.column(align=True)

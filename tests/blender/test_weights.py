@@ -239,6 +239,18 @@ class GroupButtonTest(SceneTest):
         self.assertEqual(self.obj.data.total_edge_sel, len(TOP) - 2)
         bpy.ops.object.mode_set(mode="OBJECT")
 
+    def test_select_takes_no_other_mesh_along(self):
+        other = mesh_object("Other")
+        for obj in (other, self.obj):
+            obj.select_set(True)
+        bpy.context.view_layer.objects.active = self.obj
+        bpy.ops.object.mode_set(mode="EDIT")
+        self.assertEqual(other.mode, "EDIT", "of both, as Blender does")
+        self.assertEqual(bpy.ops.arap.group_select(vertex_group="Head"), {"FINISHED"})
+        self.assertEqual((self.obj.mode, other.mode), ("EDIT", "OBJECT"))
+        self.assertEqual(module("mesh_io").selected_vertices(self.obj).tolist(), TOP)
+        bpy.ops.object.mode_set(mode="OBJECT")
+
     def test_soften_without_a_radius_takes_a_twentieth_of_the_size(self):
         self.obj.arap.active_handle_index = 0
         self.assertEqual(bpy.ops.arap.group_soften(), {"FINISHED"})

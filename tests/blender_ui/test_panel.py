@@ -109,7 +109,7 @@ def test_first_pose_by_its_buttons(ui: Ui) -> Steps:
 
 def select_in_edit_mode(obj: bpy.types.Object, vertices: list[int]) -> None:
     bpy.ops.object.mode_set(mode="OBJECT")
-    importlib.import_module(f"{MODULE}.operators.select").select_vertices(obj, np.array(vertices))
+    importlib.import_module(f"{MODULE}.mesh_io").select_vertices(obj, np.array(vertices), shows_hidden=True)
     bpy.ops.object.mode_set(mode="EDIT")
 
 

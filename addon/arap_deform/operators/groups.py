@@ -7,32 +7,30 @@ what is chosen in it the active one.
 """
 
 import bpy
+import numpy as np
 from bpy.props import FloatProperty, StringProperty
 
 from .. import api, mesh_io, mesh_size, vertex_groups
 from .common import (
     allow,
-    find_posed_object,
+    check_visible,
     object_mode,
     posed_object,
     reports_errors,
     why_busy,
-    why_busy_but_posed,
-    why_no_mesh,
+    why_not_changeable,
 )
+from .select import select_in_edit_mode
 
 DEFAULT_RADIUS = 0.05  # of a soft edge, as a fraction of the mesh's size
 
 
 def why_no_group(context: bpy.types.Context) -> str:
-    """As why_no_mesh(), and there must be a vertex group, and no other act have the mesh."""
-    reason = why_no_mesh(context)
-    obj = find_posed_object(context)
-    if reason or obj is None:
+    """As why_not_changeable(), and there must be a vertex group."""
+    reason = why_not_changeable(context)
+    if reason or posed_object(context).vertex_groups:
         return reason
-    if not obj.vertex_groups:
-        return "There is no vertex group yet: add a pin, a handle or stiffness first"
-    return why_busy_but_posed(obj)
+    return "There is no vertex group yet: add a pin, a handle or stiffness first"
 
 
 def is_painted(obj: bpy.types.Object, vertex_group: str) -> bool:
@@ -75,7 +73,10 @@ class ARAP_OT_group_paint(_GroupOperator, bpy.types.Operator):
         group = self._group(obj)
         mode = "OBJECT" if is_painted(obj, group) else "WEIGHT_PAINT"
         obj.vertex_groups.active_index = obj.vertex_groups.find(group)
-        _set_mode(context, obj, mode)
+        check_visible(obj)
+        context.view_layer.objects.active = obj
+        obj.select_set(True)
+        bpy.ops.object.mode_set(mode=mode)
         return {"FINISHED"}
 
 
@@ -93,11 +94,9 @@ class ARAP_OT_group_select(_GroupOperator, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         group = self._group(obj)
-        _set_mode(context, obj, "EDIT")
-        bpy.ops.mesh.select_mode(type="VERT")
-        bpy.ops.mesh.select_all(action="DESELECT")
         with object_mode(obj):
-            mesh_io.select_vertices(obj, mesh_io.read_weights(obj, [group], use_nodes=False)[group] > 0.0)
+            vertices = np.flatnonzero(mesh_io.read_weights(obj, [group])[group]).astype(np.int32)
+        select_in_edit_mode(context, obj, vertices, shows_hidden=False)
         return {"FINISHED"}
 
 
@@ -132,16 +131,6 @@ class ARAP_OT_group_soften(_GroupOperator, bpy.types.Operator):
         with object_mode(obj):
             api.soften_group(obj, group, self.radius)
         return {"FINISHED"}
-
-
-def _set_mode(context: bpy.types.Context, obj: bpy.types.Object, mode: str) -> None:
-    """Makes the mesh the active object, whatever was, and goes to that mode."""
-    if not obj.visible_get():
-        raise ValueError(f"'{obj.name}' is hidden: show it first (Alt H, its collection, or leave Local View)")
-    context.view_layer.objects.active = obj
-    obj.select_set(True)
-    if obj.mode != mode:
-        bpy.ops.object.mode_set(mode=mode)
 
 
 CLASSES = (ARAP_OT_group_paint, ARAP_OT_group_select, ARAP_OT_group_soften)

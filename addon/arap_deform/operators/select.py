@@ -4,16 +4,16 @@
 from __future__ import annotations
 
 import bpy
-import numpy as np
 
-from .. import unheld
+from .. import mesh_io, unheld
 from ..handle_map import Ints
 from ..texts import rpt_
-from .common import allow, find_posed_object, object_mode, posed_object, reports_errors, why_busy, why_no_mesh
+from .common import allow, check_visible, object_mode, posed_object, reports_errors, why_busy, why_no_mesh
 
 
 def enter_edit_mode(context: bpy.types.Context, obj: bpy.types.Object) -> None:
-    """Of this mesh alone, whatever is active and selected."""
+    """Of this mesh alone, whatever is active and selected. Raises ValueError where it is hidden."""
+    check_visible(obj)
     if context.object is not None and context.object.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
     for other in context.selected_objects:
@@ -21,6 +21,18 @@ def enter_edit_mode(context: bpy.types.Context, obj: bpy.types.Object) -> None:
     obj.select_set(True)
     context.view_layer.objects.active = obj
     bpy.ops.object.mode_set(mode="EDIT")
+
+
+def select_in_edit_mode(
+    context: bpy.types.Context, obj: bpy.types.Object, vertices: Ints, *, shows_hidden: bool
+) -> None:
+    """These vertices alone, in Edit Mode of this mesh alone. Raises as enter_edit_mode()."""
+    check_visible(obj)
+    if obj.mode == "EDIT":
+        bpy.ops.object.mode_set(mode="OBJECT")
+    mesh_io.select_vertices(obj, vertices, shows_hidden=shows_hidden)
+    context.tool_settings.mesh_select_mode = (True, False, False)
+    enter_edit_mode(context, obj)
 
 
 class ARAP_OT_edit_mesh(bpy.types.Operator):
@@ -33,6 +45,7 @@ class ARAP_OT_edit_mesh(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         return allow(cls, _why_not_editable(context))
 
+    @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         if obj.mode == "EDIT":
@@ -51,8 +64,7 @@ class ARAP_OT_select_unheld(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         reason = _why_not_editable(context)
-        obj = find_posed_object(context)
-        if not reason and obj is not None and not (obj.arap.pins or obj.arap.handles):
+        if not reason and not (posed_object(context).arap.pins or posed_object(context).arap.handles):
             reason = "Add a pin or a handle first: nothing holds the mesh yet"
         return allow(cls, reason)
 
@@ -64,35 +76,14 @@ class ARAP_OT_select_unheld(bpy.types.Operator):
         if not len(vertices):
             self.report({"INFO"}, rpt_("Every part of the mesh is held by a pin or handle"))
             return {"FINISHED"}
-        if obj.mode == "EDIT":
-            bpy.ops.object.mode_set(mode="OBJECT")
-        select_vertices(obj, vertices)
-        context.tool_settings.mesh_select_mode = (True, False, False)
-        enter_edit_mode(context, obj)
+        select_in_edit_mode(context, obj, vertices, shows_hidden=True)
         self.report({"INFO"}, rpt_("Selected {} vertices, in {} parts of the mesh").format(len(vertices), n_parts))
         return {"FINISHED"}
 
 
-def select_vertices(obj: bpy.types.Object, vertices: Ints) -> None:
-    """These alone, shown where they were hidden. Not in Edit Mode."""
-    mesh = obj.data
-    is_selected = np.zeros(len(mesh.vertices), dtype=bool)
-    is_selected[vertices] = True
-    is_hidden = np.empty(len(mesh.vertices), dtype=bool)
-    mesh.vertices.foreach_get("hide", is_hidden)
-    mesh.vertices.foreach_set("hide", is_hidden & ~is_selected)
-    mesh.vertices.foreach_set("select", is_selected)
-    # In vertex mode Blender selects edges and faces by their vertices when it enters Edit Mode; what is left from
-    # before would stay.
-    for items in (mesh.edges, mesh.polygons):
-        items.foreach_set("select", np.zeros(len(items), dtype=bool))
-    mesh.update()
-
-
 def _why_not_editable(context: bpy.types.Context) -> str:
     """As why_no_mesh(), and no act must have the mesh."""
-    obj = find_posed_object(context)
-    return why_no_mesh(context) or ("" if obj is None else why_busy(obj))
+    return why_no_mesh(context) or why_busy(posed_object(context))
 
 
 CLASSES = (ARAP_OT_edit_mesh, ARAP_OT_select_unheld)
