@@ -118,7 +118,6 @@ def _run(options: argparse.Namespace) -> None:
         bpy.ops.wm.open_mainfile(filepath=str(options.file.resolve()), load_ui=False)
     elif not bpy.data.filepath:
         raise ValueError("No .blend to work on: name one")
-    _check_output(options)
     problem = api.native_problem()
     if problem:
         raise RuntimeError(problem)

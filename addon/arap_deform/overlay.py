@@ -51,8 +51,7 @@ class Drawn:
         if settings.show_strain or settings.show_pins:
             positions = overlay_data.positions_now(obj, surface, depsgraph)
         if settings.show_strain and len(surface.triangles):
-            colors = overlay_data.strain_colors(obj, surface)
-            self.heat = batches.surface_batch(positions, colors, self.indices)
+            self.heat = batches.surface_batch(positions, overlay_data.strain_colors(obj, surface), self.indices)
         if settings.show_pins and len(surface.pinned):
             self.pins = batches.plain_batch("POINTS", positions[surface.pinned])
 

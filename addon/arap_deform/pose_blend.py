@@ -31,7 +31,7 @@ def blended(
         first, second: (h, 4, 4) object-space motions.
         factor: 0 to 1, or a little beyond.
         pivots: (h, 3) where each handle is at rest, object space: what its stretch leaves where it is.
-        stretch: (3, 3) stretch of the object as seen, see session.stretch_of().
+        stretch: (3, 3) stretch of the object as seen, see rigid_fit.stretch_of().
 
     Raises:
         ValueError: a handle is flat or turned inside out in one of them: nothing is between that and the other.

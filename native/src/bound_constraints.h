@@ -18,7 +18,7 @@ struct BoundModel {
   Positions rest;                   ///< (n, 3), centred, diagonal 1
   std::vector<int> part_of_vertex;  ///< (n,) -1 = loose
   int n_parts = 0;
-  Workers workers;  ///< of the passes of an iteration, as many
+  Workers workers;  ///< of the bind and of iterations
   LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
   bool fits_single = false;              ///< whether single precision serves this energy
   RigidRegions regions;                  ///< without constraints

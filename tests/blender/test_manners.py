@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a newcomer meets: names, reasons, menus, the first pose, preferences, parts that nothing holds, translations."""
 
+import tempfile
 from types import SimpleNamespace
+from unittest import mock
 
 import numpy as np
 from support import BOTTOM, TOP, FakeAct, SceneTest, bpy, key_positions, mesh_object, module, move, posable
@@ -113,8 +115,16 @@ class ReasonTest(SceneTest):
         act = FakeAct("it is solved")
         module("sessions").claim(obj.name, act)
         self.addCleanup(module("sessions").release, obj.name, act)
-        for name in ("solve", "bake_animation", "edit_mesh", "select_unheld"):
+        followed = ("handle_remove", "pin_add", "pin_remove", "stiffness_add", "reset_handles", "poses_store")
+        for name in ("solve", "bake_animation", "edit_mesh", "select_unheld", *followed):
             self.assertIn("Wait for the mesh: it is solved", self.reason(name))
+        module("sessions").release(obj.name, act)
+        posing = module("operators.pose_act").PoseAct(None)
+        module("sessions").claim(obj.name, posing)
+        self.addCleanup(module("sessions").release, obj.name, posing)
+        for name in followed:
+            self.assertTrue(getattr(bpy.ops.arap, name).poll(), f"{name}: posing follows")
+        self.assertIn("End the pose first: Enter keeps it, Esc cancels it", self.reason("solve"))
 
     def test_an_act_that_comes_second_waits(self):
         obj = posable()
@@ -137,6 +147,40 @@ class ReasonTest(SceneTest):
         job.cancel()
         self.assertIs(sessions.acts["Tube"], act, "of another file")
         sessions.release("Tube", act)
+
+    def test_a_script_waits_for_a_job_and_does_not_disturb_it(self):
+        obj = posable()
+        move(obj.arap.handles[0].target, (0.5, 0.2, -0.3))
+        self.api.solve(obj)
+        self.api.store_pose(obj, "Pose")
+        shown, inputs, state = key_positions(obj), self.api.session_input(obj), self.api.capture_state(obj)
+        session = self.api.build_session(inputs)
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        for doing, begin in (
+            ("it is solved", lambda: self.api.begin_solve(obj)),
+            ("it is baked", lambda: self.api.begin_bake(obj, 1, 2)),
+            ("shape keys are made of its poses", lambda: self.api.begin_pose_keys(obj)),
+            ("its frames are exported", lambda: self.api.begin_mesh_cache(obj, f"{folder.name}/tube.mdd", 1, 2)),
+        ):
+            job = begin()
+            job.step(0.001)
+            for act in (
+                self.api.solve,
+                self.api.prepare_session,
+                lambda tube: self.api.adopt_session(tube, inputs, session),
+                self.api.sync_session,
+                self.api.update_pose,
+                self.api.reset_pose,
+                self.api.apply_pose_as_rest,
+                lambda tube: self.api.restore_state(tube, state),
+            ):
+                self.assert_error(RuntimeError, f"Wait for 'Tube': {doing}", act, obj)
+            while job.step():
+                pass
+            job.cancel()
+            np.testing.assert_array_equal(key_positions(obj), shown)
+        self.assertEqual(self.api.solve(obj).stop_reason, "converged")
 
     def test_a_mesh_that_was_renamed_while_it_was_worked_on_does_not_hide_the_selected_one(self):
         obj = mesh_object()
@@ -195,9 +239,19 @@ class FirstPoseTest(SceneTest):
         bpy.ops.arap.edit_mesh()
         self.assertEqual((bpy.context.object, obj.mode, target.select_get()), (obj, "EDIT", False))
 
+    def test_a_hidden_mesh_cannot_be_edited(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        obj.hide_set(True)
+        for name in ("edit_mesh", "group_select", "group_paint"):
+            with self.assertRaises(RuntimeError, msg=name) as caught:
+                getattr(bpy.ops.arap, name)()
+            self.assertIn("'Tube' is hidden: show it first", str(caught.exception))
+        self.assertEqual(obj.mode, "OBJECT")
+
     def select(self, obj, vertices) -> None:
         bpy.ops.object.mode_set(mode="OBJECT")
-        module("operators.select").select_vertices(obj, np.asarray(vertices))
+        module("mesh_io").select_vertices(obj, np.asarray(vertices), shows_hidden=True)
         bpy.ops.object.mode_set(mode="EDIT")
 
 
@@ -420,6 +474,35 @@ class SolveJobTest(SceneTest):
 
 
 class TranslationTest(SceneTest):
+    def test_what_results_say_is_looked_up_word_by_word(self):
+        german = module("translation_german").MESSAGES.__getitem__
+        bake, placement = module("api_bake"), self.api.Placement(("Kopf",), ("Fuß",), ("Hand", "Arm"))
+        for result, english, translated in (
+            (bake.BakeEstimate(1, 1_000_000), "1 key, 12 MB in the file, 24 MB in memory",
+             "1 Key, 12 MB in der Datei, 24 MB im Speicher"),
+            (bake.BakeEstimate(2, 4), "2 keys, 96 B in the file, 192 B in memory",
+             "2 Keys, 96 B in der Datei, 192 B im Speicher"),
+            (bake.Fit(3, 3, 0.0, 1.0), "3 keys", "3 Keys"),
+            (bake.Fit(48, 9, 0.0008, 1.0), "9 keys for 48 frames, off by 0.080 % of the size at most",
+             "9 Keys für 48 Bilder, höchstens 0.080 % der Größe daneben"),
+            (placement,
+             ("Not every handle took part; not there any more or unusable: Kopf; not in the pose, so left where they "
+              "are: Fuß; held by animation, a constraint, a driver or a sheared parent: Hand, Arm"),
+             ("Nicht jeder Griff war dabei; nicht mehr da oder unbrauchbar: Kopf; nicht in der Pose, also geblieben, "
+              "wo sie sind: Fuß; von Animation, einem Constraint, einem Treiber oder einem gescherten Parent gehalten: "
+              "Hand, Arm")),
+        ):  # fmt: skip
+            self.assertEqual((str(result), result.text(german)), (english, translated))
+
+    def test_operators_say_results_translated(self):
+        said = []
+        operator = SimpleNamespace(report=lambda kind, text: said.append((*kind, text)))
+        german = module("translation_german").MESSAGES
+        with mock.patch.object(module("operators.bake"), "rpt_", lambda text: german.get(text, text)):
+            job = SimpleNamespace(fit=module("api_bake").Fit(2, 2, 0.0, 1.0))
+            module("operators.bake").ARAP_OT_bake_animation.report_shapes(operator, job, ["A_0001", "A_0002"])
+        self.assertEqual(said, [("INFO", "Shape Keys 'A_0001' bis 'A_0002' gebacken: 2 Keys")])
+
     def test_words_are_translated_where_blender_has_the_language(self):
         texts = module("texts")
         self.assertEqual(texts.iface_("Pins"), "Pins")

@@ -51,6 +51,41 @@ def armature(matrix=None) -> bpy.types.Object:
     return rig
 
 
+class PollTest(SceneTest):
+    def test_poses_whose_handles_are_gone_can_be_deleted(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        self.api.store_pose(obj, "Pose")
+        self.api.remove_handle(obj, 0)
+        self.assertFalse(bpy.ops.arap.poses_apply.poll())
+        self.assertEqual(bpy.ops.arap.poses_delete(), {"FINISHED"})
+        self.assertEqual(len(obj.arap.poses), 0)
+        self.assertFalse(bpy.ops.arap.poses_delete.poll())
+
+
+class BlendRunTest(SceneTest):
+    def test_a_mesh_that_was_changed_meanwhile_does_not_keep_a_drag_from_ending(self):
+        obj = posable()
+        self.api.solve(obj)
+        before = places(obj)
+        bend(obj)
+        self.api.store_pose(obj, "Bent")
+        self.api.reset_handles(obj)
+
+        def blend(mesh, factor):
+            return self.api.blend_poses(mesh, self.api.REST, "Bent", factor)
+
+        run = module("operators.blend_run").BlendRun(bpy.context, obj, blend, mouse_x=0, is_followed=False)
+        self.assertEqual(module("sessions").claimed_by("Tube"), "its poses are blended")
+        run.set_factor(1.0)
+        self.assertGreater(np.abs(places(obj) - before).max(), 0.1)
+        obj.data.vertices.add(1)
+        self.assertEqual(run.cancel(), "'Tube' has 137 vertices, but had 136: its shape key stays")
+        self.assertEqual(module("sessions").claimed_by("Tube"), "")
+        self.assert_close(places(obj), before)
+        self.assertEqual(run.cancel(), "'Tube' has 137 vertices, but had 136: its shape key stays", "again, unharmed")
+
+
 class ApplyTest(SceneTest):
     def check_round_trip(self, obj, spoil):
         stored = places(obj)

@@ -12,7 +12,8 @@ from typing import Any
 
 import bpy
 
-from .. import api, live_key, sessions
+from .. import api, live_key, mesh_io, sessions
+from ..handle_map import Ints
 from ..texts import rpt_
 from .pose_act import PoseAct
 
@@ -71,12 +72,10 @@ def why_no_mesh(context: bpy.types.Context) -> str:
 def why_not_idle(context: bpy.types.Context) -> str:
     """As why_no_mesh(), and the mesh must be in Object Mode (an armature may be in Pose Mode) and no act have it."""
     reason = why_no_mesh(context)
-    obj = find_posed_object(context)
-    if reason or obj is None:
+    if reason:
         return reason
-    if obj.mode != "OBJECT":
-        return "Go to Object Mode first (Tab)"
-    return why_busy(obj)
+    obj = posed_object(context)
+    return why_busy(obj) if obj.mode == "OBJECT" else "Go to Object Mode first (Tab)"
 
 
 def why_busy(obj: bpy.types.Object) -> str:
@@ -101,29 +100,27 @@ def why_busy_but_posed(obj: bpy.types.Object) -> str:
     return "" if is_posed(obj) else why_busy(obj)
 
 
+def why_not_changeable(context: bpy.types.Context) -> str:
+    """As why_no_mesh(), and no act but posing may have it: for pins, handles and what else posing follows."""
+    return why_no_mesh(context) or why_busy_but_posed(posed_object(context))
+
+
 def why_no_pose(context: bpy.types.Context) -> str:
     """As why_not_idle(), and there must be a pose to do something with."""
     reason = why_not_idle(context)
-    obj = find_posed_object(context)
-    if reason or obj is None:
+    if reason or live_key.find(posed_object(context)) is not None:
         return reason
-    return "" if live_key.find(obj) is not None else "There is no pose yet: press Pose or Solve first"
+    return "There is no pose yet: press Pose or Solve first"
 
 
 def why_not_solvable(context: bpy.types.Context) -> str:
     """As why_not_idle(), and there must be a solver and something that moves."""
-    reason = why_not_idle(context) or api.native_problem()
-    obj = find_posed_object(context)
-    if reason or obj is None:
-        return reason
-    return _why_nothing_moves(obj)
+    return why_not_idle(context) or api.native_problem() or _why_nothing_moves(posed_object(context))
 
 
 def why_not_live(context: bpy.types.Context) -> str:
     """Why Live cannot be switched on: there must be a solver, a mesh of this file, and something that moves it."""
-    reason = why_no_mesh(context) or api.native_problem()
-    obj = find_posed_object(context)
-    return reason or ("" if obj is None else _why_nothing_moves(obj))
+    return why_no_mesh(context) or api.native_problem() or _why_nothing_moves(posed_object(context))
 
 
 def _why_nothing_moves(obj: bpy.types.Object) -> str:
@@ -143,15 +140,29 @@ def why_no_reset(context: bpy.types.Context) -> str:
 def why_not_pullable(context: bpy.types.Context) -> str:
     """As why_not_idle(), and there must be a solver, and the mesh must be seen."""
     reason = why_not_idle(context) or api.native_problem()
-    obj = find_posed_object(context)
-    if reason or obj is None:
+    if reason:
         return reason
+    obj = posed_object(context)
     if obj.arap.is_live:
         return "Live would take the mesh back to its handles: switch Live off first, or move the handles"
     space = context.space_data
     if not obj.visible_get(viewport=space if isinstance(space, bpy.types.SpaceView3D) else None):
         return "This mesh is hidden here: show it first (Alt H, its collection, or leave Local View)"
     return ""
+
+
+def check_visible(obj: bpy.types.Object) -> None:
+    """Raises ValueError where the mesh is hidden: then Blender does not let it into other modes."""
+    if not obj.visible_get():
+        raise ValueError(f"'{obj.name}' is hidden: show it first (Alt H, its collection, or leave Local View)")
+
+
+def selected_vertices(obj: bpy.types.Object, lack: str) -> Ints:
+    """(k,) int32, of a mesh in Edit Mode. Raises ValueError(lack) where there are none."""
+    vertices = mesh_io.selected_vertices(obj)
+    if not len(vertices):
+        raise ValueError(lack)
+    return vertices
 
 
 def allow(cls: Any, reason: str) -> bool:

@@ -5,7 +5,7 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from .. import api, mesh_io
+from .. import api
 from ..texts import rpt_
 from .common import (
     allow,
@@ -13,9 +13,10 @@ from .common import (
     one_step,
     posed_object,
     reports_errors,
-    why_no_mesh,
+    selected_vertices,
     why_no_pose,
     why_no_reset,
+    why_not_changeable,
 )
 
 Target = tuple[bpy.types.Object, str]  # the name of the bone is '' for a whole object
@@ -29,6 +30,11 @@ def selected_targets(context: bpy.types.Context, obj: bpy.types.Object) -> list[
         targets = [(other, "") for other in context.selected_objects if other.type not in {"MESH", "ARMATURE"}]
     taken = {(handle.target, handle.bone) for handle in obj.arap.handles}
     return [target for target in targets if target not in taken]
+
+
+def why_no_handles(context: bpy.types.Context) -> str:
+    """As why_not_changeable(), and it must have handles."""
+    return why_not_changeable(context) or ("" if posed_object(context).arap.handles else "There are no handles")
 
 
 class ARAP_OT_handle_add(bpy.types.Operator):
@@ -46,7 +52,7 @@ class ARAP_OT_handle_add(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        reason = why_no_mesh(context)
+        reason = why_not_changeable(context)
         obj = find_posed_object(context)
         if not reason and obj is not None and obj.mode != "EDIT":
             reason = "Select vertices in Edit Mode (Tab) to hang them on a handle"
@@ -55,9 +61,7 @@ class ARAP_OT_handle_add(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        vertices = mesh_io.selected_vertices(obj)
-        if not len(vertices):
-            raise ValueError("No vertices are selected: select those that the handle shall move")
+        vertices = selected_vertices(obj, "No vertices are selected: select those that the handle shall move")
         with one_step(obj, self.bl_label):
             api.add_handle(obj, vertices, name=self.name, is_exact=self.is_exact)
         return {"FINISHED"}
@@ -71,7 +75,10 @@ class ARAP_OT_handle_add_from_empties(bpy.types.Operator):
 
     radius: FloatProperty(
         name="Radius",
-        description="Take the vertices within this distance, or the nearest one where there is none. 0: the nearest",
+        description=(
+            "Take the vertices within this distance, in scene units, or the nearest one where there is none. "
+            "0: the nearest"
+        ),
         default=0.0,
         min=0.0,
         subtype="DISTANCE",
@@ -79,7 +86,7 @@ class ARAP_OT_handle_add_from_empties(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        reason = why_no_mesh(context)
+        reason = why_not_changeable(context)
         obj = find_posed_object(context)
         if not reason and obj is not None:
             if obj.mode != "OBJECT":
@@ -112,8 +119,7 @@ class ARAP_OT_handle_remove(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        reason = why_no_mesh(context)
-        return allow(cls, reason or ("" if posed_object(context).arap.handles else "There are no handles"))
+        return allow(cls, why_no_handles(context))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -131,8 +137,7 @@ class ARAP_OT_reset_handles(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        reason = why_no_mesh(context)
-        return allow(cls, reason or ("" if posed_object(context).arap.handles else "There are no handles"))
+        return allow(cls, why_no_handles(context))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:

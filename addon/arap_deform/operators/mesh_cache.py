@@ -8,7 +8,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 
 from .. import api
-from ..api_bake import size_text
+from ..api_bake import BYTES_PER_VERTEX, size_text
+from ..frames_job import check_range
 from ..mesh_cache import FORMATS
 from ..texts import iface_, rpt_
 from .common import allow, posed_object, reports_errors, why_not_solvable
@@ -81,9 +82,14 @@ class ARAP_OT_export_mesh_cache(ShapesJobOperator, bpy.types.Operator):
         column.prop(self, "frame_end")
         column.prop(self, "frame_step")
         layout.prop(self, "add_modifier")
-        n_frames = len(range(self.frame_start, self.frame_end + 1, self.frame_step))
-        size = size_text(12.0 * n_frames * len(posed_object(context).data.vertices))
-        layout.label(text=iface_("{} frames, {}").format(n_frames, size), translate=False)
+        try:
+            check_range(self.frame_start, self.frame_end, self.frame_step)
+            n_frames = len(range(self.frame_start, self.frame_end + 1, self.frame_step))
+            size = size_text(BYTES_PER_VERTEX * n_frames * len(posed_object(context).data.vertices))
+            text, icon = iface_("{} frames, {}").format(n_frames, size), "FILE_CACHE"
+        except ValueError as error:
+            text, icon = str(error), "ERROR"
+        layout.label(text=text, translate=False, icon=icon)
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:

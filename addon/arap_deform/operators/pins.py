@@ -5,8 +5,16 @@
 import bpy
 from bpy.props import StringProperty
 
-from .. import api, mesh_io
-from .common import allow, find_posed_object, one_step, posed_object, reports_errors, why_no_mesh
+from .. import api
+from .common import (
+    allow,
+    find_posed_object,
+    one_step,
+    posed_object,
+    reports_errors,
+    selected_vertices,
+    why_not_changeable,
+)
 
 
 class ARAP_OT_pin_add(bpy.types.Operator):
@@ -20,7 +28,7 @@ class ARAP_OT_pin_add(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        reason = why_no_mesh(context)
+        reason = why_not_changeable(context)
         obj = find_posed_object(context)
         if not reason and obj is not None and obj.mode != "EDIT" and not obj.vertex_groups:
             reason = "Select vertices in Edit Mode (Tab) to pin them"
@@ -45,9 +53,7 @@ class ARAP_OT_pin_add(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         if obj.mode == "EDIT":
-            vertices = mesh_io.selected_vertices(obj)
-            if not len(vertices):
-                raise ValueError("No vertices are selected: select those to hold")
+            vertices = selected_vertices(obj, "No vertices are selected: select those to hold")
             with one_step(obj, self.bl_label):
                 api.add_pin(obj, vertices, name=self.name)
         elif not self.vertex_group:
@@ -66,7 +72,7 @@ class ARAP_OT_pin_remove(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        reason = why_no_mesh(context)
+        reason = why_not_changeable(context)
         return allow(cls, reason or ("" if posed_object(context).arap.pins else "There are no pins"))
 
     @reports_errors

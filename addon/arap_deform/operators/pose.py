@@ -14,7 +14,7 @@ from ..follow_scene import BlenderFollowScene, is_rendering
 from ..session_data import Readout
 from ..texts import rpt_
 from . import pose_undo
-from .common import StatusBar, allow, find_posed_object, posed_object, reports_errors, why_not_solvable
+from .common import StatusBar, allow, find_posed_object, is_posed, posed_object, reports_errors, why_not_solvable
 from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 
 TIMER_S = 0.02
@@ -31,8 +31,8 @@ class BlenderPoseScene(BlenderFollowScene):
         self.state = api.capture_state(obj)
         self.key = live_key.KeyFollower(obj)
         self._counts = _counts(obj)
-        live = sessions.get(obj.name)
-        self._topology = live.inputs.signature.topology if live is not None else None
+        former = sessions.get(obj.name)
+        self._topology = former.inputs.signature.topology if former is not None else None
 
     @property
     def obj(self) -> bpy.types.Object | None:
@@ -265,8 +265,7 @@ class ARAP_OT_pose_end(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = find_posed_object(context)
-        is_posed = obj is not None and isinstance(sessions.acts.get(obj.name), PoseAct)
-        return allow(cls, "" if is_posed else "This mesh is not being posed")
+        return allow(cls, "" if obj is not None and is_posed(obj) else "This mesh is not being posed")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         act = sessions.acts[posed_object(context).name]

@@ -6,15 +6,13 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from .. import api
-from ..texts import rpt_
+from ..texts import rpt_, tip_
 from .common import (
     allow,
-    find_posed_object,
     is_posed,
     posed_object,
     reports_errors,
-    why_busy_but_posed,
-    why_no_mesh,
+    why_not_changeable,
     why_not_solvable,
 )
 from .job import ShapesJobOperator
@@ -26,38 +24,39 @@ AXES = (
 )
 
 
+def why_no_library(context: bpy.types.Context) -> str:
+    """As why_not_changeable(), and the mesh must be in Object Mode."""
+    reason = why_not_changeable(context)
+    return reason or ("" if posed_object(context).mode == "OBJECT" else "Go to Object Mode first (Tab)")
+
+
 def why_not_storable(context: bpy.types.Context) -> str:
-    """Why the handles cannot be stored: there must be some, and nobody may have the mesh but a posing act."""
-    reason = why_no_mesh(context)
-    obj = find_posed_object(context)
-    if reason or obj is None:
+    """As why_no_library(), and there must be handles."""
+    reason = why_no_library(context)
+    if reason or posed_object(context).arap.handles:
         return reason
-    if obj.mode != "OBJECT":
-        return "Go to Object Mode first (Tab)"
-    if not obj.arap.handles:
-        return "Add a handle first: a pose is where the handles are"
-    return why_busy_but_posed(obj)
+    return "Add a handle first: a pose is where the handles are"
 
 
 def why_no_stored_pose(context: bpy.types.Context) -> str:
-    """As why_not_storable(), and there must be a stored pose."""
-    reason = why_not_storable(context)
-    obj = find_posed_object(context)
-    if reason or obj is None:
-        return reason
-    return "" if obj.arap.poses else "Store a pose first"
+    """As why_no_library(), and there must be a stored pose."""
+    return why_no_library(context) or ("" if posed_object(context).arap.poses else "Store a pose first")
+
+
+def why_no_usable_pose(context: bpy.types.Context) -> str:
+    """As why_not_storable() and why_no_stored_pose()."""
+    return why_not_storable(context) or why_no_stored_pose(context)
 
 
 def why_not_applicable(context: bpy.types.Context) -> str:
-    """As why_no_stored_pose(), and the mesh must be able to follow."""
-    reason = why_no_stored_pose(context)
-    obj = find_posed_object(context)
-    return reason if reason or obj is None or is_followed(obj) else why_not_solvable(context)
+    """As why_no_usable_pose(), and the mesh must be able to follow."""
+    reason = why_no_usable_pose(context)
+    return reason or ("" if is_followed(posed_object(context)) else why_not_solvable(context))
 
 
 def why_no_pose_keys(context: bpy.types.Context) -> str:
-    """As why_no_stored_pose(), and the mesh must be idle and solvable."""
-    return why_no_stored_pose(context) or why_not_solvable(context)
+    """As why_no_usable_pose(), and the mesh must be idle and solvable."""
+    return why_no_usable_pose(context) or why_not_solvable(context)
 
 
 def is_followed(obj: bpy.types.Object) -> bool:
@@ -89,8 +88,8 @@ class ARAP_OT_poses_store(bpy.types.Operator):
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
         if properties.is_replacing:
-            return "Store where the handles are now into the pose chosen in the list"
-        return str(cls.bl_description)
+            return tip_("Store where the handles are now into the pose chosen in the list")
+        return tip_(cls.bl_description)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -137,7 +136,7 @@ class ARAP_OT_poses_mirror(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_stored_pose(context))
+        return allow(cls, why_no_usable_pose(context))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:

@@ -220,10 +220,9 @@ class ARAP_OT_pull_release(bpy.types.Operator):
 def why_no_pull(context: bpy.types.Context) -> str:
     """As why_not_idle(), and something must have been pulled or pinned with the tool."""
     reason = why_not_idle(context)
-    obj = find_posed_object(context)
-    if reason or obj is None:
+    if reason or posed_object(context).arap.pull_pins:
         return reason
-    return "" if obj.arap.pull_pins else "Nothing has been pulled or pinned with ARAP Pull"
+    return "Nothing has been pulled or pinned with ARAP Pull"
 
 
 class ARAP_OT_pull_tool(bpy.types.Operator):

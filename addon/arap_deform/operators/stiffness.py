@@ -2,21 +2,19 @@
 # mypy: disable-error-code="valid-type"
 """Stiffness: vertex groups that bend less than the rest, or not at all."""
 
-from typing import Any
-
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from .. import api, mesh_io
-from .common import allow, find_posed_object, one_step, posed_object, reports_errors, why_no_mesh
+from .. import api
+from .common import allow, one_step, posed_object, reports_errors, selected_vertices, why_not_changeable
 
 
 def why_not_rigid(context: bpy.types.Context) -> str:
-    """As why_no_mesh(), and vertices must be selected."""
-    reason = why_no_mesh(context)
-    obj = find_posed_object(context)
-    if reason or obj is None:
+    """As why_not_changeable(), and vertices must be selected."""
+    reason = why_not_changeable(context)
+    if reason:
         return reason
+    obj = posed_object(context)
     if obj.mode != "EDIT":
         return "Select vertices in Edit Mode (Tab) to make them rigid"
     return "" if obj.data.total_vert_sel else "Select the vertices that shall keep their shape first"
@@ -40,7 +38,7 @@ class ARAP_OT_stiffness_add(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_mesh(context))
+        return allow(cls, why_not_changeable(context))
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         obj = posed_object(context)
@@ -58,11 +56,13 @@ class ARAP_OT_stiffness_add(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        vertices = _selected(obj, "select those to stiffen") if obj.mode == "EDIT" else None
-        with one_step(obj, self.bl_label):
-            if vertices is not None:
+        if obj.mode == "EDIT":
+            vertices = selected_vertices(obj, "No vertices are selected: select those to stiffen")
+            with one_step(obj, self.bl_label):
                 api.add_stiffness(obj, vertices, name=self.name)
-            elif self.vertex_group:
+            return {"FINISHED"}
+        with one_step(obj, self.bl_label):
+            if self.vertex_group:
                 api.add_stiffness_group(obj, self.vertex_group)
             else:
                 api.add_stiffness_group(obj, obj.vertex_groups.new(name=self.name).name).has_made_group = True
@@ -91,7 +91,7 @@ class ARAP_OT_rigid_add(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        vertices = _selected(obj, "select those that shall keep their shape")
+        vertices = selected_vertices(obj, "No vertices are selected: select those that shall keep their shape")
         with one_step(obj, self.bl_label):
             api.add_rigid(obj, vertices, name=self.name, is_one_body=self.is_one_body)
         return {"FINISHED"}
@@ -105,7 +105,7 @@ class ARAP_OT_stiffness_remove(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        reason = why_no_mesh(context)
+        reason = why_not_changeable(context)
         return allow(
             cls, reason or ("" if posed_object(context).arap.stiffness else "Nothing is stiffer than the rest")
         )
@@ -116,13 +116,6 @@ class ARAP_OT_stiffness_remove(bpy.types.Operator):
         with one_step(obj, self.bl_label):
             api.remove_stiffness(obj, obj.arap.active_stiffness_index)
         return {"FINISHED"}
-
-
-def _selected(obj: bpy.types.Object, what: str) -> Any:
-    vertices = mesh_io.selected_vertices(obj)
-    if not len(vertices):
-        raise ValueError(f"No vertices are selected: {what}")
-    return vertices
 
 
 CLASSES = (ARAP_OT_stiffness_add, ARAP_OT_rigid_add, ARAP_OT_stiffness_remove)
