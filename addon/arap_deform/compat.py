@@ -207,9 +207,7 @@ def is_action_shared(data: bpy.types.ID) -> bool:
 
 def is_animated(data: bpy.types.ID, data_path: str) -> bool:
     """Whether an F-curve or a driver sets ``data_path``."""
-    if has_fcurve(data, data_path):
-        return True
-    return bool(data.animation_data and data.animation_data.drivers.find(data_path))
+    return has_fcurve(data, data_path) or bool(data.animation_data and data.animation_data.drivers.find(data_path))
 
 
 def remove_fcurve(data: bpy.types.ID, data_path: str) -> None:

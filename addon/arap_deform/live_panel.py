@@ -10,6 +10,8 @@ from .operators.common import posed_object, why_not_live
 from .panels import ArapSubPanel, draw_text
 from .texts import iface_
 
+LIVE_HINT = "Tick Live and the mesh follows its handles all the time, also in playback"
+
 
 class ARAP_PT_live(ArapSubPanel, bpy.types.Panel):
     """The toggle in the header; its state below."""
@@ -41,7 +43,7 @@ def _state(context: bpy.types.Context, obj: bpy.types.Object) -> tuple[str, str]
     if obj.arap.live_problem:
         return obj.arap.live_problem, "ERROR"
     if not obj.arap.is_live:
-        return why_not_live(context) or "The mesh follows its handles all the time, also in playback", "INFO"
+        return why_not_live(context) or LIVE_HINT, "INFO"
     run = live.run_of(obj)
     if run is None:  # until the scene is evaluated again
         return "Waiting", "SORTTIME"

@@ -38,7 +38,8 @@ def upgrade_all() -> None:
 def upgrade_updated(depsgraph: bpy.types.Depsgraph) -> None:
     """After an evaluation: upgrade() of what was appended from an older file, or set so by an older script."""
     for update in depsgraph.updates:
-        if isinstance(update.id, bpy.types.Object) and is_outdated(update.id):
+        # The original one: a mesh as evaluated need not have its shape keys.
+        if isinstance(update.id, bpy.types.Object) and is_outdated(update.id.original):
             upgrade(update.id.original)
 
 

@@ -308,7 +308,7 @@ class LiveKeyTest(SceneTest):
         bpy.context.view_layer.update()
         self.assertEqual(obj.arap.key_name, "ARAP", "the old name is read once")
 
-    def in_an_older_file(self, obj):
+    def in_an_older_file(self, obj, *, is_appended=False):
         """The object, saved by a version that did not save the default name, and opened where another name is set."""
         obj.arap.property_unset("own_key_name")
         values = bpy.context.preferences.addons[support.PACKAGE].preferences
@@ -317,7 +317,15 @@ class LiveKeyTest(SceneTest):
             path = str(Path(folder) / "old.blend")
             bpy.ops.wm.save_as_mainfile(filepath=path)
             values.key_name = "Posed"
-            bpy.ops.wm.open_mainfile(filepath=path)
+            if is_appended:
+                bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+                with bpy.data.libraries.load(path) as (_, appended):
+                    appended.objects = ["Tube"]
+            else:
+                bpy.ops.wm.open_mainfile(filepath=path)
+        if is_appended:
+            bpy.context.scene.collection.objects.link(bpy.data.objects["Tube"])
+            bpy.context.view_layer.update()
         return bpy.data.objects["Tube"]
 
     def test_an_older_file_keeps_the_default_name_that_was_not_saved(self):
@@ -333,6 +341,12 @@ class LiveKeyTest(SceneTest):
         obj.arap.key_name = ""
         bpy.context.view_layer.update()
         self.assertEqual(obj.arap.key_name, "Posed", "the old name is looked for once")
+
+    def test_what_is_appended_from_an_older_file_keeps_it_too(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        self.assertEqual(self.in_an_older_file(obj, is_appended=True).arap.own_key_name, "ARAP")
 
     def test_an_older_file_without_a_pose_takes_the_name_of_the_preferences(self):
         for make_own_key in (False, True):
