@@ -18,7 +18,7 @@ INTERFACE = sorted(
     {
         *ADDON.glob("*panel*.py"),
         *ADDON.glob("operators/*.py"),
-        *(set(ADDON.glob("live*.py")) - {ADDON / "live_key.py"}),
+        *(set(ADDON.glob("live*.py")) - {ADDON / "live_key.py", ADDON / "live_session.py"}),
         *ADDON.glob("overlay*.py"),
         *(ADDON / name for name in ("first_pose.py", "menus.py", "preferences.py", "pull_draw.py")),
     }
