@@ -166,7 +166,10 @@ class ArapObject(bpy.types.PropertyGroup):
     )
     tolerance: FloatProperty(
         name="Tolerance",
-        description="Done when no vertex moves further than this in a step; a fraction of the size of the mesh",
+        description=(
+            "Done when no vertex moves further than this in a step; a fraction of the mesh's size "
+            "(the diagonal of its box at rest)"
+        ),
         default=1e-4,
         min=1e-9,
         max=0.1,
