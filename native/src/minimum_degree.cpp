@@ -15,8 +15,7 @@ std::vector<int> minimum_degree(std::vector<SmallRow> rows, int n) {
     degrees[v] = static_cast<int>(rows[v].count());
   }
   while (!left.empty()) {
-    const auto next =
-        std::min_element(left.begin(), left.end(), [&](int a, int b) { return degrees[a] < degrees[b]; });
+    const auto next = std::min_element(left.begin(), left.end(), [&](int a, int b) { return degrees[a] < degrees[b]; });
     const int v = *next;
     left.erase(next);
     order.push_back(v);

@@ -12,8 +12,8 @@ namespace arap {
 struct Separator {
   static constexpr char kBetween = 2;
 
-  std::vector<char> side;          ///< of each vertex: 0, 1 or kBetween
-  std::array<int, 3> weights{};    ///< of the sides and of what is between
+  std::vector<char> side;        ///< of each vertex: 0, 1 or kBetween
+  std::array<int, 3> weights{};  ///< of the sides and of what is between
 };
 
 /// A light separator with no side heavier than about 0.6 of all, found on coarser graphs and refined on the way back

@@ -34,7 +34,8 @@ class Refinement {
       : graph_(graph),
         separator_(separator),
         max_weight_(max_side_weight(separator)),
-        pulled_(graph.n_vertices()), is_moved_(graph.n_vertices(), 0) {
+        pulled_(graph.n_vertices()),
+        is_moved_(graph.n_vertices(), 0) {
     for (int v = 0; v < graph.n_vertices(); ++v)
       if (separator.side[v] == kBetween) between_.push_back(v);
   }
@@ -58,8 +59,8 @@ class Refinement {
 
   void offer(int v, int to) { moves_[to].push({gain(v, to), time_++, v}); }
 
-  /// Makes the first of the moves one that can be done and has the gain that it had when it was offered. Gains that grew
-  /// since were offered again, so none of the others has more.
+  /// Makes the first of the moves one that can be done and has the gain that it had when it was offered. Gains that
+  /// grew since were offered again, so none of the others has more.
   void look_at_first(int to) {
     Moves& moves = moves_[to];
     while (!moves.empty()) {

@@ -174,9 +174,9 @@ struct SurfaceArap::Impl {
   std::unique_ptr<LocalGlobal> steps;   ///< over constraints
   std::unique_ptr<NonlinearCg> search;  ///< over steps
   Pose pose;
-  Positions last_targets;     ///< of the pose; empty where it comes from somewhere else
+  Positions last_targets;      ///< of the pose; empty where it comes from somewhere else
   ForcePrediction prediction;  ///< of the next pose, from the last ones
-  Pose kept;                  ///< lives as long as the model, so that its memory is there
+  Pose kept;                   ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
   std::vector<double> areas;                    ///< at each vertex
   double diagonal;                              ///< of the surface

@@ -195,7 +195,8 @@ TEST_P(NestedDissection, FillsAboutAsMuchAsApproximateMinimumDegree) {
 
 TEST(NestedDissectionFill, OfALargeMeshIsAboutThatOfApproximateMinimumDegree) {
   const SparseMatrix pattern = pattern_of({"sheet", 200 * 200, sheet(200)});
-  EXPECT_LT(fill(pattern, arap::nested_dissection(pattern, 2)), 1.1 * fill(pattern, approximate_minimum_degree(pattern)));
+  EXPECT_LT(fill(pattern, arap::nested_dissection(pattern, 2)),
+            1.1 * fill(pattern, approximate_minimum_degree(pattern)));
 }
 
 TEST_P(NestedDissection, SeparatorsSeparate) {
