@@ -69,7 +69,7 @@ bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vec
 }
 
 std::shared_ptr<const TilePlan> make_plan(const SparseMatrix& pattern, int n_threads) {
-  return std::make_shared<const TilePlan>(make_supernodes(pattern, nested_dissection(pattern)), n_threads);
+  return std::make_shared<const TilePlan>(make_supernodes(pattern, nested_dissection(pattern, n_threads)), n_threads);
 }
 
 }  // namespace

@@ -153,6 +153,15 @@ void LocalGlobal::finish(Pose& pose) {
   known_ = constraints_.regions().empty() ? Known::kResidual : Known::kRotations;
 }
 
+void LocalGlobal::show_forces_to(ForcePrediction& prediction, double share) const {
+  prediction.observe(residual_, share, workers());
+  // What holds the patches pulls at the residual too. It is no force of the cells, and any of it is ineffective.
+  const std::vector<Average>& patches = constraints_.patches();
+  for (Eigen::Index k = 0; k < multipliers_.rows(); ++k)
+    for (size_t i = 0; i < patches[k].indices.size(); ++i)
+      prediction.observed().row(patches[k].indices[i]) -= (patches[k].weights[i] * multipliers_.row(k)).cast<float>();
+}
+
 void LocalGlobal::find_residual_of(const Pose& pose) {
   if (known_ == Known::kResidual) return;
   passes_->set_positions(pose.positions);
@@ -162,6 +171,16 @@ void LocalGlobal::find_residual_of(const Pose& pose) {
 
 double LocalGlobal::global_step(Pose& pose) {
   find_residual_of(pose);
+  return apply_residual(pose);
+}
+
+double LocalGlobal::global_step(Pose& pose, const ForcePrediction& prediction, double share) {
+  find_residual_of(pose);
+  prediction.add_to(residual_, share, workers());
+  return apply_residual(pose);
+}
+
+double LocalGlobal::apply_residual(Pose& pose) {
   find_correction(pose, residual_);
   known_ = Known::kRotations;
   const double squared = parallel_reduce<kRows>(

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bound_constraints.h"
+#include "force_prediction.h"
 
 namespace arap {
 
@@ -39,18 +40,21 @@ class LocalGlobal {
   /// One global step with the rotations of the pose, to the accuracy of the factor or to a part of itself. Returns the
   /// largest movement of a vertex.
   double global_step(Pose& pose);
+  /// The same with forces ahead of the pose.
+  double global_step(Pose& pose, const ForcePrediction& prediction, double share);
   void global_step_to(double accuracy, Pose& pose);
 
   /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().
   void start(const Pose& pose);
   void finish(Pose& pose);
-  /// As the last fit() left them.
-  void read_rotations(Rotations& rotations) const { passes_->read_rotations(rotations); }
   /// Comes where anybody else changes the pose or works with the passes.
   void forget() { known_ = Known::kNothing; }
 
   /// Local step. Returns the energy, and leaves the residual for the next global step.
   [[nodiscard]] double fit(Pose& pose);
+
+  /// After the first fit of a frame, which began with this share of the forces ahead.
+  void show_forces_to(ForcePrediction& prediction, double share) const;
 
   /// Minus the gradient of the energy, soft constraints included, (n, 3).
   [[nodiscard]] const Positions& residual() const { return residual_; }
@@ -84,7 +88,8 @@ class LocalGlobal {
   void find_residual_of(const Pose& pose);
   /// The same by what changes where one vertex is moved.
   void follow_vertex(int v, const Eigen::RowVector3d& step);
-  /// The whole step at once, to a part of itself.
+  /// The whole step at once, as global_step(); or to a part of itself.
+  double apply_residual(Pose& pose);
   void apply_residual_to(double accuracy, Pose& pose);
 
   const BoundModel& model_;

@@ -1,67 +1,197 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "nested_dissection.h"
 
-#include <metis.h>
-
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
-#include <mutex>
-#include <new>
+#include <iterator>
+#include <numeric>
 #include <utility>
 
-#include "arap/error.h"
+#include "graph.h"
+#include "minimum_degree.h"
+#include "parallel.h"
+#include "separator.h"
 
 namespace arap {
 
 namespace {
 
-/// The adjacency that METIS takes.
-struct Graph {
-  std::vector<idx_t> offsets;
-  std::vector<idx_t> neighbours;
-};
+/// Pieces of so few vertices are ordered by minimum degree.
+constexpr int kLeafSize = 120;
+constexpr int kPiecesPerThread = 8;
 
 int degree(const SparseMatrix& pattern, int i) {
   return pattern.outerIndexPtr()[i + 1] - pattern.outerIndexPtr()[i] - 1;
 }
 
-/// Neighbours among `vertices`, which ascend, without loops.
-Graph subgraph(const SparseMatrix& pattern, const std::vector<int>& vertices) {
-  std::vector<idx_t> index(pattern.rows(), -1);
-  for (size_t k = 0; k < vertices.size(); ++k) index[vertices[k]] = static_cast<idx_t>(k);
+/// A part of a graph, and where in the order its vertices go.
+struct Piece {
+  std::vector<int> vertices;  ///< of the whole graph, ascending
   Graph graph;
-  graph.offsets.reserve(vertices.size() + 1);
+  int begin = 0;
+};
+
+/// The graph of some unknowns. They are put in the order in which they are reached from one another: neighbours are
+/// near each other in memory then, also in each piece.
+Graph make_graph(const SparseMatrix& pattern, std::vector<int>& unknowns) {
+  constexpr int kOutside = -2;
+  constexpr int kNotReached = -1;
+  std::vector<int> index(pattern.rows(), kOutside);
+  for (const int i : unknowns) index[i] = kNotReached;
+  std::vector<int> reached;
+  reached.reserve(unknowns.size());
+  const auto reach = [&](int i) {
+    if (index[i] != kNotReached) return;
+    index[i] = static_cast<int>(reached.size());
+    reached.push_back(i);
+  };
+  Graph graph;
+  graph.offsets.reserve(unknowns.size() + 1);
   graph.neighbours.reserve(pattern.nonZeros());
-  graph.offsets.push_back(0);
-  for (const int v : vertices) {
-    for (SparseMatrix::InnerIterator it(pattern, v); it; ++it)
-      if (it.row() != v && index[it.row()] >= 0) graph.neighbours.push_back(index[it.row()]);
-    graph.offsets.push_back(static_cast<idx_t>(graph.neighbours.size()));
+  size_t k = 0;
+  for (const int seed : unknowns) {
+    reach(seed);
+    for (; k < reached.size(); ++k) {
+      for (SparseMatrix::InnerIterator it(pattern, reached[k]); it; ++it) {
+        const auto neighbour = static_cast<int>(it.row());
+        if (neighbour == reached[k] || index[neighbour] == kOutside) continue;
+        reach(neighbour);
+        graph.neighbours.push_back(index[neighbour]);
+      }
+      graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
+    }
   }
+  graph.weights.assign(reached.size(), 1);
+  graph.edge_weights.assign(graph.neighbours.size(), 1);
+  unknowns = std::move(reached);
   return graph;
 }
 
-std::vector<idx_t> dissect(Graph graph) {
-  auto n = static_cast<idx_t>(graph.offsets.size() - 1);
-  std::vector<idx_t> order(n);
-  std::vector<idx_t> inverse(n);
-  std::array<idx_t, METIS_NOPTIONS> options{};
-  METIS_SetDefaultOptions(options.data());
-  // METIS draws from the C library's rand(), seeded at each call: two calls at once would get each other's numbers, and
-  // orders that no other run has.
-  static std::mutex one_at_a_time;
-  const std::lock_guard lock(one_at_a_time);
-  const int status = METIS_NodeND(&n, graph.offsets.data(), graph.neighbours.data(), nullptr, options.data(),
-                                  order.data(), inverse.data());
-  if (status == METIS_ERROR_MEMORY) throw std::bad_alloc();
-  if (status != METIS_OK) throw SolverError("METIS could not order the unknowns");
-  return order;
+/// The pieces on both sides.
+std::array<Piece, 2> divide(const Piece& piece, const Separator& separator) {
+  const int n = piece.graph.n_vertices();
+  std::array<Piece, 2> sides;
+  std::vector<int> index(n, -1);
+  std::array<size_t, 2> n_neighbours{};
+  for (int v = 0; v < n; ++v) {
+    const int side = separator.side[v];
+    if (side == Separator::kBetween) continue;
+    index[v] = static_cast<int>(sides[side].vertices.size());
+    sides[side].vertices.push_back(piece.vertices[v]);
+    n_neighbours[side] += piece.graph.degree(v);
+  }
+  for (int side = 0; side < 2; ++side) {
+    sides[side].graph.offsets.reserve(sides[side].vertices.size() + 1);
+    sides[side].graph.neighbours.reserve(n_neighbours[side]);
+  }
+  for (int v = 0; v < n; ++v) {
+    if (index[v] < 0) continue;
+    Graph& graph = sides[separator.side[v]].graph;
+    for (int e = piece.graph.offsets[v]; e < piece.graph.offsets[v + 1]; ++e)
+      if (const int u = index[piece.graph.neighbours[e]]; u >= 0) graph.neighbours.push_back(u);
+    graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
+  }
+  for (Piece& side : sides) {
+    side.graph.weights.assign(side.vertices.size(), 1);
+    side.graph.edge_weights.assign(side.graph.neighbours.size(), 1);
+  }
+  sides[0].begin = piece.begin;
+  sides[1].begin = piece.begin + static_cast<int>(sides[0].vertices.size());
+  return sides;
 }
+
+class Dissection {
+ public:
+  explicit Dissection(const Graph& graph) : graph_(graph), order_(graph.n_vertices()) {}
+
+  /// order[new] = vertex
+  std::vector<int> run(int threads) {
+    std::vector<Piece> pieces;
+    pieces.push_back({std::vector<int>(order_.size()), graph_, 0});
+    std::iota(pieces[0].vertices.begin(), pieces[0].vertices.end(), 0);
+    while (threads > 1 && std::ssize(pieces) < kPiecesPerThread * threads) {
+      std::vector<std::array<Piece, 2>> halves(pieces.size());
+      for_each(threads, pieces, [&](int k) { halves[k] = cut(std::move(pieces[k])); });
+      pieces.clear();
+      for (auto& both : halves)
+        for (Piece& half : both) pieces.push_back(std::move(half));
+    }
+    for_each(threads, pieces, [&](int k) { dissect(std::move(pieces[k])); });
+    return std::move(order_);
+  }
+
+ private:
+  /// Calls body(k) for each piece, the largest first: each thread takes the next one when it has done one.
+  template <class Body>
+  static void for_each(int threads, const std::vector<Piece>& pieces, const Body& body) {
+    std::vector<int> queue(pieces.size());
+    std::iota(queue.begin(), queue.end(), 0);
+    std::stable_sort(queue.begin(), queue.end(),
+                     [&](int a, int b) { return pieces[a].vertices.size() > pieces[b].vertices.size(); });
+    std::atomic<int> next = 0;
+    for_each_piece(threads, threads, [&](int /*thread*/) {
+      for (int k = next++; k < std::ssize(queue); k = next++) body(queue[k]);
+    });
+  }
+
+  /// Puts what is between the halves in its place, at the end.
+  std::array<Piece, 2> cut(Piece piece) {
+    if (piece.vertices.size() <= kLeafSize) {
+      finish(piece);
+      return {};
+    }
+    const Separator separator = find_separator(piece.graph);
+    std::array<Piece, 2> halves = divide(piece, separator);
+    auto place = halves[1].begin + halves[1].vertices.size();
+    for (size_t v = 0; v < piece.vertices.size(); ++v)
+      if (separator.side[v] == Separator::kBetween) order_[place++] = piece.vertices[v];
+    return halves;
+  }
+
+  void dissect(Piece piece) {
+    if (piece.vertices.size() <= kLeafSize) {
+      finish(piece);
+      return;
+    }
+    std::array<Piece, 2> halves = cut(std::move(piece));
+    for (Piece& half : halves) dissect(std::move(half));
+  }
+
+  void finish(const Piece& piece) {
+    const auto n = static_cast<int>(piece.vertices.size());
+    std::vector<SmallRow> rows(n);
+    std::vector<std::pair<int, int>> outside;  // neighbour in the whole graph, vertex
+    for (int v = 0; v < n; ++v) {
+      for (int e = piece.graph.offsets[v]; e < piece.graph.offsets[v + 1]; ++e) rows[v].set(piece.graph.neighbours[e]);
+      const int whole = piece.vertices[v];
+      if (piece.graph.degree(v) == graph_.degree(whole)) continue;
+      for (int e = graph_.offsets[whole]; e < graph_.offsets[whole + 1]; ++e) {
+        const int u = graph_.neighbours[e];
+        if (!std::binary_search(piece.vertices.begin(), piece.vertices.end(), u)) outside.emplace_back(u, v);
+      }
+    }
+    std::sort(outside.begin(), outside.end());
+    int column = n - 1;
+    int former = -1;
+    for (const auto& [neighbour, v] : outside) {
+      if (neighbour != former) ++column;
+      former = neighbour;
+      if (column >= kMinimumDegreeSize) break;
+      rows[v].set(column);
+    }
+    int place = piece.begin;
+    for (const int v : minimum_degree(std::move(rows), n)) order_[place++] = piece.vertices[v];
+  }
+
+  const Graph& graph_;
+  std::vector<int> order_;
+};
 
 }  // namespace
 
-std::vector<int> nested_dissection(const SparseMatrix& pattern) {
+std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads) {
   const auto n = static_cast<int>(pattern.rows());
   // Unknowns alone need no order; unknowns beside very many others are in every separator, and would hide the shape of
   // the rest.
@@ -74,12 +204,8 @@ std::vector<int> nested_dissection(const SparseMatrix& pattern) {
     const int d = degree(pattern, i);
     (d <= 0 ? order : d > dense ? last : inner).push_back(i);
   }
-  Graph graph = subgraph(pattern, inner);
-  if (graph.neighbours.empty()) {
-    order.insert(order.end(), inner.begin(), inner.end());
-  } else {
-    for (const idx_t k : dissect(std::move(graph))) order.push_back(inner[k]);
-  }
+  const Graph graph = make_graph(pattern, inner);
+  for (const int v : Dissection(graph).run(threads)) order.push_back(inner[v]);
   order.insert(order.end(), last.begin(), last.end());
   return order;
 }

@@ -11,9 +11,10 @@ namespace arap {
 ///
 /// Elimination couples all neighbours of the eliminated unknown. Nested dissection keeps that local: a small separator
 /// that cuts the graph in two halves comes last, each half is ordered the same way, and nothing couples one half with
-/// the other. For meshes the factor then has O(n log n) entries; METIS finds the separators.
+/// the other. For meshes the factor then has O(n log n) entries.
 ///
 /// @param pattern  symmetric, stored whole
-[[nodiscard]] std::vector<int> nested_dissection(const SparseMatrix& pattern);
+/// @param threads  to work on; the order does not depend on them
+[[nodiscard]] std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads);
 
 }  // namespace arap

@@ -154,13 +154,14 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
 }
 
 IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
-                         const Progress& progress, std::optional<double> step_before, Rotations& first) {
+                         const Progress& progress, std::optional<double> step_before,
+                         const std::function<void()>& on_first_fit) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   IterationReport report;
   steps.start(pose);
   report.energy_before = report.energy_after = steps.fit(pose);
-  steps.read_rotations(first);
+  on_first_fit();
   const auto is_cancelled = [&] {
     const double fraction = static_cast<double>(report.iterations) / options.max_iterations;
     if (!progress || progress(fraction)) return false;

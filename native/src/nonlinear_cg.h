@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -71,10 +72,10 @@ struct IterationReport {
 /// Iterates from a pose until the options or `progress` stop it.
 /// @param search       over the steps
 /// @param step_before  where the pose comes from a global step: its largest movement. With the fit that comes first
-/// here
-///                     it is an iteration.
-/// @param first        set to the rotations after that fit
+///                     here it is an iteration.
+/// @param on_first_fit is called after that fit
 IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
-                         const Progress& progress, std::optional<double> step_before, Rotations& first);
+                         const Progress& progress, std::optional<double> step_before,
+                         const std::function<void()>& on_first_fit);
 
 }  // namespace arap

@@ -7,6 +7,7 @@
 
 #include "arap/types.h"
 #include "grid_cell.h"
+#include "parallel.h"
 
 namespace arap {
 
@@ -15,7 +16,8 @@ class PointGrid {
  public:
   /// @param points     (n, 3), kept by reference
   /// @param cell_size  > 0; about the distance that is asked for
-  PointGrid(const Positions& points, double cell_size)
+  /// @param threads    to work on
+  PointGrid(const Positions& points, double cell_size, int threads)
       : points_(points),
         per_length_(1 / cell_size),
         mask_(std::bit_ceil(static_cast<std::uint64_t>(points.rows()) + 1) - 1),
@@ -23,10 +25,10 @@ class PointGrid {
         members_(points.rows()) {
     const auto n = static_cast<int>(points.rows());
     std::vector<std::uint64_t> slots(n);
-    for (int v = 0; v < n; ++v) {
-      slots[v] = slot(cell_of(points.row(v)));
-      ++offsets_[slots[v] + 1];
-    }
+    parallel_for(threads, n, [&](int begin, int end) {
+      for (int v = begin; v < end; ++v) slots[v] = slot(cell_of(points.row(v)));
+    });
+    for (const std::uint64_t s : slots) ++offsets_[s + 1];
     for (size_t s = 1; s < offsets_.size(); ++s) offsets_[s] += offsets_[s - 1];
     std::vector<int> next(offsets_.begin(), offsets_.end() - 1);
     for (int v = 0; v < n; ++v) members_[next[slots[v]]++] = v;

@@ -296,10 +296,4 @@ void RigidRegions::share_rotations(const std::vector<Placement>& placements, Rot
     for (const int c : regions_[r].cells) rotations[c] = Eigen::Quaterniond(placements[r].rotation);
 }
 
-void RigidRegions::take_rotations(const Rotations& rotations, std::vector<Placement>& placements) const {
-  for (size_t r = 0; r < regions_.size(); ++r)
-    if (regions_[r].anchors.empty() && !regions_[r].cells.empty())
-      placements[r].rotation = rotations[regions_[r].cells.front()].toRotationMatrix();
-}
-
 }  // namespace arap

@@ -90,8 +90,6 @@ class RigidRegions {
 
   /// Gives the cells of each region its rotation.
   void share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const;
-  /// Gives each region that no anchor holds the rotation of its cells, which turned alike.
-  void take_rotations(const Rotations& rotations, std::vector<Placement>& placements) const;
 
  private:
   /// A point of the region that a constraint fixes: a hard member, or the average of a patch.

@@ -11,6 +11,7 @@
 
 #include "bound_constraints.h"
 #include "cell_energy.h"
+#include "force_prediction.h"
 #include "handle_turns.h"
 #include "initial_guess.h"
 #include "local_global.h"
@@ -21,7 +22,6 @@
 #include "surface_model.h"
 #include "surface_patch.h"
 #include "text.h"
-#include "turn_prediction.h"
 
 namespace arap {
 
@@ -133,9 +133,10 @@ struct SurfaceArap::Impl {
                     const Progress& progress, std::span<float> out);
   /// @param turns  rotation vectors of the targets' rows, no rows: nothing turns
   /// @param target_step  from the targets of the previous pose; no rows: unknown
+  /// @param ahead  how far the forces begin ahead, see ForcePrediction
   /// Returns the largest movement of its global step, where that is half of an iteration.
   std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns,
-                                    const Positions& target_step);
+                                    const Positions& target_step, double ahead);
   /// min over R of E at `positions`, on the model; sets the gradient.
   double evaluate(const Positions& positions, Positions& gradient) const {
     if (steps != nullptr) steps->forget();
@@ -173,10 +174,9 @@ struct SurfaceArap::Impl {
   std::unique_ptr<LocalGlobal> steps;   ///< over constraints
   std::unique_ptr<NonlinearCg> search;  ///< over steps
   Pose pose;
-  Positions last_targets;     ///< of the pose; empty where it comes from somewhere else
-  TurnPrediction prediction;  ///< of the next pose, from the last ones
-  Rotations first_rotations;  ///< after the first iteration of a solve
-  Pose kept;                  ///< lives as long as the model, so that its memory is there
+  Positions last_targets;      ///< of the pose; empty where it comes from somewhere else
+  ForcePrediction prediction;  ///< of the next pose, from the last ones
+  Pose kept;                   ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
   std::vector<double> areas;                    ///< at each vertex
   double diagonal;                              ///< of the surface
@@ -210,15 +210,11 @@ void SurfaceArap::Impl::restore_pose() {
 }
 
 std::optional<double> SurfaceArap::Impl::apply_guess(const Positions& targets, InitialGuess guess,
-                                                     const Positions& turns, const Positions& target_step) {
+                                                     const Positions& turns, const Positions& target_step,
+                                                     double ahead) {
   if (guess != InitialGuess::kPrevious) reset();
   // The centers of rigid regions depend on the constraints.
   pose.placements = constraints->regions().fit_placements(pose.positions);
-  if (const double ahead = turns.rows() > 0 ? 0 : prediction.share(target_step); ahead != 0) {
-    prediction.apply(ahead, model.workers, pose.rotations);
-    constraints->regions().take_rotations(pose.rotations, pose.placements);
-    steps->forget();
-  }
   const bool has_torn = steps->impose_constraints(pose);
   if (guess == InitialGuess::kNaiveLaplacian) {
     if (!constraints->has_laplacian_system()) ++n_factorizations;
@@ -231,6 +227,7 @@ std::optional<double> SurfaceArap::Impl::apply_guess(const Positions& targets, I
     steps->global_step_to(kGuessAccuracy, pose);  // brings the patches to their targets too, as the plain one does
     return std::nullopt;
   }
+  if (ahead != 0) return steps->global_step(pose, prediction, ahead);
   if (guess == InitialGuess::kPrevious && (has_torn || (target_step.array() != 0).any()))
     return steps->global_step(pose);
   steps->project_on_patches(pose);
@@ -247,14 +244,18 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
       handle_turns->of_start(options.initial_guess, last_targets, pose.positions, model_targets, rotations);
   const bool is_going_on = options.initial_guess == InitialGuess::kPrevious && last_targets.rows() > 0;
   const Positions target_step = is_going_on ? Positions(model_targets - last_targets) : Positions(0, 3);
+  const double ahead = turns.rows() > 0 ? 0 : prediction.share(target_step);
+  const bool is_drag = turns.rows() == 0 && (target_step.array() != 0).any();
   keep_pose();
   SolveResult result;
   IterationReport report;
   try {
-    const std::optional<double> step = apply_guess(model_targets, options.initial_guess, turns, target_step);
+    const std::optional<double> step = apply_guess(model_targets, options.initial_guess, turns, target_step, ahead);
     const double spent_s = std::chrono::duration<double>(Clock::now() - start).count();
     options.time_limit_s = std::max(options.time_limit_s - spent_s, 0.0);
-    report = minimize(*steps, *search, pose, options, progress, step, first_rotations);
+    report = minimize(*steps, *search, pose, options, progress, step, [&] {
+      if (is_drag) steps->show_forces_to(prediction, ahead);
+    });
     if (report.stop_reason == StopReason::kCancelled) restore_pose();
     if (!std::isfinite(report.energy_after) || !hand_over(result, out))
       throw SolverError("the positions are no longer finite; the last good pose is kept");
@@ -265,7 +266,11 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
   }
   if (report.stop_reason != StopReason::kCancelled) {
     last_targets = model_targets;
-    prediction.learn(target_step, kept.rotations, first_rotations);
+    // Where the targets were at rest there is nothing to learn.
+    if (is_drag)
+      prediction.learn(target_step);
+    else if (!is_going_on || turns.rows() > 0)
+      prediction.forget();
   }
   result.energy_before = space.energy_to_input(report.energy_before);
   result.energy_after = space.energy_to_input(report.energy_after);

@@ -41,7 +41,7 @@ void share_rotations(BoundModel& model, const PolygonMesh& mesh, double rigidity
   for (size_t v = 0; v < model.part_of_vertex.size(); ++v)
     if (model.part_of_vertex[v] < 0) centred.row(v).setZero();
   const double radius = rigidity_radius * diagonal_of(box);
-  const std::vector<std::vector<int>> mirrors = find_mirrors(centred);
+  const std::vector<std::vector<int>> mirrors = find_mirrors(centred, model.workers.threads());
   const SurfaceGraph graph(model.energy.K, model.rest, model.workers.threads(),
                            find_bridges(mesh, radius, mirrors, model.workers.threads()));
   const RotationNodes nodes =

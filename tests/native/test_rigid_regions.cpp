@@ -434,8 +434,7 @@ Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vec
                   constraints.regions().fit_placements(model.rest)};
   steps.impose_constraints(pose);
   arap::NonlinearCg search(steps);
-  arap::Rotations first;
-  minimize(steps, search, pose, iterations(15), {}, std::nullopt, first);
+  minimize(steps, search, pose, iterations(15), {}, std::nullopt, [] {});
   return pose.positions;
 }
 

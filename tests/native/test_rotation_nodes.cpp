@@ -262,7 +262,7 @@ TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {
 
 TEST(RotationNodes, ImagesOfNodesAreNodes) {
   const MeshData mesh = normalized(box({9, 8, 12}, Vector3(1, 1, 2), Faces::kQuads));
-  const auto mirrors = arap::find_mirrors(mesh.positions());
+  const auto mirrors = arap::find_mirrors(mesh.positions(), 2);
   ASSERT_EQ(mirrors.size(), 3u);
   const RotationNodes nodes = choose(mesh, .1, mirrors);
   const std::set<int> chosen(nodes.vertices.begin(), nodes.vertices.end());

@@ -106,9 +106,6 @@ def test_the_licences_of_everything_inside_are_in_the_wheel():
         "Mozilla Public License Version 2.0",
         "Wenzel Jakob",
         "GCC RUNTIME LIBRARY EXCEPTION",
-        "Version 2.0, January 2004",
-        "Regents of the University of Minnesota",
-        "Makoto Matsumoto and Takuji Nishimura",
     ):
         assert title in notices
 
@@ -117,7 +114,7 @@ def test_the_licences_of_everything_inside_are_in_the_wheel():
 def test_the_wheel_brings_the_libraries_whose_licences_it_names():
     files = importlib.metadata.files("arap-native")
     brought = {re.match("[a-z]+", file.name).group() for file in files if file.parts[0] == "arap_native.libs"}
-    assert brought == {"libgomp", "libmetis"}
+    assert brought == {"libgomp"}
 
 
 def test_the_readmes_example_works_as_written():

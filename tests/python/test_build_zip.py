@@ -12,7 +12,7 @@ import pytest
 
 LINUX = "manylinux_2_34_x86_64"
 MODULE = "arap_native/_native.so"
-LIBRARIES = ("arap_native.libs/libgomp-0a1b2c3d.so.1.0.0", "arap_native.libs/libmetis-0a1b2c3d.so.5.1.0")
+LIBRARIES = ("arap_native.libs/libgomp-0a1b2c3d.so.1.0.0", "arap_native.libs/libother-0a1b2c3d.so.5")
 
 
 @pytest.fixture

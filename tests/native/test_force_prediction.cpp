@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "turn_prediction.h"
+#include "force_prediction.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <functional>
-#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -14,22 +13,29 @@
 namespace arap_test {
 namespace {
 
-using arap::Rotations;
+using arap::ForcePrediction;
 using arap::SurfaceArap;
-using arap::TurnPrediction;
 
 Positions step(const Vector3& of_all) { return of_all.transpose().replicate(3, 1); }
 
-TurnPrediction learned(const Vector3& of_all) {
-  TurnPrediction prediction;
-  Rotations before{Eigen::Quaterniond::Identity()};
-  Rotations after = before;
-  prediction.learn(step(of_all), before, after);
+Positions some(double value) { return Positions::Constant(4, 3, value); }
+
+ForcePrediction learned(const Vector3& of_all, const Positions& change = some(1)) {
+  ForcePrediction prediction;
+  prediction.observe(change, 0, arap::Workers(1));
+  prediction.learn(step(of_all));
   return prediction;
 }
 
-TEST(TurnPrediction, GoesOnAsFarAsTheTargetsDo) {
-  const TurnPrediction prediction = learned({1, 2, 0});
+/// What it adds for a share of 1.
+Positions change_of(const ForcePrediction& prediction) {
+  Positions change = some(0);
+  prediction.add_to(change, 1, arap::Workers(1));
+  return change;
+}
+
+TEST(ForcePrediction, GoesOnAsFarAsTheTargetsDo) {
+  const ForcePrediction prediction = learned({1, 2, 0});
   EXPECT_DOUBLE_EQ(prediction.share(step({1, 2, 0})), 1);
   EXPECT_DOUBLE_EQ(prediction.share(step({.5, 1, 0})), .5);
   EXPECT_DOUBLE_EQ(prediction.share(step({3, 1, 7})), 1) << "what is across counts nothing";
@@ -40,50 +46,35 @@ TEST(TurnPrediction, GoesOnAsFarAsTheTargetsDo) {
   EXPECT_DOUBLE_EQ(prediction.share(step({-100, -200, 0})), -1.5);
 }
 
-TEST(TurnPrediction, KnowsNothingAtFirstNorOfOtherTargets) {
-  EXPECT_EQ(TurnPrediction().share(step({1, 0, 0})), 0);
+TEST(ForcePrediction, KnowsNothingAtFirstNorOfOtherTargets) {
+  EXPECT_EQ(ForcePrediction().share(step({1, 0, 0})), 0);
+  EXPECT_EQ(ForcePrediction().share(Positions(0, 3)), 0);
   EXPECT_EQ(learned({1, 0, 0}).share(Positions::Ones(2, 3)), 0);
   EXPECT_EQ(learned({1, 0, 0}).share(Positions(0, 3)), 0);
   EXPECT_EQ(learned({0, 0, 0}).share(step({1, 0, 0})), 0);
 }
 
-TEST(TurnPrediction, LearnsNothingAtRestAndForgetsWhereTargetsComeFromElsewhere) {
-  TurnPrediction prediction = learned({1, 0, 0});
-  Rotations before{Eigen::Quaterniond::Identity()};
-  Rotations after = before;
-  prediction.learn(step({0, 0, 0}), before, after);
-  EXPECT_EQ(prediction.share(step({1, 0, 0})), 1);
-  prediction.learn(Positions(0, 3), before, after);
+TEST(ForcePrediction, ForgetsTheLastFrameAndWhatAFrameThatIsNotLearnedShowed) {
+  ForcePrediction prediction = learned({1, 0, 0}, some(.5));
+  prediction.observe(some(8), 1, arap::Workers(1));
+  EXPECT_EQ(change_of(prediction), some(.5));
+  prediction.forget();
   EXPECT_EQ(prediction.share(step({1, 0, 0})), 0);
 }
 
-TEST(TurnPrediction, TurnsOnAboutTheSameAxis) {
-  const Vector3 axis = Vector3(1, -2, .5).normalized();
-  const auto turned = [&](double angle_rad) { return Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, axis)); };
-  TurnPrediction prediction;
-  Rotations before{turned(.2)};
-  Rotations after{turned(.3)};
-  prediction.learn(step({1, 0, 0}), before, after);
-  for (const double sign : {1.0, -1.0})
-    for (const double share : {-1.0, .5, 1.0, 1.5}) {
-      Rotations rotations{Eigen::Quaterniond(sign * turned(.4).coeffs())};  // either stands for the same rotation
-      prediction.apply(share, arap::Workers(1), rotations);
-      EXPECT_LT(rotations[0].angularDistance(turned(.4 + .1 * share)), 2e-3) << share << " " << sign;
-      EXPECT_NEAR(rotations[0].norm(), 1, 1e-12);
-    }
-}
-
-TEST(TurnPrediction, ACellThatHasSnappedOverDoesNotDoSoAgain) {
-  const auto turned = [](double angle_rad) {
-    return Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, Vector3::UnitY()));
-  };
-  TurnPrediction prediction;
-  Rotations before{turned(0)};
-  Rotations after{turned(2)};
-  prediction.learn(step({1, 0, 0}), before, after);
-  Rotations rotations{turned(2)};
-  prediction.apply(1, arap::Workers(1), rotations);
-  EXPECT_LT(rotations[0].angularDistance(turned(2)), 1.001 * std::numbers::pi / 8);
+TEST(ForcePrediction, FindsTheChangeOfTheForcesThroughWhatItAdded) {
+  // K = 1: a step goes to p = b + share * (last change), and the fit there leaves b_new - p.
+  const std::vector<double> forces = {1, 1.5, 1.75, 2.5, 2};
+  ForcePrediction prediction;
+  double change = 0;
+  for (size_t k = 0; k + 1 < forces.size(); ++k) {
+    const double share = k == 0 ? 0 : .75;
+    const double reached = forces[k] + share * change;
+    prediction.observe(some(forces[k + 1] - reached), share, arap::Workers(1));
+    prediction.learn(step({1, 0, 0}));
+    change = forces[k + 1] - forces[k];
+    EXPECT_EQ(change_of(prediction), some(change)) << "frame " << k;
+  }
 }
 
 /// Frames of a few iterations, the far end of a bar turned and moved evenly, beside the poses that they would have
