@@ -20,7 +20,7 @@ namespace {
 
 /// Pieces of so few vertices are ordered by minimum degree.
 constexpr int kLeafSize = 120;
-constexpr int kPiecesPerThread = 8;
+constexpr std::ptrdiff_t kPiecesPerThread = 8;
 
 int degree(const SparseMatrix& pattern, int i) {
   return pattern.outerIndexPtr()[i + 1] - pattern.outerIndexPtr()[i] - 1;

@@ -27,7 +27,7 @@ int passes_for(const Graph& graph) { return graph.n_vertices() > 1000 ? 8 : 2; }
 /// Side 0 grows from one vertex until it has half the weight; what it touches is between.
 Separator grow(const Graph& graph, int seed) {
   const int n = graph.n_vertices();
-  Separator separator{std::vector<char>(n, 1), {0, 0, 0}};
+  Separator separator{std::vector<Separator::Side>(n, 1), {0, 0, 0}};
   long total = 0;
   for (const int weight : graph.weights) total += weight;
   separator.weights[1] = static_cast<int>(total);
@@ -74,14 +74,14 @@ Separator best_grown(const Graph& graph, std::minstd_rand& random) {
 }
 
 Separator project(const Separator& coarse, const std::vector<int>& coarse_of) {
-  Separator fine{std::vector<char>(coarse_of.size()), coarse.weights};
+  Separator fine{std::vector<Separator::Side>(coarse_of.size()), coarse.weights};
   for (size_t v = 0; v < coarse_of.size(); ++v) fine.side[v] = coarse.side[coarse_of[v]];
   return fine;
 }
 
 struct Search {
-  int n_whole;
-  int max_weight;
+  int n_whole = 0;
+  int max_weight = 0;
   std::minstd_rand random;
 
   Separator run(const Graph& graph) {

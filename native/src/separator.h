@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "graph.h"
@@ -10,9 +11,10 @@ namespace arap {
 
 /// Vertices on two sides without an edge between them, and those that keep them apart.
 struct Separator {
-  static constexpr char kBetween = 2;
+  using Side = std::uint8_t;
+  static constexpr Side kBetween = 2;
 
-  std::vector<char> side;        ///< of each vertex: 0, 1 or kBetween
+  std::vector<Side> side;        ///< of each vertex: 0, 1 or kBetween
   std::array<int, 3> weights{};  ///< of the sides and of what is between
 };
 

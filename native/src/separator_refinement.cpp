@@ -14,7 +14,8 @@ namespace {
 constexpr double kMaxShare = 0.6;  // of a side
 /// Moves that may make it worse, one after the other: about twice as many as it has vertices.
 constexpr int kMostVain = 300;
-constexpr char kBetween = Separator::kBetween;
+using Side = Separator::Side;
+constexpr Side kBetween = Separator::kBetween;
 
 using Cost = SeparatorCost;
 
@@ -83,7 +84,7 @@ class Refinement {
     }
   }
 
-  void set_side(int v, char side) {
+  void set_side(int v, Side side) {
     changes_.emplace_back(v, separator_.side[v]);
     separator_.weights[separator_.side[v]] -= graph_.weights[v];
     separator_.weights[side] += graph_.weights[v];
@@ -91,7 +92,7 @@ class Refinement {
   }
 
   void move(int v, int to) {
-    set_side(v, static_cast<char>(to));
+    set_side(v, static_cast<Side>(to));
     is_moved_[v] = 1;
     const int other = 1 - to;
     for (int e = graph_.offsets[v]; e < graph_.offsets[v + 1]; ++e) {
@@ -193,7 +194,7 @@ class Refinement {
   std::vector<char> is_moved_;
   std::vector<int> between_;
   std::array<Moves, 2> moves_;
-  std::vector<std::pair<int, char>> changes_;  // vertex, and its side before
+  std::vector<std::pair<int, Side>> changes_;  // vertex, and its side before
   int time_ = 0;
 };
 

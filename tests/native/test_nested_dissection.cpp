@@ -209,8 +209,8 @@ TEST_P(NestedDissection, RefiningNeverCosts) {
   const Graph graph = graph_of(GetParam());
   Random random(7);
   // Any sides, with everything between that touches both.
-  Separator separator{std::vector<char>(graph.n_vertices()), {}};
-  for (char& side : separator.side) side = random.uniform(0, 1) < 0.5 ? 0 : 1;
+  Separator separator{std::vector<Separator::Side>(graph.n_vertices()), {}};
+  for (Separator::Side& side : separator.side) side = random.uniform(0, 1) < 0.5 ? 0 : 1;
   for (int v = 0; v < graph.n_vertices(); ++v)
     for (int e = graph.offsets[v]; e < graph.offsets[v + 1]; ++e)
       if (separator.side[v] + separator.side[graph.neighbours[e]] == 1) separator.side[v] = Separator::kBetween;
