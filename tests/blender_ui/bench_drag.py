@@ -70,7 +70,7 @@ def pixel(ui: Ui, place: tuple[float, float, float]) -> tuple[int, int]:
 
 
 def n_frames(creature: bpy.types.Object) -> int:
-    return 24 if len(creature.data.vertices) > LARGE else 60
+    return 12 if len(creature.data.vertices) > LARGE else 60
 
 
 def circle(start: tuple[int, int]) -> Callable[[int], tuple[int, int]]:
@@ -96,7 +96,7 @@ def pose(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Millisecon
     """The head's handle is moved by G, within a posing act."""
     ui.select(bpy.data.objects["Head"])
     assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
-    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].is_settled, "it is bound", PATIENCE_S)
+    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].readout is not None, "it is bound", PATIENCE_S)
     act = ui.running[NAME]
     loop = MainLoop(ui, lambda: act.readout.iterations)
     loop.watch_act(act, "_guarded")
@@ -121,7 +121,7 @@ def blend(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Milliseco
     yield
     ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, start="REST", pose="Moved")
     run = ui.running[NAME]
-    yield from ui.until(lambda: run.is_ready and run._follower.is_settled, "it is bound", PATIENCE_S)
+    yield from ui.until(lambda: run.is_ready and run._follower.readout is not None, "it is bound", PATIENCE_S)
     loop = MainLoop(ui, lambda: run._follower.readout.iterations)
     loop.watch_step(run, "set_factor", "place handles")
     loop.watch_act(run, "set_factor", "tick")
@@ -141,7 +141,7 @@ def pull(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Millisecon
     yield
     for i in range(1, 5):
         yield from ui.move_mouse(start[0] + 5 * i, start[1])
-    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].is_settled, "it is bound", PATIENCE_S)
+    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].readout is not None, "it is bound", PATIENCE_S)
     run = importlib.import_module(f"{MODULE}.operators.pull").current[0]
     loop = MainLoop(ui, lambda: run.act.readout.iterations)
     loop.watch_act(run, "move", "tick", "show_status")

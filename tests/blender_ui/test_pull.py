@@ -611,7 +611,7 @@ def begin_creature(ui: Ui) -> Generator[None, None, bpy.types.Object]:
 
 
 def test_pull_creature(ui: Ui) -> Steps:
-    """The sample creature: a click on the body, a pull at its head; the pictures of the guide."""
+    """The sample creature: a click on the body, a pull at its head."""
     creature = yield from begin_creature(ui)
     creature.data.use_mirror_x = True
     rest = scenes.key_positions(creature)
