@@ -7,7 +7,7 @@ export CCACHE_DIR ?= $(CURDIR)/build/ccache
 
 help:
 	@echo "make demo    poses and bakes the sample creature in a real Blender; pictures in build/demo"
-	@echo "make pictures  the README's moving picture, taken in a window of Blender; docs/images/pull.webp"
+	@echo "make pictures  takes the pictures of the README and the user guide in windows of Blender; docs/images"
 	@echo "make test    native, Python, headless Blender and window tests; BLENDERS=\"path ...\" adds more Blenders"
 	@echo "make bench   times of bind, set_constraints, iteration and of a frame in Blender; build/bench/results.json"
 	@echo "make bench-peers    ours beside libigl, Open3D and CGAL       make bench-report   a student report's tables"

@@ -10,14 +10,14 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from . import handle_io, mesh_io
+from . import handle_io, mesh_io, mesh_size
 from .handle_map import Floats
-from .point_handles import diagonal_of
 
 if TYPE_CHECKING:
     from .handle_properties import ArapHandle
 
-AT_PLACE = 1e-4  # how far a motion may be from the one that was wanted, and its shift as a fraction of the diagonal
+# How far a motion may be from the one that was wanted, and its shift, as seen, as a fraction of the diagonal.
+AT_PLACE = 1e-4
 
 
 def reset_handles(obj: bpy.types.Object) -> list[str]:
@@ -61,12 +61,12 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
         depsgraph = bpy.context.evaluated_depsgraph_get()
     if not motions:
         return []
-    diagonal = diagonal_of(mesh_io.read_rest(obj))
+    stretch, tolerance = mesh_io.read_stretch(obj, depsgraph), AT_PLACE * mesh_size.diagonal(obj, depsgraph)
     handles = obj.arap.handles
     return [
         handles[index].name
         for index, motion in motions.items()
-        if not _is_same(handle_io.motion_of(obj, handles[index], depsgraph), motion, handles[index], diagonal)
+        if not _is_same(handle_io.motion_of(obj, handles[index], depsgraph), motion, handles[index], stretch, tolerance)
     ]
 
 
@@ -88,8 +88,8 @@ def _depth(target: bpy.types.Object, bone: str) -> int:
     return depth + 1 + _depth(target.parent, on_bone if on_bone and on_bone in target.parent.pose.bones else "")
 
 
-def _is_same(motion: Floats, wanted: Floats, handle: ArapHandle, diagonal: float) -> bool:
+def _is_same(motion: Floats, wanted: Floats, handle: ArapHandle, stretch: Floats, tolerance: float) -> bool:
     if np.abs(motion - wanted)[:3, :3].max() > AT_PLACE * max(1.0, np.abs(wanted[:3, :3]).max()):
         return False
     place = np.array([*handle.rest.translation, 1.0])
-    return bool(np.abs((motion - wanted) @ place)[:3].max() <= AT_PLACE * diagonal)
+    return bool(np.abs(stretch @ ((motion - wanted) @ place)[:3]).max() <= tolerance)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How large a mesh is at rest, as seen, for panels: looked up once, and again after it or its scale has changed."""
+"""How large a mesh is at rest, as seen: looked up once, and again after it or its scale has changed."""
 
 from __future__ import annotations
 

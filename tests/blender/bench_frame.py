@@ -12,7 +12,6 @@ limit of time.
 
 from __future__ import annotations
 
-import contextlib
 import gc
 import importlib
 import json
@@ -21,101 +20,17 @@ import shutil
 import sys
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[2] / "blend_files"))
 import run
+from frame_times import DRAGS, PINS, Milliseconds, Stopwatch, creature_object, summary
 
 SIZES = (10_000, 100_000, 1_000_000)
 LARGE = 500_000  # vertices from which the goal is one iteration a frame, else two
-PINS = ("Paw front L", "Paw front R", "Paw hind L", "Paw hind R")
-DRAGS = {  # handle: shift in metres at the end of the drag, turn about z in radians
-    "Head": ((0.15, -0.10, 0.10), 0.5),
-    "Tail": ((-0.20, 0.05, 0.25), -0.8),
-    "Ear L": ((0.05, 0.05, -0.05), 0.4),
-    "Ear R": ((-0.05, 0.05, -0.05), -0.4),
-}
 FRAMES_OUT = 15  # of a drag from rest to its end; then one there and as many back
 WARM_UP = 5  # frames before anything counts
-
-Milliseconds = dict[str, list[float]]
-
-
-class Stopwatch:
-    """Times calls of functions within a frame; the frame's remainder is a row of its own."""
-
-    def __init__(self) -> None:
-        self.rows: Milliseconds = defaultdict(list)
-        self._frame: dict[str, float] = {}
-
-    @contextlib.contextmanager
-    def step(self, name: str) -> Iterator[None]:
-        start = time.perf_counter()
-        try:
-            yield
-        finally:
-            self._frame[name] = self._frame.get(name, 0.0) + 1e3 * (time.perf_counter() - start)
-
-    def watch(self, owner: object, function: str, name: str) -> None:
-        """Times every call of ``owner.function`` from now on."""
-        original = getattr(owner, function)
-
-        def timed(*arguments: object, **keywords: object) -> object:
-            with self.step(name):
-                return original(*arguments, **keywords)
-
-        setattr(owner, function, timed)
-
-    @contextlib.contextmanager
-    def frame(self, *, outside: tuple[str, ...], rest: str, total: str) -> Iterator[None]:
-        """One frame: the steps add up to ``total``, with what nobody has timed in ``rest``."""
-        self._frame = {}
-        start = time.perf_counter()
-        yield
-        whole = 1e3 * (time.perf_counter() - start)
-        inside = sum(ms for name, ms in self._frame.items() if name not in outside)
-        for name, ms in self._frame.items():
-            self.rows[name].append(ms)
-        self.rows[rest].append(whole - inside - sum(self._frame.get(name, 0.0) for name in outside))
-        self.rows[total].append(whole)
-
-
-class NativeProxy:
-    """Stands for a SurfaceArap, whose own attributes cannot be set, so that its calls can be timed."""
-
-    def __init__(self, solver: object) -> None:
-        self._solver = solver
-
-    def solve(self, *arguments: object, **keywords: object) -> object:
-        return self._solver.solve(*arguments, **keywords)
-
-    def __getattr__(self, name: str) -> object:
-        return getattr(self._solver, name)
-
-
-def creature_object(n_vertices: int):
-    """The creature with a vertex group for each pin and handle, linked to the scene; and its groups' vertices."""
-    import bpy
-    import numpy as np
-    from scenes.creature import creature, creature_groups
-
-    model = creature(n_vertices)
-    corners = model.quads.ravel()
-    mesh = bpy.data.meshes.new("Creature")
-    mesh.vertices.add(len(model.positions))
-    mesh.loops.add(len(corners))
-    mesh.polygons.add(len(model.quads))
-    mesh.vertices.foreach_set("co", model.positions.astype(np.float32).ravel())
-    mesh.loops.foreach_set("vertex_index", corners)
-    mesh.polygons.foreach_set("loop_start", np.arange(0, len(corners), 4, dtype=np.int32))
-    mesh.polygons.foreach_set("loop_total", np.full(len(model.quads), 4, dtype=np.int32))
-    mesh.update(calc_edges=True)
-    obj = bpy.data.objects.new("Creature", mesh)
-    bpy.context.scene.collection.objects.link(obj)
-    bpy.context.view_layer.update()
-    return obj, creature_groups(model)
 
 
 class Drags:
@@ -145,18 +60,10 @@ def watched_frames(package: str, obj, iterations: int) -> Milliseconds:
     """Frames of so many iterations, each step timed."""
     import bpy
 
-    def module(name: str):
-        return importlib.import_module(f"{package}.{name}")
-
-    api, watch = module("api"), Stopwatch()
+    api, watch = importlib.import_module(f"{package}.api"), Stopwatch()
     obj.arap.iterations_per_update = iterations
     session = api.prepare_session(obj)
-    session._solver = NativeProxy(session._solver)
-    watch.watch(module("handle_io"), "handle_matrices", "read handles")
-    watch.watch(session._map, "targets", "map to targets")
-    watch.watch(session._solver, "solve", f"solve, {plural(iterations, 'iteration')}")
-    watch.watch(session, "_unstretch_solved", "convert")
-    watch.watch(module("shape_key"), "write", "write key")
+    watch.watch_session(package, session)
     outside = ("Blender evaluates the handle", "Blender evaluates the mesh")
 
     def frame() -> None:
@@ -173,7 +80,8 @@ def watched_frames(package: str, obj, iterations: int) -> Milliseconds:
     watch.rows.clear()
     repeat(frame, len(drags))
     api.end_session(obj)
-    return watch.rows
+    solve = f"solve, {plural(iterations, 'iteration')}"
+    return {solve if name == "solve" else name: times for name, times in watch.rows.items()}
 
 
 def act_frames(package: str, obj) -> Milliseconds:
@@ -244,16 +152,12 @@ def bench(package: str, n_vertices: int) -> dict[str, object]:
         "iterations": iterations,
         "frames": len(rows["whole frame"]),
         "load": round(load, 1),
-        "ms": {name: {"best": min(times), "median": median(times)} for name, times in rows.items()},
+        "ms": summary(rows),
     }
     bpy.data.objects.remove(obj)
     bpy.data.orphans_purge()
     gc.collect()
     return result
-
-
-def median(values: list[float]) -> float:
-    return sorted(values)[len(values) // 2]
 
 
 def show(result: dict) -> None:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs the window tests: real Blender windows under Xvfb, driven by simulated events, one Blender for each test.
 
-Usage: run.py --blender BLENDER --zip ZIP --screenshots DIR [--only NAME] [--time-limit S]
+Usage: run.py --blender BLENDER --zip ZIP --screenshots DIR [--only NAME] [--time-limit S] [--files F] [--at-once N]
 
 The zip is installed once, into a throw-away user folder, as a user would. A test is a generator function test_* in a
 test_*.py beside this file; see harness.py. It fails on an exception of its own, on any traceback that Blender prints,
@@ -99,7 +99,6 @@ def run_test(
     except subprocess.TimeoutExpired as error:
         said = error.stdout or b""
         return (said.decode() if isinstance(said, bytes) else said) + f"no end after {time_limit_s} s\n"
-    print("".join(line for line in done.stdout.splitlines(keepends=True) if line.startswith("MEASURED")), end="")
     has_passed = done.returncode == 0 and PASSED in done.stdout and "Traceback" not in done.stdout
     return "" if has_passed else f"{done.stdout}{crash_report(Path(env['TMPDIR']))}exit code {done.returncode}\n"
 
@@ -118,6 +117,7 @@ def main() -> int:
     parser.add_argument("--only", default="", help="run the tests whose names contain this")
     parser.add_argument("--time-limit", type=int, default=TEST_TIME_LIMIT_S, help="seconds, of each test")
     parser.add_argument("--files", default="test_*.py", help="the files of the tests, for example bench_*.py")
+    parser.add_argument("--at-once", type=int, default=AT_ONCE, help="tests at a time; 1 where time is measured")
     args = parser.parse_args()
     tests = find_tests(args.files, args.only)
     args.screenshots.mkdir(parents=True, exist_ok=True)
@@ -138,7 +138,7 @@ def main() -> int:
             )
             return not wrong
 
-        with ThreadPoolExecutor(AT_ONCE) as pool:
+        with ThreadPoolExecutor(args.at_once) as pool:
             n_passed = sum(pool.map(run_and_tell, tests))
     print(f"{n_passed} passed, {len(tests) - n_passed} failed")
     return 0 if n_passed == len(tests) > 0 else 1

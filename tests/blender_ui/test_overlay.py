@@ -144,7 +144,7 @@ def test_overlay_follows_live_in_playback(ui: Ui) -> Steps:
 
 
 def test_overlay_on_the_sample_creature(ui: Ui) -> Steps:
-    """The picture of the user guide: the creature live in one of its frames, with all of the overlay."""
+    """The sample creature, live in one of its frames, with all of the overlay."""
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "creature.blend"), load_ui=False)
     yield
     creature = next(obj for obj in bpy.context.scene.objects if obj.type == "MESH" and obj.arap.handles)

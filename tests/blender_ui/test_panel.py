@@ -222,7 +222,7 @@ def test_panel_in_another_language(ui: Ui) -> Steps:
 
 
 def test_panel_on_the_sample_creature(ui: Ui) -> Steps:
-    """The picture of the user guide: the creature in a frame of its animation, and all of the tab."""
+    """The sample creature in a frame of its animation, and all of the tab."""
     bpy.context.preferences.view.ui_scale = 0.8
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "creature.blend"), load_ui=False)
     yield

@@ -11,6 +11,7 @@ import numpy as np
 import scenes
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from harness import MODULE, Steps, Ui
+from main_loop import move_each_turn
 from mathutils import Vector
 
 NEAR = 1e-4
@@ -127,6 +128,29 @@ def test_pull_is_drawn(ui: Ui) -> Steps:
         yield from ui.until(lambda readout=readout: ui.running["Grid"].readout is not readout, "the mesh follows")
         yield from ui.until(lambda before=before: n_drawn > before, "the view is drawn", 5.0)
     bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")
+    yield from release(ui)
+
+
+def test_pull_solves_each_move_once(ui: Ui) -> Steps:
+    """While the mouse is under way it is followed and nothing else: refining would hold up its next move."""
+    yield from begin(ui)
+    sheet().arap.tolerance = 1e-7  # there is something left to refine
+    yield from press(ui, (0.3, 0.0, 0.0))
+    yield from drag_to(ui, (0.35, 0.0, 0.0))
+    yield from ui.until(lambda: bool(ui.running) and ui.running["Grid"].is_settled, "the mesh has bound and follows")
+    scene = importlib.import_module(f"{MODULE}.operators.pull").current[0].scene
+    update, is_following = scene.update, []
+
+    def noted(iterations: int | None, time_limit_s: float | None):
+        is_following.append(iterations is None)  # refining says how many
+        return update(iterations, time_limit_s)
+
+    scene.update = noted
+    x, y = ui.mouse
+    yield from move_each_turn(ui, lambda turn: (x + 3 * turn, y), lambda: len(is_following) >= 10)
+    assert all(is_following)
+    yield from ui.until(lambda: ui.running["Grid"].is_settled, "the mouse rests: the mesh settles")
+    assert not all(is_following)
     yield from release(ui)
 
 
@@ -587,7 +611,7 @@ def begin_creature(ui: Ui) -> Generator[None, None, bpy.types.Object]:
 
 
 def test_pull_creature(ui: Ui) -> Steps:
-    """The sample creature: a click on the body, a pull at its head; the pictures of the guide."""
+    """The sample creature: a click on the body, a pull at its head."""
     creature = yield from begin_creature(ui)
     creature.data.use_mirror_x = True
     rest = scenes.key_positions(creature)

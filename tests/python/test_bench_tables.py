@@ -2,7 +2,7 @@
 """Results as Markdown, and where they go in the document."""
 
 import pytest
-from measure import tables, tables_native, tables_peers, tables_quality, tables_report
+from measure import tables, tables_native, tables_peers, tables_quality, tables_report, tables_window
 from measure.render import replace_section, sections
 
 MACHINE = {"processor": "P", "cores": 2, "memory_gib": 8, "system": "Linux", "load": 0.1, "day": "2026-01-02"}
@@ -122,6 +122,27 @@ def test_frames_are_columns():
     assert "| load before the run | 1.0 | 1.5 |" in tables_native.frame(results)
     assert "| write | 2.00 | 3.00 |" in tables_native.frame(results)
     assert tables_native.frame([]) == ""
+
+
+def test_drags_are_columns_of_their_blender_by_act_and_size():
+    def row(blender, act, vertices, **ms):
+        return {"blender": blender, "act": act, "vertices": vertices, "load": 1.5, "ms": ms}
+
+    solve = {"best": 1.0, "median": 2.0}
+    text = tables_window.drag(
+        [row("3.4.1", "pull", 7, solve=solve), row("3.4.1", "pose", 90, read=solve), row("5.2.0", "blend", 7)]
+    )
+    assert "### Blender 3.4.1\n\n| ms | Pose, 90 | ARAP Pull, 7 |" in text
+    assert "| read | 2.00 | - |" in text
+    assert "| solve | - | 2.00 |" in text
+    assert "### Blender 5.2.0\n\n| ms | Blend, 7 |" in text
+    assert "| load before the run | 1.5 | 1.5 |" in text
+
+
+def test_overlays_are_columns():
+    results = [{"blender": v, "load": 1.0, "ms": {"draw": {"best": 1.0, "median": 3.0}}} for v in ("3.4.1", "4.3.2")]
+    assert "| ms | Blender 3.4.1 | Blender 4.3.2 |" in tables_window.overlay(results)
+    assert "| draw | 3.00 | 3.00 |" in tables_window.overlay(results)
 
 
 def test_report_tables_name_what_was_not_run():

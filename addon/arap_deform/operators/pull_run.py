@@ -85,6 +85,7 @@ class PullRun:
         self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal)
         self.is_released = False
         self.is_undone = False
+        self._has_followed = False  # the last move of the mouse; no timer has come since
         live.give_up(obj)
         self.scene = PullScene(obj, grabs_at(obj, grip.pick, context.window_manager.arap_pull.falloff))
         self.act = PoseAct(self.scene, is_drag=True)
@@ -99,11 +100,14 @@ class PullRun:
         self.scene.motion = self.drag.motion
         self.act.unsettle()
         if not is_rendering():
+            before = self.act.readout
             self.act.scene_changed()
+            self._has_followed = self.act.readout is not before
 
     def tick(self) -> None:
-        """To be called by a timer."""
-        if not is_rendering():
+        """To be called by a timer. A move has had its solve: refining in the same turn would hold up the next one."""
+        has_followed, self._has_followed = self._has_followed, False
+        if not has_followed and not is_rendering():
             self.act.tick(preferences.refine_time_s())
 
     def undone(self) -> None:

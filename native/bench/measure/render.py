@@ -3,9 +3,9 @@
 
     python -m measure.render RESULTS_DIR DOCS_DIR
 
-RESULTS_DIR holds results.json (native and frame), peers.json and report.json for performance.md, and quality.json for
-quality.md. A section of a document stands between <!-- measured: NAME --> and <!-- end of NAME -->; one whose results
-are not there stays as it is.
+RESULTS_DIR holds results.json (native, frame, drag and overlay), peers.json and report.json for performance.md, and
+quality.json for quality.md. A section of a document stands between <!-- measured: NAME --> and <!-- end of NAME -->;
+one whose results are not there stays as it is.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from . import tables_native, tables_peers, tables_quality, tables_report
+from . import tables_native, tables_peers, tables_quality, tables_report, tables_window
 from .tables import joined
 
 PICTURES = {
@@ -51,6 +51,10 @@ def sections(results: dict[str, Any], peers: dict[str, Any], report: dict[str, A
         found["native"] = joined(tables_native.native(results["native"]), picture("sizes"))
     if results.get("frame"):
         found["frame"] = tables_native.frame(results["frame"])
+    if results.get("drag"):
+        found["drag"] = tables_window.drag(results["drag"])
+    if results.get("overlay"):
+        found["overlay"] = tables_window.overlay(results["overlay"])
     if peers:
         found["peers"] = joined(tables_peers.peers(peers), picture("peers"), picture("descent"))
     if report:

@@ -36,6 +36,14 @@ def _places_below_one(value: float, digits: int) -> int:
     return digits - 1 - int(f"{abs(value):e}".partition("e")[2])
 
 
+def medians(columns: Sequence[str], results: Sequence[Row]) -> str:
+    """Medians in milliseconds of results with "ms" and "load", one column for each."""
+    names = list(dict.fromkeys(name for r in results for name in r["ms"]))
+    lines = [(name, *(number(r["ms"].get(name, {}).get("median")) for r in results)) for name in names]
+    lines.append(("load before the run", *(str(r["load"]) for r in results)))
+    return markdown(("ms", *columns), lines)
+
+
 def machine_line(machine: Row, *more: str) -> str:
     """What it was measured on, in one line."""
     parts = [

@@ -15,6 +15,7 @@ from .tables import (
     machine_line,
     markdown,
     measured,
+    medians,
     not_run_lines,
     number,
 )
@@ -83,8 +84,4 @@ def frame(results: Sequence[Row]) -> str:
     """What a frame of posing costs in Blender, medians in milliseconds; one column a Blender and size."""
     if not results:
         return ""
-    headers = ("ms", *(f"Blender {r['blender']}, {r['vertices']}" for r in results))
-    names = list(dict.fromkeys(name for r in results for name in r["ms"]))
-    lines = [(name, *(number(r["ms"].get(name, {}).get("median")) for r in results)) for name in names]
-    lines.append(("load before the run", *(str(r["load"]) for r in results)))
-    return markdown(headers, lines)
+    return medians([f"Blender {r['blender']}, {r['vertices']}" for r in results], results)

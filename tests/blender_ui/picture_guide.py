@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures of the user guide: each panel, the first pose, what is drawn over the mesh. Run by .ci/pictures."""
+
+import importlib
+
+import bpy
+import numpy as np
+from camera import Camera, look, open_creature, tidy_up
+from harness import MODULE, Steps, Ui
+from mathutils import Vector
+from test_overlay import show_all
+from test_pull import begin_creature
+
+FRAME = 24  # of the creature's animation: it looks aside, a paw up
+MIDDLE = ("-gravity", "center", "-crop", "690x0-60+0", "+repage", "-resize", "50%")
+PANELS = {
+    "pins": ("ARAP_PT_pins",),
+    "handles": ("ARAP_PT_handles", "ARAP_PT_handle_look"),
+    "stiffness": ("ARAP_PT_stiffness",),
+    "pose": ("ARAP_PT_pose", "ARAP_PT_readout"),
+    "live": ("ARAP_PT_live",),
+    "poses": ("ARAP_PT_poses",),
+    "bake": ("ARAP_PT_bake",),
+    "show": ("ARAP_PT_overlay",),
+    "settings": ("ARAP_PT_settings",),
+}
+
+
+def posed_creature(ui: Ui) -> Steps:
+    """The sample creature, solved in a frame of its animation; returns it."""
+    creature = yield from open_creature(ui)
+    bpy.context.scene.frame_set(FRAME)
+    assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
+    return creature
+
+
+def bare_creature(ui: Ui) -> Steps:
+    """The sample creature as nobody has posed it yet; returns it."""
+    creature = yield from begin_creature(ui)
+    ui.call(bpy.ops.wm.tool_set_by_id, "EXEC_DEFAULT", True, name="builtin.select_box")
+    return creature
+
+
+def group(creature: bpy.types.Object, name: str) -> np.ndarray:
+    index = creature.vertex_groups[name].index
+    return np.array([v.index for v in creature.data.vertices if index in {g.group for g in v.groups}])
+
+
+def select_in_edit_mode(creature: bpy.types.Object, *groups: np.ndarray) -> None:
+    bpy.ops.object.mode_set(mode="OBJECT")
+    importlib.import_module(f"{MODULE}.operators.select").select_vertices(creature, np.concatenate(groups))
+    bpy.ops.object.mode_set(mode="EDIT")
+
+
+def test_picture_tab(ui: Ui) -> Steps:
+    bpy.context.preferences.view.ui_scale = 0.8  # so that most of the tab is in the picture
+    camera = Camera(ui)
+    yield from posed_creature(ui)
+    yield from ui.open_tab()
+    look(ui, right=-0.6, up=0.3)
+    yield from camera.area("guide-tab")
+
+
+def test_picture_panels(ui: Ui) -> Steps:
+    camera = Camera(ui)
+    creature = yield from posed_creature(ui)
+    ui.api.add_stiffness(creature, group(creature, "Tail"), name="Brush", factor=10.0)
+    ui.api.add_rigid(creature, group(creature, "Head"), name="Skull")
+    ui.api.store_pose(creature, "Look Aside")
+    ui.api.store_pose(creature, "Paw Up")
+    creature.arap.overlay.show_pins = creature.arap.overlay.show_strain = True
+    yield from camera.open_panels()
+    for name, panels in PANELS.items():
+        creature.arap.is_live = name == "live"
+        if creature.arap.is_live:
+            yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "Live settles")
+        yield from camera.panel(f"guide-panel-{name}", *panels)
+    assert creature.arap.live_problem == ""
+
+
+def test_picture_first_pose(ui: Ui) -> Steps:
+    """The panel between two steps, and what the steps do in the view."""
+    camera = Camera(ui)
+    creature = yield from bare_creature(ui)
+    tidy_up(ui.view.spaces.active)
+    paws = [group(creature, name) for name in ("Paw front R", "Paw hind L", "Paw hind R")]
+    paw = group(creature, "Paw front L")
+    creature.vertex_groups.clear()
+    look(ui, right=-0.6, up=0.3, closer=0.8)
+    select_in_edit_mode(creature, *paws)
+    yield from camera.view("guide-first-pose-1", *MIDDLE)
+    assert ui.call(bpy.ops.arap.pin_add) == {"FINISHED"}
+    yield from ui.open_tab()
+    yield from camera.panel("guide-panel-first-pose", "ARAP_PT_first_pose")
+    ui.view.spaces.active.show_region_ui = False
+    select_in_edit_mode(creature, paw)
+    assert ui.call(bpy.ops.arap.handle_add) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    empty = creature.arap.handles[0].target
+    ui.select(empty)
+    yield from camera.view("guide-first-pose-2", *MIDDLE)
+    yield from ui.move_mouse_to_view()
+    assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
+    yield from ui.until(lambda: creature.name in ui.running and ui.running[creature.name].is_settled, "it is bound")
+    empty.location += Vector((0.05, -0.35, 0.35))
+    empty.rotation_euler.x = -1.0
+    yield
+    yield from ui.until(lambda: ui.running[creature.name].is_settled, "the mesh follows")
+    yield from camera.view("guide-first-pose-3", *MIDDLE)
+    yield from ui.open_tab()
+    yield from camera.panel("guide-panel-posing")
+    yield from ui.key("RET")
+
+
+def test_picture_overlay(ui: Ui) -> Steps:
+    camera = Camera(ui)
+    creature = yield from posed_creature(ui)
+    tidy_up(ui.view.spaces.active)
+    show_all(creature)
+    look(ui, right=-0.5, up=0.25, closer=0.85)
+    yield from camera.view("guide-overlay")
+
+
+def test_picture_dialog(ui: Ui) -> Steps:
+    camera = Camera(ui)
+    yield from posed_creature(ui)
+    tidy_up(ui.view.spaces.active)
+    yield from ui.move_mouse_to_view()
+    yield from camera.popup("guide-bake-animation", bpy.ops.arap.bake_animation, use_fewest_keys=True)
+    yield from ui.key("ESC")
+
+
+def test_picture_preferences(ui: Ui) -> Steps:
+    camera = Camera(ui)
+    bpy.context.window_manager.addon_search = "ARAP"
+    bpy.context.preferences.active_section = "ADDONS"
+    area = ui.view
+    area.type = "PREFERENCES"
+    yield  # Blender knows its add-ons once their list was drawn
+    bpy.ops.preferences.addon_expand(module=MODULE)
+    yield from camera.area("guide-preferences", "-crop", "886x210+170+254", "+repage", area=area)

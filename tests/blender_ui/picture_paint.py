@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A picture of the user guide: a pin that is painted on the live creature. Run by .ci/pictures."""
+
+import bpy
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+from camera import Camera, look, open_creature
+from harness import Steps, Ui
+from mathutils import Vector
+
+STROKE = ((0.0, -0.15, 0.62), (0.0, 0.5, 0.62))  # along the flank, as seen from the creature's left
+
+
+def test_picture_paint(ui: Ui) -> Steps:
+    camera = Camera(ui)
+    creature = yield from open_creature(ui)
+    bpy.context.scene.frame_set(24)
+    space = ui.view.spaces.active
+    space.show_region_toolbar = space.show_gizmo = False
+    look(ui, closer=0.85)
+    creature.vertex_groups.new(name="Back")
+    ui.api.add_pin_group(creature, "Back")
+    creature.arap.is_live = True
+    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "Live settles")
+    assert ui.call(bpy.ops.arap.group_paint, "EXEC_DEFAULT", True, vertex_group="Back") == {"FINISHED"}
+    settings = bpy.context.scene.tool_settings
+    for owner in (settings.unified_paint_settings, settings.weight_paint.brush):
+        owner.size, owner.weight, owner.strength = 40, 1.0, 1.0
+    yield from stroke(ui)
+    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "the mesh follows")
+    yield from camera.area("guide-paint")
+
+
+def stroke(ui: Ui) -> Steps:
+    region, view = ui.region(), ui.view.spaces.active.region_3d
+    start, end = (location_3d_to_region_2d(region, view, Vector(place)) for place in STROKE)
+    for share in range(11):
+        place = start.lerp(end, share / 10)
+        yield from ui.move_mouse(region.x + int(place.x), region.y + int(place.y))
+        if share == 0:
+            ui.event("LEFTMOUSE", "PRESS")
+            yield
+    ui.event("LEFTMOUSE", "RELEASE")
+    yield
