@@ -49,8 +49,11 @@ def paint(ui: Ui, group: str) -> Steps:
     yield
 
 
-def stroke(ui: Ui, height: float = MIDDLE, rest_s: float = 0.0) -> Steps:
-    """From left to right over the bar where it is shown, the left button down; it rests for a while before it is up."""
+def stroke(ui: Ui, height: float = MIDDLE, rest_s: float = 0.0, then: str = "") -> Steps:
+    """From left to right over the bar where it is shown, the left button down; it rests for a while before it is up.
+
+    ``then`` is a key that is pressed in the same moment.
+    """
     region = ui.region()
     place = location_3d_to_region_2d(region, ui.view.spaces.active.region_3d, Vector((0.0, 0.0, height)))
     x, y = region.x + int(place.x), region.y + int(place.y)
@@ -65,6 +68,8 @@ def stroke(ui: Ui, height: float = MIDDLE, rest_s: float = 0.0) -> Steps:
     if "modal_operators" in bpy.types.Window.bl_rna.properties:  # 4.2: there it can be told that it goes on
         np.testing.assert_array_equal(scenes.key_positions(bar()), before)
     ui.event("LEFTMOUSE", "RELEASE")
+    if then:
+        ui.press(then)
     yield
 
 
@@ -162,6 +167,24 @@ def test_a_posing_act_follows_a_painted_pin(ui: Ui) -> Steps:
     yield from ui.key("Z", ctrl=True)
     yield from ui.until(lambda: bar().mode == "OBJECT" and bar().data.shape_keys is None, "the act is undone")
     assert weights_of("Waist").max() == 0.0
+
+
+def test_enter_right_after_a_stroke_keeps_it(ui: Ui) -> Steps:
+    """The act ends only once the mesh has followed the last stroke."""
+    show_front(ui)
+    bar().vertex_groups.new(name="Waist")
+    ui.api.add_pin_group(bar(), "Waist")
+    ui.select(bar())
+    yield from ui.move_mouse_to_view()
+    assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
+    yield from ui.until(lambda: ui.running["Bar"].is_settled, "the act settles")
+    free = scenes.key_positions(bar())
+    yield from paint(ui, "Waist")
+    yield from stroke(ui, then="RET")
+    yield from ui.until(lambda: "Bar" not in ui.running, "the act ends")
+    assert weights_of("Waist").max() > 0.5
+    assert np.abs(scenes.key_positions(bar()) - free).max() > 0.05
+    assert_as_solved(ui)
 
 
 def test_stiffness_panel(ui: Ui) -> Steps:
