@@ -36,17 +36,23 @@ def paint(ui: Ui, group: str) -> Steps:
         assert ui.call(bpy.ops.arap.group_paint, "EXEC_DEFAULT", True, vertex_group=group) == {"FINISHED"}
     assert (bar().mode, bar().vertex_groups.active.name) == ("WEIGHT_PAINT", group)
     settings = bpy.context.scene.tool_settings
-    if settings.weight_paint.brush is None:  # from 4.3 on brushes are assets, which Debian's packages lack
-        bpy.data.brushes.new("Painter", mode="WEIGHT_PAINT").asset_mark()
-        asset = {"asset_library_type": "LOCAL", "relative_asset_identifier": "Brush/Painter"}
-        ui.call(bpy.ops.brush.asset_activate, "EXEC_DEFAULT", True, **asset)
-        yield from ui.until(lambda: settings.weight_paint.brush is not None, "there is a brush")
+    yield from take_brush(ui)
     brush = settings.weight_paint.brush
     brush.use_frontface = False
     unified = getattr(settings.weight_paint, "unified_paint_settings", None) or settings.unified_paint_settings
     for owner in (unified, brush):
         owner.size, owner.weight, owner.strength = 40, 1.0, 1.0
     yield
+
+
+def take_brush(ui: Ui) -> Steps:
+    """A brush in hand in Weight Paint: from 4.3 on brushes are assets, which Debian's packages lack."""
+    paint = bpy.context.scene.tool_settings.weight_paint
+    if paint.brush is None:
+        bpy.data.brushes.new("Painter", mode="WEIGHT_PAINT").asset_mark()
+        asset = {"asset_library_type": "LOCAL", "relative_asset_identifier": "Brush/Painter"}
+        ui.call(bpy.ops.brush.asset_activate, "EXEC_DEFAULT", True, **asset)
+        yield from ui.until(lambda: paint.brush is not None, "there is a brush")
 
 
 def stroke(ui: Ui, height: float = MIDDLE, rest_s: float = 0.0, then: str = "") -> Steps:
