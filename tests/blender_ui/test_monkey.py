@@ -137,7 +137,7 @@ class Monkey:
         yield from self.ui.key("Z", ctrl=True, shift=True)
 
     def begin_pose(self) -> Steps:
-        if self.ui.call(bpy.ops.arap.pose.poll):
+        if self.ui.can(bpy.ops.arap.pose):
             with suppress(RuntimeError):
                 self.ui.call(bpy.ops.arap.pose)
         yield
@@ -158,7 +158,7 @@ class Monkey:
         name = self.random.choice(OPERATORS)
         operator = getattr(bpy.ops.arap, name)
         print(f"  {name}")
-        if self.ui.call(operator.poll):
+        if self.ui.can(operator):
             with suppress(RuntimeError):  # how Python hears of an error that an operator reports
                 self.ui.call(operator, "EXEC_DEFAULT", True)
         yield
@@ -225,7 +225,7 @@ class Monkey:
         yield
 
     def duplicate(self) -> Steps:
-        if len(self.meshes()) < 4 and self.is_in_object_mode() and self.ui.call(bpy.ops.object.duplicate.poll):
+        if len(self.meshes()) < 4 and self.is_in_object_mode() and self.ui.can(bpy.ops.object.duplicate):
             self.ui.call(bpy.ops.object.duplicate, "EXEC_DEFAULT", True)
         yield
 
