@@ -116,7 +116,7 @@ class PoseAct:
     def keep(self, *, is_settling: bool = True) -> None:
         """Ends the act with the pose, settled first; where there is none yet, everything is restored.
 
-        A mesh that has to be bound again first, as after a stroke of weights, is waited for: then a later tick() ends it.
+        A mesh that has to be bound again first, as after a stroke of weights, is waited for: a later tick() ends it.
         """
         if not self._follower.has_followed:
             self.cancel()
