@@ -49,7 +49,9 @@ class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
         column.operator("arap.poses_store", text="", icon="ADD")
         column.operator("arap.poses_delete", text="", icon="REMOVE")
         column.separator()
-        column.operator("arap.poses_store", text="", icon="FILE_REFRESH").is_replacing = True
+        replace = column.row(align=True)
+        replace.enabled = bool(settings.poses)
+        replace.operator("arap.poses_store", text="", icon="FILE_REFRESH").is_replacing = True
         if not settings.poses:
             draw_text(context, layout, "Press + to store where the handles are.", "INFO")
         row = layout.row(align=True)

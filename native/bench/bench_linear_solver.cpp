@@ -10,6 +10,7 @@
 
 #include "block_ldlt.h"
 #include "bumpy_torus.h"
+#include "eigen_all.h"
 #include "multifrontal.h"
 #include "simplicial_ldlt.h"
 
@@ -57,7 +58,7 @@ struct Problem {
     B = A.twistedBy(to_new);
     A.swap(B);
     is_erased = is_erased_now;
-    b = Positions(b(order, Eigen::all));
+    b = Positions(b(order, arap::all));
   }
 
   SparseMatrix A;

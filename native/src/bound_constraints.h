@@ -8,6 +8,7 @@
 #include "cell_energy.h"
 #include "cell_passes.h"
 #include "constrained_system.h"
+#include "eigen_all.h"
 #include "rigid_regions.h"
 
 namespace arap {
@@ -51,8 +52,8 @@ class BoundConstraints {
   /// @param of_vertex  (n, 3)
   void write_vertex_targets(const Positions& targets, Positions& of_vertex) const;
   /// The rows of patches(), and of the patches that anchor regions.
-  [[nodiscard]] Positions patch_targets(const Positions& targets) const { return targets(patch_rows_, Eigen::all); }
-  [[nodiscard]] Positions anchor_targets(const Positions& targets) const { return targets(anchor_rows_, Eigen::all); }
+  [[nodiscard]] Positions patch_targets(const Positions& targets) const { return targets(patch_rows_, all); }
+  [[nodiscard]] Positions anchor_targets(const Positions& targets) const { return targets(anchor_rows_, all); }
 
   /// (n_entries + n_patches, 3): where what is constrained is.
   [[nodiscard]] Positions constrained_points(const Positions& positions) const;

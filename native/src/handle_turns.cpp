@@ -126,9 +126,9 @@ Positions HandleTurns::of_rows(const Told& told) const {
 Positions HandleTurns::estimate(const Positions& from, const Positions& to) const {
   const Told told = ask_groups(from, to);
   if (std::any_of(told.begin(), told.end(), [](const auto& r) { return r.has_value(); })) return of_rows(told);
-  std::vector<int> all(group_of_row_.size());
-  std::iota(all.begin(), all.end(), 0);
-  const Matrix3 rotation = best_rotation(from, to, all).value_or(Matrix3::Identity());
+  std::vector<int> rows(group_of_row_.size());
+  std::iota(rows.begin(), rows.end(), 0);
+  const Matrix3 rotation = best_rotation(from, to, rows).value_or(Matrix3::Identity());
   return rotation_vectors(std::array{rotation}).replicate(from.rows(), 1);
 }
 

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "eigen_all.h"
 #include "sparse.h"
 
 namespace arap {
@@ -23,9 +24,9 @@ class KeptRows {
   template <class Solve>
   void solve(const Positions& b, Positions& x, const Solve& solve) const {
     Eigen::MatrixX3d kept(kept_.size(), 3);
-    if (!kept_.empty()) kept = solve(Eigen::MatrixX3d(b(kept_, Eigen::all)));
+    if (!kept_.empty()) kept = solve(Eigen::MatrixX3d(b(kept_, all)));
     x.setZero(b.rows(), 3);
-    x(kept_, Eigen::all) = kept;
+    x(kept_, all) = kept;
   }
 
  private:

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bridges.h"
+#include "eigen_all.h"
 #include "mirror_symmetry.h"
 #include "parallel.h"
 #include "permutation.h"
@@ -71,7 +72,7 @@ std::vector<int> order_cells(const CellEnergy& energy, const std::vector<int>& n
 std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
   std::vector<int> new_of_old = inverse_permutation(order);
   model.energy = renumbered(model.energy, order, order_cells(model.energy, new_of_old), model.workers.threads());
-  model.rest = Positions(model.rest(order, Eigen::all));
+  model.rest = Positions(model.rest(order, all));
   std::vector<int> part_of_vertex;
   part_of_vertex.reserve(order.size());
   for (const int v : order) part_of_vertex.push_back(model.part_of_vertex[v]);

@@ -108,6 +108,11 @@ class Ui:
         with bpy.context.temp_override(window=self.window, area=self.view, region=self.region()):
             return operator(*(args or ("INVOKE_DEFAULT", True)), **properties)
 
+    def can(self, operator: Any) -> bool:
+        """Whether a button in the 3D view could call an operator."""
+        with bpy.context.temp_override(window=self.window, area=self.view, region=self.region()):
+            return bool(operator.poll())
+
     def select(self, *objects: bpy.types.Object) -> None:
         """Selects objects; the last one is the active one."""
         bpy.context.view_layer.update()  # or an object removed just now is still among them, as None

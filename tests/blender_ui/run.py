@@ -4,9 +4,9 @@
 
 Usage: run.py --blender BLENDER --zip ZIP --screenshots DIR [--only NAME] [--time-limit S] [--files F] [--at-once N]
 
-The zip is installed once, into a throw-away user folder, as a user would. A test is a generator function test_* in a
-test_*.py beside this file; see harness.py. It fails on an exception of its own, on any traceback that Blender prints,
-and after its time is over. Exit code 1 where a test failed.
+The zip is installed once, into a throw-away user folder, as a user would; each test has a copy of that. A test is a
+generator function test_* in a test_*.py beside this file; see harness.py. It fails on an exception of its own, on any
+traceback that Blender prints, and after its time is over. Exit code 1 where a test failed.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import ast
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -85,6 +86,13 @@ def install(blender: str, zip_path: Path, env: dict[str, str]) -> None:
         sys.exit(f"The zip could not be installed:\n{done.stdout}{done.stderr}")
 
 
+@contextmanager
+def copied(folder: Path) -> Iterator[Path]:
+    """A copy of a user folder: a test that disables the add-on takes its wheel away from who else uses the folder."""
+    with tempfile.TemporaryDirectory(prefix="arap_ui_") as copy:
+        yield Path(shutil.copytree(folder, copy, dirs_exist_ok=True))
+
+
 def run_test(
     blender: str, module: str, function: str, env: dict[str, str], screenshots: Path, time_limit_s: int
 ) -> str:
@@ -122,15 +130,13 @@ def main() -> int:
     tests = find_tests(args.files, args.only)
     args.screenshots.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="arap_ui_") as folder:
-        env = environment(Path(folder))
-        install(args.blender, args.zip.resolve(), env)
+        install(args.blender, args.zip.resolve(), environment(Path(folder)))
 
         def run_and_tell(test: tuple[str, str]) -> bool:
             start = time.monotonic()
-            with display() as display_name:
-                wrong = run_test(
-                    args.blender, *test, env | {"DISPLAY": display_name}, args.screenshots.resolve(), args.time_limit
-                )
+            with display() as display_name, copied(Path(folder)) as user_folder:
+                env = environment(user_folder) | {"DISPLAY": display_name}
+                wrong = run_test(args.blender, *test, env, args.screenshots.resolve(), args.time_limit)
             print(
                 f"{'FAIL' if wrong else 'ok  '} {test[1]} ({time.monotonic() - start:.1f} s)\n{wrong}",
                 end="",

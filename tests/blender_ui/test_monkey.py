@@ -89,10 +89,8 @@ class Monkey:
 
     def pixel(self) -> tuple[int, int]:
         region = self.ui.region()
-        return (
-            region.x + round(region.width * self.random.uniform(0.2, 0.7)),
-            region.y + round(region.height * self.random.uniform(0.2, 0.8)),
-        )
+        x, y = self.random.uniform(0.2, 0.7), self.random.uniform(0.2, 0.8)
+        return region.x + round(region.width * x), region.y + round(region.height * y)
 
     # What it does.
 
@@ -137,7 +135,7 @@ class Monkey:
         yield from self.ui.key("Z", ctrl=True, shift=True)
 
     def begin_pose(self) -> Steps:
-        if self.ui.call(bpy.ops.arap.pose.poll):
+        if self.ui.can(bpy.ops.arap.pose):
             with suppress(RuntimeError):
                 self.ui.call(bpy.ops.arap.pose)
         yield
@@ -158,7 +156,7 @@ class Monkey:
         name = self.random.choice(OPERATORS)
         operator = getattr(bpy.ops.arap, name)
         print(f"  {name}")
-        if self.ui.call(operator.poll):
+        if self.ui.can(operator):
             with suppress(RuntimeError):  # how Python hears of an error that an operator reports
                 self.ui.call(operator, "EXEC_DEFAULT", True)
         yield
@@ -197,19 +195,21 @@ class Monkey:
     def change_setting(self) -> Steps:
         obj = self.pick(self.meshes())
         if obj is not None:
-            choices = (
-                ("rigidity", self.random.choice((0.01, 0.02, 0.05))),
-                ("energy", self.random.choice(("rotation_nodes", "spokes_and_rims", "spokes"))),
-                ("max_iterations", self.random.choice((5, 100))),
-            )
-            name, value = self.random.choice(choices)
-            setattr(obj.arap, name, value)
+            choices = {
+                "rigidity": (0.01, 0.02, 0.05),
+                "energy": ("rotation_nodes", "spokes_and_rims", "spokes"),
+                "max_iterations": (5, 100),
+            }
+            name = self.random.choice(list(choices))
+            setattr(obj.arap, name, self.random.choice(choices[name]))
         yield
 
     def rename(self) -> Steps:
+        """With a step of undo, as the outliner does: steps of Edit Mode know their object by its name, or crash."""
         obj = self.pick(self.meshes())
-        if obj is not None:
+        if obj is not None and obj.mode == "OBJECT" and self.is_in_object_mode():
             obj.name = f"Mesh {self.random.randint(0, 99)}"
+            bpy.ops.ed.undo_push(message="rename")
         yield
 
     def rename_group(self) -> Steps:
@@ -225,7 +225,7 @@ class Monkey:
         yield
 
     def duplicate(self) -> Steps:
-        if len(self.meshes()) < 4 and self.is_in_object_mode() and self.ui.call(bpy.ops.object.duplicate.poll):
+        if len(self.meshes()) < 4 and self.is_in_object_mode() and self.ui.can(bpy.ops.object.duplicate):
             self.ui.call(bpy.ops.object.duplicate, "EXEC_DEFAULT", True)
         yield
 

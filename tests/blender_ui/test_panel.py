@@ -9,6 +9,7 @@ import numpy as np
 import scenes
 from harness import MODULE, Steps, Ui
 from test_pose import bar, begin, drag, handle, settle
+from test_weight_paint import take_brush
 
 SAMPLES = Path(__file__).resolve().parents[2] / "blend_files"
 
@@ -143,6 +144,8 @@ def test_menus_of_the_right_button(ui: Ui) -> Steps:
     for mode in ("OBJECT", "EDIT", "WEIGHT_PAINT"):
         ui.select(bar())
         bpy.ops.object.mode_set(mode=mode)
+        if mode == "WEIGHT_PAINT":
+            yield from take_brush(ui)  # Blender's own menu cannot be drawn without
         yield from ui.move_mouse_to_view()
         yield from ui.key("RIGHTMOUSE")
         yield from ui.screenshot(mode.lower())

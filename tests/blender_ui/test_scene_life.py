@@ -110,7 +110,7 @@ def test_append_and_link(ui: Ui) -> Steps:
             yield from settle(ui)
             assert_followed(scenes.key_positions(bar(), "Basis"), (2.0, 0.0, 0.0))
             yield from ui.key("RET")
-        assert not ui.call(bpy.ops.arap.pose.poll)
+        assert not ui.can(bpy.ops.arap.pose)
         yield from ui.open_tab()
         yield from ui.screenshot("linked")
         np.testing.assert_array_equal(scenes.key_positions(bar()), posed)

@@ -36,11 +36,7 @@ def paint(ui: Ui, group: str) -> Steps:
         assert ui.call(bpy.ops.arap.group_paint, "EXEC_DEFAULT", True, vertex_group=group) == {"FINISHED"}
     assert (bar().mode, bar().vertex_groups.active.name) == ("WEIGHT_PAINT", group)
     settings = bpy.context.scene.tool_settings
-    if settings.weight_paint.brush is None:  # from 4.3 on brushes are assets, which Debian's packages lack
-        bpy.data.brushes.new("Painter", mode="WEIGHT_PAINT").asset_mark()
-        asset = {"asset_library_type": "LOCAL", "relative_asset_identifier": "Brush/Painter"}
-        ui.call(bpy.ops.brush.asset_activate, "EXEC_DEFAULT", True, **asset)
-        yield from ui.until(lambda: settings.weight_paint.brush is not None, "there is a brush")
+    yield from take_brush(ui)
     brush = settings.weight_paint.brush
     brush.use_frontface = False
     unified = getattr(settings.weight_paint, "unified_paint_settings", None) or settings.unified_paint_settings
@@ -49,8 +45,21 @@ def paint(ui: Ui, group: str) -> Steps:
     yield
 
 
-def stroke(ui: Ui, height: float = MIDDLE, rest_s: float = 0.0) -> Steps:
-    """From left to right over the bar where it is shown, the left button down; it rests for a while before it is up."""
+def take_brush(ui: Ui) -> Steps:
+    """A brush in hand in Weight Paint: from 4.3 on brushes are assets, which Debian's packages lack."""
+    paint = bpy.context.scene.tool_settings.weight_paint
+    if paint.brush is None:
+        bpy.data.brushes.new("Painter", mode="WEIGHT_PAINT").asset_mark()
+        asset = {"asset_library_type": "LOCAL", "relative_asset_identifier": "Brush/Painter"}
+        ui.call(bpy.ops.brush.asset_activate, "EXEC_DEFAULT", True, **asset)
+        yield from ui.until(lambda: paint.brush is not None, "there is a brush")
+
+
+def stroke(ui: Ui, height: float = MIDDLE, rest_s: float = 0.0, then: str = "") -> Steps:
+    """From left to right over the bar where it is shown, the left button down; it rests for a while before it is up.
+
+    ``then`` is a key that is pressed in the same moment.
+    """
     region = ui.region()
     place = location_3d_to_region_2d(region, ui.view.spaces.active.region_3d, Vector((0.0, 0.0, height)))
     x, y = region.x + int(place.x), region.y + int(place.y)
@@ -65,6 +74,8 @@ def stroke(ui: Ui, height: float = MIDDLE, rest_s: float = 0.0) -> Steps:
     if "modal_operators" in bpy.types.Window.bl_rna.properties:  # 4.2: there it can be told that it goes on
         np.testing.assert_array_equal(scenes.key_positions(bar()), before)
     ui.event("LEFTMOUSE", "RELEASE")
+    if then:
+        ui.press(then)
     yield
 
 
@@ -162,6 +173,24 @@ def test_a_posing_act_follows_a_painted_pin(ui: Ui) -> Steps:
     yield from ui.key("Z", ctrl=True)
     yield from ui.until(lambda: bar().mode == "OBJECT" and bar().data.shape_keys is None, "the act is undone")
     assert weights_of("Waist").max() == 0.0
+
+
+def test_enter_right_after_a_stroke_keeps_it(ui: Ui) -> Steps:
+    """The act ends only once the mesh has followed the last stroke."""
+    show_front(ui)
+    bar().vertex_groups.new(name="Waist")
+    ui.api.add_pin_group(bar(), "Waist")
+    ui.select(bar())
+    yield from ui.move_mouse_to_view()
+    assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
+    yield from ui.until(lambda: ui.running["Bar"].is_settled, "the act settles")
+    free = scenes.key_positions(bar())
+    yield from paint(ui, "Waist")
+    yield from stroke(ui, then="RET")
+    yield from ui.until(lambda: "Bar" not in ui.running, "the act ends")
+    assert weights_of("Waist").max() > 0.5
+    assert np.abs(scenes.key_positions(bar()) - free).max() > 0.05
+    assert_as_solved(ui)
 
 
 def test_stiffness_panel(ui: Ui) -> Steps:

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "eigen_all.h"
+
 namespace arap_test {
 
 void Task::add(int vertex, const Vector3& target, double strength) {
@@ -140,7 +142,7 @@ double off_rigid(const Positions& rest, const Positions& posed, const std::vecto
   return max_distance(best_rigid_motion(from, to).apply(from), to);
 }
 
-Positions rows(const Positions& positions, const std::vector<int>& rows) { return positions(rows, Eigen::all); }
+Positions rows(const Positions& positions, const std::vector<int>& rows) { return positions(rows, arap::all); }
 
 arap::Options Model::options() const {
   arap::Options options;

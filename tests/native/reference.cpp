@@ -5,10 +5,13 @@
 #include <map>
 #include <utility>
 
+#include "eigen_all.h"
+
 namespace arap_test {
 
 namespace {
 
+using arap::all;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
@@ -174,7 +177,7 @@ Positions Reference::laplacian_guess(const arap::ConstraintSet& constraints, con
   for (int v = 0; v < n_; ++v)
     if (is_free[v] != 0) free.push_back(v);
   const MatrixXd K = matrix();
-  const MatrixXd change = K(Eigen::all, free).colPivHouseholderQr().solve(K * (rest_ - guess));
+  const MatrixXd change = K(all, free).colPivHouseholderQr().solve(K * (rest_ - guess));
   for (size_t k = 0; k < free.size(); ++k) guess.row(free[k]) += change.row(static_cast<Index>(k));
   return guess;
 }
@@ -213,20 +216,20 @@ Reference::Solution Reference::solve(const arap::ConstraintSet& constraints, con
   const auto n_free = static_cast<Index>(free.size());
   MatrixXd A = MatrixXd::Zero(n_free + patches.size(), n_free + patches.size());
   A.topLeftCorner(n_free, n_free) = K(free, free);
-  A.topRightCorner(n_free, patches.size()) = C(Eigen::all, free).transpose();
-  A.bottomLeftCorner(patches.size(), n_free) = C(Eigen::all, free);
+  A.topRightCorner(n_free, patches.size()) = C(all, free).transpose();
+  A.bottomLeftCorner(patches.size(), n_free) = C(all, free);
   // Where nothing is free there is nothing to solve, and Eigen does not take the empty matrix.
   const Eigen::FullPivLU<MatrixXd> lu(A.rows() > 0 ? A : MatrixXd(MatrixXd::Identity(1, 1)));
 
   Solution solution;
   const auto total = [&](const Positions& at) { return energy(at) + soft_energy(constraints, targets, at); };
   solution.energies.push_back(total(p));
-  const MatrixXd hard_positions = p(hard, Eigen::all);
+  const MatrixXd hard_positions = p(hard, all);
   while (solution.iterations < max_iterations) {
     const Positions b = right_hand_side(rotations(p)) + soft;
     MatrixXd right(A.rows(), 3);
-    right.topRows(n_free) = b(free, Eigen::all) - K(free, hard) * hard_positions;
-    right.bottomRows(patches.size()) = targets.bottomRows(patches.size()) - C(Eigen::all, hard) * hard_positions;
+    right.topRows(n_free) = b(free, all) - K(free, hard) * hard_positions;
+    right.bottomRows(patches.size()) = targets.bottomRows(patches.size()) - C(all, hard) * hard_positions;
     const MatrixXd x = A.rows() > 0 ? MatrixXd(lu.solve(right)) : right;
     Positions next = p;
     for (Index k = 0; k < n_free; ++k) next.row(free[static_cast<size_t>(k)]) = x.row(k);

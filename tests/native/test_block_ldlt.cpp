@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "arap/error.h"
+#include "eigen_all.h"
 #include "helpers.h"
 #include "refined_solve.h"
 
@@ -279,9 +280,9 @@ TEST_P(BlockLdltOnIsa, RenumberedToItsOrderItDoesTheSame) {
     EXPECT_EQ(solver.order(), nullptr);
     Positions x = b;
     before->solve(x);
-    Positions y = b(order, Eigen::all);
+    Positions y = b(order, arap::all);
     solver.factorize(B, is_erased_now)->solve(y);
-    EXPECT_EQ(y, Positions(x(order, Eigen::all))) << name;
+    EXPECT_EQ(y, Positions(x(order, arap::all))) << name;
   }
 }
 

@@ -175,7 +175,7 @@ TEST_P(SurfaceEnergies, StiffnessScalesWholeCells) {
 TEST_P(SurfaceEnergies, MatrixIsPositiveDefiniteWithOneVertexErasedWhateverTheStiffness) {
   for (const MeshData& mesh : {bumpy_sphere(1), sheared_cylinder(10, 5), star_prism(7, 3)}) {
     const Eigen::MatrixXd K = assemble(mesh, options(), random_stiffness(mesh.n_vertices(), 6)).K;
-    const auto rest = Eigen::seq(1, Eigen::last);
+    const auto rest = Eigen::seq(1, K.rows() - 1);
     EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(K(rest, rest)).info(), Eigen::Success) << mesh.name;
   }
 }

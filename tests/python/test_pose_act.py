@@ -197,15 +197,67 @@ def test_changed_groups_bind_again_and_the_pose_goes_on() -> None:
     assert act.end is None
 
 
-def test_keep_while_binding_again_keeps() -> None:
+def test_keep_while_binding_again_waits_for_it() -> None:
     scene = FakeScene()
     act = begun(scene)
     scene.is_fit = False
     act.tick()
     act.keep()
+    assert act.end is None
+    scene.binds[0].is_done = True
+    act.tick()
+    act.tick()
+    assert scene.calls == ["follow", "refine"]
     assert act.end is not None
     assert act.end.how is Ending.KEEP
+    assert not scene.binds[0].is_dropped
+
+
+def test_cancel_while_keep_waits_restores() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_fit = False
+    act.tick()
+    act.keep()
+    act.cancel()
+    assert act.end is not None
+    assert act.end.how is Ending.RESTORE
     assert scene.binds[0].is_dropped
+
+
+def test_keep_waits_for_the_end_of_a_stroke() -> None:
+    scene = FakeScene(needed_updates=1)
+    act = begun(scene)
+    scene.is_painted = True
+    act.keep()
+    act.tick()
+    assert act.end is None
+    scene.is_painted, scene.place = False, 1.0
+    act.tick()
+    assert scene.calls == ["follow"]
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+
+
+def test_keep_sees_what_only_following_has_shown() -> None:
+    """The evaluation that a step causes tells of a stroke which ended just before."""
+    scene = FakeScene()
+    act = begun(scene)
+    plain = scene.matrices
+
+    def matrices_that_tell() -> np.ndarray:
+        scene.is_fit, scene.matrices = False, plain  # type: ignore[method-assign]
+        return plain()
+
+    scene.matrices = matrices_that_tell  # type: ignore[method-assign]
+    act.keep()
+    assert act.end is None
+    act.tick()
+    scene.binds[0].is_done = True
+    act.tick()
+    act.tick()
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
 
 
 def test_what_cannot_be_bound_again_leaves_the_pose() -> None:

@@ -66,6 +66,7 @@ class PoseAct:
         self.is_drag = is_drag
         self._follower = Follower(scene)
         self._is_busy = False
+        self._is_keeping = False
         self.end: End | None = None
 
     @property
@@ -113,13 +114,17 @@ class PoseAct:
         self._guarded(self._follower.go_on_from_shown)
 
     def keep(self, *, is_settling: bool = True) -> None:
-        """Ends the act with the pose, settled first; where there is none yet, everything is restored."""
+        """Ends the act with the pose, settled first; where there is none yet, everything is restored.
+
+        A mesh that has to be bound again first, as after a stroke of weights, is waited for: a later tick() ends it.
+        """
         if not self._follower.has_followed:
             self.cancel()
-            return
-        if is_settling and not self._follower.is_binding:
-            self._guarded(self._settle)
-        self._finish(End(Ending.KEEP))
+        elif is_settling:
+            self._is_keeping = True
+            self._guarded(self._keep_once_settled)
+        else:
+            self._finish(End(Ending.KEEP))
 
     def cancel(self, message: str = "") -> None:
         self._finish(End(Ending.RESTORE, message))
@@ -152,17 +157,24 @@ class PoseAct:
             self._is_busy = False
 
     def _tick(self, refine_time_s: float) -> None:
-        if self._follower.prepare() and not self._follower.follow(FOLLOW_TIME_LIMIT_S):
+        if not self._follower.prepare():
+            return
+        if self._is_keeping:
+            self._keep_once_settled()
+        elif not self._follower.follow(FOLLOW_TIME_LIMIT_S):
             self._follower.refine(refine_time_s)
 
     def _follow_if_ready(self) -> None:
         if self._follower.is_ready():
             self._follower.follow(FOLLOW_TIME_LIMIT_S)
 
-    def _settle(self) -> None:
+    def _keep_once_settled(self) -> None:
         if self._follower.is_ready():
             self._follower.follow(FOLLOW_TIME_LIMIT_S)
             self._follower.refine(KEEP_TIME_LIMIT_S)
+            # To follow is to evaluate the scene, and only that may tell of a stroke that ended just now.
+            if self._follower.is_ready():
+                self._finish(End(Ending.KEEP))
 
     def _finish(self, end: End) -> None:
         if self.end is not None:
