@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a program that uses the installed library looks like: a folded strip, one end held, the other lifted.
+// What a program that uses the installed library looks like: a strip, one end held, the other lifted.
 #include <arap/surface_arap.h>
 
 #include <cmath>
@@ -27,7 +27,6 @@ int main() {
   arap::Positions targets(4, 3);
   targets << rest.row(0), rest.row(1), rest.row(last - 1), rest.row(last);
   targets.bottomRows(2).col(2).array() += 2;
-  targets.bottomRows(2).col(0).array() -= 1;
   const arap::SolveResult result = model.solve(targets);
 
   const bool holds = (result.positions.row(last) - targets.row(3)).norm() < 1e-9;
