@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import live_session, native, sessions
+from . import live_session, mesh_io, native, sessions
 from .scene_input import read_input
 from .session import Progress, Session
 from .session_data import Readout
@@ -90,8 +90,9 @@ def prepare_session(
         As session_input() and build_session(), or RuntimeError where an act has the mesh for itself. A session that
         was there before stays.
     """
-    inputs = session_input(obj, depsgraph)
+    mesh_io.check_mesh(obj)
     sessions.check_free(obj.name)
+    inputs = session_input(obj, depsgraph)
     live = sessions.get(obj.name)
     if live is None or sessions.difference_of_bind(live.inputs, inputs):
         live_session.adopt(obj, inputs, build_session(inputs, progress))

@@ -86,7 +86,8 @@ class BlenderFollowScene:
 
     def is_bound(self) -> bool:
         use_nodes = None if self.depsgraph is None else False  # within a handler nothing may be added to the scene
-        if api.check_live(self._obj(), is_thorough=self._is_suspect, use_nodes=use_nodes):
+        depsgraph = self._depsgraph()  # first: to evaluate the scene may make the mesh suspect
+        if live_session.problem(self._obj(), depsgraph, is_thorough=self._is_suspect, use_nodes=use_nodes):
             return False  # and suspect still, until it is bound again
         self._is_suspect = False
         return True
@@ -103,11 +104,9 @@ class BlenderFollowScene:
         return api.handle_matrices(self._obj(), self._depsgraph())
 
     def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
-        self._has_written = self.depsgraph is None
-        redraw.tag_meshes()
         return live_session.update(
             self._obj(),
-            self._depsgraph(),
+            self._depsgraph_to_write(),
             iterations=iterations,
             initial_guess=self.initial_guess,
             time_limit_s=time_limit_s,
@@ -115,10 +114,8 @@ class BlenderFollowScene:
         )
 
     def update_from_rest(self, time_limit_s: float | None) -> Readout:
-        self._has_written = self.depsgraph is None
-        redraw.tag_meshes()
         return live_session.update(
-            self._obj(), self._depsgraph(), time_limit_s=time_limit_s, is_from_rest=True, held=self._held()
+            self._obj(), self._depsgraph_to_write(), time_limit_s=time_limit_s, is_from_rest=True, held=self._held()
         )
 
     def iteration_limit(self) -> int:
@@ -139,6 +136,13 @@ class BlenderFollowScene:
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
         return self.depsgraph or bpy.context.evaluated_depsgraph_get()
+
+    def _depsgraph_to_write(self) -> bpy.types.Depsgraph:
+        """Says too that the next change of the mesh is ours: not before the last one is evaluated."""
+        depsgraph = self._depsgraph()
+        self._has_written = self.depsgraph is None
+        redraw.tag_meshes()
+        return depsgraph
 
 
 def is_rendering() -> bool:

@@ -134,6 +134,41 @@ class WeightTest(SceneTest):
                 is_held = np.abs(key_positions(obj) - rest_positions(obj))[MIDDLE].max() < 1e-4
                 self.assertEqual((is_held, obj.arap.live_problem), (weight == 1.0, ""))
 
+    def followed(self, obj):
+        """Its FollowScene, told of evaluations as an act's is."""
+        scene = module("follow_scene").BlenderFollowScene(obj)
+
+        def tell(_scene, depsgraph):
+            with scene.evaluated(depsgraph, is_frame=False):
+                pass
+
+        bpy.app.handlers.depsgraph_update_post.append(tell)
+        self.addCleanup(bpy.app.handlers.depsgraph_update_post.remove, tell)
+        return scene
+
+    def test_weights_of_which_only_the_look_itself_tells_are_seen(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        scene = self.followed(obj)
+        self.assertTrue(scene.is_bound())
+        obj.vertex_groups["Feet"].add(BOTTOM[:1], 0.5, "REPLACE")
+        obj.data.update_tag()
+        self.assertFalse(scene.is_bound())
+        self.assertFalse(scene.is_bound(), "until it is bound again")
+
+    def test_two_writes_in_a_row_are_nobody_elses_change(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        scene = self.followed(obj)
+        bpy.context.view_layer.update()
+        self.assertTrue(scene.is_bound())
+        for _ in range(2):
+            scene.update(1, None)
+        bpy.context.view_layer.update()
+        self.assertFalse(scene._is_suspect)
+
     def test_without_a_window_nobody_is_painting(self):
         is_told = "modal_operators" in bpy.types.Window.bl_rna.properties
         self.assertEqual(is_told, bpy.app.version >= (4, 2, 0))

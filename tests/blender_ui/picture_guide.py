@@ -48,7 +48,8 @@ def group(creature: bpy.types.Object, name: str) -> np.ndarray:
 
 def select_in_edit_mode(creature: bpy.types.Object, *groups: np.ndarray) -> None:
     bpy.ops.object.mode_set(mode="OBJECT")
-    importlib.import_module(f"{MODULE}.operators.select").select_vertices(creature, np.concatenate(groups))
+    mesh_io = importlib.import_module(f"{MODULE}.mesh_io")
+    mesh_io.select_vertices(creature, np.concatenate(groups), shows_hidden=True)
     bpy.ops.object.mode_set(mode="EDIT")
 
 

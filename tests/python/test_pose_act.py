@@ -213,6 +213,36 @@ def test_keep_while_binding_again_waits_for_it() -> None:
     assert not scene.binds[0].is_dropped
 
 
+def test_keep_asked_again_does_not_wait() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    assert not act.is_keeping
+    scene.is_fit = False
+    act.tick()
+    act.keep()
+    assert act.is_keeping
+    assert "keeping the pose" in status_text(act)
+    act.keep()
+    assert not act.is_keeping
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+    assert scene.binds[0].is_dropped
+
+
+@pytest.mark.parametrize("is_keeping", [True, False])
+def test_an_act_that_nobody_ticks_any_more_keeps_what_it_was_told_to(is_keeping: bool) -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_fit = False
+    act.tick()
+    if is_keeping:
+        act.keep()
+    act.end_now("over")
+    assert act.end is not None
+    assert act.end.how is (Ending.KEEP if is_keeping else Ending.RESTORE)
+    assert act.end.message == ("" if is_keeping else "over")
+
+
 def test_cancel_while_keep_waits_restores() -> None:
     scene = FakeScene()
     act = begun(scene)

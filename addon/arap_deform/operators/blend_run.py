@@ -106,14 +106,14 @@ class BlendRun:
     def restore(self) -> str:
         """Everything as it was at the start, where it is still there; what could not be, and why, '' where all could.
 
-        Never raises: it is what is left to do when something has gone wrong.
+        No ValueError or RuntimeError leaves it: it is what is left to do when something has gone wrong.
         """
         obj = bpy.data.objects.get((self._name, None))
-        if obj is None or self._follower is None:
-            restore_transforms(self._state.transforms)
-            return ""
         try:
-            api.restore_state(obj, self._state)
+            if obj is None or self._follower is None:
+                restore_transforms(self._state.transforms)
+            else:
+                api.restore_state(obj, self._state)
         except (ValueError, RuntimeError) as error:
             return str(error)
         return ""

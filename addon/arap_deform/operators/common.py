@@ -97,7 +97,10 @@ def is_posed(obj: bpy.types.Object) -> bool:
 
 def why_busy_but_posed(obj: bpy.types.Object) -> str:
     """As why_busy(), for what may be done within a posing act."""
-    return "" if is_posed(obj) else why_busy(obj)
+    if not is_posed(obj):
+        return why_busy(obj)
+    act = sessions.acts[obj.name]
+    return "Wait: the pose is being kept" if isinstance(act, PoseAct) and act.is_keeping else ""
 
 
 def why_not_changeable(context: bpy.types.Context) -> str:

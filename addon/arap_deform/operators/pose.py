@@ -18,6 +18,7 @@ from .common import StatusBar, allow, find_posed_object, is_posed, posed_object,
 from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 
 TIMER_S = 0.02
+VIEW_EVENTS = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "NDOF_MOTION"}
 EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
 
 
@@ -206,6 +207,8 @@ class ARAP_OT_pose(bpy.types.Operator):
         else:
             # A release that ends somebody else's drag reaches us too, so only a press means something.
             is_ours = event.value == "PRESS" and self._on_press(context, event)
+            # Nothing new begins while it ends: it would be cut off in the middle.
+            is_ours = is_ours or (run.act.is_keeping and event.value == "PRESS" and event.type not in VIEW_EVENTS)
             run.show_status(context)
         if run.act.end is None:
             return {"RUNNING_MODAL"} if is_ours else {"PASS_THROUGH"}
@@ -220,7 +223,7 @@ class ARAP_OT_pose(bpy.types.Operator):
 
     def cancel(self, _context: bpy.types.Context) -> None:
         """Blender ends the operator: file load, closed window."""
-        self._run.act.cancel()
+        self._run.act.end_now()
         self._run.finish()
 
     def _tick(self, context: bpy.types.Context) -> None:
@@ -287,7 +290,7 @@ def register() -> None:
 
 def unregister() -> None:
     for run in list(_runs.values()):  # Blender drops running operators without a word when their class goes
-        run.act.cancel("The add-on was disabled")
+        run.act.end_now("The add-on was disabled")
         run.finish()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

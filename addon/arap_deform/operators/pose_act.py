@@ -56,8 +56,8 @@ class PoseAct:
     """One posing act of one object, from begin() until ``end`` is set.
 
     tick() is called by a timer, scene_changed() after each evaluation of the scene, undone() after an undo or redo;
-    keep(), cancel(), leave() and fail() end the act. None of them raises. A ValueError of the scene once there is a
-    pose leaves it as it is; any other exception restores everything.
+    cancel(), leave() and fail() end the act, keep() does so now or in a later tick(). None of them raises. A ValueError
+    of the scene once there is a pose leaves it as it is; any other exception restores everything.
     """
 
     def __init__(self, scene: PoseScene, *, is_drag: bool = False) -> None:
@@ -79,6 +79,11 @@ class PoseAct:
         if self.end is not None:
             return Phase.ENDED
         return Phase.BINDING if self._follower.is_binding else Phase.FOLLOWING
+
+    @property
+    def is_keeping(self) -> bool:
+        """Whether it ends by itself as soon as the mesh has followed."""
+        return self._is_keeping and self.end is None
 
     @property
     def bind_fraction(self) -> float:
@@ -117,14 +122,22 @@ class PoseAct:
         """Ends the act with the pose, settled first; where there is none yet, everything is restored.
 
         A mesh that has to be bound again first, as after a stroke of weights, is waited for: a later tick() ends it.
+        Asked again, it does not wait.
         """
         if not self._follower.has_followed:
             self.cancel()
-        elif is_settling:
+        elif is_settling and not self._is_keeping:
             self._is_keeping = True
             self._guarded(self._keep_once_settled)
         else:
             self._finish(End(Ending.KEEP))
+
+    def end_now(self, message: str = "") -> None:
+        """Nobody will call tick() again: ends with the pose where keep() was asked for, else as cancel()."""
+        if self._is_keeping:
+            self._finish(End(Ending.KEEP))
+        else:
+            self.cancel(message)
 
     def cancel(self, message: str = "") -> None:
         self._finish(End(Ending.RESTORE, message))
@@ -172,7 +185,7 @@ class PoseAct:
         if self._follower.is_ready():
             self._follower.follow(FOLLOW_TIME_LIMIT_S)
             self._follower.refine(KEEP_TIME_LIMIT_S)
-            # To follow is to evaluate the scene, and only that may tell of a stroke that ended just now.
+            # To look is to evaluate the scene, and only that may tell of a stroke that ended just now.
             if self._follower.is_ready():
                 self._finish(End(Ending.KEEP))
 
@@ -200,6 +213,9 @@ def print_fault(end: End) -> None:
 
 def status_text(act: PoseAct) -> str:
     """What the status bar says: state, then keys."""
+    if act.is_keeping:
+        text = iface_("ARAP Pose: keeping the pose, preparing the mesh, {:.0%}   |   Enter: at once   |   Esc: cancel")
+        return text.format(act.bind_fraction)
     if act.phase is Phase.BINDING:
         return iface_("ARAP Pose: preparing the mesh, {:.0%}   |   Esc: cancel").format(act.bind_fraction)
     text = iface_(

@@ -142,7 +142,8 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
                 self._is_confirmed = True
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
             problem = self._run.cancel()
-            self._report(f"{error}. {problem}" if problem else rpt_("Nothing has changed: {}").format(error))
+            reason = rpt_(str(error))
+            self._report(f"{reason}. {rpt_(problem)}" if problem else rpt_("Nothing has changed: {}").format(reason))
             return {"CANCELLED"}
         self._show(context)
         # The timer of a posing act goes on, too.
