@@ -41,7 +41,14 @@ void ForcePrediction::observe(const Positions& residual, double share, const Wor
   });
 }
 
-void ForcePrediction::learn(const Positions& step) {
+void ForcePrediction::learn(const Positions& step, const Workers& workers) {
+  const bool is_finite = parallel_all<kRows>(workers, static_cast<int>(observed_.rows()), [&](int begin, int end) {
+    return observed_.middleRows(begin, end - begin).allFinite();
+  });
+  if (!is_finite) {
+    forget();
+    return;
+  }
   last_step_ = step;
   change_.swap(observed_);
 }

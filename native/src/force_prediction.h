@@ -31,9 +31,10 @@ class ForcePrediction {
   using Forces = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
   [[nodiscard]] Forces& observed() { return observed_; }
 
-  /// The frame is done: what was observed in it is the last change.
+  /// The frame is done: what was observed in it is the last change, unless that is not finite (forces may be beyond the
+  /// range of a float). Then there is none.
   /// @param step  of its targets
-  void learn(const Positions& step);
+  void learn(const Positions& step, const Workers& workers);
   /// The frame has no predecessor.
   void forget() { last_step_.resize(0, 3); }
 

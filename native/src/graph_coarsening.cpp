@@ -2,7 +2,6 @@
 #include "graph_coarsening.h"
 
 #include <algorithm>
-#include <cstdint>
 
 namespace arap {
 

@@ -155,7 +155,8 @@ void LocalGlobal::finish(Pose& pose) {
 
 void LocalGlobal::show_forces_to(ForcePrediction& prediction, double share) const {
   prediction.observe(residual_, share, workers());
-  // What holds the patches pulls at the residual too. It is no force of the cells, and any of it is ineffective.
+  // What holds the patches pulls at the residual too, and is no force of the cells. Ahead it would change nothing, as
+  // new multipliers take it up; but it would add up from frame to frame, and these numbers are rounded.
   const std::vector<Average>& patches = constraints_.patches();
   for (Eigen::Index k = 0; k < multipliers_.rows(); ++k)
     for (size_t i = 0; i < patches[k].indices.size(); ++i)

@@ -13,7 +13,8 @@ using SmallRow = std::bitset<kMinimumDegreeSize>;
 /// Order of elimination of the first n vertices: always one that has the fewest neighbours, as elimination has left
 /// them. The others stay, but are counted. [Tinney and Walker 1967]
 ///
-/// @param rows  of all vertices: neighbours
+/// @param rows  neighbours of the first n vertices; columns beyond n are the others
+/// @param n     at most kMinimumDegreeSize
 [[nodiscard]] std::vector<int> minimum_degree(std::vector<SmallRow> rows, int n);
 
 }  // namespace arap

@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <exception>
 #include <iterator>
 #include <numeric>
 #include <utility>
@@ -20,6 +21,7 @@ namespace {
 
 /// Pieces of so few vertices are ordered by minimum degree.
 constexpr int kLeafSize = 120;
+static_assert(kLeafSize <= kMinimumDegreeSize);
 constexpr std::ptrdiff_t kPiecesPerThread = 8;
 
 int degree(const SparseMatrix& pattern, int i) {
@@ -131,9 +133,16 @@ class Dissection {
     std::stable_sort(queue.begin(), queue.end(),
                      [&](int a, int b) { return pieces[a].vertices.size() > pieces[b].vertices.size(); });
     std::atomic<int> next = 0;
+    std::atomic<bool> has_failed = false;
+    std::exception_ptr exception;
     for_each_piece(threads, threads, [&](int /*thread*/) {
-      for (int k = next++; k < std::ssize(queue); k = next++) body(queue[k]);
+      try {
+        for (int k = next++; k < std::ssize(queue) && !has_failed; k = next++) body(queue[k]);
+      } catch (...) {  // out of memory; none may leave a thread
+        if (!has_failed.exchange(true)) exception = std::current_exception();
+      }
     });
+    if (exception) std::rethrow_exception(exception);
   }
 
   /// Puts what is between the halves in its place, at the end.

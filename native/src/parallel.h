@@ -12,7 +12,7 @@ namespace arap {
 /// Threads that pay for a mesh of n vertices: `requested`, or by size where that is 0.
 [[nodiscard]] int choose_threads(int requested, int n_vertices);
 
-/// Calls body(piece) for [0, n_pieces), on OpenMP's threads: for the long loops of a bind.
+/// Calls body(piece) for [0, n_pieces), on OpenMP's threads: for the long loops of a bind. `body` must not throw.
 template <class Body>
 void for_each_piece(int threads, int n_pieces, const Body& body) {
 #pragma omp parallel for num_threads(std::min(threads, n_pieces)) if (threads > 1 && n_pieces > 1) schedule(static)

@@ -2,17 +2,19 @@
 #include "separator_refinement.h"
 
 #include <algorithm>
-#include <cstdint>
-#include <iterator>
+#include <array>
+#include <cstdlib>
 #include <queue>
+#include <tuple>
 #include <utility>
+#include <vector>
 
 namespace arap {
 
 namespace {
 
 constexpr double kMaxShare = 0.6;  // of a side
-/// Moves that may make it worse, one after the other: about twice as many as it has vertices.
+/// Moves that may make it worse, one after the other: about twice as many as it has vertices, and at most so many.
 constexpr int kMostVain = 300;
 using Side = Separator::Side;
 constexpr Side kBetween = Separator::kBetween;
@@ -105,7 +107,7 @@ class Refinement {
     }
   }
 
-  /// Takes u from the other side; it may follow only: to go back would be to go round in circles.
+  /// Takes u from the other side. It is offered to this side only; each vertex moves once in a pass.
   void pull(int u, int to) {
     const int other = 1 - to;
     set_side(u, kBetween);

@@ -260,6 +260,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
     if (!std::isfinite(report.energy_after) || !hand_over(result, out))
       throw SolverError("the positions are no longer finite; the last good pose is kept");
   } catch (...) {
+    prediction.forget();
     restore_pose();
     if (!out.empty()) static_cast<void>(space.write_to_input(pose.positions, model.workers, out));
     throw;
@@ -268,7 +269,7 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
     last_targets = model_targets;
     // Where the targets were at rest there is nothing to learn.
     if (is_drag)
-      prediction.learn(target_step);
+      prediction.learn(target_step, model.workers);
     else if (!is_going_on || turns.rows() > 0)
       prediction.forget();
   }
