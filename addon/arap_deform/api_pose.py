@@ -9,7 +9,7 @@ from . import live_session, mesh_io, native, sessions
 from .scene_input import read_input
 from .session import Progress, Session
 from .session_data import Readout
-from .sessions import Hold, Live, SessionInput
+from .sessions import Live, SessionInput
 
 
 def session_input(
@@ -104,24 +104,15 @@ def prepare_session(
     return fresh.session
 
 
-def check_live(
-    obj: bpy.types.Object,
-    is_thorough: bool = False,
-    holds: tuple[Hold, ...] | None = None,
-    *,
-    use_nodes: bool | None = False,
-) -> str:
+def check_live(obj: bpy.types.Object, is_thorough: bool = False) -> str:
     """Why the object's live session no longer fits the scene, one sentence; '' while it does.
 
     Args:
         obj: the mesh.
         is_thorough: compare topology, rest shape and weights too (milliseconds); False: counts, scale and
             settings (microseconds).
-        holds: what the session holds; None: the pins and handles of the object.
-        use_nodes: to read weights, see compat.read_group_weights(); only False within a handler.
     """
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    return live_session.problem(obj, depsgraph, is_thorough=is_thorough, holds=holds, use_nodes=use_nodes)
+    return live_session.problem(obj, bpy.context.evaluated_depsgraph_get(), is_thorough=is_thorough)
 
 
 def end_session(obj_or_name: bpy.types.Object | str) -> None:

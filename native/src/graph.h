@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <numeric>
 #include <vector>
 
 namespace arap {
@@ -14,6 +15,14 @@ struct Graph {
 
   [[nodiscard]] int n_vertices() const { return static_cast<int>(offsets.size()) - 1; }
   [[nodiscard]] int degree(int v) const { return offsets[v + 1] - offsets[v]; }
+  /// Of all vertices.
+  [[nodiscard]] int total_weight() const { return std::reduce(weights.begin(), weights.end()); }
+
+  /// Every vertex and every edge weighs 1.
+  void weigh_alike() {
+    weights.assign(n_vertices(), 1);
+    edge_weights.assign(neighbours.size(), 1);
+  }
 };
 
 }  // namespace arap

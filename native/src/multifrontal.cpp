@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <exception>
 #include <iterator>
 #include <memory>
 
 #include "aligned_buffer.h"
 #include "arap/error.h"
 #include "elimination_tree.h"
+#include "first_failure.h"
 #include "kept_rows.h"
 #include "permutation.h"
 #include "team.h"
@@ -82,15 +82,15 @@ class Factorizer {
   bool run() {
     Workspace shared;
     run_team(plan_.n_threads, [&](const Team& team) {
-      guard([&] { eliminate_branches(); });
-      if (team.rank == 0) guard([&] { reserve(shared, plan_.partition.top); });
+      failure_.guard([&] { eliminate_branches(); });
+      if (team.rank == 0) failure_.guard([&] { reserve(shared, plan_.partition.top); });
       Workspace own;
-      guard([&] { own.reserve_row_block(largest_top_columns()); });
+      failure_.guard([&] { own.reserve_row_block(largest_top_columns()); });
       team.barrier();
       for (const int s : plan_.partition.top) eliminate_in_team(team, s, shared, own);
     });
-    if (exception_) std::rethrow_exception(exception_);
-    if (has_failed_) fail();
+    failure_.rethrow();
+    if (failure_.has_happened()) fail();
     return fits_;
   }
 
@@ -111,17 +111,6 @@ class Factorizer {
       fits_ = false;
   }
 
-  /// An exception may not leave a thread of the team; after the first nobody starts anything new.
-  template <class Act>
-  void guard(const Act& act) {
-    if (has_failed_) return;
-    try {
-      act();
-    } catch (...) {
-      if (!has_failed_.exchange(true)) exception_ = std::current_exception();
-    }
-  }
-
   void eliminate_branches() {
     const auto& branches = plan_.partition.branches;
     Workspace workspace;
@@ -132,7 +121,7 @@ class Factorizer {
       for (int s = branches[b].begin; s < branches[b].end; ++s) supernodes.push_back(s);
       reserve(workspace, supernodes);
       for (const int s : supernodes) {
-        if (has_failed_) return;
+        if (failure_.has_happened()) return;
         eliminate(s, workspace);
       }
     }
@@ -217,7 +206,7 @@ class Factorizer {
     for (int begin = 0; begin < front.n_columns; begin += kFrontPanel) {
       const int end = std::min(begin + kFrontPanel, front.n_columns);
       if (!kernels_.factor_panel(front, begin, end, workspace.least_pivot.data())) {
-        has_failed_ = true;
+        failure_.note();
         return;
       }
       kernels_.update_columns(front, begin, end, end, front.n_rows);
@@ -231,24 +220,25 @@ class Factorizer {
     const FrontSize size(node(s));
     const bool is_shared = static_cast<size_t>(size.n_columns) * static_cast<size_t>(size.n_rows) > kSharedFront;
     if (!is_shared) {
-      if (team.rank == 0) guard([&] { eliminate(s, shared); });
+      if (team.rank == 0) failure_.guard([&] { eliminate(s, shared); });
       return;
     }
-    if (team.rank == 0) guard([&] { assemble(s, shared); });
+    if (team.rank == 0) failure_.guard([&] { assemble(s, shared); });
     const Front front{shared.values.data(), size.stride, size.n_columns, size.n_rows, shared.inverses.data()};
     for (int begin = 0; begin < front.n_columns; begin += kFrontPanel) {
       const int end = std::min(begin + kFrontPanel, front.n_columns);
-      if (team.rank == 0 && !has_failed_ && !kernels_.factor_panel(front, begin, end, shared.least_pivot.data()))
-        has_failed_ = true;
+      if (team.rank == 0 && !failure_.has_happened() &&
+          !kernels_.factor_panel(front, begin, end, shared.least_pivot.data()))
+        failure_.note();
       team.barrier();
-      if (has_failed_) break;
+      if (failure_.has_happened()) break;
       // In turns, because columns get shorter.
       constexpr int kTurn = 16;
       for (int j = end + kTurn * team.rank; j < front.n_rows; j += kTurn * team.size)
         kernels_.update_columns(front, begin, end, j, std::min(j + kTurn, front.n_rows));
       team.barrier();
     }
-    if (!has_failed_) {
+    if (!failure_.has_happened()) {
       const int n = node(s).n_rows;
       take_update(s, front, team.begin(n), team.end(n));
       store(s, front, team.begin(front.n_rows, kFrontRowBlock), team.end(front.n_rows, kFrontRowBlock), own);
@@ -266,9 +256,8 @@ class Factorizer {
   std::byte* tiles_;
   std::vector<Update> updates_;  ///< of each supernode, until its parent has it
   std::atomic<int> next_branch_ = 0;
-  std::atomic<bool> has_failed_ = false;
+  FirstFailure failure_;  ///< none without an exception but of a pivot
   std::atomic<bool> fits_ = true;
-  std::exception_ptr exception_;
 };
 
 }  // namespace

@@ -5,11 +5,11 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <exception>
 #include <iterator>
 #include <numeric>
 #include <utility>
 
+#include "first_failure.h"
 #include "graph.h"
 #include "minimum_degree.h"
 #include "parallel.h"
@@ -65,8 +65,7 @@ Graph make_graph(const SparseMatrix& pattern, std::vector<int>& unknowns) {
       graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
     }
   }
-  graph.weights.assign(reached.size(), 1);
-  graph.edge_weights.assign(graph.neighbours.size(), 1);
+  graph.weigh_alike();
   unknowns = std::move(reached);
   return graph;
 }
@@ -95,10 +94,7 @@ std::array<Piece, 2> divide(const Piece& piece, const Separator& separator) {
       if (const int u = index[piece.graph.neighbours[e]]; u >= 0) graph.neighbours.push_back(u);
     graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
   }
-  for (Piece& side : sides) {
-    side.graph.weights.assign(side.vertices.size(), 1);
-    side.graph.edge_weights.assign(side.graph.neighbours.size(), 1);
-  }
+  for (Piece& side : sides) side.graph.weigh_alike();
   sides[0].begin = piece.begin;
   sides[1].begin = piece.begin + static_cast<int>(sides[0].vertices.size());
   return sides;
@@ -133,19 +129,16 @@ class Dissection {
     std::stable_sort(queue.begin(), queue.end(),
                      [&](int a, int b) { return pieces[a].vertices.size() > pieces[b].vertices.size(); });
     std::atomic<int> next = 0;
-    std::atomic<bool> has_failed = false;
-    std::exception_ptr exception;
+    FirstFailure failure;  // out of memory
     for_each_piece(threads, threads, [&](int /*thread*/) {
-      try {
-        for (int k = next++; k < std::ssize(queue) && !has_failed; k = next++) body(queue[k]);
-      } catch (...) {  // out of memory; none may leave a thread
-        if (!has_failed.exchange(true)) exception = std::current_exception();
-      }
+      failure.guard([&] {
+        for (int k = next++; k < std::ssize(queue) && !failure.has_happened(); k = next++) body(queue[k]);
+      });
     });
-    if (exception) std::rethrow_exception(exception);
+    failure.rethrow();
   }
 
-  /// Puts what is between the halves in its place, at the end.
+  /// Puts what is between the halves in its place, at the end; a small piece whole, and has no halves.
   std::array<Piece, 2> cut(Piece piece) {
     if (piece.vertices.size() <= kLeafSize) {
       finish(piece);
@@ -160,12 +153,9 @@ class Dissection {
   }
 
   void dissect(Piece piece) {
-    if (piece.vertices.size() <= kLeafSize) {
-      finish(piece);
-      return;
-    }
     std::array<Piece, 2> halves = cut(std::move(piece));
-    for (Piece& half : halves) dissect(std::move(half));
+    for (Piece& half : halves)
+      if (!half.vertices.empty()) dissect(std::move(half));
   }
 
   void finish(const Piece& piece) {

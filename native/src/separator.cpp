@@ -27,10 +27,8 @@ int passes_for(const Graph& graph) { return graph.n_vertices() > 1000 ? 8 : 2; }
 /// Side 0 grows from one vertex until it has half the weight; what it touches is between.
 Separator grow(const Graph& graph, int seed) {
   const int n = graph.n_vertices();
-  Separator separator{std::vector<Separator::Side>(n, 1), {0, 0, 0}};
-  long total = 0;
-  for (const int weight : graph.weights) total += weight;
-  separator.weights[1] = static_cast<int>(total);
+  const int total = graph.total_weight();
+  Separator separator{std::vector<Separator::Side>(n, 1), {0, total, 0}};
   std::vector<int> queue{seed};
   std::vector<char> is_queued(n, 0);
   is_queued[seed] = 1;
@@ -106,9 +104,7 @@ struct Search {
 }  // namespace
 
 Separator find_separator(const Graph& graph) {
-  long total = 0;
-  for (const int weight : graph.weights) total += weight;
-  const int max_weight = std::max(1, static_cast<int>(1.5 * static_cast<double>(total) / kCoarsest));
+  const int max_weight = std::max(1, static_cast<int>(1.5 * graph.total_weight() / kCoarsest));
   return Search{graph.n_vertices(), max_weight, std::minstd_rand()}.run(graph);
 }
 

@@ -16,10 +16,9 @@ namespace {
 constexpr double kMaxShare = 0.6;  // of a side
 /// Moves that may make it worse, one after the other: about twice as many as it has vertices, and at most so many.
 constexpr int kMostVain = 300;
+using Cost = SeparatorCost;
 using Side = Separator::Side;
 constexpr Side kBetween = Separator::kBetween;
-
-using Cost = SeparatorCost;
 
 int max_side_weight(const Separator& separator) {
   const auto& w = separator.weights;
@@ -87,20 +86,24 @@ class Refinement {
   }
 
   void set_side(int v, Side side) {
-    changes_.emplace_back(v, separator_.side[v]);
     separator_.weights[separator_.side[v]] -= graph_.weights[v];
     separator_.weights[side] += graph_.weights[v];
     separator_.side[v] = side;
   }
 
+  void change_side(int v, Side side) {
+    changes_.emplace_back(v, separator_.side[v]);
+    set_side(v, side);
+  }
+
   void move(int v, int to) {
-    set_side(v, static_cast<Side>(to));
+    change_side(v, static_cast<Side>(to));
     is_moved_[v] = 1;
     const int other = 1 - to;
     for (int e = graph_.offsets[v]; e < graph_.offsets[v + 1]; ++e) {
       const int u = graph_.neighbours[e];
       if (separator_.side[u] == kBetween) {
-        pulled_[u][to] += graph_.weights[v];  // its gain on the other side falls: see choose()
+        pulled_[u][to] += graph_.weights[v];  // its gain on the other side falls: see look_at_first()
       } else if (separator_.side[u] == other) {
         pull(u, to);
       }
@@ -110,7 +113,7 @@ class Refinement {
   /// Takes u from the other side. It is offered to this side only; each vertex moves once in a pass.
   void pull(int u, int to) {
     const int other = 1 - to;
-    set_side(u, kBetween);
+    change_side(u, kBetween);
     measure(u);
     for (int e = graph_.offsets[u]; e < graph_.offsets[u + 1]; ++e) {
       const int w = graph_.neighbours[e];
@@ -177,7 +180,6 @@ class Refinement {
     while (changes_.size() > n_best) {
       const auto [v, side] = changes_.back();
       set_side(v, side);
-      changes_.pop_back();  // what set_side() has added
       changes_.pop_back();
     }
     between_.clear();

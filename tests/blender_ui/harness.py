@@ -147,6 +147,18 @@ class Ui:
         panel.draw = draw
         yield from self.move_mouse_to_view()
 
+    def turn_view_into_preferences(self) -> Steps:
+        """Shows the add-on's page of preferences where the 3D view was; returns the area."""
+        area = self.view
+        bpy.context.window_manager.addon_search = "ARAP"
+        bpy.context.preferences.active_section = "ADDONS"
+        area.type = "PREFERENCES"
+        yield  # Blender knows its add-ons once their list was drawn
+        bpy.ops.preferences.addon_expand(module=MODULE)
+        area.tag_redraw()
+        yield
+        return area
+
     def screenshot(self, name: str) -> Steps:
         yield  # so that all is drawn
         path = self.screenshots / f"{self._test}_{name}.png"

@@ -133,10 +133,5 @@ def test_picture_dialog(ui: Ui) -> Steps:
 
 def test_picture_preferences(ui: Ui) -> Steps:
     camera = Camera(ui)
-    bpy.context.window_manager.addon_search = "ARAP"
-    bpy.context.preferences.active_section = "ADDONS"
-    area = ui.view
-    area.type = "PREFERENCES"
-    yield  # Blender knows its add-ons once their list was drawn
-    bpy.ops.preferences.addon_expand(module=MODULE)
+    area = yield from ui.turn_view_into_preferences()
     yield from camera.area("guide-preferences", "-crop", "886x210+170+254", "+repage", area=area)

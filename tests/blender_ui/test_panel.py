@@ -167,14 +167,7 @@ def test_preferences_are_drawn_and_color_the_overlay(ui: Ui) -> Steps:
     preferences.use_theme_colors = False
     preferences.pin_color = (1.0, 0.0, 1.0)
     yield from ui.screenshot("colors")
-    bpy.context.window_manager.addon_search = "ARAP"
-    bpy.context.preferences.active_section = "ADDONS"
-    area = ui.view
-    area.type = "PREFERENCES"
-    yield  # Blender knows its add-ons once their list was drawn
-    bpy.ops.preferences.addon_expand(module=MODULE)
-    area.tag_redraw()
-    yield
+    yield from ui.turn_view_into_preferences()
     yield from ui.screenshot("page")
 
 

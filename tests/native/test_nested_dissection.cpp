@@ -137,8 +137,7 @@ Graph graph_of(const NamedGraph& named) {
       if (it.row() != i) graph.neighbours.push_back(static_cast<int>(it.row()));
     graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
   }
-  graph.weights.assign(named.n, 1);
-  graph.edge_weights.assign(graph.neighbours.size(), 1);
+  graph.weigh_alike();
   return graph;
 }
 

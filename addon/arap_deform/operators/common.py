@@ -91,16 +91,20 @@ def why_busy(obj: bpy.types.Object) -> str:
 
 def is_posed(obj: bpy.types.Object) -> bool:
     """Whether a posing act has it; not a drag of its surface."""
+    return _posing_act(obj) is not None
+
+
+def _posing_act(obj: bpy.types.Object) -> PoseAct | None:
     act = sessions.acts.get(obj.name)
-    return isinstance(act, PoseAct) and not act.is_drag
+    return act if isinstance(act, PoseAct) and not act.is_drag else None
 
 
 def why_busy_but_posed(obj: bpy.types.Object) -> str:
     """As why_busy(), for what may be done within a posing act."""
-    if not is_posed(obj):
+    act = _posing_act(obj)
+    if act is None:
         return why_busy(obj)
-    act = sessions.acts[obj.name]
-    return "Wait: the pose is being kept" if isinstance(act, PoseAct) and act.is_keeping else ""
+    return "Wait: the pose is being kept" if act.is_keeping else ""
 
 
 def why_not_changeable(context: bpy.types.Context) -> str:

@@ -206,9 +206,10 @@ class ARAP_OT_pose(bpy.types.Operator):
             self._tick(context)
         else:
             # A release that ends somebody else's drag reaches us too, so only a press means something.
-            is_ours = event.value == "PRESS" and self._on_press(context, event)
-            # Nothing new begins while it ends: it would be cut off in the middle.
-            is_ours = is_ours or (run.act.is_keeping and event.value == "PRESS" and event.type not in VIEW_EVENTS)
+            # While it ends nothing new begins but moves of the view: it would be cut off in the middle.
+            is_ours = event.value == "PRESS" and (
+                self._on_press(context, event) or (run.act.is_keeping and event.type not in VIEW_EVENTS)
+            )
             run.show_status(context)
         if run.act.end is None:
             return {"RUNNING_MODAL"} if is_ours else {"PASS_THROUGH"}

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import api, api_pull, live_key, mesh_io, sessions
+from .. import api, api_pull, live_key, live_session, mesh_io, sessions
 from ..follow_scene import BlenderFollowScene
 from ..grab_region import Grab
 from ..handle_map import Floats
@@ -56,7 +56,8 @@ class PullScene(BlenderFollowScene):
         live = sessions.get(self.name)
         if live is None or self._binding is None or live.session is not self._binding.result():
             return False
-        return not api.check_live(self._obj(), holds=self.pull.holds)
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        return not live_session.problem(self._obj(), depsgraph, is_thorough=False, holds=self.pull.holds)
 
     def begin_bind(self) -> SessionBinding:
         self._binding = SessionBinding(self._obj(), self.pull.inputs, self._start)
