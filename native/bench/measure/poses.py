@@ -189,13 +189,7 @@ def wing() -> Pose:
     scale = float(np.ptp(mesh.positions[:, 0])) / length
     x = mesh.positions[:, 0] / scale
     held, moved = (np.flatnonzero(mask).astype(np.int32) for mask in (x < 0.06, x > 0.94))
-
-    def bent(points: Floats, share: float) -> Floats:
-        angle = share * np.pi / 2
-        up, along = arc(scale * length, angle)
-        turn = rotation(Y, -angle) @ rotation(X, share * np.radians(40))
-        return np.asarray((points - scale * length * X) @ turn.T + along * X + up * Z)
-
+    bent = rolled_up(0.0, scale * length, np.pi / 2, twist_rad=np.radians(40))
     view = View((-0.7, -0.8, 0.6), (0.36 * scale, 0.0, 0.28 * scale), 1.08 * scale)
     return Pose("bend and twist", mesh, held, moved, bent, view, walls_axis=2)
 
@@ -245,6 +239,17 @@ def arc(length: float, angle_rad: float) -> tuple[float, float]:
     """Where an arc that turns by an angle ends, across and along the direction in which it starts."""
     half = 0.5 * angle_rad
     return float(length * np.sin(half) * np.sinc(half / np.pi)), float(length * np.sinc(angle_rad / np.pi))
+
+
+def rolled_up(hinge: float, end: float, angle_rad: float, twist_rad: float = 0.0) -> Motion:
+    """What is at x = ``end`` goes where an arc takes it that starts at ``hinge`` along x and turns up by an angle."""
+
+    def motion(points: Floats, share: float) -> Floats:
+        up, along = arc(end - hinge, share * angle_rad)
+        turn = rotation(Y, -share * angle_rad) @ rotation(X, share * twist_rad)
+        return np.asarray((points - end * X) @ turn.T + (hinge + along) * X + up * Z)
+
+    return motion
 
 
 def turned(axis: Floats, centre: Floats, angle_rad: float) -> Motion:

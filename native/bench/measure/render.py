@@ -89,6 +89,9 @@ def draw_quality(quality: dict[str, Any], folder: Path, images: Path) -> None:
         rows = tables_quality.panels(name, entry, folder)
         if rows:
             plots.plot_panels(rows, images / tables_quality.picture_file(name))
+    rows = tables_quality.kind_panels(quality["kinds"], folder)
+    if rows:
+        plots.plot_panels(rows, images / tables_quality.KINDS_PICTURE)
 
 
 def write_sections(document: Path, bodies: dict[str, str]) -> None:
