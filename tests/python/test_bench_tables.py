@@ -199,6 +199,7 @@ QUALITY = {
         "bar_bend": {
             "mesh": "bar",
             "pose": "bend",
+            "is_sample": True,
             "rows": {
                 "plain": [
                     quality_row(100),
@@ -234,6 +235,12 @@ def test_a_pose_has_a_line_for_each_density():
     assert "| plain | 400 | 0.500* | 1.50 | 3.0 | 20 | 70 | 2 | 1 | 30* | 1.2 |" in text
     assert "| plain | 1600 | 0.500 | 1.50 | 3.0 | 20 | 70 | 2 | 1 | - | 2.0 |" in text
     assert "- Not run: rotation nodes: no such energy" in text
+
+
+def test_documents_show_no_pictures_of_others_meshes():
+    entry = QUALITY["poses"]["bar_bend"]
+    assert "(images/quality-bar_bend.webp)" in tables_quality.pose(("bar_bend", entry))
+    assert "images/" not in tables_quality.pose(("bar_bend", entry | {"is_sample": False}))
 
 
 def test_a_kind_has_a_line_for_each_model():

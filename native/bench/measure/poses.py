@@ -50,6 +50,7 @@ class Pose(NamedTuple):
         region: where changes are measured; None for all that is not constrained.
         patch_radius: above 0 the moved vertex, a single one, stands for the weighted average of the patch around it.
         walls_axis: the axis through a thin part whose opposite walls are to stay apart; None where there is none.
+        is_sample: whether the mesh is one of ours: documents show pictures of no others.
         view: of its picture.
     """
 
@@ -63,6 +64,7 @@ class Pose(NamedTuple):
     region: Region | None = None
     patch_radius: float = 0.0
     walls_axis: int | None = None
+    is_sample: bool = True
 
     def task(self, share: float) -> Task:
         """The constrained vertices and their targets; without the patch."""
@@ -225,14 +227,22 @@ def named_poses(mesh: Mesh) -> Iterator[Pose]:
     axis = longest_axis(mesh)
     view = View((0.6, -1.0, 0.4), list(mesh.positions.mean(axis=0)), 1.2)
     held, moved = ends(mesh, axis)
-    yield Pose("bend", mesh, held, moved, bend_motion(mesh, moved), view)
+    yield Pose("bend", mesh, held, moved, bend_motion(mesh, moved), view, is_sample=False)
     middle = np.argsort(mesh.positions[:, axis], kind="stable")[len(mesh.positions) // 2]
     away = mesh.positions[middle] - mesh.positions.mean(axis=0)
     away[axis] = 0.0
     away /= np.linalg.norm(away)
     vertex = np.array([middle], dtype=np.int32)
-    region = Region(mesh.positions[middle], 0.1)
-    yield Pose("pull", mesh, held, vertex, lambda points, share: points + share * 0.1 * away, view, region=region)
+    yield Pose(
+        "pull",
+        mesh,
+        held,
+        vertex,
+        lambda points, share: points + share * 0.1 * away,
+        view,
+        region=Region(mesh.positions[middle], 0.1),
+        is_sample=False,
+    )
 
 
 def arc(length: float, angle_rad: float) -> tuple[float, float]:

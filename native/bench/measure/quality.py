@@ -126,6 +126,7 @@ def measure_poses(
     """Adds the rows of each pose and model to the results."""
     for pose in poses:
         entry = results["poses"].setdefault(file_name(pose), {"mesh": pose.mesh.name, "pose": pose.name, "rows": {}})
+        entry["is_sample"] = pose.is_sample
         for model in models:
             rows = measure_pose(pose, model, args.levels, args.most_vertices, args.budget, folder)
             entry["rows"][model] = rows

@@ -33,11 +33,11 @@ def not_run(data: Row) -> str:
 
 
 def pose(item: tuple[str, Row]) -> str:
-    """The table and the picture of one pose."""
+    """The table of one pose, and the picture where the mesh is ours."""
     name, entry = item
     title = f"{entry['mesh']}: {entry['pose']}"
     lines = [pose_line(model, row) for model, rows in entry["rows"].items() for row in rows]
-    picture = f"![{title}]({IMAGES}/{picture_file(name)})"
+    picture = f"![{title}]({IMAGES}/{picture_file(name)})" if entry["is_sample"] else ""
     return joined(f"### {title}", markdown(COLUMNS, lines), picture)
 
 
