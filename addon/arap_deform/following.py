@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from .session_data import Readout
 
-# What a solve may take while a handle moves: with all else of a frame about sixty frames a second. It is looked at
-# after each iteration, so that a mesh too heavy for that still follows, with one.
+# What a solve may take while a handle moves: with all else of a frame about sixty frames a second. A solve ends before
+# the iteration that would pass it, but does one, so that a mesh too heavy for that still follows.
 FOLLOW_TIME_LIMIT_S = 0.012
 # A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
 REFINE_TIME_LIMIT_S = 0.05
@@ -53,10 +53,13 @@ class FollowScene(Protocol):
     def matrices(self) -> NDArray[np.float64]:
         """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
 
-    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
-        """Solves for the handles where they are, and writes the key: at most so many iterations, None: the setting."""
+    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
+        """Solves for handles that have moved so, and writes the key: at most so many iterations, None: the setting.
 
-    def update_from_rest(self, time_limit_s: float | None) -> Readout:
+        Only where is_bound() was true just now.
+        """
+
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
         """As update(), from the defined start and to convergence; None: however long that takes."""
 
     def iteration_limit(self) -> int:
@@ -122,17 +125,16 @@ class Follower:
         self._matrices = matrices
         self._iterations_here = 0
         if is_from_rest:
-            self._take(self._scene.update_from_rest(time_limit_s))
+            self._take(self._scene.update_from_rest(matrices, time_limit_s))
         else:
-            self._take(self._scene.update(None, time_limit_s))
+            self._take(self._scene.update(matrices, None, time_limit_s))
         return True
 
     def refine(self, time_limit_s: float) -> None:
-        """Goes on at these handles, where that changes anything."""
-        if not self.is_settled:
-            # In one go: each solve forgets what conjugate gradients have learned in the one before.
+        """Goes on at the place that was followed last, where that changes anything."""
+        if not self.is_settled and self._matrices is not None:
             left = self._scene.iteration_limit() - self._iterations_here
-            self._take(self._scene.update(max(1, left), time_limit_s))
+            self._take(self._scene.update(self._matrices, max(1, left), time_limit_s))
 
     def forget_place(self) -> None:
         """The next step follows the handles anew, wherever they are."""

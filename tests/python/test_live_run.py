@@ -60,10 +60,10 @@ class FakeScene:
         matrix[0, 3] = self.place
         return matrix[None]
 
-    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
+    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
         return self.step("follow" if iterations is None else "refine", time_limit_s)
 
-    def update_from_rest(self, time_limit_s: float | None) -> Readout:
+    def update_from_rest(self, _matrices: np.ndarray, time_limit_s: float | None) -> Readout:
         return self.step("from rest", time_limit_s)
 
     def step(self, call: str, time_limit_s: float | None) -> Readout:
