@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from arap_deform.following import FOLLOW_TIME_LIMIT_S
@@ -73,7 +73,8 @@ class FakeScene:
         self.limits.append(time_limit_s)
         self.now += self.step_s
         self.needed_updates -= 1
-        return readout("max_iterations" if self.needed_updates > 0 else "converged")
+        done = readout("max_iterations" if self.needed_updates > 0 else "converged")
+        return replace(done, last_ms=1e3 * self.step_s)
 
     def iteration_limit(self) -> int:
         return 200
