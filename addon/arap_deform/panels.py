@@ -15,7 +15,7 @@ import bpy
 from . import api, compat, sessions
 from .operators.common import find_posed_object
 from .operators.pose_act import Phase, PoseAct
-from .texts import iface_
+from .texts import CONTEXT, iface_
 
 
 class ArapPanel:
@@ -60,7 +60,7 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
 def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseAct) -> None:
     box = layout.box()
     if act.phase is Phase.BINDING:
-        compat.draw_progress(box, iface_("Preparing the mesh: {:.0%}").format(act.bind_fraction), act.bind_fraction)
+        compat.draw_progress(box, iface_("Preparing: {:.0%}").format(act.bind_fraction), act.bind_fraction)
     else:
         box.label(text="Settled" if act.is_settled else "Following the handles", icon="REC")
         draw_text(context, box, "Move, turn or scale a handle (G, R, S): the mesh follows.", "BLANK1")
@@ -108,7 +108,7 @@ def draw_table(layout: bpy.types.UILayout, rows: list[tuple[str, str]]) -> None:
     split = layout.split(factor=0.45)
     names, values = split.column(align=True), split.column(align=True)
     for name, value in rows:
-        names.label(text=name)
+        names.label(text=name, text_ctxt=CONTEXT)
         values.label(text=value, translate=False)
 
 
