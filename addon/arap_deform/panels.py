@@ -7,15 +7,19 @@ Poses 45, Bake 50, those that say nothing 60, Show 80, Settings 90.
 
 from __future__ import annotations
 
-import textwrap
 from typing import Any
 
+import blf
 import bpy
 
 from . import api, compat, sessions
 from .operators.common import find_posed_object
 from .operators.pose_act import Phase, PoseAct
 from .texts import CONTEXT, iface_
+from .wrapping import wrap
+
+FONT = 0
+BESIDE_TEXT = 100.0  # pixels at scale 1 of the sidebar's width: tabs, edges of panels and boxes, the icon
 
 
 class ArapPanel:
@@ -96,11 +100,17 @@ def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
 
 def draw_text(context: bpy.types.Context, layout: bpy.types.UILayout, text: str, icon: str) -> None:
     """A sentence, translated where it is known, wrapped to the width of the sidebar: labels do not wrap."""
-    width = max(16, int((context.region.width / context.preferences.system.ui_scale - 60) / 6.2))
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for i, line in enumerate(textwrap.wrap(iface_(text), width)):
+    for i, line in enumerate(_lines(context, iface_(text))):
         column.label(text=line, translate=False, icon=icon if i == 0 else "BLANK1")
+
+
+def _lines(context: bpy.types.Context, text: str) -> list[str]:
+    """Lines as wide as a label of the sidebar has room for beside its icon."""
+    scale = context.preferences.system.ui_scale
+    compat.set_text_size(FONT, context.preferences.ui_styles[0].widget.points * scale)
+    return wrap(text, context.region.width - BESIDE_TEXT * scale, lambda line: float(blf.dimensions(FONT, line)[0]))
 
 
 def draw_table(layout: bpy.types.UILayout, rows: list[tuple[str, str]]) -> None:
