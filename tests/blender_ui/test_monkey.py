@@ -151,9 +151,8 @@ class Monkey:
         yield from self.ui.key("ESC")
 
     def press_key(self) -> Steps:
-        yield from self.ui.key(
-            self.random.choice(("F", "LEFT_BRACKET", "RIGHT_BRACKET", "TAB", "SPACE", "PERIOD", "N"))
-        )
+        keys = ("F", "LEFT_BRACKET", "RIGHT_BRACKET", "TAB", "SPACE", "PERIOD", "N")
+        yield from self.ui.key(self.random.choice(keys))
         yield from self.ui.key("RET")
 
     def call_operator(self) -> Steps:
