@@ -64,7 +64,6 @@ class Monkey:
         bpy.ops.ed.undo_push(message="the monkey's scene")
 
     # What it looks at.
-
     def meshes(self) -> list[bpy.types.Object]:
         return [obj for obj in bpy.context.view_layer.objects if obj is not None and obj.type == "MESH"]
 
@@ -97,7 +96,6 @@ class Monkey:
         return region.x + round(region.width * x), region.y + round(region.height * y)
 
     # What it does.
-
     def select(self) -> Steps:
         objects = [obj for obj in bpy.context.view_layer.objects if obj is not None and obj.visible_get()]
         chosen = self.pick(objects)
