@@ -12,7 +12,7 @@ from . import frame_state, live_key, mesh_io, shape_key
 from .fewest_keys import KeySearch
 from .frames_job import FramesJob, check_range
 from .job import run_job
-from .point_handles import diagonal_of
+from .point_handles import surface_diagonal
 from .session import Progress
 from .shape_key import Float32s
 from .shape_store import ShapeStore
@@ -93,7 +93,8 @@ class BakeJob(FramesJob[list[str]]):
         self._shapes = ShapeStore(len(obj.data.vertices))
         self._search: KeySearch | None = None
         super().__init__(obj, scene, frames)
-        self._size = diagonal_of(self._inputs.mesh.rest_positions @ self._inputs.stretch.T)
+        mesh = self._inputs.mesh
+        self._size = surface_diagonal(mesh.rest_positions @ self._inputs.stretch.T, mesh.corner_vertices)
 
     @property
     def fit(self) -> Fit:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from . import handle_io, mesh_io, native
 from .handle_map import HandleSpec, Patch
-from .point_handles import diagonal_of, local_patch, neighbourhood, reaches_of_points
+from .point_handles import local_patch, neighbourhood, reaches_of_points, surface_diagonal
 from .scene_input import settings_of, spec_of
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def find_patch(
     mesh = mesh_io.read_mesh(obj)
     stretch = mesh_io.read_stretch(obj, depsgraph)
     seen = mesh.rest_positions @ stretch.T
-    radius = settings.rigidity_radius * diagonal_of(seen)
+    radius = settings.rigidity_radius * surface_diagonal(seen, mesh.corner_vertices)
     has_face = np.zeros(len(seen), dtype=bool)
     has_face[mesh.corner_vertices] = True
     faceless = np.flatnonzero(~has_face).astype(np.int32)

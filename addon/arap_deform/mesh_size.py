@@ -8,9 +8,9 @@ from collections.abc import Container
 import bpy
 import numpy as np
 
-from . import mesh_io
+from . import compat, mesh_io
 from .handle_map import Floats
-from .point_handles import diagonal_of
+from .point_handles import surface_diagonal
 
 SAME_STRETCH = 1e-5  # relative; the matrix of a turning object differs by less
 
@@ -20,7 +20,7 @@ _known: dict[str, tuple[Floats, float]] = {}
 
 
 def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
-    """Diagonal of the box of the rest shape times the object's stretch, in scene units.
+    """Diagonal of the box of the vertices that are in faces, at rest and with the object's stretch, in scene units.
 
     Raises:
         ValueError: the object is scaled to nothing.
@@ -30,7 +30,8 @@ def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
     shape = stretch / scale
     former = _known.get(obj.name)
     if former is None or np.abs(former[0] - shape).max() > SAME_STRETCH:
-        former = (shape, diagonal_of(mesh_io.read_rest(obj) @ shape.T))
+        corner_vertices = compat.read_corner_vertices(obj.data)
+        former = (shape, surface_diagonal(mesh_io.read_rest(obj) @ shape.T, corner_vertices))
         _known[obj.name] = former
     return scale * former[1]
 

@@ -119,6 +119,15 @@ def diagonal_of(points: NDArray[np.floating]) -> float:
     return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
 
 
+def surface_diagonal(points: NDArray[np.floating], corner_vertices: Ints) -> float:
+    """Of the bounding box of the vertices that are in faces, which the solver's radius is a fraction of; 0 for none."""
+    if len(corner_vertices) == 0:
+        return 0.0
+    is_in_face = np.zeros(len(points), dtype=bool)
+    is_in_face[corner_vertices] = True
+    return diagonal_of(points[is_in_face])
+
+
 def local_patch(
     native: Any,
     rest_positions: Floats,

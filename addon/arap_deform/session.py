@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .handle_map import Floats, HandleMap, HandleSpec, Ints, Patch, check_specs
-from .point_handles import diagonal_of, patch_around, reaches_of_points
+from .point_handles import patch_around, reaches_of_points, surface_diagonal
 from .session_data import Readout, SessionMesh, SessionSettings
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ class Session:
             join_seams=settings.join_seams,
         )
         seen = self._to_solver(self._rest)
-        self._diagonal = diagonal_of(seen)
+        self._diagonal = surface_diagonal(seen, mesh.corner_vertices)
         start = time.perf_counter()
         with _Cancellation(native, "Binding"):
             self._solver: arap_native.SurfaceArap = native.SurfaceArap(

@@ -16,6 +16,7 @@ def poses():
 
 
 def is_closed(mesh):
+    """Whether every side of a face is the reversed side of exactly one other."""
     ends = np.stack([mesh.triangles, np.roll(mesh.triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
     edges, counts = np.unique(ends, axis=0, return_counts=True)
     return np.all(counts == 1) and np.array_equal(np.unique(edges[:, ::-1], axis=0), edges)

@@ -199,6 +199,7 @@ QUALITY = {
         "bar_bend": {
             "mesh": "bar",
             "pose": "bend",
+            "is_sample": True,
             "rows": {
                 "plain": [
                     quality_row(100),
@@ -206,6 +207,12 @@ QUALITY = {
                     quality_row(1600, moved=0.02, near=None, walls={"passed": 0.1, "median": 0.75}),
                 ]
             },
+        }
+    },
+    "kinds": {
+        "bar_slivers": {
+            "name": "slivers",
+            "rows": {"plain": quality_row(100, off=0.0123), "nodes": quality_row(100)},
         }
     },
     "drag": {
@@ -230,6 +237,17 @@ def test_a_pose_has_a_line_for_each_density():
     assert "- Not run: rotation nodes: no such energy" in text
 
 
+def test_documents_show_no_pictures_of_others_meshes():
+    entry = QUALITY["poses"]["bar_bend"]
+    assert "(images/quality-bar_bend.webp)" in tables_quality.pose(("bar_bend", entry))
+    assert "images/" not in tables_quality.pose(("bar_bend", entry | {"is_sample": False}))
+
+
+def test_a_kind_has_a_line_for_each_model():
+    text = tables_quality.sections(QUALITY)["quality-kinds"]
+    assert "| slivers, plain | 100 | 70 | 2 | 1 | 1.2 |\n| slivers, rotation nodes | 100 | 70 | 2 | 1 | - |" in text
+
+
 def test_walls_steps_drags_and_symmetry_have_tables():
     found = tables_quality.sections(QUALITY)
     assert "| bend, plain | 1600 | 10 | 0.75 |" in found["quality-walls"]
@@ -240,7 +258,7 @@ def test_walls_steps_drags_and_symmetry_have_tables():
 
 
 def test_parts_that_were_not_measured_leave_their_sections_alone():
-    found = tables_quality.sections(QUALITY | {"drag": {}, "symmetry": {}})
+    found = tables_quality.sections(QUALITY | {"kinds": {}, "drag": {}, "symmetry": {}})
     assert list(found) == ["quality-poses", "quality-walls", "quality-steps"]
 
 
@@ -250,4 +268,14 @@ def test_panels_are_the_pictures_that_are_there(tmp_path):
     (tmp_path / "bar_bend-plain-1.png").write_bytes(b"")
     assert tables_quality.panels("bar_bend", entry, tmp_path) == [
         ("plain", [("400", tmp_path / "bar_bend-plain-1.png")])
+    ]
+
+
+def test_panels_of_kinds_are_in_pairs_of_rows(tmp_path):
+    assert tables_quality.kind_panels(QUALITY["kinds"], tmp_path) == []
+    for model in ("plain", "nodes"):
+        (tmp_path / f"bar_slivers-{model}.png").write_bytes(b"")
+    assert tables_quality.kind_panels(QUALITY["kinds"], tmp_path) == [
+        ("plain", [("slivers", tmp_path / "bar_slivers-plain.png")]),
+        ("rotation nodes", [("slivers", tmp_path / "bar_slivers-nodes.png")]),
     ]

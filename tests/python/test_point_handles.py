@@ -7,7 +7,7 @@ import arap_native
 import numpy as np
 import pytest
 from arap_deform.handle_map import HandleMap, HandleSpec, Patch
-from arap_deform.point_handles import PATCH_REACH, local_patch, neighbourhood
+from arap_deform.point_handles import PATCH_REACH, local_patch, neighbourhood, surface_diagonal
 from arap_deform.rigid_fit import best_rigid_fit
 from arap_deform.session import Session
 from arap_deform.session_data import SessionMesh, SessionSettings
@@ -153,6 +153,19 @@ def test_loose_vertices_are_held_exactly():
     session = new_session(hold([loose]), mesh=mesh)
     assert dict(session.patches) == {}
     np.testing.assert_allclose(pulled(session, shift(0.5))[loose], [2.5, 2.0, 2.0], atol=1e-6)
+
+
+def test_loose_vertices_far_away_change_no_patch():
+    mesh = dataclasses.replace(MESH, rest_positions=np.concatenate([TUBE.positions, [[20.0, 20.0, 20.0]]]))
+    patch, expected = (new_session(hold(POINT), mesh=mesh).patches[1] for mesh in (mesh, MESH))
+    np.testing.assert_array_equal(patch.vertices, expected.vertices)
+    np.testing.assert_allclose(patch.weights, expected.weights, rtol=1e-4)  # of distances in single precision
+
+
+def test_the_size_of_a_mesh_is_that_of_its_faces():
+    points = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 4.0, 0.0], [9.0, 9.0, 9.0]])
+    assert surface_diagonal(points, np.array([0, 1, 2], dtype=np.int32)) == pytest.approx(5.0)
+    assert surface_diagonal(points, np.empty(0, dtype=np.int32)) == 0.0
 
 
 def test_a_point_on_a_rigid_piece_takes_it_along():

@@ -186,7 +186,7 @@ def _is_undo(event: bpy.types.Event) -> bool:
 class ARAP_OT_pull_make_real(bpy.types.Operator):
     bl_idname = "arap.pull_make_real"
     bl_label = "Make ARAP Handles of Pulls"
-    bl_description = "Turn what was pulled into handles with empties, and what was clicked into pins. The mesh stays"
+    bl_description = "Turn what has moved into handles with empties, and what is at rest into pins. The mesh stays"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod

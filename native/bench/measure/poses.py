@@ -50,6 +50,7 @@ class Pose(NamedTuple):
         region: where changes are measured; None for all that is not constrained.
         patch_radius: above 0 the moved vertex, a single one, stands for the weighted average of the patch around it.
         walls_axis: the axis through a thin part whose opposite walls are to stay apart; None where there is none.
+        is_sample: whether the mesh is one of ours: documents show pictures of no others.
         view: of its picture.
     """
 
@@ -63,6 +64,7 @@ class Pose(NamedTuple):
     region: Region | None = None
     patch_radius: float = 0.0
     walls_axis: int | None = None
+    is_sample: bool = True
 
     def task(self, share: float) -> Task:
         """The constrained vertices and their targets; without the patch."""
@@ -189,13 +191,7 @@ def wing() -> Pose:
     scale = float(np.ptp(mesh.positions[:, 0])) / length
     x = mesh.positions[:, 0] / scale
     held, moved = (np.flatnonzero(mask).astype(np.int32) for mask in (x < 0.06, x > 0.94))
-
-    def bent(points: Floats, share: float) -> Floats:
-        angle = share * np.pi / 2
-        up, along = arc(scale * length, angle)
-        turn = rotation(Y, -angle) @ rotation(X, share * np.radians(40))
-        return np.asarray((points - scale * length * X) @ turn.T + along * X + up * Z)
-
+    bent = rolled_up(0.0, scale * length, np.pi / 2, twist_rad=np.radians(40))
     view = View((-0.7, -0.8, 0.6), (0.36 * scale, 0.0, 0.28 * scale), 1.08 * scale)
     return Pose("bend and twist", mesh, held, moved, bent, view, walls_axis=2)
 
@@ -231,20 +227,39 @@ def named_poses(mesh: Mesh) -> Iterator[Pose]:
     axis = longest_axis(mesh)
     view = View((0.6, -1.0, 0.4), list(mesh.positions.mean(axis=0)), 1.2)
     held, moved = ends(mesh, axis)
-    yield Pose("bend", mesh, held, moved, bend_motion(mesh, moved), view)
+    yield Pose("bend", mesh, held, moved, bend_motion(mesh, moved), view, is_sample=False)
     middle = np.argsort(mesh.positions[:, axis], kind="stable")[len(mesh.positions) // 2]
     away = mesh.positions[middle] - mesh.positions.mean(axis=0)
     away[axis] = 0.0
     away /= np.linalg.norm(away)
     vertex = np.array([middle], dtype=np.int32)
-    region = Region(mesh.positions[middle], 0.1)
-    yield Pose("pull", mesh, held, vertex, lambda points, share: points + share * 0.1 * away, view, region=region)
+    yield Pose(
+        "pull",
+        mesh,
+        held,
+        vertex,
+        lambda points, share: points + share * 0.1 * away,
+        view,
+        region=Region(mesh.positions[middle], 0.1),
+        is_sample=False,
+    )
 
 
 def arc(length: float, angle_rad: float) -> tuple[float, float]:
     """Where an arc that turns by an angle ends, across and along the direction in which it starts."""
     half = 0.5 * angle_rad
     return float(length * np.sin(half) * np.sinc(half / np.pi)), float(length * np.sinc(angle_rad / np.pi))
+
+
+def rolled_up(hinge: float, end: float, angle_rad: float, twist_rad: float = 0.0) -> Motion:
+    """What is at x = ``end`` goes where an arc takes it that starts at ``hinge`` along x and turns up by an angle."""
+
+    def motion(points: Floats, share: float) -> Floats:
+        up, along = arc(end - hinge, share * angle_rad)
+        turn = rotation(Y, -share * angle_rad) @ rotation(X, share * twist_rad)
+        return np.asarray((points - end * X) @ turn.T + (hinge + along) * X + up * Z)
+
+    return motion
 
 
 def turned(axis: Floats, centre: Floats, angle_rad: float) -> Motion:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How good poses look at several densities: plain spokes-and-rims beside rotation nodes.
 
-    python -m measure.quality OUT.json [--parts poses drag symmetry] [--poses NAME...] [--models plain nodes]
+    python -m measure.quality OUT.json [--parts poses kinds drag symmetry] [--poses NAME...] [--models plain nodes]
         [--levels N] [--budget S] [--most-vertices N]
 
 What is measured takes the place of what the file holds of the same kind, so that parts can be run alone. Deformed
@@ -22,13 +22,15 @@ from typing import Any
 import numpy as np
 
 from . import machine
+from .kinds import kinds
 from .meshes import Floats, load_off, mesh_files
 from .poses import STEPS, Pose, finer, named_poses, sample_poses
 from .posing import MODELS, ModelName, Posing, options_of, reason_against
+from .quality_kinds import measure_kind
 from .quality_live import measure_drag, measure_symmetry
-from .shape import Surface, facing, thickness
+from .shape import Surface, facing, largest_distance, thickness
 
-PARTS = ("poses", "drag", "symmetry")
+PARTS = ("poses", "kinds", "drag", "symmetry")
 DESCENT_VERTICES = 60_000  # iterations are counted on meshes up to that size: every count takes several solves
 
 
@@ -85,10 +87,6 @@ def measure_pose(
     return rows
 
 
-def largest_distance(a: Floats, b: Floats) -> float:
-    return float(np.linalg.norm(a - b, axis=1).max())
-
-
 def file_name(pose: Pose) -> str:
     return f"{pose.mesh.name} {pose.name}".replace(",", "").replace(" ", "_")
 
@@ -128,10 +126,21 @@ def measure_poses(
     """Adds the rows of each pose and model to the results."""
     for pose in poses:
         entry = results["poses"].setdefault(file_name(pose), {"mesh": pose.mesh.name, "pose": pose.name, "rows": {}})
+        entry["is_sample"] = pose.is_sample
         for model in models:
             rows = measure_pose(pose, model, args.levels, args.most_vertices, args.budget, folder)
             entry["rows"][model] = rows
             write(args.out, results)
+
+
+def measure_kinds(results: dict[str, Any], models: Sequence[ModelName], budget_s: float, folder: Path) -> None:
+    """Adds the row of each kind of mesh and model to the results."""
+    for kind in kinds():
+        name = file_name(kind.pose)
+        rows = results["kinds"].setdefault(name, {"name": kind.pose.name, "rows": {}})["rows"]
+        for model in models:
+            rows[model], positions = measure_kind(kind, model, budget_s)
+            save(folder / f"{name}-{model}.npz", kind.pose, positions)
 
 
 def write(path: Path, results: dict[str, Any]) -> None:
@@ -155,12 +164,16 @@ def main() -> None:
 
     folder = args.out.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
-    results = json.loads(args.out.read_text()) if args.out.exists() else {"poses": {}, "drag": {}, "symmetry": {}}
+    results: dict[str, Any] = {"poses": {}, "kinds": {}, "drag": {}, "symmetry": {}}
+    if args.out.exists():
+        results |= json.loads(args.out.read_text())
     results["machine"] = machine.description()
     results["not_run"] = {model: reason for model in args.models if (reason := reason_against(model))}
     models = [model for model in args.models if model not in results["not_run"]]
     if "poses" in args.parts:
         measure_poses(results, args, poses, models, folder)
+    if "kinds" in args.parts:
+        measure_kinds(results, models, args.budget, folder)
     for model in models:
         if "drag" in args.parts:
             results["drag"][model] = measure_drag(model)

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import machine
-from .meshes import Floats, Mesh, creature
+from .meshes import Mesh, creature
 from .poses import STEPS, Pose, cub_parts, large_move_of, turned
 from .posing import TOLERANCE, Limit, ModelName, Posing, options_of
-from .shape import mirror_partners
+from .shape import largest_distance, mirror_partners
 
 FRAMES = 60
 SHARES = [(frame + 1) / FRAMES for frame in range(FRAMES)]
@@ -45,9 +45,9 @@ def measure_drag(model: ModelName) -> dict[str, Any]:
     for frame, share in enumerate(SHARES):
         posed = posing.follow(share, CONVERGED_S)
         is_converged &= posed.is_converged
-        behind.append(_largest_distance(live[frame], posed.positions))
+        behind.append(largest_distance(live[frame], posed.positions))
         for n, frames in of_iterations.items():
-            behind_of[str(n)].append(_largest_distance(frames[frame], posed.positions))
+            behind_of[str(n)].append(largest_distance(frames[frame], posed.positions))
     row = {
         "n_vertices": len(pose.mesh.positions),
         "load": load,
@@ -68,10 +68,6 @@ def _drag(posing: Posing, pose: Pose, limit: Limit) -> tuple[NDArray[np.float32]
     return frames, [posing.frame(share, limit, out) for share, out in zip(SHARES, frames, strict=True)]
 
 
-def _largest_distance(a: NDArray[np.float32], b: Floats) -> float:
-    return float(np.linalg.norm(a - b, axis=1).max())
-
-
 def measure_symmetry(model: ModelName) -> dict[str, Any]:
     """How far the mirrored result is from the result of the mirrored pose at most; a paw lifted to the side."""
     mesh = creature(SYMMETRY_VERTICES)
@@ -87,9 +83,9 @@ def measure_symmetry(model: ModelName) -> dict[str, Any]:
     row: dict[str, Any] = {"n_vertices": len(mesh.positions), "distances": []}
     for tolerance in SYMMETRY_TOLERANCES:
         results = [posing.pose(STEPS, SYMMETRY_S, tolerance).positions for posing in postures]
-        distance = float(np.linalg.norm(results[0] - flip * results[1][partners], axis=1).max())
+        distance = largest_distance(results[0], flip * results[1][partners])
         row["distances"].append([tolerance, distance])
-    row["moved"] = float(np.linalg.norm(results[0] - mesh.positions, axis=1).max())
+    row["moved"] = largest_distance(results[0], mesh.positions)
     print(f"symmetry, {model}: {row}", file=sys.stderr, flush=True)
     return row
 

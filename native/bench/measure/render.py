@@ -82,13 +82,16 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def draw_quality(quality: dict[str, Any], folder: Path, images: Path) -> None:
-    """The pictures of the poses that Blender rendered."""
+    """The pictures that Blender rendered of the samples' poses and of the kinds of meshes."""
     from . import plots
 
     for name, entry in quality["poses"].items():
         rows = tables_quality.panels(name, entry, folder)
-        if rows:
+        if rows and entry["is_sample"]:
             plots.plot_panels(rows, images / tables_quality.picture_file(name))
+    rows = tables_quality.kind_panels(quality["kinds"], folder)
+    if rows:
+        plots.plot_panels(rows, images / tables_quality.KINDS_PICTURE)
 
 
 def write_sections(document: Path, bodies: dict[str, str]) -> None:

@@ -79,6 +79,11 @@ class Surface:
         return _sums_at_ends(self.edges, (0.25 * angles * lengths)[:, None], len(positions))[:, 0]
 
 
+def largest_distance(a: NDArray[np.floating], b: NDArray[np.floating]) -> float:
+    """Between rows (k, 3) of the same number."""
+    return float(np.linalg.norm(a - b, axis=1).max())
+
+
 def interior_edges(triangles: Ints) -> tuple[Ints, Ints]:
     """The edges (e, 2) that have exactly two faces, as directed in the first of these, and their faces (e, 2)."""
     ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)

@@ -10,6 +10,7 @@ from .meshes import short_count
 from .tables import NOTHING, Row, joined, machine_line, markdown, number
 
 MODEL_NAMES = {"plain": "plain", "nodes": "rotation nodes"}
+IMAGES, KINDS_PICTURE, KINDS_A_ROW = "images", "quality-kinds.webp", 4
 SHAPE = ("∫ \\|dH\\| dA", "rms °", "99 % °", "max °", "> 60°", "flips")
 COLUMNS = ("model", "vertices", "energy", *SHAPE, "iterations", "moved, %")
 
@@ -20,6 +21,7 @@ def sections(data: Row) -> dict[str, str]:
         "quality-poses": joined(machine_line(data["machine"]), not_run(data), *map(pose, data["poses"].items())),
         "quality-walls": walls(data["poses"].values()),
         "quality-steps": steps(data["poses"].values()),
+        "quality-kinds": kinds(data["kinds"]),
         "quality-drag": drag(data["drag"]),
         "quality-symmetry": symmetry(data["symmetry"]),
     }
@@ -31,11 +33,11 @@ def not_run(data: Row) -> str:
 
 
 def pose(item: tuple[str, Row]) -> str:
-    """The table and the picture of one pose."""
+    """The table of one pose, and the picture where the mesh is ours."""
     name, entry = item
     title = f"{entry['mesh']}: {entry['pose']}"
     lines = [pose_line(model, row) for model, rows in entry["rows"].items() for row in rows]
-    picture = f"![{title}](images/{picture_file(name)})"
+    picture = f"![{title}]({IMAGES}/{picture_file(name)})" if entry["is_sample"] else ""
     return joined(f"### {title}", markdown(COLUMNS, lines), picture)
 
 
@@ -88,6 +90,40 @@ def steps(entries: Iterable[Row]) -> str:
         if "from_steps" in row
     ]
     return markdown(("", "vertices", "from the pose in ten steps, %"), lines) if lines else ""
+
+
+def kinds(entries: Row) -> str:
+    """What becomes of meshes of special kinds, and their picture."""
+    lines = [
+        (
+            f"{entry['name']}, {MODEL_NAMES[model]}",
+            str(row["n_vertices"]),
+            number(row["max_deg"], 2),
+            str(row["sharp_edges"]),
+            str(row["flips"]),
+            number(100 * row["off"], 2) if "off" in row else NOTHING,
+        )
+        for entry in entries.values()
+        for model, row in entry["rows"].items()
+    ]
+    headers = ("", "vertices", "max °", "> 60°", "flips", "off, %")
+    picture = f"![Special kinds of meshes, posed]({IMAGES}/{KINDS_PICTURE})"
+    return joined(markdown(headers, lines), picture) if lines else ""
+
+
+def kind_panels(entries: Row, folder: Path) -> list[tuple[str, list[tuple[str, Path]]]]:
+    """Rows of some kinds each, every other row of the other model; those that were rendered."""
+    names = list(entries)
+    rows = []
+    for first in range(0, len(names), KINDS_A_ROW):
+        for model, title in MODEL_NAMES.items():
+            files = [
+                (entries[name]["name"], folder / f"{name}-{model}.png") for name in names[first : first + KINDS_A_ROW]
+            ]
+            rendered = [(kind, file) for kind, file in files if file.exists()]
+            if rendered:
+                rows.append((title, rendered))
+    return rows
 
 
 def drag(models: dict[str, Row]) -> str:
