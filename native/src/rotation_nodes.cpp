@@ -2,11 +2,11 @@
 #include "rotation_nodes.h"
 
 #include <algorithm>
+#include <numeric>
 #include <span>
 #include <utility>
 
 #include "parallel.h"
-#include "row_accumulator.h"
 
 namespace arap {
 
@@ -164,87 +164,14 @@ RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector
   return result;
 }
 
-namespace {
-
-/// The nodes whose cells have a vertex, with their q there.
-using NodeRow = RowAccumulator<Vector3>;
-
-/// Fills the cells of nodes, vertex by vertex: consecutive vertices are a share.
-class NodeCells {
- public:
-  NodeCells(const CellEnergy& cells, const RotationNodes& nodes, int threads)
-      : cells_(cells),
-        nodes_(nodes),
-        shares_(threads, cells.n_vertices()),
-        node_at_(cells.n_vertices(), -1),
-        next_(shares_.count(), std::vector<int>(nodes.size(), 0)) {
-    for (int c = 0; c < nodes.size(); ++c) node_at_[nodes.vertices[c]] = c;
-  }
-
-  void fill(CellEnergy& result) {
-    for_each_row([&](int share, int j, const NodeRow& row) {
-      for (const auto& [node, q] : row.entries())
-        if (node != node_at_[j]) ++next_[share][node];
-    });
-    place_shares(result);
-    for_each_row([&](int share, int j, const NodeRow& row) {
-      for (const auto& [node, q] : row.entries()) {
-        const int slot = node == node_at_[j] ? result.cell_offsets[node] : next_[share][node]++;
-        result.cell_vertices[slot] = j;
-        result.q.row(slot) = q.transpose();
-      }
-    });
-  }
-
- private:
-  /// Counts of entries become places: in each cell its node, then the shares in order.
-  void place_shares(CellEnergy& result) {
-    result.cell_offsets.assign(1, 0);
-    for (int c = 0; c < nodes_.size(); ++c) {
-      int place = result.cell_offsets.back() + 1;
-      for (std::vector<int>& next : next_) place += std::exchange(next[c], place);
-      result.cell_offsets.push_back(place);
-    }
-    result.cell_vertices.resize(result.cell_offsets.back());
-    result.q.resize(result.cell_offsets.back(), 3);
-  }
-
-  template <class Visit>
-  void for_each_row(const Visit& visit) const {
-    shares_.for_each([&](int share, int begin, int end) {
-      NodeRow row(nodes_.size());
-      for (int j = begin; j < end; ++j) {
-        collect(j, row);
-        visit(share, j, row);
-        row.clear();
-      }
-    });
-  }
-
-  void collect(int j, NodeRow& row) const {
-    for (int k = cells_.vertex_offsets[j]; k < cells_.vertex_offsets[j + 1]; ++k) {
-      const int i = cells_.vertex_cells[k];
-      const Vector3 q = cells_.q.row(cells_.vertex_incidences[k]).transpose();
-      for (int e = nodes_.offsets[i]; e < nodes_.offsets[i + 1]; ++e) row[nodes_.nodes[e]] += nodes_.weights[e] * q;
-    }
-    if (node_at_[j] >= 0) row[node_at_[j]] += Vector3::Zero();  // in its own cell whatever else is
-  }
-
-  const CellEnergy& cells_;
-  const RotationNodes& nodes_;
-  Shares shares_;
-  std::vector<int> node_at_;            ///< of each vertex, or -1
-  std::vector<std::vector<int>> next_;  ///< of each share: entries of each cell, then where the next one goes
-};
-
-}  // namespace
-
-CellEnergy share_rotations(const CellEnergy& cells, const RotationNodes& nodes, int threads) {
-  CellEnergy result;
-  result.K = cells.K;
-  result.rest_energy = cells.rest_energy;
-  NodeCells(cells, nodes, threads).fill(result);
-  result.index_by_vertex();
+RotationNodes node_at_each_vertex(int n_vertices) {
+  RotationNodes result;
+  result.vertices.resize(n_vertices);
+  std::iota(result.vertices.begin(), result.vertices.end(), 0);
+  result.nodes = result.vertices;
+  result.offsets = result.vertices;
+  result.offsets.push_back(n_vertices);
+  result.weights.assign(n_vertices, 1.0);
   return result;
 }
 

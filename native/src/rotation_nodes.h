@@ -35,8 +35,7 @@ struct RotationNodes {
                                                   double radius, const std::vector<std::vector<int>>& mirrors,
                                                   const std::vector<int>& group, int threads);
 
-/// E = sum_c sum_j w_jc cell_j(R_c): the same energy with one rotation a node. K and E_0 stay, since weights sum to 1.
-/// @param cells  cell j belongs to vertex j
-[[nodiscard]] CellEnergy share_rotations(const CellEnergy& cells, const RotationNodes& nodes, int threads);
+/// One at each vertex, which looks at no other.
+[[nodiscard]] RotationNodes node_at_each_vertex(int n_vertices);
 
 }  // namespace arap
