@@ -15,6 +15,7 @@
 #include "permutation.h"
 #include "rotation_nodes.h"
 #include "surface_energies.h"
+#include "surface_patch.h"
 #include "union_find.h"
 
 namespace arap {
@@ -45,8 +46,8 @@ void share_rotations(BoundModel& model, const PolygonMesh& mesh, double rigidity
   const std::vector<std::vector<int>> mirrors = find_mirrors(centred, model.workers.threads());
   const SurfaceGraph graph(model.energy.K, model.rest, model.workers.threads(),
                            find_bridges(mesh, radius, mirrors, model.workers.threads()));
-  const RotationNodes nodes =
-      choose_rotation_nodes(graph, face_spreads(mesh), radius, mirrors, region_of_vertex, model.workers.threads());
+  const RotationNodes nodes = choose_rotation_nodes(graph, face_spreads(mesh), vertex_areas(mesh), radius, mirrors,
+                                                    region_of_vertex, model.workers.threads());
   model.energy = share_rotations(model.energy, nodes, model.workers.threads());
 }
 
