@@ -14,10 +14,17 @@ namespace {
 
 /// Support of a node's weights, in radii.
 constexpr double kSupport = 2;
+/// A node's share of the surface is at least this part of r^2, so that faces without area have rotations too.
+constexpr double kLeastShare = .01;
 /// A vertex' own support is at least this part of it, squared: every node that covers a vertex is well inside.
 constexpr double kLeastSupport = .5;
 
-/// Chosen nodes, and how far the vertices are from the nearest.
+struct ChosenNodes {
+  std::vector<int> vertices;  ///< of each node
+  std::vector<int> nearest;   ///< the node nearest to each vertex; -1 for a loose one
+};
+
+/// Chosen nodes, and which is the nearest to each vertex, and how far.
 class Sampler {
  public:
   Sampler(const SurfaceGraph& graph, double radius, const std::vector<int>& group)
@@ -25,15 +32,18 @@ class Sampler {
         radius_(static_cast<float>(radius)),
         group_(group),
         distance_(graph.n_vertices(), static_cast<float>(radius)),
+        nearest_(graph.n_vertices(), -1),
         is_chosen_(graph.n_vertices(), 0) {}
 
   [[nodiscard]] bool is_covered(int vertex) const { return distance_[vertex] < radius_; }
 
   void choose(int vertex) {
     if (is_chosen_[vertex] != 0) return;
+    const auto node = static_cast<int>(nodes_.size());
     is_chosen_[vertex] = 1;
     nodes_.push_back(vertex);
     distance_[vertex] = 0;
+    nearest_[vertex] = node;
     queue_.push({0, vertex});
     while (!queue_.empty()) {
       const auto [distance, near] = queue_.pop();
@@ -42,12 +52,13 @@ class Sampler {
         const float further = distance + arc.length;
         if (further >= distance_[arc.vertex] || !is_same_group(vertex, arc.vertex)) continue;
         distance_[arc.vertex] = further;
+        nearest_[arc.vertex] = node;
         queue_.push({further, arc.vertex});
       }
     }
   }
 
-  [[nodiscard]] std::vector<int> take_nodes() { return std::move(nodes_); }
+  [[nodiscard]] ChosenNodes take() { return {.vertices = std::move(nodes_), .nearest = std::move(nearest_)}; }
 
  private:
   [[nodiscard]] bool is_same_group(int a, int b) const { return group_.empty() || group_[a] == group_[b]; }
@@ -56,13 +67,14 @@ class Sampler {
   float radius_;
   const std::vector<int>& group_;
   std::vector<float> distance_;  ///< to the nearest node, at most the radius
+  std::vector<int> nearest_;     ///< which that is
   std::vector<char> is_chosen_;
   DistanceQueue queue_;
   std::vector<int> nodes_;
 };
 
-std::vector<int> choose_vertices(const SurfaceGraph& graph, double radius, const std::vector<std::vector<int>>& mirrors,
-                                 const std::vector<int>& group) {
+ChosenNodes choose_vertices(const SurfaceGraph& graph, double radius, const std::vector<std::vector<int>>& mirrors,
+                            const std::vector<int>& group) {
   Sampler sampler(graph, radius, group);
   std::vector<int> orbit;
   const auto choose_with_images = [&](int vertex) {
@@ -79,7 +91,22 @@ std::vector<int> choose_vertices(const SurfaceGraph& graph, double radius, const
   // First on the planes of symmetry: a node beside one and its image would be very close.
   for (const std::vector<int>& mirror : mirrors) choose_where([&](int v) { return mirror[v] == v; });
   choose_where([](int) { return true; });
-  return sampler.take_nodes();
+  return sampler.take();
+}
+
+/// What each node stands for: the area of the surface that no other node is nearer to.
+std::vector<double> node_shares(const ChosenNodes& nodes, const std::vector<double>& areas, double radius,
+                                const std::vector<std::vector<int>>& mirrors) {
+  std::vector<double> shares(nodes.vertices.size(), 0);
+  for (size_t v = 0; v < areas.size(); ++v)
+    if (nodes.nearest[v] >= 0) shares[nodes.nearest[v]] += areas[v];
+  // A vertex as near to two nodes counts for the one that was chosen first, which need not be so for its image.
+  for (const std::vector<int>& mirror : mirrors)
+    for (int c = 0; c < static_cast<int>(shares.size()); ++c)
+      if (const int image = nodes.nearest[mirror[nodes.vertices[c]]]; image > c)
+        shares[c] = shares[image] = (shares[c] + shares[image]) / 2;
+  for (double& share : shares) share = std::max(share, kLeastShare * radius * radius);
+  return shares;
 }
 
 struct Reached {
@@ -135,11 +162,14 @@ std::vector<double> face_spreads(const PolygonMesh& mesh) {
   return spreads;
 }
 
-RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector<double>& spreads, double radius,
+RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector<double>& spreads,
+                                    const std::vector<double>& areas, double radius,
                                     const std::vector<std::vector<int>>& mirrors, const std::vector<int>& group,
                                     int threads) {
   RotationNodes result;
-  result.vertices = choose_vertices(graph, radius, mirrors, group);
+  ChosenNodes chosen = choose_vertices(graph, radius, mirrors, group);
+  const std::vector<double> shares = node_shares(chosen, areas, radius, mirrors);
+  result.vertices = std::move(chosen.vertices);
   const std::vector<std::vector<Reached>> supports = find_supports(graph, spreads, result.vertices, radius, threads);
   result.offsets.assign(graph.n_vertices() + 1, 0);
   for (const std::vector<Reached>& support : supports)
@@ -152,7 +182,7 @@ RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector
     for (const Reached& reached : supports[c]) {
       const int slot = next[reached.vertex]++;
       result.nodes[slot] = static_cast<int>(c);
-      result.weights[slot] = static_cast<double>(reached.weight);
+      result.weights[slot] = shares[c] * static_cast<double>(reached.weight);
     }
   parallel_for(threads, graph.n_vertices(), [&](int begin, int end) {
     for (int v = begin; v < end; ++v) {

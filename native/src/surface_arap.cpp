@@ -108,7 +108,9 @@ struct SurfaceArap::Impl {
     space.renumber(new_of_old);
     for (size_t v = 0; v < input_part_of_vertex.size(); ++v)
       input_part_of_vertex[v] = model.part_of_vertex[space.model_vertices()[v]];
-    areas = vertex_areas(model_mesh, new_of_old);
+    const std::vector<double> mesh_areas = vertex_areas(model_mesh);
+    areas.resize(mesh_areas.size());
+    for (size_t v = 0; v < areas.size(); ++v) areas[new_of_old[v]] = mesh_areas[v];
     patch_radius = kPatchRadius * options.rigidity_radius;
     diagonal = surface_diagonal(model);
     reset();

@@ -15,6 +15,7 @@
 #include "permutation.h"
 #include "rotation_nodes.h"
 #include "surface_energies.h"
+#include "surface_patch.h"
 #include "union_find.h"
 
 namespace arap {
@@ -44,7 +45,8 @@ RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, con
   const std::vector<std::vector<int>> mirrors = find_mirrors(centred, model.workers.threads());
   const SurfaceGraph graph(K, model.rest, model.workers.threads(),
                            find_bridges(mesh, radius, mirrors, model.workers.threads()));
-  return choose_rotation_nodes(graph, face_spreads(mesh), radius, mirrors, region_of_vertex, model.workers.threads());
+  return choose_rotation_nodes(graph, face_spreads(mesh), vertex_areas(mesh), radius, mirrors, region_of_vertex,
+                               model.workers.threads());
 }
 
 /// Cells in the order of their homes.
