@@ -7,7 +7,7 @@ Names, because references to Blender's objects do not survive an undo.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -102,6 +102,13 @@ def put(object_name: str, live: Live) -> None:
 def drop(object_name: str) -> None:
     """Forgets the session; its readout stays for the panel."""
     _live.pop(object_name, None)
+
+
+def forget_missing(is_there: Callable[[str], bool]) -> None:
+    """Forgets sessions and readouts of objects that are gone or renamed: another one may get the name."""
+    for name in [name for name in {*_live, *_readouts} if not is_there(name)]:
+        _live.pop(name, None)
+        _readouts.pop(name, None)
 
 
 def clear() -> None:
