@@ -170,10 +170,17 @@ def fcurves_of(data: bpy.types.ID) -> Any:
 
 def all_fcurves_of(data: bpy.types.ID) -> Iterator[bpy.types.FCurve]:
     """The F-curves that animate ``data``, those of its NLA strips too."""
-    yield from fcurves_of(data) or ()
-    for track in data.animation_data.nla_tracks if data.animation_data else ():
-        for strip in track.strips:
-            yield from _fcurves_in(strip.action, getattr(strip, "action_slot", None)) or ()
+    for fcurves in _all_fcurve_lists(data):
+        yield from fcurves
+
+
+def _all_fcurve_lists(data: bpy.types.ID) -> Iterator[Any]:
+    """As fcurves_of(), and the same for each NLA strip."""
+    animation = data.animation_data
+    if animation is not None:
+        places = [animation, *(strip for track in animation.nla_tracks for strip in track.strips)]
+        lists = (_fcurves_in(place.action, getattr(place, "action_slot", None)) for place in places)
+        yield from (fcurves for fcurves in lists if fcurves is not None)
 
 
 def _fcurves_in(action: bpy.types.Action | None, slot: Any) -> Any:
@@ -190,9 +197,8 @@ def _fcurves_in(action: bpy.types.Action | None, slot: Any) -> Any:
 
 
 def has_fcurve(data: bpy.types.ID, data_path: str) -> bool:
-    """Whether an F-curve sets ``data_path``."""
-    fcurves = fcurves_of(data)
-    return fcurves is not None and fcurves.find(data_path) is not None
+    """Whether an F-curve sets ``data_path``, of the action or of an NLA strip."""
+    return any(fcurves.find(data_path) is not None for fcurves in _all_fcurve_lists(data))
 
 
 def is_action_shared(data: bpy.types.ID) -> bool:
@@ -211,11 +217,15 @@ def is_animated(data: bpy.types.ID, data_path: str) -> bool:
 
 
 def remove_fcurve(data: bpy.types.ID, data_path: str) -> None:
-    """Removes the F-curve of ``data_path``, if any."""
-    fcurves = fcurves_of(data)
-    fcurve = fcurves.find(data_path) if fcurves is not None else None
-    if fcurve is not None:
-        fcurves.remove(fcurve)
+    """Removes the F-curves of ``data_path``; those of an NLA strip only where nobody else uses its action."""
+    own = data.animation_data.action if data.animation_data else None
+    for fcurves in _all_fcurve_lists(data):
+        fcurve = fcurves.find(data_path)
+        action = fcurve.id_data if fcurve is not None else None
+        if action is not None and (
+            action == own or (action.library is None and action.users == 1 + action.use_fake_user)
+        ):
+            fcurves.remove(fcurve)
 
 
 def insert_linear_keyframes(
