@@ -218,14 +218,13 @@ def is_animated(data: bpy.types.ID, data_path: str) -> bool:
 
 def remove_fcurve(data: bpy.types.ID, data_path: str) -> None:
     """Removes the F-curves of ``data_path``; those of an NLA strip only where nobody else uses its action."""
-    own = data.animation_data.action if data.animation_data else None
     for fcurves in _all_fcurve_lists(data):
         fcurve = fcurves.find(data_path)
         action = fcurve.id_data if fcurve is not None else None
-        if action is not None and (
-            action == own or (action.library is None and action.users == 1 + action.use_fake_user)
-        ):
-            fcurves.remove(fcurve)
+        is_strips = action is not None and action != data.animation_data.action
+        if action is None or (is_strips and (action.library or action.users - action.use_fake_user > 1)):
+            continue
+        fcurves.remove(fcurve)
 
 
 def insert_linear_keyframes(

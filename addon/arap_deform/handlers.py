@@ -26,7 +26,7 @@ def _on_load(*_: object) -> None:
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     older_files.upgrade_updated(depsgraph)
-    # What only moves or deforms, as in a drag, is neither gone nor renamed: in a large scene each look-up takes a while.
+    # What only moves or deforms, as in a drag, is neither gone nor renamed: a look-up takes long in a large scene.
     if depsgraph.id_type_updated("SCENE") or not all(
         update.is_updated_geometry or update.is_updated_transform for update in depsgraph.updates
     ):
