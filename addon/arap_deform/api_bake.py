@@ -12,6 +12,7 @@ from . import frame_state, live_key, mesh_io, shape_key
 from .fewest_keys import KeySearch
 from .frames_job import FramesJob, check_range
 from .job import run_job
+from .naming import NAME_BYTES
 from .point_handles import surface_diagonal
 from .session import Progress
 from .shape_key import Float32s
@@ -233,7 +234,7 @@ def size_text(n_bytes: float) -> str:
 
 
 def _check_prefix(obj: bpy.types.Object, prefix: str, frames: list[int]) -> None:
-    if any(len(shape_key.frame_key_name(prefix, frame).encode()) > shape_key.NAME_BYTES for frame in frames):
+    if any(len(shape_key.frame_key_name(prefix, frame).encode()) > NAME_BYTES for frame in frames):
         raise ValueError(
             f"Prefix '{prefix}' is too long for the names of shape keys: take a shorter one ({IN_THE_TAB})"
         )

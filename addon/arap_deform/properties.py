@@ -21,11 +21,11 @@ from bpy.props import (
 
 from . import preferences
 from .handle_properties import ArapHandle, ArapPin
+from .naming import NAME_BYTES
 from .overlay_properties import ArapOverlay
 from .pose_properties import CLASSES as POSE_CLASSES
 from .pose_properties import ArapStoredPose
 from .pull_properties import ArapPullPin, ArapPullTool
-from .shape_key import NAME_BYTES
 from .stiffness_properties import ArapStiffness
 
 # The numbers are what is saved: they stay, whatever the order.

@@ -6,17 +6,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import count
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import compat
+from . import compat, naming
 
 Float32s = NDArray[np.float32]
 
-NAME_BYTES = 63  # Blender cuts names of keys here
 FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the prefix
 
 
@@ -104,8 +102,8 @@ def find(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey | None:
 
 def free_name(obj: bpy.types.Object, name: str) -> str:
     """The first of name.001, name.002 ... that no key of the mesh has."""
-    base = re.sub(r"\.\d+$", "", name).encode()[: NAME_BYTES - 4].decode(errors="ignore")
-    return next(found for found in (f"{base}.{i:03d}" for i in count(1)) if find(obj, found) is None)
+    keys = obj.data.shape_keys
+    return naming.numbered(re.sub(r"\.\d+$", "", name), keys.key_blocks.keys() if keys else ())
 
 
 def add(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
