@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every difference between Blender 3.4 and 5.2 that the add-on meets."""
+"""The differences between Blender 3.4 and 5.2 that the add-on meets.
+
+But for two: how reports are translated (texts, which loads without bpy) and commands of the command line (cli).
+"""
 
 from __future__ import annotations
 

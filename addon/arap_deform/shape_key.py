@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arrays -> shape keys and their keyframes. The only file that writes to meshes."""
+"""Arrays -> shape keys and their keyframes. The only file that writes coordinates."""
 
 from __future__ import annotations
 
