@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import live_session, mesh_io, native, sessions
+from . import handle_io, live_session, mesh_io, native, sessions
 from .scene_input import read_input
 from .session import Progress, Session
 from .session_data import Readout
@@ -151,9 +151,14 @@ def update_pose(
         ValueError: the key would not show the pose, or a handle cannot work; nothing has changed.
     """
     sessions.check_free(obj.name)
+    depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
+    reason = live_session.problem(obj, depsgraph, is_thorough=False)
+    if reason:
+        sessions.drop(obj.name)
+        raise RuntimeError(f"{reason}: start posing again")
     return live_session.update(
         obj,
-        depsgraph or bpy.context.evaluated_depsgraph_get(),
+        handle_io.handle_matrices(obj, depsgraph),
         iterations=iterations,
         initial_guess=initial_guess,
         time_limit_s=time_limit_s,

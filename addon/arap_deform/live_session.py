@@ -59,23 +59,18 @@ def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
 
 def update(
     obj: bpy.types.Object,
-    depsgraph: bpy.types.Depsgraph,
+    matrices: Floats,
     *,
     iterations: int | None = None,
     initial_guess: str | None = None,
     time_limit_s: float | None = None,
     is_from_rest: bool = False,
-    held: tuple[tuple[Hold, ...], Floats] | None = None,
 ) -> Readout:
-    """As api.update_pose(). ``held``: what the session holds and (h, 4, 4) how that has moved; None: as the scene."""
-    reason = problem(obj, depsgraph, is_thorough=False, holds=held[0] if held else None)
+    """As api.update_pose(), where problem() has found none. ``matrices``: (h, 4, 4), as Session.update() takes them."""
     bound = sessions.get(obj.name)
-    if reason or bound is None:
-        sessions.drop(obj.name)
-        raise RuntimeError(f"{reason}: start posing again")
+    assert bound is not None
     bound.session.settings = settings_of(obj)
     key = writable_key(obj)
-    matrices = held[1] if held else handle_io.handle_matrices(obj, depsgraph)
     if is_from_rest:
         result = solve_from_rest(bound.session, matrices, time_limit_s=time_limit_s)
     else:

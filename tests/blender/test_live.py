@@ -164,7 +164,7 @@ class LiveTest(SceneTest):
                 obj.data.shape_keys.key_blocks[obj.arap.key_name].name = name
             self.assertEqual(act.why_over(), "")
             bend(obj)
-            act.update(None, 1.0)
+            act.update(act.matrices(), None, 1.0)
             self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", name])
             self.assertEqual(obj.arap.key_name, name)
             self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
@@ -181,7 +181,7 @@ class LiveTest(SceneTest):
         obj.data.shape_keys.key_blocks["ARAP"].name = "Bent"
         self.assertEqual(act.why_over(), "")
         bend(obj)
-        act.update(None, 1.0)
+        act.update(act.matrices(), None, 1.0)
         act.restore(obj)
         self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])
         self.assertEqual((obj.arap.key_name, [key.name for key in obj.arap.made_keys]), ("ARAP", ["ARAP"]))

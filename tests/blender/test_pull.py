@@ -56,8 +56,7 @@ class PullTest(SceneTest):
         motion[:3, 3] = shift
         matrices = begun.matrices(motion, np.array(obj.matrix_world))
         for _ in range(300):
-            depsgraph = bpy.context.evaluated_depsgraph_get()
-            done = module("live_session").update(obj, depsgraph, initial_guess="previous", held=(begun.holds, matrices))
+            done = module("live_session").update(obj, matrices, initial_guess="previous")
             if done.stop_reason == "converged":
                 break
         self.pull_pins.add(obj, begun.grabs)

@@ -141,9 +141,9 @@ def test_pull_solves_each_move_once(ui: Ui) -> Steps:
     scene = importlib.import_module(f"{MODULE}.operators.pull").current[0].scene
     update, is_following = scene.update, []
 
-    def noted(iterations: int | None, time_limit_s: float | None):
+    def noted(matrices: object, iterations: int | None, time_limit_s: float | None):
         is_following.append(iterations is None)  # refining says how many
-        return update(iterations, time_limit_s)
+        return update(matrices, iterations, time_limit_s)
 
     scene.update = noted
     x, y = ui.mouse
