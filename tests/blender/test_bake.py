@@ -126,7 +126,7 @@ class BakeTest(SceneTest):
             {key.name for key in keys.key_blocks},
             {"Basis", "ARAP_mine", "Walk 0001", "Walk 0005", *names},
         )
-        fcurves = module("compat").fcurves_of(keys)
+        fcurves = module("fcurves").fcurves_of(keys)
         self.assertEqual(len(fcurves), len(names) + 3)
 
     def test_a_bake_that_was_pushed_to_the_nla_is_replaced(self):
@@ -142,7 +142,7 @@ class BakeTest(SceneTest):
         animation.action = None
         self.assertEqual(self.api.bake_animation(obj, 1, 21, 10), names)
         self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", *names])
-        of_strip = list(module("compat").all_fcurves_of(obj.data.shape_keys))[len(names) :]
+        of_strip = list(module("fcurves").all_fcurves_of(obj.data.shape_keys))[len(names) :]
         self.assertEqual(of_strip, [], "what moved keys that are gone is gone too")
         self.assertNotEqual(strip.action, animation.action)
         for frame, positions in shown.items():
