@@ -269,6 +269,26 @@ class LiveTest(SceneTest):
         self.assertIsNone(self.api.readout("Tube"))
         self.assertIsNone(module("sessions").get("Tube"))
 
+    def test_a_new_object_has_nothing_of_one_that_had_its_name(self):
+        def delete(obj):
+            bpy.data.objects.remove(obj)
+
+        def rename(obj):
+            obj.name = "Body"
+
+        for leave in (delete, rename):
+            with self.subTest(leave.__name__):
+                obj = posable()
+                self.api.solve(obj)
+                self.assertIsNotNone(self.api.readout(obj))
+                leave(obj)
+                bpy.context.view_layer.update()
+                obj = mesh_object()
+                self.assertEqual(obj.name, "Tube")
+                self.assertIsNone(self.api.readout(obj))
+                self.assertIsNone(module("sessions").get("Tube"))
+                bpy.data.objects.remove(obj)
+
     def test_cancelled_solves_and_binds_change_nothing(self):
         obj = posable()
         bend(obj)
