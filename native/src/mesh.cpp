@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "arap/error.h"
+#include "coincident.h"
 #include "grid_cell.h"
 #include "text.h"
 #include "union_find.h"

@@ -11,6 +11,7 @@
 
 #include "bound_constraints.h"
 #include "cell_energy.h"
+#include "coincident.h"
 #include "force_prediction.h"
 #include "handle_turns.h"
 #include "initial_guess.h"

@@ -42,7 +42,4 @@ class PolygonMesh {
   int n_parts_ = 0;
 };
 
-/// For each vertex the first vertex within `distance` > 0 of it along every axis, itself where there is none before it.
-[[nodiscard]] std::vector<int> coincident_with(const Positions& positions, double distance);
-
 }  // namespace arap
