@@ -7,6 +7,7 @@
 #include "arap/types.h"
 
 namespace arap {
+inline namespace ARAP_COMPILED_ALIKE {
 
 /// A validated polygon mesh. Faces may be triangles, quads or n-gons, convex or not, non-manifold, flipped, duplicate
 /// or degenerate: what a face cannot give is left out, never refused.
@@ -41,5 +42,7 @@ class PolygonMesh {
   std::vector<int> loose_vertices_;
   int n_parts_ = 0;
 };
+
+}  // namespace ARAP_COMPILED_ALIKE
 
 }  // namespace arap

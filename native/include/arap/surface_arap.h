@@ -14,6 +14,7 @@
 #include "arap/types.h"
 
 namespace arap {
+inline namespace ARAP_COMPILED_ALIKE {
 
 /// As-rigid-as-possible deformation of a surface.
 ///
@@ -90,4 +91,5 @@ class SurfaceArap {
   std::unique_ptr<Impl> impl_;
 };
 
+}  // namespace ARAP_COMPILED_ALIKE
 }  // namespace arap
