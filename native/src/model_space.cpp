@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "parallel.h"
+#include "surface_box.h"
 
 namespace arap {
 
@@ -15,11 +16,11 @@ constexpr int kRows = 4096;
 
 }  // namespace
 
-ModelSpace::ModelSpace(const Positions& positions)
-    : center_(0.5 * (positions.colwise().maxCoeff() + positions.colwise().minCoeff())),
-      model_vertex_(positions.rows()),
-      input_vertex_(positions.rows()) {
-  const double diagonal = (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
+ModelSpace::ModelSpace(const PolygonMesh& mesh)
+    : center_(surface_box(mesh).center().transpose()),
+      model_vertex_(mesh.n_vertices()),
+      input_vertex_(mesh.n_vertices()) {
+  const double diagonal = mesh.diagonal();
   if (diagonal > 0) size_ = diagonal;
   std::iota(model_vertex_.begin(), model_vertex_.end(), 0);
   std::iota(input_vertex_.begin(), input_vertex_.end(), 0);

@@ -10,12 +10,12 @@
 
 namespace arap {
 
-/// Between the user's mesh and the model's: the model is centred at its box and has diagonal 1, has one vertex where
-/// open seams are joined, and numbers its vertices as its linear solver wants them.
+/// Between the user's mesh and the model's: the model is centred at the box of its surface, has diagonal 1 there, has
+/// one vertex where open seams are joined, and numbers its vertices as its linear solver wants them.
 class ModelSpace {
  public:
-  /// @param positions  (n, 3) of the user's mesh at rest
-  explicit ModelSpace(const Positions& positions);
+  /// @param mesh  the user's, at rest
+  explicit ModelSpace(const PolygonMesh& mesh);
 
   /// Makes vertices one: same_as[v] is the first vertex at the place of v.
   void join(const std::vector<int>& same_as);

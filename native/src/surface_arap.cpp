@@ -99,7 +99,7 @@ Precision precision_for(const SolveOptions& options, const Positions& model_targ
 
 struct SurfaceArap::Impl {
   Impl(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties, const Progress& progress)
-      : space(mesh.positions()), loose_vertices(mesh.loose_vertices()), input_part_of_vertex(mesh.part_of_vertex()) {
+      : space(mesh), input_part_of_vertex(mesh.n_vertices()) {
     const std::vector<int> same_as = coincident_with(space.points_to_model(mesh.positions()), kSamePlace);
     report_coincident(same_as);
     if (options.join_seams) space.join(same_as);
@@ -111,7 +111,6 @@ struct SurfaceArap::Impl {
       input_part_of_vertex[v] = model.part_of_vertex[space.model_vertices()[v]];
     areas = vertex_areas(model_mesh, new_of_old);
     patch_radius = kPatchRadius * options.rigidity_radius;
-    diagonal = surface_diagonal(model);
     reset();
   }
 
@@ -180,7 +179,6 @@ struct SurfaceArap::Impl {
   Pose kept;                   ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
   std::vector<double> areas;                    ///< at each vertex
-  double diagonal;                              ///< of the surface
   double patch_radius;                          ///< of patches, where none is given
   mutable std::unique_ptr<SurfaceGraph> graph;  ///< of the model; made when first needed
 };
@@ -191,7 +189,7 @@ Patch SurfaceArap::Impl::patch_around(const std::vector<int>& vertices, double r
   std::vector<int> sources;
   sources.reserve(vertices.size());
   for (const int v : vertices) sources.push_back(space.model_vertices()[v]);
-  Patch patch = find_patch(*graph, areas, model.rest, sources, diagonal * (radius > 0 ? radius : patch_radius));
+  Patch patch = find_patch(*graph, areas, model.rest, sources, radius > 0 ? radius : patch_radius);
   for (int& v : patch.vertices) v = space.input_vertices()[v];
   patch.rest_position = space.to_input(Eigen::RowVector3d(patch.rest_position)).transpose();
   return patch;

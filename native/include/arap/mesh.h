@@ -31,7 +31,8 @@ class PolygonMesh {
   [[nodiscard]] int n_parts() const { return n_parts_; }
   [[nodiscard]] const std::vector<int>& loose_vertices() const { return loose_vertices_; }
 
-  /// Length of the bounding-box diagonal; 0 where all vertices are at one place.
+  /// Length of the diagonal of the bounding box of vertices in faces, of all where there are no faces: what settings
+  /// call the bounding-box diagonal. 0 where they are at one place.
   [[nodiscard]] double diagonal() const;
 
  private:

@@ -58,7 +58,7 @@ class SurfaceArap {
   /// A round patch of the surface about `vertices`, for ConstraintSet::patches: a point handle that holds it pulls a
   /// smooth hill, the same at every density of the mesh, where a constrained vertex would pull a spike. Its weights are
   /// area (1 - d^2 / radius^2)^3, d the distance along the surface to the nearest of `vertices`.
-  /// @param radius  as a fraction of the diagonal of the rest box of vertices in faces; 0: 1.5 times Options::rigidity_radius
+  /// @param radius  as a fraction of the rest bounding-box diagonal; 0: 1.5 times Options::rigidity_radius
   /// Throws InvalidInput: no vertices, an index out of range, a vertex in no face, a radius that is negative or not
   /// finite.
   [[nodiscard]] Patch patch_around(const std::vector<int>& vertices, double radius = 0) const;
