@@ -107,8 +107,10 @@ struct SurfaceArap::Impl {
     const std::vector<int> new_of_old = bind_surface(model, model_mesh, options, space.to_model(properties.stiffness),
                                                      space.regions_to_model(properties.rigid_regions), progress);
     space.renumber(new_of_old);
-    for (size_t v = 0; v < input_part_of_vertex.size(); ++v)
+    for (size_t v = 0; v < input_part_of_vertex.size(); ++v) {
       input_part_of_vertex[v] = model.part_of_vertex[space.model_vertices()[v]];
+      if (input_part_of_vertex[v] < 0) loose_vertices.push_back(static_cast<int>(v));
+    }
     areas = vertex_areas(model_mesh, new_of_old);
     patch_radius = kPatchRadius * options.rigidity_radius;
     reset();

@@ -12,6 +12,7 @@ namespace arap_test {
 namespace {
 
 using arap::SolveResult;
+using arap::SurfaceArap;
 
 TEST(ModelSpace, LooseVerticesDoNotMakeTheMeshLarger) {
   const MeshData near = bumpy_sphere(2);
@@ -29,6 +30,22 @@ TEST(ModelSpace, WithoutFacesAllVerticesAreItsSize) {
   const MeshData points{"points", {{1, 1, 1}, {4, 5, 1}}, {}};
   EXPECT_DOUBLE_EQ(points.mesh().diagonal(), 5);
   EXPECT_DOUBLE_EQ(arap::ModelSpace(points.mesh()).size(), 5);
+}
+
+TEST(ModelSpace, LooseVertexJoinedToTheSurfaceIsNotLoose) {
+  MeshData mesh = bumpy_sphere(1);
+  const int copy = mesh.add_vertex(mesh.vertices[3]);
+  EXPECT_EQ(SurfaceArap(mesh.mesh()).loose_vertices(), std::vector<int>{copy});
+  arap::Options options;
+  options.join_seams = true;
+  SurfaceArap solver(mesh.mesh(), options);
+  EXPECT_TRUE(solver.loose_vertices().empty());
+  EXPECT_EQ(solver.part_of_vertex()[copy], 0);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  solver.set_constraints(task.constraints);
+  const SolveResult result = solver.solve(task.targets, iterations(3));
+  EXPECT_TRUE(result.loose_vertices.empty());
+  EXPECT_EQ(result.positions.row(copy), result.positions.row(3));
 }
 
 }  // namespace
