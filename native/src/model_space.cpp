@@ -75,9 +75,9 @@ bool ModelSpace::write_to_input(const Positions& of_model, const Workers& worker
   });
 }
 
-Positions ModelSpace::vectors_to_input(const Positions& of_model) const {
-  Positions result(n_input_vertices(), 3);
-  for (int v = 0; v < n_input_vertices(); ++v) result.row(v) = of_model.row(model_vertex_[v]);
+Positions ModelSpace::gradient_to_input(const Positions& of_model) const {
+  Positions result = Positions::Zero(n_input_vertices(), 3);
+  for (int m = 0; m < n_model_vertices(); ++m) result.row(input_vertex_[m]) = of_model.row(m) * size_;
   return result;
 }
 

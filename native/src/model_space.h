@@ -38,8 +38,6 @@ class ModelSpace {
   [[nodiscard]] Positions to_input(const Positions& of_model, const Workers& workers) const;
   /// The same in single precision, row by row; false where a number is not finite, or too large for it.
   [[nodiscard]] bool write_to_input(const Positions& of_model, const Workers& workers, std::span<float> of_input) const;
-  /// Vectors as they are: neither moved nor scaled.
-  [[nodiscard]] Positions vectors_to_input(const Positions& of_model) const;
   [[nodiscard]] std::vector<double> to_model(const std::vector<double>& of_input) const;
   /// A vertex belongs to the region of any of its copies; of several, to the lowest.
   [[nodiscard]] std::vector<int> regions_to_model(const std::vector<int>& of_input) const;
@@ -49,6 +47,8 @@ class ModelSpace {
 
   [[nodiscard]] double size() const { return size_; }
   [[nodiscard]] double energy_to_input(double energy) const { return energy * size_ * size_; }
+  /// Gradient of energy_to_input() of to_model() of positions: 0 at the vertices that this does not read.
+  [[nodiscard]] Positions gradient_to_input(const Positions& of_model) const;
 
  private:
   Eigen::RowVector3d center_;

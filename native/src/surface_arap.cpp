@@ -357,7 +357,7 @@ double SurfaceArap::energy(const Positions& positions) const {
 Positions SurfaceArap::energy_gradient(const Positions& positions) const {
   Positions gradient;
   impl_->evaluate(impl_->checked_to_model(positions), gradient);
-  return impl_->space.vectors_to_input(gradient) * impl_->space.size();
+  return impl_->space.gradient_to_input(gradient);
 }
 
 int SurfaceArap::n_vertices() const { return impl_->space.n_input_vertices(); }
