@@ -401,6 +401,29 @@ TEST(RigidRegion, NewTargetsNeverFactorizeAgain) {
   EXPECT_EQ(solver.n_factorizations(), n);
 }
 
+TEST(RigidRegion, StepIsTheMovementWithTheTurnOfTheRegions) {
+  const MeshData mesh = long_bar();
+  std::vector<int> halves;
+  for (const Vector3& p : mesh.vertices) halves.push_back(p.x() < 0 ? 0 : 1);
+  const std::vector<int> ends{extreme_vertices(mesh.positions(), 0, .001).front(),
+                              extreme_vertices(mesh.positions(), 0, -.001).front()};
+  Task task = hold(mesh, ends);
+  SurfaceArap solver(mesh.mesh(), {}, with_regions(halves));
+  solver.set_constraints(task.constraints);
+  for (const InitialGuess guess : {InitialGuess::kRest, InitialGuess::kPrevious}) {
+    solver.reset();
+    solver.solve(task.targets, iterations(1));
+    task.targets(1, 2) += .3 * mesh.diagonal();
+    Positions start = mesh.positions();  // with the hard vertices at their targets, and their regions with them
+    for (int v = 0; v < mesh.n_vertices(); ++v)
+      if (halves[v] == 1) start.row(v) += task.targets.row(1) - mesh.positions().row(ends[1]);
+    const SolveResult result = solver.solve(task.targets, iterations(1, guess));
+    EXPECT_NEAR(result.step, max_distance(start, result.positions) / mesh.diagonal(), 1e-9);
+    EXPECT_GT(result.step, .01);
+    task = hold(mesh, ends);
+  }
+}
+
 TEST(RigidRegion, LabelsOfAnotherLengthAreRefusedWithBothLengths) {
   const MeshData mesh = cube();
   expect_error<InvalidInput>(
