@@ -181,6 +181,9 @@ std::span<float> out_from(const py::object& object, py::ssize_t n_vertices) {
   if (object.is_none()) return {};
   py::array array = require_array<float>(object, "out", {n_vertices, 3}, "one row per vertex");
   if (!array.writeable()) throw py::value_error("out is read-only, expected an array that can be written to");
+  if ((array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) == 0)
+    throw py::value_error(
+        "out is not aligned, expected numbers at multiples of their size: pass an array made by numpy");
   return {static_cast<float*>(array.mutable_data()), static_cast<size_t>(array.size())};
 }
 

@@ -75,6 +75,8 @@ def test_what_is_wrong_with_an_array_to_write_to(solver):
     good = np.zeros(MESH.positions.shape, np.float32)
     assert said(good.astype(np.float64)) == "out has dtype float64, expected float32"
     assert said(good[:-1].copy()) == "out has shape (95, 3), expected (96, 3): one row per vertex"
+    odd = np.frombuffer(bytearray(good.nbytes + 1), np.float32, offset=1).reshape(good.shape)
+    assert said(odd) == "out is not aligned, expected numbers at multiples of their size: pass an array made by numpy"
     good.flags.writeable = False
     assert said(good) == "out is read-only, expected an array that can be written to"
 
