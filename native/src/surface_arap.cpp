@@ -139,13 +139,21 @@ struct SurfaceArap::Impl {
   /// Returns the largest movement of its global step, where that is half of an iteration.
   std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns,
                                     const Positions& target_step, double ahead);
-  /// min over R of E at `positions`, on the model; sets the gradient.
+  /// E at `positions` with the best rotations, on the model; sets the gradient.
   double evaluate(const Positions& positions, Positions& gradient) const {
     if (steps != nullptr) steps->forget();
     CellPasses& passes = model.passes(Precision::kDouble);
-    const double alignment = fit_anew(passes, positions);
+    double alignment = fit_anew(passes, positions);
+    Positions of_turns = Positions::Zero(positions.rows(), 3);
+    if (!model.regions.empty()) {
+      Rotations rotations;
+      passes.read_rotations(rotations);
+      of_turns = model.regions.turn_cells(positions, rotations);
+      passes.set_rotations(rotations);
+      alignment = passes.alignment();
+    }
     const double energy = passes.rest_energy() + passes.find_residual(gradient) - alignment;
-    gradient = -gradient;
+    gradient = of_turns - gradient;
     return energy < 0 ? 0 : energy;
   }
   [[nodiscard]] Positions checked_to_model(const Positions& positions) const {

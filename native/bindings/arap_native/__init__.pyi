@@ -216,7 +216,14 @@ class SurfaceArap:
         """
 
     def energy(self, positions: NDArray[np.float64]) -> float:
-        """Smallest energy over the rotations at ``positions``, (n, 3) float64, without constraint terms."""
+        """Energy that a solve minimizes, at ``positions``, (n, 3) float64, without constraint terms.
+
+        Rotations are the best for these positions; rigid regions have the one that their vertices have made, by least
+        squares. Of vertices joined by Options.join_seams the first counts.
+        """
+
+    def energy_gradient(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n, 3) float64 gradient of energy() at ``positions``; 0 at joined vertices other than the first."""
 
     @property
     def positions(self) -> NDArray[np.float64]:

@@ -72,10 +72,12 @@ class SurfaceArap {
   /// (n, 3) where the mesh is now, in the input's space.
   [[nodiscard]] Positions positions() const;
 
-  /// min over the rotations of E(positions, R), without constraint terms, in the input's unit squared.
+  /// The energy that a solve minimizes, without constraint terms, in the input's unit squared: min over the rotations
+  /// of E(positions, R), but rigid regions have the rotation that their vertices have made, by least squares where
+  /// these are not moved rigidly. Of joined vertices the first counts.
   [[nodiscard]] double energy(const Positions& positions) const;
 
-  /// (n, 3) gradient of energy(); by the envelope theorem the rotations count as constants.
+  /// (n, 3) gradient of energy(); 0 at joined vertices other than the first.
   [[nodiscard]] Positions energy_gradient(const Positions& positions) const;
 
   [[nodiscard]] int n_vertices() const;
