@@ -155,7 +155,9 @@ class SurfaceArap:
 
         Args:
             vertices: (k,) int32, each at most once.
-            strengths: (k,) float64 in (0, 1]; 1 is hard, s < 1 soft with omega_i = K_ii s / (1 - s).
+            strengths: (k,) float64 in (0, 1]; 1 is hard, s < 1 soft: it adds omega_i |p'_i - target|^2 to the energy
+                1/2 <p', K p'> + ..., with omega_i = K_ii s / (1 - s). At 1/3 the target pulls at a vertex as strongly
+                as its neighbours do.
             patches: (offsets, vertices, weights): weighted averages held exactly; patch p is the entries
                 offsets[p]:offsets[p + 1].
             progress: may stop the work by returning False.

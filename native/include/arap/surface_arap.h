@@ -12,6 +12,7 @@
 #include "arap/options.h"
 #include "arap/result.h"
 #include "arap/types.h"
+#include "arap/version.h"
 
 namespace arap {
 inline namespace ARAP_COMPILED_ALIKE {

@@ -21,7 +21,8 @@ using Matrix3 = Eigen::Matrix3d;
 using Vector3 = Eigen::Vector3d;
 
 /// Called from the calling thread with the fraction done, in [0, 1]; returns false to stop the work.
-/// An exception thrown by it passes through and leaves the called object as it was. Empty: not called.
+/// It must not call the object that is at work, which is in between two states. An exception thrown by it passes
+/// through and leaves that object as it was. Empty: not called.
 using Progress = std::function<bool(double fraction)>;
 
 }  // namespace arap
