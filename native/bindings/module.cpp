@@ -181,6 +181,9 @@ std::span<float> out_from(const py::object& object, py::ssize_t n_vertices) {
   if (object.is_none()) return {};
   py::array array = require_array<float>(object, "out", {n_vertices, 3}, "one row per vertex");
   if (!array.writeable()) throw py::value_error("out is read-only, expected an array that can be written to");
+  if ((array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) == 0)
+    throw py::value_error(
+        "out is not aligned, expected numbers at multiples of their size: pass an array made by numpy");
   return {static_cast<float*>(array.mutable_data()), static_cast<size_t>(array.size())};
 }
 
@@ -571,6 +574,11 @@ class Solver {
     return exclusively([&] { return solver_.energy(points); });
   }
 
+  py::array energy_gradient(const py::object& positions) {
+    const arap::Positions points = positions_from(positions, "positions", n_vertices(), "one row per vertex");
+    return to_array(exclusively([&] { return solver_.energy_gradient(points); }));
+  }
+
   py::array positions() {
     return to_array(exclusively([&] { return solver_.positions(); }));
   }
@@ -653,6 +661,7 @@ void bind_solver(py::module_& m) {
       .def("patch_around", &Solver::patch_around, docstrings::SurfaceArap_patch_around, py::arg("vertices"),
            py::arg("radius") = 0.0)
       .def("energy", &Solver::energy, docstrings::SurfaceArap_energy, py::arg("positions"))
+      .def("energy_gradient", &Solver::energy_gradient, docstrings::SurfaceArap_energy_gradient, py::arg("positions"))
       .def_property_readonly("positions", &Solver::positions, docstrings::SurfaceArap_positions)
       .def_property_readonly("n_vertices", &Solver::n_vertices, docstrings::SurfaceArap_n_vertices)
       .def_property_readonly("n_parts", &Solver::n_parts, docstrings::SurfaceArap_n_parts)

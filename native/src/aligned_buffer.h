@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdlib>
 #include <memory>
 #include <new>
 
@@ -23,8 +22,7 @@ class AlignedBuffer {
   explicit AlignedBuffer(size_t size) : size_(size) {
     const size_t alignment = size * sizeof(Number) >= kHugePage ? kHugePage : kCacheLine;
     const size_t bytes = (std::max<size_t>(1, size * sizeof(Number)) + alignment - 1) / alignment * alignment;
-    data_.reset(static_cast<Number*>(std::aligned_alloc(alignment, bytes)));
-    if (data_ == nullptr) throw std::bad_alloc();
+    data_ = {static_cast<Number*>(::operator new (bytes, std::align_val_t{alignment})), Delete{alignment}};
 #if defined(__linux__)
     // Advice: where the kernel does not take it, everything still works.
     if (alignment == kHugePage) static_cast<void>(madvise(data_.get(), bytes, MADV_HUGEPAGE));
@@ -41,12 +39,14 @@ class AlignedBuffer {
   static constexpr size_t kCacheLine = 64;
   static constexpr size_t kHugePage = size_t{2} << 20;
 
-  struct Free {
-    void operator()(Number* p) const { std::free(p); }
+  struct Delete {
+    size_t alignment = kCacheLine;
+
+    void operator()(Number* p) const { ::operator delete (p, std::align_val_t{alignment}); }
   };
 
   size_t size_ = 0;
-  std::unique_ptr<Number[], Free> data_;
+  std::unique_ptr<Number[], Delete> data_;
 };
 
 }  // namespace arap

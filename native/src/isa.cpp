@@ -9,6 +9,10 @@
 #include "arap/error.h"
 #include "text.h"
 
+#if defined(ARAP_HAS_X86_KERNELS)
+#include <cpuid.h>
+#endif
+
 namespace arap {
 
 namespace {
@@ -24,6 +28,17 @@ std::string list(const Isas& isas) {
   }
   return names;
 }
+
+#if defined(ARAP_HAS_X86_KERNELS)
+/// Numbers in half precision. Not all compilers' __builtin_cpu_supports() knows the word.
+bool has_f16c() {
+  unsigned eax = 0;
+  unsigned ebx = 0;
+  unsigned ecx = 0;
+  unsigned edx = 0;
+  return __get_cpuid(1, &eax, &ebx, &ecx, &edx) != 0 && (ecx & bit_F16C) != 0;
+}
+#endif
 
 }  // namespace
 
@@ -42,7 +57,7 @@ std::string_view name(Isa isa) {
 std::vector<Isa> available_isas() {
   std::vector<Isa> isas = {Isa::kBaseline};
 #if defined(ARAP_HAS_X86_KERNELS)
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && has_f16c()) {
     isas.push_back(Isa::kAvx2);
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
       isas.push_back(Isa::kAvx512);

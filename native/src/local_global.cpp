@@ -182,6 +182,7 @@ double LocalGlobal::global_step(Pose& pose, const ForcePrediction& prediction, d
 }
 
 double LocalGlobal::apply_residual(Pose& pose) {
+  if (has_regions()) start_ = pose.positions;
   find_correction(pose, residual_);
   known_ = Known::kRotations;
   const double squared = parallel_reduce<kRows>(

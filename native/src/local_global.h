@@ -55,6 +55,12 @@ class LocalGlobal {
   /// Local step. Returns the energy, and leaves the residual for the next global step.
   [[nodiscard]] double fit(Pose& pose);
 
+  [[nodiscard]] bool has_regions() const { return !constraints_.regions().empty(); }
+  /// The largest movement of a vertex since the start of the last global step: with the regions that fit() has turned.
+  [[nodiscard]] double step_with_turns(const Pose& pose) const {
+    return longest_row(pose.positions - start_, workers());
+  }
+
   /// After the first fit of a frame, which began with this share of the forces ahead.
   void show_forces_to(ForcePrediction& prediction, double share) const;
 
@@ -102,6 +108,7 @@ class LocalGlobal {
   Positions patch_targets_;
   Positions residual_;
   Positions multipliers_;
+  Positions start_;  ///< of the last global step, where there are regions
 };
 
 }  // namespace arap

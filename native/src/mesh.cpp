@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "arap/error.h"
+#include "coincident.h"
 #include "grid_cell.h"
+#include "surface_box.h"
 #include "text.h"
 #include "union_find.h"
 
@@ -70,8 +72,13 @@ PolygonMesh::PolygonMesh(Positions positions, std::vector<int> corner_vertices, 
   }
 }
 
-double PolygonMesh::diagonal() const {
-  return (positions_.colwise().maxCoeff() - positions_.colwise().minCoeff()).norm();
+double PolygonMesh::diagonal() const { return surface_box(*this).diagonal().norm(); }
+
+Eigen::AlignedBox3d surface_box(const PolygonMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (mesh.n_parts() == 0 || mesh.part_of_vertex()[v] >= 0) box.extend(mesh.positions().row(v).transpose());
+  return box;
 }
 
 std::vector<int> coincident_with(const Positions& positions, double distance) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "parallel.h"
+#include "surface_box.h"
 
 namespace arap {
 
@@ -15,11 +16,11 @@ constexpr int kRows = 4096;
 
 }  // namespace
 
-ModelSpace::ModelSpace(const Positions& positions)
-    : center_(0.5 * (positions.colwise().maxCoeff() + positions.colwise().minCoeff())),
-      model_vertex_(positions.rows()),
-      input_vertex_(positions.rows()) {
-  const double diagonal = (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).norm();
+ModelSpace::ModelSpace(const PolygonMesh& mesh)
+    : center_(surface_box(mesh).center().transpose()),
+      model_vertex_(mesh.n_vertices()),
+      input_vertex_(mesh.n_vertices()) {
+  const double diagonal = mesh.diagonal();
   if (diagonal > 0) size_ = diagonal;
   std::iota(model_vertex_.begin(), model_vertex_.end(), 0);
   std::iota(input_vertex_.begin(), input_vertex_.end(), 0);
@@ -74,9 +75,9 @@ bool ModelSpace::write_to_input(const Positions& of_model, const Workers& worker
   });
 }
 
-Positions ModelSpace::vectors_to_input(const Positions& of_model) const {
-  Positions result(n_input_vertices(), 3);
-  for (int v = 0; v < n_input_vertices(); ++v) result.row(v) = of_model.row(model_vertex_[v]);
+Positions ModelSpace::gradient_to_input(const Positions& of_model) const {
+  Positions result = Positions::Zero(n_input_vertices(), 3);
+  for (int m = 0; m < n_model_vertices(); ++m) result.row(input_vertex_[m]) = of_model.row(m) * size_;
   return result;
 }
 

@@ -10,12 +10,12 @@
 
 namespace arap {
 
-/// Between the user's mesh and the model's: the model is centred at its box and has diagonal 1, has one vertex where
-/// open seams are joined, and numbers its vertices as its linear solver wants them.
+/// Between the user's mesh and the model's: the model is centred at the box of its surface, has diagonal 1 there, has
+/// one vertex where open seams are joined, and numbers its vertices as its linear solver wants them.
 class ModelSpace {
  public:
-  /// @param positions  (n, 3) of the user's mesh at rest
-  explicit ModelSpace(const Positions& positions);
+  /// @param mesh  the user's, at rest
+  explicit ModelSpace(const PolygonMesh& mesh);
 
   /// Makes vertices one: same_as[v] is the first vertex at the place of v.
   void join(const std::vector<int>& same_as);
@@ -38,8 +38,6 @@ class ModelSpace {
   [[nodiscard]] Positions to_input(const Positions& of_model, const Workers& workers) const;
   /// The same in single precision, row by row; false where a number is not finite, or too large for it.
   [[nodiscard]] bool write_to_input(const Positions& of_model, const Workers& workers, std::span<float> of_input) const;
-  /// Vectors as they are: neither moved nor scaled.
-  [[nodiscard]] Positions vectors_to_input(const Positions& of_model) const;
   [[nodiscard]] std::vector<double> to_model(const std::vector<double>& of_input) const;
   /// A vertex belongs to the region of any of its copies; of several, to the lowest.
   [[nodiscard]] std::vector<int> regions_to_model(const std::vector<int>& of_input) const;
@@ -49,6 +47,8 @@ class ModelSpace {
 
   [[nodiscard]] double size() const { return size_; }
   [[nodiscard]] double energy_to_input(double energy) const { return energy * size_ * size_; }
+  /// Gradient of energy_to_input() of to_model() of positions: 0 at the vertices that this does not read.
+  [[nodiscard]] Positions gradient_to_input(const Positions& of_model) const;
 
  private:
   Eigen::RowVector3d center_;

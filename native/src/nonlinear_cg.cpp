@@ -147,6 +147,7 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
     length = halvings + 1 < kMostHalvings ? 0.5 * length : 0;
     reached = try_length(pose, length);
   }
+  if (steps_.has_regions()) step_ = longest_row(pose.positions - start_, steps_.workers());  // the fit has turned them
   promised_decrease_ = length * slope_;
   length_ = std::clamp(length, kShortest, kLongest);
   return reached;
@@ -158,6 +159,7 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
   IterationReport report;
   steps.start(pose);
   report.energy_before = report.energy_after = steps.fit(pose);
+  if (step_before && steps.has_regions()) step_before = steps.step_with_turns(pose);
   on_first_fit();
   const auto is_cancelled = [&] {
     const double fraction = static_cast<double>(report.iterations) / options.max_iterations;

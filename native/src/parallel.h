@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "openmp.h"
 #include "workers.h"
 
 namespace arap {
@@ -15,7 +16,8 @@ namespace arap {
 /// Calls body(piece) for [0, n_pieces), on OpenMP's threads: for the long loops of a bind. `body` must not throw.
 template <class Body>
 void for_each_piece(int threads, int n_pieces, const Body& body) {
-#pragma omp parallel for num_threads(std::min(threads, n_pieces)) if (threads > 1 && n_pieces > 1) schedule(static)
+  const int n_threads = openmp_threads(std::min(threads, n_pieces));
+#pragma omp parallel for num_threads(n_threads) if (n_threads > 1) schedule(static)
   for (int piece = 0; piece < n_pieces; ++piece) body(piece);
 }
 

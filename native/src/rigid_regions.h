@@ -91,6 +91,11 @@ class RigidRegions {
   /// Gives the cells of each region its rotation.
   void share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const;
 
+  /// At positions of any shape: gives the cells of each region the rotation that its vertices have made, as well as
+  /// they agree; what a line or a point of vertices leaves open is chosen best. Returns what these rotations add to the
+  /// gradient of the energy, since they turn where vertices move, (n, 3).
+  [[nodiscard]] Positions turn_cells(const Positions& positions, Rotations& rotations) const;
+
  private:
   /// A point of the region that a constraint fixes: a hard member, or the average of a patch.
   struct Anchor {

@@ -126,7 +126,7 @@ std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const
                                                 const std::vector<int>& nodes, double radius, int threads) {
   std::vector<std::vector<Reached>> supports(nodes.size());
   const double support = kSupport * radius;
-#pragma omp parallel num_threads(threads)
+#pragma omp parallel num_threads(openmp_threads(threads))
   {
     DistanceSweep sweep(graph);
 #pragma omp for schedule(dynamic, 8)

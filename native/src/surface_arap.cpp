@@ -10,6 +10,7 @@
 
 #include "bound_constraints.h"
 #include "cell_energy.h"
+#include "coincident.h"
 #include "force_prediction.h"
 #include "handle_turns.h"
 #include "initial_guess.h"
@@ -98,7 +99,7 @@ Precision precision_for(const SolveOptions& options, const Positions& model_targ
 
 struct SurfaceArap::Impl {
   Impl(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties, const Progress& progress)
-      : space(mesh.positions()), loose_vertices(mesh.loose_vertices()), input_part_of_vertex(mesh.part_of_vertex()) {
+      : space(mesh), input_part_of_vertex(mesh.n_vertices()) {
     const std::vector<int> same_as = coincident_with(space.points_to_model(mesh.positions()), kSamePlace);
     report_coincident(same_as);
     if (options.join_seams) space.join(same_as);
@@ -106,13 +107,14 @@ struct SurfaceArap::Impl {
     const std::vector<int> new_of_old = bind_surface(model, model_mesh, options, space.to_model(properties.stiffness),
                                                      space.regions_to_model(properties.rigid_regions), progress);
     space.renumber(new_of_old);
-    for (size_t v = 0; v < input_part_of_vertex.size(); ++v)
+    for (size_t v = 0; v < input_part_of_vertex.size(); ++v) {
       input_part_of_vertex[v] = model.part_of_vertex[space.model_vertices()[v]];
+      if (input_part_of_vertex[v] < 0) loose_vertices.push_back(static_cast<int>(v));
+    }
     const std::vector<double> mesh_areas = vertex_areas(model_mesh);
     areas.resize(mesh_areas.size());
     for (size_t v = 0; v < areas.size(); ++v) areas[new_of_old[v]] = mesh_areas[v];
     patch_radius = kPatchRadius * options.rigidity_radius;
-    diagonal = surface_diagonal(model);
     reset();
   }
 
@@ -139,13 +141,21 @@ struct SurfaceArap::Impl {
   /// Returns the largest movement of its global step, where that is half of an iteration.
   std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Positions& turns,
                                     const Positions& target_step, double ahead);
-  /// min over R of E at `positions`, on the model; sets the gradient.
+  /// E at `positions` with the best rotations, on the model; sets the gradient.
   double evaluate(const Positions& positions, Positions& gradient) const {
     if (steps != nullptr) steps->forget();
     CellPasses& passes = model.passes(Precision::kDouble);
-    const double alignment = fit_anew(passes, positions);
+    double alignment = fit_anew(passes, positions);
+    Positions of_turns = Positions::Zero(positions.rows(), 3);
+    if (!model.regions.empty()) {
+      Rotations rotations;
+      passes.read_rotations(rotations);
+      of_turns = model.regions.turn_cells(positions, rotations);
+      passes.set_rotations(rotations);
+      alignment = passes.alignment();
+    }
     const double energy = passes.rest_energy() + passes.find_residual(gradient) - alignment;
-    gradient = -gradient;
+    gradient = of_turns - gradient;
     return energy < 0 ? 0 : energy;
   }
   [[nodiscard]] Positions checked_to_model(const Positions& positions) const {
@@ -181,7 +191,6 @@ struct SurfaceArap::Impl {
   Pose kept;                   ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
   std::vector<double> areas;                    ///< at each vertex
-  double diagonal;                              ///< of the surface
   double patch_radius;                          ///< of patches, where none is given
   mutable std::unique_ptr<SurfaceGraph> graph;  ///< of the model; made when first needed
 };
@@ -192,7 +201,7 @@ Patch SurfaceArap::Impl::patch_around(const std::vector<int>& vertices, double r
   std::vector<int> sources;
   sources.reserve(vertices.size());
   for (const int v : vertices) sources.push_back(space.model_vertices()[v]);
-  Patch patch = find_patch(*graph, areas, model.rest, sources, diagonal * (radius > 0 ? radius : patch_radius));
+  Patch patch = find_patch(*graph, areas, model.rest, sources, radius > 0 ? radius : patch_radius);
   for (int& v : patch.vertices) v = space.input_vertices()[v];
   patch.rest_position = space.to_input(Eigen::RowVector3d(patch.rest_position)).transpose();
   return patch;
@@ -359,7 +368,7 @@ double SurfaceArap::energy(const Positions& positions) const {
 Positions SurfaceArap::energy_gradient(const Positions& positions) const {
   Positions gradient;
   impl_->evaluate(impl_->checked_to_model(positions), gradient);
-  return impl_->space.vectors_to_input(gradient) * impl_->space.size();
+  return impl_->space.gradient_to_input(gradient);
 }
 
 int SurfaceArap::n_vertices() const { return impl_->space.n_input_vertices(); }

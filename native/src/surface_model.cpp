@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "surface_model.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <future>
 #include <memory>
@@ -22,27 +21,12 @@ namespace arap {
 
 namespace {
 
-/// Bounding box of the vertices that are in faces. Loose ones neither hide a symmetry nor make the object larger.
-Eigen::AlignedBox3d surface_box(const BoundModel& model) {
-  Eigen::AlignedBox3d box;
-  for (size_t v = 0; v < model.part_of_vertex.size(); ++v)
-    if (model.part_of_vertex[v] >= 0) box.extend(model.rest.row(v).transpose());
-  return box;
-}
-
-double diagonal_of(const Eigen::AlignedBox3d& box) {
-  const double length = box.isEmpty() ? 0 : box.diagonal().norm();
-  return length > 0 ? length : 1;
-}
-
-RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, const SparseMatrix& K,
-                           double rigidity_radius, const std::vector<int>& region_of_vertex) {
-  const Eigen::AlignedBox3d box = surface_box(model);
-  Positions centred = box.isEmpty() ? model.rest : Positions(model.rest.rowwise() - box.center().transpose());
-  for (size_t v = 0; v < model.part_of_vertex.size(); ++v)
-    if (model.part_of_vertex[v] < 0) centred.row(v).setZero();
-  const double radius = rigidity_radius * diagonal_of(box);
-  const std::vector<std::vector<int>> mirrors = find_mirrors(centred, model.workers.threads());
+/// Which vertices are nodes, and the weights of all with them.
+RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, const SparseMatrix& K, double radius,
+                           const std::vector<int>& region_of_vertex) {
+  Positions surface = model.rest;
+  for (const int v : mesh.loose_vertices()) surface.row(v).setZero();
+  const std::vector<std::vector<int>> mirrors = find_mirrors(surface, model.workers.threads());
   const SurfaceGraph graph(K, model.rest, model.workers.threads(),
                            find_bridges(mesh, radius, mirrors, model.workers.threads()));
   return choose_rotation_nodes(graph, face_spreads(mesh), vertex_areas(mesh), radius, mirrors, region_of_vertex,
@@ -84,8 +68,6 @@ std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
 }
 
 }  // namespace
-
-double surface_diagonal(const BoundModel& model) { return diagonal_of(surface_box(model)); }
 
 std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const Options& options,
                               const std::vector<double>& stiffness, const std::vector<int>& region_of_vertex,

@@ -20,7 +20,4 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
                               const std::vector<double>& stiffness, const std::vector<int>& region_of_vertex,
                               const Progress& progress);
 
-/// Length of the bounding-box diagonal of the vertices that are in faces; 1 where that is 0.
-[[nodiscard]] double surface_diagonal(const BoundModel& model);
-
 }  // namespace arap

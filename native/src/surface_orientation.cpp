@@ -104,7 +104,8 @@ SurfaceOrientation find_orientation(const PolygonMesh& mesh, int threads) {
   result.normals = Positions::Zero(mesh.n_vertices(), 3);
   for (int f = 0; f < mesh.n_faces(); ++f)
     add_face(p, mesh.face(f), parts[mesh.part_of_vertex()[mesh.face(f)[0]]], result.normals);
-  result.normals.rowwise().normalize();
+  // Row by row: rowwise() would divide by 0 where faces cancel each other out.
+  for (auto normal : result.normals.rowwise()) normal.normalize();
   result.is_sound.assign(mesh.n_vertices(), 1);
   Edges(mesh, threads).for_each_unsound([&](int a, int b) {
     result.is_sound[a] = result.is_sound[b] = 0;

@@ -6,6 +6,8 @@
 #include <atomic>
 #include <thread>
 
+#include "openmp.h"
+
 namespace arap {
 
 /// Where the threads of a team wait for each other: a short time spinning, because the parts between two barriers take
@@ -67,11 +69,12 @@ struct Team {
 template <class Body>
 void run_team(int n_threads, const Body& body) {
   SpinBarrier gate;
-  if (n_threads <= 1) {
+  const int n = openmp_threads(n_threads);
+  if (n <= 1) {
     body(Team{0, 1, gate});
     return;
   }
-#pragma omp parallel num_threads(n_threads) default(none) shared(body, gate)
+#pragma omp parallel num_threads(n) default(none) shared(body, gate)
   body(Team{omp_get_thread_num(), omp_get_num_threads(), gate});
 }
 

@@ -8,9 +8,7 @@
 #include <thread>
 #include <vector>
 
-#if defined(__unix__) || defined(__APPLE__)
-#include <unistd.h>
-#endif
+#include "process_id.h"
 
 namespace arap {
 
@@ -39,14 +37,6 @@ Value wait_for(const std::atomic<Value>& changing, const IsOver& is_over) {
       changing.wait(value);
   }
 }
-
-#if defined(__unix__) || defined(__APPLE__)
-using ProcessId = pid_t;
-ProcessId process_id() { return getpid(); }
-#else
-using ProcessId = int;
-ProcessId process_id() { return 0; }
-#endif
 
 }  // namespace
 

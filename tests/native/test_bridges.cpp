@@ -15,6 +15,7 @@
 #include "mirror_symmetry.h"
 #include "rotation_nodes.h"
 #include "surface_energies.h"
+#include "surface_orientation.h"
 #include "surface_patch.h"
 
 namespace arap_test {
@@ -183,6 +184,16 @@ TEST(Bridges, AFewBadFacesLoseOnlyTheirOwn) {
   MeshData doubled = mesh;
   doubled.faces.push_back(face);
   expect_others(doubled);
+}
+
+TEST(SurfaceOrientation, FacesThatCancelOutLeaveNoNormal) {
+  MeshData mesh = cube();
+  const int tip = mesh.add_vertex(Vector3(0, 0, 2));
+  mesh.faces.push_back({0, 1, tip});
+  mesh.faces.push_back({1, 0, tip});
+  const Positions normals = arap::find_orientation(mesh.mesh(), 1).normals;
+  EXPECT_EQ(normals.row(tip), Eigen::RowVector3d(0, 0, 0));
+  for (int v = 0; v < tip; ++v) EXPECT_NEAR(normals.row(v).norm(), 1, 1e-12) << v;
 }
 
 TEST(Bridges, AreDefinedOnMeshesOfEveryKind) {

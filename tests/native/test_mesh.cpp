@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "arap/error.h"
+#include "coincident.h"
 #include "helpers.h"
 
 namespace arap_test {

@@ -402,6 +402,34 @@ TEST(RigidRegion, NewTargetsNeverFactorizeAgain) {
   EXPECT_EQ(solver.n_factorizations(), n);
 }
 
+TEST(RigidRegion, StepIsTheMovementWithTheTurnOfTheRegions) {
+  const MeshData mesh = long_bar();
+  std::vector<int> halves;
+  for (const Vector3& p : mesh.vertices) halves.push_back(p.x() < 0 ? 0 : 1);
+  const Task rest = hold(mesh, {extreme_vertices(mesh.positions(), 0, .001).front(),
+                                extreme_vertices(mesh.positions(), 0, -.001).front()});
+  Task task = rest;
+  task.targets(1, 2) += .3 * mesh.diagonal();
+  SurfaceArap solver(mesh.mesh(), {}, with_regions(halves));
+  solver.set_constraints(task.constraints);
+  const auto expect_step = [&](const SolveResult& result, const Positions& before, const char* what) {
+    EXPECT_NEAR(result.step, max_distance(before, result.positions) / mesh.diagonal(), 1e-9) << what;
+    EXPECT_GT(result.step, .001) << what;
+  };
+  Positions before = solver.solve(task.targets, iterations(1, InitialGuess::kRest)).positions;
+  for (int n = 2; n < 5; ++n) {
+    const SolveResult result = solver.solve(task.targets, iterations(n, InitialGuess::kRest));
+    expect_step(result, before, "iterations");
+    before = result.positions;
+  }
+  // The first iteration of a drag begins where the hard vertices are at their targets, their regions with them.
+  solver.solve(rest.targets, iterations(1, InitialGuess::kRest));
+  before = mesh.positions();
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (halves[v] == 1) before.row(v) += task.targets.row(1) - rest.targets.row(1);
+  expect_step(solver.solve(task.targets, iterations(1)), before, "a drag");
+}
+
 TEST(RigidRegion, LabelsOfAnotherLengthAreRefusedWithBothLengths) {
   const MeshData mesh = cube();
   expect_error<InvalidInput>(

@@ -37,7 +37,7 @@ arap::Options with_nodes(double radius) {
 
 /// The mesh in model space, where radii are parts of the diagonal.
 MeshData normalized(const MeshData& mesh) {
-  const Positions rest = arap::ModelSpace(mesh.positions()).points_to_model(mesh.positions());
+  const Positions rest = arap::ModelSpace(mesh.mesh()).points_to_model(mesh.positions());
   MeshData result = mesh;
   for (int v = 0; v < mesh.n_vertices(); ++v) result.vertices[v] = rest.row(v).transpose();
   return result;

@@ -86,6 +86,19 @@ def test_hard_constraints_are_met_exactly_and_energy_is_that_of_the_result():
     assert solver.energy(mesh.positions) == pytest.approx(0, abs=1e-12)
 
 
+def test_energy_gradient_is_that_of_finite_differences():
+    mesh = tube()
+    solver = bound(mesh)
+    rng = np.random.default_rng(5)
+    positions = mesh.positions + 0.02 * mesh.diagonal * rng.uniform(-1, 1, mesh.positions.shape)
+    gradient = solver.energy_gradient(positions)
+    assert (gradient.dtype, gradient.shape) == (np.float64, positions.shape)
+    for _ in range(5):
+        step = 1e-5 * mesh.diagonal * rng.uniform(-1, 1, positions.shape)
+        change = solver.energy(positions + step) - solver.energy(positions - step)
+        assert change == pytest.approx(2 * np.sum(gradient * step), rel=1e-5)
+
+
 def test_soft_constraint_gives_way_and_more_strength_gives_way_less():
     mesh = tube()
     vertices, targets = ends(mesh), twisted_ends(mesh)

@@ -75,6 +75,8 @@ def test_what_is_wrong_with_an_array_to_write_to(solver):
     good = np.zeros(MESH.positions.shape, np.float32)
     assert said(good.astype(np.float64)) == "out has dtype float64, expected float32"
     assert said(good[:-1].copy()) == "out has shape (95, 3), expected (96, 3): one row per vertex"
+    odd = np.frombuffer(bytearray(good.nbytes + 1), np.float32, offset=1).reshape(good.shape)
+    assert said(odd) == "out is not aligned, expected numbers at multiples of their size: pass an array made by numpy"
     good.flags.writeable = False
     assert said(good) == "out is read-only, expected an array that can be written to"
 
@@ -94,6 +96,7 @@ def test_nothing_is_converted(solver):
     assert message(ValueError, solver.solve, twisted_ends(MESH), rotations=narrow) == f"rotations has {float32}"
     assert message(ValueError, solver.set_positions, narrow) == f"positions has {float32}"
     assert message(ValueError, solver.energy, narrow) == f"positions has {float32}"
+    assert message(ValueError, solver.energy_gradient, narrow) == f"positions has {float32}"
 
 
 def test_an_unsigned_array_is_not_an_index_array():
@@ -180,6 +183,7 @@ def test_shapes_of_targets_and_positions(solver):
     expected = "positions has shape (95, 3), expected (96, 3): one row per vertex"
     assert message(ValueError, solver.set_positions, MESH.positions[1:]) == expected
     assert message(ValueError, solver.energy, MESH.positions[1:]) == expected
+    assert message(ValueError, solver.energy_gradient, MESH.positions[1:]) == expected
 
 
 def test_patch_around_names_what_is_wrong(solver):

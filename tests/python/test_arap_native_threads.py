@@ -206,6 +206,7 @@ def uses(mesh: Mesh, solver: arap_native.SurfaceArap) -> list[Callable]:
         lambda: solver.set_constraints(ends(mesh), np.ones(len(ends(mesh)))),
         lambda: solver.set_positions(mesh.positions),
         lambda: solver.energy(mesh.positions),
+        lambda: solver.energy_gradient(mesh.positions),
         lambda: solver.positions,
         lambda: solver.n_factorizations,
         solver.reset,

@@ -157,7 +157,9 @@ class SurfaceArap:
 
         Args:
             vertices: (k,) int32, each at most once.
-            strengths: (k,) float64 in (0, 1]; 1 is hard, s < 1 soft with omega_i = K_ii s / (1 - s).
+            strengths: (k,) float64 in (0, 1]; 1 is hard, s < 1 soft: it adds omega_i |p'_i - target|^2 to the energy
+                1/2 <p', K p'> + ..., with omega_i = K_ii s / (1 - s). At 1/3 the target pulls at a vertex as strongly
+                as its neighbours do.
             patches: (offsets, vertices, weights): weighted averages held exactly; patch p is the entries
                 offsets[p]:offsets[p + 1].
             progress: may stop the work by returning False.
@@ -218,7 +220,14 @@ class SurfaceArap:
         """
 
     def energy(self, positions: NDArray[np.float64]) -> float:
-        """Smallest energy over the rotations at ``positions``, (n, 3) float64, without constraint terms."""
+        """Energy that a solve minimizes, at ``positions``, (n, 3) float64, without constraint terms.
+
+        Rotations are the best for these positions; rigid regions have the one that their vertices have made, by least
+        squares. Of vertices joined by Options.join_seams the first counts.
+        """
+
+    def energy_gradient(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n, 3) float64 gradient of energy() at ``positions``; 0 at joined vertices other than the first."""
 
     @property
     def positions(self) -> NDArray[np.float64]:

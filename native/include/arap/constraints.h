@@ -30,8 +30,10 @@ struct Patches {
 /// of it: they come with every solve, one row per entry of `vertices`, then one per patch.
 struct ConstraintSet {
   std::vector<int> vertices;
-  std::vector<double> strengths;  ///< in (0, 1]; 1 is hard, s < 1 soft with omega_i = K_ii s / (1 - s)
-  Patches patches;                ///< held exactly
+  /// In (0, 1]; 1 is hard, s < 1 soft: it adds omega_i |p'_i - target|^2 to the energy 1/2 <p', K p'> + ..., with
+  /// omega_i = K_ii s / (1 - s). At 1/3 the target pulls at a vertex as strongly as its neighbours do.
+  std::vector<double> strengths;
+  Patches patches;  ///< held exactly
 
   [[nodiscard]] int size() const { return static_cast<int>(vertices.size()) + patches.size(); }
   bool operator==(const ConstraintSet&) const = default;

@@ -7,6 +7,7 @@
 #include "arap/types.h"
 
 namespace arap {
+inline namespace ARAP_COMPILED_ALIKE {
 
 /// A validated polygon mesh. Faces may be triangles, quads or n-gons, convex or not, non-manifold, flipped, duplicate
 /// or degenerate: what a face cannot give is left out, never refused.
@@ -30,7 +31,8 @@ class PolygonMesh {
   [[nodiscard]] int n_parts() const { return n_parts_; }
   [[nodiscard]] const std::vector<int>& loose_vertices() const { return loose_vertices_; }
 
-  /// Length of the bounding-box diagonal; 0 where all vertices are at one place.
+  /// Length of the diagonal of the bounding box of vertices in faces, of all where there are no faces: what settings
+  /// call the bounding-box diagonal. 0 where they are at one place.
   [[nodiscard]] double diagonal() const;
 
  private:
@@ -42,7 +44,6 @@ class PolygonMesh {
   int n_parts_ = 0;
 };
 
-/// For each vertex the first vertex within `distance` > 0 of it along every axis, itself where there is none before it.
-[[nodiscard]] std::vector<int> coincident_with(const Positions& positions, double distance);
+}  // namespace ARAP_COMPILED_ALIKE
 
 }  // namespace arap

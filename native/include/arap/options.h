@@ -49,7 +49,7 @@ struct Options {
   /// the finer the mesh, the softer they are. Of these spokes-and-rims bends more evenly.
   Energy energy = Energy::kRotationNodes;
 
-  /// For rotation nodes: the distance between them, as a fraction of the bounding-box diagonal (loose vertices aside).
+  /// For rotation nodes: the distance between them, as a fraction of the bounding-box diagonal.
   /// Larger is stiffer: folds get wider. In [1e-6, 1].
   double rigidity_radius = 0.02;
 

@@ -12,8 +12,10 @@
 #include "arap/options.h"
 #include "arap/result.h"
 #include "arap/types.h"
+#include "arap/version.h"
 
 namespace arap {
+inline namespace ARAP_COMPILED_ALIKE {
 
 /// As-rigid-as-possible deformation of a surface.
 ///
@@ -58,7 +60,7 @@ class SurfaceArap {
   /// A round patch of the surface about `vertices`, for ConstraintSet::patches: a point handle that holds it pulls a
   /// smooth hill, the same at every density of the mesh, where a constrained vertex would pull a spike. Its weights are
   /// area (1 - d^2 / radius^2)^3, d the distance along the surface to the nearest of `vertices`.
-  /// @param radius  as a fraction of the diagonal of the rest box of vertices in faces; 0: 1.5 times Options::rigidity_radius
+  /// @param radius  as a fraction of the rest bounding-box diagonal; 0: 1.5 times Options::rigidity_radius
   /// Throws InvalidInput: no vertices, an index out of range, a vertex in no face, a radius that is negative or not
   /// finite.
   [[nodiscard]] Patch patch_around(const std::vector<int>& vertices, double radius = 0) const;
@@ -72,10 +74,12 @@ class SurfaceArap {
   /// (n, 3) where the mesh is now, in the input's space.
   [[nodiscard]] Positions positions() const;
 
-  /// min over the rotations of E(positions, R), without constraint terms, in the input's unit squared.
+  /// The energy that a solve minimizes, without constraint terms, in the input's unit squared: min over the rotations
+  /// of E(positions, R), but rigid regions have the rotation that their vertices have made, by least squares where
+  /// these are not moved rigidly. Of joined vertices the first counts.
   [[nodiscard]] double energy(const Positions& positions) const;
 
-  /// (n, 3) gradient of energy(); by the envelope theorem the rotations count as constants.
+  /// (n, 3) gradient of energy(); 0 at joined vertices other than the first.
   [[nodiscard]] Positions energy_gradient(const Positions& positions) const;
 
   [[nodiscard]] int n_vertices() const;
@@ -91,4 +95,5 @@ class SurfaceArap {
   std::unique_ptr<Impl> impl_;
 };
 
+}  // namespace ARAP_COMPILED_ALIKE
 }  // namespace arap

@@ -31,6 +31,7 @@ int main() {
 
   const bool holds = (result.positions.row(last) - targets.row(3)).norm() < 1e-9;
   const bool is_between = result.positions(kColumns, 2) > 0.1 && result.positions(kColumns, 2) < 1.9;
-  std::printf("%d iterations, energy %g -> %g\n", result.iterations, result.energy_before, result.energy_after);
+  std::printf("arap %s: %d iterations, energy %g -> %g\n", ARAP_VERSION, result.iterations, result.energy_before,
+              result.energy_after);
   return holds && is_between && result.energy_after <= result.energy_before ? 0 : 1;
 }
