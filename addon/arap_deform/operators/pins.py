@@ -8,7 +8,6 @@ from bpy.props import StringProperty
 from .. import api
 from .common import (
     allow,
-    find_posed_object,
     one_step,
     posed_object,
     reports_errors,
@@ -17,22 +16,28 @@ from .common import (
 )
 
 
+def why_nothing_to_pin(context: bpy.types.Context) -> str:
+    """As why_not_changeable(), and it must be in Edit Mode or have vertex groups."""
+    reason = why_not_changeable(context)
+    if reason or posed_object(context).mode == "EDIT" or posed_object(context).vertex_groups:
+        return reason
+    return "Select vertices in Edit Mode (Tab) to pin them"
+
+
 class ARAP_OT_pin_add(bpy.types.Operator):
     bl_idname = "arap.pin_add"
     bl_label = "Add ARAP Pin"
-    bl_description = "Hold vertices where they are. In Edit Mode: the selected vertices. In Object Mode: a vertex group"
+    bl_description = "Hold vertices where they are. In Edit Mode: the selected vertices. Otherwise: a vertex group"
     bl_options = {"REGISTER"}
 
     name: StringProperty(name="Name", description="Name of the new pin", default="Pin")
-    vertex_group: StringProperty(name="Vertex Group", description="Group to pin, in Object Mode", options={"SKIP_SAVE"})
+    vertex_group: StringProperty(
+        name="Vertex Group", description="Group to pin, outside of Edit Mode", options={"SKIP_SAVE"}
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        reason = why_not_changeable(context)
-        obj = find_posed_object(context)
-        if not reason and obj is not None and obj.mode != "EDIT" and not obj.vertex_groups:
-            reason = "Select vertices in Edit Mode (Tab) to pin them"
-        return allow(cls, reason)
+        return allow(cls, why_nothing_to_pin(context))
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         obj = posed_object(context)
