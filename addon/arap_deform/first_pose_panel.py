@@ -35,9 +35,12 @@ class ARAP_PT_first_pose(ArapPanel, bpy.types.Panel):
             if step.is_done or not step.operator:
                 row.label(text=text, translate=False)
             else:
-                row.operator(step.operator, text=text, translate=False)
+                button = row.operator(step.operator, text=text, translate=False)
+                if step.mode:
+                    button.mode = step.mode
             if step is following:
-                draw_text(context, column, step.hint, "BLANK1")
+                problem = first_pose.why_not(context, step)
+                draw_text(context, column, problem or step.hint, "ERROR" if problem else "BLANK1")
 
 
 def register() -> None:

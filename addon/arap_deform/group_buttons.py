@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from .operators.groups import is_painted
+from .texts import CONTEXT
 
 
 def draw_group_buttons(layout: bpy.types.UILayout, obj: bpy.types.Object, vertex_group: str) -> None:
@@ -13,10 +14,12 @@ def draw_group_buttons(layout: bpy.types.UILayout, obj: bpy.types.Object, vertex
     row = layout.row(align=True)
     row.enabled = vertex_group in obj.vertex_groups
     is_on = is_painted(obj, vertex_group)
-    for operator, text, icon in (
-        ("arap.group_paint", "Paint", "BRUSH_DATA"),
-        ("arap.group_select", "Select", "RESTRICT_SELECT_OFF"),
-        ("arap.group_soften", "Soften", "SMOOTHCURVE"),
+    # Without icons: the words of other languages need the room.
+    for operator, text in (
+        ("arap.group_paint", "Paint"),
+        ("arap.group_select", "Select"),
+        ("arap.group_soften", "Soften"),
     ):
-        button = row.operator(operator, text=text, icon=icon, depress=is_on and operator == "arap.group_paint")
+        is_pressed = is_on and operator == "arap.group_paint"
+        button = row.operator(operator, text=text, text_ctxt=CONTEXT, depress=is_pressed)
         button.vertex_group = vertex_group

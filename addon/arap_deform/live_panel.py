@@ -30,7 +30,7 @@ class ARAP_PT_live(ArapSubPanel, bpy.types.Panel):
         settings = obj.arap
         run = live.run_of(obj)
         if run is not None and run.is_binding and not run.pause:
-            text = iface_("Preparing the mesh: {:.0%}").format(run.bind_fraction)
+            text = iface_("Preparing: {:.0%}").format(run.bind_fraction)
             compat.draw_progress(self.layout, text, run.bind_fraction)
             draw_text(context, self.layout, "Untick Live to stop", "BLANK1")
         else:

@@ -7,15 +7,19 @@ Poses 45, Bake 50, those that say nothing 60, Show 80, Settings 90.
 
 from __future__ import annotations
 
-import textwrap
 from typing import Any
 
+import blf
 import bpy
 
 from . import api, compat, sessions
 from .operators.common import find_posed_object
 from .operators.pose_act import Phase, PoseAct
-from .texts import iface_
+from .texts import CONTEXT, iface_
+from .wrapping import wrap
+
+FONT = 0
+BESIDE_TEXT = 100.0  # pixels at scale 1 of the sidebar's width: tabs, edges of panels and boxes, the icon
 
 
 class ArapPanel:
@@ -60,7 +64,7 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
 def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseAct) -> None:
     box = layout.box()
     if act.phase is Phase.BINDING:
-        compat.draw_progress(box, iface_("Preparing the mesh: {:.0%}").format(act.bind_fraction), act.bind_fraction)
+        compat.draw_progress(box, iface_("Preparing: {:.0%}").format(act.bind_fraction), act.bind_fraction)
     else:
         box.label(text="Settled" if act.is_settled else "Following the handles", icon="REC")
         draw_text(context, box, "Move, turn or scale a handle (G, R, S): the mesh follows.", "BLANK1")
@@ -96,11 +100,17 @@ def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
 
 def draw_text(context: bpy.types.Context, layout: bpy.types.UILayout, text: str, icon: str) -> None:
     """A sentence, translated where it is known, wrapped to the width of the sidebar: labels do not wrap."""
-    width = max(16, int((context.region.width / context.preferences.system.ui_scale - 60) / 6.2))
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for i, line in enumerate(textwrap.wrap(iface_(text), width)):
+    for i, line in enumerate(_lines(context, iface_(text))):
         column.label(text=line, translate=False, icon=icon if i == 0 else "BLANK1")
+
+
+def _lines(context: bpy.types.Context, text: str) -> list[str]:
+    """Lines as wide as a label of the sidebar has room for beside its icon."""
+    scale = context.preferences.system.ui_scale
+    compat.set_text_size(FONT, context.preferences.ui_styles[0].widget.points * scale)
+    return wrap(text, context.region.width - BESIDE_TEXT * scale, lambda line: float(blf.dimensions(FONT, line)[0]))
 
 
 def draw_table(layout: bpy.types.UILayout, rows: list[tuple[str, str]]) -> None:
@@ -108,7 +118,7 @@ def draw_table(layout: bpy.types.UILayout, rows: list[tuple[str, str]]) -> None:
     split = layout.split(factor=0.45)
     names, values = split.column(align=True), split.column(align=True)
     for name, value in rows:
-        names.label(text=name)
+        names.label(text=name, text_ctxt=CONTEXT)
         values.label(text=value, translate=False)
 
 

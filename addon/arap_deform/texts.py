@@ -10,6 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+CONTEXT = "ARAP"
+"""Where the add-on's own words are looked up first: elsewhere Blender's translation of the same word wins, which may be
+too long for the tab, or mean another thing. As ``text_ctxt`` of what is drawn."""
+
 Translate = Callable[[str], str]
 """iface_, rpt_, or str: English, for scripts and the command line."""
 
@@ -21,7 +25,10 @@ except ModuleNotFoundError:  # the tests of what needs no Blender
 
 def iface_(text: str) -> str:
     """For labels, buttons and the status bar."""
-    return str(_blender.pgettext_iface(text)) if _blender else text
+    if not _blender:
+        return text
+    own = str(_blender.pgettext_iface(text, CONTEXT))
+    return own if own != text else str(_blender.pgettext_iface(text))
 
 
 def tip_(text: str) -> str:

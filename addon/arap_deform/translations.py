@@ -6,10 +6,12 @@ from __future__ import annotations
 import bpy
 
 from . import translation_german
+from .texts import CONTEXT
 
 Messages = dict[tuple[str, str], str]
 
-CONTEXTS = ("*", "Operator")  # "*" is Blender's default one; buttons look into the one of their operator
+# "*" is Blender's default one; buttons look into the one of their operator.
+CONTEXTS = ("*", "Operator", CONTEXT)
 # Newer Blenders name languages without a country where one is enough.
 LANGUAGES = {"de_DE": translation_german.MESSAGES, "de": translation_german.MESSAGES}
 

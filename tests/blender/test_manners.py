@@ -231,6 +231,58 @@ class FirstPoseTest(SceneTest):
         self.api.add_handle(obj, BOTTOM)
         self.assertTrue(self.done(obj)[2])
 
+    def test_the_last_step_leads_out_of_each_mode(self):
+        obj = mesh_object()
+        bpy.context.view_layer.objects.active = obj
+        self.api.add_pin(obj, BOTTOM)
+        self.api.add_handle(obj, TOP)
+        for mode, operator in (
+            ("EDIT", "arap.edit_mesh"),
+            ("WEIGHT_PAINT", "object.mode_set"),
+            ("SCULPT", "object.mode_set"),
+            ("OBJECT", "arap.pose"),
+        ):
+            bpy.ops.object.mode_set(mode=mode)
+            step = self.first_pose.steps(obj)[-1]
+            self.assertEqual((step.operator, step.mode), (operator, "OBJECT" if operator == "object.mode_set" else ""))
+            self.assertEqual(self.first_pose.why_not(bpy.context, step), "", f"the button works in {mode}")
+
+    def test_the_hint_says_what_keeps_its_button_from_working(self):
+        obj = mesh_object()
+        bpy.context.view_layer.objects.active = obj
+        self.api.add_pin(obj, BOTTOM)
+        self.api.add_handle(obj, TOP)
+        obj.arap.handles[0].is_enabled = False
+        step = self.first_pose.steps(obj)[-1]
+        self.assertEqual(self.first_pose.why_not(bpy.context, step), "Add a handle first: nothing moves the mesh yet")
+        for done in self.first_pose.steps(obj):  # each button has a reason, the very one that makes it grey
+            if done.operator in self.first_pose.WHY_NOT and done.operator != "arap.pose":  # posing needs a window
+                operator = getattr(bpy.ops.arap, done.operator.removeprefix("arap."))
+                self.assertEqual(not self.first_pose.why_not(bpy.context, done), operator.poll(), done.operator)
+
+    def test_the_first_step_says_how_a_mesh_can_be_selected(self):
+        for obj in list(bpy.data.objects):
+            bpy.data.objects.remove(obj)
+        bpy.ops.object.armature_add()
+        step = self.first_pose.steps(None)[0]
+        self.assertEqual(self.first_pose.why_not(bpy.context, step), "")
+        for mode, reason in (
+            ("EDIT", "Go to Object Mode first (Tab)"),
+            ("POSE", "Go to Object Mode first, in the menu at the top left of the view"),
+        ):
+            bpy.ops.object.mode_set(mode=mode)
+            self.assertEqual(self.first_pose.why_not(bpy.context, step), reason)
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    def test_while_posing_the_last_step_is_to_move_the_empty(self):
+        obj = posable()
+        posing = module("operators.pose_act").PoseAct(None)
+        module("sessions").claim(obj.name, posing)
+        self.addCleanup(module("sessions").release, obj.name, posing)
+        self.api.add_pin(obj, BOTTOM)
+        step = self.first_pose.steps(obj)[-1]
+        self.assertEqual((step.text, step.operator, step.is_done), ("Move the empty", "", False))
+
     def test_the_button_goes_to_the_mesh_also_where_its_handle_is_active(self):
         obj = posable()
         target = obj.arap.handles[0].target

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Weights of groups: soft and hard, several groups; soft edges; what follows when they change."""
 
+from types import SimpleNamespace
+from unittest import mock
+
 import numpy as np
 from mathutils import Matrix
 from support import (
@@ -272,6 +275,42 @@ class GroupButtonTest(SceneTest):
         self.assertEqual(self.obj.mode, "EDIT")
         self.assertEqual(module("mesh_io").selected_vertices(self.obj).tolist(), TOP[1:])
         self.assertEqual(self.obj.data.total_edge_sel, len(TOP) - 2)
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    def test_select_leaves_edit_mode_once(self):
+        """Entering it takes long on a large mesh."""
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.context.tool_settings.mesh_select_mode = (False, False, True)
+        modes, mode_set = [], bpy.ops.object.mode_set
+
+        def counted(*, mode: str):
+            modes.append(mode)
+            return mode_set(mode=mode)
+
+        def select(group: str):
+            ops = SimpleNamespace(object=SimpleNamespace(mode_set=counted))
+            with mock.patch.object(bpy, "ops", ops):
+                return select_group(vertex_group=group)
+
+        select_group = bpy.ops.arap.group_select
+        self.assertEqual(select("Head"), {"FINISHED"})
+        self.assertEqual(modes, ["OBJECT", "EDIT"])
+        self.assertEqual(module("mesh_io").selected_vertices(self.obj).tolist(), TOP)
+        self.assertEqual(tuple(bpy.context.tool_settings.mesh_select_mode), (True, False, False), "vertices are seen")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        modes.clear()
+        self.assertEqual(select("Head"), {"FINISHED"})
+        self.assertEqual(modes, ["EDIT"])
+
+    def test_select_of_a_group_without_weights_changes_nothing(self):
+        self.obj.vertex_groups.new(name="None")
+        for mode in ("OBJECT", "EDIT"):
+            bpy.ops.object.mode_set(mode=mode)
+            before = module("mesh_io").selected_vertices(self.obj).tolist()
+            with self.assertRaises(RuntimeError) as caught:
+                bpy.ops.arap.group_select(vertex_group="None")
+            self.assertIn("No vertex has weight in 'None': paint some, or assign vertices to it", str(caught.exception))
+            self.assertEqual((self.obj.mode, module("mesh_io").selected_vertices(self.obj).tolist()), (mode, before))
         bpy.ops.object.mode_set(mode="OBJECT")
 
     def test_select_takes_no_other_mesh_along(self):

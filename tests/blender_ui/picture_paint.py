@@ -6,6 +6,7 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 from camera import Camera, look, open_creature
 from harness import Steps, Ui
 from mathutils import Vector
+from test_weight_paint import paint
 
 STROKE = ((0.0, -0.15, 0.62), (0.0, 0.5, 0.62))  # along the flank, as seen from the creature's left
 
@@ -21,10 +22,7 @@ def test_picture_paint(ui: Ui) -> Steps:
     ui.api.add_pin_group(creature, "Back")
     creature.arap.is_live = True
     yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "Live settles")
-    assert ui.call(bpy.ops.arap.group_paint, "EXEC_DEFAULT", True, vertex_group="Back") == {"FINISHED"}
-    settings = bpy.context.scene.tool_settings
-    for owner in (settings.unified_paint_settings, settings.weight_paint.brush):
-        owner.size, owner.weight, owner.strength = 40, 1.0, 1.0
+    yield from paint(ui, "Back", creature)
     yield from stroke(ui)
     yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "the mesh follows")
     yield from camera.area("guide-paint")

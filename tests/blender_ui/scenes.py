@@ -90,3 +90,9 @@ def shown_positions(obj: bpy.types.Object) -> np.ndarray:
     mesh.vertices.foreach_get("co", positions)
     evaluated.to_mesh_clear()
     return positions.reshape(-1, 3)
+
+
+def rest_of(obj: bpy.types.Object) -> bytes:
+    """Its rest shape, to be compared."""
+    keys = obj.data.shape_keys
+    return key_positions(obj, keys.reference_key.name if keys else "").tobytes()

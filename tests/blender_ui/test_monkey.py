@@ -1,17 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A monkey at the window: random but legal input, acts one after the other whatever the one before has left behind.
 
-ARAP_MONKEY_ACTS says how many (100), ARAP_MONKEY_SEED which (1). Each act is printed before it is done, so a failure
-tells the way to it. After each: the meshes are where finite numbers can be drawn, rest shapes are untouched, nothing
-was printed that looks like an exception (the runner's part).
+ARAP_MONKEY_ACTS says how many at least (100), ARAP_MONKEY_MINUTES how long at least (0; the runner's --time-limit must
+be longer), ARAP_MONKEY_SEED which (1). Each act is printed before it is done, so a failure tells the way to it. After
+each: the meshes are where finite numbers can be drawn, rest shapes are untouched, nothing was printed that looks like
+an exception (the runner's part).
 """
 
 from __future__ import annotations
 
 import os
 import tempfile
+import time
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import count
 from pathlib import Path
 from random import Random
 
@@ -22,6 +25,7 @@ from harness import Steps, Ui
 from test_live import add_second_bar
 
 N_ACTS = int(os.environ.get("ARAP_MONKEY_ACTS", "100"))
+MINUTES = float(os.environ.get("ARAP_MONKEY_MINUTES", "0"))
 SEED = int(os.environ.get("ARAP_MONKEY_SEED", "1"))
 FAR = 1e4  # no mesh has a reason to get there: each drag moves a handle by a few units
 OPERATORS = (
@@ -65,7 +69,7 @@ class Monkey:
         return [obj for obj in bpy.context.view_layer.objects if obj is not None and obj.type == "MESH"]
 
     def remember_rests(self) -> None:
-        self.rests |= {rest_of(obj) for obj in self.meshes()}
+        self.rests |= {scenes.rest_of(obj) for obj in self.meshes()}
 
     def check(self) -> None:
         for obj in self.meshes():
@@ -74,11 +78,11 @@ class Monkey:
                 continue
             if obj.name in self.edited:
                 self.edited.remove(obj.name)
-                self.rests.add(rest_of(obj))
+                self.rests.add(scenes.rest_of(obj))
             shown = scenes.shown_positions(obj)
             assert np.isfinite(shown).all(), f"{obj.name} is not finite"
             assert np.abs(shown).max() < FAR, f"{obj.name} is out of sight"
-            assert rest_of(obj) in self.rests, f"the rest shape of {obj.name} has changed"
+            assert scenes.rest_of(obj) in self.rests, f"the rest shape of {obj.name} has changed"
 
     def is_in_object_mode(self) -> bool:
         active = bpy.context.view_layer.objects.active
@@ -278,16 +282,14 @@ class Monkey:
         yield from self.ui.until(lambda: not self.ui.running, "all acts have ended")
 
 
-def rest_of(obj: bpy.types.Object) -> bytes:
-    keys = obj.data.shape_keys
-    return scenes.key_positions(obj, keys.reference_key.name if keys else "").tobytes()
-
-
 def test_monkey(ui: Ui) -> Steps:
     monkey = Monkey(ui)
     monkey.build()
     yield from ui.open_tab()
-    for i in range(N_ACTS):
+    start = time.monotonic()
+    for i in count():
+        if i >= N_ACTS and time.monotonic() - start >= 60.0 * MINUTES:
+            break
         act = monkey.random.choice(monkey.acts)
         print(f"{i}: {act.__name__}", flush=True)
         yield from act()

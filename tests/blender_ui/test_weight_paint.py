@@ -30,11 +30,12 @@ def show_front(ui: Ui) -> None:
     bpy.data.objects["Top"].location.x += 0.5
 
 
-def paint(ui: Ui, group: str) -> Steps:
-    """The button Paint, and a brush of weight 1 over whatever is within it."""
-    if bar().mode != "WEIGHT_PAINT" or bar().vertex_groups.active.name != group:  # else it would leave
+def paint(ui: Ui, group: str, obj: bpy.types.Object | None = None) -> Steps:
+    """The button Paint, and a brush of weight 1 over whatever is within it; of the bar, or of another object."""
+    obj = obj or bar()
+    if obj.mode != "WEIGHT_PAINT" or obj.vertex_groups.active.name != group:  # else it would leave
         assert ui.call(bpy.ops.arap.group_paint, "EXEC_DEFAULT", True, vertex_group=group) == {"FINISHED"}
-    assert (bar().mode, bar().vertex_groups.active.name) == ("WEIGHT_PAINT", group)
+    assert (obj.mode, obj.vertex_groups.active.name) == ("WEIGHT_PAINT", group)
     settings = bpy.context.scene.tool_settings
     yield from take_brush(ui)
     brush = settings.weight_paint.brush

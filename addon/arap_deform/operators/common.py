@@ -75,7 +75,16 @@ def why_not_idle(context: bpy.types.Context) -> str:
     if reason:
         return reason
     obj = posed_object(context)
-    return why_busy(obj) if obj.mode == "OBJECT" else "Go to Object Mode first (Tab)"
+    return why_not_object_mode(obj) or why_busy(obj)
+
+
+def why_not_object_mode(obj: bpy.types.Object) -> str:
+    """How Object Mode is reached from the mode that the object is in; '' where it is in it."""
+    if obj.mode == "OBJECT":
+        return ""
+    if obj.mode == "EDIT":
+        return "Go to Object Mode first (Tab)"
+    return "Go to Object Mode first, in the menu at the top left of the view"
 
 
 def why_busy(obj: bpy.types.Object) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from bpy.props import FloatProperty, StringProperty
 
 from .. import api, mesh_io, mesh_size, vertex_groups
+from ..handle_map import Ints
 from .common import (
     allow,
     check_visible,
@@ -94,9 +95,12 @@ class ARAP_OT_group_select(_GroupOperator, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         group = self._group(obj)
-        with object_mode(obj):
-            vertices = np.flatnonzero(mesh_io.read_weights(obj, [group])[group]).astype(np.int32)
-        select_in_edit_mode(context, obj, vertices, shows_hidden=False)
+
+        def find() -> Ints:
+            return np.flatnonzero(mesh_io.read_weights(obj, [group])[group]).astype(np.int32)
+
+        if not select_in_edit_mode(context, obj, find, shows_hidden=False):
+            raise ValueError(f"No vertex has weight in '{group}': paint some, or assign vertices to it")
         return {"FINISHED"}
 
 

@@ -17,6 +17,7 @@ from .common import (
     why_no_pose,
     why_no_reset,
     why_not_changeable,
+    why_not_object_mode,
 )
 
 Target = tuple[bpy.types.Object, str]  # the name of the bone is '' for a whole object
@@ -30,6 +31,14 @@ def selected_targets(context: bpy.types.Context, obj: bpy.types.Object) -> list[
         targets = [(other, "") for other in context.selected_objects if other.type not in {"MESH", "ARMATURE"}]
     taken = {(handle.target, handle.bone) for handle in obj.arap.handles}
     return [target for target in targets if target not in taken]
+
+
+def why_not_edited(context: bpy.types.Context) -> str:
+    """As why_not_changeable(), and it must be in Edit Mode."""
+    reason = why_not_changeable(context)
+    if reason or posed_object(context).mode == "EDIT":
+        return reason
+    return "Select vertices in Edit Mode (Tab) to hang them on a handle"
 
 
 def why_no_handles(context: bpy.types.Context) -> str:
@@ -52,11 +61,7 @@ class ARAP_OT_handle_add(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        reason = why_not_changeable(context)
-        obj = find_posed_object(context)
-        if not reason and obj is not None and obj.mode != "EDIT":
-            reason = "Select vertices in Edit Mode (Tab) to hang them on a handle"
-        return allow(cls, reason)
+        return allow(cls, why_not_edited(context))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -89,9 +94,8 @@ class ARAP_OT_handle_add_from_empties(bpy.types.Operator):
         reason = why_not_changeable(context)
         obj = find_posed_object(context)
         if not reason and obj is not None:
-            if obj.mode != "OBJECT":
-                reason = "Go to Object Mode first (Tab)"
-            elif not selected_targets(context, obj):
+            reason = why_not_object_mode(obj)
+            if not reason and not selected_targets(context, obj):
                 reason = "Select empties (in Pose Mode: bones) that are not handles yet, with the mesh"
         return allow(cls, reason)
 

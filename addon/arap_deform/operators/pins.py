@@ -8,13 +8,20 @@ from bpy.props import StringProperty
 from .. import api
 from .common import (
     allow,
-    find_posed_object,
     one_step,
     posed_object,
     reports_errors,
     selected_vertices,
     why_not_changeable,
 )
+
+
+def why_nothing_to_pin(context: bpy.types.Context) -> str:
+    """As why_not_changeable(), and it must be in Edit Mode or have vertex groups."""
+    reason = why_not_changeable(context)
+    if reason or posed_object(context).mode == "EDIT" or posed_object(context).vertex_groups:
+        return reason
+    return "Select vertices in Edit Mode (Tab) to pin them"
 
 
 class ARAP_OT_pin_add(bpy.types.Operator):
@@ -28,11 +35,7 @@ class ARAP_OT_pin_add(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        reason = why_not_changeable(context)
-        obj = find_posed_object(context)
-        if not reason and obj is not None and obj.mode != "EDIT" and not obj.vertex_groups:
-            reason = "Select vertices in Edit Mode (Tab) to pin them"
-        return allow(cls, reason)
+        return allow(cls, why_nothing_to_pin(context))
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         obj = posed_object(context)

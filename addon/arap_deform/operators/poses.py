@@ -13,6 +13,7 @@ from .common import (
     posed_object,
     reports_errors,
     why_not_changeable,
+    why_not_object_mode,
     why_not_solvable,
 )
 from .job import ShapesJobOperator
@@ -27,7 +28,7 @@ AXES = (
 def why_no_library(context: bpy.types.Context) -> str:
     """As why_not_changeable(), and the mesh must be in Object Mode."""
     reason = why_not_changeable(context)
-    return reason or ("" if posed_object(context).mode == "OBJECT" else "Go to Object Mode first (Tab)")
+    return reason or why_not_object_mode(posed_object(context))
 
 
 def why_not_storable(context: bpy.types.Context) -> str:

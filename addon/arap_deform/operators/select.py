@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import bpy
 
 from .. import mesh_io, unheld
@@ -13,6 +15,39 @@ from .common import allow, check_visible, object_mode, posed_object, reports_err
 
 def enter_edit_mode(context: bpy.types.Context, obj: bpy.types.Object) -> None:
     """Of this mesh alone, whatever is active and selected. Raises ValueError where it is hidden."""
+    _take_alone(context, obj)
+    bpy.ops.object.mode_set(mode="EDIT")
+
+
+def select_in_edit_mode(
+    context: bpy.types.Context, obj: bpy.types.Object, find: Callable[[], Ints], *, shows_hidden: bool
+) -> int:
+    """Selects the vertices found, and nothing else, in Edit Mode of this mesh alone; where none are, nothing happens.
+
+    Edit Mode is left once at most, because entering it takes long on a large mesh: while ``find`` reads the mesh and
+    Blender is told what is selected.
+
+    Returns:
+        How many were found.
+
+    Raises:
+        ValueError: where the mesh is hidden.
+    """
+    check_visible(obj)
+    with object_mode(obj):
+        vertices = find()
+        if not len(vertices):
+            return 0
+        _take_alone(context, obj)
+        mesh_io.select_vertices(obj, vertices, shows_hidden=shows_hidden)
+        context.tool_settings.mesh_select_mode = (True, False, False)
+    if obj.mode != "EDIT":
+        bpy.ops.object.mode_set(mode="EDIT")
+    return len(vertices)
+
+
+def _take_alone(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    """Makes it the only object that is selected, and active, in Object Mode. Raises ValueError where it is hidden."""
     check_visible(obj)
     if context.object is not None and context.object.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
@@ -20,19 +55,6 @@ def enter_edit_mode(context: bpy.types.Context, obj: bpy.types.Object) -> None:
         other.select_set(other == obj)
     obj.select_set(True)
     context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="EDIT")
-
-
-def select_in_edit_mode(
-    context: bpy.types.Context, obj: bpy.types.Object, vertices: Ints, *, shows_hidden: bool
-) -> None:
-    """These vertices alone, in Edit Mode of this mesh alone. Raises as enter_edit_mode()."""
-    check_visible(obj)
-    if obj.mode == "EDIT":
-        bpy.ops.object.mode_set(mode="OBJECT")
-    mesh_io.select_vertices(obj, vertices, shows_hidden=shows_hidden)
-    context.tool_settings.mesh_select_mode = (True, False, False)
-    enter_edit_mode(context, obj)
 
 
 class ARAP_OT_edit_mesh(bpy.types.Operator):
@@ -43,7 +65,7 @@ class ARAP_OT_edit_mesh(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, _why_not_editable(context))
+        return allow(cls, why_not_editable(context))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -63,7 +85,7 @@ class ARAP_OT_select_unheld(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        reason = _why_not_editable(context)
+        reason = why_not_editable(context)
         if not reason and not (posed_object(context).arap.pins or posed_object(context).arap.handles):
             reason = "Add a pin or a handle first: nothing holds the mesh yet"
         return allow(cls, reason)
@@ -71,17 +93,22 @@ class ARAP_OT_select_unheld(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        with object_mode(obj):
+        n_parts = 0
+
+        def find() -> Ints:
+            nonlocal n_parts
             vertices, n_parts = unheld.find(obj, context.evaluated_depsgraph_get())
-        if not len(vertices):
+            return vertices
+
+        n = select_in_edit_mode(context, obj, find, shows_hidden=True)
+        if n:
+            self.report({"INFO"}, rpt_("Selected {} vertices, in {} parts of the mesh").format(n, n_parts))
+        else:
             self.report({"INFO"}, rpt_("Every part of the mesh is held by a pin or handle"))
-            return {"FINISHED"}
-        select_in_edit_mode(context, obj, vertices, shows_hidden=True)
-        self.report({"INFO"}, rpt_("Selected {} vertices, in {} parts of the mesh").format(len(vertices), n_parts))
         return {"FINISHED"}
 
 
-def _why_not_editable(context: bpy.types.Context) -> str:
+def why_not_editable(context: bpy.types.Context) -> str:
     """As why_no_mesh(), and no act must have the mesh."""
     return why_no_mesh(context) or why_busy(posed_object(context))
 
