@@ -62,9 +62,9 @@ def add_handle(
 
     with _making():
         handle = _new_handle(obj, vertex_groups.new(obj, indices, name), name)
-        handle.has_made_group = handle.has_made_target = True
         handle.is_exact = is_exact
         handle.target = _new_empty(obj, name, world, fit @ at_rest)
+        handle.has_made_group = handle.has_made_target = True  # last: to be given one marks it as the artist's
         handle.rest = Matrix(np.linalg.inv(world) @ at_rest)
         handle.group_radius = max(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
@@ -144,8 +144,9 @@ def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Objec
     if reason:
         raise ValueError(f"Handle '{handle.name}' of '{obj.name}' cannot take it: {reason}")
     with _making():
-        handle.has_made_target = handle.has_made_target and handle.target == target
+        is_made = handle.has_made_target and handle.target == target
         handle.target = target
+        handle.has_made_target = is_made
         handle.bone = bone
     take_over(obj, handle)
 
@@ -155,8 +156,9 @@ def set_handle_group(obj: bpy.types.Object, index: int, vertex_group: str) -> No
     handle = item_at(obj, obj.arap.handles, index, "handle")
     vertex_groups.check(obj, vertex_group)
     with _making():
-        handle.has_made_group = handle.has_made_group and handle.vertex_group == vertex_group
+        is_made = handle.has_made_group and handle.vertex_group == vertex_group
         handle.vertex_group = vertex_group
+        handle.has_made_group = is_made
     take_over(obj, handle)
 
 

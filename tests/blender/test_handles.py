@@ -174,6 +174,28 @@ class HandleTest(SceneTest):
         self.api.solve(obj)
         self.assert_close(key_positions(obj)[TOP], posed[TOP] + np.array([0.0, 0.0, 0.5]), 1e-3)
 
+    def test_what_the_artist_has_chosen_in_the_panel_stays_when_the_handle_goes(self):
+        obj = posable()
+        control = empty_at((0.0, 0.0, 4.0), "Control")
+        shape = control.empty_display_type
+        obj.vertex_groups.new(name="Mine").add(TOP, 1.0, "REPLACE")
+        handle = obj.arap.handles[0]
+        handle.target, handle.vertex_group = control, "Mine"
+        obj.arap.handle_shape = "CUBE"
+        self.assertEqual(control.empty_display_type, shape)
+        self.api.remove_handle(obj, 0)
+        self.assertIn("Control", bpy.data.objects)
+        self.assertIn("Mine", obj.vertex_groups)
+
+    def test_what_a_handle_made_goes_with_it_also_where_a_script_gives_it_the_same_again(self):
+        obj = posable()
+        handle = obj.arap.handles[0]
+        self.api.set_handle_target(obj, 0, handle.target)
+        self.api.set_handle_group(obj, 0, handle.vertex_group)
+        self.api.remove_handle(obj, 0)
+        self.assertNotIn("Head", bpy.data.objects)
+        self.assertNotIn("Head", obj.vertex_groups)
+
     def test_a_new_group_does_not_move_the_mesh(self):
         obj = posable()
         bend(obj)
