@@ -50,9 +50,11 @@ class BlenderPoseScene(BlenderFollowScene):
         if _counts(obj) != self._counts:
             text = rpt_("The mesh of '{}' has changed: posing has ended, its rest shape is another one now")
             return text.format(self.name)
-        reason = self.key.problem(obj)
+        reason = self.key.why_left(obj)
+        if not reason and not self.key.follow(obj):
+            reason = f"Shape key '{obj.arap.key_name}' of '{obj.name}' was removed"
         if reason:
-            return reason
+            return f"{reason}: posing has ended"
         for index, handle in enumerate(obj.arap.handles):
             problem = api.handle_problem(obj, index) if handle.is_enabled else ""
             if problem:
