@@ -25,6 +25,11 @@ def check_mesh(obj: bpy.types.Object) -> None:
         raise ValueError(f"'{obj.name}' has no faces: there is nothing to deform")
 
 
+def is_override(data: bpy.types.ID) -> bool:
+    """Whether it is a library override: what Blender does not save of it is the library's again after a load."""
+    return data.override_library is not None
+
+
 def read_rest(obj: bpy.types.Object) -> NDArray[np.float32]:
     """(n, 3) float32 rest positions, object space: the reference key, or the mesh where there are no keys."""
     keys = obj.data.shape_keys

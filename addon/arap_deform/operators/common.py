@@ -66,6 +66,11 @@ def why_no_mesh(context: bpy.types.Context) -> str:
         return "Select a mesh first"
     if obj.library is not None or obj.data.library is not None:
         return "This mesh is linked from another file: make it local first (Object > Relations > Make Local)"
+    if mesh_io.is_override(obj) or mesh_io.is_override(obj.data):
+        return (
+            "This mesh is a library override, in which a pose is not saved: make it local first "
+            "(Object > Relations > Make Local)"
+        )
     return ""
 
 
