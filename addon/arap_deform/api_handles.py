@@ -35,8 +35,8 @@ def add_handle(
 ) -> ArapHandle:
     """Makes a vertex group of ``vertices`` (weight 1) and an empty that moves it.
 
-    The empty stands at the group's centroid (or at ``location``, world space), sized to the group, in the object's
-    collection, and is parented to the object, so that it goes where the object goes. On a posed mesh it stands where
+    The empty stands at the group's centroid (or at ``location``, world space), sized to the group, in a
+    collection of the object that is enabled, and is parented to the object, so that it goes where the object goes. On a posed mesh it stands where
     the pose has taken the group, and the mesh does not move.
 
     With the energy "rotation_nodes" a handle smaller than the rigidity radius holds the average of a round patch about
@@ -243,13 +243,21 @@ def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
 
 def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) -> bpy.types.Object:
     empty = bpy.data.objects.new(name, None)
-    collections = [c for c in obj.users_collection if c.library is None]
-    (collections[0] if collections else bpy.context.scene.collection).objects.link(empty)
+    _collection_for_empty(obj).objects.link(empty)
     empty.parent = obj
     # Undone by the parent's own matrix today: the empty's axes are the world's, even under a stretched object.
     empty.matrix_parent_inverse = Matrix(np.linalg.inv(world))
     empty.matrix_world = Matrix(matrix)  # not matrix_basis: this one can be read back before the next evaluation
     return empty
+
+
+def _collection_for_empty(obj: bpy.types.Object) -> bpy.types.Collection:
+    """One of the object's own, of those that Blender evaluates here and into which something can be put."""
+    users = obj.users_collection
+    for collection in mesh_io.enabled_collections(bpy.context.view_layer.layer_collection):
+        if collection in users and collection.library is None and not mesh_io.is_override(collection):
+            return collection
+    return bpy.context.scene.collection
 
 
 def _is_used(empty: bpy.types.Object) -> bool:

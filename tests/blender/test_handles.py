@@ -119,6 +119,27 @@ class HandleTest(SceneTest):
         self.assert_close(handle.target.matrix_world.translation, (1.0, 2.0, 3.0))
         self.assert_close(self.api.handle_matrices(obj)[0], np.eye(4), 1e-5)
 
+    def test_the_empty_is_put_where_it_is_evaluated(self):
+        """Of the mesh's collections that may be an excluded one, one of another scene, or none."""
+        obj = mesh_object()
+        excluded, enabled, elsewhere = (bpy.data.collections.new(name) for name in ("Excluded", "Enabled", "Elsewhere"))
+        bpy.data.scenes.new("Other").collection.children.link(elsewhere)
+        root = self.scene.collection
+        for collection in (excluded, enabled):
+            root.children.link(collection)
+        for collection in (elsewhere, excluded, enabled):
+            collection.objects.link(obj)
+        root.objects.unlink(obj)
+        bpy.context.view_layer.layer_collection.children["Excluded"].exclude = True
+        bpy.context.view_layer.update()
+        for expected in (enabled, root):
+            handle = self.api.add_handle(obj, TOP)
+            self.assertEqual(list(handle.target.users_collection), [expected])
+            bpy.context.view_layer.update()
+            self.assertEqual(self.api.handle_problem(obj, len(obj.arap.handles) - 1), "")
+            if expected == enabled:
+                enabled.objects.unlink(obj)
+
     def test_a_handle_of_one_vertex_has_a_size_one_can_see(self):
         handle = self.api.add_handle(mesh_object(), [7])
         self.assertGreater(handle.target.empty_display_size, 0.05)
