@@ -35,9 +35,9 @@ def add_handle(
 ) -> ArapHandle:
     """Makes a vertex group of ``vertices`` (weight 1) and an empty that moves it.
 
-    The empty stands at the group's centroid (or at ``location``, world space), sized to the group, in a
-    collection of the object that is enabled, and is parented to the object, so that it goes where the object goes. On a posed mesh it stands where
-    the pose has taken the group, and the mesh does not move.
+    The empty stands at the group's centroid (or at ``location``, world space), sized to the group, in a collection of
+    the object that is enabled, and is parented to the object, so that it goes where the object goes. On a posed mesh
+    it stands where the pose has taken the group, and the mesh does not move.
 
     With the energy "rotation_nodes" a handle smaller than the rigidity radius holds the average of a round patch about
     its vertices, and its empty stands there; ``is_exact``: it holds the vertices themselves.

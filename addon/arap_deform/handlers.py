@@ -6,13 +6,14 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import app_handlers, empty_groups, mesh_size, older_files, seen_mesh, sessions
+from . import app_handlers, empty_groups, handle_owner, mesh_size, older_files, seen_mesh, sessions
 
 
 @persistent
 def _on_load(*_: object) -> None:
     sessions.clear()
     empty_groups.clear()
+    handle_owner.clear()
     mesh_size.clear()
     seen_mesh.clear()
     older_files.upgrade_all()
@@ -22,6 +23,7 @@ def _on_load(*_: object) -> None:
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     older_files.upgrade_updated(depsgraph)
     empty_groups.forget_updated(depsgraph)
+    handle_owner.forget_updated(depsgraph)
     mesh_size.forget_updated(depsgraph, sessions.acts)
     seen_mesh.forget_updated(depsgraph)
 
@@ -34,6 +36,7 @@ def _on_frame(*_: object) -> None:
 @persistent
 def _on_undo(*_: object) -> None:
     empty_groups.clear()
+    handle_owner.clear()
     mesh_size.clear()
     seen_mesh.clear()
 
@@ -60,5 +63,6 @@ def unregister() -> None:
         bpy.app.timers.unregister(older_files.upgrade_all)
     sessions.clear()
     empty_groups.clear()
+    handle_owner.clear()
     mesh_size.clear()
     seen_mesh.clear()

@@ -468,6 +468,83 @@ class RefusalTest(SceneTest):
         self.assertEqual(common.find_posed_object(bpy.context), mover)
 
 
+class OwnerTest(SceneTest):
+    """The panel's mesh where something else is active, without a look at all objects at each redraw."""
+
+    def setUp(self):
+        super().setUp()
+        self.owner = module("handle_owner")
+
+    def shown(self):
+        return module("operators.common").find_posed_object(bpy.context)
+
+    def count_looks(self):
+        """How many objects are asked whether the active one moves them."""
+        plain, looks = self.owner.is_moved_by, []
+
+        def is_moved_by(obj, asked):
+            looks.append(obj)
+            return plain(obj, asked)
+
+        self.owner.is_moved_by = is_moved_by
+        try:
+            self.shown()
+        finally:
+            self.owner.is_moved_by = plain
+        return len(looks)
+
+    def test_all_objects_are_looked_at_once(self):
+        meshes = [mesh_object(f"Tube {i}") for i in range(20)]
+        idle, control = empty_at((5.0, 0.0, 0.0), "Idle"), empty_at((0.0, 0.0, 4.0), "Control")
+        self.api.add_handle_for(meshes[-1], control)
+        for target in (control, idle):
+            bpy.context.view_layer.objects.active = target
+            bpy.context.view_layer.update()
+            self.assertGreaterEqual(self.count_looks(), 20)
+            self.assertLessEqual(self.count_looks(), 1)
+        idle.location.x = 6.0
+        bpy.context.view_layer.update()
+        self.assertEqual(self.count_looks(), 0)
+
+    def test_what_changes_the_answer_is_seen(self):
+        obj = mesh_object()
+        control = empty_at((0.0, 0.0, 4.0), "Control")
+        bpy.context.view_layer.objects.active = control
+        self.assertIsNone(self.shown())
+        self.api.add_handle_for(obj, control)
+        self.assertEqual(self.shown(), obj)
+        self.api.remove_handle(obj, 0)
+        self.assertIsNone(self.shown())
+        handle = obj.arap.handles.add()
+        self.assertIsNone(self.shown())
+        handle.target = control  # as the panel does
+        self.assertEqual(self.shown(), obj)
+        obj.name = "Pipe"
+        self.assertEqual(self.shown(), obj)
+        obj.arap.handles.clear()
+        self.assertIsNone(self.shown())
+        appended = obj.copy()
+        appended.arap.handles.add().target = control
+        self.assertIsNone(self.shown())
+        self.scene.collection.objects.link(appended)
+        bpy.context.view_layer.update()
+        self.assertEqual(self.shown(), appended)
+        bpy.data.objects.remove(appended)
+        self.assertIsNone(self.shown())
+
+    def test_an_undo_brings_a_handle_back(self):
+        obj = mesh_object()
+        self.api.add_handle_for(obj, empty_at((0.0, 0.0, 4.0), "Control"))
+        bpy.ops.ed.undo_push(message="handle")
+        self.api.remove_handle(obj, 0)
+        bpy.context.view_layer.objects.active = bpy.data.objects["Control"]
+        bpy.ops.ed.undo_push(message="no handle")
+        self.assertIsNone(self.shown())
+        bpy.ops.ed.undo()
+        bpy.context.view_layer.objects.active = bpy.data.objects["Control"]
+        self.assertEqual(self.shown(), bpy.data.objects["Tube"])
+
+
 class TakeOverTest(SceneTest):
     def test_choosing_while_the_mesh_is_flat_marks_the_handle(self):
         obj = posable()

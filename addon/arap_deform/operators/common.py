@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,7 +11,7 @@ from typing import Any
 
 import bpy
 
-from .. import api, live_key, mesh_io, sessions
+from .. import api, handle_owner, live_key, mesh_io, sessions
 from ..handle_map import Ints
 from ..texts import rpt_
 from .pose_act import PoseAct
@@ -43,20 +42,18 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
             return active
-        return next((obj for obj in posed if _is_moved_by(obj, active)), active)
+        return next((obj for obj in posed if handle_owner.is_moved_by(obj, active)), active)
     if active is not None:
-        # Asked many times a redraw: the likely ones first, and all objects of the scene only where it is none of them.
-        for obj in itertools.chain(posed, [active.parent], context.view_layer.objects):
-            if obj is not None and _is_moved_by(obj, active):
+        for obj in (*posed, active.parent):
+            if obj is not None and handle_owner.is_moved_by(obj, active):
                 return obj
+        owner = handle_owner.find(context.view_layer, active)
+        if owner is not None:
+            return owner
     if len(posed) == 1:
         return posed[0]
     meshes = [obj for obj in context.selected_objects if obj.type == "MESH"]
     return meshes[0] if len(meshes) == 1 else None
-
-
-def _is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
-    return obj.type == "MESH" and any(handle.target == target for handle in obj.arap.handles)
 
 
 def why_no_mesh(context: bpy.types.Context) -> str:
