@@ -14,7 +14,8 @@ import numpy as np
 from bpy.app.handlers import persistent
 from mathutils import Matrix
 
-from . import api, app_handlers, batches, colors, overlay_data
+from . import api, app_handlers, batches, colors, compat, overlay_data
+from .handle_map import Ints
 from .operators.common import find_posed_object
 from .overlay_legend import draw_legend
 from .strain import Float32s
@@ -30,6 +31,8 @@ class Drawn:
     def __init__(self, surface: overlay_data.Surface) -> None:
         self.surface = surface
         self.indices = batches.index_buffer(surface.triangles)
+        self.has_pinned = False  # those read last are those of now
+        self._pinned: Ints = np.empty(0, dtype=np.int32)
         self._stamp: tuple[Any, ...] = ()
         self._readout: api.Readout | None = None
         self.heat: gpu.types.GPUBatch | None = None
@@ -42,6 +45,8 @@ class Drawn:
         """Makes anew what has changed."""
         self._update_lines(obj, depsgraph)
         settings = obj.arap.overlay
+        if settings.show_pins and not self.has_pinned and not compat.is_painting():
+            self._pinned, self.has_pinned, self._stamp = overlay_data.read_pinned(obj), True, ()
         stamp = (_changes, settings.show_strain, settings.show_pins, settings.strain_limit)
         if stamp == self._stamp and self.is_of(obj):
             return
@@ -52,8 +57,8 @@ class Drawn:
             positions = overlay_data.positions_now(obj, surface, depsgraph)
         if settings.show_strain and len(surface.triangles):
             self.heat = batches.surface_batch(positions, overlay_data.strain_colors(obj, surface), self.indices)
-        if settings.show_pins and len(surface.pinned):
-            self.pins = batches.plain_batch("POINTS", positions[surface.pinned])
+        if settings.show_pins and len(self._pinned):
+            self.pins = batches.plain_batch("POINTS", positions[self._pinned])
 
     def is_of(self, obj: bpy.types.Object) -> bool:
         """Whether the object was not solved since."""
@@ -136,7 +141,10 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
             _changes += 1
             if obj.data in updated and drawn.is_of(obj):
                 # No solve has done that: faces, rest shape or groups may be others.
-                _drawn.clear()
+                if obj.mode == "WEIGHT_PAINT":
+                    drawn.has_pinned = False  # groups alone, and at each step of a stroke
+                else:
+                    _drawn.clear()
 
 
 @persistent
