@@ -14,7 +14,7 @@ import numpy as np
 from bpy.app.handlers import persistent
 from mathutils import Matrix
 
-from . import api, app_handlers, batches, colors, compat, overlay_data
+from . import api, app_handlers, batches, colors, compat, live_key, overlay_data
 from .handle_map import Ints
 from .operators.common import find_posed_object
 from .overlay_legend import draw_legend
@@ -103,7 +103,7 @@ def shown_object(context: bpy.types.Context) -> bpy.types.Object | None:
 
 def _shows_anything(obj: bpy.types.Object) -> bool:
     overlay = obj.arap.overlay
-    if not (obj.arap.pins or obj.arap.handles):
+    if not (obj.arap.pins or obj.arap.handles) and live_key.find(obj) is None:  # ARAP Pull needs neither
         return False
     return bool(overlay.show_pins or overlay.show_handles or overlay.show_strain)
 

@@ -77,6 +77,21 @@ class OverlayTest(SceneTest):
         lines = self.data.handle_lines(obj, bpy.context.evaluated_depsgraph_get())
         self.assertEqual(lines.shape, (0, 3))
 
+    def test_it_shows_a_mesh_with_pins_handles_or_a_pose(self):
+        """ARAP Pull needs neither pins nor handles of the lists."""
+        shows = module("overlay")._shows_anything
+        obj = posable()
+        obj.arap.overlay.show_strain = True
+        self.assertTrue(shows(obj))
+        obj.arap.pins.clear()
+        obj.arap.handles.clear()
+        self.assertFalse(shows(obj))
+        module("live_key").ensure(obj)
+        self.assertTrue(shows(obj))
+        for name in ("show_pins", "show_handles", "show_strain"):
+            setattr(obj.arap.overlay, name, False)
+        self.assertFalse(shows(obj))
+
     def test_a_stroke_of_weights_reads_the_pins_once_it_has_ended_and_nothing_else(self):
         obj = posable()
         obj.arap.overlay.show_pins = obj.arap.overlay.show_strain = True
