@@ -86,7 +86,7 @@ class Drawn:
 
 
 _drawn: dict[str, Drawn] = {}
-"""What was drawn last, by the name of its object; at most one."""
+"""What was drawn last, by the full name of its object; at most one."""
 _changes = 0  # grows with every evaluation that may have changed what is drawn
 
 
@@ -114,11 +114,11 @@ def _draw_in_space() -> None:
     if obj is None:
         return
     depsgraph = context.evaluated_depsgraph_get()
-    drawn = _drawn.get(obj.name)
+    drawn = _drawn.get(obj.name_full)
     if drawn is None or not drawn.surface.fits(obj):
         _drawn.clear()
         try:
-            drawn = _drawn[obj.name] = Drawn(overlay_data.Surface.read(obj, depsgraph))
+            drawn = _drawn[obj.name_full] = Drawn(overlay_data.Surface.read(obj, depsgraph))
         except ValueError:  # scaled to nothing: nothing of it is seen
             return
     drawn.update(obj, depsgraph)
@@ -135,9 +135,9 @@ def _draw_on_screen() -> None:
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     global _changes  # noqa: PLW0603 - counted by handlers, compared when drawing
     for name, drawn in list(_drawn.items()):
-        obj = bpy.data.objects.get((name, None))
         updated = [update.id.original for update in depsgraph.updates if update.is_updated_geometry]
-        if obj is not None and obj in updated:
+        obj = next((item for item in updated if isinstance(item, bpy.types.Object) and item.name_full == name), None)
+        if obj is not None:
             _changes += 1
             if obj.data in updated and drawn.is_of(obj):
                 # No solve has done that: faces, rest shape or groups may be others.

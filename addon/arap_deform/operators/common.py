@@ -37,7 +37,7 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     one selected mesh.
     """
     active = context.object
-    found = [context.view_layer.objects.get(name) for name in sessions.acts]
+    found = [_local_object(context.view_layer, name) for name in sessions.acts]
     posed = [obj for obj in found if obj is not None]  # others are of another scene, or renamed
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
@@ -54,6 +54,14 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
         return posed[0]
     meshes = [obj for obj in context.selected_objects if obj.type == "MESH"]
     return meshes[0] if len(meshes) == 1 else None
+
+
+def _local_object(view_layer: bpy.types.ViewLayer, name: str) -> bpy.types.Object | None:
+    """The object of this file with that name, which a linked one may have as well."""
+    obj = view_layer.objects.get(name)
+    if obj is None or obj.library is None:
+        return obj
+    return next((other for other in view_layer.objects if other.name_full == name), None)
 
 
 def why_no_mesh(context: bpy.types.Context) -> str:
@@ -91,7 +99,7 @@ def why_not_object_mode(obj: bpy.types.Object) -> str:
 
 def why_busy(obj: bpy.types.Object) -> str:
     """Which act has the mesh for itself, and how it ends; '' where none has."""
-    act = sessions.acts.get(obj.name)
+    act = sessions.acts.get(obj.name_full)
     if isinstance(act, PoseAct):
         if act.is_drag:
             return "The mesh is being pulled: wait until it has settled, or press Esc"
@@ -106,7 +114,7 @@ def is_posed(obj: bpy.types.Object) -> bool:
 
 
 def _posing_act(obj: bpy.types.Object) -> PoseAct | None:
-    act = sessions.acts.get(obj.name)
+    act = sessions.acts.get(obj.name_full)
     return act if isinstance(act, PoseAct) and not act.is_drag else None
 
 
