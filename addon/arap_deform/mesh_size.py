@@ -16,8 +16,8 @@ SAME_STRETCH = 1e-5  # relative; the matrix of a turning object differs by less
 
 
 _known: dict[str, tuple[Floats, float]] = {}
-"""The stretch, scaled to a largest entry of 1, and the diagonal under it, by full names of objects: a linked one may have
-the name of a local one."""
+"""The stretch, scaled to a largest entry of 1, and the diagonal under it, by full names of objects: a linked one may
+have the name of a local one."""
 
 
 def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:

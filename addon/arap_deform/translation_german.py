@@ -145,6 +145,7 @@ MESSAGES = {
     "Go to Object Mode first, in the menu at the top left of the view": (
         "Zuerst in den Objektmodus gehen, im Menü oben links in der Ansicht"
     ),
+    "Wait until the render has ended": "Warten, bis das Rendern beendet ist",
     "Add a handle first: nothing moves the mesh yet": "Zuerst einen Griff setzen: noch bewegt nichts das Mesh",
     "There is no pose yet: press Pose or Solve first": "Es gibt noch keine Pose: zuerst Posieren oder Lösen",
 }

@@ -127,6 +127,20 @@ class ReasonTest(SceneTest):
             self.assertTrue(getattr(bpy.ops.arap, name).poll(), f"{name}: posing follows")
         self.assertIn("End the pose first: Enter keeps it, Esc cancels it", self.reason("solve"))
 
+    def test_what_changes_the_pose_waits_for_a_render(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        self.api.store_pose(obj, "Pose")
+        self.api.solve(obj)
+        common = module("operators.common")
+        jobs = ("solve", "bake_animation", "export_mesh_cache", "poses_to_keys")
+        acts = (*jobs, "bake_pose", "poses_apply", "reset_pose")
+        for name in acts:
+            self.assertTrue(getattr(bpy.ops.arap, name).poll(), name)
+        with mock.patch.object(common, "is_rendering", return_value=True):
+            for name in acts:
+                self.assertIn("Wait until the render has ended", self.reason(name))
+
     def test_an_act_that_comes_second_waits(self):
         obj = posable()
         sessions = module("sessions")

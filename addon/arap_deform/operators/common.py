@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 
 from .. import api, handle_owner, live_key, mesh_io, sessions
+from ..follow_scene import is_rendering
 from ..handle_map import Ints
 from ..texts import rpt_
 from .pose_act import PoseAct
@@ -80,12 +81,12 @@ def why_no_mesh(context: bpy.types.Context) -> str:
 
 
 def why_not_idle(context: bpy.types.Context) -> str:
-    """As why_no_mesh(), and the mesh must be in Object Mode (an armature may be in Pose Mode) and no act have it."""
+    """As why_no_mesh(), in Object Mode (an armature may be in Pose Mode), and neither an act nor a render has it."""
     reason = why_no_mesh(context)
     if reason:
         return reason
     obj = posed_object(context)
-    return why_not_object_mode(obj) or why_busy(obj)
+    return why_not_object_mode(obj) or why_busy(obj) or ("Wait until the render has ended" if is_rendering() else "")
 
 
 def why_not_object_mode(obj: bpy.types.Object) -> str:
