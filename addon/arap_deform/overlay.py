@@ -16,7 +16,7 @@ from mathutils import Matrix
 
 from . import api, app_handlers, batches, colors, compat, live_key, overlay_data
 from .handle_map import Ints
-from .operators.common import find_posed_object
+from .operators.common import find_drawn_object
 from .overlay_legend import draw_legend
 from .strain import Float32s
 
@@ -92,13 +92,10 @@ _changes = 0  # grows with every evaluation that may have changed what is drawn
 
 def shown_object(context: bpy.types.Context) -> bpy.types.Object | None:
     """The object whose overlay is to be drawn in this view, None where there is none."""
-    space = context.space_data
-    if space is None or not space.overlay.show_overlays:
-        return None
-    obj = find_posed_object(context)
+    obj = find_drawn_object(context)
     if obj is None or not _shows_anything(obj) or obj.mode in {"EDIT", "SCULPT"} or obj.data.is_editmode:
         return None
-    return obj if obj.visible_in_viewport_get(space) else None
+    return obj
 
 
 def _shows_anything(obj: bpy.types.Object) -> bool:

@@ -57,6 +57,15 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     return meshes[0] if len(meshes) == 1 else None
 
 
+def find_drawn_object(context: bpy.types.Context) -> bpy.types.Object | None:
+    """As find_posed_object(), None too where this 3D view hides it or its overlays."""
+    space = context.space_data
+    if space is None or not space.overlay.show_overlays:
+        return None
+    obj = find_posed_object(context)
+    return obj if obj is not None and obj.visible_in_viewport_get(space) else None
+
+
 def _local_object(view_layer: bpy.types.ViewLayer, name: str) -> bpy.types.Object | None:
     """The object of this file with that name, which a linked one may have as well."""
     obj = view_layer.objects.get(name)
