@@ -85,6 +85,47 @@ class PinTest(SceneTest):
         self.assertEqual(sorted(group.name for group in obj.vertex_groups), ["Mine", "Shared"])
         self.assertEqual(len(obj.arap.pins), 0)
 
+    def test_a_group_that_a_modifier_uses_in_whatever_field_stays(self):
+        def of_nodes(obj, group):
+            tree = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
+            if hasattr(tree, "interface"):  # 4.0
+                tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+                key = tree.interface.new_socket("Field", in_out="INPUT", socket_type="NodeSocketFloat").identifier
+            else:
+                tree.inputs.new("NodeSocketGeometry", "Geometry")
+                key = tree.inputs.new("NodeSocketFloat", "Field").identifier
+            modifier = obj.modifiers.new("Nodes", "NODES")
+            modifier.node_group = tree
+            if hasattr(modifier, "properties"):  # 5.2
+                getattr(modifier.properties.inputs, key).attribute_name = group
+            else:
+                modifier[f"{key}_attribute_name"] = group
+
+        def of_particles(obj, group):
+            obj.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.vertex_group_density = group
+
+        def of_cloth(obj, group):
+            obj.modifiers.new("Cloth", "CLOTH").settings.vertex_group_mass = group
+
+        def of_rim(obj, group):
+            obj.modifiers.new("Solidify", "SOLIDIFY").rim_vertex_group = group
+
+        def of_mix(obj, group):
+            obj.modifiers.new("Mix", "VERTEX_WEIGHT_MIX").vertex_group_b = group
+
+        def of_lattice(obj, group):
+            obj.modifiers.new("Lattice", "LATTICE").vertex_group = group
+
+        for use in (of_nodes, of_particles, of_cloth, of_rim, of_mix, of_lattice):
+            with self.subTest(use.__name__):
+                obj = mesh_object()
+                self.api.add_pin(obj, [1], name="Used")
+                self.api.add_pin(obj, [2], name="Lone")
+                use(obj, "Used")
+                for _ in range(2):
+                    self.api.remove_pin(obj, 0)
+                self.assertEqual([group.name for group in obj.vertex_groups], ["Used"])
+
     def test_disabled_pins_and_handles_do_nothing(self):
         obj = posable()
         self.api.add_pin(obj, MIDDLE, name="Waist")
