@@ -5,7 +5,7 @@
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from .. import api
+from .. import api, mesh_io
 from .common import allow, one_step, posed_object, reports_errors, selected_vertices, why_not_changeable
 
 
@@ -61,6 +61,7 @@ class ARAP_OT_stiffness_add(bpy.types.Operator):
             with one_step(obj, self.bl_label):
                 api.add_stiffness(obj, vertices, name=self.name)
             return {"FINISHED"}
+        mesh_io.check_mesh(obj)  # before there is a group that nothing would use
         with one_step(obj, self.bl_label):
             if self.vertex_group:
                 api.add_stiffness_group(obj, self.vertex_group)
