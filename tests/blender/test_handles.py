@@ -285,6 +285,23 @@ class HandleTest(SceneTest):
         self.assertIsNone(near.parent)
         self.assert_close(self.api.handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
 
+    def test_of_what_is_selected_empties_and_bones_become_handles_and_nothing_else(self):
+        obj = mesh_object()
+        empty_at((0.0, 0.0, 4.0), "Control")
+        for name, data in (("Sun", bpy.data.lights.new("Sun", "SUN")), ("Eye", bpy.data.cameras.new("Eye"))):
+            self.scene.collection.objects.link(bpy.data.objects.new(name, data))
+        bpy.ops.object.select_all(action="SELECT")
+        bpy.context.view_layer.objects.active = obj
+        self.assertEqual(bpy.ops.arap.handle_add_from_empties(), {"FINISHED"})
+        self.assertEqual([handle.target.name for handle in obj.arap.handles], ["Control"])
+        self.assertFalse(bpy.ops.arap.handle_add_from_empties.poll())
+        rig = armature()
+        self.api.add_handle_for(obj, rig, bone="Lower")
+        bpy.ops.object.mode_set(mode="POSE")
+        bpy.ops.pose.select_all(action="SELECT")
+        self.assertEqual(bpy.ops.arap.handle_add_from_empties(), {"FINISHED"})
+        self.assertEqual([handle.bone for handle in obj.arap.handles], ["", "Lower", "Upper"])
+
     def test_without_a_radius_an_empty_takes_the_nearest_vertex_of_the_pose(self):
         obj = posable()
         move(obj.arap.handles[0].target, (0.0, 3.0, -2.0))
