@@ -35,7 +35,6 @@ class ArapSubPanel(ArapPanel):
     """Shown once there is a mesh."""
 
     bl_parent_id = "ARAP_PT_main"
-    bl_order = 60
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -88,7 +88,6 @@ MESSAGES = {
     "Converged": "Am Ziel",
     "Iteration limit": "Schrittgrenze",
     "Time limit": "Zeitgrenze",
-    "Cancelled": "Abgebrochen",
     # Live
     "Live": "Live",
     "Tick Live and the mesh follows its handles all the time, also in playback": (
