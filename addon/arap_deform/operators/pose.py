@@ -52,9 +52,9 @@ class BlenderPoseScene(BlenderFollowScene):
             return text.format(self.name)
         reason = self.key.why_left(obj)
         if not reason and not self.key.follow(obj):
-            reason = f"Shape key '{obj.arap.key_name}' of '{obj.name}' was removed"
+            reason = rpt_("Shape key '{}' of '{}' was removed").format(obj.arap.key_name, obj.name)
         if reason:
-            return f"{reason}: posing has ended"
+            return rpt_("{}: posing has ended").format(reason)
         for index, handle in enumerate(obj.arap.handles):
             problem = api.handle_problem(obj, index) if handle.is_enabled else ""
             if problem:
