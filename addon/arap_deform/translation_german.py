@@ -146,5 +146,9 @@ MESSAGES = {
     ),
     "Wait until the render has ended": "Warten, bis das Rendern beendet ist",
     "Add a handle first: nothing moves the mesh yet": "Zuerst einen Griff setzen: noch bewegt nichts das Mesh",
+    "Add a pin first: nothing is pinned yet": "Zuerst einen Fixpunkt setzen: noch ist nichts festgehalten",
+    "Add a stiff group first: nothing is stiffer than the rest yet": (
+        "Zuerst eine steife Gruppe anlegen: noch ist nichts steifer als der Rest"
+    ),
     "There is no pose yet: press Pose or Solve first": "Es gibt noch keine Pose: zuerst Posieren oder Lösen",
 }

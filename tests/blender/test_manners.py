@@ -102,11 +102,13 @@ class ReasonTest(SceneTest):
             ("bake_pose", "There is no pose yet: press Pose or Solve first"),
             ("pin_add", "Select vertices in Edit Mode (Tab) to pin them"),
             ("handle_add", "Select vertices in Edit Mode (Tab) to hang them on a handle"),
-            ("handle_remove", "There are no handles"),
-            ("pin_remove", "There are no pins"),
-            ("pull_release", "Nothing has been pulled or pinned with ARAP Pull"),
+            ("handle_remove", "Add a handle first: nothing moves the mesh yet"),
+            ("reset_handles", "Add a handle first: nothing moves the mesh yet"),
+            ("pin_remove", "Add a pin first: nothing is pinned yet"),
+            ("stiffness_remove", "Add a stiff group first: nothing is stiffer than the rest yet"),
+            ("pull_release", "Pull the mesh with ARAP Pull first, or click it: nothing is pulled or pinned yet"),
             ("select_unheld", "Add a pin or a handle first: nothing holds the mesh yet"),
-            ("pose_end", "This mesh is not being posed"),
+            ("pose_end", "Press Pose first: this mesh is not being posed"),
         ):
             self.assertIn(wanted, self.reason(name))
 

@@ -383,7 +383,7 @@ class PinsTest(PullTest):
     def test_without_any_there_is_nothing_to_make_real(self):
         self.assert_error(
             ValueError,
-            "Nothing of 'Tube' has been pulled or pinned with the tool",
+            "Nothing of 'Tube' has been pulled or pinned with the tool: drag or click it first",
             self.pull_pins.make_real,
             mesh_object(),
             bpy.context.evaluated_depsgraph_get(),

@@ -43,7 +43,10 @@ def why_not_edited(context: bpy.types.Context) -> str:
 
 def why_no_handles(context: bpy.types.Context) -> str:
     """As why_not_changeable(), and it must have handles."""
-    return why_not_changeable(context) or ("" if posed_object(context).arap.handles else "There are no handles")
+    reason = why_not_changeable(context)
+    if reason or posed_object(context).arap.handles:
+        return reason
+    return "Add a handle first: nothing moves the mesh yet"
 
 
 class ARAP_OT_handle_add(bpy.types.Operator):

@@ -271,7 +271,7 @@ class ARAP_OT_pose_end(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = find_posed_object(context)
-        return allow(cls, "" if obj is not None and is_posed(obj) else "This mesh is not being posed")
+        return allow(cls, "" if obj is not None and is_posed(obj) else "Press Pose first: this mesh is not being posed")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         act = sessions.acts[posed_object(context).name]

@@ -107,9 +107,9 @@ class ARAP_OT_stiffness_remove(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         reason = why_not_changeable(context)
-        return allow(
-            cls, reason or ("" if posed_object(context).arap.stiffness else "Nothing is stiffer than the rest")
-        )
+        if not reason and not posed_object(context).arap.stiffness:
+            reason = "Add a stiff group first: nothing is stiffer than the rest yet"
+        return allow(cls, reason)
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
