@@ -13,7 +13,6 @@ from bpy.props import (
 )
 from mathutils import Matrix
 
-from . import handle_owner
 from .pose_properties import IDENTITY
 
 
@@ -31,6 +30,8 @@ def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Cont
 
 
 def _on_target_changed(handle: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    from . import handle_owner
+
     handle.has_made_target = False  # another one, which is the artist's
     handle_owner.clear()
     _on_handle_changed(handle, context)
