@@ -32,7 +32,7 @@ class Drawn:
         self.surface = surface
         self.indices = batches.index_buffer(surface.triangles)
         self.has_pinned = False  # those read last are those of now
-        self._pinned: Ints = np.empty(0, dtype=np.int32)
+        self.pinned: Ints = np.empty(0, dtype=np.int32)
         self._stamp: tuple[Any, ...] = ()
         self._readout: api.Readout | None = None
         self.heat: gpu.types.GPUBatch | None = None
@@ -46,7 +46,7 @@ class Drawn:
         self._update_lines(obj, depsgraph)
         settings = obj.arap.overlay
         if settings.show_pins and not self.has_pinned and not compat.is_painting():
-            self._pinned, self.has_pinned, self._stamp = overlay_data.read_pinned(obj), True, ()
+            self.pinned, self.has_pinned, self._stamp = overlay_data.read_pinned(obj), True, ()
         stamp = (_changes, settings.show_strain, settings.show_pins, settings.strain_limit)
         if stamp == self._stamp and self.is_of(obj):
             return
@@ -57,8 +57,8 @@ class Drawn:
             positions = overlay_data.positions_now(obj, surface, depsgraph)
         if settings.show_strain and len(surface.triangles):
             self.heat = batches.surface_batch(positions, overlay_data.strain_colors(obj, surface), self.indices)
-        if settings.show_pins and len(self._pinned):
-            self.pins = batches.plain_batch("POINTS", positions[self._pinned])
+        if settings.show_pins and len(self.pinned):
+            self.pins = batches.plain_batch("POINTS", positions[self.pinned])
 
     def is_of(self, obj: bpy.types.Object) -> bool:
         """Whether the object was not solved since."""
