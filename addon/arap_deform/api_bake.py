@@ -12,6 +12,7 @@ from . import frame_state, live_key, mesh_io, shape_key
 from .fewest_keys import KeySearch
 from .frames_job import FramesJob, check_range
 from .job import run_job
+from .naming import NAME_BYTES
 from .point_handles import surface_diagonal
 from .session import Progress
 from .shape_key import Float32s
@@ -19,6 +20,7 @@ from .shape_store import ShapeStore
 from .shapes_job import check_in_scene
 from .texts import Translate, iface_
 
+IN_THE_TAB = "in the tab: another name in Settings > Shape Key"
 BYTES_PER_VERTEX = 12  # of a shape key, and of a frame of a cache
 
 
@@ -232,16 +234,22 @@ def size_text(n_bytes: float) -> str:
 
 
 def _check_prefix(obj: bpy.types.Object, prefix: str, frames: list[int]) -> None:
-    if any(len(shape_key.frame_key_name(prefix, frame).encode()) > shape_key.NAME_BYTES for frame in frames):
-        raise ValueError(f"Prefix '{prefix}' is too long for the names of shape keys: take a shorter one")
+    if any(len(shape_key.frame_key_name(prefix, frame).encode()) > NAME_BYTES for frame in frames):
+        raise ValueError(
+            f"Prefix '{prefix}' is too long for the names of shape keys: take a shorter one ({IN_THE_TAB})"
+        )
     taken = {obj.arap.key_name}
     if obj.data.shape_keys is not None:
         taken.add(obj.data.shape_keys.reference_key.name)
     for name in taken:
         if re.fullmatch(re.escape(prefix) + shape_key.FRAME_PATTERN, name):
-            raise ValueError(f"A bake with prefix '{prefix}' would replace shape key '{name}': take another prefix")
+            raise ValueError(
+                f"A bake with prefix '{prefix}' would replace shape key '{name}': take another prefix ({IN_THE_TAB})"
+            )
     baked = set(shape_key.frame_keys(obj, prefix))
     for frame in frames:
         name = shape_key.frame_key_name(prefix, frame)
         if name not in baked and shape_key.find(obj, name) is not None:
-            raise ValueError(f"There is a shape key '{name}' that no bake has made: rename it, or take another prefix")
+            raise ValueError(
+                f"There is a shape key '{name}' that no bake has made: rename it, or take another prefix ({IN_THE_TAB})"
+            )

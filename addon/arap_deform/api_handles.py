@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from . import empty_groups, handle_io, handle_patch, mesh_io, vertex_groups
+from . import empty_groups, handle_io, handle_patch, mesh_io, naming, vertex_groups
 from .group_list import item_at
 from .handle_map import Floats
 from .point_handles import diagonal_of
@@ -107,20 +107,19 @@ def add_handle_for(
 
 
 def add_handles_for(
-    obj: bpy.types.Object, targets: Sequence[bpy.types.Object], radius: float | None = None
+    obj: bpy.types.Object, targets: Sequence[tuple[bpy.types.Object, str]], radius: float | None = None
 ) -> list[ArapHandle]:
-    """add_handle_for() each of ``targets``; all or none."""
-    mesh_io.check_mesh(obj)
+    """add_handle_for() each of ``targets``, an object and a bone's name ('' for the object itself); all or none."""
     if not targets:
         raise ValueError(f"'{obj.name}' has no objects to take as handles: select some besides the mesh")
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    for target in targets:
-        reason = handle_io.target_problem(obj, target, "", depsgraph)
-        if reason:
-            raise ValueError(f"'{obj.name}' cannot take the handle: {reason}")
     first = len(obj.arap.handles)
-    for target in targets:
-        add_handle_for(obj, target, radius=radius)
+    try:
+        for target, bone in targets:
+            add_handle_for(obj, target, bone, radius)
+    except BaseException:
+        for index in reversed(range(first, len(obj.arap.handles))):
+            remove_handle(obj, index)
+        raise
     return list(obj.arap.handles[first:])
 
 
@@ -229,13 +228,9 @@ def _making() -> Iterator[None]:
 
 def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
     handles = obj.arap.handles
-    names = {handle.name for handle in handles}
-    unique, number = name, 0
-    while unique in names:
-        number += 1
-        unique = f"{name}.{number:03d}"
+    unique_name = naming.unique(name, {handle.name for handle in handles})
     handle: ArapHandle = handles.add()
-    handle.name = unique
+    handle.name = unique_name
     handle.vertex_group = group
     obj.arap.active_handle_index = len(handles) - 1
     return handle

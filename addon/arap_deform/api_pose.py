@@ -5,17 +5,17 @@ from __future__ import annotations
 
 import bpy
 
-from . import live_session, mesh_io, native, sessions
+from . import handle_io, live_session, mesh_io, native, sessions
 from .scene_input import read_input
 from .session import Progress, Session
 from .session_data import Readout
-from .sessions import Live, SessionInput
+from .sessions import Bound, SessionInput
 
 
 def session_input(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None, *, use_nodes: bool | None = None
 ) -> SessionInput:
-    """Reads mesh, groups and settings. Main thread only. ``use_nodes``: False within handlers, see mesh_io.
+    """Reads mesh, groups and settings. Main thread only. ``use_nodes``: False within handlers, see compat.
 
     Raises:
         ValueError: not a mesh, in Edit Mode, linked or shared data, absolute keys, singular scale, a pin or handle
@@ -43,7 +43,7 @@ def build_session(inputs: SessionInput, progress: Progress | None = None) -> Ses
     return session
 
 
-def rebuild_session(inputs: SessionInput, former: Live | None, progress: Progress | None = None) -> Session:
+def rebuild_session(inputs: SessionInput, former: Bound | None, progress: Progress | None = None) -> Session:
     """build_session(), or the former session with the handles of ``inputs`` where its bind fits.
 
     The former one must not be the object's live one any more: while this runs, in whatever thread, it is busy.
@@ -93,12 +93,12 @@ def prepare_session(
     mesh_io.check_mesh(obj)
     sessions.check_free(obj.name)
     inputs = session_input(obj, depsgraph)
-    live = sessions.get(obj.name)
-    if live is None or sessions.difference_of_bind(live.inputs, inputs):
+    bound = sessions.get(obj.name)
+    if bound is None or sessions.difference_of_bind(bound.inputs, inputs):
         live_session.adopt(obj, inputs, build_session(inputs, progress))
     else:
-        live.session.set_handles(inputs.specs, progress)
-        live_session.refresh(obj, live, inputs)
+        bound.session.set_handles(inputs.specs, progress)
+        live_session.refresh(obj, bound, inputs)
     fresh = sessions.get(obj.name)
     assert fresh is not None
     return fresh.session
@@ -151,9 +151,14 @@ def update_pose(
         ValueError: the key would not show the pose, or a handle cannot work; nothing has changed.
     """
     sessions.check_free(obj.name)
+    depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
+    reason = live_session.problem(obj, depsgraph, is_thorough=False)
+    if reason:
+        sessions.drop(obj.name)
+        raise RuntimeError(f"{reason}: start posing again")
     return live_session.update(
         obj,
-        depsgraph or bpy.context.evaluated_depsgraph_get(),
+        handle_io.handle_matrices(obj, depsgraph),
         iterations=iterations,
         initial_guess=initial_guess,
         time_limit_s=time_limit_s,

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import bpy
 import numpy as np
@@ -50,11 +51,16 @@ class Pull:
         result: Floats = np.tile(np.eye(4), (len(self.inputs.specs), 1, 1))
         to_world = world @ self.to_seen
         grabbed = np.linalg.inv(to_world) @ motion @ to_world
-        centre = self.shown[self.grabs[0].vertices].mean(axis=0, dtype=np.float64)
         first = next(i for i, spec in enumerate(self.inputs.specs) if spec.vertices is self.grabs[0].vertices)
         for i, grab in enumerate(self.grabs):
-            result[first + i] = grab.motion(grabbed, centre, self.inputs.stretch)
+            result[first + i] = grab.motion(grabbed, self._centre, self.inputs.stretch)
         return result
+
+    @cached_property
+    def _centre(self) -> Floats:
+        """(3,) of the piece under the mouse."""
+        centre: Floats = self.shown[self.grabs[0].vertices].mean(axis=0, dtype=np.float64)
+        return centre
 
 
 def begin_pull(

@@ -11,7 +11,7 @@ from .binding import Binding
 from .job import STEP_S
 from .session import Progress, Session
 from .session_data import Readout
-from .sessions import Live
+from .sessions import Bound
 from .texts import iface_
 
 BIND_SHARE = 0.3  # of the progress that a solve shows, where it has to bind first
@@ -97,7 +97,7 @@ class SolveJob:
         reason = live_session.counts_problem(obj, self._inputs)
         if reason:
             raise RuntimeError(f"{reason} while it was solved: solve again")
-        sessions.put(self.object_name, Live(self._session, self._inputs))
+        sessions.put(self.object_name, Bound(self._session, self._inputs))
         live_session.write_pose(obj, live_session.writable_key(obj), self._session, result)
         sessions.release(self.object_name, self)
         return result

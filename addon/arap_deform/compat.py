@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every difference between Blender 3.4 and 5.2 that the add-on meets."""
+"""The differences between Blender 3.4 and 5.2 that the add-on meets.
+
+But for those of animation (fcurves), and two: how reports are translated (texts, which loads without bpy) and commands
+of the command line (cli).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import bpy
@@ -160,80 +164,6 @@ def _group_reader(names: Sequence[tuple[str, str]]) -> bpy.types.NodeTree:
         geometry = store.outputs[0]
     tree.links.new(geometry, tree.nodes.new("NodeGroupOutput").inputs[0])
     return tree
-
-
-def fcurves_of(data: bpy.types.ID) -> Any:
-    """The collection of F-curves that animate ``data``, or None: before 4.4 the action's, since then its slot's."""
-    animation = data.animation_data
-    return _fcurves_in(animation.action, getattr(animation, "action_slot", None)) if animation else None
-
-
-def all_fcurves_of(data: bpy.types.ID) -> Iterator[bpy.types.FCurve]:
-    """The F-curves that animate ``data``, those of its NLA strips too."""
-    yield from fcurves_of(data) or ()
-    for track in data.animation_data.nla_tracks if data.animation_data else ():
-        for strip in track.strips:
-            yield from _fcurves_in(strip.action, getattr(strip, "action_slot", None)) or ()
-
-
-def _fcurves_in(action: bpy.types.Action | None, slot: Any) -> Any:
-    if action is None:
-        return None
-    if not hasattr(action, "layers"):
-        return action.fcurves
-    for layer in action.layers if slot else ():
-        for strip in layer.strips:
-            channelbag = strip.channelbag(slot)
-            if channelbag is not None:
-                return channelbag.fcurves
-    return None
-
-
-def has_fcurve(data: bpy.types.ID, data_path: str) -> bool:
-    """Whether an F-curve sets ``data_path``."""
-    fcurves = fcurves_of(data)
-    return fcurves is not None and fcurves.find(data_path) is not None
-
-
-def is_action_shared(data: bpy.types.ID) -> bool:
-    """Whether the action of ``data`` animates other data as well: before 4.4 the whole of it, since then its slot."""
-    animation = data.animation_data
-    if hasattr(animation, "action_slot"):
-        users = animation.action_slot.users() if animation.action_slot else ()
-    else:
-        users = bpy.data.user_map(subset=[animation.action])[animation.action]
-    return any(user != data for user in users)
-
-
-def is_animated(data: bpy.types.ID, data_path: str) -> bool:
-    """Whether an F-curve or a driver sets ``data_path``."""
-    return has_fcurve(data, data_path) or bool(data.animation_data and data.animation_data.drivers.find(data_path))
-
-
-def remove_fcurve(data: bpy.types.ID, data_path: str) -> None:
-    """Removes the F-curve of ``data_path``, if any."""
-    fcurves = fcurves_of(data)
-    fcurve = fcurves.find(data_path) if fcurves is not None else None
-    if fcurve is not None:
-        fcurves.remove(fcurve)
-
-
-def insert_linear_keyframes(
-    data: bpy.types.ID, item: Any, data_path: str, keyframes: Sequence[tuple[float, float]]
-) -> None:
-    """Keyframes ``item.value`` at (frame, value) pairs, linear in between and constant outside.
-
-    Args:
-        data: the data-block of ``item``, with path ``data_path``.
-    """
-    for frame, value in keyframes:
-        item.value = value
-        item.keyframe_insert("value", frame=frame)
-    fcurve = fcurves_of(data).find(data_path)
-    fcurve.extrapolation = "CONSTANT"
-    for point in fcurve.keyframe_points:
-        point.interpolation = "LINEAR"
-    fcurve.update()
 
 
 def saved_settings(obj: bpy.types.Object) -> Any:

@@ -55,7 +55,7 @@ def steps(obj: bpy.types.Object | None) -> list[Step]:
     return [
         Step("Select the mesh", "Click it in the view, or add one (Shift A).", obj is not None),
         Step("Enter Edit Mode", "Or press Tab. Vertices are selected there.", is_editing or is_ready, "arap.edit_mesh"),
-        Step("Pin what stays", "First select its vertices, those of a foot for example.", has_pin, "arap.pin_add"),
+        Step("Pin what stays", _pin_hint(obj), has_pin, "arap.pin_add"),
         Step(
             "Add a handle",
             "First select the vertices that shall move, those of a hand for example. An empty appears there.",
@@ -64,6 +64,13 @@ def steps(obj: bpy.types.Object | None) -> list[Step]:
         ),
         _last_step(obj, is_ready),
     ]
+
+
+def _pin_hint(obj: bpy.types.Object | None) -> str:
+    if obj is not None and obj.mode == "EDIT" and obj.data.total_vert_sel >= len(obj.data.vertices) > 0:
+        # As on a mesh that was added just now: pinned like that, nothing could move.
+        return "All vertices are selected now. Drag a box around those that shall stay, a foot for example."
+    return "First select its vertices, those of a foot for example."
 
 
 def _last_step(obj: bpy.types.Object | None, is_ready: bool) -> Step:

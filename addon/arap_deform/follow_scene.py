@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from . import api, compat, live_session, redraw
 from .session_binding import SessionBinding
 from .session_data import Readout
-from .sessions import Hold
 
 # A stroke of a brush tags the mesh at every step. Where Blender does not say whether one is under way, it has ended
 # once there was none for this time.
@@ -103,27 +102,18 @@ class BlenderFollowScene:
     def matrices(self) -> NDArray[np.float64]:
         return api.handle_matrices(self._obj(), self._depsgraph())
 
-    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
+    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
+        self._announce_write()
         return live_session.update(
-            self._obj(),
-            self._depsgraph_to_write(),
-            iterations=iterations,
-            initial_guess=self.initial_guess,
-            time_limit_s=time_limit_s,
-            held=self._held(),
+            self._obj(), matrices, iterations=iterations, initial_guess=self.initial_guess, time_limit_s=time_limit_s
         )
 
-    def update_from_rest(self, time_limit_s: float | None) -> Readout:
-        return live_session.update(
-            self._obj(), self._depsgraph_to_write(), time_limit_s=time_limit_s, is_from_rest=True, held=self._held()
-        )
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
+        self._announce_write()
+        return live_session.update(self._obj(), matrices, time_limit_s=time_limit_s, is_from_rest=True)
 
     def iteration_limit(self) -> int:
         return int(self._obj().arap.max_iterations)
-
-    def _held(self) -> tuple[tuple[Hold, ...], NDArray[np.float64]] | None:
-        """What is held in place of the object's pins and handles, and how it has moved: see live_session.update()."""
-        return None
 
     def _read_inputs(self) -> api.SessionInput:
         return api.session_input(self._obj(), self._depsgraph())
@@ -137,12 +127,11 @@ class BlenderFollowScene:
     def _depsgraph(self) -> bpy.types.Depsgraph:
         return self.depsgraph or bpy.context.evaluated_depsgraph_get()
 
-    def _depsgraph_to_write(self) -> bpy.types.Depsgraph:
-        """Says too that the next change of the mesh is ours: not before the last one is evaluated."""
-        depsgraph = self._depsgraph()
+    def _announce_write(self) -> None:
+        """The next change of the mesh is ours, and to be drawn."""
+        self._depsgraph()  # first: it evaluates the last one, which is somebody else's
         self._has_written = self.depsgraph is None
         redraw.tag_meshes()
-        return depsgraph
 
 
 def is_rendering() -> bool:

@@ -6,6 +6,8 @@ The posing act and Live share it; what begins and ends them is theirs.
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -13,9 +15,11 @@ from numpy.typing import NDArray
 
 from .session_data import Readout
 
-# What a solve may take while a handle moves: with all else of a frame about sixty frames a second. It is looked at
-# after each iteration, so that a mesh too heavy for that still follows, with one.
-FOLLOW_TIME_LIMIT_S = 0.012
+# What an update may take while a handle moves: with all else of a frame about sixty frames a second. The solve gets
+# what checks and writing the key, which is slow before Blender 4.1, leave of it. It does one iteration at least, so
+# that a mesh too heavy for that still follows.
+FOLLOW_TIME_LIMIT_S = 0.014
+LEAST_TIME_LIMIT_S = 1e-4
 # A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
 REFINE_TIME_LIMIT_S = 0.05
 
@@ -53,10 +57,13 @@ class FollowScene(Protocol):
     def matrices(self) -> NDArray[np.float64]:
         """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
 
-    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
-        """Solves for the handles where they are, and writes the key: at most so many iterations, None: the setting."""
+    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
+        """Solves for handles that have moved so, and writes the key: at most so many iterations, None: the setting.
 
-    def update_from_rest(self, time_limit_s: float | None) -> Readout:
+        Only where is_bound() was true just now.
+        """
+
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
         """As update(), from the defined start and to convergence; None: however long that takes."""
 
     def iteration_limit(self) -> int:
@@ -69,8 +76,10 @@ class FollowScene(Protocol):
 class Follower:
     """Follows the handles of one object. Every method may raise what the scene raises."""
 
-    def __init__(self, scene: FollowScene) -> None:
+    def __init__(self, scene: FollowScene, clock: Callable[[], float] = time.perf_counter) -> None:
         self._scene = scene
+        self._clock = clock
+        self._besides_s = 0.0  # of the last update, all but the solve
         self._bind: Bind | None = None
         self._matrices: NDArray[np.float64] | None = None
         self._iterations_here = 0
@@ -114,25 +123,31 @@ class Follower:
         return self._bind is None and not self._scene.has_to_wait() and self._scene.is_bound()
 
     def follow(self, time_limit_s: float | None, *, is_from_rest: bool = False) -> bool:
-        """Follows the handles where they have moved; False where they have not, and nothing is done."""
+        """Follows the handles where they have moved; False where they have not, and nothing is done.
+
+        ``time_limit_s``: of the whole update, as far as the last one tells how much of it is not the solve.
+        """
         matrices = self._scene.matrices()
         self.has_followed = True
         if self._matrices is not None and np.array_equal(matrices, self._matrices):
             return False
         self._matrices = matrices
         self._iterations_here = 0
+        limit_s = None if time_limit_s is None else max(time_limit_s - self._besides_s, LEAST_TIME_LIMIT_S)
+        start = self._clock()
         if is_from_rest:
-            self._take(self._scene.update_from_rest(time_limit_s))
+            readout = self._scene.update_from_rest(matrices, limit_s)
         else:
-            self._take(self._scene.update(None, time_limit_s))
+            readout = self._scene.update(matrices, None, limit_s)
+        self._besides_s = max(self._clock() - start - 1e-3 * readout.last_ms, 0.0)
+        self._take(readout)
         return True
 
     def refine(self, time_limit_s: float) -> None:
-        """Goes on at these handles, where that changes anything."""
-        if not self.is_settled:
-            # In one go: each solve forgets what conjugate gradients have learned in the one before.
+        """Goes on at the place that was followed last, where that changes anything."""
+        if not self.is_settled and self._matrices is not None:
             left = self._scene.iteration_limit() - self._iterations_here
-            self._take(self._scene.update(max(1, left), time_limit_s))
+            self._take(self._scene.update(self._matrices, max(1, left), time_limit_s))
 
     def forget_place(self) -> None:
         """The next step follows the handles anew, wherever they are."""

@@ -14,7 +14,7 @@ from typing import Any
 
 import bpy
 
-from . import compat
+from . import fcurves
 
 Place = tuple[str, str, bool]  # collection of bpy.data, name, whether it is the node tree inside that data-block
 Channel = tuple[str, int]  # data path and index
@@ -28,7 +28,7 @@ def capture() -> AnimatedValues:
     """Present values of everything in the file that F-curves set; no Blender data."""
     values: AnimatedValues = {}
     for place, data in _animated():
-        for fcurve in compat.all_fcurves_of(data):
+        for fcurve in fcurves.all_fcurves_of(data):
             channel = fcurve.data_path, fcurve.array_index
             value = _value(data, channel)
             if value is not None:

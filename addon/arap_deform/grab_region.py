@@ -17,6 +17,7 @@ from .point_handles import diagonal_of
 MIRROR_TOLERANCE = 1e-4  # how far mirror images may be apart, as a fraction of the diagonal
 FREE_SHARE = 0.4  # of the falloff, what is not held at all
 LEAST_HOLD = 1e-3  # weights below hold nothing
+MOST_IN_CELL = 64  # vertices that are looked at where the mesh is finer than the tolerance: time and memory are bounded
 
 Signs = tuple[float, float, float]
 """A mirror image, object space: -1 for every axis that is turned round."""
@@ -65,11 +66,12 @@ def _symmetric(motion: Floats, planes: Sequence[Signs], centre: Floats, stretch:
     return result
 
 
-def symmetric_grabs(rest: Floats, vertices: Ints, reach: float, axes: Sequence[bool]) -> list[Grab]:
+def symmetric_grabs(rest: Floats, edges: Ints, vertices: Ints, reach: float, axes: Sequence[bool]) -> list[Grab]:
     """The piece under the mouse, joined with the mirror images that it touches, and then its other images.
 
     Args:
         rest: (n, 3) at rest, object space.
+        edges: (e, 2).
         vertices: (k,) under the mouse.
         reach: see Grab.
         axes: whether x, y and z are mirrored.
@@ -79,7 +81,7 @@ def symmetric_grabs(rest: Floats, vertices: Ints, reach: float, axes: Sequence[b
     """
     piece, planes = vertices, []
     for signs in mirror_signs(axes):
-        image = mirror_images(rest, vertices, signs)
+        image = mirror_images(rest, edges, vertices, signs)
         if 2 * len(image) < len(vertices):
             names = " and ".join(name for name, sign in zip("XYZ", signs, strict=True) if sign < 0.0)
             raise ValueError(f"is not symmetric here: turn off Mirror {names}")
@@ -89,7 +91,7 @@ def symmetric_grabs(rest: Floats, vertices: Ints, reach: float, axes: Sequence[b
     grabs = [Grab(piece, reach, ITSELF, tuple(planes))]
     taken = piece
     for signs in mirror_signs(axes):
-        image = mirror_images(rest, piece, signs)
+        image = mirror_images(rest, edges, piece, signs)
         if not np.isin(image, taken).any():
             grabs.append(Grab(image, reach, signs, tuple(planes)))
             taken = np.union1d(taken, image)
@@ -150,28 +152,52 @@ def mirror_signs(axes: Sequence[bool]) -> Iterator[Signs]:
     yield from images
 
 
-def mirror_images(rest: Floats, vertices: Ints, signs: Sequence[float]) -> Ints:
+def mirror_images(rest: Floats, edges: Ints, vertices: Ints, signs: Sequence[float]) -> Ints:
     """(m,) int32 ascending, the vertices at the mirror images of ``vertices``; those without one are left out.
+
+    Of several vertices at one place (an open seam, surfaces that touch) it is the one joined to the most of the image.
 
     Args:
         rest: (n, 3) at rest.
+        edges: (e, 2).
         vertices: (k,).
         signs: (3,) of 1 and -1.
     """
-    cell = 2.0 * MIRROR_TOLERANCE * diagonal_of(rest)
+    rows, candidates, distances = _near(rest, rest[vertices] * np.asarray(signs), MIRROR_TOLERANCE * diagonal_of(rest))
+    is_found = np.zeros(len(rest), dtype=bool)
+    is_found[candidates] = True
+    found = np.flatnonzero(is_found)
+    inside = edges[is_found[edges[:, 0]] & is_found[edges[:, 1]]]
+    labels = connected_labels(len(found), *np.searchsorted(found, inside).T)
+    pieces = labels[np.searchsorted(found, candidates)]
+    sizes = np.bincount(labels, minlength=len(found))[pieces]
+    best_first = np.lexsort((distances, pieces, -sizes, rows))
+    _, best = np.unique(rows[best_first], return_index=True)
+    images: Ints = np.unique(candidates[best_first[best]]).astype(np.int32)
+    return images
+
+
+def _near(rest: Floats, places: Floats, reach: float) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats]:
+    """Which vertices are within ``reach`` of which places: rows of ``places``, vertices, distances; (p,) each."""
+    cell = 2.0 * reach
     lowest = rest.min(axis=0) - cell
-    wanted = rest[vertices] * np.asarray(signs)
     keys = _cell_keys(rest, lowest, cell)
     order = np.argsort(keys, kind="stable")
-    found = [np.empty(0, dtype=np.int64)]
-    # A point within the tolerance lies in one of the cells that a box of that size touches.
+    keys = keys[order]
+    rows: list[NDArray[np.int64]] = [np.empty(0, dtype=np.int64)]
+    candidates = rows.copy()
+    # What is within reach lies in one of the cells that a box of that size touches.
     for corner in itertools.product((-0.5, 0.5), repeat=3):
-        wanted_keys = _cell_keys(wanted + cell * np.array(corner), lowest, cell)
-        places = np.searchsorted(keys[order], wanted_keys)
-        candidates = order[np.minimum(places, len(order) - 1)]
-        is_near = np.linalg.norm(rest[candidates] - wanted, axis=1) <= 0.5 * cell
-        found.append(candidates[is_near])
-    return np.unique(np.concatenate(found)).astype(np.int32)
+        wanted = _cell_keys(places + cell * np.array(corner), lowest, cell)
+        starts, ends = np.searchsorted(keys, wanted), np.searchsorted(keys, wanted, side="right")
+        for step in range(min(MOST_IN_CELL, int((ends - starts).max(initial=0)))):
+            row = np.flatnonzero(starts + step < ends).astype(np.int64)
+            rows.append(row)
+            candidates.append(order[starts[row] + step].astype(np.int64))
+    all_rows, found = np.concatenate(rows), np.concatenate(candidates)
+    distances: Floats = np.linalg.norm(rest[found] - places[all_rows], axis=1)
+    is_near = distances <= reach
+    return all_rows[is_near], found[is_near], distances[is_near]
 
 
 def _cell_keys(points: Floats, lowest: Floats, cell: float) -> NDArray[np.int64]:

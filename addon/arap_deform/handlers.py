@@ -6,22 +6,32 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import app_handlers, empty_groups, handle_owner, mesh_size, older_files, seen_mesh, sessions
+from . import app_handlers, empty_groups, handle_owner, mesh_size, older_files, pull_draw, seen_mesh, sessions
+
+
+def _is_there(name: str) -> bool:
+    return bpy.data.objects.get((name, None)) is not None
 
 
 @persistent
 def _on_load(*_: object) -> None:
-    sessions.clear()
+    # The sessions are live's to forget: its runs have to end first.
     empty_groups.clear()
     handle_owner.clear()
     mesh_size.clear()
     seen_mesh.clear()
+    pull_draw.clear()
     older_files.upgrade_all()
 
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     older_files.upgrade_updated(depsgraph)
+    # What only moves or deforms, as in a drag, is neither gone nor renamed: a look-up takes long in a large scene.
+    if depsgraph.id_type_updated("SCENE") or not all(
+        update.is_updated_geometry or update.is_updated_transform for update in depsgraph.updates
+    ):
+        sessions.forget_missing(_is_there)
     empty_groups.forget_updated(depsgraph)
     handle_owner.forget_updated(depsgraph)
     mesh_size.forget_updated(depsgraph, sessions.acts)
@@ -35,10 +45,12 @@ def _on_frame(*_: object) -> None:
 
 @persistent
 def _on_undo(*_: object) -> None:
+    sessions.forget_missing(_is_there)
     empty_groups.clear()
     handle_owner.clear()
     mesh_size.clear()
     seen_mesh.clear()
+    pull_draw.clear()
 
 
 _HANDLERS = (

@@ -139,6 +139,7 @@ def _on_load(*_: object) -> None:
     for run in _runs.values():
         run.end()
     _runs.clear()
+    sessions.clear()  # not before: a run that ends while it binds gives its former session back
     _find(bpy.data.objects)
 
 

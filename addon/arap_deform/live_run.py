@@ -55,7 +55,7 @@ class LiveRun:
     def __init__(self, scene: LiveScene, clock: Callable[[], float] = time.perf_counter) -> None:
         self._scene = scene
         self._clock = clock
-        self._follower = Follower(scene)
+        self._follower = Follower(scene, clock)
         self._is_busy = False
         self._is_resuming = True  # goes on from what the key shows, not from what was solved last
         self._is_from_rest = False  # the next step starts there

@@ -6,6 +6,8 @@ from __future__ import annotations
 import traceback
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from . import api, live_key, mesh_io, sessions
 from .follow_scene import BlenderFollowScene
@@ -57,13 +59,13 @@ class BlenderLiveScene(BlenderFollowScene):
         self._key.forget_address()
         self.look_again()
 
-    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
-        readout = super().update(iterations, time_limit_s)
+    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
+        readout = super().update(matrices, iterations, time_limit_s)
         self._key.note(self._obj())
         return readout
 
-    def update_from_rest(self, time_limit_s: float | None) -> Readout:
-        readout = super().update_from_rest(time_limit_s)
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
+        readout = super().update_from_rest(matrices, time_limit_s)
         self._key.note(self._obj())
         return readout
 

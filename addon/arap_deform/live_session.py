@@ -15,7 +15,7 @@ from .handle_map import Floats
 from .scene_input import counts_of, read_input, settings_of
 from .session import Progress, Session
 from .session_data import Readout
-from .sessions import Hold, Live, SessionInput
+from .sessions import Bound, Hold, SessionInput
 
 
 def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None:
@@ -23,66 +23,61 @@ def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None
     reason = counts_problem(obj, inputs)
     if reason:
         raise RuntimeError(f"{reason} while it was being prepared: start again")
-    sessions.put(obj.name, Live(session, inputs))
+    sessions.put(obj.name, Bound(session, inputs))
     sync(obj)
 
 
 def sync(obj: bpy.types.Object) -> None:
     """As api.sync_session()."""
-    live = sessions.get(obj.name)
-    if live is None:
+    bound = sessions.get(obj.name)
+    if bound is None:
         return
     live_key.tell_session(obj)
     key = live_key.find(obj)
     if key is None:
-        live.session.reset()
+        bound.session.reset()
     else:
-        live.session.set_positions(shape_key.read(key))
+        bound.session.set_positions(shape_key.read(key))
 
 
-def refresh(obj: bpy.types.Object, live: Live, inputs: SessionInput) -> None:
+def refresh(obj: bpy.types.Object, bound: Bound, inputs: SessionInput) -> None:
     """Brings a session up to date whose bind and handles fit ``inputs``; it starts from the pose shown."""
-    live.session.settings = inputs.settings
+    bound.session.settings = inputs.settings
     # The stretch stays the one that was bound: differences below the tolerance must not add up.
-    live.inputs = replace(inputs, stretch=live.inputs.stretch)
+    bound.inputs = replace(inputs, stretch=bound.inputs.stretch)
     sync(obj)
 
 
 def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
     """The object's live session, brought up to date, where ``inputs`` need no bind and no factorization; else None."""
-    live = sessions.get(obj.name)
-    if live is None or sessions.difference_of_bind(live.inputs, inputs) or not _has_same_specs(live.inputs, inputs):
+    bound = sessions.get(obj.name)
+    if bound is None or sessions.difference_of_bind(bound.inputs, inputs) or not _has_same_specs(bound.inputs, inputs):
         return None
-    refresh(obj, live, inputs)
-    return live.session
+    refresh(obj, bound, inputs)
+    return bound.session
 
 
 def update(
     obj: bpy.types.Object,
-    depsgraph: bpy.types.Depsgraph,
+    matrices: Floats,
     *,
     iterations: int | None = None,
     initial_guess: str | None = None,
     time_limit_s: float | None = None,
     is_from_rest: bool = False,
-    held: tuple[tuple[Hold, ...], Floats] | None = None,
 ) -> Readout:
-    """As api.update_pose(). ``held``: what the session holds and (h, 4, 4) how that has moved; None: as the scene."""
-    reason = problem(obj, depsgraph, is_thorough=False, holds=held[0] if held else None)
-    live = sessions.get(obj.name)
-    if reason or live is None:
-        sessions.drop(obj.name)
-        raise RuntimeError(f"{reason}: start posing again")
-    live.session.settings = settings_of(obj)
+    """As api.update_pose(), where problem() has found none. ``matrices``: (h, 4, 4), as Session.update() takes them."""
+    bound = sessions.get(obj.name)
+    assert bound is not None
+    bound.session.settings = settings_of(obj)
     key = writable_key(obj)
-    matrices = held[1] if held else handle_io.handle_matrices(obj, depsgraph)
     if is_from_rest:
-        result = solve_from_rest(live.session, matrices, time_limit_s=time_limit_s)
+        result = solve_from_rest(bound.session, matrices, time_limit_s=time_limit_s)
     else:
-        result = live.session.update(
+        result = bound.session.update(
             matrices, iterations=iterations, initial_guess=initial_guess, time_limit_s=time_limit_s
         )
-    write_pose(obj, key, live.session, result)
+    write_pose(obj, key, bound.session, result)
     return result
 
 
@@ -118,31 +113,31 @@ def problem(
     use_nodes: bool | None = False,
 ) -> str:
     """As api.check_live()."""
-    live = sessions.get(obj.name)
-    if live is None:
+    bound = sessions.get(obj.name)
+    if bound is None:
         return f"'{obj.name}' is not being posed"
-    if live_key.name_of(obj) != live.inputs.key_name:
+    if live_key.name_of(obj) != bound.inputs.key_name:
         return sessions.key_differs(obj.name)  # the pose would show twice, in the former key and in this one
     try:
         mesh_io.check_mesh(obj)
         if is_thorough:
             fresh = read_input(obj, depsgraph, use_nodes=use_nodes)
-            return sessions.difference_of_bind(live.inputs, fresh) or (
-                "" if _has_same_specs(live.inputs, fresh) else sessions.groups_differ(obj.name)
+            return sessions.difference_of_bind(bound.inputs, fresh) or (
+                "" if _has_same_specs(bound.inputs, fresh) else sessions.groups_differ(obj.name)
             )
         stretch = mesh_io.read_stretch(obj, depsgraph)
     except ValueError as error:
         return str(error)
-    reason = counts_problem(obj, live.inputs)
+    reason = counts_problem(obj, bound.inputs)
     if reason:
         return reason
-    if (handle_io.enabled_holds(obj) if holds is None else holds) != live.inputs.holds:
+    if (handle_io.enabled_holds(obj) if holds is None else holds) != bound.inputs.holds:
         return sessions.groups_differ(obj.name)
-    if settings_of(obj).of_bind != live.inputs.settings.of_bind:
+    if settings_of(obj).of_bind != bound.inputs.settings.of_bind:
         return sessions.settings_differ(obj.name)
-    if stiffness_io.enabled_entries(obj) != live.inputs.stiff_groups:
+    if stiffness_io.enabled_entries(obj) != bound.inputs.stiff_groups:
         return sessions.stiffness_differs(obj.name)
-    return "" if sessions.is_same_stretch(live.inputs.stretch, stretch) else sessions.stretch_differs(obj.name)
+    return "" if sessions.is_same_stretch(bound.inputs.stretch, stretch) else sessions.stretch_differs(obj.name)
 
 
 def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:

@@ -82,7 +82,7 @@ class ARAP_MT_context(bpy.types.Menu):
             layout.operator("arap.solve", text="Solve", icon="FILE_REFRESH")
             layout.operator("arap.bake_pose", text="Bake Pose", icon="SHAPEKEY_DATA")
             layout.separator()
-            layout.operator("arap.handle_add_from_empties", text="Make Handles of Selected", icon="EMPTY_AXIS")
+            layout.operator("arap.handle_add_from_empties", text="Add Handles from Selected Empties", icon="EMPTY_AXIS")
             layout.operator("arap.reset_handles", text="Reset Handles", icon="LOOP_BACK")
             layout.operator("arap.reset_pose", text="Reset Pose")
 

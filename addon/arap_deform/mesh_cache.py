@@ -63,7 +63,11 @@ class CacheWriter:
             if path.is_dir():
                 raise IsADirectoryError(errno.EISDIR, "Is a directory")  # one message for all of them
             self._file = self._part.open("wb")
-            self._file.write(header(kind, n_points, frames, fps))
+            try:
+                self._file.write(header(kind, n_points, frames, fps))
+            except OSError:
+                self.discard()
+                raise
         except OSError as error:
             raise ValueError(
                 f"{path} cannot be written ({error.strerror}): choose another folder or another name"

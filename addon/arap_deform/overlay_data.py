@@ -30,13 +30,11 @@ class Surface:
     def read(cls, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Surface:
         """Of a mesh in any mode but Edit Mode. Raises ValueError where the object is scaled to nothing."""
         mesh = obj.data
-        edges = np.empty((len(mesh.edges), 2), dtype=np.int32)
-        mesh.edges.foreach_get("vertices", edges.ravel())
         mesh.calc_loop_triangles()
         triangles = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
         mesh.loop_triangles.foreach_get("vertices", triangles.ravel())
         rest = mesh_io.read_rest(obj)
-        strain = EdgeStrain(rest, edges, mesh_io.read_stretch(obj, depsgraph))
+        strain = EdgeStrain(rest, mesh_io.read_edges(obj), mesh_io.read_stretch(obj, depsgraph))
         return cls(rest, triangles, strain)
 
     def fits(self, obj: bpy.types.Object) -> bool:

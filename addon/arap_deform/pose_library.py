@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from . import handle_io, handle_placing, mesh_io, pose_blend
+from . import handle_io, handle_placing, mesh_io, naming, pose_blend
 from .handle_map import Floats
 from .point_handles import diagonal_of
 from .texts import Translate
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from .pose_properties import ArapStoredPose
 
 PARTNER_REACH = 0.01  # how far from its mirrored place at rest a partner may be, as a fraction of the diagonal
-NAME_BYTES_OF_BASE = 57  # of the 63 of a name, before .001 or .0001
 
 Motions = dict[int, Floats]  # (4, 4) object-space motions since rest, by index of the handle
 
@@ -222,12 +221,7 @@ def rest_matrices(obj: bpy.types.Object) -> dict[int, Floats]:
 def make_name_unique(obj: bpy.types.Object, pose: ArapStoredPose) -> None:
     """Numbers the name of a pose where another one has it, and gives it one where it has none."""
     others = {other.name for other in obj.arap.poses if other != pose}
-    unique = pose.name or "Pose"
-    base = unique.encode()[:NAME_BYTES_OF_BASE].decode(errors="ignore")
-    number = 0
-    while unique in others:
-        number += 1
-        unique = f"{base}.{number:03d}"
+    unique = naming.unique(pose.name or "Pose", others)
     if pose.name != unique:
         pose.name = unique
 

@@ -21,11 +21,11 @@ from bpy.props import (
 
 from . import preferences
 from .handle_properties import ArapHandle, ArapPin
+from .naming import NAME_BYTES
 from .overlay_properties import ArapOverlay
 from .pose_properties import CLASSES as POSE_CLASSES
 from .pose_properties import ArapStoredPose
-from .pull_properties import ArapPullPin, ArapPullTool
-from .shape_key import NAME_BYTES
+from .pull_properties import ArapPullPin, ArapPullSettings
 from .stiffness_properties import ArapStiffness
 
 # The numbers are what is saved: they stay, whatever the order.
@@ -266,7 +266,7 @@ CLASSES = (
     ArapPullPin,
     ArapOverlay,
     ArapObject,
-    ArapPullTool,
+    ArapPullSettings,
 )
 
 
@@ -274,7 +274,7 @@ def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Object.arap = PointerProperty(type=ArapObject, name="ARAP", description="As-rigid-as-possible posing")
-    bpy.types.WindowManager.arap_pull = PointerProperty(type=ArapPullTool, name="ARAP Pull")
+    bpy.types.WindowManager.arap_pull = PointerProperty(type=ArapPullSettings, name="ARAP Pull")
 
 
 def unregister() -> None:

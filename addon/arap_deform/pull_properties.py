@@ -32,7 +32,7 @@ class ArapPullPin(bpy.types.PropertyGroup):
         self.vertices_text = base64.b64encode(vertices.astype("<i4").tobytes()).decode()
 
 
-class ArapPullTool(bpy.types.PropertyGroup):
+class ArapPullSettings(bpy.types.PropertyGroup):
     """How the tool ARAP Pull takes hold: of the window, so that undo leaves it alone."""
 
     radius: IntProperty(

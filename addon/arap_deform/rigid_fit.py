@@ -20,7 +20,7 @@ def stretch_of(matrix: Floats) -> Floats:
     _, sigma, vt = np.linalg.svd(linear)
     if sigma[2] <= 1e-6 * sigma[0]:
         raise ValueError("is scaled to nothing along an axis: give it a scale")
-    if np.allclose(sigma, 1.0, rtol=0.0, atol=1e-6):
+    if np.abs(sigma - 1.0).max() <= 1e-6:
         return np.eye(3)  # Blender's rotations are single precision; a stretch of 1 + 1e-7 means none
     return np.asarray((vt.T * sigma) @ vt)
 

@@ -74,7 +74,8 @@ class Pick:
 
 # By full names of objects: a linked one may have the name of a local one.
 _seen: dict[str, SeenMesh] = {}
-_topologies: dict[str, Topology] = {}
+_topologies: dict[str, tuple[str, Topology]] = {}
+"""With the name of the mesh: an object may get another one with as many of everything."""
 
 
 def view_of(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> View:
@@ -172,18 +173,18 @@ def _nearest_own(obj: bpy.types.Object, seen: SeenMesh, place: Floats) -> Ints:
 
 def _topology(obj: bpy.types.Object) -> Topology:
     mesh = obj.data
-    topology = _topologies.get(obj.name_full)
+    mesh_name, topology = _topologies.get(obj.name_full, ("", None))
     counts = len(mesh.edges), len(mesh.loops), len(mesh.polygons) + 1
-    if topology is None or counts != (
-        len(topology.edges),
-        len(topology.corner_vertices),
-        len(topology.face_starts),
+    if (
+        topology is None
+        or mesh_name != mesh.name_full
+        or counts != (len(topology.edges), len(topology.corner_vertices), len(topology.face_starts))
     ):
         starts = np.empty(len(mesh.polygons) + 1, dtype=np.int32)
         mesh.polygons.foreach_get("loop_start", starts[:-1])
         starts[-1] = len(mesh.loops)
         topology = Topology(compat.read_edges(mesh), compat.read_corner_vertices(mesh), starts)
-        _topologies[obj.name_full] = topology
+        _topologies[obj.name_full] = mesh.name_full, topology
     return topology
 
 

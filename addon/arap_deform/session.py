@@ -194,7 +194,7 @@ class Session:
                 settings.max_iterations.
             initial_guess: None: settings.initial_guess.
             to_convergence: see ``iterations``.
-            time_limit_s: stops after the iteration that passes it; None: no limit.
+            time_limit_s: stops before the iteration that would pass it, but after one; None: no limit.
             progress: may stop the update by returning False; the mesh is then where it was.
 
         Raises:

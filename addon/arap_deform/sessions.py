@@ -8,7 +8,7 @@ for an object that may be linked, as panels do, asks for its full name.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -70,7 +70,7 @@ class SessionInput:
 
 
 @dataclass
-class Live:
+class Bound:
     """A session and what it was made from."""
 
     session: Session
@@ -88,26 +88,33 @@ class Act(Protocol):
 acts: dict[str, Act] = {}
 """The acts under way, by name of the object: to be read. claim() and release() change it."""
 
-_live: dict[str, Live] = {}
+_bound: dict[str, Bound] = {}
 _readouts: dict[str, Readout] = {}
 
 
-def get(object_name: str) -> Live | None:
-    return _live.get(object_name)
+def get(object_name: str) -> Bound | None:
+    return _bound.get(object_name)
 
 
-def put(object_name: str, live: Live) -> None:
-    _live[object_name] = live
+def put(object_name: str, bound: Bound) -> None:
+    _bound[object_name] = bound
 
 
 def drop(object_name: str) -> None:
     """Forgets the session; its readout stays for the panel."""
-    _live.pop(object_name, None)
+    _bound.pop(object_name, None)
+
+
+def forget_missing(is_there: Callable[[str], bool]) -> None:
+    """Forgets sessions and readouts of objects that are gone or renamed: another one may get the name."""
+    for name in [name for name in {*_bound, *_readouts} if not is_there(name)]:
+        _bound.pop(name, None)
+        _readouts.pop(name, None)
 
 
 def clear() -> None:
     """Forgets everything: another file was loaded."""
-    _live.clear()
+    _bound.clear()
     _readouts.clear()
     acts.clear()
 

@@ -1,22 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arrays -> shape keys and their keyframes. The only file that writes to meshes."""
+"""Arrays -> shape keys and their keyframes. The only file that writes coordinates."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import count
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import compat, mesh_io
+from . import compat, fcurves, mesh_io, naming
 
 Float32s = NDArray[np.float32]
 
-NAME_BYTES = 63  # Blender cuts names of keys here
 FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the prefix
 
 
@@ -52,7 +50,7 @@ def check_animatable(obj: bpy.types.Object) -> None:
             f"The animation of the shape keys of '{obj.name}', action '{animation.action.name}', is linked from "
             "another file: make it local or take it off"
         )
-    if animation and animation.action and compat.is_action_shared(obj.data.shape_keys):
+    if animation and animation.action and fcurves.is_action_shared(obj.data.shape_keys):
         raise ValueError(
             f"The animation of the shape keys of '{obj.name}', action '{animation.action.name}', moves other data too, "
             "which would change: make the action single-user"
@@ -83,7 +81,7 @@ def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
         raise ValueError(
             f"Shape key '{key.name}' of '{obj.name}' is limited to vertex group '{key.vertex_group}': clear that field"
         )
-    if compat.is_animated(keys, value_path(key)):
+    if fcurves.is_animated(keys, value_path(key)):
         raise ValueError(
             f"The value of shape key '{key.name}' of '{obj.name}' is animated: delete its keyframes or driver"
         )
@@ -109,8 +107,8 @@ def find(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey | None:
 
 def free_name(obj: bpy.types.Object, name: str) -> str:
     """The first of name.001, name.002 ... that no key of the mesh has."""
-    base = re.sub(r"\.\d+$", "", name).encode()[: NAME_BYTES - 4].decode(errors="ignore")
-    return next(found for found in (f"{base}.{i:03d}" for i in count(1)) if find(obj, found) is None)
+    keys = obj.data.shape_keys
+    return naming.numbered(re.sub(r"\.\d+$", "", name), keys.key_blocks.keys() if keys else ())
 
 
 def add(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
@@ -182,7 +180,7 @@ def remove(obj: bpy.types.Object, name: str) -> None:
     """Removes a key and its F-curve, if there is such a key."""
     key = find(obj, name)
     if key is not None:
-        compat.remove_fcurve(obj.data.shape_keys, value_path(key))
+        fcurves.remove_fcurve(obj.data.shape_keys, value_path(key))
         with _active_kept(obj):
             obj.shape_key_remove(key)
 
@@ -268,7 +266,7 @@ def frame_keys(obj: bpy.types.Object, prefix: str) -> Iterator[str]:
     keys = obj.data.shape_keys
     pattern = re.compile(re.escape(prefix) + FRAME_PATTERN)
     for key in keys.key_blocks if keys else ():
-        if pattern.fullmatch(key.name) and compat.has_fcurve(keys, value_path(key)):
+        if pattern.fullmatch(key.name) and fcurves.has_fcurve(keys, value_path(key)):
             yield key.name
 
 
@@ -290,6 +288,6 @@ def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], s
         around = [(frames[i - 1], 0.0)] if i > 0 else []
         around += [(frame, 1.0)]
         around += [(frames[i + 1], 0.0)] if i + 1 < len(frames) else []
-        compat.insert_linear_keyframes(keys, key, value_path(key), around)
+        fcurves.insert_linear_keyframes(keys, key, value_path(key), around)
     make_active(obj, active)
     return names

@@ -15,6 +15,9 @@ MESSAGES = {
     "First select its vertices, those of a foot for example.": (
         "Zuerst dessen Punkte auswählen, zum Beispiel die eines Fußes."
     ),
+    "All vertices are selected now. Drag a box around those that shall stay, a foot for example.": (
+        "Jetzt sind alle Punkte ausgewählt. Ein Rechteck um die ziehen, die bleiben sollen, zum Beispiel einen Fuß."
+    ),
     "Add a handle": "Einen Griff setzen",
     "First select the vertices that shall move, those of a hand for example. An empty appears there.": (
         "Zuerst die Punkte auswählen, die sich bewegen sollen, zum Beispiel die einer Hand. Dort erscheint ein Empty."

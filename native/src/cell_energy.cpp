@@ -2,10 +2,12 @@
 #include "cell_energy.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 #include "parallel.h"
 #include "permutation.h"
+#include "sparse_rows.h"
 
 namespace arap {
 
@@ -16,6 +18,54 @@ void multiply(const SparseMatrix& A, const Positions& x, Positions& result, cons
       Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
       for (SparseMatrix::InnerIterator it(A, column); it; ++it) sum += it.value() * x.row(it.row());
       result.row(column) = sum;
+    }
+  });
+}
+
+namespace {
+
+using Rows = SparseRows<Vector3>;
+
+/// Where the next entry of each cell goes, share by share: the home is the first of a cell, then come the shares in
+/// order.
+std::vector<std::vector<int>> place_shares(const Rows& rows, const std::vector<int>& homes,
+                                           std::vector<int>& cell_offsets) {
+  std::vector<std::vector<int>> next(rows.n_shares(), std::vector<int>(homes.size(), 0));
+  std::vector<char> has_home(homes.size(), 0);
+  rows.for_each([&](int share, int vertex, std::span<const Rows::Entry> entries) {
+    for (const auto& [cell, q] : entries)
+      if (homes[cell] == vertex)
+        has_home[cell] = 1;
+      else
+        ++next[share][cell];
+  });
+  cell_offsets.assign(1, 0);
+  cell_offsets.reserve(homes.size() + 1);
+  for (size_t c = 0; c < homes.size(); ++c) {
+    int place = cell_offsets.back() + has_home[c];
+    for (std::vector<int>& next_of_share : next) place += std::exchange(next_of_share[c], place);
+    cell_offsets.push_back(place);
+  }
+  return next;
+}
+
+}  // namespace
+
+void CellEnergy::set_cells(const SparseRows<Vector3>& rows, const std::vector<int>& homes) {
+  std::vector<std::vector<int>> next = place_shares(rows, homes, cell_offsets);
+  cell_vertices.resize(cell_offsets.back());
+  q.resize(cell_offsets.back(), 3);
+  vertex_offsets = rows.offsets();
+  vertex_incidences.resize(cell_vertices.size());
+  vertex_cells.resize(cell_vertices.size());
+  rows.for_each([&](int share, int vertex, std::span<const Rows::Entry> entries) {
+    int k = vertex_offsets[vertex];
+    for (const auto& [cell, value] : entries) {
+      const int slot = homes[cell] == vertex ? cell_offsets[cell] : next[share][cell]++;
+      cell_vertices[slot] = vertex;
+      q.row(slot) = value.transpose();
+      vertex_incidences[k] = slot;
+      vertex_cells[k++] = cell;
     }
   });
 }

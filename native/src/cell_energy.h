@@ -8,6 +8,9 @@
 
 namespace arap {
 
+template <class Value>
+class SparseRows;
+
 /// The one form of every as-rigid-as-possible energy:
 ///
 ///     E(p', R) = 1/2 <p', K p'> - sum_c <R_c, Q_c(p')> + E_0,   Q_c(p') = sum_{j in c} p'_j q_cj^T,
@@ -33,7 +36,12 @@ struct CellEnergy {
     return cell_offsets[cell] < cell_offsets[cell + 1] ? cell_vertices[cell_offsets[cell]] : -1;
   }
 
-  /// Fills vertex_* from cell_*; call it last.
+  /// Fills in all but K and the rest energy.
+  /// @param rows   q_cj by vertex j and cell c
+  /// @param homes  the first vertex of each cell, where the cell has any
+  void set_cells(const SparseRows<Vector3>& rows, const std::vector<int>& homes);
+
+  /// Fills vertex_* from cell_*.
   void index_by_vertex();
 };
 

@@ -49,6 +49,8 @@ class LocalGlobal {
   void finish(Pose& pose);
   /// Comes where anybody else changes the pose or works with the passes.
   void forget() { known_ = Known::kNothing; }
+  /// Whether the pose is the one that finish() left.
+  [[nodiscard]] bool knows_pose() const { return known_ != Known::kNothing; }
 
   /// Local step. Returns the energy, and leaves the residual for the next global step.
   [[nodiscard]] double fit(Pose& pose);

@@ -14,6 +14,9 @@ namespace arap {
 
 namespace {
 
+/// Of the grid: what is asked for is small beside it, so that it is nearly always in one cell.
+constexpr double kCell = 8 * kMirrorTolerance;
+
 /// Sums that vanish for points mirrored along `axis`; cheap, and hardly any other mesh gets through.
 bool may_be_mirrored(const Positions& rest, int axis) {
   const auto x = rest.col(axis).array();
@@ -60,7 +63,7 @@ std::vector<std::vector<int>> find_mirrors(const Positions& rest, int threads) {
   std::optional<PointGrid> grid;
   for (int axis = 0; axis < 3; ++axis) {
     if (!may_be_mirrored(rest, axis)) continue;
-    if (!grid) grid.emplace(rest, 2 * kMirrorTolerance, threads);
+    if (!grid) grid.emplace(rest, kCell, threads);
     std::vector<int> images = find_images(rest, *grid, axis, threads);
     if (!images.empty()) mirrors.push_back(std::move(images));
   }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <type_traits>
 #include <utility>
@@ -154,10 +153,8 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
 }
 
 IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
-                         const Progress& progress, std::optional<double> step_before,
+                         const Progress& progress, TimeBudget& time, std::optional<double> step_before,
                          const std::function<void()>& on_first_fit) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
   IterationReport report;
   steps.start(pose);
   report.energy_before = report.energy_after = steps.fit(pose);
@@ -168,25 +165,27 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
     report.stop_reason = StopReason::kCancelled;
     return true;
   };
-  const auto is_out_of_time = [&] {
-    if (std::chrono::duration<double>(Clock::now() - start).count() < options.time_limit_s) return false;
-    report.stop_reason = StopReason::kTimeLimit;
-    return true;
+  const auto count_iteration = [&](double step) {
+    ++report.iterations;
+    report.step = step;
+    time.end_iteration();
   };
   if (step_before) {
     if (is_cancelled()) return report;
-    report.iterations = 1;
-    report.step = *step_before;
+    count_iteration(*step_before);
+  } else {
+    time.begin_iteration();
   }
-  search.restart();
   const double smallest_decrease = kSmallestDecrease * steps.rest_energy();
-  bool is_done = report.iterations > 0 && is_out_of_time();
-  while (!is_done && report.iterations < options.max_iterations) {
+  while (report.iterations < options.max_iterations) {
+    if (report.iterations > 0 && !time.allows_another()) {
+      report.stop_reason = StopReason::kTimeLimit;
+      break;
+    }
     if (is_cancelled()) return report;
     if (options.acceleration == Acceleration::kNone) search.restart();
     const double energy = search.iterate(pose, report.energy_after);
-    ++report.iterations;
-    report.step = search.step();
+    count_iteration(search.step());
     // A short step may only be a short length.
     if (report.step <= options.step_tolerance) report.step = std::max(report.step, search.longest_correction());
     // Where the measured decrease drowns in rounding, the one that the slope promised still has its digits.
@@ -197,7 +196,6 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
       report.stop_reason = StopReason::kConverged;
       break;
     }
-    is_done = is_out_of_time();
   }
   if (std::isfinite(report.energy_after)) steps.finish(pose);
   return report;

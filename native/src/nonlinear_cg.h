@@ -7,6 +7,7 @@
 
 #include "arap/options.h"
 #include "local_global.h"
+#include "time_budget.h"
 
 namespace arap {
 
@@ -18,7 +19,8 @@ class NonlinearCg {
  public:
   explicit NonlinearCg(LocalGlobal& steps) : steps_(steps) {}
 
-  /// Forgets the directions so far: the next step is a plain global step.
+  /// Forgets the directions so far: the next step is a plain global step. Comes where targets have changed, or the pose
+  /// by anybody else; a solve that only goes on goes on with them, as if both were one.
   void restart() { is_fresh_ = true; }
 
   /// One iteration from a fitted pose; returns the energy, which is not above `energy`, that of the pose, but by
@@ -69,13 +71,14 @@ struct IterationReport {
   StopReason stop_reason = StopReason::kMaxIterations;
 };
 
-/// Iterates from a pose until the options or `progress` stop it.
-/// @param search       over the steps
+/// Iterates from a pose until the options or `progress` stop it. At least one iteration is done.
+/// @param search       over the steps; goes on with its directions, see NonlinearCg::restart()
+/// @param time         of the whole solve, in place of the options' limit
 /// @param step_before  where the pose comes from a global step: its largest movement. With the fit that comes first
-///                     here it is an iteration.
+///                     here it is an iteration, which `time` has seen begin.
 /// @param on_first_fit is called after that fit
 IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
-                         const Progress& progress, std::optional<double> step_before,
+                         const Progress& progress, TimeBudget& time, std::optional<double> step_before,
                          const std::function<void()>& on_first_fit);
 
 }  // namespace arap

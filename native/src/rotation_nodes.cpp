@@ -2,11 +2,11 @@
 #include "rotation_nodes.h"
 
 #include <algorithm>
+#include <numeric>
 #include <span>
 #include <utility>
 
 #include "parallel.h"
-#include "row_accumulator.h"
 
 namespace arap {
 
@@ -14,10 +14,17 @@ namespace {
 
 /// Support of a node's weights, in radii.
 constexpr double kSupport = 2;
+/// A node's share of the surface is at least this part of r^2, so that faces without area have rotations too.
+constexpr double kLeastShare = .01;
 /// A vertex' own support is at least this part of it, squared: every node that covers a vertex is well inside.
 constexpr double kLeastSupport = .5;
 
-/// Chosen nodes, and how far the vertices are from the nearest.
+struct ChosenNodes {
+  std::vector<int> vertices;  ///< of each node
+  std::vector<int> nearest;   ///< the node nearest to each vertex; -1 for a loose one
+};
+
+/// Chosen nodes, and which is the nearest to each vertex, and how far.
 class Sampler {
  public:
   Sampler(const SurfaceGraph& graph, double radius, const std::vector<int>& group)
@@ -25,15 +32,18 @@ class Sampler {
         radius_(static_cast<float>(radius)),
         group_(group),
         distance_(graph.n_vertices(), static_cast<float>(radius)),
+        nearest_(graph.n_vertices(), -1),
         is_chosen_(graph.n_vertices(), 0) {}
 
   [[nodiscard]] bool is_covered(int vertex) const { return distance_[vertex] < radius_; }
 
   void choose(int vertex) {
     if (is_chosen_[vertex] != 0) return;
+    const auto node = static_cast<int>(nodes_.size());
     is_chosen_[vertex] = 1;
     nodes_.push_back(vertex);
     distance_[vertex] = 0;
+    nearest_[vertex] = node;
     queue_.push({0, vertex});
     while (!queue_.empty()) {
       const auto [distance, near] = queue_.pop();
@@ -42,12 +52,13 @@ class Sampler {
         const float further = distance + arc.length;
         if (further >= distance_[arc.vertex] || !is_same_group(vertex, arc.vertex)) continue;
         distance_[arc.vertex] = further;
+        nearest_[arc.vertex] = node;
         queue_.push({further, arc.vertex});
       }
     }
   }
 
-  [[nodiscard]] std::vector<int> take_nodes() { return std::move(nodes_); }
+  [[nodiscard]] ChosenNodes take() { return {.vertices = std::move(nodes_), .nearest = std::move(nearest_)}; }
 
  private:
   [[nodiscard]] bool is_same_group(int a, int b) const { return group_.empty() || group_[a] == group_[b]; }
@@ -56,13 +67,14 @@ class Sampler {
   float radius_;
   const std::vector<int>& group_;
   std::vector<float> distance_;  ///< to the nearest node, at most the radius
+  std::vector<int> nearest_;     ///< which that is
   std::vector<char> is_chosen_;
   DistanceQueue queue_;
   std::vector<int> nodes_;
 };
 
-std::vector<int> choose_vertices(const SurfaceGraph& graph, double radius, const std::vector<std::vector<int>>& mirrors,
-                                 const std::vector<int>& group) {
+ChosenNodes choose_vertices(const SurfaceGraph& graph, double radius, const std::vector<std::vector<int>>& mirrors,
+                            const std::vector<int>& group) {
   Sampler sampler(graph, radius, group);
   std::vector<int> orbit;
   const auto choose_with_images = [&](int vertex) {
@@ -79,7 +91,22 @@ std::vector<int> choose_vertices(const SurfaceGraph& graph, double radius, const
   // First on the planes of symmetry: a node beside one and its image would be very close.
   for (const std::vector<int>& mirror : mirrors) choose_where([&](int v) { return mirror[v] == v; });
   choose_where([](int) { return true; });
-  return sampler.take_nodes();
+  return sampler.take();
+}
+
+/// What each node stands for: the area of the surface that no other node is nearer to.
+std::vector<double> node_shares(const ChosenNodes& nodes, const std::vector<double>& areas, double radius,
+                                const std::vector<std::vector<int>>& mirrors) {
+  std::vector<double> shares(nodes.vertices.size(), 0);
+  for (size_t v = 0; v < areas.size(); ++v)
+    if (nodes.nearest[v] >= 0) shares[nodes.nearest[v]] += areas[v];
+  // A vertex as near to two nodes counts for the one that was chosen first, which need not be so for its image.
+  for (const std::vector<int>& mirror : mirrors)
+    for (int c = 0; c < static_cast<int>(shares.size()); ++c)
+      if (const int image = nodes.nearest[mirror[nodes.vertices[c]]]; image > c)
+        shares[c] = shares[image] = (shares[c] + shares[image]) / 2;
+  for (double& share : shares) share = std::max(share, kLeastShare * radius * radius);
+  return shares;
 }
 
 struct Reached {
@@ -135,11 +162,14 @@ std::vector<double> face_spreads(const PolygonMesh& mesh) {
   return spreads;
 }
 
-RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector<double>& spreads, double radius,
+RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector<double>& spreads,
+                                    const std::vector<double>& areas, double radius,
                                     const std::vector<std::vector<int>>& mirrors, const std::vector<int>& group,
                                     int threads) {
   RotationNodes result;
-  result.vertices = choose_vertices(graph, radius, mirrors, group);
+  ChosenNodes chosen = choose_vertices(graph, radius, mirrors, group);
+  const std::vector<double> shares = node_shares(chosen, areas, radius, mirrors);
+  result.vertices = std::move(chosen.vertices);
   const std::vector<std::vector<Reached>> supports = find_supports(graph, spreads, result.vertices, radius, threads);
   result.offsets.assign(graph.n_vertices() + 1, 0);
   for (const std::vector<Reached>& support : supports)
@@ -152,7 +182,7 @@ RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector
     for (const Reached& reached : supports[c]) {
       const int slot = next[reached.vertex]++;
       result.nodes[slot] = static_cast<int>(c);
-      result.weights[slot] = static_cast<double>(reached.weight);
+      result.weights[slot] = shares[c] * static_cast<double>(reached.weight);
     }
   parallel_for(threads, graph.n_vertices(), [&](int begin, int end) {
     for (int v = begin; v < end; ++v) {
@@ -164,87 +194,14 @@ RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector
   return result;
 }
 
-namespace {
-
-/// The nodes whose cells have a vertex, with their q there.
-using NodeRow = RowAccumulator<Vector3>;
-
-/// Fills the cells of nodes, vertex by vertex: consecutive vertices are a share.
-class NodeCells {
- public:
-  NodeCells(const CellEnergy& cells, const RotationNodes& nodes, int threads)
-      : cells_(cells),
-        nodes_(nodes),
-        shares_(threads, cells.n_vertices()),
-        node_at_(cells.n_vertices(), -1),
-        next_(shares_.count(), std::vector<int>(nodes.size(), 0)) {
-    for (int c = 0; c < nodes.size(); ++c) node_at_[nodes.vertices[c]] = c;
-  }
-
-  void fill(CellEnergy& result) {
-    for_each_row([&](int share, int j, const NodeRow& row) {
-      for (const auto& [node, q] : row.entries())
-        if (node != node_at_[j]) ++next_[share][node];
-    });
-    place_shares(result);
-    for_each_row([&](int share, int j, const NodeRow& row) {
-      for (const auto& [node, q] : row.entries()) {
-        const int slot = node == node_at_[j] ? result.cell_offsets[node] : next_[share][node]++;
-        result.cell_vertices[slot] = j;
-        result.q.row(slot) = q.transpose();
-      }
-    });
-  }
-
- private:
-  /// Counts of entries become places: in each cell its node, then the shares in order.
-  void place_shares(CellEnergy& result) {
-    result.cell_offsets.assign(1, 0);
-    for (int c = 0; c < nodes_.size(); ++c) {
-      int place = result.cell_offsets.back() + 1;
-      for (std::vector<int>& next : next_) place += std::exchange(next[c], place);
-      result.cell_offsets.push_back(place);
-    }
-    result.cell_vertices.resize(result.cell_offsets.back());
-    result.q.resize(result.cell_offsets.back(), 3);
-  }
-
-  template <class Visit>
-  void for_each_row(const Visit& visit) const {
-    shares_.for_each([&](int share, int begin, int end) {
-      NodeRow row(nodes_.size());
-      for (int j = begin; j < end; ++j) {
-        collect(j, row);
-        visit(share, j, row);
-        row.clear();
-      }
-    });
-  }
-
-  void collect(int j, NodeRow& row) const {
-    for (int k = cells_.vertex_offsets[j]; k < cells_.vertex_offsets[j + 1]; ++k) {
-      const int i = cells_.vertex_cells[k];
-      const Vector3 q = cells_.q.row(cells_.vertex_incidences[k]).transpose();
-      for (int e = nodes_.offsets[i]; e < nodes_.offsets[i + 1]; ++e) row[nodes_.nodes[e]] += nodes_.weights[e] * q;
-    }
-    if (node_at_[j] >= 0) row[node_at_[j]] += Vector3::Zero();  // in its own cell whatever else is
-  }
-
-  const CellEnergy& cells_;
-  const RotationNodes& nodes_;
-  Shares shares_;
-  std::vector<int> node_at_;            ///< of each vertex, or -1
-  std::vector<std::vector<int>> next_;  ///< of each share: entries of each cell, then where the next one goes
-};
-
-}  // namespace
-
-CellEnergy share_rotations(const CellEnergy& cells, const RotationNodes& nodes, int threads) {
-  CellEnergy result;
-  result.K = cells.K;
-  result.rest_energy = cells.rest_energy;
-  NodeCells(cells, nodes, threads).fill(result);
-  result.index_by_vertex();
+RotationNodes node_at_each_vertex(int n_vertices) {
+  RotationNodes result;
+  result.vertices.resize(n_vertices);
+  std::iota(result.vertices.begin(), result.vertices.end(), 0);
+  result.nodes = result.vertices;
+  result.offsets = result.vertices;
+  result.offsets.push_back(n_vertices);
+  result.weights.assign(n_vertices, 1.0);
   return result;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -26,6 +27,12 @@ class RowAccumulator {
   }
 
   [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
+
+  /// By column. Only clear() may follow.
+  [[nodiscard]] const std::vector<Entry>& sorted_entries() {
+    std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.first < b.first; });
+    return entries_;
+  }
 
   /// Starts anew.
   void clear() {

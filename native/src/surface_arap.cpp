@@ -2,7 +2,6 @@
 #include "arap/surface_arap.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <optional>
@@ -22,6 +21,7 @@
 #include "surface_model.h"
 #include "surface_patch.h"
 #include "text.h"
+#include "time_budget.h"
 
 namespace arap {
 
@@ -108,7 +108,9 @@ struct SurfaceArap::Impl {
     space.renumber(new_of_old);
     for (size_t v = 0; v < input_part_of_vertex.size(); ++v)
       input_part_of_vertex[v] = model.part_of_vertex[space.model_vertices()[v]];
-    areas = vertex_areas(model_mesh, new_of_old);
+    const std::vector<double> mesh_areas = vertex_areas(model_mesh);
+    areas.resize(mesh_areas.size());
+    for (size_t v = 0; v < areas.size(); ++v) areas[new_of_old[v]] = mesh_areas[v];
     patch_radius = kPatchRadius * options.rigidity_radius;
     diagonal = surface_diagonal(model);
     reset();
@@ -129,7 +131,7 @@ struct SurfaceArap::Impl {
     pose.placements = model.regions.fit_placements(pose.positions);
   }
 
-  SolveResult solve(const Positions& targets, SolveOptions options, std::span<const Matrix3> rotations,
+  SolveResult solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,
                     const Progress& progress, std::span<float> out);
   /// @param turns  rotation vectors of the targets' rows, no rows: nothing turns
   /// @param target_step  from the targets of the previous pose; no rows: unknown
@@ -234,10 +236,10 @@ std::optional<double> SurfaceArap::Impl::apply_guess(const Positions& targets, I
   return std::nullopt;
 }
 
-SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions options, std::span<const Matrix3> rotations,
-                                     const Progress& progress, std::span<float> out) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
+SolveResult SurfaceArap::Impl::solve(const Positions& targets, const SolveOptions& options,
+                                     std::span<const Matrix3> rotations, const Progress& progress,
+                                     std::span<float> out) {
+  TimeBudget time(options.time_limit_s);
   const Positions model_targets = space.points_to_model(targets);
   steps->aim(model_targets, constraints->is_weak_hold() ? Precision::kDouble : precision_for(options, model_targets));
   const Positions turns =
@@ -246,14 +248,15 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, SolveOptions opti
   const Positions target_step = is_going_on ? Positions(model_targets - last_targets) : Positions(0, 3);
   const double ahead = turns.rows() > 0 ? 0 : prediction.share(target_step);
   const bool is_drag = turns.rows() == 0 && (target_step.array() != 0).any();
+  const bool goes_on_there = is_going_on && last_targets == model_targets && steps->knows_pose();
   keep_pose();
   SolveResult result;
   IterationReport report;
   try {
+    time.begin_iteration();
     const std::optional<double> step = apply_guess(model_targets, options.initial_guess, turns, target_step, ahead);
-    const double spent_s = std::chrono::duration<double>(Clock::now() - start).count();
-    options.time_limit_s = std::max(options.time_limit_s - spent_s, 0.0);
-    report = minimize(*steps, *search, pose, options, progress, step, [&] {
+    if (step || !goes_on_there) search->restart();
+    report = minimize(*steps, *search, pose, options, progress, time, step, [&] {
       if (is_drag) steps->show_forces_to(prediction, ahead);
     });
     if (report.stop_reason == StopReason::kCancelled) restore_pose();

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <span>
 #include <utility>
@@ -34,13 +34,17 @@ class SurfaceGraph {
   [[nodiscard]] std::span<const Arc> arcs(int vertex) const {
     return std::span(arcs_).subspan(offsets_[vertex], offsets_[vertex + 1] - offsets_[vertex]);
   }
+  /// arcs(vertex) are soon asked for.
+  void prefetch_arcs(int vertex) const { __builtin_prefetch(arcs_.data() + offsets_[vertex]); }
 
  private:
   std::vector<int> offsets_;
   std::vector<Arc> arcs_;
 };
 
-/// Vertices that wait for their turn, the nearest first.
+/// Vertices that wait for their turn, the nearest first, and the lowest of those as near: a radix heap [Ahuja,
+/// Mehlhorn, Orlin, Tarjan 1990]. Until it is empty, nothing nearer than the last one popped may be pushed. Entries are
+/// a set.
 class DistanceQueue {
  public:
   struct Entry {
@@ -48,21 +52,36 @@ class DistanceQueue {
     int vertex;
   };
 
-  [[nodiscard]] bool empty() const { return keys_.empty(); }
+  [[nodiscard]] bool empty() const { return filled_ == 0; }
   void push(Entry entry) {
-    keys_.push_back(static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(entry.distance)) << 32U |
-                    static_cast<std::uint32_t>(entry.vertex));
-    std::push_heap(keys_.begin(), keys_.end(), std::greater<>());
+    put(static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(entry.distance)) << 32U |
+        static_cast<std::uint32_t>(entry.vertex));
   }
   Entry pop() {
-    std::pop_heap(keys_.begin(), keys_.end(), std::greater<>());
-    const std::uint64_t key = keys_.back();
-    keys_.pop_back();
-    return {std::bit_cast<float>(static_cast<std::uint32_t>(key >> 32U)), static_cast<int>(key & 0xFFFFFFFFU)};
+    const int first = std::countr_zero(filled_);
+    filled_ &= filled_ - 1;
+    std::vector<std::uint64_t>& keys = buckets_[first];
+    const std::uint64_t least = *std::min_element(keys.begin(), keys.end());
+    last_ = least;
+    for (const std::uint64_t key : keys)
+      if (key != least) put(key);  // into buckets before this one
+    keys.clear();
+    if (empty()) last_ = 0;
+    return {std::bit_cast<float>(static_cast<std::uint32_t>(least >> 32U)), static_cast<int>(least & 0xFFFFFFFFU)};
   }
 
  private:
-  std::vector<std::uint64_t> keys_;  ///< the bits of a distance >= 0 sort as it does
+  void put(std::uint64_t key) {
+    const auto bucket = static_cast<unsigned>(std::bit_width(key ^ last_));
+    buckets_[bucket].push_back(key);
+    filled_ |= std::uint64_t{1} << bucket;
+  }
+
+  /// Keys by the highest bit in which they differ from the last one popped; the bits of a distance >= 0 sort as it
+  /// does, and the highest of them is 0.
+  std::array<std::vector<std::uint64_t>, 64> buckets_;
+  std::uint64_t filled_ = 0;  ///< a bit for each bucket
+  std::uint64_t last_ = 0;
 };
 
 /// Distances along the graph (Dijkstra) from one or a few vertices, up to a radius, again and again.
@@ -93,6 +112,7 @@ class DistanceSweep {
   void reach(int vertex, float distance) {
     if (distance_[vertex] == kFar) reached_.push_back(vertex);
     distance_[vertex] = distance;
+    graph_.prefetch_arcs(vertex);
     queue_.push({distance, vertex});
   }
 

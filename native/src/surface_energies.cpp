@@ -6,6 +6,8 @@
 #include "arap/error.h"
 #include "parallel.h"
 #include "row_accumulator.h"
+#include "sparse_rows.h"
+#include "triangles.h"
 
 namespace arap {
 
@@ -76,34 +78,45 @@ class SurfaceAssembler {
     column[i] += 0;  // the diagonal is always there, also of loose vertices
   }
 
-  /// q of the cell of vertex i.
-  void cell(int i, RowAccumulator<Vector3>& row) const {
-    const double scale = 2 * stiffness(i);
-    const auto add_edge = [&](int a, int b, double weight) {
-      const Vector3 value = weight * (rest_.row(a) - rest_.row(b)).transpose();
-      row[a] += value;
-      row[b] -= value;
-    };
-    triangles_at_.for_each(i, [&](int t) {
+  /// q at vertex j of the cells of all vertices, by vertex.
+  void cells_at(int j, RowAccumulator<Vector3>& cells) const {
+    triangles_at_.for_each(j, [&](int t) {
       const Triangle& triangle = triangulation_.triangles[t];
-      if (is_spokes_)
-        for_edges_at(triangle, i, [&](size_t edge, int j) { add_edge(i, j, scale * triangle.half_cotangents[edge]); });
-      else
-        for (size_t edge = 0; edge < 3; ++edge)
-          add_edge(triangle.vertices[(edge + 1) % 3], triangle.vertices[(edge + 2) % 3],
-                   scale / 3 * triangle.half_cotangents[edge]);
+      for (size_t edge = 0; edge < 3; ++edge) {
+        const int a = triangle.vertices[(edge + 1) % 3];
+        const int b = triangle.vertices[(edge + 2) % 3];
+        if (a != j && b != j) continue;
+        const Eigen::RowVector3d along = rest_.row(a) - rest_.row(b);
+        const auto add_to = [&](int i) {
+          const double weight = scale(i) * triangle.half_cotangents[edge];
+          if (a == j)
+            cells[i] += weight * along.transpose();
+          else
+            cells[i] -= weight * along.transpose();
+        };
+        add_to(a);
+        add_to(b);
+        if (!is_spokes_) add_to(triangle.vertices[edge]);
+      }
     });
-    ties_at_.for_each(i, [&](int t) {
+    ties_at_.for_each(j, [&](int t) {
       const Tie& tie = triangulation_.ties[t];
-      if (tie.vertices[0] != i) return;
       Vector3 u = Vector3::Zero();
       for (size_t a = 0; a < 3; ++a) u += tie.coefficients[a] * rest_.row(tie.vertices[a]).transpose();
-      for (size_t a = 0; a < 3; ++a) row[tie.vertices[a]] += scale * tie.weight * tie.coefficients[a] * u;
+      const int i = tie.vertices[0];
+      for (size_t a = 0; a < 3; ++a)
+        if (tie.vertices[a] == j) cells[i] += 2 * stiffness(i) * tie.weight * tie.coefficients[a] * u;
     });
   }
 
  private:
   [[nodiscard]] double stiffness(int vertex) const { return stiffness_.empty() ? 1.0 : stiffness_[vertex]; }
+
+  /// Of the edges of triangles in the cell of a vertex.
+  [[nodiscard]] double scale(int vertex) const {
+    const double whole = 2 * stiffness(vertex);
+    return is_spokes_ ? whole : whole / 3;
+  }
 
   /// Sum of the stiffnesses of the cells that contain an edge of a triangle, with the energy's factor.
   [[nodiscard]] double cells_of_edge(const Triangle& triangle, size_t edge) const {
@@ -130,52 +143,36 @@ class SurfaceAssembler {
   Incidence ties_at_;
 };
 
-/// Sparse rows built in parallel: each thread takes consecutive vertices, the pieces are then joined in order.
-template <class Value>
-struct Rows {
-  std::vector<int> offsets;
-  std::vector<int> vertices;
-  std::vector<Value> values;
-
-  /// @param is_own_first  whether row v begins with vertex v, where it has that; sorted by vertex otherwise
-  template <class Fill>
-  Rows(int n, int threads, bool is_own_first, const Fill& fill) : offsets(n + 1, 0), is_own_first_(is_own_first) {
-    const Shares shares(threads, n);
-    std::vector<Piece> pieces(shares.count());
-    shares.for_each([&](int share, int begin, int end) { fill_piece(n, begin, end, pieces[share], fill); });
-    for (size_t v = 1; v < offsets.size(); ++v) offsets[v] += offsets[v - 1];
-    vertices.reserve(offsets.back());
-    values.reserve(offsets.back());
-    for (Piece& piece : pieces) {
-      for (const auto& [vertex, value] : piece) {
-        vertices.push_back(vertex);
-        values.push_back(value);
-      }
-      Piece().swap(piece);
+SparseMatrix assemble_system(const SurfaceAssembler& assembler, int threads) {
+  const int n = assembler.n();
+  const SparseRows<double> columns(n, n, threads, [&] {
+    return [&](int i, RowAccumulator<double>& column) { assembler.system_column(i, column); };
+  });
+  SparseMatrix K(n, n);
+  K.resizeNonZeros(columns.offsets().back());
+  std::copy(columns.offsets().begin(), columns.offsets().end(), K.outerIndexPtr());
+  columns.for_each([&](int, int i, const auto& entries) {
+    int k = K.outerIndexPtr()[i];
+    for (const auto& [row, value] : entries) {
+      K.innerIndexPtr()[k] = row;
+      K.valuePtr()[k++] = value;
     }
-  }
+  });
+  return K;
+}
 
- private:
-  using Piece = std::vector<typename RowAccumulator<Value>::Entry>;
-
-  template <class Fill>
-  void fill_piece(int n, int begin, int end, Piece& piece, const Fill& fill) {
-    RowAccumulator<Value> row(n);
-    for (int v = begin; v < end; ++v) {
-      fill(v, row);
-      const auto old_size = static_cast<std::ptrdiff_t>(piece.size());
-      piece.insert(piece.end(), row.entries().begin(), row.entries().end());
-      row.clear();
-      offsets[v + 1] = static_cast<int>(std::ssize(piece) - old_size);
-      const int first = is_own_first_ ? v : -1;
-      std::sort(piece.begin() + old_size, piece.end(), [first](const auto& a, const auto& b) {
-        return std::pair(a.first != first, a.first) < std::pair(b.first != first, b.first);
-      });
-    }
-  }
-
-  bool is_own_first_;
-};
+/// q of the cells of nodes: what the cells of vertices have, times the weights with which these look at the nodes.
+SparseRows<Vector3> share_cells(const SurfaceAssembler& assembler, const RotationNodes& nodes, int threads) {
+  return {assembler.n(), nodes.size(), threads, [&] {
+            return [&, cells = RowAccumulator<Vector3>(assembler.n())](int j, RowAccumulator<Vector3>& row) mutable {
+              assembler.cells_at(j, cells);
+              for (const auto& [i, q] : cells.sorted_entries())
+                for (int e = nodes.offsets[i]; e < nodes.offsets[i + 1]; ++e)
+                  row[nodes.nodes[e]] += nodes.weights[e] * q;
+              cells.clear();
+            };
+          }};
+}
 
 void report(const Progress& progress, double fraction) {
   if (progress && !progress(fraction)) throw Cancelled("binding was cancelled");
@@ -185,26 +182,16 @@ void report(const Progress& progress, double fraction) {
 
 CellEnergy assemble_surface_energy(const PolygonMesh& mesh, const Options& options,
                                    const std::vector<double>& stiffness, int threads, const Progress& progress,
-                                   const std::function<void(const SparseMatrix& K)>& on_matrix) {
+                                   const std::function<RotationNodes(const SparseMatrix& K)>& choose_nodes) {
   report(progress, 0.1);
   const SurfaceAssembler assembler(mesh, options, stiffness);
-  const int n = mesh.n_vertices();
   CellEnergy energy;
   report(progress, 0.3);
-  {
-    Rows<double> system(n, threads, false, [&](int i, auto& column) { assembler.system_column(i, column); });
-    energy.K = Eigen::Map<const SparseMatrix>(n, n, system.values.size(), system.offsets.data(), system.vertices.data(),
-                                              system.values.data());
-  }
-  if (on_matrix) on_matrix(energy.K);
+  energy.K = assemble_system(assembler, threads);
+  const RotationNodes nodes = choose_nodes ? choose_nodes(energy.K) : node_at_each_vertex(mesh.n_vertices());
   report(progress, 0.6);
-  Rows<Vector3> cells(n, threads, true, [&](int i, auto& row) { assembler.cell(i, row); });
-  energy.cell_offsets = std::move(cells.offsets);
-  energy.cell_vertices = std::move(cells.vertices);
-  energy.q.resize(cells.values.size(), 3);
-  for (size_t k = 0; k < cells.values.size(); ++k) energy.q.row(k) = cells.values[k].transpose();
+  energy.set_cells(share_cells(assembler, nodes, threads), nodes.vertices);
   report(progress, 0.9);
-  energy.index_by_vertex();
   Positions K_rest;
   multiply(energy.K, mesh.positions(), K_rest, Workers(threads));
   energy.rest_energy = 0.5 * mesh.positions().cwiseProduct(K_rest).sum();

@@ -7,11 +7,11 @@
 #include "arap/mesh.h"
 #include "arap/options.h"
 #include "cell_energy.h"
-#include "triangles.h"
+#include "rotation_nodes.h"
 
 namespace arap {
 
-/// Assembles the energy of a surface; cell i belongs to vertex i. With e_ij = p_i - p_j and s_i the stiffness,
+/// Assembles the energy of a surface. With e_ij = p_i - p_j and s_i the stiffness,
 ///
 /// spokes [SA07] Eq. (7):  E = sum_i s_i sum_{j in N(i)} w_ij |e'_ij - R_i e_ij|^2,  w_ij = sum of max(0, 1/2 cot) over
 /// the
@@ -20,12 +20,14 @@ namespace arap {
 /// spokes-and-rims [CPSS10]:  E = 1/3 sum_i s_i sum_{f at i} sum_{(a,b) in f} 1/2 cot_ab |e'_ab - R_i e_ab|^2. The sum
 /// over a
 ///     triangle is non-negative whatever the signs of its cotangents.
+/// With rotation nodes c and weights w_ic there is one rotation a node: what is said of R_i above counts for each R_c
+/// that vertex i looks at, w_ic times. K and E_0 do not depend on them, since weights sum to 1.
 ///
-/// @param stiffness  (n,) > 0, or empty: 1
-/// @param on_matrix     is called as soon as K is there, before the cells: what needs only that may begin
-[[nodiscard]] CellEnergy assemble_surface_energy(const PolygonMesh& mesh, const Options& options,
-                                                 const std::vector<double>& stiffness, int threads,
-                                                 const Progress& progress,
-                                                 const std::function<void(const SparseMatrix& K)>& on_matrix = {});
+/// @param stiffness     (n,) > 0, or empty: 1
+/// @param choose_nodes  is called as soon as K is there, before the cells: what needs only that may begin. Without it
+///     cell i belongs to vertex i.
+[[nodiscard]] CellEnergy assemble_surface_energy(
+    const PolygonMesh& mesh, const Options& options, const std::vector<double>& stiffness, int threads,
+    const Progress& progress, const std::function<RotationNodes(const SparseMatrix& K)>& choose_nodes = {});
 
 }  // namespace arap

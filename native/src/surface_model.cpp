@@ -15,6 +15,7 @@
 #include "permutation.h"
 #include "rotation_nodes.h"
 #include "surface_energies.h"
+#include "surface_patch.h"
 #include "union_find.h"
 
 namespace arap {
@@ -34,20 +35,18 @@ double diagonal_of(const Eigen::AlignedBox3d& box) {
   return length > 0 ? length : 1;
 }
 
-/// One rotation a node in place of one a vertex.
-void share_rotations(BoundModel& model, const PolygonMesh& mesh, double rigidity_radius,
-                     const std::vector<int>& region_of_vertex) {
+RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, const SparseMatrix& K,
+                           double rigidity_radius, const std::vector<int>& region_of_vertex) {
   const Eigen::AlignedBox3d box = surface_box(model);
   Positions centred = box.isEmpty() ? model.rest : Positions(model.rest.rowwise() - box.center().transpose());
   for (size_t v = 0; v < model.part_of_vertex.size(); ++v)
     if (model.part_of_vertex[v] < 0) centred.row(v).setZero();
   const double radius = rigidity_radius * diagonal_of(box);
   const std::vector<std::vector<int>> mirrors = find_mirrors(centred, model.workers.threads());
-  const SurfaceGraph graph(model.energy.K, model.rest, model.workers.threads(),
+  const SurfaceGraph graph(K, model.rest, model.workers.threads(),
                            find_bridges(mesh, radius, mirrors, model.workers.threads()));
-  const RotationNodes nodes =
-      choose_rotation_nodes(graph, face_spreads(mesh), radius, mirrors, region_of_vertex, model.workers.threads());
-  model.energy = share_rotations(model.energy, nodes, model.workers.threads());
+  return choose_rotation_nodes(graph, face_spreads(mesh), vertex_areas(mesh), radius, mirrors, region_of_vertex,
+                               model.workers.threads());
 }
 
 /// Cells in the order of their homes.
@@ -97,16 +96,18 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   model.workers = Workers(choose_threads(options.threads, mesh.n_vertices()));
   model.linear_solver = options.linear_solver;
   model.regions = RigidRegions(region_of_vertex, model.energy, model.rest);
-  // The order of the unknowns takes most of a bind, on one thread: the cells are made beside it.
+  // The order of the unknowns takes a good part of a bind: the cells are made beside it.
   std::future<std::unique_ptr<LinearSolver>> solver;
-  const auto start_solver = [&](const SparseMatrix& K) {
+  const auto with_matrix = [&](const SparseMatrix& K) {
     model.system_matrix = model.regions.reduce(K);
     solver = std::async(model.workers.threads() > 1 ? std::launch::async : std::launch::deferred, [&model] {
       return make_linear_solver(model.system_matrix, model.linear_solver, model.workers);
     });
+    return options.energy == Energy::kRotationNodes
+               ? choose_nodes(model, mesh, K, options.rigidity_radius, region_of_vertex)
+               : node_at_each_vertex(mesh.n_vertices());
   };
-  model.energy = assemble_surface_energy(mesh, options, stiffness, model.workers.threads(), progress, start_solver);
-  if (options.energy == Energy::kRotationNodes) share_rotations(model, mesh, options.rigidity_radius, region_of_vertex);
+  model.energy = assemble_surface_energy(mesh, options, stiffness, model.workers.threads(), progress, with_matrix);
   // In a sum over few cells single precision shows, and there is no time to win.
   constexpr int kFewVertices = 2000;
   model.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(model.energy, model.rest);

@@ -32,12 +32,12 @@ void require_patch_sources(const std::vector<int>& vertices, double radius, cons
   }
 }
 
-std::vector<double> vertex_areas(const PolygonMesh& mesh, const std::vector<int>& place) {
+std::vector<double> vertex_areas(const PolygonMesh& mesh) {
   std::vector<double> areas(mesh.n_vertices(), 0.0);
   for (int f = 0; f < mesh.n_faces(); ++f) {
     const std::span<const int> face = mesh.face(f);
     const double area = twice_vector_area(mesh.positions(), face).norm() / 2;
-    for (const int v : face) areas[place[v]] += area / static_cast<double>(face.size());
+    for (const int v : face) areas[v] += area / static_cast<double>(face.size());
   }
   return areas;
 }

@@ -10,8 +10,7 @@
 namespace arap {
 
 /// Area of the surface at each vertex, (n,): of each face the same share for all of its corners.
-/// @param place  (n,) where in the result each vertex is
-[[nodiscard]] std::vector<double> vertex_areas(const PolygonMesh& mesh, const std::vector<int>& place);
+[[nodiscard]] std::vector<double> vertex_areas(const PolygonMesh& mesh);
 
 /// Throws InvalidInput where no patch can lie around `vertices`, naming the vertex or the radius.
 /// @param part_of_vertex  (n,) connected part, -1 = in no face

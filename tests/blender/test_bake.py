@@ -126,8 +126,28 @@ class BakeTest(SceneTest):
             {key.name for key in keys.key_blocks},
             {"Basis", "ARAP_mine", "Walk 0001", "Walk 0005", *names},
         )
-        fcurves = module("compat").fcurves_of(keys)
+        fcurves = module("fcurves").fcurves_of(keys)
         self.assertEqual(len(fcurves), len(names) + 3)
+
+    def test_a_bake_that_was_pushed_to_the_nla_is_replaced(self):
+        obj = posable()
+        animate(obj)
+        names = self.api.bake_animation(obj, 1, 21, 10)
+        shown = {}
+        for frame in (1, 6, 11, 21):
+            self.scene.frame_set(frame)
+            shown[frame] = shown_positions(obj)
+        animation = obj.data.shape_keys.animation_data
+        strip = animation.nla_tracks.new().strips.new("Bake", 1, animation.action)
+        animation.action = None
+        self.assertEqual(self.api.bake_animation(obj, 1, 21, 10), names)
+        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", *names])
+        of_strip = list(module("fcurves").all_fcurves_of(obj.data.shape_keys))[len(names) :]
+        self.assertEqual(of_strip, [], "what moved keys that are gone is gone too")
+        self.assertNotEqual(strip.action, animation.action)
+        for frame, positions in shown.items():
+            self.scene.frame_set(frame)
+            self.assert_close(shown_positions(obj), positions, 1e-5)
 
     def test_a_key_that_no_bake_made_stays(self):
         obj = posable()
@@ -140,7 +160,10 @@ class BakeTest(SceneTest):
         names = self.api.bake_animation(obj, 3, 9, 3)
         self.assertEqual({key.name for key in obj.data.shape_keys.key_blocks}, {"Basis", "ARAP", "ARAP_2024", *names})
         self.assert_close(key_positions(obj, "ARAP_2024"), posed, 0.0)
-        message = "There is a shape key 'ARAP_2024' that no bake has made: rename it, or take another prefix"
+        message = (
+            "There is a shape key 'ARAP_2024' that no bake has made: rename it, or take another prefix (in the tab: "
+            "another name in Settings > Shape Key)"
+        )
         self.assert_error(ValueError, message, self.api.bake_animation, obj, 2020, 2030)
 
     def test_the_active_key_stays(self):
@@ -421,10 +444,11 @@ class RefusalTest(SceneTest):
             self.assert_error(ValueError, "step = 0, must be 1 or more", function, obj, 1, 5, 0)
             self.assert_error(ValueError, "The last frame 1 is before the first, 5: swap them", function, obj, 5, 1)
         prefix = "x" * 60
-        message = f"Prefix '{prefix}' is too long for the names of shape keys: take a shorter one"
+        in_the_tab = "(in the tab: another name in Settings > Shape Key)"
+        message = f"Prefix '{prefix}' is too long for the names of shape keys: take a shorter one {in_the_tab}"
         self.assert_error(ValueError, message, self.api.bake_animation, obj, 1, 2, prefix=prefix)
         obj.arap.key_name = "ARAP_0001"
-        message = "A bake with prefix 'ARAP_' would replace shape key 'ARAP_0001': take another prefix"
+        message = f"A bake with prefix 'ARAP_' would replace shape key 'ARAP_0001': take another prefix {in_the_tab}"
         self.assert_error(ValueError, message, self.api.bake_animation, obj, 1, 2, prefix="ARAP_")
 
     def test_objects_outside_the_scene_are_refused(self):

@@ -68,7 +68,7 @@ class FewestKeysTest(SceneTest):
         for frame, x in ((1, 0.0), (21, 2.0)):
             target.location.x = x
             target.keyframe_insert("location", frame=frame)
-        module("compat").fcurves_of(target).find("location").keyframe_points[0].interpolation = "LINEAR"
+        module("fcurves").fcurves_of(target).find("location").keyframe_points[0].interpolation = "LINEAR"
         self.assertEqual(self.api.bake_animation(obj, 1, 21, fewest_keys_percent=0.05), ["ARAP_0001", "ARAP_0021"])
 
     def test_steps_and_one_frame(self):

@@ -273,7 +273,7 @@ class HandleTest(SceneTest):
         world = in_world(obj, rest_positions(obj))
         near, far = empty_at(world[TOP].mean(axis=0), "Near"), empty_at(world[BOTTOM[0]] + 30.0, "Far")
         radius = 1.5
-        handles = self.api.add_handles_for(obj, [near, far], radius=radius)
+        handles = self.api.add_handles_for(obj, [(near, ""), (far, "")], radius=radius)
         centre = np.array(near.matrix_world.translation)
         within = np.flatnonzero(np.linalg.norm(world - centre, axis=1) <= radius)
         self.assertGreater(len(within), 4)
@@ -421,8 +421,8 @@ class RefusalTest(SceneTest):
         message = "'Tube' has no objects to take as handles: select some besides the mesh"
         self.assert_error(ValueError, message, self.api.add_handles_for, obj, [])
         message = "'Tube' cannot take the handle: 'Tube' is the mesh itself; choose another object"
-        self.assert_error(ValueError, message, self.api.add_handles_for, obj, [empty, obj])
-        self.assertEqual(len(obj.arap.handles), 1)
+        self.assert_error(ValueError, message, self.api.add_handles_for, obj, [(empty, ""), (obj, "")])
+        self.assertEqual((len(obj.arap.handles), len(obj.vertex_groups)), (1, 2), "all or none")
 
     def test_what_went_missing_is_named(self):
         obj = posable()

@@ -164,7 +164,7 @@ class LiveTest(SceneTest):
                 obj.data.shape_keys.key_blocks[obj.arap.key_name].name = name
             self.assertEqual(act.why_over(), "")
             bend(obj)
-            act.update(None, 1.0)
+            act.update(act.matrices(), None, 1.0)
             self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", name])
             self.assertEqual(obj.arap.key_name, name)
             self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
@@ -181,7 +181,7 @@ class LiveTest(SceneTest):
         obj.data.shape_keys.key_blocks["ARAP"].name = "Bent"
         self.assertEqual(act.why_over(), "")
         bend(obj)
-        act.update(None, 1.0)
+        act.update(act.matrices(), None, 1.0)
         act.restore(obj)
         self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])
         self.assertEqual((obj.arap.key_name, [key.name for key in obj.arap.made_keys]), ("ARAP", ["ARAP"]))
@@ -268,6 +268,26 @@ class LiveTest(SceneTest):
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         self.assertIsNone(self.api.readout("Tube"))
         self.assertIsNone(module("sessions").get("Tube"))
+
+    def test_a_new_object_has_nothing_of_one_that_had_its_name(self):
+        def delete(obj):
+            bpy.data.objects.remove(obj)
+
+        def rename(obj):
+            obj.name = "Body"
+
+        for leave in (delete, rename):
+            with self.subTest(leave.__name__):
+                obj = posable()
+                self.api.solve(obj)
+                self.assertIsNotNone(self.api.readout(obj))
+                leave(obj)
+                bpy.context.view_layer.update()
+                obj = mesh_object()
+                self.assertEqual(obj.name, "Tube")
+                self.assertIsNone(self.api.readout(obj))
+                self.assertIsNone(module("sessions").get("Tube"))
+                bpy.data.objects.remove(obj)
 
     def test_cancelled_solves_and_binds_change_nothing(self):
         obj = posable()

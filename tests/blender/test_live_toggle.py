@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import support
 from support import (
     BOTTOM,
     MIDDLE,
@@ -167,6 +168,16 @@ class LiveToggleTest(SceneTest):
             self.assert_followed(obj)
             bpy.context.scene.frame_set(11)
             self.assert_close(shown_positions(obj), shown, SAME)
+
+    def test_a_bind_that_a_file_load_ends_gives_no_session_to_the_new_file(self):
+        obj = live_tube()
+        former = self.sessions.get("Tube")
+        self.sessions.drop("Tube")  # it is bound anew, and the thread has not begun
+        self.live.run_of(obj)._follower.drop = lambda: self.sessions.put("Tube", former)
+        for function in list(bpy.app.handlers.load_post):  # what Blender does next is to evaluate: one would be bound
+            if function.__module__.startswith(support.PACKAGE):
+                function("")
+        self.assertIsNone(self.sessions.get("Tube"))
 
     def test_appended_it_works_and_linked_it_shows_what_was_saved(self):
         obj = live_tube()

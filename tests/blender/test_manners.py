@@ -299,6 +299,18 @@ class FirstPoseTest(SceneTest):
         self.api.add_handle(obj, BOTTOM)
         self.assertTrue(self.done(obj)[2])
 
+    def test_a_mesh_that_is_selected_as_a_whole_is_not_to_be_pinned(self):
+        obj = mesh_object()
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.arap.edit_mesh()
+        hints = {}
+        for action in ("SELECT", "DESELECT"):
+            bpy.ops.mesh.select_all(action=action)
+            hints[action] = self.first_pose.steps(obj)[2].hint
+        self.assertIn("All vertices are selected now", hints["SELECT"])
+        self.assertIn("First select its vertices", hints["DESELECT"])
+        bpy.ops.object.mode_set(mode="OBJECT")
+
     def test_the_last_step_leads_out_of_each_mode(self):
         obj = mesh_object()
         bpy.context.view_layer.objects.active = obj

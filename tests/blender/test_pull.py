@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
+from mathutils import Matrix
 from support import (
     BOTTOM,
     LENGTH,
@@ -58,8 +59,7 @@ class PullTest(SceneTest):
         motion[:3, 3] = shift
         matrices = begun.matrices(motion, np.array(obj.matrix_world))
         for _ in range(300):
-            depsgraph = bpy.context.evaluated_depsgraph_get()
-            done = module("live_session").update(obj, depsgraph, initial_guess="previous", held=(begun.holds, matrices))
+            done = module("live_session").update(obj, matrices, initial_guess="previous")
             if done.stop_reason == "converged":
                 break
         self.pull_pins.add(obj, begun.grabs)
@@ -94,6 +94,25 @@ class PickTest(PullTest):
         self.assert_close(seen, rest_positions(obj) @ world[:3, :3].T + world[:3, 3])
         distance = np.linalg.norm(seen - pick.place, axis=1)
         np.testing.assert_array_equal(pick.vertices, np.flatnonzero(distance <= pick.radius))
+
+    def test_another_mesh_with_as_many_faces_is_read_anew(self):
+        obj, turned = mesh_object(), mesh_object("Turned")
+        turned.data.transform(Matrix.Diagonal((1.0, 1.0, -1.0, 1.0)))
+        turned.data.flip_normals()  # another order of corners
+        read = self.seen_mesh.read
+        read(obj, bpy.context.evaluated_depsgraph_get())
+        obj.data = turned.data
+        bpy.context.view_layer.update()
+        found, expected = (read(item, bpy.context.evaluated_depsgraph_get()).topology for item in (obj, turned))
+        np.testing.assert_array_equal(found.corner_vertices, expected.corner_vertices)
+
+    def test_what_was_under_the_mouse_is_forgotten_with_the_file(self):
+        obj = mesh_object()
+        pull_draw = module("pull_draw")
+        pull_draw.hover(bpy.context, obj, self.view(), (SIZE[0] / 2, SIZE[1] / 2), 30.0)
+        self.assertIsNotNone(pull_draw._hover)
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.assertIsNone(pull_draw._hover)
 
     def test_other_shape_keys_and_deforming_modifiers_count(self):
         obj = mesh_object()

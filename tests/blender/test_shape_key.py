@@ -276,7 +276,7 @@ class LiveKeyTest(SceneTest):
         self.own_key(obj, long)
         obj.arap.key_name = long + "yz"
         self.api.solve(obj)
-        self.assertEqual((self.names(obj)[-1], obj.arap.key_name), ("x" * 59 + ".001",) * 2)
+        self.assertEqual((self.names(obj)[-1], obj.arap.key_name), ("x" * 57 + ".001",) * 2)
 
     def test_keys_made_before_are_continued(self):
         import tempfile

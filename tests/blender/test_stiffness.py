@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
@@ -217,6 +218,21 @@ class OperatorTest(SceneTest):
         settings = self.obj.arap
         n_entries = len(settings.pins) + len(settings.handles) + len(settings.stiffness)
         return n_entries, len(self.obj.vertex_groups)
+
+    def test_the_dialog_has_the_active_group_unless_that_is_stiff_already(self):
+        invoke = module("operators.stiffness").ARAP_OT_stiffness_add.invoke
+        context = SimpleNamespace(
+            object=self.obj,
+            active_object=self.obj,
+            view_layer=bpy.context.view_layer,
+            window_manager=SimpleNamespace(invoke_props_dialog=lambda _: {"RUNNING_MODAL"}),
+        )
+        self.obj.vertex_groups.active_index = self.obj.vertex_groups.find("Head")
+        for expected in ("Head", ""):
+            dialog = SimpleNamespace(vertex_group="")
+            self.assertEqual(invoke(dialog, context, None), {"RUNNING_MODAL"})
+            self.assertEqual(dialog.vertex_group, expected)
+            self.api.add_stiffness_group(self.obj, "Head")
 
     def test_add_takes_the_selection_a_group_or_a_new_one_to_paint(self):
         self.select(MIDDLE)

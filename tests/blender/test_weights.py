@@ -168,7 +168,7 @@ class WeightTest(SceneTest):
         bpy.context.view_layer.update()
         self.assertTrue(scene.is_bound())
         for _ in range(2):
-            scene.update(1, None)
+            scene.update(scene.matrices(), 1, None)
         bpy.context.view_layer.update()
         self.assertFalse(scene._is_suspect)
 

@@ -64,7 +64,6 @@ class Monkey:
         bpy.ops.ed.undo_push(message="the monkey's scene")
 
     # What it looks at.
-
     def meshes(self) -> list[bpy.types.Object]:
         return [obj for obj in bpy.context.view_layer.objects if obj is not None and obj.type == "MESH"]
 
@@ -97,7 +96,6 @@ class Monkey:
         return region.x + round(region.width * x), region.y + round(region.height * y)
 
     # What it does.
-
     def select(self) -> Steps:
         objects = [obj for obj in bpy.context.view_layer.objects if obj is not None and obj.visible_get()]
         chosen = self.pick(objects)
@@ -151,9 +149,8 @@ class Monkey:
         yield from self.ui.key("ESC")
 
     def press_key(self) -> Steps:
-        yield from self.ui.key(
-            self.random.choice(("F", "LEFT_BRACKET", "RIGHT_BRACKET", "TAB", "SPACE", "PERIOD", "N"))
-        )
+        keys = ("F", "LEFT_BRACKET", "RIGHT_BRACKET", "TAB", "SPACE", "PERIOD", "N")
+        yield from self.ui.key(self.random.choice(keys))
         yield from self.ui.key("RET")
 
     def call_operator(self) -> Steps:

@@ -138,6 +138,25 @@ def test_parts_that_nothing_holds_are_shown_and_selected(ui: Ui) -> Steps:
     assert [vertex.index for vertex in obj.data.vertices if vertex.select] == list(range(n, 2 * n))
 
 
+def test_select_is_one_step_of_undo(ui: Ui) -> Steps:
+    """In Edit Mode, of which it leaves nothing behind but what is selected; undo brings back what was."""
+    obj = scenes.add_bar_with_handle(ui.api)
+    yield from ui.move_mouse_to_view()
+    yield from ui.key("TAB")
+    assert obj.mode == "EDIT"
+    mesh_io = importlib.import_module(f"{MODULE}.mesh_io")
+    ui.call(bpy.ops.mesh.select_all, "EXEC_DEFAULT", True, action="SELECT")
+    assert ui.call(bpy.ops.arap.group_select, "EXEC_DEFAULT", True, vertex_group="Bottom") == {"FINISHED"}
+    yield
+    assert mesh_io.selected_vertices(bar()).tolist() == scenes.bottom()
+    yield from ui.key("Z", ctrl=True)
+    yield from ui.until(lambda: len(mesh_io.selected_vertices(bar())) == len(bar().data.vertices), "it is undone", 10.0)
+    assert bar().mode == "EDIT"
+    yield from ui.key("Z", ctrl=True, shift=True)
+    yield from ui.until(lambda: mesh_io.selected_vertices(bar()).tolist() == scenes.bottom(), "it is done again", 10.0)
+    assert bar().mode == "EDIT"
+
+
 def test_menus_of_the_right_button(ui: Ui) -> Steps:
     """In each mode there is ARAP in it, with a menu; the pictures show it, a traceback while drawing fails the test."""
     scenes.add_bar_with_handle(ui.api)

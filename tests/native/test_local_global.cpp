@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <thread>
 #include <vector>
 
@@ -256,7 +257,7 @@ Stepwise run_stepwise(const MeshData& mesh, const Task& task, int n) {
     for (size_t c = 0; c < task.constraints.vertices.size(); ++c)
       before.row(task.constraints.vertices[c]) = task.targets.row(static_cast<Eigen::Index>(c));
     const InitialGuess guess = k == 0 ? InitialGuess::kRest : InitialGuess::kPrevious;
-    const SolveResult result = solver.solve(task.targets, iterations(1, guess));
+    const SolveResult result = solver.solve(task.targets, plain_iterations(1, guess));
     EXPECT_NEAR(result.step, max_distance(before, result.positions) / mesh.diagonal(), 1e-7 * result.step + 1e-15);
     run.decreases.push_back((result.energy_before - result.energy_after) / result.energy_before);
     run.steps.push_back(result.step);
@@ -340,6 +341,64 @@ TEST(StopReason, TimeLimitCountsWallClock) {
   });
   EXPECT_EQ(result.stop_reason, StopReason::kTimeLimit);
   EXPECT_LE(result.iterations, 11);
+}
+
+TEST(StopReason, TimeLimitEndsBeforeTheIterationThatWouldPassIt) {
+  const MeshData mesh = bar(2, Faces::kTriangles);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  for (const InitialGuess guess : {InitialGuess::kPrevious, InitialGuess::kRest}) {
+    SurfaceArap solver(mesh.mesh());
+    solver.set_constraints(task.constraints);
+    SolveOptions options = iterations(100000);
+    options.initial_guess = guess;
+    options.time_limit_s = .05;
+    const SolveResult result = solver.solve(task.targets, options, {}, [](double) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(30));  // or longer: a second one does not fit
+      return true;
+    });
+    EXPECT_EQ(result.stop_reason, StopReason::kTimeLimit);
+    EXPECT_EQ(result.iterations, 1);
+  }
+}
+
+TEST(Solve, GoesOnAsIfThereHadBeenNoEnd) {
+  for (const Model& model : all_models()) {
+    const MeshData mesh = bar(4, Faces::kTriangles);
+    const Task task = bend_task(mesh, default_bend(mesh));
+    const auto solve_in = [&](std::initializer_list<int> pieces) {
+      SurfaceArap solver(mesh.mesh(), model.options());
+      solver.set_constraints(task.constraints);
+      SolveResult result;
+      for (const int n : pieces) result = solver.solve(task.targets, iterations(n));
+      return result;
+    };
+    const SolveResult whole = solve_in({12});
+    for (const SolveResult& pieces : {solve_in({5, 7}), solve_in({1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1})}) {
+      EXPECT_LT((pieces.positions - whole.positions).cwiseAbs().maxCoeff(), 1e-9) << model.name();
+      EXPECT_NEAR(pieces.energy_after, whole.energy_after, 1e-9 * whole.energy_after) << model.name();
+    }
+  }
+}
+
+TEST(Solve, AnotherPoseBeginsTheSearchAnew) {
+  const MeshData mesh = bar(4, Faces::kTriangles);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  SurfaceArap solver(mesh.mesh());
+  solver.set_constraints(task.constraints);
+  const auto next_from = [&](const Positions& positions) {
+    solver.set_positions(positions);
+    return solver.solve(task.targets, iterations(2)).positions;
+  };
+  const Positions start = solver.solve(task.targets, iterations(3)).positions;
+  const Positions next = next_from(start);
+  static_cast<void>(solver.solve(task.targets, iterations(4)));
+  EXPECT_EQ(next_from(start), next) << "what came in between is forgotten";
+  const SolveResult cancelled =
+      solver.solve(task.targets, iterations(4), {}, [n = 0](double) mutable { return ++n < 3; });
+  ASSERT_EQ(cancelled.stop_reason, StopReason::kCancelled);
+  EXPECT_EQ(cancelled.positions, next);
+  const Positions after = solver.solve(task.targets, iterations(2)).positions;
+  EXPECT_LT((after - next_from(next)).cwiseAbs().maxCoeff(), 1e-9) << "and what a cancelled solve did";
 }
 
 TEST(StopReason, CancelledWhenTheCallbackSaysSo) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <vector>
@@ -434,7 +435,8 @@ Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vec
                   constraints.regions().fit_placements(model.rest)};
   steps.impose_constraints(pose);
   arap::NonlinearCg search(steps);
-  minimize(steps, search, pose, iterations(15), {}, std::nullopt, [] {});
+  arap::TimeBudget time(std::numeric_limits<double>::infinity());
+  minimize(steps, search, pose, iterations(15), {}, time, std::nullopt, [] {});
   return pose.positions;
 }
 

@@ -16,6 +16,7 @@
 #include "mirror_symmetry.h"
 #include "model_space.h"
 #include "surface_energies.h"
+#include "surface_patch.h"
 
 namespace arap_test {
 namespace {
@@ -42,18 +43,15 @@ MeshData normalized(const MeshData& mesh) {
   return result;
 }
 
-CellEnergy plain_cells(const MeshData& mesh) {
-  arap::Options options;
-  options.energy = Energy::kSpokesAndRims;
-  return arap::assemble_surface_energy(mesh.mesh(), options, {}, 1, {});
-}
+CellEnergy plain_cells(const MeshData& mesh) { return arap::assemble_surface_energy(mesh.mesh(), {}, {}, 1, {}); }
 
 /// Nodes of a mesh in model space.
 RotationNodes choose(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors = {},
                      const std::vector<int>& group = {}, int threads = 1) {
   const arap::SurfaceGraph graph(plain_cells(mesh).K, mesh.positions(), threads,
                                  arap::find_bridges(mesh.mesh(), radius, mirrors, threads));
-  return arap::choose_rotation_nodes(graph, arap::face_spreads(mesh.mesh()), radius, mirrors, group, threads);
+  return arap::choose_rotation_nodes(graph, arap::face_spreads(mesh.mesh()), arap::vertex_areas(mesh.mesh()), radius,
+                                     mirrors, group, threads);
 }
 
 Eigen::MatrixXd dense_weights(const RotationNodes& nodes, int n) {
@@ -151,7 +149,8 @@ TEST(RotationNodes, EachCellIsAtHomeAtItsNodeAndItsRestVectorsSumToZero) {
   for (const MeshData& mesh : all_small_meshes()) {
     const MeshData model = normalized(mesh);
     const RotationNodes nodes = choose(model, .1);
-    const CellEnergy energy = arap::share_rotations(plain_cells(model), nodes, 1);
+    const CellEnergy energy =
+        arap::assemble_surface_energy(model.mesh(), {}, {}, 1, {}, [&](const arap::SparseMatrix&) { return nodes; });
     ASSERT_EQ(energy.n_cells(), nodes.size());
     for (int c = 0; c < energy.n_cells(); ++c) {
       EXPECT_EQ(energy.home(c), nodes.vertices[c]) << mesh.name;
@@ -239,6 +238,24 @@ TEST(RotationNodes, FacesSpreadAWeightByTheMeanSquaredDistanceOfTheirCorners) {
   for (size_t v = 0; v < expected.size(); ++v) EXPECT_NEAR(spreads[v], expected[v], 1e-15) << "vertex " << v;
 }
 
+TEST(RotationNodes, ANodeCountsByTheAreaThatIsNearestToIt) {
+  // A strip of faces of length 1 and width 1, of which each vertex is a node. Those at the ends have half the area.
+  MeshData mesh;
+  for (int k = 0; k < 4; ++k) {
+    mesh.add_vertex(Vector3(k, 0, 0));
+    mesh.add_vertex(Vector3(k, 1, 0));
+    if (k > 0) mesh.faces.push_back({2 * k - 2, 2 * k, 2 * k + 1, 2 * k - 1});
+  }
+  const double radius = .9;
+  const Eigen::MatrixXd W = dense_weights(choose(mesh, radius), mesh.n_vertices());
+  ASSERT_EQ(W.cols(), mesh.n_vertices());
+  // The corner 0 sees itself, 1 and 2 at distance 1, and 3 at sqrt(2). A face spreads its corners by .5.
+  const double support = 4 * radius * radius - 3 * .5;
+  const Eigen::RowVector4d expected(.25 * 1, .25 * (1 - 1 / support), .5 * (1 - 1 / support), .5 * (1 - 2 / support));
+  for (int c = 0; c < 4; ++c)
+    EXPECT_NEAR(W(0, c), std::max(0., expected[c]) / expected.cwiseMax(0).sum(), 1e-6) << "node " << c;
+}
+
 TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {
   for (const MeshData& mesh : {quad_sphere(8), box({9, 8, 12}, Vector3(1, 1, 2), Faces::kQuads)}) {
     const std::vector<int> mirror = mirror_vertices(mesh);
@@ -253,10 +270,14 @@ TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {
       other.constraints.vertices[k] = mirror[task.constraints.vertices[k]];
       other.targets(static_cast<Eigen::Index>(k), 0) *= -1;
     }
-    const Positions p = solve_once(mesh, task, to_step(1e-9), with_nodes(.08)).positions;
-    const Positions q = solve_once(mesh, other, to_step(1e-9), with_nodes(.08)).positions;
-    EXPECT_LT(max_distance(mirrored(p), q), 1e-6 * mesh.diagonal()) << mesh.name;
-    EXPECT_GT(max_distance(p, mesh.positions()), .05 * mesh.diagonal()) << mesh.name;
+    for (const Energy energy : {Energy::kRotationNodes, Energy::kSpokesAndRims, Energy::kSpokes}) {
+      arap::Options options = with_nodes(.08);
+      options.energy = energy;
+      const Positions p = solve_once(mesh, task, to_step(1e-9), options).positions;
+      const Positions q = solve_once(mesh, other, to_step(1e-9), options).positions;
+      EXPECT_LT(max_distance(mirrored(p), q), 1e-6 * mesh.diagonal()) << mesh.name << ", " << static_cast<int>(energy);
+      EXPECT_GT(max_distance(p, mesh.positions()), .05 * mesh.diagonal()) << mesh.name;
+    }
   }
 }
 

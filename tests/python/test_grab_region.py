@@ -89,7 +89,7 @@ def test_mirror_signs_are_all_images_but_the_thing_itself(axes, n):
 
 def test_mirror_images_are_where_the_mirror_says():
     vertices = disc(0.5, 0.3, 0.2)
-    images = mirror_images(POINTS, vertices, (-1.0, 1.0, 1.0))
+    images = mirror_images(POINTS, EDGES, vertices, (-1.0, 1.0, 1.0))
     expected = {tuple(place) for place in np.round(POINTS[vertices] * (-1.0, 1.0, 1.0), 6)}
     assert {tuple(place) for place in np.round(POINTS[images], 6)} == expected
 
@@ -98,14 +98,27 @@ def test_mirror_images_bear_noise_far_below_the_size_of_faces():
     noisy = POINTS + np.random.default_rng(3).uniform(-1e-5, 1e-5, POINTS.shape)
     vertices = disc(0.5, 0.3, 0.2)
     np.testing.assert_array_equal(
-        mirror_images(noisy, vertices, (-1.0, 1.0, 1.0)), mirror_images(POINTS, vertices, (-1.0, 1.0, 1.0))
+        mirror_images(noisy, EDGES, vertices, (-1.0, 1.0, 1.0)),
+        mirror_images(POINTS, EDGES, vertices, (-1.0, 1.0, 1.0)),
     )
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_of_surfaces_that_touch_the_image_is_on_the_one_that_was_grabbed(side):
+    """Two sheets that have the row y = -1 in common: the other turns up from there, and no edge joins them."""
+    sheets = POINTS, np.column_stack([POINTS[:, 0], np.full(N * N, -1.0), POINTS[:, 1] + 1.0])
+    points, edges = np.concatenate(sheets), np.concatenate([EDGES, EDGES + N * N])
+    seed = np.flatnonzero((points == (0.5, -1.0, 0.0)).all(axis=1))[side : side + 1]
+    vertices = connected_within(points, edges, seed, points[seed[0]], 0.25)
+    images = mirror_images(points, edges, vertices, (-1.0, 1.0, 1.0))
+    mirrored = vertices // N * N + N - 1 - vertices % N
+    np.testing.assert_array_equal(images, np.sort(mirrored))
 
 
 def test_a_mesh_without_mirror_images_is_refused():
     lopsided = POINTS * np.where(POINTS[:, :1] > 0.0, 1.07, 1.0)
     with pytest.raises(ValueError, match=r"^is not symmetric here: turn off Mirror X$"):
-        symmetric_grabs(lopsided, disc(0.5, 0.3, 0.2), 1.0, (True, False, False))
+        symmetric_grabs(lopsided, EDGES, disc(0.5, 0.3, 0.2), 1.0, (True, False, False))
 
 
 def motion(shift=(0.0, 0.0, 0.0), turn=None):
@@ -117,7 +130,7 @@ def motion(shift=(0.0, 0.0, 0.0), turn=None):
 
 def test_an_image_moves_as_the_mirror_image_does():
     vertices = disc(0.5, 0.3, 0.2)
-    grabs = symmetric_grabs(POINTS, vertices, 1.0, (True, False, False))
+    grabs = symmetric_grabs(POINTS, EDGES, vertices, 1.0, (True, False, False))
     assert [len(grab.vertices) for grab in grabs] == [len(vertices)] * 2
     wanted = motion((0.1, 0.2, 0.3), rotation_z(0.4))
     own, image = (grab.motion(wanted, POINTS[vertices].mean(axis=0), np.eye(3)) for grab in grabs)
@@ -130,7 +143,7 @@ def test_an_image_moves_as_the_mirror_image_does():
 @pytest.mark.parametrize("stretch", [np.eye(3), np.diag([2.0, 1.0, 0.5])])
 def test_what_lies_on_the_plane_stays_on_it(stretch):
     vertices = disc(0.1, 0.3, 0.25)
-    (grab,) = symmetric_grabs(POINTS, vertices, 1.0, (True, False, False))
+    (grab,) = symmetric_grabs(POINTS, EDGES, vertices, 1.0, (True, False, False))
     assert set(vertices.tolist()) < set(grab.vertices.tolist())
     centre = POINTS[grab.vertices].mean(axis=0)
     unstretch = np.linalg.inv(stretch)
@@ -143,6 +156,6 @@ def test_what_lies_on_the_plane_stays_on_it(stretch):
 
 
 def test_on_one_plane_of_two_there_is_one_image_more():
-    grabs = symmetric_grabs(POINTS, disc(0.0, 0.5, 0.2), 1.0, (True, True, False))
+    grabs = symmetric_grabs(POINTS, EDGES, disc(0.0, 0.5, 0.2), 1.0, (True, True, False))
     assert len(grabs) == 2
     assert (POINTS[grabs[1].vertices][:, 1] < 0.0).all()

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from arap_deform.following import FOLLOW_TIME_LIMIT_S
@@ -63,10 +63,10 @@ class FakeScene:
         matrix[0, 3] = self.place
         return matrix[None]
 
-    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
+    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
         return self.step("follow" if iterations is None else "refine", time_limit_s)
 
-    def update_from_rest(self, time_limit_s: float | None) -> Readout:
+    def update_from_rest(self, _matrices: np.ndarray, time_limit_s: float | None) -> Readout:
         return self.step("from rest", time_limit_s)
 
     def step(self, call: str, time_limit_s: float | None) -> Readout:
@@ -76,7 +76,8 @@ class FakeScene:
         self.limits.append(time_limit_s)
         self.now += self.step_s
         self.needed_updates -= 1
-        return readout("max_iterations" if self.needed_updates > 0 else "converged")
+        done = readout("max_iterations" if self.needed_updates > 0 else "converged")
+        return replace(done, last_ms=1e3 * self.step_s)
 
     def iteration_limit(self) -> int:
         return 200

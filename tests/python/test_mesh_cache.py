@@ -96,3 +96,13 @@ def test_a_full_disk_is_said(tmp_path):
         writer.append(np.zeros((100_000, 3)))
     writer.discard()
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif("not __import__('pathlib').Path('/dev/full').exists()", reason="there is no /dev/full")
+def test_a_disk_that_is_full_from_the_beginning_leaves_nothing(tmp_path):
+    (tmp_path / "a.mdd.part").symlink_to("/dev/full")
+    with pytest.raises(
+        ValueError, match=r"a\.mdd cannot be written \(No space left on device\): choose another folder"
+    ):
+        CacheWriter(tmp_path / "a.mdd", 3, range(100_000), 24.0)  # the header alone is longer than what is buffered
+    assert list(tmp_path.iterdir()) == []

@@ -61,10 +61,10 @@ class FakeScene:
         matrix[0, 3] = self.place
         return matrix[None]
 
-    def update_from_rest(self, time_limit_s: float | None) -> Readout:
+    def update_from_rest(self, _matrices: np.ndarray, _time_limit_s: float | None) -> Readout:
         raise AssertionError("an act goes on from the pose shown")
 
-    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
+    def update(self, matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
         if self.error is not None:
             raise self.error
         self.calls.append("follow" if iterations is None else "refine")

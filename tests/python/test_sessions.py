@@ -68,12 +68,23 @@ def test_what_needs_none():
     assert sessions.difference_of_bind(inputs(), inputs(stretch=np.eye(3) + 1e-6)) == ""
 
 
+def test_registry_forgets_what_is_missing():
+    sessions.clear()
+    for name in ("Creature", "Gone"):
+        sessions.put(name, sessions.Bound(session=object(), inputs=inputs()))
+        sessions.set_readout(name, "readout")
+    sessions.set_readout("Gone too", "readout")
+    sessions.forget_missing(lambda name: name == "Creature")
+    assert [sessions.get(name) is None for name in ("Creature", "Gone")] == [False, True]
+    assert [sessions.readout(name) for name in ("Creature", "Gone", "Gone too")] == ["readout", None, None]
+
+
 def test_registry_forgets_sessions_but_keeps_readouts_until_a_file_load():
     sessions.clear()
-    live = sessions.Live(session=object(), inputs=inputs())
-    sessions.put("Creature", live)
+    bound = sessions.Bound(session=object(), inputs=inputs())
+    sessions.put("Creature", bound)
     sessions.set_readout("Creature", "readout")
-    assert sessions.get("Creature") is live
+    assert sessions.get("Creature") is bound
     sessions.drop("Creature")
     sessions.drop("Nobody")
     assert sessions.get("Creature") is None

@@ -13,7 +13,7 @@ from .job import ShapesJobOperator
 
 class ARAP_OT_bake_pose(bpy.types.Operator):
     bl_idname = "arap.bake_pose"
-    bl_label = "ARAP Bake Pose"
+    bl_label = "Bake ARAP Pose"
     bl_description = "Copy the pose shown to a new shape key with a name of its own"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -35,7 +35,7 @@ class ARAP_OT_bake_pose(bpy.types.Operator):
 
 class ARAP_OT_bake_animation(ShapesJobOperator, bpy.types.Operator):
     bl_idname = "arap.bake_animation"
-    bl_label = "ARAP Bake Animation"
+    bl_label = "Bake ARAP Animation"
     bl_description = "Solve each frame and make it a keyframed shape key, so that the file plays without this add-on"
     bl_options = {"UNDO"}  # not REGISTER: its redo panel would bake again at every change
 

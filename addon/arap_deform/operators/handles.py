@@ -105,16 +105,7 @@ class ARAP_OT_handle_add_from_empties(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        targets = selected_targets(context, obj)
-        n_before = len(obj.arap.handles)
-        try:
-            for target, bone in targets:
-                api.add_handle_for(obj, target, bone=bone, radius=self.radius or None)
-        except (ValueError, RuntimeError):
-            for index in reversed(range(n_before, len(obj.arap.handles))):
-                api.remove_handle(obj, index)
-            raise
-        obj.arap.active_handle_index = len(obj.arap.handles) - 1
+        api.add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
         return {"FINISHED"}
 
 

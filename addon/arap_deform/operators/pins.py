@@ -27,11 +27,13 @@ def why_nothing_to_pin(context: bpy.types.Context) -> str:
 class ARAP_OT_pin_add(bpy.types.Operator):
     bl_idname = "arap.pin_add"
     bl_label = "Add ARAP Pin"
-    bl_description = "Hold vertices where they are. In Edit Mode: the selected vertices. In Object Mode: a vertex group"
+    bl_description = "Hold vertices where they are. In Edit Mode: the selected vertices. Otherwise: a vertex group"
     bl_options = {"REGISTER"}
 
     name: StringProperty(name="Name", description="Name of the new pin", default="Pin")
-    vertex_group: StringProperty(name="Vertex Group", description="Group to pin, in Object Mode", options={"SKIP_SAVE"})
+    vertex_group: StringProperty(
+        name="Vertex Group", description="Group to pin, outside of Edit Mode", options={"SKIP_SAVE"}
+    )
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

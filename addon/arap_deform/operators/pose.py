@@ -11,6 +11,7 @@ from bpy.props import BoolProperty
 
 from .. import api, app_handlers, live, live_key, preferences, redraw, sessions
 from ..follow_scene import BlenderFollowScene, is_rendering
+from ..handle_map import Floats
 from ..session_data import Readout
 from ..texts import rpt_
 from . import pose_undo
@@ -61,8 +62,8 @@ class BlenderPoseScene(BlenderFollowScene):
                 return rpt_("{}. The pose is kept and posing has ended").format(problem)
         return ""
 
-    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
-        readout = super().update(iterations, time_limit_s)
+    def update(self, matrices: Floats, iterations: int | None, time_limit_s: float | None) -> Readout:
+        readout = super().update(matrices, iterations, time_limit_s)
         self.key.note(self._obj())
         return readout
 

@@ -148,7 +148,7 @@ class ARAP_OT_poses_mirror(bpy.types.Operator):
 
 class ARAP_OT_poses_to_keys(ShapesJobOperator, bpy.types.Operator):
     bl_idname = "arap.poses_to_keys"
-    bl_label = "ARAP Poses to Shape Keys"
+    bl_label = "Make Shape Keys of ARAP Poses"
     bl_description = (
         "Solve every stored pose from rest and make it a shape key of its name, value 0. Keys made so before are "
         "renewed, all others stay as they are"

@@ -71,7 +71,8 @@ def mirrored(obj: bpy.types.Object, grab: Grab) -> list[Grab]:
     if not any(axes):
         return [grab]
     try:
-        return symmetric_grabs(mesh_io.read_rest(obj).astype(np.float64), grab.vertices, grab.reach, axes)
+        rest = mesh_io.read_rest(obj).astype(np.float64)
+        return symmetric_grabs(rest, mesh_io.read_edges(obj), grab.vertices, grab.reach, axes)
     except ValueError as error:
         raise ValueError(f"'{obj.name}' {error}") from None
 

@@ -15,7 +15,6 @@ from ..grab_region import Grab
 from ..handle_map import Floats
 from ..session_binding import SessionBinding
 from ..session_data import Readout
-from ..sessions import Hold
 from ..texts import rpt_
 
 
@@ -63,13 +62,10 @@ class PullScene(BlenderFollowScene):
         self._binding = SessionBinding(self._obj(), self.pull.inputs, self._start)
         return self._binding
 
-    def update(self, iterations: int | None, time_limit_s: float | None) -> Readout:
-        readout = super().update(iterations, time_limit_s)
+    def update(self, matrices: Floats, iterations: int | None, time_limit_s: float | None) -> Readout:
+        readout = super().update(matrices, iterations, time_limit_s)
         self._start = None  # from here on the key shows where the drag is
         return readout
 
     def matrices(self) -> NDArray[np.float64]:
         return self.pull.matrices(self.motion, self._world)
-
-    def _held(self) -> tuple[tuple[Hold, ...], NDArray[np.float64]]:
-        return self.pull.holds, self.matrices()

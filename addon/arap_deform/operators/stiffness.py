@@ -43,6 +43,9 @@ class ARAP_OT_stiffness_add(bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         obj = posed_object(context)
         if obj.mode == "OBJECT" and obj.vertex_groups and not self.vertex_group:
+            active = obj.vertex_groups.active
+            if active is not None and active.name not in obj.arap.stiffness:  # what is stiff already is not meant
+                self.vertex_group = active.name
             return set(context.window_manager.invoke_props_dialog(self))
         return self.execute(context)
 

@@ -72,7 +72,9 @@ class SolveOptions:
     step_tolerance: float
     """Largest movement of a vertex in one iteration, as a fraction of the bounding-box diagonal at rest."""
     time_limit_s: float
-    """Wall-clock limit in seconds, looked at after each iteration; infinity is none."""
+    """What a solve may take in seconds of wall-clock time; infinity is none. It ends before the iteration that would
+    pass it if that took as long as the others have; at least one is done. The next solve to the same targets goes on
+    as if there had been no end."""
     def __init__(
         self,
         *,

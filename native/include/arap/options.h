@@ -85,7 +85,10 @@ struct SolveOptions {
   /// Largest movement of a vertex in one iteration, as a fraction of the bounding-box diagonal at rest. >= 0.
   double step_tolerance = 1e-5;
 
-  /// Wall-clock limit of the solve in seconds, looked at after each iteration; infinity = none. > 0.
+  /// What a solve may take in seconds of wall-clock time; infinity = none. > 0. It ends before the iteration that would
+  /// pass the limit if that took as long as those of this solve have (their median, of the last ones). It is no
+  /// promise: at least one iteration is done, one may take longer than the others, and handing over the positions
+  /// comes on top. The next solve to the same targets goes on as if there had been no end.
   double time_limit_s = std::numeric_limits<double>::infinity();
 
   /// Throws InvalidInput that names field, value and bound.
