@@ -35,9 +35,9 @@ def add_handle(
 ) -> ArapHandle:
     """Makes a vertex group of ``vertices`` (weight 1) and an empty that moves it.
 
-    The empty stands at the group's centroid (or at ``location``, world space), sized to the group, in the object's
-    collection, and is parented to the object, so that it goes where the object goes. On a posed mesh it stands where
-    the pose has taken the group, and the mesh does not move.
+    The empty stands at the group's centroid (or at ``location``, world space), sized to the group, in a collection of
+    the object that is enabled, and is parented to the object, so that it goes where the object goes. On a posed mesh
+    it stands where the pose has taken the group, and the mesh does not move.
 
     With the energy "rotation_nodes" a handle smaller than the rigidity radius holds the average of a round patch about
     its vertices, and its empty stands there; ``is_exact``: it holds the vertices themselves.
@@ -62,9 +62,9 @@ def add_handle(
 
     with _making():
         handle = _new_handle(obj, vertex_groups.new(obj, indices, name), name)
-        handle.has_made_group = handle.has_made_target = True
         handle.is_exact = is_exact
         handle.target = _new_empty(obj, name, world, fit @ at_rest)
+        handle.has_made_group = handle.has_made_target = True  # last: to be given one marks it as the artist's
         handle.rest = Matrix(np.linalg.inv(world) @ at_rest)
         handle.group_radius = max(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
@@ -143,8 +143,9 @@ def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Objec
     if reason:
         raise ValueError(f"Handle '{handle.name}' of '{obj.name}' cannot take it: {reason}")
     with _making():
-        handle.has_made_target = handle.has_made_target and handle.target == target
+        is_made = handle.has_made_target and handle.target == target
         handle.target = target
+        handle.has_made_target = is_made
         handle.bone = bone
     take_over(obj, handle)
 
@@ -154,8 +155,9 @@ def set_handle_group(obj: bpy.types.Object, index: int, vertex_group: str) -> No
     handle = item_at(obj, obj.arap.handles, index, "handle")
     vertex_groups.check(obj, vertex_group)
     with _making():
-        handle.has_made_group = handle.has_made_group and handle.vertex_group == vertex_group
+        is_made = handle.has_made_group and handle.vertex_group == vertex_group
         handle.vertex_group = vertex_group
+        handle.has_made_group = is_made
     take_over(obj, handle)
 
 
@@ -236,13 +238,21 @@ def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
 
 def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) -> bpy.types.Object:
     empty = bpy.data.objects.new(name, None)
-    collections = [c for c in obj.users_collection if c.library is None]
-    (collections[0] if collections else bpy.context.scene.collection).objects.link(empty)
+    _collection_for_empty(obj).objects.link(empty)
     empty.parent = obj
     # Undone by the parent's own matrix today: the empty's axes are the world's, even under a stretched object.
     empty.matrix_parent_inverse = Matrix(np.linalg.inv(world))
     empty.matrix_world = Matrix(matrix)  # not matrix_basis: this one can be read back before the next evaluation
     return empty
+
+
+def _collection_for_empty(obj: bpy.types.Object) -> bpy.types.Collection:
+    """One of the object's own, of those that Blender evaluates here and into which something can be put."""
+    users = obj.users_collection
+    for collection in mesh_io.enabled_collections(bpy.context.view_layer.layer_collection):
+        if collection in users and collection.library is None and not mesh_io.is_override(collection):
+            return collection
+    return bpy.context.scene.collection
 
 
 def _is_used(empty: bpy.types.Object) -> bool:

@@ -122,7 +122,7 @@ def end_session(obj_or_name: bpy.types.Object | str) -> None:
 
 def readout(obj_or_name: bpy.types.Object | str) -> Readout | None:
     """What the last solve of this object did, for the panel; None before the first."""
-    return sessions.readout(obj_or_name if isinstance(obj_or_name, str) else obj_or_name.name)
+    return sessions.readout(obj_or_name if isinstance(obj_or_name, str) else obj_or_name.name_full)
 
 
 def update_pose(

@@ -153,14 +153,14 @@ def _check_output(options: argparse.Namespace) -> None:
     """Before any work is done: the output must be one that may be written."""
     given = options.file or (Path(bpy.data.filepath) if bpy.data.filepath else None)
     output = options.output or given
+    if options.output is not None and not options.output.resolve().parent.is_dir():
+        raise ValueError(f"{options.output.resolve().parent} is not a folder: make it first")
     if output is None or options.overwrite:
         return
     if given is not None and output.resolve() == given.resolve():
         raise ValueError(f"{output} is the input: give another file with -o, or --overwrite to write over it")
     if output.exists():
         raise ValueError(f"{output} exists already: give another file with -o, or --overwrite to write over it")
-    if not output.resolve().parent.is_dir():
-        raise ValueError(f"{output.resolve().parent} is not a folder: make it first")
 
 
 def _objects(scene: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.types.Object]:

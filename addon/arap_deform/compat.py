@@ -184,6 +184,15 @@ def move_modifier_first(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> 
             bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
 
 
+def node_attributes(modifier: bpy.types.NodesModifier) -> list[str]:
+    """Names of attributes, which may be vertex groups, in the fields of a Geometry Nodes modifier."""
+    if hasattr(modifier, "properties"):  # 5.2
+        inputs = modifier.properties.inputs
+        fields = (getattr(inputs, field.identifier) for field in inputs.bl_rna.properties)
+        return [getattr(field, "attribute_name", "") for field in fields]
+    return [str(value) for key, value in modifier.items() if key.endswith("_attribute_name")]
+
+
 def is_painting() -> bool | None:
     """Whether a stroke of a brush is under way in some window; before 4.2 nobody can tell: None."""
     if "modal_operators" not in bpy.types.Window.bl_rna.properties:

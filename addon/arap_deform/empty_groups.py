@@ -11,7 +11,7 @@ from . import compat
 MOST_VERTICES = 20_000
 
 _has_weights: dict[str, dict[str, bool]] = {}
-"""By names of objects and groups."""
+"""By full names of objects (a linked one may have the name of a local one) and names of groups."""
 
 
 def is_empty(obj: bpy.types.Object, group: str) -> bool:
@@ -21,11 +21,11 @@ def is_empty(obj: bpy.types.Object, group: str) -> bool:
     """
     if obj.mode != "OBJECT" or group not in obj.vertex_groups or len(obj.data.vertices) > MOST_VERTICES:
         return False
-    if group not in _has_weights.get(obj.name, {}):
+    if group not in _has_weights.get(obj.name_full, {}):
         # All at once; nodes would add to the scene, which nobody may do while drawing.
         weights = compat.read_group_weights(obj, obj.vertex_groups.keys(), use_nodes=False)
-        _has_weights[obj.name] = {name: bool(values.any()) for name, values in weights.items()}
-    return not _has_weights[obj.name][group]
+        _has_weights[obj.name_full] = {name: bool(values.any()) for name, values in weights.items()}
+    return not _has_weights[obj.name_full][group]
 
 
 def forget_updated(depsgraph: bpy.types.Depsgraph) -> None:
@@ -34,7 +34,7 @@ def forget_updated(depsgraph: bpy.types.Depsgraph) -> None:
         return
     for update in depsgraph.updates:
         if update.is_updated_geometry and isinstance(update.id, bpy.types.Object):
-            _has_weights.pop(update.id.name, None)
+            _has_weights.pop(update.id.name_full, None)
 
 
 def clear() -> None:

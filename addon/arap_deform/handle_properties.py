@@ -29,8 +29,21 @@ def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Cont
         handle.rest_matrix = (0.0,) * 16  # the place at rest cannot be told: handle_problem() says so
 
 
+def _on_target_changed(handle: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    from . import handle_owner
+
+    handle.has_made_target = False  # another one, which is the artist's
+    handle_owner.clear()
+    _on_handle_changed(handle, context)
+
+
+def _on_group_changed(handle: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    handle.has_made_group = False  # as above
+    _on_handle_changed(handle, context)
+
+
 def _on_pin_group_changed(pin: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    pin.has_made_group = False  # another one, which is the artist's
+    pin.has_made_group = False  # as above
 
 
 class ArapPin(bpy.types.PropertyGroup):
@@ -57,7 +70,7 @@ class ArapHandle(bpy.types.PropertyGroup):
         name="Object",
         description="The object that moves the group: an empty, or an armature together with a bone",
         poll=_is_other_object,
-        update=_on_handle_changed,
+        update=_on_target_changed,
     )
     bone: StringProperty(
         name="Bone", description="Bone of the armature that moves the group", update=_on_handle_changed
@@ -65,7 +78,7 @@ class ArapHandle(bpy.types.PropertyGroup):
     vertex_group: StringProperty(
         name="Vertex Group",
         description="Vertices that follow: 1 follows exactly, less pulls, 0 is free",
-        update=_on_handle_changed,
+        update=_on_group_changed,
     )
     is_exact: BoolProperty(
         name="Exact",

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import app_handlers, empty_groups, mesh_size, older_files, pull_draw, seen_mesh, sessions
+from . import app_handlers, empty_groups, handle_owner, mesh_size, older_files, pull_draw, seen_mesh, sessions
 
 
 def _is_there(name: str) -> bool:
@@ -17,6 +17,7 @@ def _is_there(name: str) -> bool:
 def _on_load(*_: object) -> None:
     # The sessions are live's to forget: its runs have to end first.
     empty_groups.clear()
+    handle_owner.clear()
     mesh_size.clear()
     seen_mesh.clear()
     pull_draw.clear()
@@ -32,6 +33,7 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     ):
         sessions.forget_missing(_is_there)
     empty_groups.forget_updated(depsgraph)
+    handle_owner.forget_updated(depsgraph)
     mesh_size.forget_updated(depsgraph, sessions.acts)
     seen_mesh.forget_updated(depsgraph)
 
@@ -45,6 +47,7 @@ def _on_frame(*_: object) -> None:
 def _on_undo(*_: object) -> None:
     sessions.forget_missing(_is_there)
     empty_groups.clear()
+    handle_owner.clear()
     mesh_size.clear()
     seen_mesh.clear()
     pull_draw.clear()
@@ -72,5 +75,6 @@ def unregister() -> None:
         bpy.app.timers.unregister(older_files.upgrade_all)
     sessions.clear()
     empty_groups.clear()
+    handle_owner.clear()
     mesh_size.clear()
     seen_mesh.clear()

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import bpy
 from bpy.app.handlers import persistent
 
-from . import app_handlers, preferences, redraw, sessions
+from . import app_handlers, mesh_io, preferences, redraw, sessions
 from .follow_scene import is_rendering
 from .following import FOLLOW_TIME_LIMIT_S
 from .live_run import LiveRun, When
@@ -66,10 +66,14 @@ def give_up(obj: bpy.types.Object) -> None:
 
 
 def _begin(obj: bpy.types.Object) -> None:
-    # An object of a library cannot be changed: it shows what was saved.
-    if obj.name not in _runs and obj.library is None and obj.type == "MESH":
+    if obj.name not in _runs and _is_own(obj) and obj.type == "MESH":
         _runs[obj.name] = Run(obj)
         _wake()
+
+
+def _is_own(obj: bpy.types.Object) -> bool:
+    """Whether it may be changed: an object of a library, or an override of one, shows what was saved."""
+    return obj.library is None and not mesh_io.is_override(obj)
 
 
 def _find(objects: Iterable[bpy.types.Object]) -> None:
@@ -120,7 +124,7 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 def _on_undo(*_: object) -> None:
     for obj in bpy.data.objects:
         # What was wrong may be gone, and undo leaves data alone that did not change in its step, like this toggle.
-        if obj.arap.live_problem and obj.library is None:
+        if obj.arap.live_problem and _is_own(obj):
             obj.arap.is_live = True
     _find(bpy.data.objects)
     for run in _runs.values():

@@ -114,7 +114,7 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
 
 
 class KeyFollower:
-    """Keeps to the live key during a posing act, also where somebody renames it in Blender's list.
+    """Keeps to the live key during a posing act or Live, also where somebody renames it in Blender's list.
 
     Holds names and an address to compare with, no Blender data.
     """
@@ -125,22 +125,25 @@ class KeyFollower:
         self._names: set[str] = set()
         self._address = 0
 
-    def problem(self, obj: bpy.types.Object) -> str:
-        """Follows the key; why it cannot be followed any more, one sentence, '' while it can."""
-        setting = obj.arap.key_name
-        if self._name and setting != self._name:
-            return f"{sessions.key_differs(obj.name)}: it is kept in '{self._name}' and posing has ended"
+    def why_left(self, obj: bpy.types.Object) -> str:
+        """Why the pose is no longer of the key that was followed, without a full stop; '' while it is."""
         key = find(obj)
-        if key is None and not _is_made(obj, setting):
-            return ""  # not made yet
-        if key is None:
+        if self._name in {"", obj.arap.key_name} or (key is not None and key.as_pointer() == self._address):
+            return ""
+        return f"{sessions.key_differs(obj.name)}, and is kept in '{self._name}'"
+
+    def follow(self, obj: bpy.types.Object) -> bool:
+        """Goes along where somebody has renamed the key; False where it was removed."""
+        setting = obj.arap.key_name
+        if find(obj) is None and _is_made(obj, setting):
             key = self._renamed(obj)
             if key is None:
-                return f"Shape key '{setting}' of '{obj.name}' was removed: posing has ended"
+                self.forget_address()  # the next key that is made may have it
+                return False
             _unmark(obj, setting)
             adopt(obj, key.name)
         self.note(obj)
-        return ""
+        return True
 
     def note(self, obj: bpy.types.Object) -> None:
         """Remembers the key as it is now; to be called once it may have been made."""

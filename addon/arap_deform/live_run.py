@@ -40,7 +40,10 @@ class LiveScene(FollowScene, Protocol):
         """Why the mesh cannot follow for now, a few words; '' while it can."""
 
     def look_again(self) -> None:
-        """Anything may have changed: an undo, another mode."""
+        """Anything may have changed: another mode, for example."""
+
+    def undone(self) -> None:
+        """As look_again(), and all data has another address."""
 
     def switch_off(self, error: Exception) -> None:
         """Live cannot go on: switches it off and says why."""
@@ -100,7 +103,7 @@ class LiveRun:
     def undone(self) -> None:
         """All data is another: goes on from what undo or redo has brought."""
         self._is_resuming = True
-        self._scene.look_again()
+        self._scene.undone()
 
     def end(self) -> None:
         """Switched off, or the object is gone."""
@@ -114,18 +117,18 @@ class LiveRun:
         self._is_busy = True
         try:
             self.pause = self._scene.why_paused()
-            if self.pause:
-                self.undone()
-            else:
+            if not self.pause:
                 step()
         except NotNow as reason:
             self.pause = str(reason)
-            self.undone()
         except Exception as error:  # noqa: BLE001 - once is enough: no stream of errors, whatever it is
             self.end()
             self._scene.switch_off(error)
         finally:
             self._is_busy = False
+        if self.pause:
+            self._is_resuming = True
+            self._scene.look_again()
 
     def _follow_in_time(self, when: When, time_limit_s: float) -> None:
         self._is_behind = self._clock() < self._free_at or not self._follower.is_ready()

@@ -6,11 +6,14 @@ from __future__ import annotations
 import traceback
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
-from . import api, mesh_io, sessions
+from . import api, live_key, mesh_io, sessions
 from .follow_scene import BlenderFollowScene
 from .live_run import NotNow
 from .session_binding import SessionBinding
+from .session_data import Readout
 from .texts import iface_, rpt_
 
 PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
@@ -21,11 +24,16 @@ class BlenderLiveScene(BlenderFollowScene):
 
     _lack = ""  # what is wrong while weights are painted: the next stroke may mend it
 
+    def __init__(self, obj: bpy.types.Object) -> None:
+        super().__init__(obj)
+        self._key = live_key.KeyFollower(obj)
+
     def why_paused(self) -> str:
         obj = self._obj()
         act = sessions.claimed_by(self.name)
         if act:
             return iface_("Paused while {}").format(iface_(act))
+        self._follow_key(obj)  # in every mode: keys are renamed in Edit Mode, too
         if self._lack and self._is_in_weight_paint():
             return self._lack
         if obj.mode in PAUSING_MODES or obj.data.is_editmode:
@@ -38,8 +46,28 @@ class BlenderLiveScene(BlenderFollowScene):
         super()._note_change(depsgraph)
         self._lack = ""
 
+    def _follow_key(self, obj: bpy.types.Object) -> None:
+        reason = self._key.why_left(obj)
+        if reason:
+            raise ValueError(reason)  # to go on would show the pose in both keys
+        self._key.follow(obj)  # one that was removed is made again with the next pose
+
     def look_again(self) -> None:
         self._is_suspect = True
+
+    def undone(self) -> None:
+        self._key.forget_address()
+        self.look_again()
+
+    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
+        readout = super().update(matrices, iterations, time_limit_s)
+        self._key.note(self._obj())
+        return readout
+
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
+        readout = super().update_from_rest(matrices, time_limit_s)
+        self._key.note(self._obj())
+        return readout
 
     def begin_bind(self) -> SessionBinding:
         try:

@@ -25,6 +25,11 @@ def check_mesh(obj: bpy.types.Object) -> None:
         raise ValueError(f"'{obj.name}' has no faces: there is nothing to deform")
 
 
+def is_override(data: bpy.types.ID) -> bool:
+    """Whether it is a library override: what Blender does not save of it is the library's again after a load."""
+    return data.override_library is not None
+
+
 def read_rest(obj: bpy.types.Object) -> NDArray[np.float32]:
     """(n, 3) float32 rest positions, object space: the reference key, or the mesh where there are no keys."""
     keys = obj.data.shape_keys
@@ -65,15 +70,16 @@ def is_evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
         return True
     if obj.hide_viewport or view_layer.objects.get(obj.name) != obj:
         return False
-    enabled = set(_enabled_collections(view_layer.layer_collection))
+    enabled = set(enabled_collections(view_layer.layer_collection))
     return any(collection in enabled for collection in obj.users_collection)
 
 
-def _enabled_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.Collection]:
+def enabled_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.Collection]:
+    """The collections below ``layer``, and itself, whose objects Blender evaluates in its view layer."""
     if not layer.exclude and not layer.collection.hide_viewport:
         yield layer.collection
         for child in layer.children:
-            yield from _enabled_collections(child)
+            yield from enabled_collections(child)
 
 
 def read_stretch(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> NDArray[np.float64]:

@@ -16,7 +16,8 @@ SAME_STRETCH = 1e-5  # relative; the matrix of a turning object differs by less
 
 
 _known: dict[str, tuple[Floats, float]] = {}
-"""By names of objects: the stretch, scaled to a largest entry of 1, and the diagonal under it."""
+"""The stretch, scaled to a largest entry of 1, and the diagonal under it, by full names of objects: a linked one may
+have the name of a local one."""
 
 
 def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
@@ -28,11 +29,11 @@ def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
     stretch = mesh_io.read_stretch(obj, depsgraph)
     scale = float(np.abs(stretch).max())
     shape = stretch / scale
-    former = _known.get(obj.name)
+    former = _known.get(obj.name_full)
     if former is None or np.abs(former[0] - shape).max() > SAME_STRETCH:
         corner_vertices = compat.read_corner_vertices(obj.data)
         former = (shape, surface_diagonal(mesh_io.read_rest(obj) @ shape.T, corner_vertices))
-        _known[obj.name] = former
+        _known[obj.name_full] = former
     return scale * former[1]
 
 
@@ -40,8 +41,10 @@ def forget_updated(depsgraph: bpy.types.Depsgraph, posed: Container[str]) -> Non
     """After an evaluation: forgets what has changed, but the ``posed`` objects, whose rest shape stays."""
     if _known:
         for update in depsgraph.updates:
-            if update.is_updated_geometry and isinstance(update.id, bpy.types.Object) and update.id.name not in posed:
-                _known.pop(update.id.name, None)
+            # Acts have objects of this file, whose full name is their name.
+            is_posed = update.id.name_full in posed
+            if update.is_updated_geometry and isinstance(update.id, bpy.types.Object) and not is_posed:
+                _known.pop(update.id.name_full, None)
 
 
 def clear() -> None:

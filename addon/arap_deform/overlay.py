@@ -14,8 +14,9 @@ import numpy as np
 from bpy.app.handlers import persistent
 from mathutils import Matrix
 
-from . import api, app_handlers, batches, colors, overlay_data
-from .operators.common import find_posed_object
+from . import api, app_handlers, batches, colors, compat, live_key, overlay_data
+from .handle_map import Ints
+from .operators.common import find_drawn_object
 from .overlay_legend import draw_legend
 from .strain import Float32s
 
@@ -30,6 +31,8 @@ class Drawn:
     def __init__(self, surface: overlay_data.Surface) -> None:
         self.surface = surface
         self.indices = batches.index_buffer(surface.triangles)
+        self.has_pinned = False  # those read last are those of now
+        self.pinned: Ints = np.empty(0, dtype=np.int32)
         self._stamp: tuple[Any, ...] = ()
         self._readout: api.Readout | None = None
         self.heat: gpu.types.GPUBatch | None = None
@@ -42,6 +45,8 @@ class Drawn:
         """Makes anew what has changed."""
         self._update_lines(obj, depsgraph)
         settings = obj.arap.overlay
+        if settings.show_pins and not self.has_pinned and not compat.is_painting():
+            self.pinned, self.has_pinned, self._stamp = overlay_data.read_pinned(obj), True, ()
         stamp = (_changes, settings.show_strain, settings.show_pins, settings.strain_limit)
         if stamp == self._stamp and self.is_of(obj):
             return
@@ -52,8 +57,8 @@ class Drawn:
             positions = overlay_data.positions_now(obj, surface, depsgraph)
         if settings.show_strain and len(surface.triangles):
             self.heat = batches.surface_batch(positions, overlay_data.strain_colors(obj, surface), self.indices)
-        if settings.show_pins and len(surface.pinned):
-            self.pins = batches.plain_batch("POINTS", positions[surface.pinned])
+        if settings.show_pins and len(self.pinned):
+            self.pins = batches.plain_batch("POINTS", positions[self.pinned])
 
     def is_of(self, obj: bpy.types.Object) -> bool:
         """Whether the object was not solved since."""
@@ -81,24 +86,21 @@ class Drawn:
 
 
 _drawn: dict[str, Drawn] = {}
-"""What was drawn last, by the name of its object; at most one."""
+"""What was drawn last, by the full name of its object; at most one."""
 _changes = 0  # grows with every evaluation that may have changed what is drawn
 
 
 def shown_object(context: bpy.types.Context) -> bpy.types.Object | None:
     """The object whose overlay is to be drawn in this view, None where there is none."""
-    space = context.space_data
-    if space is None or not space.overlay.show_overlays:
-        return None
-    obj = find_posed_object(context)
+    obj = find_drawn_object(context)
     if obj is None or not _shows_anything(obj) or obj.mode in {"EDIT", "SCULPT"} or obj.data.is_editmode:
         return None
-    return obj if obj.visible_in_viewport_get(space) else None
+    return obj
 
 
 def _shows_anything(obj: bpy.types.Object) -> bool:
     overlay = obj.arap.overlay
-    if not (obj.arap.pins or obj.arap.handles):
+    if not (obj.arap.pins or obj.arap.handles) and live_key.find(obj) is None:  # ARAP Pull needs neither
         return False
     return bool(overlay.show_pins or overlay.show_handles or overlay.show_strain)
 
@@ -109,11 +111,11 @@ def _draw_in_space() -> None:
     if obj is None:
         return
     depsgraph = context.evaluated_depsgraph_get()
-    drawn = _drawn.get(obj.name)
+    drawn = _drawn.get(obj.name_full)
     if drawn is None or not drawn.surface.fits(obj):
         _drawn.clear()
         try:
-            drawn = _drawn[obj.name] = Drawn(overlay_data.Surface.read(obj, depsgraph))
+            drawn = _drawn[obj.name_full] = Drawn(overlay_data.Surface.read(obj, depsgraph))
         except ValueError:  # scaled to nothing: nothing of it is seen
             return
     drawn.update(obj, depsgraph)
@@ -130,13 +132,16 @@ def _draw_on_screen() -> None:
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     global _changes  # noqa: PLW0603 - counted by handlers, compared when drawing
     for name, drawn in list(_drawn.items()):
-        obj = bpy.data.objects.get((name, None))
         updated = [update.id.original for update in depsgraph.updates if update.is_updated_geometry]
-        if obj is not None and obj in updated:
+        obj = next((item for item in updated if isinstance(item, bpy.types.Object) and item.name_full == name), None)
+        if obj is not None:
             _changes += 1
             if obj.data in updated and drawn.is_of(obj):
                 # No solve has done that: faces, rest shape or groups may be others.
-                _drawn.clear()
+                if obj.mode == "WEIGHT_PAINT":
+                    drawn.has_pinned = False  # groups alone, and at each step of a stroke
+                else:
+                    _drawn.clear()
 
 
 @persistent

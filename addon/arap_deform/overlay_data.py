@@ -20,12 +20,10 @@ class Surface:
     Attributes:
         rest: (n, 3) float32.
         triangles: (t, 3) int32.
-        pinned: (p,) int32 vertices of the enabled pins.
     """
 
     rest: Float32s
     triangles: NDArray[np.int32]
-    pinned: NDArray[np.int32]
     strain: EdgeStrain
 
     @classmethod
@@ -37,10 +35,21 @@ class Surface:
         mesh.loop_triangles.foreach_get("vertices", triangles.ravel())
         rest = mesh_io.read_rest(obj)
         strain = EdgeStrain(rest, mesh_io.read_edges(obj), mesh_io.read_stretch(obj, depsgraph))
-        return cls(rest, triangles, _pinned(obj), strain)
+        return cls(rest, triangles, strain)
 
     def fits(self, obj: bpy.types.Object) -> bool:
         return len(obj.data.vertices) == len(self.rest)
+
+
+def read_pinned(obj: bpy.types.Object) -> NDArray[np.int32]:
+    """(p,) int32 vertices of the enabled pins."""
+    names = [pin.name for pin in obj.arap.pins if pin.is_enabled and pin.name in obj.vertex_groups]
+    # Nodes would add to the scene, which nobody may do while drawing.
+    weights = mesh_io.read_weights(obj, names, use_nodes=False)
+    is_pinned = np.zeros(len(obj.data.vertices), dtype=bool)
+    for values in weights.values():
+        is_pinned |= values > 0.0
+    return np.flatnonzero(is_pinned).astype(np.int32)
 
 
 def positions_now(obj: bpy.types.Object, surface: Surface, depsgraph: bpy.types.Depsgraph) -> Float32s:
@@ -67,13 +76,3 @@ def handle_lines(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Float
             now = handle_io.target_matrix(handle.target, handle.bone, depsgraph)
             ends += [at_rest[:3, 3], now[:3, 3]]
     return np.array(ends, dtype=np.float32).reshape(-1, 3)
-
-
-def _pinned(obj: bpy.types.Object) -> NDArray[np.int32]:
-    names = [pin.name for pin in obj.arap.pins if pin.is_enabled and pin.name in obj.vertex_groups]
-    # Nodes would add to the scene, which nobody may do while drawing.
-    weights = mesh_io.read_weights(obj, names, use_nodes=False)
-    is_pinned = np.zeros(len(obj.data.vertices), dtype=bool)
-    for values in weights.values():
-        is_pinned |= values > 0.0
-    return np.flatnonzero(is_pinned).astype(np.int32)

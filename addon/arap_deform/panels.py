@@ -35,7 +35,6 @@ class ArapSubPanel(ArapPanel):
     """Shown once there is a mesh."""
 
     bl_parent_id = "ARAP_PT_main"
-    bl_order = 60
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -56,7 +55,7 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
         obj = find_posed_object(context)
         if obj is not None:
             layout.label(text=obj.name, translate=False, icon="OUTLINER_OB_MESH")
-            act = sessions.acts.get(obj.name)
+            act = sessions.acts.get(obj.name_full)
             if isinstance(act, PoseAct) and not act.is_drag:
                 _draw_act(context, layout, act)
 
@@ -76,7 +75,7 @@ def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseA
 
 def is_following(obj: bpy.types.Object) -> bool:
     """Whether posing or Live has looked for what is wrong, and changes the mesh too often to look again."""
-    return bool(sessions.claimed_by(obj.name) or obj.arap.is_live)
+    return bool(sessions.claimed_by(obj.name_full) or obj.arap.is_live)
 
 
 def draw_list(

@@ -15,7 +15,6 @@ STOP_REASONS = {
     "converged": "Converged",
     "max_iterations": "Iteration limit",
     "time_limit": "Time limit",
-    "cancelled": "Cancelled",
 }
 
 

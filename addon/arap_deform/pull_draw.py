@@ -96,10 +96,10 @@ def _draw_patch(
 
 def draw_pins() -> None:
     """A dot for each temporary pin of the mesh; white where it was pulled, else in the colour of the theme."""
-    from .operators.common import find_posed_object
+    from .operators.common import find_drawn_object
 
     context = bpy.context
-    obj = find_posed_object(context)
+    obj = find_drawn_object(context)
     if obj is None or obj.mode != "OBJECT" or not obj.arap.pull_pins or context.region_data is None:
         return
     try:
@@ -120,7 +120,8 @@ def draw_pins() -> None:
 
 
 def draw_dots(pixels: Floats, radius: float, color: Color) -> None:
-    """Filled circles of a radius in pixels of a display of usual density."""
+    """Filled circles about those of (k, 2) points that are numbers; radius in pixels of a display of usual density."""
+    pixels = pixels[np.isfinite(pixels).all(axis=1)]
     radius *= bpy.context.preferences.system.ui_scale
     fan = np.stack([np.zeros((48, 2)), CIRCLE[:-1], CIRCLE[1:]], axis=1).reshape(-1, 2)
     draw_triangles((pixels[:, None] + radius * fan[None]).reshape(-1, 2), color)

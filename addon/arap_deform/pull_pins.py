@@ -95,7 +95,7 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
     forget_stale(obj)
     grabs = grabs_of(obj)
     if not grabs:
-        raise ValueError(f"Nothing of '{obj.name}' has been pulled or pinned with the tool")
+        raise ValueError(f"Nothing of '{obj.name}' has been pulled or pinned with the tool: drag or click it first")
     rest = mesh_io.read_rest(obj)
     shown = handle_io.shown_positions(obj, rest)
     has_moved = np.abs(shown - rest).max(axis=1) > MOVED * diagonal_of(rest)

@@ -72,6 +72,7 @@ class Pick:
     radius: float
 
 
+# By full names of objects: a linked one may have the name of a local one.
 _seen: dict[str, SeenMesh] = {}
 _topologies: dict[str, tuple[str, Topology]] = {}
 """With the name of the mesh: an object may get another one with as many of everything."""
@@ -111,7 +112,7 @@ def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SeenMesh:
     Raises:
         ValueError: a modifier makes vertices that cannot be traced back.
     """
-    seen = _seen.get(obj.name)
+    seen = _seen.get(obj.name_full)
     if seen is None:
         evaluated = obj.evaluated_get(depsgraph)
         positions = compat.read_positions(evaluated.data)
@@ -120,7 +121,7 @@ def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SeenMesh:
         if not is_own:
             _check_modifiers(obj, loses_vertices=len(positions) < n)
         world = transformed(mesh_io.read_matrix(obj, depsgraph), positions[:n])
-        seen = _seen[obj.name] = SeenMesh(world, _topology(obj), is_own)
+        seen = _seen[obj.name_full] = SeenMesh(world, _topology(obj), is_own)
     return seen
 
 
@@ -172,7 +173,7 @@ def _nearest_own(obj: bpy.types.Object, seen: SeenMesh, place: Floats) -> Ints:
 
 def _topology(obj: bpy.types.Object) -> Topology:
     mesh = obj.data
-    mesh_name, topology = _topologies.get(obj.name, ("", None))
+    mesh_name, topology = _topologies.get(obj.name_full, ("", None))
     counts = len(mesh.edges), len(mesh.loops), len(mesh.polygons) + 1
     if (
         topology is None
@@ -183,7 +184,7 @@ def _topology(obj: bpy.types.Object) -> Topology:
         mesh.polygons.foreach_get("loop_start", starts[:-1])
         starts[-1] = len(mesh.loops)
         topology = Topology(compat.read_edges(mesh), compat.read_corner_vertices(mesh), starts)
-        _topologies[obj.name] = mesh.name_full, topology
+        _topologies[obj.name_full] = mesh.name_full, topology
     return topology
 
 
@@ -205,9 +206,9 @@ def forget_updated(depsgraph: bpy.types.Depsgraph) -> None:
     """After an evaluation: forgets where what has changed was seen."""
     for update in depsgraph.updates:
         if isinstance(update.id, bpy.types.Object) and (update.is_updated_geometry or update.is_updated_transform):
-            _seen.pop(update.id.name, None)
+            _seen.pop(update.id.name_full, None)
             if update.id.mode != "OBJECT":
-                _topologies.pop(update.id.name, None)
+                _topologies.pop(update.id.name_full, None)
 
 
 def forget_places() -> None:

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The live sessions by object name, when one no longer fits its scene, and which act has a mesh. No Blender data.
 
-Names, because references to Blender's objects do not survive an undo.
+Names, because references to Blender's objects do not survive an undo. They are of objects of this file, so whoever asks
+for an object that may be linked, as panels do, asks for its full name.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         settings = obj.arap
         column = split_column(layout)
         key_name = column.row()
-        key_name.enabled = not sessions.claimed_by(obj.name)  # the pose under way is in that key
+        key_name.enabled = not sessions.claimed_by(obj.name_full)  # the pose under way is in that key
         key_name.prop(settings, "key_name", text="Shape Key", text_ctxt=CONTEXT)
         column.prop(settings, "energy")
         if settings_of(obj).has_radius:

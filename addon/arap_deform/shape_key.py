@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import compat, fcurves, naming
+from . import compat, fcurves, mesh_io, naming
 
 Float32s = NDArray[np.float32]
 
@@ -26,6 +26,11 @@ def check_writable(obj: bpy.types.Object) -> None:
     if mesh.library is not None:
         raise ValueError(
             f"The mesh of '{obj.name}' is linked from another file: make it local (Object > Relations > Make Local)"
+        )
+    if mesh_io.is_override(obj) or mesh_io.is_override(mesh):
+        raise ValueError(
+            f"'{obj.name}' is a library override, in which a pose is not saved: make it local "
+            "(Object > Relations > Make Local)"
         )
     # Users count more than objects (a fake user, a pointer of another add-on), so look only where there are several.
     if mesh.users > 1 and sum(other.data == mesh for other in bpy.data.objects) > 1:

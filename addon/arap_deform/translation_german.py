@@ -91,7 +91,6 @@ MESSAGES = {
     "Converged": "Am Ziel",
     "Iteration limit": "Schrittgrenze",
     "Time limit": "Zeitgrenze",
-    "Cancelled": "Abgebrochen",
     # Live
     "Live": "Live",
     "Tick Live and the mesh follows its handles all the time, also in playback": (
@@ -148,6 +147,11 @@ MESSAGES = {
     "Go to Object Mode first, in the menu at the top left of the view": (
         "Zuerst in den Objektmodus gehen, im Menü oben links in der Ansicht"
     ),
+    "Wait until the render has ended": "Warten, bis das Rendern beendet ist",
     "Add a handle first: nothing moves the mesh yet": "Zuerst einen Griff setzen: noch bewegt nichts das Mesh",
+    "Add a pin first: nothing is pinned yet": "Zuerst einen Fixpunkt setzen: noch ist nichts festgehalten",
+    "Add a stiff group first: nothing is stiffer than the rest yet": (
+        "Zuerst eine steife Gruppe anlegen: noch ist nichts steifer als der Rest"
+    ),
     "There is no pose yet: press Pose or Solve first": "Es gibt noch keine Pose: zuerst Posieren oder Lösen",
 }

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from . import compat
 from .handle_map import Floats, Ints
 
 VertexIndices = Sequence[int] | NDArray[np.integer]
@@ -73,6 +74,24 @@ def remove_unused(obj: bpy.types.Object, name: str) -> None:
     keys = obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
     used = {pin.name for pin in settings.pins} | {handle.vertex_group for handle in settings.handles}
     used |= {entry.name for entry in settings.stiffness} | {key.vertex_group for key in keys}
-    used |= {getattr(modifier, "vertex_group", "") for modifier in obj.modifiers}
+    for modifier in obj.modifiers:
+        used.update(_groups_of_modifier(modifier))
     if name not in used:
         obj.vertex_groups.remove(group)
+
+
+def _groups_of_modifier(modifier: bpy.types.Modifier) -> Iterator[str]:
+    """Names of the groups that a modifier uses: itself, in its settings (cloth), as its particles or its nodes."""
+    yield from _group_fields(modifier)
+    for name, field in modifier.bl_rna.properties.items():
+        settings = getattr(modifier, name) if field.type == "POINTER" and name != "rna_type" else None
+        if settings is not None and not isinstance(settings, bpy.types.ID):
+            yield from _group_fields(settings)
+    if modifier.type == "NODES":
+        yield from compat.node_attributes(modifier)
+
+
+def _group_fields(data: bpy.types.bpy_struct) -> Iterator[str]:
+    for name, field in data.bl_rna.properties.items():
+        if field.type == "STRING" and "vertex_group" in name:
+            yield getattr(data, name)

@@ -176,7 +176,9 @@ class CliTest(SceneTest):
         self.assert_failed(f"{missing} is not there: check the path", "pose", missing, "-o", self.output)
         nowhere = self.folder / "nowhere"
         self.save_scene()
-        self.assert_failed(f"{nowhere} is not a folder: make it first", "pose", self.input, "-o", nowhere / "a.blend")
+        for flags in ((), ("--overwrite",)):  # before any frame is solved
+            arguments = ("bake", self.input, "-o", nowhere / "a.blend", *flags)
+            self.assert_failed(f"{nowhere} is not a folder: make it first", *arguments)
         message = "There is no object 'Tail' in scene 'Scene': check its name"
         self.assert_failed(message, "pose", self.input, "-o", self.output, "--object", "Tail")
         message = "--frame bakes one frame, --start and --end a range: give one or the other"

@@ -85,6 +85,47 @@ class PinTest(SceneTest):
         self.assertEqual(sorted(group.name for group in obj.vertex_groups), ["Mine", "Shared"])
         self.assertEqual(len(obj.arap.pins), 0)
 
+    def test_a_group_that_a_modifier_uses_in_whatever_field_stays(self):
+        def of_nodes(obj, group):
+            tree = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
+            if hasattr(tree, "interface"):  # 4.0
+                tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+                key = tree.interface.new_socket("Field", in_out="INPUT", socket_type="NodeSocketFloat").identifier
+            else:
+                tree.inputs.new("NodeSocketGeometry", "Geometry")
+                key = tree.inputs.new("NodeSocketFloat", "Field").identifier
+            modifier = obj.modifiers.new("Nodes", "NODES")
+            modifier.node_group = tree
+            if hasattr(modifier, "properties"):  # 5.2
+                getattr(modifier.properties.inputs, key).attribute_name = group
+            else:
+                modifier[f"{key}_attribute_name"] = group
+
+        def of_particles(obj, group):
+            obj.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.vertex_group_density = group
+
+        def of_cloth(obj, group):
+            obj.modifiers.new("Cloth", "CLOTH").settings.vertex_group_mass = group
+
+        def of_rim(obj, group):
+            obj.modifiers.new("Solidify", "SOLIDIFY").rim_vertex_group = group
+
+        def of_mix(obj, group):
+            obj.modifiers.new("Mix", "VERTEX_WEIGHT_MIX").vertex_group_b = group
+
+        def of_lattice(obj, group):
+            obj.modifiers.new("Lattice", "LATTICE").vertex_group = group
+
+        for use in (of_nodes, of_particles, of_cloth, of_rim, of_mix, of_lattice):
+            with self.subTest(use.__name__):
+                obj = mesh_object()
+                self.api.add_pin(obj, [1], name="Used")
+                self.api.add_pin(obj, [2], name="Lone")
+                use(obj, "Used")
+                for _ in range(2):
+                    self.api.remove_pin(obj, 0)
+                self.assertEqual([group.name for group in obj.vertex_groups], ["Used"])
+
     def test_disabled_pins_and_handles_do_nothing(self):
         obj = posable()
         self.api.add_pin(obj, MIDDLE, name="Waist")
@@ -118,6 +159,27 @@ class HandleTest(SceneTest):
         bpy.context.view_layer.update()
         self.assert_close(handle.target.matrix_world.translation, (1.0, 2.0, 3.0))
         self.assert_close(self.api.handle_matrices(obj)[0], np.eye(4), 1e-5)
+
+    def test_the_empty_is_put_where_it_is_evaluated(self):
+        """Of the mesh's collections that may be an excluded one, one of another scene, or none."""
+        obj = mesh_object()
+        excluded, enabled, elsewhere = (bpy.data.collections.new(name) for name in ("Excluded", "Enabled", "Elsewhere"))
+        bpy.data.scenes.new("Other").collection.children.link(elsewhere)
+        root = self.scene.collection
+        for collection in (excluded, enabled):
+            root.children.link(collection)
+        for collection in (elsewhere, excluded, enabled):
+            collection.objects.link(obj)
+        root.objects.unlink(obj)
+        bpy.context.view_layer.layer_collection.children["Excluded"].exclude = True
+        bpy.context.view_layer.update()
+        for expected in (enabled, root):
+            handle = self.api.add_handle(obj, TOP)
+            self.assertEqual(list(handle.target.users_collection), [expected])
+            bpy.context.view_layer.update()
+            self.assertEqual(self.api.handle_problem(obj, len(obj.arap.handles) - 1), "")
+            if expected == enabled:
+                enabled.objects.unlink(obj)
 
     def test_a_handle_of_one_vertex_has_a_size_one_can_see(self):
         handle = self.api.add_handle(mesh_object(), [7])
@@ -174,6 +236,28 @@ class HandleTest(SceneTest):
         self.api.solve(obj)
         self.assert_close(key_positions(obj)[TOP], posed[TOP] + np.array([0.0, 0.0, 0.5]), 1e-3)
 
+    def test_what_the_artist_has_chosen_in_the_panel_stays_when_the_handle_goes(self):
+        obj = posable()
+        control = empty_at((0.0, 0.0, 4.0), "Control")
+        shape = control.empty_display_type
+        obj.vertex_groups.new(name="Mine").add(TOP, 1.0, "REPLACE")
+        handle = obj.arap.handles[0]
+        handle.target, handle.vertex_group = control, "Mine"
+        obj.arap.handle_shape = "CUBE"
+        self.assertEqual(control.empty_display_type, shape)
+        self.api.remove_handle(obj, 0)
+        self.assertIn("Control", bpy.data.objects)
+        self.assertIn("Mine", obj.vertex_groups)
+
+    def test_what_a_handle_made_goes_with_it_also_where_a_script_gives_it_the_same_again(self):
+        obj = posable()
+        handle = obj.arap.handles[0]
+        self.api.set_handle_target(obj, 0, handle.target)
+        self.api.set_handle_group(obj, 0, handle.vertex_group)
+        self.api.remove_handle(obj, 0)
+        self.assertNotIn("Head", bpy.data.objects)
+        self.assertNotIn("Head", obj.vertex_groups)
+
     def test_a_new_group_does_not_move_the_mesh(self):
         obj = posable()
         bend(obj)
@@ -200,6 +284,23 @@ class HandleTest(SceneTest):
         self.assertIs(handles[0].target, near)
         self.assertIsNone(near.parent)
         self.assert_close(self.api.handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
+
+    def test_of_what_is_selected_empties_and_bones_become_handles_and_nothing_else(self):
+        obj = mesh_object()
+        empty_at((0.0, 0.0, 4.0), "Control")
+        for name, data in (("Sun", bpy.data.lights.new("Sun", "SUN")), ("Eye", bpy.data.cameras.new("Eye"))):
+            self.scene.collection.objects.link(bpy.data.objects.new(name, data))
+        bpy.ops.object.select_all(action="SELECT")
+        bpy.context.view_layer.objects.active = obj
+        self.assertEqual(bpy.ops.arap.handle_add_from_empties(), {"FINISHED"})
+        self.assertEqual([handle.target.name for handle in obj.arap.handles], ["Control"])
+        self.assertFalse(bpy.ops.arap.handle_add_from_empties.poll())
+        rig = armature()
+        self.api.add_handle_for(obj, rig, bone="Lower")
+        bpy.ops.object.mode_set(mode="POSE")
+        bpy.ops.pose.select_all(action="SELECT")
+        self.assertEqual(bpy.ops.arap.handle_add_from_empties(), {"FINISHED"})
+        self.assertEqual([handle.bone for handle in obj.arap.handles], ["", "Lower", "Upper"])
 
     def test_without_a_radius_an_empty_takes_the_nearest_vertex_of_the_pose(self):
         obj = posable()
@@ -423,6 +524,83 @@ class RefusalTest(SceneTest):
         self.assertEqual(common.find_posed_object(bpy.context), obj)
         self.api.add_pin(mover, BOTTOM)
         self.assertEqual(common.find_posed_object(bpy.context), mover)
+
+
+class OwnerTest(SceneTest):
+    """The panel's mesh where something else is active, without a look at all objects at each redraw."""
+
+    def setUp(self):
+        super().setUp()
+        self.owner = module("handle_owner")
+
+    def shown(self):
+        return module("operators.common").find_posed_object(bpy.context)
+
+    def count_looks(self):
+        """How many objects are asked whether the active one moves them."""
+        plain, looks = self.owner.is_moved_by, []
+
+        def is_moved_by(obj, asked):
+            looks.append(obj)
+            return plain(obj, asked)
+
+        self.owner.is_moved_by = is_moved_by
+        try:
+            self.shown()
+        finally:
+            self.owner.is_moved_by = plain
+        return len(looks)
+
+    def test_all_objects_are_looked_at_once(self):
+        meshes = [mesh_object(f"Tube {i}") for i in range(20)]
+        idle, control = empty_at((5.0, 0.0, 0.0), "Idle"), empty_at((0.0, 0.0, 4.0), "Control")
+        self.api.add_handle_for(meshes[-1], control)
+        for target in (control, idle):
+            bpy.context.view_layer.objects.active = target
+            bpy.context.view_layer.update()
+            self.assertGreaterEqual(self.count_looks(), 20)
+            self.assertLessEqual(self.count_looks(), 1)
+        idle.location.x = 6.0
+        bpy.context.view_layer.update()
+        self.assertEqual(self.count_looks(), 0)
+
+    def test_what_changes_the_answer_is_seen(self):
+        obj = mesh_object()
+        control = empty_at((0.0, 0.0, 4.0), "Control")
+        bpy.context.view_layer.objects.active = control
+        self.assertIsNone(self.shown())
+        self.api.add_handle_for(obj, control)
+        self.assertEqual(self.shown(), obj)
+        self.api.remove_handle(obj, 0)
+        self.assertIsNone(self.shown())
+        handle = obj.arap.handles.add()
+        self.assertIsNone(self.shown())
+        handle.target = control  # as the panel does
+        self.assertEqual(self.shown(), obj)
+        obj.name = "Pipe"
+        self.assertEqual(self.shown(), obj)
+        obj.arap.handles.clear()
+        self.assertIsNone(self.shown())
+        appended = obj.copy()
+        appended.arap.handles.add().target = control
+        self.assertIsNone(self.shown())
+        self.scene.collection.objects.link(appended)
+        bpy.context.view_layer.update()
+        self.assertEqual(self.shown(), appended)
+        bpy.data.objects.remove(appended)
+        self.assertIsNone(self.shown())
+
+    def test_an_undo_brings_a_handle_back(self):
+        obj = mesh_object()
+        self.api.add_handle_for(obj, empty_at((0.0, 0.0, 4.0), "Control"))
+        bpy.ops.ed.undo_push(message="handle")
+        self.api.remove_handle(obj, 0)
+        bpy.context.view_layer.objects.active = bpy.data.objects["Control"]
+        bpy.ops.ed.undo_push(message="no handle")
+        self.assertIsNone(self.shown())
+        bpy.ops.ed.undo()
+        bpy.context.view_layer.objects.active = bpy.data.objects["Control"]
+        self.assertEqual(self.shown(), bpy.data.objects["Tube"])
 
 
 class TakeOverTest(SceneTest):

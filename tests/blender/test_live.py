@@ -148,7 +148,7 @@ class LiveTest(SceneTest):
         self.assertEqual(act.why_over(), "")
         obj.arap.key_name = "Bent"
         changed = "The pose of 'Tube' has another shape key now"
-        self.assertEqual(act.why_over(), f"{changed}: it is kept in 'ARAP' and posing has ended")
+        self.assertEqual(act.why_over(), f"{changed}, and is kept in 'ARAP': posing has ended")
         self.assertEqual(self.api.check_live(obj, is_thorough=True), changed)
         self.assert_error(RuntimeError, f"{changed}: start posing again", self.api.update_pose, obj)
         self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])

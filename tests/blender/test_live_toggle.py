@@ -378,6 +378,57 @@ class LiveToggleTest(SceneTest):
         bpy.context.view_layer.update()
         self.assertEqual((list(self.live._runs), self.sessions.get("Pipe")), ([], None))
 
+    def keys(self, obj):
+        return [(key.name, key.value) for key in obj.data.shape_keys.key_blocks if key.name != "Basis"]
+
+    def test_a_renamed_key_stays_the_pose_also_where_it_is_renamed_in_edit_mode(self):
+        obj = live_tube()
+        bpy.context.view_layer.objects.active = obj
+        for mode, name in (("OBJECT", "Grip"), ("EDIT", "Grab"), ("OBJECT", "Hold")):
+            bend(obj)
+            bpy.ops.object.mode_set(mode=mode)
+            obj.data.shape_keys.key_blocks[obj.arap.key_name].name = name
+            bpy.ops.object.mode_set(mode="OBJECT")
+            move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+            self.assert_followed(obj)
+            self.assertEqual(self.keys(obj), [(name, 1.0)])
+            self.assertEqual((obj.arap.key_name, [key.name for key in obj.arap.made_keys]), (name, [name]))
+
+    def test_after_an_undo_of_a_renaming_the_key_is_still_the_pose(self):
+        obj = live_tube()
+        bend(obj)
+        bpy.ops.ed.undo_push(message="bent")
+        obj.data.shape_keys.key_blocks["ARAP"].name = "Grip"
+        move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+        bpy.ops.ed.undo_push(message="renamed")
+        for act, name in ((bpy.ops.ed.undo, "ARAP"), (bpy.ops.ed.redo, "Grip")):
+            act()
+            obj = bpy.data.objects["Tube"]
+            bpy.context.view_layer.update()
+            move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+            self.assert_followed(obj)
+            self.assertEqual([key for key, _ in self.keys(obj)], [name])
+
+    def test_a_removed_key_is_made_again_and_no_other_one_is_taken_for_it(self):
+        obj = live_tube()
+        bend(obj)
+        obj.shape_key_remove(obj.data.shape_keys.key_blocks["ARAP"])
+        bpy.context.view_layer.update()
+        obj.shape_key_add(name="Mine", from_mix=False).value = 0.0
+        move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+        self.assert_followed(obj)
+        self.assertEqual(sorted(self.keys(obj)), [("ARAP", 1.0), ("Mine", 0.0)])
+
+    def test_another_name_for_the_key_switches_off_before_the_pose_shows_twice(self):
+        obj = live_tube()
+        bend(obj)
+        posed = shown_positions(obj)
+        obj.arap.key_name = "Bent"
+        with contextlib.redirect_stdout(io.StringIO()):
+            bend(obj)
+        self.assert_off(obj, "The pose of 'Tube' has another shape key now, and is kept in 'ARAP'")
+        self.assert_close(shown_positions(obj), posed, 0.0)
+
     def test_a_copy_follows_the_same_handles_with_a_mesh_of_its_own(self):
         obj = live_tube()
         copy = obj.copy()

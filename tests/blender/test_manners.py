@@ -2,6 +2,7 @@
 """What a newcomer meets: names, reasons, menus, the first pose, preferences, parts that nothing holds, translations."""
 
 import tempfile
+from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
@@ -101,11 +102,13 @@ class ReasonTest(SceneTest):
             ("bake_pose", "There is no pose yet: press Pose or Solve first"),
             ("pin_add", "Select vertices in Edit Mode (Tab) to pin them"),
             ("handle_add", "Select vertices in Edit Mode (Tab) to hang them on a handle"),
-            ("handle_remove", "There are no handles"),
-            ("pin_remove", "There are no pins"),
-            ("pull_release", "Nothing has been pulled or pinned with ARAP Pull"),
+            ("handle_remove", "Add a handle first: nothing moves the mesh yet"),
+            ("reset_handles", "Add a handle first: nothing moves the mesh yet"),
+            ("pin_remove", "Add a pin first: nothing is pinned yet"),
+            ("stiffness_remove", "Add a stiff group first: nothing is stiffer than the rest yet"),
+            ("pull_release", "Pull the mesh with ARAP Pull first, or click it: nothing is pulled or pinned yet"),
             ("select_unheld", "Add a pin or a handle first: nothing holds the mesh yet"),
-            ("pose_end", "This mesh is not being posed"),
+            ("pose_end", "Press Pose first: this mesh is not being posed"),
         ):
             self.assertIn(wanted, self.reason(name))
 
@@ -125,6 +128,20 @@ class ReasonTest(SceneTest):
         for name in followed:
             self.assertTrue(getattr(bpy.ops.arap, name).poll(), f"{name}: posing follows")
         self.assertIn("End the pose first: Enter keeps it, Esc cancels it", self.reason("solve"))
+
+    def test_what_changes_the_pose_waits_for_a_render(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        self.api.store_pose(obj, "Pose")
+        self.api.solve(obj)
+        common = module("operators.common")
+        jobs = ("solve", "bake_animation", "export_mesh_cache", "poses_to_keys")
+        acts = (*jobs, "bake_pose", "poses_apply", "reset_pose")
+        for name in acts:
+            self.assertTrue(getattr(bpy.ops.arap, name).poll(), name)
+        with mock.patch.object(common, "is_rendering", return_value=True):
+            for name in acts:
+                self.assertIn("Wait until the render has ended", self.reason(name))
 
     def test_an_act_that_comes_second_waits(self):
         obj = posable()
@@ -190,6 +207,57 @@ class ReasonTest(SceneTest):
         module("sessions").claim("Former", act)
         self.addCleanup(module("sessions").release, "Former", act)
         self.assertEqual(module("operators.common").find_posed_object(bpy.context), obj)
+
+
+class LinkedTwinTest(SceneTest):
+    """A linked object that has the name of a local one is another object."""
+
+    def setUp(self):
+        super().setUp()
+        other = mesh_object()
+        other.scale = (5.0, 5.0, 5.0)
+        self.api.add_pin(other, BOTTOM, name="Feet")
+        other.vertex_groups["Feet"].remove(BOTTOM)
+        bpy.context.view_layer.update()
+        with tempfile.TemporaryDirectory() as folder:
+            path = str(Path(folder) / "library.blend")
+            bpy.data.libraries.write(path, {other})
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+            with bpy.data.libraries.load(path, link=True) as (_, data):
+                data.objects = ["Tube"]
+        self.linked = data.objects[0]
+        bpy.context.scene.collection.objects.link(self.linked)
+        self.obj = posable()
+        self.assertEqual((self.obj.name, self.linked.name), ("Tube", "Tube"))
+
+    def test_what_is_remembered_of_one_is_not_told_of_the_other(self):
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        size, is_empty = module("mesh_size").diagonal, module("empty_groups").is_empty
+        seen = module("seen_mesh").read
+        for obj in (self.obj, self.linked):  # the first is remembered where the second is asked for
+            size(obj, depsgraph), is_empty(obj, "Feet"), seen(obj, depsgraph)
+        self.assertFalse(is_empty(self.obj, "Feet"))
+        self.assertTrue(is_empty(self.linked, "Feet"))
+        self.assert_close(seen(self.linked, depsgraph).positions, 5.0 * seen(self.obj, depsgraph).positions, 1e-5)
+        self.obj.data.update_tag()
+        self.obj.update_tag()
+        bpy.context.view_layer.update()
+        known = module("mesh_size")._known
+        self.assertEqual((self.obj.name_full in known, self.linked.name_full in known), (False, True))
+
+    def test_an_act_and_a_readout_are_of_the_local_one(self):
+        self.api.solve(self.obj)
+        self.assertIsNotNone(self.api.readout(self.obj))
+        self.assertIsNone(self.api.readout(self.linked))
+        act = FakeAct("it is solved")
+        module("sessions").claim("Tube", act)
+        self.addCleanup(module("sessions").release, "Tube", act)
+        common = module("operators.common")
+        self.assertEqual(common.why_busy(self.linked), "")
+        self.assertEqual(common.why_busy(self.obj), "Wait for the mesh: it is solved")
+        self.assertFalse(module("panels").is_following(self.linked))
+        bpy.context.view_layer.objects.active = None
+        self.assertEqual(common.find_posed_object(bpy.context), self.obj)
 
 
 class FirstPoseTest(SceneTest):

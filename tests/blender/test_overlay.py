@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the overlay shows, as arrays; drawn without a window where Blender can (4.5). Windows have their own tests."""
 
+from unittest import mock
+
 import bpy
 import gpu
 import numpy as np
 from mathutils import Matrix
-from support import BOTTOM, SceneTest, bend, module, move, posable, rest_positions, shown_positions
+from support import BOTTOM, MIDDLE, SceneTest, bend, module, move, posable, rest_positions, shown_positions
 
 SIZE = 64
 
@@ -21,13 +23,13 @@ class OverlayTest(SceneTest):
     def test_pins_faces_and_rest_are_those_of_the_mesh(self):
         obj = posable()
         surface = self.surface(obj)
-        self.assertEqual(surface.pinned.tolist(), BOTTOM)
+        self.assertEqual(self.data.read_pinned(obj).tolist(), BOTTOM)
         self.assert_close(surface.rest, rest_positions(obj))
         n_triangles = sum(len(face.vertices) - 2 for face in obj.data.polygons)
         self.assertEqual(surface.triangles.shape, (n_triangles, 3))
         self.assertEqual(sorted(set(surface.triangles.ravel())), list(range(len(obj.data.vertices))))
         obj.arap.pins[0].is_enabled = False
-        self.assertEqual(self.surface(obj).pinned.tolist(), [])
+        self.assertEqual(self.data.read_pinned(obj).tolist(), [])
 
     def test_strain_is_of_the_pose_alone(self):
         obj = posable()
@@ -74,6 +76,66 @@ class OverlayTest(SceneTest):
         bpy.data.objects.remove(target)
         lines = self.data.handle_lines(obj, bpy.context.evaluated_depsgraph_get())
         self.assertEqual(lines.shape, (0, 3))
+
+    def test_it_shows_a_mesh_with_pins_handles_or_a_pose(self):
+        """ARAP Pull needs neither pins nor handles of the lists."""
+        shows = module("overlay")._shows_anything
+        obj = posable()
+        obj.arap.overlay.show_strain = True
+        self.assertTrue(shows(obj))
+        obj.arap.pins.clear()
+        obj.arap.handles.clear()
+        self.assertFalse(shows(obj))
+        module("live_key").ensure(obj)
+        self.assertTrue(shows(obj))
+        for name in ("show_pins", "show_handles", "show_strain"):
+            setattr(obj.arap.overlay, name, False)
+        self.assertFalse(shows(obj))
+
+    def test_a_stroke_of_weights_reads_the_pins_once_it_has_ended_and_nothing_else(self):
+        obj = posable()
+        obj.arap.overlay.show_pins = obj.arap.overlay.show_strain = True
+        overlay, compat = module("overlay"), module("compat")
+        reads = []
+        plain = self.data.read_pinned
+        with (
+            mock.patch.object(overlay, "batches"),
+            mock.patch.object(compat, "is_painting", return_value=False) as is_painting,
+            mock.patch.object(self.data, "read_pinned", side_effect=lambda obj: reads.append(1) or plain(obj)),
+        ):
+            drawn = overlay._drawn[obj.name] = overlay.Drawn(self.surface(obj))
+            self.addCleanup(overlay._drawn.clear)
+            batch = overlay.batches.plain_batch
+
+            def draw():
+                """How many pins there are."""
+                bpy.context.view_layer.update()
+                batch.reset_mock()
+                drawn.update(obj, bpy.context.evaluated_depsgraph_get())
+                points = [call.args[1] for call in batch.call_args_list if call.args[0] == "POINTS"]
+                return len(points[0]) if points else None
+
+            obj.arap.overlay.show_handles = False
+            bpy.context.view_layer.objects.active = obj
+            bpy.ops.object.mode_set(mode="WEIGHT_PAINT")
+            overlay._drawn[obj.name] = drawn  # to go there may have been a change
+            self.assertEqual((draw(), len(reads)), (len(BOTTOM), 1))
+            for is_painting.return_value, added, n_pins, n_reads in (
+                (True, MIDDLE[0], len(BOTTOM), 1),
+                (True, MIDDLE[1], len(BOTTOM), 1),
+                (False, MIDDLE[2], len(BOTTOM) + 3, 2),
+                (None, MIDDLE[3], len(BOTTOM) + 4, 3),  # before 4.2 nobody can tell
+            ):
+                obj.vertex_groups["Feet"].add([added], 1.0, "REPLACE")
+                self.assertEqual((draw(), len(reads)), (n_pins, n_reads))
+                self.assertIs(overlay._drawn.get(obj.name), drawn)
+            obj.arap.overlay.show_pins = False
+            obj.vertex_groups["Feet"].add([MIDDLE[4]], 1.0, "REPLACE")
+            self.assertEqual((draw(), len(reads)), (None, 3))
+            bpy.ops.object.mode_set(mode="OBJECT")
+            obj.vertex_groups["Feet"].add([MIDDLE[5]], 1.0, "REPLACE")
+            bpy.context.view_layer.update()
+            self.assertEqual(overlay._drawn, {})
 
     def test_shaders_and_batches_of_this_version_draw(self):
         """Drawn, with its pixels looked at. Older versions draw only in windows, which have their own tests."""

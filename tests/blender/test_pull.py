@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pulling without a window: what is under a pixel, what a drag holds, temporary pins, and what is refused."""
 
+from types import SimpleNamespace
+from unittest import mock
+
 import numpy as np
 from mathutils import Matrix
 from support import (
@@ -170,6 +173,40 @@ class PickTest(PullTest):
         bpy.context.view_layer.update()
         self.assertIsNone(self.pick(obj, (120.0, 150.0)))
         self.assertAlmostEqual(self.pick(obj, (300.0, 150.0)).place[0], 1.0, places=5)
+
+    def test_a_pin_behind_the_viewer_hides_no_other_one(self):
+        pull_draw = module("pull_draw")
+        dots = np.array([[10.0, 20.0], [np.nan, np.nan], [30.0, 40.0]])
+        with mock.patch.object(pull_draw.batches, "draw_pixels") as draw_pixels:
+            pull_draw.draw_dots(dots, 5.0, (1.0, 1.0, 1.0, 1.0))
+        kind, corners, _ = draw_pixels.call_args.args
+        self.assertEqual(kind, "TRIS")
+        self.assert_close(corners.reshape(2, -1, 3, 2)[:, :, 0], np.repeat(dots[[0, 2], None], 48, axis=1), 0.0)
+
+    def test_nothing_is_drawn_of_a_mesh_that_the_view_hides(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        bpy.context.view_layer.update()
+        areas = (area for screen in bpy.data.screens for area in screen.areas if area.type == "VIEW_3D")
+        space = next(areas).spaces.active
+        space.overlay.show_overlays = True
+        context = SimpleNamespace(
+            space_data=space, object=obj, view_layer=bpy.context.view_layer, selected_objects=[obj]
+        )
+        drawn = module("operators.common").find_drawn_object
+        self.assertEqual(drawn(context), obj)
+        obj.hide_set(True)
+        bpy.context.view_layer.update()
+        self.assertIsNone(drawn(context))
+        obj.hide_set(False)
+        bpy.context.view_layer.update()
+        space.show_object_viewport_mesh = False
+        self.assertIsNone(drawn(context))
+        space.show_object_viewport_mesh = True
+        space.overlay.show_overlays = False
+        self.assertIsNone(drawn(context))
+        space.overlay.show_overlays = True
+        self.assertEqual(drawn(context), obj)
 
     def test_triangles_of_a_patch_cover_its_whole_faces(self):
         obj = mesh_object()
@@ -365,7 +402,7 @@ class PinsTest(PullTest):
     def test_without_any_there_is_nothing_to_make_real(self):
         self.assert_error(
             ValueError,
-            "Nothing of 'Tube' has been pulled or pinned with the tool",
+            "Nothing of 'Tube' has been pulled or pinned with the tool: drag or click it first",
             self.pull_pins.make_real,
             mesh_object(),
             bpy.context.evaluated_depsgraph_get(),

@@ -248,6 +248,18 @@ class OperatorTest(SceneTest):
         self.assertEqual(sorted(group.name for group in self.obj.vertex_groups), ["Feet", "Head"])
         self.assertFalse(bpy.ops.arap.stiffness_remove.poll())
 
+    def test_what_refuses_the_mesh_leaves_no_group(self):
+        """Sculpt Mode, and a mesh without faces: the button is there, and says what to do."""
+        bpy.ops.object.mode_set(mode="SCULPT")
+        with self.assertRaisesRegex(RuntimeError, "'Tube' is in Sculpt Mode: go back to Object Mode first"):
+            bpy.ops.arap.stiffness_add()
+        self.assertEqual(self.obj.vertex_groups.keys(), ["Feet", "Head"])
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.obj.data.clear_geometry()  # of its groups, too
+        with self.assertRaisesRegex(RuntimeError, "'Tube' has no faces: there is nothing to deform"):
+            bpy.ops.arap.stiffness_add()
+        self.assertEqual(self.obj.vertex_groups.keys(), [])
+
 
 class OldFileTest(SceneTest):
     """Before the list there were two settings, each the name of a group."""

@@ -55,7 +55,7 @@ def test_overlay_shows_what_it_should(ui: Ui) -> Steps:
     assert found.pins is not None
     np.testing.assert_allclose(found.ends[1], (1.2, 0.0, 3.6), atol=1e-5)
     np.testing.assert_allclose(found.ends[0][:2], (0.0, 0.0), atol=1e-5)
-    np.testing.assert_array_equal(found.surface.pinned, scenes.bottom())
+    np.testing.assert_array_equal(found.pinned, scenes.bottom())
     yield from ui.screenshot("all")
     bar.arap.overlay.show_strain = False
     yield from redraw(ui)
@@ -93,7 +93,7 @@ def test_overlay_builds_only_what_changed(ui: Ui) -> Steps:
     bar.vertex_groups["Bottom"].add([0], 1.0, "REPLACE")
     bar.arap.pins[0].is_enabled = True
     yield from redraw(ui)
-    np.testing.assert_array_equal(drawn()["Bar"].surface.pinned, [0])
+    np.testing.assert_array_equal(drawn()["Bar"].pinned, [0])
 
 
 def test_overlay_survives_what_happens_to_a_mesh(ui: Ui) -> Steps:

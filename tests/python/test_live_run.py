@@ -39,6 +39,9 @@ class FakeScene:
     def look_again(self) -> None:
         self.calls.append("look again")
 
+    def undone(self) -> None:
+        self.calls.append("undone")
+
     def switch_off(self, error: Exception) -> None:
         self.off.append(str(error))
 
@@ -262,7 +265,7 @@ def test_undo_looks_at_everything_and_goes_on_from_what_it_brought() -> None:
     run.undone()
     assert run.wants_timer
     run.tick(is_playing=False)
-    assert scene.calls == ["look again", "go on", "follow"]
+    assert scene.calls == ["undone", "go on", "follow"]
 
 
 def test_evaluation_within_a_step_does_not_start_another() -> None:

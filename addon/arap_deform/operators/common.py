@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,7 +11,8 @@ from typing import Any
 
 import bpy
 
-from .. import api, live_key, mesh_io, sessions
+from .. import api, handle_owner, live_key, mesh_io, sessions
+from ..follow_scene import is_rendering
 from ..handle_map import Ints
 from ..texts import rpt_
 from .pose_act import PoseAct
@@ -38,25 +38,40 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     one selected mesh.
     """
     active = context.object
-    found = [context.view_layer.objects.get(name) for name in sessions.acts]
+    found = [_local_object(context.view_layer, name) for name in sessions.acts]
     posed = [obj for obj in found if obj is not None]  # others are of another scene, or renamed
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
             return active
-        return next((obj for obj in posed if _is_moved_by(obj, active)), active)
+        return next((obj for obj in posed if handle_owner.is_moved_by(obj, active)), active)
     if active is not None:
-        # Asked many times a redraw: the likely ones first, and all objects of the scene only where it is none of them.
-        for obj in itertools.chain(posed, [active.parent], context.view_layer.objects):
-            if obj is not None and _is_moved_by(obj, active):
+        for obj in (*posed, active.parent):
+            if obj is not None and handle_owner.is_moved_by(obj, active):
                 return obj
+        owner = handle_owner.find(context.view_layer, active)
+        if owner is not None:
+            return owner
     if len(posed) == 1:
         return posed[0]
     meshes = [obj for obj in context.selected_objects if obj.type == "MESH"]
     return meshes[0] if len(meshes) == 1 else None
 
 
-def _is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
-    return obj.type == "MESH" and any(handle.target == target for handle in obj.arap.handles)
+def find_drawn_object(context: bpy.types.Context) -> bpy.types.Object | None:
+    """As find_posed_object(), None too where this 3D view hides it or its overlays."""
+    space = context.space_data
+    if space is None or not space.overlay.show_overlays:
+        return None
+    obj = find_posed_object(context)
+    return obj if obj is not None and obj.visible_in_viewport_get(space) else None
+
+
+def _local_object(view_layer: bpy.types.ViewLayer, name: str) -> bpy.types.Object | None:
+    """The object of this file with that name, which a linked one may have as well."""
+    obj = view_layer.objects.get(name)
+    if obj is None or obj.library is None:
+        return obj
+    return next((other for other in view_layer.objects if other.name_full == name), None)
 
 
 def why_no_mesh(context: bpy.types.Context) -> str:
@@ -66,16 +81,21 @@ def why_no_mesh(context: bpy.types.Context) -> str:
         return "Select a mesh first"
     if obj.library is not None or obj.data.library is not None:
         return "This mesh is linked from another file: make it local first (Object > Relations > Make Local)"
+    if mesh_io.is_override(obj) or mesh_io.is_override(obj.data):
+        return (
+            "This mesh is a library override, in which a pose is not saved: make it local first "
+            "(Object > Relations > Make Local)"
+        )
     return ""
 
 
 def why_not_idle(context: bpy.types.Context) -> str:
-    """As why_no_mesh(), and the mesh must be in Object Mode (an armature may be in Pose Mode) and no act have it."""
+    """As why_no_mesh(), in Object Mode (an armature may be in Pose Mode), and neither an act nor a render has it."""
     reason = why_no_mesh(context)
     if reason:
         return reason
     obj = posed_object(context)
-    return why_not_object_mode(obj) or why_busy(obj)
+    return why_not_object_mode(obj) or why_busy(obj) or ("Wait until the render has ended" if is_rendering() else "")
 
 
 def why_not_object_mode(obj: bpy.types.Object) -> str:
@@ -89,7 +109,7 @@ def why_not_object_mode(obj: bpy.types.Object) -> str:
 
 def why_busy(obj: bpy.types.Object) -> str:
     """Which act has the mesh for itself, and how it ends; '' where none has."""
-    act = sessions.acts.get(obj.name)
+    act = sessions.acts.get(obj.name_full)
     if isinstance(act, PoseAct):
         if act.is_drag:
             return "The mesh is being pulled: wait until it has settled, or press Esc"
@@ -104,7 +124,7 @@ def is_posed(obj: bpy.types.Object) -> bool:
 
 
 def _posing_act(obj: bpy.types.Object) -> PoseAct | None:
-    act = sessions.acts.get(obj.name)
+    act = sessions.acts.get(obj.name_full)
     return act if isinstance(act, PoseAct) and not act.is_drag else None
 
 

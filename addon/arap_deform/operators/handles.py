@@ -24,11 +24,11 @@ Target = tuple[bpy.types.Object, str]  # the name of the bone is '' for a whole 
 
 
 def selected_targets(context: bpy.types.Context, obj: bpy.types.Object) -> list[Target]:
-    """What is selected and not a handle of the mesh yet: bones in Pose Mode, else objects but meshes and armatures."""
+    """What is selected and not a handle of the mesh yet: bones in Pose Mode, else empties."""
     if context.mode == "POSE":
         targets = [(bone.id_data, bone.name) for bone in context.selected_pose_bones]
     else:
-        targets = [(other, "") for other in context.selected_objects if other.type not in {"MESH", "ARMATURE"}]
+        targets = [(other, "") for other in context.selected_objects if other.type == "EMPTY"]
     taken = {(handle.target, handle.bone) for handle in obj.arap.handles}
     return [target for target in targets if target not in taken]
 
@@ -43,7 +43,10 @@ def why_not_edited(context: bpy.types.Context) -> str:
 
 def why_no_handles(context: bpy.types.Context) -> str:
     """As why_not_changeable(), and it must have handles."""
-    return why_not_changeable(context) or ("" if posed_object(context).arap.handles else "There are no handles")
+    reason = why_not_changeable(context)
+    if reason or posed_object(context).arap.handles:
+        return reason
+    return "Add a handle first: nothing moves the mesh yet"
 
 
 class ARAP_OT_handle_add(bpy.types.Operator):

@@ -78,7 +78,9 @@ class ARAP_OT_pin_remove(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         reason = why_not_changeable(context)
-        return allow(cls, reason or ("" if posed_object(context).arap.pins else "There are no pins"))
+        if not reason and not posed_object(context).arap.pins:
+            reason = "Add a pin first: nothing is pinned yet"
+        return allow(cls, reason)
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:

@@ -51,9 +51,11 @@ class BlenderPoseScene(BlenderFollowScene):
         if _counts(obj) != self._counts:
             text = rpt_("The mesh of '{}' has changed: posing has ended, its rest shape is another one now")
             return text.format(self.name)
-        reason = self.key.problem(obj)
+        reason = self.key.why_left(obj)
+        if not reason and not self.key.follow(obj):
+            reason = rpt_("Shape key '{}' of '{}' was removed").format(obj.arap.key_name, obj.name)
         if reason:
-            return reason
+            return rpt_("{}: posing has ended").format(reason)
         for index, handle in enumerate(obj.arap.handles):
             problem = api.handle_problem(obj, index) if handle.is_enabled else ""
             if problem:
@@ -270,7 +272,7 @@ class ARAP_OT_pose_end(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = find_posed_object(context)
-        return allow(cls, "" if obj is not None and is_posed(obj) else "This mesh is not being posed")
+        return allow(cls, "" if obj is not None and is_posed(obj) else "Press Pose first: this mesh is not being posed")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         act = sessions.acts[posed_object(context).name]

@@ -114,7 +114,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         pick = self._grip.pick
         if self._is_ctrl:
             if not remove_pins_at(obj, pick):
-                raise ValueError("There is no pin of ARAP Pull here")
+                raise ValueError("There is no pin of ARAP Pull here: point at one of its dots")
         else:
             there = pull_pins.find(obj, pick.seeds)
             vertices = obj.arap.pull_pins[there[0]].vertices if there else pick.vertices
@@ -222,7 +222,7 @@ def why_no_pull(context: bpy.types.Context) -> str:
     reason = why_not_idle(context)
     if reason or posed_object(context).arap.pull_pins:
         return reason
-    return "Nothing has been pulled or pinned with ARAP Pull"
+    return "Pull the mesh with ARAP Pull first, or click it: nothing is pulled or pinned yet"
 
 
 class ARAP_OT_pull_tool(bpy.types.Operator):

@@ -5,7 +5,7 @@
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from .. import api
+from .. import api, mesh_io
 from .common import allow, one_step, posed_object, reports_errors, selected_vertices, why_not_changeable
 
 
@@ -64,6 +64,7 @@ class ARAP_OT_stiffness_add(bpy.types.Operator):
             with one_step(obj, self.bl_label):
                 api.add_stiffness(obj, vertices, name=self.name)
             return {"FINISHED"}
+        mesh_io.check_mesh(obj)  # before there is a group that nothing would use
         with one_step(obj, self.bl_label):
             if self.vertex_group:
                 api.add_stiffness_group(obj, self.vertex_group)
@@ -109,9 +110,9 @@ class ARAP_OT_stiffness_remove(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         reason = why_not_changeable(context)
-        return allow(
-            cls, reason or ("" if posed_object(context).arap.stiffness else "Nothing is stiffer than the rest")
-        )
+        if not reason and not posed_object(context).arap.stiffness:
+            reason = "Add a stiff group first: nothing is stiffer than the rest yet"
+        return allow(cls, reason)
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
