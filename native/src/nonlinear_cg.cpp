@@ -181,7 +181,8 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
   search.restart();
   const double smallest_decrease = kSmallestDecrease * steps.rest_energy();
   bool is_done = report.iterations > 0 && is_out_of_time();
-  while (!is_done && report.iterations < options.max_iterations) {
+  // Once a number is not finite, no step makes it so again.
+  while (!is_done && std::isfinite(report.energy_after) && report.iterations < options.max_iterations) {
     if (is_cancelled()) return report;
     if (options.acceleration == Acceleration::kNone) search.restart();
     const double energy = search.iterate(pose, report.energy_after);

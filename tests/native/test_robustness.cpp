@@ -21,6 +21,7 @@ namespace {
 
 using arap::InitialGuess;
 using arap::InvalidInput;
+using arap::SolverError;
 using arap::SolveResult;
 using arap::StopReason;
 using arap::SurfaceArap;
@@ -458,16 +459,31 @@ TEST(Robustness, NonFiniteTargetIsRefusedAndTheLastGoodPoseIsKept) {
   }
 }
 
-TEST(Robustness, HugeTargetIsRefusedOrFollowed) {
+TEST(Robustness, TargetTooFarForTheEnergyIsRefused) {
   Task task = sound_task();
   task.targets(3, 2) = 1e200;
   SurfaceArap solver(sound_mesh().mesh());
   solver.set_constraints(task.constraints);
   const Positions before = solver.positions();
-  try {
-    EXPECT_TRUE(solver.solve(task.targets, iterations(2)).positions.allFinite());
-  } catch (const std::exception&) {
-    EXPECT_EQ(solver.positions(), before);
+  expect_error<InvalidInput>([&] { solver.solve(task.targets); },
+                             {"vertex " + std::to_string(task.constraints.vertices[3])});
+  EXPECT_EQ(solver.positions(), before);
+}
+
+TEST(Robustness, SolveWhoseNumbersOverflowStopsAtOnceAndKeepsTheLastGoodPose) {
+  // Steps are in single precision.
+  Task task = sound_task();
+  task.add(some_edge(sound_mesh()).a, {0, 0, 1e60});
+  for (const InitialGuess guess : {InitialGuess::kPrevious, InitialGuess::kRest}) {
+    SurfaceArap solver(sound_mesh().mesh());
+    solver.set_constraints(task.constraints);
+    const Positions before = solver.positions();
+    int n_iterations = 0;
+    const auto count = [&](double) { return ++n_iterations > 0; };
+    expect_error<SolverError>([&] { solver.solve(task.targets, iterations(100, guess), {}, count); },
+                              {"no longer finite"});
+    EXPECT_LE(n_iterations, 2);
+    EXPECT_TRUE(solver.positions() == before);
   }
 }
 
