@@ -148,6 +148,8 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
     length = halvings + 1 < kMostHalvings ? 0.5 * length : 0;
     reached = try_length(pose, length);
   }
+  // A fit turns rigid regions, which no direction says.
+  if (steps_.has_regions()) step_ = longest_row(pose.positions - start_, steps_.workers());
   promised_decrease_ = length * slope_;
   length_ = std::clamp(length, kShortest, kLongest);
   return reached;

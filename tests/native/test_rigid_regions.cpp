@@ -255,6 +255,34 @@ TEST_P(RigidRegions, PatchHalfInARegionMeetsItsTarget) {
   EXPECT_LT(max_distance(more.positions, result.positions), 1e-6) << "converged is where another solve stays";
 }
 
+TEST_P(RigidRegions, StepIsTheLargestMovementThatOfATurnToo) {
+  const MeshData mesh = long_bar();
+  // Two regions that cover the mesh, one hard vertex each: all that is free are their turns.
+  const std::vector<int> halves = region_where(mesh, [](const Vector3& p) { return p.x() < .1; });
+  std::vector<int> covering = halves;
+  std::replace(covering.begin(), covering.end(), -1, 1);
+  Task apart = hold(mesh, {0});
+  const int last = mesh.n_vertices() - 1;
+  ASSERT_NE(covering[0], covering[last]);
+  apart.add(last, mesh.vertices[last] + Vector3(0, .5, 1));
+  struct Case {
+    std::vector<int> regions;
+    Task task;
+  };
+  for (const auto& [regions, task] : {Case{covering, apart}, Case{middle_region(), bar_task()}}) {
+    SurfaceArap solver(mesh.mesh(), options(), with_regions(regions));
+    solver.set_constraints(task.constraints);
+    Positions before = solver.solve(task.targets, iterations(1, InitialGuess::kRest)).positions;
+    for (int n = 2; n < 6; ++n) {
+      const SolveResult result = solver.solve(task.targets, iterations(n, InitialGuess::kRest));
+      const double moved = max_distance(result.positions, before) / mesh.diagonal();
+      EXPECT_GT(moved, 1e-9);
+      EXPECT_NEAR(result.step, moved, 1e-6 * moved) << "iteration " << n;
+      before = result.positions;
+    }
+  }
+}
+
 TEST_P(RigidRegions, ReportedEnergyIsThatOfThePositionsWithTheRegionsRotation) {
   const MeshData mesh = long_bar();
   const std::vector<int> regions = middle_region();
