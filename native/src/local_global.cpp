@@ -52,7 +52,7 @@ bool LocalGlobal::impose_constraints(Pose& pose) {
   const auto move = [&](int v, const Eigen::RowVector3d& place) {
     const Eigen::RowVector3d step = place - pose.positions.row(v);
     has_moved = has_moved || step.squaredNorm() > kMoved * kMoved;
-    if (known_ == Known::kResidual) follow_vertex(v, step);
+    if (known_ == Known::kResidual && !step.isZero(0)) follow_vertex(v, step);
     pose.positions.row(v) = place;
   };
   for (const int v : constraints_.hard_vertices()) move(v, targets_.vertices.row(v));
