@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <future>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -32,6 +33,15 @@ Eigen::AlignedBox3d surface_box(const BoundModel& model) {
 double diagonal_of(const Eigen::AlignedBox3d& box) {
   const double length = box.isEmpty() ? 0 : box.diagonal().norm();
   return length > 0 ? length : 1;
+}
+
+/// The regions but for those of one vertex: that is no more rigid than it is alone, and wants no node of its own.
+std::vector<int> without_single_vertices(std::vector<int> region_of_vertex) {
+  std::map<int, int> n_members;
+  for (const int region : region_of_vertex) ++n_members[region];
+  for (int& region : region_of_vertex)
+    if (n_members[region] == 1) region = -1;
+  return region_of_vertex;
 }
 
 /// One rotation a node in place of one a vertex.
@@ -96,7 +106,8 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   model.n_parts = mesh.n_parts();
   model.workers = Workers(choose_threads(options.threads, mesh.n_vertices()));
   model.linear_solver = options.linear_solver;
-  model.regions = RigidRegions(region_of_vertex, model.energy, model.rest);
+  const std::vector<int> regions = without_single_vertices(region_of_vertex);
+  model.regions = RigidRegions(regions, model.energy, model.rest);
   // The order of the unknowns takes most of a bind, on one thread: the cells are made beside it.
   std::future<std::unique_ptr<LinearSolver>> solver;
   const auto start_solver = [&](const SparseMatrix& K) {
@@ -106,7 +117,7 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
     });
   };
   model.energy = assemble_surface_energy(mesh, options, stiffness, model.workers.threads(), progress, start_solver);
-  if (options.energy == Energy::kRotationNodes) share_rotations(model, mesh, options.rigidity_radius, region_of_vertex);
+  if (options.energy == Energy::kRotationNodes) share_rotations(model, mesh, options.rigidity_radius, regions);
   // In a sum over few cells single precision shows, and there is no time to win.
   constexpr int kFewVertices = 2000;
   model.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(model.energy, model.rest);
