@@ -7,10 +7,18 @@
 #include <utility>
 
 #include "arap/error.h"
+#include "parallel.h"
 
 namespace arap {
 
 namespace {
+
+/// Rows that a thread takes at once.
+constexpr int kRows = 2048;
+
+/// Done before and after the columns are solved, which takes a solve for every three of them.
+constexpr double kBeforeColumns = 0.8;
+constexpr double kAfterColumns = 0.99;
 
 void report(const Progress& progress, double fraction) {
   if (progress && !progress(fraction)) throw Cancelled("the change of constraints was cancelled");
@@ -59,8 +67,8 @@ ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMat
     for (size_t k = 0; k < grounded_.size(); ++k) held.coeffRef(grounded_[k], grounded_[k]) += grounding_[k];
     factor_ = solver.factorize(held, is_fixed_);
   }
-  report(progress, 0.8);
-  prepare_dense_part();
+  report(progress, kBeforeColumns);
+  prepare_dense_part(progress);
   report(progress, 1.0);
 }
 
@@ -88,7 +96,7 @@ void ConstrainedSystem::multiply_held(const Positions& x, Positions& result) con
   erase_fixed(result);
 }
 
-void ConstrainedSystem::solve_columns() {
+void ConstrainedSystem::solve_columns(const Progress& progress) {
   const std::ptrdiff_t n_columns = std::ssize(columns_);
   column_solutions_.resize(matrix_.rows(), n_columns);
   for (std::ptrdiff_t first = 0; first < n_columns; first += 3) {
@@ -100,6 +108,8 @@ void ConstrainedSystem::solve_columns() {
     }
     solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b, workers_);
     column_solutions_.middleCols(first, n) = b.leftCols(n);
+    const double done = static_cast<double>(first + n) / static_cast<double>(n_columns);
+    report(progress, kBeforeColumns + done * (kAfterColumns - kBeforeColumns));
   }
 }
 
@@ -108,7 +118,7 @@ void ConstrainedSystem::solve_columns() {
 //     H d = r - W lambda + E mu,   W^T d = gap,   mu / G = E^T d.
 // With the columns C = [W, -E] and y = (lambda, mu):  d = H^-1 (r - C y),  (C^T H^-1 C - diag(0, 1 / G)) y = C^T H^-1 r
 // - (gap, 0).
-void ConstrainedSystem::prepare_dense_part() {
+void ConstrainedSystem::prepare_dense_part(const Progress& progress) {
   if (averages_.empty()) return;
   for (const Average& average : averages_) {
     Average column;
@@ -120,7 +130,7 @@ void ConstrainedSystem::prepare_dense_part() {
     columns_.push_back(std::move(column));
   }
   for (const int i : grounded_) columns_.push_back({{i}, {-1.0}});
-  solve_columns();
+  solve_columns(progress);
   const std::ptrdiff_t n_columns = std::ssize(columns_);
   Eigen::MatrixXd S(n_columns, n_columns);
   for (Eigen::Index r = 0; r < n_columns; ++r) {
@@ -146,7 +156,9 @@ Positions ConstrainedSystem::meet_averages(Positions& x, const Positions& gaps) 
     if (c < std::ssize(averages_)) right.row(c) -= gaps.row(c);
   }
   const Eigen::MatrixX3d y = dense_.solve(right);
-  x.noalias() -= column_solutions_ * y;
+  parallel_for<kRows>(workers_, static_cast<int>(x.rows()), [&](int begin, int end) {
+    x.middleRows(begin, end - begin).noalias() -= column_solutions_.middleRows(begin, end - begin) * y;
+  });
   return y.topRows(averages_.size());
 }
 
@@ -158,7 +170,12 @@ void ConstrainedSystem::correct(const Positions& residual, const Positions& gaps
     factor_->solve(residual, correction);
     return;
   }
-  if (&correction != &residual) correction = residual;
+  if (&correction != &residual) {
+    correction.resize(residual.rows(), 3);
+    parallel_for<kRows>(workers_, static_cast<int>(residual.rows()), [&](int begin, int end) {
+      correction.middleRows(begin, end - begin) = residual.middleRows(begin, end - begin);
+    });
+  }
   for (std::ptrdiff_t c = 0; c < n_averages; ++c)
     for (size_t k = 0; k < columns_[c].indices.size(); ++k)
       correction.row(columns_[c].indices[k]) -= columns_[c].weights[k] * multipliers.row(c);

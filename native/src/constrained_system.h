@@ -61,8 +61,8 @@ class ConstrainedSystem {
   /// One unknown of each component that no fixed unknown and no soft constraint holds.
   [[nodiscard]] std::vector<int> find_unheld(const std::vector<int>& components,
                                              const Eigen::VectorXd& soft_diagonal) const;
-  void prepare_dense_part();
-  void solve_columns();
+  void prepare_dense_part(const Progress& progress);
+  void solve_columns(const Progress& progress);
   void erase_fixed(Positions& x) const;
   /// The factorized matrix times x.
   void multiply_held(const Positions& x, Positions& result) const;

@@ -16,8 +16,9 @@ namespace arap {
 
 namespace {
 
-/// Empty where the points lie on a line or in one place.
+/// Empty where the points lie on a line or in one place, as fewer than three always do.
 std::optional<Matrix3> best_rotation(const Positions& from, const Positions& to, const std::vector<int>& rows) {
+  if (rows.size() < 3) return std::nullopt;
   Eigen::RowVector3d mean_from = Eigen::RowVector3d::Zero();
   Eigen::RowVector3d mean_to = Eigen::RowVector3d::Zero();
   for (const int k : rows) {

@@ -52,7 +52,7 @@ bool LocalGlobal::impose_constraints(Pose& pose) {
   const auto move = [&](int v, const Eigen::RowVector3d& place) {
     const Eigen::RowVector3d step = place - pose.positions.row(v);
     has_moved = has_moved || step.squaredNorm() > kMoved * kMoved;
-    if (known_ == Known::kResidual) follow_vertex(v, step);
+    if (known_ == Known::kResidual && !step.isZero(0)) follow_vertex(v, step);
     pose.positions.row(v) = place;
   };
   for (const int v : constraints_.hard_vertices()) move(v, targets_.vertices.row(v));
@@ -120,9 +120,12 @@ void LocalGlobal::fit_regions(Pose& pose) {
   const RigidRegions& regions = constraints_.regions();
   passes_->read_rotations(pose.rotations);
   regions.share_rotations(pose.placements, pose.rotations);
-  regions.fit_rotations(targets_, constraints_.soft_diagonal(), constraints_.patches(), multipliers_, pose.placements,
-                        pose.rotations, pose.positions);
-  if (constraints_.has_mixed_patches()) project_on_patches(pose);
+  // A patch with no vertex in a region does not feel how that turns.
+  const bool has_mixed = constraints_.has_mixed_patches();
+  const std::vector<Average> none;
+  regions.fit_rotations(targets_, constraints_.soft_diagonal(), has_mixed ? constraints_.patches() : none, multipliers_,
+                        pose.placements, pose.rotations, pose.positions);
+  if (has_mixed) project_on_patches(pose);
   passes_->set_positions(pose.positions);
   passes_->set_rotations(pose.rotations);
 }

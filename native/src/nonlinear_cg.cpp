@@ -147,7 +147,8 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
     length = halvings + 1 < kMostHalvings ? 0.5 * length : 0;
     reached = try_length(pose, length);
   }
-  if (steps_.has_regions()) step_ = longest_row(pose.positions - start_, steps_.workers());  // the fit has turned them
+  // A fit turns rigid regions, which no direction says.
+  if (steps_.has_regions()) step_ = longest_row(pose.positions - start_, steps_.workers());
   promised_decrease_ = length * slope_;
   length_ = std::clamp(length, kShortest, kLongest);
   return reached;
@@ -179,7 +180,8 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
     time.begin_iteration();
   }
   const double smallest_decrease = kSmallestDecrease * steps.rest_energy();
-  while (report.iterations < options.max_iterations) {
+  // Once a number is not finite, no step makes it so again.
+  while (std::isfinite(report.energy_after) && report.iterations < options.max_iterations) {
     if (report.iterations > 0 && !time.allows_another()) {
       report.stop_reason = StopReason::kTimeLimit;
       break;

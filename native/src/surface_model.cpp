@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <future>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -20,6 +21,15 @@
 namespace arap {
 
 namespace {
+
+/// The regions but for those of one vertex: that is no more rigid than it is alone, and wants no node of its own.
+std::vector<int> without_single_vertices(std::vector<int> region_of_vertex) {
+  std::map<int, int> n_members;
+  for (const int region : region_of_vertex) ++n_members[region];
+  for (int& region : region_of_vertex)
+    if (n_members[region] == 1) region = -1;
+  return region_of_vertex;
+}
 
 /// Which vertices are nodes, and the weights of all with them.
 RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, const SparseMatrix& K, double radius,
@@ -77,7 +87,8 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   model.n_parts = mesh.n_parts();
   model.workers = Workers(choose_threads(options.threads, mesh.n_vertices()));
   model.linear_solver = options.linear_solver;
-  model.regions = RigidRegions(region_of_vertex, model.energy, model.rest);
+  const std::vector<int> regions = without_single_vertices(region_of_vertex);
+  model.regions = RigidRegions(regions, model.energy, model.rest);
   // The order of the unknowns takes a good part of a bind: the cells are made beside it.
   std::future<std::unique_ptr<LinearSolver>> solver;
   const auto with_matrix = [&](const SparseMatrix& K) {
@@ -85,9 +96,8 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
     solver = std::async(model.workers.threads() > 1 ? std::launch::async : std::launch::deferred, [&model] {
       return make_linear_solver(model.system_matrix, model.linear_solver, model.workers);
     });
-    return options.energy == Energy::kRotationNodes
-               ? choose_nodes(model, mesh, K, options.rigidity_radius, region_of_vertex)
-               : node_at_each_vertex(mesh.n_vertices());
+    return options.energy == Energy::kRotationNodes ? choose_nodes(model, mesh, K, options.rigidity_radius, regions)
+                                                    : node_at_each_vertex(mesh.n_vertices());
   };
   model.energy = assemble_surface_energy(mesh, options, stiffness, model.workers.threads(), progress, with_matrix);
   // In a sum over few cells single precision shows, and there is no time to win.

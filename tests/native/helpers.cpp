@@ -2,10 +2,16 @@
 #include "helpers.h"
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
+#include "bridges.h"
 #include "eigen_all.h"
+#include "mirror_symmetry.h"
+#include "model_space.h"
+#include "rotation_nodes.h"
+#include "surface_energies.h"
 
 namespace arap_test {
 
@@ -127,6 +133,20 @@ arap::SolveOptions to_step(double step_tolerance, arap::InitialGuess guess, int 
   return options;
 }
 
+void expect_energy_never_rises(arap::SurfaceArap& solver, const MeshData& mesh, const Positions& targets, int n,
+                               const std::string& what, arap::SolveOptions options, double rounding) {
+  options.initial_guess = arap::InitialGuess::kRest;
+  double energy = std::numeric_limits<double>::infinity();
+  for (int k = 1; k <= n; ++k) {
+    options.max_iterations = k;
+    const arap::SolveResult result = solver.solve(targets, options);
+    const double limit = k == 1 ? result.energy_before : energy;
+    const double scale = result.energy_before + mesh.diagonal() * mesh.diagonal();
+    EXPECT_LE(result.energy_after, limit + rounding * scale) << what << ", iteration " << k;
+    energy = result.energy_after;
+  }
+}
+
 arap::SolveResult solve_once(const MeshData& mesh, const Task& task, const arap::SolveOptions& solve_options,
                              const arap::Options& options, const arap::SurfaceArap::VertexProperties& properties) {
   arap::SurfaceArap solver(mesh.mesh(), options, properties);
@@ -148,21 +168,62 @@ arap::Options Model::options() const {
   arap::Options options;
   options.energy = energy;
   options.weights = weights;
+  options.rigidity_radius = rigidity_radius;
   return options;
 }
 
 std::string Model::name() const {
-  return std::string(energy == arap::Energy::kSpokes ? "Spokes" : "SpokesAndRims") +
-         (weights == arap::EdgeWeights::kCotangent ? "Cotangent" : "Uniform");
+  const char* const kind = energy == arap::Energy::kSpokes          ? "Spokes"
+                           : energy == arap::Energy::kSpokesAndRims ? "SpokesAndRims"
+                                                                    : "RotationNodes";
+  return std::string(kind) + (weights == arap::EdgeWeights::kCotangent ? "Cotangent" : "Uniform");
 }
 
-std::vector<Model> all_models() {
+std::vector<Model> classic_models() {
   using arap::EdgeWeights;
   using arap::Energy;
   return {{Energy::kSpokesAndRims, EdgeWeights::kCotangent},
           {Energy::kSpokesAndRims, EdgeWeights::kUniform},
           {Energy::kSpokes, EdgeWeights::kCotangent},
           {Energy::kSpokes, EdgeWeights::kUniform}};
+}
+
+std::vector<Model> all_models() {
+  std::vector<Model> models = classic_models();
+  models.push_back({arap::Energy::kRotationNodes, arap::EdgeWeights::kCotangent, .2});
+  return models;
+}
+
+namespace {
+
+arap::RotationNodes nodes_of(const MeshData& mesh, const Model& model, const std::vector<int>& region_of_vertex) {
+  const Positions rest = arap::ModelSpace(mesh.positions()).points_to_model(mesh.positions());
+  MeshData centred = mesh;
+  for (int v = 0; v < mesh.n_vertices(); ++v) centred.vertices[v] = rest.row(v).transpose();
+  const arap::PolygonMesh polygons = centred.mesh();
+  const auto mirrors = arap::find_mirrors(rest, 1);
+  const arap::SurfaceGraph graph(arap::assemble_surface_energy(polygons, model.options(), {}, 1, {}).K, rest, 1,
+                                 arap::find_bridges(polygons, model.rigidity_radius, mirrors, 1));
+  return arap::choose_rotation_nodes(graph, arap::face_spreads(polygons), model.rigidity_radius, mirrors,
+                                     region_of_vertex, 1);
+}
+
+}  // namespace
+
+ModelReference::ModelReference(const MeshData& mesh, const Model& model, const std::vector<double>& stiffness,
+                               const std::vector<int>& region_of_vertex)
+    : Reference(mesh, model.energy, model.weights, stiffness) {
+  if (model.energy != arap::Energy::kRotationNodes) {
+    homes.resize(static_cast<size_t>(mesh.n_vertices()));
+    std::iota(homes.begin(), homes.end(), 0);
+    return;
+  }
+  const arap::RotationNodes nodes = nodes_of(mesh, model, region_of_vertex);
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(mesh.n_vertices(), nodes.size());
+  for (int j = 0; j < mesh.n_vertices(); ++j)
+    for (int k = nodes.offsets[j]; k < nodes.offsets[j + 1]; ++k) weights(j, nodes.nodes[k]) += nodes.weights[k];
+  share_rotations(weights);
+  homes = nodes.vertices;
 }
 
 }  // namespace arap_test

@@ -98,15 +98,35 @@ double off_rigid(const Positions& rest, const Positions& posed, const std::vecto
 /// `rows` of `positions`.
 Positions rows(const Positions& positions, const std::vector<int>& rows);
 
+/// Expects of solves with 1, 2, ... `n` iterations from rest that none ends above the one before: those are the
+/// iterations of one solve, of which all but the first may be accelerated.
+/// @param options   guess and max_iterations are set here
+/// @param rounding  what counts as none, as a part of the energy at the start plus the squared diagonal
+void expect_energy_never_rises(arap::SurfaceArap& solver, const MeshData& mesh, const Positions& targets, int n,
+                               const std::string& what, arap::SolveOptions options = iterations(1),
+                               double rounding = 1e-13);
+
 /// Energy and weights, for tests over all of them.
 struct Model {
   arap::Energy energy;
   arap::EdgeWeights weights;
+  double rigidity_radius = arap::Options().rigidity_radius;
 
   [[nodiscard]] arap::Options options() const;
   [[nodiscard]] std::string name() const;
 };
+/// Those with one cell a vertex.
+std::vector<Model> classic_models();
+/// These and rotation nodes, with a radius at which they have several vertices on small meshes too.
 std::vector<Model> all_models();
+
+/// The reference of a model. Rotation nodes are those that the library chooses.
+struct ModelReference : Reference {
+  ModelReference(const MeshData& mesh, const Model& model, const std::vector<double>& stiffness = {},
+                 const std::vector<int>& region_of_vertex = {});
+
+  std::vector<int> homes;  ///< the vertex of each cell
+};
 
 inline std::string model_name(const testing::TestParamInfo<Model>& info) { return info.param.name(); }
 

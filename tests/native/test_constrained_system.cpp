@@ -18,7 +18,6 @@ using arap::Average;
 using arap::Cancelled;
 using arap::ConstrainedSystem;
 using arap::InitialGuess;
-using arap::SolverError;
 using arap::SolveResult;
 using arap::SparseMatrix;
 using arap::SurfaceArap;
@@ -148,6 +147,27 @@ TEST(ConstrainedSystem, ProgressMayStopIt) {
                Cancelled);
 }
 
+TEST(ConstrainedSystem, ManyAveragesReportProgressAndMayBeCancelled) {
+  Problem problem(bumpy_sphere(1));
+  problem.is_fixed[0] = 1;
+  for (int k = 1; k <= 9; ++k) problem.averages.push_back({{k, k + 9}, {.5, .5}});
+  const auto solver = arap::make_linear_solver(problem.K);
+  const auto build = [&](const arap::Progress& progress) {
+    const ConstrainedSystem system(*solver, problem.K, arap::connected_components(problem.K), problem.is_fixed,
+                                   problem.soft_diagonal, problem.averages, progress);
+  };
+  std::vector<double> fractions;
+  build([&](double fraction) {
+    fractions.push_back(fraction);
+    return true;
+  });
+  const auto last = std::find(fractions.begin(), fractions.end(), .8);
+  EXPECT_GE(fractions.end() - last, 4) << "one for every three averages";
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+  EXPECT_EQ(fractions.back(), 1);
+  EXPECT_THROW(build([](double fraction) { return fraction < .85; }), Cancelled);
+}
+
 // Patches through the whole model.
 
 Vector3 average(const Positions& p, const std::vector<int>& vertices, const std::vector<double>& weights) {
@@ -231,7 +251,7 @@ TEST(Patches, ConvergeWhereTheReferenceDoes) {
       task.constraints.strengths.front() = .5;
       add_disc(task, mesh, extreme_vertices(mesh.positions(), 2, -.01).front(), .5 * mesh.diagonal(), {.3, .2, .1});
       add_disc(task, mesh, mesh.n_vertices() / 2, .3 * mesh.diagonal(), {0, .2, 0});
-      const Reference plain(mesh, model.energy, model.weights);
+      const ModelReference plain(mesh, model);
       const Reference::Solution expected =
           plain.solve(task.constraints, task.targets, plain.rest_guess(task.constraints, task.targets), 20000, 1e-10);
       const SolveResult result = solve_once(mesh, task, to_step(1e-10, InitialGuess::kRest), model.options());
@@ -317,23 +337,38 @@ TEST(Patches, MayOverlap) {
   EXPECT_LT(patch_gap(task, solve_once(mesh, task, iterations(5)).positions), 1e-9);
 }
 
-TEST(Patches, ThatCannotBothBeMetNeverGiveNonsense) {
-  // The same average twice, and one of hard vertices alone: refused, or met as well as can be; never NaN.
+TEST(Patches, OfOneAverageTwiceMeetInTheMiddle) {
   const MeshData mesh = bumpy_sphere(1);
-  Task twice = hold(mesh, {0, 1, 2});
-  twice.add_patch({30, 31}, {1, 1}, {1, 0, 0});
-  twice.add_patch({30, 31}, {2, 2}, {0, 1, 0});
-  Task of_hard = hold(mesh, {0, 1, 2});
-  of_hard.add_patch({0, 1}, {1, 1}, {0, 0, 3});
-  for (const Task& task : {twice, of_hard}) {
-    try {
-      const SolveResult result = solve_once(mesh, task, iterations(5));
-      EXPECT_TRUE(result.positions.allFinite());
-      EXPECT_LT(max_distance(result.positions, mesh.positions()), 10 * mesh.diagonal());
-    } catch (const SolverError&) {
-    } catch (const arap::InvalidInput&) {
-    }
+  Task task = hold(mesh, {0, 1, 2});
+  task.add_patch({30, 31}, {1, 1}, {1, 0, 0});
+  task.add_patch({30, 31}, {2, 2}, {0, 1, 0});
+  for (const int n : {1, 5}) {
+    const Positions p = solve_once(mesh, task, iterations(n)).positions;
+    EXPECT_LT(((p.row(30) + p.row(31)) / 2 - Eigen::RowVector3d(.5, .5, 0)).norm(), 1e-9) << n;
   }
+}
+
+TEST(Patches, OfHardVerticesAloneAreRefused) {
+  const MeshData mesh = bumpy_sphere(1);
+  Task task = hold(mesh, {0, 1, 2});
+  task.add_patch({20, 30}, {1, 1}, {0, 0, 3});
+  task.add_patch({0, 1}, {1, 1}, {0, 0, 3});
+  expect_error<arap::InvalidInput>([&] { solve_once(mesh, task, iterations(5)); },
+                                   {"patch 1", "consists of hard vertices only"});
+}
+
+TEST(Patches, ThreadsDoNotChangeTheResult) {
+  const MeshData mesh = bumpy_sphere(4);
+  Task task = hold(mesh, extreme_vertices(mesh.positions(), 2, .1));
+  for (const int v : {100, 700, 1500, 2200})
+    add_disc(task, mesh, v, .1 * mesh.diagonal(), .1 * mesh.diagonal() * Vector3(1, .5, .2));
+  arap::Options options;
+  options.threads = 1;
+  const Positions one = solve_once(mesh, task, to_step(1e-9), options).positions;
+  options.threads = 3;
+  const Positions three = solve_once(mesh, task, to_step(1e-9), options).positions;
+  EXPECT_LT(max_distance(one, three), 1e-6 * mesh.diagonal());
+  EXPECT_EQ(solve_once(mesh, task, to_step(1e-9), options).positions, three) << "run by run the same";
 }
 
 TEST(Patches, OverTwoPartsHoldBothTogether) {

@@ -19,7 +19,7 @@ using arap::SurfaceArap;
 class InitialGuessTest : public testing::TestWithParam<Model> {
  protected:
   arap::Options options() const { return GetParam().options(); }
-  Reference reference(const MeshData& mesh) const { return {mesh, GetParam().energy, GetParam().weights}; }
+  ModelReference reference(const MeshData& mesh) const { return {mesh, GetParam()}; }
 };
 
 TEST_P(InitialGuessTest, RestStartsAtRestWithHardVerticesAtTheirTargets) {

@@ -21,6 +21,7 @@ namespace {
 
 using arap::InitialGuess;
 using arap::InvalidInput;
+using arap::SolverError;
 using arap::SolveResult;
 using arap::StopReason;
 using arap::SurfaceArap;
@@ -125,12 +126,10 @@ void expect_sound(const MeshData& mesh, const std::string& what) {
     EXPECT_LT(max_distance(turned.positions, motion.apply(rest)), 1e-6 * size) << name;
     SurfaceArap solver(mesh.mesh(), model.options());
     solver.set_constraints(task.constraints);
-    for (int k = 0; k < 30; ++k) {
-      const SolveResult result = solver.solve(task.targets, iterations(1));
-      EXPECT_TRUE(result.positions.allFinite()) << name;
-      EXPECT_GE(result.energy_after, 0) << name;
-      EXPECT_LE(result.energy_after, result.energy_before * (1 + 1e-12)) << name << ", iteration " << k;
-    }
+    expect_energy_never_rises(solver, mesh, task.targets, 30, name);
+    const SolveResult result = solver.solve(task.targets, iterations(1));
+    EXPECT_TRUE(result.positions.allFinite()) << name;
+    EXPECT_GE(result.energy_after, 0) << name;
   }
 }
 
@@ -144,6 +143,10 @@ double deviation(const MeshData& faulty, const MeshData& sound, const Task& task
 double deviation(const MeshData& faulty, const arap::Options& options) {
   return deviation(faulty, sound_mesh(), sound_task(), options);
 }
+
+/// What one face too many may move. Nodes feel it in every rotation within their reach, and choose and weigh themselves
+/// by the faces and the box, both of which it changes.
+double hardly(const Model& model) { return model.energy == arap::Energy::kRotationNodes ? 6e-3 : 3e-3; }
 
 Positions bent(const MeshData& mesh, const arap::Options& options = {}) {
   return solve_once(mesh, sound_task(), to_step(1e-9), options).positions;
@@ -325,7 +328,8 @@ TEST(Robustness, DuplicateFaceIsHardlyFelt) {
     faulty = sound_mesh();
     faulty.faces.push_back(copy);
     expect_sound(faulty, "duplicate");
-    for (const Model& model : all_models()) EXPECT_LT(deviation(faulty, model.options()), 3e-3) << model.name();
+    for (const Model& model : all_models())
+      EXPECT_LT(deviation(faulty, model.options()), hardly(model)) << model.name();
   }
 }
 
@@ -343,7 +347,7 @@ TEST(Robustness, NonManifoldEdgeIsHardlyFelt) {
   const int tip = faulty.add_vertex(1.3 * faulty.vertices[edge.a]);
   faulty.faces.push_back({edge.a, edge.b, tip});
   expect_sound(faulty, "fin");
-  for (const Model& model : all_models()) EXPECT_LT(deviation(faulty, model.options()), 3e-3) << model.name();
+  for (const Model& model : all_models()) EXPECT_LT(deviation(faulty, model.options()), hardly(model)) << model.name();
 }
 
 TEST(Robustness, NonManifoldVertexIsHardlyFelt) {
@@ -356,7 +360,7 @@ TEST(Robustness, NonManifoldVertexIsHardlyFelt) {
   const int d = faulty.add_vertex(1.2 * out + Vector3(0, .1, .05));
   faulty.faces.insert(faulty.faces.end(), {{a, b, c}, {a, c, d}, {a, d, b}, {b, d, c}});
   expect_sound(faulty, "tetrahedron on a vertex");
-  for (const Model& model : all_models()) EXPECT_LT(deviation(faulty, model.options()), 3e-3) << model.name();
+  for (const Model& model : all_models()) EXPECT_LT(deviation(faulty, model.options()), hardly(model)) << model.name();
   const SolveResult result = solve_once(faulty, sound_task(), to_step(1e-9));
   EXPECT_LT(off_rigid(faulty.positions(), result.positions, {a, b, c, d}), .02) << "it goes along";
 }
@@ -406,11 +410,15 @@ TEST(Robustness, PartWithoutConstraintStaysAndIsReported) {
   const int n = sound.n_vertices();
   const MeshData faulty =
       join(sound, transformed(sound, [](const Vector3& p) { return Vector3(.5 * p + Vector3(0, 4, 0)); }));
+  Task both_held = sound_task();
+  for (int v = n; v < 2 * n; ++v) both_held.add(v, faulty.vertices[v]);
   for (const Model& model : all_models()) {
     const SolveResult result = solve_once(faulty, sound_task(), to_step(1e-9), model.options());
     EXPECT_EQ(result.parts_at_rest, std::vector<int>{1});
     EXPECT_LT(max_distance(result.positions.bottomRows(n), faulty.positions().bottomRows(n)), 1e-12);
-    EXPECT_LT(max_distance(result.positions.topRows(n), bent(sound, model.options())), 1e-6) << model.name();
+    // Not with the part alone: the nodes of that are others, as radii are parts of the diagonal of the whole mesh.
+    const Positions expected = solve_once(faulty, both_held, to_step(1e-9), model.options()).positions;
+    EXPECT_LT(max_distance(result.positions, expected), 1e-6) << model.name();
   }
 }
 
@@ -458,17 +466,40 @@ TEST(Robustness, NonFiniteTargetIsRefusedAndTheLastGoodPoseIsKept) {
   }
 }
 
-TEST(Robustness, HugeTargetIsRefusedOrFollowed) {
+TEST(Robustness, TargetTooFarForTheEnergyIsRefused) {
   Task task = sound_task();
   task.targets(3, 2) = 1e200;
   SurfaceArap solver(sound_mesh().mesh());
   solver.set_constraints(task.constraints);
   const Positions before = solver.positions();
-  try {
-    EXPECT_TRUE(solver.solve(task.targets, iterations(2)).positions.allFinite());
-  } catch (const std::exception&) {
-    EXPECT_EQ(solver.positions(), before);
+  expect_error<InvalidInput>([&] { solver.solve(task.targets); },
+                             {"vertex " + std::to_string(task.constraints.vertices[3])});
+  EXPECT_EQ(solver.positions(), before);
+}
+
+TEST(Robustness, SolveWhoseNumbersOverflowStopsAtOnceAndKeepsTheLastGoodPose) {
+  // Steps are in single precision.
+  Task task = sound_task();
+  task.add(some_edge(sound_mesh()).a, {0, 0, 1e60});
+  for (const InitialGuess guess : {InitialGuess::kPrevious, InitialGuess::kRest}) {
+    SurfaceArap solver(sound_mesh().mesh());
+    solver.set_constraints(task.constraints);
+    const Positions before = solver.positions();
+    int n_iterations = 0;
+    const auto count = [&](double) { return ++n_iterations > 0; };
+    expect_error<SolverError>([&] { solver.solve(task.targets, iterations(100, guess), {}, count); },
+                              {"no longer finite"});
+    EXPECT_LE(n_iterations, 2);
+    EXPECT_TRUE(solver.positions() == before);
   }
+}
+
+TEST(Robustness, HugeTargetThatNothingFreeHangsOnIsFollowed) {
+  Task task = sound_task();
+  task.targets(3, 2) = 1e60;
+  const SolveResult result = solve_once(sound_mesh(), task, iterations(3));
+  EXPECT_EQ(result.positions(task.constraints.vertices[3], 2), 1e60);
+  EXPECT_TRUE(result.positions.allFinite());
 }
 
 TEST(Robustness, IndexOutOfRangeIsRefused) {

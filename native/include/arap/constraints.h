@@ -15,7 +15,9 @@ struct Patch {
 };
 
 /// Weighted averages of vertices that are constrained as one point each. Patch k consists of the entries
-/// offsets[k] .. offsets[k + 1] - 1 of `vertices` and `weights`. Weights are >= 0 and are scaled to sum 1.
+/// offsets[k] .. offsets[k + 1] - 1 of `vertices` and `weights`. Weights are >= 0 and are scaled to sum 1. Each patch
+/// is a dense column of the linear system: 8 bytes for every vertex of the mesh, and about as much time to set as a
+/// solve.
 struct Patches {
   std::vector<int> offsets;  ///< n_patches + 1 entries, or empty: no patches
   std::vector<int> vertices;
