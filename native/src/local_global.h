@@ -68,7 +68,6 @@ class LocalGlobal {
   [[nodiscard]] const Positions& residual() const { return residual_; }
   /// The whole global step from the residual at hand, (n, 3); `correction` may be the residual.
   void find_correction(const Pose& pose, Positions& correction);
-  [[nodiscard]] bool has_regions() const { return !constraints_.regions().empty(); }
   /// Tells the regions that their vertices were moved alike.
   void follow_positions(Pose& pose) const { constraints_.regions().read_translations(pose.placements, pose.positions); }
 

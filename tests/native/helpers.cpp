@@ -12,6 +12,7 @@
 #include "model_space.h"
 #include "rotation_nodes.h"
 #include "surface_energies.h"
+#include "surface_patch.h"
 
 namespace arap_test {
 
@@ -194,21 +195,28 @@ std::vector<Model> all_models() {
   return models;
 }
 
-namespace {
-
-arap::RotationNodes nodes_of(const MeshData& mesh, const Model& model, const std::vector<int>& region_of_vertex) {
-  const Positions rest = arap::ModelSpace(mesh.positions()).points_to_model(mesh.positions());
-  MeshData centred = mesh;
-  for (int v = 0; v < mesh.n_vertices(); ++v) centred.vertices[v] = rest.row(v).transpose();
-  const arap::PolygonMesh polygons = centred.mesh();
-  const auto mirrors = arap::find_mirrors(rest, 1);
-  const arap::SurfaceGraph graph(arap::assemble_surface_energy(polygons, model.options(), {}, 1, {}).K, rest, 1,
-                                 arap::find_bridges(polygons, model.rigidity_radius, mirrors, 1));
-  return arap::choose_rotation_nodes(graph, arap::face_spreads(polygons), model.rigidity_radius, mirrors,
-                                     region_of_vertex, 1);
+MeshData in_model_space(const MeshData& mesh) {
+  const Positions rest = arap::ModelSpace(mesh.mesh()).points_to_model(mesh.positions());
+  MeshData result = mesh;
+  for (int v = 0; v < mesh.n_vertices(); ++v) result.vertices[v] = rest.row(v).transpose();
+  return result;
 }
 
-}  // namespace
+arap::RotationNodes choose_nodes(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors,
+                                 const std::vector<int>& group, int threads) {
+  const arap::PolygonMesh polygons = mesh.mesh();
+  const arap::SurfaceGraph graph(arap::assemble_surface_energy(polygons, {}, {}, 1, {}).K, mesh.positions(), threads,
+                                 arap::find_bridges(polygons, radius, mirrors, threads));
+  return arap::choose_rotation_nodes(graph, arap::face_spreads(polygons), arap::vertex_areas(polygons), radius, mirrors,
+                                     group, threads);
+}
+
+Eigen::MatrixXd dense_weights(const arap::RotationNodes& nodes, int n) {
+  Eigen::MatrixXd W = Eigen::MatrixXd::Zero(n, nodes.size());
+  for (int j = 0; j < n; ++j)
+    for (int k = nodes.offsets[j]; k < nodes.offsets[j + 1]; ++k) W(j, nodes.nodes[k]) += nodes.weights[k];
+  return W;
+}
 
 ModelReference::ModelReference(const MeshData& mesh, const Model& model, const std::vector<double>& stiffness,
                                const std::vector<int>& region_of_vertex)
@@ -218,11 +226,10 @@ ModelReference::ModelReference(const MeshData& mesh, const Model& model, const s
     std::iota(homes.begin(), homes.end(), 0);
     return;
   }
-  const arap::RotationNodes nodes = nodes_of(mesh, model, region_of_vertex);
-  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(mesh.n_vertices(), nodes.size());
-  for (int j = 0; j < mesh.n_vertices(); ++j)
-    for (int k = nodes.offsets[j]; k < nodes.offsets[j + 1]; ++k) weights(j, nodes.nodes[k]) += nodes.weights[k];
-  share_rotations(weights);
+  const MeshData centred = in_model_space(mesh);
+  const arap::RotationNodes nodes =
+      choose_nodes(centred, model.rigidity_radius, arap::find_mirrors(centred.positions(), 1), region_of_vertex);
+  share_rotations(dense_weights(nodes, mesh.n_vertices()));
   homes = nodes.vertices;
 }
 

@@ -13,6 +13,7 @@
 #include "arap/surface_arap.h"
 #include "meshes.h"
 #include "reference.h"
+#include "rotation_nodes.h"
 
 namespace arap_test {
 
@@ -119,6 +120,14 @@ struct Model {
 std::vector<Model> classic_models();
 /// These and rotation nodes, with a radius at which they have several vertices on small meshes too.
 std::vector<Model> all_models();
+
+/// The mesh in model space, where radii are parts of the diagonal.
+MeshData in_model_space(const MeshData& mesh);
+/// Nodes of a mesh in model space.
+arap::RotationNodes choose_nodes(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors = {},
+                                 const std::vector<int>& group = {}, int threads = 1);
+/// (n, nodes), of each vertex.
+Eigen::MatrixXd dense_weights(const arap::RotationNodes& nodes, int n);
 
 /// The reference of a model. Rotation nodes are those that the library chooses.
 struct ModelReference : Reference {
