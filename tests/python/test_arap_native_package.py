@@ -119,7 +119,7 @@ def test_the_wheel_brings_the_libraries_whose_licences_it_names():
 
 def test_the_readmes_example_works_as_written():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    section = readme.split("## Without Blender\n")[1].split("\n\n")[0]
+    section = readme.split("## Without Blender\n")[1].split("From C++")[0]
     lines = [line.removeprefix("    ") for line in section.splitlines() if line.startswith("    ")]
     assert len(lines) == 2
     mesh = tube()
