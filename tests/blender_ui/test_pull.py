@@ -132,7 +132,7 @@ def test_pull_is_drawn(ui: Ui) -> Steps:
 
 
 def test_pull_solves_each_move_once(ui: Ui) -> Steps:
-    """While the mouse is under way it is followed and nothing else: refining would hold up its next move."""
+    """While the mouse is under way its moves are followed: refining would hold up the next one."""
     yield from begin(ui)
     sheet().arap.tolerance = 1e-7  # there is something left to refine
     yield from press(ui, (0.3, 0.0, 0.0))
@@ -148,7 +148,8 @@ def test_pull_solves_each_move_once(ui: Ui) -> Steps:
     scene.update = noted
     x, y = ui.mouse
     yield from move_each_turn(ui, lambda turn: (x + 3 * turn, y), lambda: len(is_following) >= 10)
-    assert all(is_following[:10])  # then the mouse rests, some turns before this one
+    # A slow turn may be without a move, and refines; one that solved each move twice would refine in every other.
+    assert sum(is_following[:10]) >= 8
     yield from ui.until(lambda: ui.running["Grid"].is_settled, "the mouse rests: the mesh settles")
     assert not all(is_following)
     yield from release(ui)
