@@ -34,9 +34,15 @@ def find(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.types
 
 
 def forget_updated(depsgraph: bpy.types.Depsgraph) -> None:
-    """After an evaluation: forgets all where objects may have come into the scene."""
-    if _owners and any(isinstance(update.id, (bpy.types.Scene, bpy.types.Collection)) for update in depsgraph.updates):
+    """After an evaluation: forgets all where objects may have come into the scene, or been renamed."""
+    if _owners and any(map(_may_change_owners, depsgraph.updates)):
         _owners.clear()
+
+
+def _may_change_owners(update: bpy.types.DepsgraphUpdate) -> bool:
+    if isinstance(update.id, bpy.types.Object):
+        return not (update.is_updated_geometry or update.is_updated_transform)
+    return isinstance(update.id, (bpy.types.Scene, bpy.types.Collection))
 
 
 def clear() -> None:

@@ -39,7 +39,7 @@ _has_rendered_without = False
 
 def run_of(obj: bpy.types.Object) -> Run | None:
     """The object's run, None where it is not live."""
-    return _runs.get(obj.name)
+    return _runs.get(obj.name_full)
 
 
 def render_notice() -> str:

@@ -138,7 +138,10 @@ class KeyFollower:
         if find(obj) is None and _is_made(obj, setting):
             key = self._renamed(obj)
             if key is None:
-                self.forget_address()  # the next key that is made may have it
+                # The next key that is made may have its address, and one of the names is the artist's to give again.
+                self.forget_address()
+                self._names.clear()
+                _unmark(obj, setting)
                 return False
             _unmark(obj, setting)
             adopt(obj, key.name)

@@ -226,7 +226,7 @@ class ShapesJob(ABC, Generic[Result]):
 
 def check_in_scene(obj: bpy.types.Object | None, scene: bpy.types.Scene) -> None:
     """Raises ValueError where the job's object is not one of the scene."""
-    if obj is None or scene.objects.get(obj.name) != obj:
+    if obj is None or scene not in obj.users_scene:
         raise ValueError(f"'{obj.name if obj else 'Nothing'}' is not in scene '{scene.name}': choose an object of it")
 
 

@@ -590,6 +590,17 @@ class OwnerTest(SceneTest):
         bpy.data.objects.remove(appended)
         self.assertIsNone(self.shown())
 
+    def test_a_handle_that_takes_the_name_of_another_object_is_found(self):
+        obj = mesh_object()
+        idle, control = empty_at((5.0, 0.0, 0.0), "Idle"), empty_at((0.0, 0.0, 4.0), "Control")
+        self.api.add_handle_for(obj, control)
+        bpy.context.view_layer.objects.active = idle
+        self.assertIsNone(self.shown())
+        idle.name, control.name = "Other", "Idle"
+        bpy.context.view_layer.update()
+        bpy.context.view_layer.objects.active = control
+        self.assertEqual(self.shown(), obj)
+
     def test_an_undo_brings_a_handle_back(self):
         obj = mesh_object()
         self.api.add_handle_for(obj, empty_at((0.0, 0.0, 4.0), "Control"))

@@ -419,6 +419,21 @@ class LiveToggleTest(SceneTest):
         self.assert_followed(obj)
         self.assertEqual(sorted(self.keys(obj)), [("ARAP", 1.0), ("Mine", 0.0)])
 
+    def test_a_key_with_a_former_name_of_a_removed_one_is_the_artists(self):
+        obj = live_tube()
+        bend(obj)
+        obj.data.shape_keys.key_blocks["ARAP"].name = "Grip"
+        bpy.context.view_layer.update()
+        own = obj.shape_key_add(name="ARAP", from_mix=False)
+        own.value, own.data[0].co.x = 0.0, 7.0
+        bpy.context.view_layer.update()
+        obj.shape_key_remove(obj.data.shape_keys.key_blocks["Grip"])
+        bpy.context.view_layer.update()
+        move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+        self.assertEqual(sorted(self.keys(obj)), [("ARAP", 0.0), ("Grip", 1.0)])
+        self.assertEqual(obj.data.shape_keys.key_blocks["ARAP"].data[0].co.x, 7.0)
+        self.assertEqual([key.name for key in obj.arap.made_keys], ["Grip"])
+
     def test_another_name_for_the_key_switches_off_before_the_pose_shows_twice(self):
         obj = live_tube()
         bend(obj)
