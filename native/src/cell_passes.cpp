@@ -203,6 +203,8 @@ bool fits_single_precision(const CellEnergy& energy, const Positions& rest) {
   constexpr double kSmallest = 1e-12;
   constexpr double kMostContrast = 100;
   constexpr double kShortest = 2e-5;  // of edges, which fixed point knows to a part in 20,000 then
+  // Loose vertices may be anywhere. NaN is not near.
+  if (rest.size() > 0 && !(rest.cwiseAbs().maxCoeff() <= kSinglePrecisionReach)) return false;
   std::vector<double> stiffnesses;
   std::vector<double> edges;
   for (int v = 0; v < energy.n_vertices(); ++v) {

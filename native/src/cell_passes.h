@@ -58,6 +58,9 @@ class CellPasses {
                                                            Precision precision, const Workers& workers,
                                                            Isa isa = choose_isa());
 
+/// Sizes of the mesh: what is nearer to its middle than this, fixed point knows beside it.
+inline constexpr double kSinglePrecisionReach = 8;
+
 /// Whether single precision serves an energy: its numbers are in the range of a float, its edges are no dust beside the
 /// whole, and no part is so much stiffer than another that the rounded forces in the one would bend the other.
 [[nodiscard]] bool fits_single_precision(const CellEnergy& energy, const Positions& rest);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "parallel.h"
 
@@ -41,8 +42,11 @@ void LocalGlobal::aim(const Positions& targets, Precision precision) {
   constraints_.write_vertex_targets(targets, targets_.vertices);
   pull_softly(1);
   targets_.patches = constraints_.anchor_targets(targets);
-  patch_targets_ = constraints_.patch_targets(targets);
-  multipliers_ = Positions::Zero(patch_targets_.rows(), 3);
+  Positions patch_targets = constraints_.patch_targets(targets);
+  // A solve that only goes on keeps what patches pull regions with: without it these turn away first.
+  const bool goes_on = known_ != Known::kNothing && patch_targets.rows() == patch_targets_.rows();
+  if (!goes_on || patch_targets != patch_targets_) multipliers_ = Positions::Zero(patch_targets.rows(), 3);
+  patch_targets_ = std::move(patch_targets);
 }
 
 bool LocalGlobal::impose_constraints(Pose& pose) {

@@ -10,6 +10,7 @@
 
 #include "bound_constraints.h"
 #include "cell_energy.h"
+#include "cell_passes.h"
 #include "coincident.h"
 #include "force_prediction.h"
 #include "handle_turns.h"
@@ -89,9 +90,8 @@ double fit_anew(CellPasses& passes, const Positions& positions) {
 /// Single where it can tell what the tolerances ask for, and the edges of the mesh beside its whole extent.
 Precision precision_for(const SolveOptions& options, const Positions& model_targets) {
   constexpr double kFinest = 1e-7;
-  constexpr double kFar = 8;  // diagonals of the mesh
   const bool is_coarse = options.step_tolerance >= kFinest && options.energy_tolerance >= kFinest;
-  const bool is_near = model_targets.size() == 0 || model_targets.cwiseAbs().maxCoeff() <= kFar;
+  const bool is_near = model_targets.size() == 0 || model_targets.cwiseAbs().maxCoeff() <= kSinglePrecisionReach;
   return is_coarse && is_near ? Precision::kSingle : Precision::kDouble;
 }
 

@@ -252,7 +252,7 @@ CellEnergy chain(const std::function<double(int)>& spring) {
 
 TEST(CellPasses, SinglePrecisionIsForNumbersOfItsRangeWithoutLargeContrasts) {
   Positions rest = Positions::Zero(400, 3);
-  for (int v = 0; v < 400; ++v) rest(v, 0) = v;
+  for (int v = 0; v < 400; ++v) rest(v, 0) = v / 400.0;
   const auto fits = [&](const std::function<double(int)>& spring) {
     return fits_single_precision(chain(spring), rest);
   };
@@ -263,8 +263,10 @@ TEST(CellPasses, SinglePrecisionIsForNumbersOfItsRangeWithoutLargeContrasts) {
   EXPECT_TRUE(fits([](int v) { return v < 50 ? 30.0 : 1.0; }));
   EXPECT_FALSE(fits([](int v) { return v < 50 ? 1000.0 : 1.0; })) << "a stiff island";
   EXPECT_FALSE(fits([](int v) { return v < 50 ? .001 : 1.0; })) << "a soft one";
-  rest(200, 0) = rest(199, 0) + 1e-4;
+  rest(200, 0) = rest(199, 0) + 1e-7;
   EXPECT_TRUE(fits([](int v) { return v == 199 ? 1e4 : 1.0; })) << "a sliver: stiff, but short";
+  rest(399, 1) = 9;
+  EXPECT_FALSE(fits([](int) { return 1.0; })) << "far beside the others";
 }
 
 TEST_P(CellPassesOf, ManyFitsOfRankOneKeepTheirLength) {

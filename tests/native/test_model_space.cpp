@@ -26,6 +26,19 @@ TEST(ModelSpace, LooseVerticesDoNotMakeTheMeshLarger) {
   EXPECT_LT(max_distance(with.positions.topRows(near.n_vertices()), without.positions), 1e-8 * near.diagonal());
 }
 
+TEST(ModelSpace, LooseVerticesFarAwayCostNoPrecision) {
+  // So many vertices that single precision would do without them.
+  const MeshData near = bumpy_sphere(4);
+  const Task task = bend_task(near, default_bend(near));
+  const Positions expected = solve_once(near, task, iterations(20)).positions;
+  for (const double distance : {1e2, 1e4, 1e9}) {
+    MeshData far = near;
+    far.add_vertex({distance, 0, 0});
+    const SolveResult result = solve_once(far, task, iterations(20));
+    EXPECT_LT(max_distance(result.positions.topRows(near.n_vertices()), expected), 1e-5 * near.diagonal()) << distance;
+  }
+}
+
 TEST(ModelSpace, WithoutFacesAllVerticesAreItsSize) {
   const MeshData points{"points", {{1, 1, 1}, {4, 5, 1}}, {}};
   EXPECT_DOUBLE_EQ(points.mesh().diagonal(), 5);

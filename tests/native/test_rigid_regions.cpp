@@ -510,5 +510,36 @@ TEST(RigidRegion, HasTheCellsThatAreAtHomeInIt) {
   EXPECT_GT(max_distance(expected, mesh.positions() / mesh.diagonal()), .05);
 }
 
+TEST(RigidRegions, SolvesThatGoOnConvergeWithAPatchThatIsPartlyInARegion) {
+  const MeshData mesh = bar(5, Faces::kTriangles);
+  const Positions rest = mesh.positions();
+  const double length = rest.col(0).maxCoeff() - rest.col(0).minCoeff();
+  SurfaceArap::VertexProperties properties;
+  properties.rigid_regions =
+      region_where(mesh, [&](const Vector3& p) { return p.x() > -.15 * length && p.x() < .05 * length; });
+  Task task;
+  for (const int v : extreme_vertices(rest, 0, .1, 3)) task.add(v, rest.row(v).transpose());
+  std::vector<int> patch;
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (std::abs(rest(v, 0) - .025 * length) < .125 * length && rest(v, 2) > 0) patch.push_back(v);
+  const Vector3 middle = rows(rest, patch).colwise().mean().transpose();
+  const double size = mesh.diagonal();
+  task.add_patch(patch, std::vector<double>(patch.size(), 1), middle + size * Vector3(-.1, .2, .05));
+  SurfaceArap at_once(mesh.mesh(), {}, properties);
+  at_once.set_constraints(task.constraints);
+  const SolveResult expected = at_once.solve(task.targets, iterations(1000));
+  for (const int at_a_time : {1, 4, 8}) {
+    SurfaceArap solver(mesh.mesh(), {}, properties);
+    solver.set_constraints(task.constraints);
+    arap::SolveOptions options;
+    options.max_iterations = at_a_time;
+    SolveResult result;
+    for (int n = 0; n < 200 && result.stop_reason != arap::StopReason::kConverged; n += at_a_time)
+      result = solver.solve(task.targets, options);
+    EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged) << at_a_time;
+    EXPECT_LT(result.energy_after, 1.001 * expected.energy_after) << at_a_time;
+  }
+}
+
 }  // namespace
 }  // namespace arap_test
