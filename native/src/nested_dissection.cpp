@@ -9,7 +9,6 @@
 #include <numeric>
 #include <utility>
 
-#include "first_failure.h"
 #include "graph.h"
 #include "minimum_degree.h"
 #include "parallel.h"
@@ -129,13 +128,9 @@ class Dissection {
     std::stable_sort(queue.begin(), queue.end(),
                      [&](int a, int b) { return pieces[a].vertices.size() > pieces[b].vertices.size(); });
     std::atomic<int> next = 0;
-    FirstFailure failure;  // out of memory
     for_each_piece(threads, threads, [&](int /*thread*/) {
-      failure.guard([&] {
-        for (int k = next++; k < std::ssize(queue) && !failure.has_happened(); k = next++) body(queue[k]);
-      });
+      for (int k = next++; k < std::ssize(queue); k = next++) body(queue[k]);
     });
-    failure.rethrow();
   }
 
   /// Puts what is between the halves in its place, at the end; a small piece whole, and has no halves.

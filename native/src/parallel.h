@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
-#include "openmp.h"
 #include "workers.h"
 
 namespace arap {
@@ -13,22 +13,18 @@ namespace arap {
 /// Threads that pay for a mesh of n vertices: `requested`, or by size where that is 0.
 [[nodiscard]] int choose_threads(int requested, int n_vertices);
 
-/// Calls body(piece) for [0, n_pieces), on OpenMP's threads: for the long loops of a bind. `body` must not throw.
-template <class Body>
-void for_each_piece(int threads, int n_pieces, const Body& body) {
-  const int n_threads = openmp_threads(std::min(threads, n_pieces));
-#pragma omp parallel for num_threads(n_threads) if (n_threads > 1) schedule(static)
-  for (int piece = 0; piece < n_pieces; ++piece) body(piece);
-}
+/// Calls body(piece) for [0, n_pieces), on OpenMP's threads: for the long loops of a bind. Throws what the first one
+/// throws that fails; after it none is begun.
+void for_each_piece(int threads, int n_pieces, const std::function<void(int piece)>& body);
 
-/// The same for the short passes of an iteration.
+/// The same for the short passes of an iteration. `body` must not throw, here and wherever there are Workers.
 template <class Body>
 void for_each_piece(const Workers& workers, int n_pieces, const Body& body) {
   workers.run(n_pieces, body);
 }
 
 /// Calls body(begin, end) for consecutive ranges of [0, n), several at once. The ranges do not depend on the number of
-/// threads. `body` must not throw.
+/// threads.
 /// @param threads  here and below: how many, or Workers
 template <class Threads, class Body>
 void parallel_for_ranges(const Threads& threads, int n, int range, const Body& body) {
@@ -58,7 +54,7 @@ class Shares {
 
   [[nodiscard]] int count() const { return count_; }
 
-  /// Calls body(share, begin, end) for each, several at once. `body` must not throw.
+  /// Calls body(share, begin, end) for each, several at once.
   template <class Body>
   void for_each(const Body& body) const {
     for_each_piece(count_, count_, [&](int share) { body(share, begin(share), begin(share + 1)); });

@@ -16,9 +16,8 @@ inline constexpr double kDoubleAccuracy = 1e-15;
 ///
 /// @param apply     y = A x, (n, 3), without erased rows and columns: there y is 0 where x is
 /// @param factor    of A; b is 0 in erased rows
-/// @param accuracy  of x, as a part of it: it ends with the step that leaves no larger error, as far as this step and
-/// the
-///                  one before can tell
+/// @param accuracy  of x, as a part of it: it ends with the step that leaves no larger error, as far as this step
+///                  and the one before can tell
 void solve_refined(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
                    Positions& b, const Workers& workers, double accuracy = kDoubleAccuracy);
 

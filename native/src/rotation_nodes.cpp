@@ -2,6 +2,7 @@
 #include "rotation_nodes.h"
 
 #include <algorithm>
+#include <atomic>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -126,17 +127,16 @@ std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const
                                                 const std::vector<int>& nodes, double radius, int threads) {
   std::vector<std::vector<Reached>> supports(nodes.size());
   const double support = kSupport * radius;
-#pragma omp parallel num_threads(openmp_threads(threads))
-  {
+  std::atomic<size_t> next = 0;
+  for_each_piece(threads, threads, [&](int /*thread*/) {
     DistanceSweep sweep(graph);
-#pragma omp for schedule(dynamic, 8)
-    for (size_t c = 0; c < nodes.size(); ++c)
+    for (size_t c = next++; c < nodes.size(); c = next++)
       sweep.run(std::span(&nodes[c], 1), static_cast<float>(support), [&](int vertex, float distance) {
         const auto d = static_cast<double>(distance);
         const double weight = 1 - d * d / own_support(support, spreads[vertex]);
         if (weight > 0) supports[c].push_back({vertex, static_cast<float>(weight)});
       });
-  }
+  });
   return supports;
 }
 

@@ -39,7 +39,7 @@ class SparseRows {
   /// n_rows + 1: where the entries of each row begin among all.
   [[nodiscard]] const std::vector<int>& offsets() const { return offsets_; }
 
-  /// visit(share, row, entries), several shares at once, each in the order of its rows. `visit` must not throw.
+  /// visit(share, row, entries), several shares at once, each in the order of its rows.
   template <class Visit>
   void for_each(const Visit& visit) const {
     shares_.for_each([&](int share, int begin, int end) {

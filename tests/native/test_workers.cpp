@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <new>
 #include <thread>
 #include <vector>
 
@@ -14,6 +15,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 #endif
+
+#include "parallel.h"
 
 namespace {
 
@@ -92,6 +95,17 @@ TEST(Workers, LiveAsLongAsTheLastCopy) {
   EXPECT_EQ(calls(*first, 10), std::vector<int>(10, 1));
   first.reset();
   EXPECT_EQ(calls(copy, 10), std::vector<int>(10, 1));
+}
+
+TEST(Parallel, WhatAPieceOfABindThrowsArrivesOnce) {
+  for (const int threads : {1, 2, 3}) try {
+      arap::parallel_for<1>(threads, 100, [](int begin, int) {
+        if (begin % 7 == 3) throw std::bad_alloc();
+      });
+      FAIL() << threads;
+    } catch (const std::bad_alloc&) {
+      SUCCEED();
+    }
 }
 
 #if defined(__unix__)

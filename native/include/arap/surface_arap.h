@@ -46,9 +46,9 @@ class SurfaceArap {
   /// InvalidInput, SolverError or Cancelled, and then the former set stays current.
   void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});
 
-  /// Moves the mesh towards `targets`. A solve to the targets of the last one goes on with its search, where
-  /// energy() and energy_gradient() were not asked in between. A cancelled
-  /// solve returns the former positions and changes nothing, but that the next one begins its search anew.
+  /// Moves the mesh towards `targets`. A solve to the targets of the last one goes on with its search, where energy()
+  /// and energy_gradient() were not asked in between. A cancelled solve returns the former positions and changes
+  /// nothing, but that the next one begins its search anew.
   /// @param targets    (k + n_patches, 3): one row per constrained vertex, then one per patch; finite
   /// @param rotations  for InitialGuess::kHandleRotations: the rotation of each target's handle, k + n_patches
   ///                   matrices; empty: estimated from the targets of each connected group of constrained vertices
