@@ -18,6 +18,7 @@ struct BoundModel {
   CellEnergy energy;
   Positions rest;                   ///< (n, 3), centred, diagonal 1
   std::vector<int> part_of_vertex;  ///< (n,) -1 = loose
+  std::vector<double> areas;        ///< (n,) of the surface at each vertex
   int n_parts = 0;
   Workers workers;  ///< of the bind and of iterations
   LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;

@@ -170,12 +170,7 @@ void ConstrainedSystem::correct(const Positions& residual, const Positions& gaps
     factor_->solve(residual, correction);
     return;
   }
-  if (&correction != &residual) {
-    correction.resize(residual.rows(), 3);
-    parallel_for<kRows>(workers_, static_cast<int>(residual.rows()), [&](int begin, int end) {
-      correction.middleRows(begin, end - begin) = residual.middleRows(begin, end - begin);
-    });
-  }
+  if (&correction != &residual) copy_rows(workers_, residual, correction);
   for (std::ptrdiff_t c = 0; c < n_averages; ++c)
     for (size_t k = 0; k < columns_[c].indices.size(); ++k)
       correction.row(columns_[c].indices[k]) -= columns_[c].weights[k] * multipliers.row(c);

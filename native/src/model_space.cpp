@@ -16,11 +16,10 @@ constexpr int kRows = 4096;
 
 }  // namespace
 
-ModelSpace::ModelSpace(const PolygonMesh& mesh)
-    : center_(surface_box(mesh).center().transpose()),
-      model_vertex_(mesh.n_vertices()),
-      input_vertex_(mesh.n_vertices()) {
-  const double diagonal = mesh.diagonal();
+ModelSpace::ModelSpace(const PolygonMesh& mesh) : model_vertex_(mesh.n_vertices()), input_vertex_(mesh.n_vertices()) {
+  const Eigen::AlignedBox3d box = surface_box(mesh);
+  center_ = box.center().transpose();
+  const double diagonal = box.diagonal().norm();
   if (diagonal > 0) size_ = diagonal;
   std::iota(model_vertex_.begin(), model_vertex_.end(), 0);
   std::iota(input_vertex_.begin(), input_vertex_.end(), 0);

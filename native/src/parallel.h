@@ -36,6 +36,15 @@ void parallel_for(const Threads& threads, int n, const Body& body) {
   parallel_for_ranges(threads, n, kRange, body);
 }
 
+/// to = from, whatever size that had. Rows: a dense matrix
+template <int kRange = 4096, class Threads, class Rows>
+void copy_rows(const Threads& threads, const Rows& from, Rows& to) {
+  to.resize(from.rows(), from.cols());
+  parallel_for<kRange>(threads, static_cast<int>(from.rows()), [&](int begin, int end) {
+    to.middleRows(begin, end - begin) = from.middleRows(begin, end - begin);
+  });
+}
+
 /// Results of body(begin, end) over ranges of [0, n), joined in order: the same for every number of threads.
 template <int kRange = 512, class Threads, class Value, class Body, class Join>
 [[nodiscard]] Value parallel_reduce(const Threads& threads, int n, const Value& neutral, const Body& body,

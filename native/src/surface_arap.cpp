@@ -68,13 +68,6 @@ std::string target_name(const ConstraintSet& set, int k) {
                         : text("row ", k, ", patch ", k - n_vertices, ",");
 }
 
-void copy_rows(const Workers& workers, const Positions& from, Positions& to) {
-  to.resize(from.rows(), 3);
-  parallel_for<4096>(workers, static_cast<int>(from.rows()), [&](int begin, int end) {
-    to.middleRows(begin, end - begin) = from.middleRows(begin, end - begin);
-  });
-}
-
 bool all_finite(const Workers& workers, const Positions& x) {
   return parallel_all<4096>(workers, static_cast<int>(x.rows()),
                             [&](int begin, int end) { return x.middleRows(begin, end - begin).allFinite(); });
@@ -111,9 +104,6 @@ struct SurfaceArap::Impl {
       input_part_of_vertex[v] = model.part_of_vertex[space.model_vertices()[v]];
       if (input_part_of_vertex[v] < 0) loose_vertices.push_back(static_cast<int>(v));
     }
-    const std::vector<double> mesh_areas = vertex_areas(model_mesh);
-    areas.resize(mesh_areas.size());
-    for (size_t v = 0; v < areas.size(); ++v) areas[new_of_old[v]] = mesh_areas[v];
     patch_radius = kPatchRadius * options.rigidity_radius;
     reset();
   }
@@ -190,7 +180,6 @@ struct SurfaceArap::Impl {
   ForcePrediction prediction;  ///< of the next pose, from the last ones
   Pose kept;                   ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
-  std::vector<double> areas;                    ///< at each vertex
   double patch_radius;                          ///< of patches, where none is given
   mutable std::unique_ptr<SurfaceGraph> graph;  ///< of the model; made when first needed
 };
@@ -201,7 +190,7 @@ Patch SurfaceArap::Impl::patch_around(const std::vector<int>& vertices, double r
   std::vector<int> sources;
   sources.reserve(vertices.size());
   for (const int v : vertices) sources.push_back(space.model_vertices()[v]);
-  Patch patch = find_patch(*graph, areas, model.rest, sources, radius > 0 ? radius : patch_radius);
+  Patch patch = find_patch(*graph, model.areas, model.rest, sources, radius > 0 ? radius : patch_radius);
   for (int& v : patch.vertices) v = space.input_vertices()[v];
   patch.rest_position = space.to_input(Eigen::RowVector3d(patch.rest_position)).transpose();
   return patch;

@@ -39,7 +39,7 @@ RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, con
   const std::vector<std::vector<int>> mirrors = find_mirrors(surface, model.workers.threads());
   const SurfaceGraph graph(K, model.rest, model.workers.threads(),
                            find_bridges(mesh, radius, mirrors, model.workers.threads()));
-  return choose_rotation_nodes(graph, face_spreads(mesh), vertex_areas(mesh), radius, mirrors, region_of_vertex,
+  return choose_rotation_nodes(graph, face_spreads(mesh), model.areas, radius, mirrors, region_of_vertex,
                                model.workers.threads());
 }
 
@@ -61,15 +61,21 @@ std::vector<int> order_cells(const CellEnergy& energy, const std::vector<int>& n
   return order;
 }
 
+template <class Value>
+std::vector<Value> in_order(const std::vector<Value>& values, const std::vector<int>& order) {
+  std::vector<Value> result;
+  result.reserve(order.size());
+  for (const int v : order) result.push_back(values[v]);
+  return result;
+}
+
 /// Numbers the model's vertices anew; returns the number of each.
 std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
   std::vector<int> new_of_old = inverse_permutation(order);
   model.energy = renumbered(model.energy, order, order_cells(model.energy, new_of_old), model.workers.threads());
   model.rest = Positions(model.rest(order, all));
-  std::vector<int> part_of_vertex;
-  part_of_vertex.reserve(order.size());
-  for (const int v : order) part_of_vertex.push_back(model.part_of_vertex[v]);
-  model.part_of_vertex = std::move(part_of_vertex);
+  model.part_of_vertex = in_order(model.part_of_vertex, order);
+  model.areas = in_order(model.areas, order);
   model.regions.renumber(new_of_old);
   model.system_matrix = model.regions.reduce(model.energy.K);
   model.components = connected_components(model.system_matrix);
@@ -84,6 +90,7 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
                               const Progress& progress) {
   model.rest = mesh.positions();
   model.part_of_vertex = mesh.part_of_vertex();
+  model.areas = vertex_areas(mesh);
   model.n_parts = mesh.n_parts();
   model.workers = Workers(choose_threads(options.threads, mesh.n_vertices()));
   model.linear_solver = options.linear_solver;
