@@ -57,9 +57,9 @@ def reset_pose(obj: bpy.types.Object) -> None:
     if key is not None:
         live_key.check_name(obj)
         shape_key.write(obj, key, shape_key.read_reference(obj))
-    live = sessions.get(obj.name)
-    if live is not None:
-        live.session.reset()
+    bound = sessions.get(obj.name)
+    if bound is not None:
+        bound.session.reset()
 
 
 def apply_pose_as_rest(obj: bpy.types.Object) -> None:
@@ -100,14 +100,14 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
     sessions.check_free(obj.name)
     restore_transforms(state.transforms)
     live_key.restore(obj, state.key)
-    live = sessions.get(obj.name)
-    if live is None:
+    bound = sessions.get(obj.name)
+    if bound is None:
         return
     positions: NDArray[Any] | None = state.key.positions
     if positions is None:
-        live.session.reset()
+        bound.session.reset()
     else:
-        live.session.set_positions(positions)
+        bound.session.set_positions(positions)
 
 
 def capture_transforms(obj: bpy.types.Object) -> Transforms:

@@ -13,14 +13,19 @@ def _is_there(name: str) -> bool:
     return bpy.data.objects.get((name, None)) is not None
 
 
-@persistent
-def _on_load(*_: object) -> None:
-    # The sessions are live's to forget: its runs have to end first.
+def _forget_looks() -> None:
+    """Nothing that is remembered of the scene is to be believed."""
     empty_groups.clear()
     handle_owner.clear()
     mesh_size.clear()
     seen_mesh.clear()
     pull_draw.clear()
+
+
+@persistent
+def _on_load(*_: object) -> None:
+    # The sessions are live's to forget: its runs have to end first.
+    _forget_looks()
     older_files.upgrade_all()
 
 
@@ -46,11 +51,7 @@ def _on_frame(*_: object) -> None:
 @persistent
 def _on_undo(*_: object) -> None:
     sessions.forget_missing(_is_there)
-    empty_groups.clear()
-    handle_owner.clear()
-    mesh_size.clear()
-    seen_mesh.clear()
-    pull_draw.clear()
+    _forget_looks()
 
 
 _HANDLERS = (
@@ -74,7 +75,4 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(older_files.upgrade_all):
         bpy.app.timers.unregister(older_files.upgrade_all)
     sessions.clear()
-    empty_groups.clear()
-    handle_owner.clear()
-    mesh_size.clear()
-    seen_mesh.clear()
+    _forget_looks()

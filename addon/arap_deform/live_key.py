@@ -188,9 +188,9 @@ def adopt(obj: bpy.types.Object, name: str) -> None:
 
 def tell_session(obj: bpy.types.Object) -> None:
     """Tells the live session, if any, which key is the live one."""
-    live = sessions.get(obj.name)
-    if live is not None:
-        live.inputs = replace(live.inputs, key_name=name_of(obj))
+    bound = sessions.get(obj.name)
+    if bound is not None:
+        bound.inputs = replace(bound.inputs, key_name=name_of(obj))
 
 
 def _is_made(obj: bpy.types.Object, name: str) -> bool:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import tempfile
 import unittest
 from collections.abc import Iterator
 from pathlib import Path
@@ -35,6 +36,17 @@ class FakeAct:
 def module(name: str) -> ModuleType:
     """A module of the installed add-on."""
     return importlib.import_module(f"{PACKAGE}.{name}")
+
+
+def linked_back(obj: bpy.types.Object, *names: str) -> list[bpy.types.Object]:
+    """The object, and others that it needs, by their names: written to a library and linked from a new, empty file."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "library.blend")
+        bpy.data.libraries.write(path, {obj})
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        with bpy.data.libraries.load(path, link=True) as (_, data):
+            data.objects = list(names)
+    return list(data.objects)
 
 
 class SceneTest(unittest.TestCase):

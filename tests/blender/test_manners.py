@@ -2,12 +2,11 @@
 """What a newcomer meets: names, reasons, menus, the first pose, preferences, parts that nothing holds, translations."""
 
 import tempfile
-from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
-from support import BOTTOM, TOP, FakeAct, SceneTest, bpy, key_positions, mesh_object, module, move, posable
+from support import BOTTOM, TOP, FakeAct, SceneTest, bpy, key_positions, linked_back, mesh_object, module, move, posable
 
 OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"))
 NOT_IN_THE_MENU = {"pull": "the tool's own key", "pose_end": "a button while a mesh is posed"}
@@ -219,13 +218,7 @@ class LinkedTwinTest(SceneTest):
         self.api.add_pin(other, BOTTOM, name="Feet")
         other.vertex_groups["Feet"].remove(BOTTOM)
         bpy.context.view_layer.update()
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "library.blend")
-            bpy.data.libraries.write(path, {other})
-            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-            with bpy.data.libraries.load(path, link=True) as (_, data):
-                data.objects = ["Tube"]
-        self.linked = data.objects[0]
+        (self.linked,) = linked_back(other, "Tube")
         bpy.context.scene.collection.objects.link(self.linked)
         self.obj = posable()
         self.assertEqual((self.obj.name, self.linked.name), ("Tube", "Tube"))

@@ -13,6 +13,7 @@ from support import (
     bend,
     bpy,
     key_positions,
+    linked_back,
     mesh_object,
     module,
     move,
@@ -164,60 +165,41 @@ class ShapeKeyTest(SceneTest):
         self.api.solve(obj)
 
     def test_linked_data_is_refused(self):
-        import tempfile
-        from pathlib import Path
-
         obj = posable()
         self.api.solve(obj)
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "library.blend")
-            bpy.data.libraries.write(path, {obj})
-            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-            with bpy.data.libraries.load(path, link=True) as (_, data):
-                data.objects = ["Tube"]
-            linked = bpy.data.objects["Tube"]
-            bpy.context.scene.collection.objects.link(linked)
-            tail = "linked from another file: make it local (Object > Relations > Make Local)"
-            self.assert_error(ValueError, f"'Tube' is {tail}", self.api.solve, linked)
-            local = bpy.data.objects.new("Local", linked.data)
-            bpy.context.scene.collection.objects.link(local)
-            self.assert_error(ValueError, f"The mesh of 'Local' is {tail}", self.api.solve, local)
+        (linked,) = linked_back(obj, "Tube")
+        bpy.context.scene.collection.objects.link(linked)
+        tail = "linked from another file: make it local (Object > Relations > Make Local)"
+        self.assert_error(ValueError, f"'Tube' is {tail}", self.api.solve, linked)
+        local = bpy.data.objects.new("Local", linked.data)
+        bpy.context.scene.collection.objects.link(local)
+        self.assert_error(ValueError, f"The mesh of 'Local' is {tail}", self.api.solve, local)
 
     def test_library_overrides_are_refused_until_they_are_local(self):
         """Blender saves neither the keys of an override's mesh nor what the add-on keeps in its object."""
-        import tempfile
-        from pathlib import Path
-
         obj = posable()
         self.api.solve(obj)
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "library.blend")
-            bpy.data.libraries.write(path, {obj})
-            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-            with bpy.data.libraries.load(path, link=True) as (_, data):
-                data.objects = ["Tube", "Head"]
-            override = bpy.data.objects["Tube"].override_create()
-            for item in (override, bpy.data.objects["Head"]):
-                bpy.context.scene.collection.objects.link(item)
-            override.data = override.data.override_create(remap_local_usages=True)
-            bpy.context.view_layer.objects.active = override
-            override.select_set(True)
-            common = module("operators.common")
-            reason = (
-                "a library override, in which a pose is not saved: make it local{} (Object > Relations > Make Local)"
-            )
-            whole = override.data
-            for data in (whole, override.data.copy()):  # of the second the object is one, and its mesh is not
-                override.data = data
-                self.assert_error(ValueError, f"'Tube' is {reason.format('')}", self.api.solve, override)
-                self.assertEqual(common.why_no_mesh(bpy.context), f"This mesh is {reason.format(' first')}")
-            override.data = whole
-            override.arap.is_live = True
-            self.assertIsNone(module("live").run_of(override))
-            override.arap.is_live = False
-            bpy.ops.object.make_local(type="SELECT_OBDATA")
-            self.assertEqual(common.why_no_mesh(bpy.context), "")
-            self.api.solve(bpy.context.view_layer.objects.active)
+        tube, head = linked_back(obj, "Tube", "Head")
+        override = tube.override_create()
+        for item in (override, head):
+            bpy.context.scene.collection.objects.link(item)
+        override.data = override.data.override_create(remap_local_usages=True)
+        bpy.context.view_layer.objects.active = override
+        override.select_set(True)
+        common = module("operators.common")
+        reason = "a library override, in which a pose is not saved: make it local{} (Object > Relations > Make Local)"
+        whole = override.data
+        for data in (whole, override.data.copy()):  # of the second the object is one, and its mesh is not
+            override.data = data
+            self.assert_error(ValueError, f"'Tube' is {reason.format('')}", self.api.solve, override)
+            self.assertEqual(common.why_no_mesh(bpy.context), f"This mesh is {reason.format(' first')}")
+        override.data = whole
+        override.arap.is_live = True
+        self.assertIsNone(module("live").run_of(override))
+        override.arap.is_live = False
+        bpy.ops.object.make_local(type="SELECT_OBDATA")
+        self.assertEqual(common.why_no_mesh(bpy.context), "")
+        self.api.solve(bpy.context.view_layer.objects.active)
 
 
 class LiveKeyTest(SceneTest):

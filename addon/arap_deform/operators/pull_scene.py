@@ -52,8 +52,8 @@ class PullScene(BlenderFollowScene):
         return ""
 
     def is_bound(self) -> bool:
-        live = sessions.get(self.name)
-        if live is None or self._binding is None or live.session is not self._binding.result():
+        bound = sessions.get(self.name)
+        if bound is None or self._binding is None or bound.session is not self._binding.result():
             return False
         depsgraph = bpy.context.evaluated_depsgraph_get()
         return not live_session.problem(self._obj(), depsgraph, is_thorough=False, holds=self.pull.holds)
