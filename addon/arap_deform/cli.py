@@ -211,7 +211,7 @@ def _keys(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Name
 
 
 def _unsettled(job: api.ShapesJob[Any]) -> str:
-    return f", {job.n_unsettled} before the tolerance was met" if job.n_unsettled else ""
+    return f", {job.n_unsettled} before the accuracy was reached" if job.n_unsettled else ""
 
 
 def _failed(reason: str) -> int:

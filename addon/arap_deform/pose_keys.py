@@ -97,7 +97,7 @@ def poses_to_keys(
 ) -> list[str]:
     """Makes a shape key of each stored pose, value 0, with the pose's name; the handles do not move.
 
-    Each pose is solved from rest to the tolerance; handles that it does not know are at rest. The key that was made of
+    Each pose is solved from rest to the accuracy; handles that it does not know are at rest. The key that was made of
     the same pose before takes the new shape. A key of anybody else's is left alone, and so is one that somebody has
     changed since: the new key's name is numbered then.
 

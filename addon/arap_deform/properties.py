@@ -164,13 +164,13 @@ class ArapObject(bpy.types.PropertyGroup):
         max=1000000,
         soft_max=1000,
     )
-    tolerance: FloatProperty(
-        name="Tolerance",
+    accuracy: FloatProperty(
+        name="Accuracy",
         description=(
-            "Done when no vertex moves further than this in a step; a fraction of the mesh's size "
+            "Done when no vertex is further than this from where it would end; a fraction of the mesh's size "
             "(the diagonal of its box at rest)"
         ),
-        default=1e-4,
+        default=1e-6,
         min=1e-9,
         max=0.1,
         soft_max=1e-2,

@@ -23,7 +23,7 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
         initial_guess=settings.initial_guess,
         iterations_per_update=settings.iterations_per_update,
         max_iterations=settings.max_iterations,
-        tolerance=settings.tolerance,
+        accuracy=settings.accuracy,
         threads=preferences.threads(),
         join_seams=settings.join_seams,
     )

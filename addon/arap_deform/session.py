@@ -209,8 +209,7 @@ class Session:
         options = {
             "initial_guess": guess,
             "max_iterations": at_most if iterations is None else iterations,
-            "energy_tolerance": settings.tolerance,
-            "step_tolerance": settings.tolerance,
+            "accuracy": settings.accuracy,
         }
         if time_limit_s is not None:
             options["time_limit_s"] = time_limit_s

@@ -34,7 +34,7 @@ class SessionSettings:
     initial_guess: str = "previous"
     iterations_per_update: int = 4
     max_iterations: int = 200
-    tolerance: float = 1e-4
+    accuracy: float = 1e-6
     threads: int = 0
     join_seams: bool = False
 

@@ -37,7 +37,7 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         column = split_column(layout)
         column.prop(settings, "iterations_per_update", text="Iterations", text_ctxt=CONTEXT)
         column.prop(settings, "max_iterations", text="At Most")
-        column.prop(settings, "tolerance")
+        column.prop(settings, "accuracy")
         column = split_column(layout)
         column.prop(settings, "join_seams")
 

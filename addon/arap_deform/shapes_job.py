@@ -76,7 +76,7 @@ class ShapesJob(ABC, Generic[Result]):
 
     @property
     def n_unsettled(self) -> int:
-        """How many of the shapes done have met the limit of iterations before the tolerance."""
+        """How many of the shapes done have met the limit of iterations before the accuracy."""
         return sum(readout.stop_reason != "converged" for readout in self.readouts)
 
     @property

@@ -122,6 +122,7 @@ MESSAGES = {
     "Start From": "Beginn",
     "Previous Pose": "Vorige Pose",
     "At Most": "Höchstens",
+    "Accuracy": "Genauigkeit",
     "Join Seams": "Nahtlos",
     # What is reported, and why something cannot be done
     "1 iteration": "1 Schritt",

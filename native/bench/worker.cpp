@@ -103,9 +103,8 @@ class Worker {
     SolveOptions options;
     options.max_iterations = n_iterations;
     options.acceleration = acceleration;
-    // As fine as single precision goes; finer ones would iterate in double.
-    options.energy_tolerance = 1e-7;
-    options.step_tolerance = 1e-7;
+    // As fine as it goes without double precision from the start.
+    options.accuracy = 1e-7;
     // The default guess after a reset: as the first move of a drag.
     model().reset();
     const Stopwatch watch;

@@ -332,13 +332,12 @@ void bind_solve_options(py::module_& m) {
   py::class_<SolveOptions> type(m, "SolveOptions", docstrings::SolveOptions);
   const SolveOptions defaults;
   type.def(py::init([](const std::string& initial_guess, const std::string& acceleration, int max_iterations,
-                       double energy_tolerance, double step_tolerance, double time_limit_s) {
+                       double accuracy, double time_limit_s) {
              const SolveOptions options{
                  .initial_guess = value_of<arap::InitialGuess>(initial_guess, "initial_guess", kInitialGuesses),
                  .acceleration = value_of<arap::Acceleration>(acceleration, "acceleration", kAccelerations),
                  .max_iterations = max_iterations,
-                 .energy_tolerance = energy_tolerance,
-                 .step_tolerance = step_tolerance,
+                 .accuracy = accuracy,
                  .time_limit_s = time_limit_s};
              options.validate();
              return options;
@@ -346,20 +345,17 @@ void bind_solve_options(py::module_& m) {
            docstrings::SolveOptions_init, py::kw_only(),
            py::arg("initial_guess") = name_of<arap::InitialGuess>(defaults.initial_guess, kInitialGuesses),
            py::arg("acceleration") = name_of<arap::Acceleration>(defaults.acceleration, kAccelerations),
-           py::arg("max_iterations") = defaults.max_iterations, py::arg("energy_tolerance") = defaults.energy_tolerance,
-           py::arg("step_tolerance") = defaults.step_tolerance, py::arg("time_limit_s") = defaults.time_limit_s);
+           py::arg("max_iterations") = defaults.max_iterations, py::arg("accuracy") = defaults.accuracy,
+           py::arg("time_limit_s") = defaults.time_limit_s);
   def_enum<SolveOptions, arap::InitialGuess>(type, "initial_guess", &SolveOptions::initial_guess, kInitialGuesses,
                                              docstrings::SolveOptions_initial_guess);
   def_enum<SolveOptions, arap::Acceleration>(type, "acceleration", &SolveOptions::acceleration, kAccelerations,
                                              docstrings::SolveOptions_acceleration);
   def_field(type, "max_iterations", &SolveOptions::max_iterations, docstrings::SolveOptions_max_iterations);
-  def_field(type, "energy_tolerance", &SolveOptions::energy_tolerance, docstrings::SolveOptions_energy_tolerance);
-  def_field(type, "step_tolerance", &SolveOptions::step_tolerance, docstrings::SolveOptions_step_tolerance);
+  def_field(type, "accuracy", &SolveOptions::accuracy, docstrings::SolveOptions_accuracy);
   def_field(type, "time_limit_s", &SolveOptions::time_limit_s, docstrings::SolveOptions_time_limit_s);
   type.def("__repr__", [](py::handle self) {
-    return repr(
-        "SolveOptions", self,
-        {"initial_guess", "acceleration", "max_iterations", "energy_tolerance", "step_tolerance", "time_limit_s"});
+    return repr("SolveOptions", self, {"initial_guess", "acceleration", "max_iterations", "accuracy", "time_limit_s"});
   });
 }
 

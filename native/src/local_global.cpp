@@ -33,6 +33,7 @@ void LocalGlobal::aim(const Positions& targets, Precision precision) {
   CellPasses& passes = model_.passes(precision);
   if (&passes != passes_) forget();
   passes_ = &passes;
+  is_in_double_ = precision == Precision::kDouble || !model_.fits_single;
   const auto pull_softly = [&](double sign) {
     const Eigen::VectorXd& soft = constraints_.soft_diagonal();
     if (known_ != Known::kResidual) return;
@@ -158,6 +159,15 @@ void LocalGlobal::start(const Pose& pose) {
 void LocalGlobal::finish(Pose& pose) {
   passes_->read_rotations(pose.rotations);
   known_ = constraints_.regions().empty() ? Known::kResidual : Known::kRotations;
+}
+
+bool LocalGlobal::go_on_in_double(Pose& pose) {
+  if (is_in_double_) return false;
+  passes_->read_rotations(pose.rotations);
+  passes_ = &model_.passes(Precision::kDouble);
+  passes_->set_rotations(pose.rotations);
+  is_in_double_ = true;
+  return true;
 }
 
 void LocalGlobal::show_forces_to(ForcePrediction& prediction, double share) const {

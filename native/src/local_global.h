@@ -47,6 +47,8 @@ class LocalGlobal {
   /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().
   void start(const Pose& pose);
   void finish(Pose& pose);
+  /// The next fit() is in double, from the rotations of the last one; false where it has been so already.
+  [[nodiscard]] bool go_on_in_double(Pose& pose);
   /// Comes where anybody else changes the pose or works with the passes.
   void forget() { known_ = Known::kNothing; }
   /// Whether the pose is the one that finish() left.
@@ -73,8 +75,6 @@ class LocalGlobal {
 
   /// Smallest change of the energy that is not rounding.
   [[nodiscard]] double energy_rounding() const { return passes_->energy_rounding(); }
-  /// E_0.
-  [[nodiscard]] double rest_energy() const { return passes_->rest_energy(); }
   [[nodiscard]] const Workers& workers() const { return model_.workers; }
 
  private:
@@ -103,6 +103,7 @@ class LocalGlobal {
   const BoundModel& model_;
   const BoundConstraints& constraints_;
   CellPasses* passes_ = nullptr;
+  bool is_in_double_ = false;
   Known known_ = Known::kNothing;
   RegionTargets targets_;  ///< of vertices, and of patches that anchor regions
   Positions patch_targets_;

@@ -13,8 +13,9 @@ namespace arap {
 
 namespace {
 
-/// Smaller decreases of the energy, as part of E_0, are none.
-constexpr double kSmallestDecrease = 1e-14;
+/// Nearer to the minimum the rounded forces of single precision make the iteration slower, and some 1e-6 from it they
+/// end it: what is soft multiplies them.
+constexpr double kNearestInSingle = 1e-4;
 
 /// Rows that a thread takes at once.
 constexpr int kRows = 2048;
@@ -114,11 +115,12 @@ double NonlinearCg::try_direction(Pose& pose, double length, double beta) {
               [&](auto& d, int begin, int end) { d = flat(correction, begin, end).template cast<float>(); });
 }
 
-double NonlinearCg::iterate(Pose& pose, double energy) {
+double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration) {
   constexpr double kLongest = 4;
   constexpr double kShortest = 0.25;
   constexpr int kMostHalvings = 8;
   constexpr double kSecondLook = 0.3;  // relative change of the length that is worth another fit
+  if (acceleration == Acceleration::kNone) is_fresh_ = true;
   steps_.find_correction(pose, correction_);
   const double beta = choose_beta();
   start_.swap(pose.positions);
@@ -149,9 +151,14 @@ double NonlinearCg::iterate(Pose& pose, double energy) {
   }
   // A fit turns rigid regions, which no direction says.
   if (steps_.has_regions()) step_ = longest_row(pose.positions - start_, steps_.workers());
-  promised_decrease_ = length * slope_;
+  // What the slope promised, not what was measured: that drowns in rounding first.
+  distance_.add(step_, length * slope_);
   length_ = std::clamp(length, kShortest, kLongest);
   return reached;
+}
+
+bool needs_double(double distance, double accuracy) {
+  return distance <= kNearestInSingle && accuracy < kNearestInSingle;
 }
 
 IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
@@ -179,7 +186,6 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
   } else {
     time.begin_iteration();
   }
-  const double smallest_decrease = kSmallestDecrease * steps.rest_energy();
   // Once a number is not finite, no step makes it so again.
   while (std::isfinite(report.energy_after) && report.iterations < options.max_iterations) {
     if (report.iterations > 0 && !time.allows_another()) {
@@ -187,16 +193,14 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
       break;
     }
     if (is_cancelled()) return report;
-    if (options.acceleration == Acceleration::kNone) search.restart();
-    const double energy = search.iterate(pose, report.energy_after);
+    report.energy_after = search.iterate(pose, report.energy_after, options.acceleration);
     count_iteration(search.step());
+    if (needs_double(search.distance(), options.accuracy) && steps.go_on_in_double(pose)) {
+      report.energy_after = steps.fit(pose);
+      continue;
+    }
     // A short step may only be a short length.
-    if (report.step <= options.step_tolerance) report.step = std::max(report.step, search.longest_correction());
-    // Where the measured decrease drowns in rounding, the one that the slope promised still has its digits.
-    const double measured = report.energy_after - energy;
-    const double decrease = measured > 10 * steps.energy_rounding() ? measured : search.promised_decrease();
-    report.energy_after = energy;
-    if (decrease <= options.energy_tolerance * energy + smallest_decrease && report.step <= options.step_tolerance) {
+    if (search.distance() <= options.accuracy && search.longest_correction() <= options.accuracy) {
       report.stop_reason = StopReason::kConverged;
       break;
     }

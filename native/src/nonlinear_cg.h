@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "arap/options.h"
+#include "distance_estimate.h"
 #include "local_global.h"
 #include "time_budget.h"
 
@@ -21,18 +22,21 @@ class NonlinearCg {
 
   /// Forgets the directions so far: the next step is a plain global step. Comes where targets have changed, or the pose
   /// by anybody else; a solve that only goes on goes on with them, as if both were one.
-  void restart() { is_fresh_ = true; }
+  void restart() {
+    is_fresh_ = true;
+    distance_.forget();
+  }
 
   /// One iteration from a fitted pose; returns the energy, which is not above `energy`, that of the pose, but by
   /// rounding.
-  [[nodiscard]] double iterate(Pose& pose, double energy);
+  [[nodiscard]] double iterate(Pose& pose, double energy, Acceleration acceleration);
 
   /// The last iteration's largest movement of a vertex.
   [[nodiscard]] double step() const { return step_; }
   /// That of the plain global step where it began.
   [[nodiscard]] double longest_correction() const { return longest_row(correction_, steps_.workers()); }
-  /// Upper bound of the decrease of the energy in the last iteration, from the slope at its start.
-  [[nodiscard]] double promised_decrease() const { return promised_decrease_; }
+  /// How far the pose is from where the iteration would end, as far as its last steps tell.
+  [[nodiscard]] double distance() const { return distance_.value(); }
 
  private:
   using Steps = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -55,13 +59,16 @@ class NonlinearCg {
   double slope_ = 0;  ///< of minus the energy at the start of the last step, along it
   double z_r_ = 0;    ///< <correction, residual> of the last iteration
   double step_ = 0;
-  double promised_decrease_ = 0;
+  DistanceEstimate distance_;
   Positions start_;       ///< positions before the last step
   Positions correction_;  ///< the plain global step from there
   Steps residual_;        ///< there; rounded, as directions are: the step has few digits anyway
   Steps direction_;
   std::vector<Placement> placements_;  ///< before the last step
 };
+
+/// Whether a pose is so near to where it would end that single precision cannot bring it as near as is asked for.
+[[nodiscard]] bool needs_double(double distance, double accuracy);
 
 struct IterationReport {
   double energy_before = 0;

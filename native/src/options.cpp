@@ -11,14 +11,6 @@
 
 namespace arap {
 
-namespace {
-
-void require_not_negative(const char* field, double value) {
-  if (!(value >= 0) || std::isinf(value)) throw InvalidInput(text(field, " = ", value, ", must be finite and >= 0"));
-}
-
-}  // namespace
-
 void Options::validate() const {
   // Below this no two vertices of a mesh in single precision share a node.
   constexpr double kSmallestRadius = 1e-6;
@@ -31,8 +23,8 @@ void Options::validate() const {
 
 void SolveOptions::validate() const {
   if (max_iterations < 1) throw InvalidInput(text("max_iterations = ", max_iterations, ", must be >= 1"));
-  require_not_negative("energy_tolerance", energy_tolerance);
-  require_not_negative("step_tolerance", step_tolerance);
+  if (!(accuracy >= 0) || std::isinf(accuracy))
+    throw InvalidInput(text("accuracy = ", accuracy, ", must be finite and >= 0"));
   if (!(time_limit_s > 0)) throw InvalidInput(text("time_limit_s = ", time_limit_s, ", must be > 0"));
 }
 

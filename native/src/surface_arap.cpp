@@ -80,10 +80,10 @@ double fit_anew(CellPasses& passes, const Positions& positions) {
   return passes.fit_rotations();
 }
 
-/// Single where it can tell what the tolerances ask for, and the edges of the mesh beside its whole extent.
+/// Of the first iterations: single where it can tell the edges of the mesh beside its whole extent.
 Precision precision_for(const SolveOptions& options, const Positions& model_targets) {
   constexpr double kFinest = 1e-7;
-  const bool is_coarse = options.step_tolerance >= kFinest && options.energy_tolerance >= kFinest;
+  const bool is_coarse = options.accuracy >= kFinest;
   const bool is_near = model_targets.size() == 0 || model_targets.cwiseAbs().maxCoeff() <= kSinglePrecisionReach;
   return is_coarse && is_near ? Precision::kSingle : Precision::kDouble;
 }
@@ -239,14 +239,16 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, const SolveOption
                                      std::span<float> out) {
   TimeBudget time(options.time_limit_s);
   const Positions model_targets = space.points_to_model(targets);
-  steps->aim(model_targets, constraints->is_weak_hold() ? Precision::kDouble : precision_for(options, model_targets));
+  const bool is_going_on = options.initial_guess == InitialGuess::kPrevious && last_targets.rows() > 0;
+  const bool goes_on_there = is_going_on && last_targets == model_targets && steps->knows_pose();
+  const bool is_near = goes_on_there && needs_double(search->distance(), options.accuracy);
+  steps->aim(model_targets,
+             is_near || constraints->is_weak_hold() ? Precision::kDouble : precision_for(options, model_targets));
   const Positions turns =
       handle_turns->of_start(options.initial_guess, last_targets, pose.positions, model_targets, rotations);
-  const bool is_going_on = options.initial_guess == InitialGuess::kPrevious && last_targets.rows() > 0;
   const Positions target_step = is_going_on ? Positions(model_targets - last_targets) : Positions(0, 3);
   const double ahead = turns.rows() > 0 ? 0 : prediction.share(target_step);
   const bool is_drag = turns.rows() == 0 && (target_step.array() != 0).any();
-  const bool goes_on_there = is_going_on && last_targets == model_targets && steps->knows_pose();
   keep_pose();
   SolveResult result;
   IterationReport report;

@@ -110,7 +110,7 @@ def posable(name: str = "Tube", matrix: Matrix | None = None) -> bpy.types.Objec
     obj = mesh_object(name, matrix)
     api.add_pin(obj, BOTTOM, name="Feet")
     api.add_handle(obj, TOP, name="Head")
-    obj.arap.tolerance = 1e-7
+    obj.arap.accuracy = 1e-7
     obj.arap.max_iterations = 5000
     return obj
 

@@ -24,7 +24,7 @@ def animate(obj, start=1, end=21):
         target.location.y, target.rotation_euler.x = y, turn
         target.keyframe_insert("location", frame=frame)
         target.keyframe_insert("rotation_euler", frame=frame)
-    obj.arap.tolerance = 1e-4
+    obj.arap.accuracy = 1e-4
     obj.arap.max_iterations = 200
 
 
@@ -71,7 +71,7 @@ class BakeTest(SceneTest):
         """The first frame from rest, each other one from the one before: not the few iterations of a drag."""
         obj = posable()
         animate(obj)
-        obj.arap.tolerance, obj.arap.max_iterations = 1e-7, 5000
+        obj.arap.accuracy, obj.arap.max_iterations = 1e-7, 5000
         names = self.api.bake_animation(obj, 6, 11, 5)
         for name, frame in zip(names, (6, 11), strict=True):
             self.scene.frame_set(frame)
@@ -83,7 +83,7 @@ class BakeTest(SceneTest):
             handle = self.api.add_handle(other, TOP)
             handle.target.matrix_world = obj.arap.handles[0].target.matrix_world
             bpy.context.view_layer.update()
-            other.arap.tolerance, other.arap.max_iterations = 1e-7, 5000
+            other.arap.accuracy, other.arap.max_iterations = 1e-7, 5000
             self.api.solve(other)
             self.assert_close(key_positions(obj, name), key_positions(other), 2e-3)
 
@@ -212,7 +212,7 @@ class BakeTest(SceneTest):
         for frame, z in ((1, 1.0), (11, 2.0)):
             obj.scale.z = z
             obj.keyframe_insert("scale", frame=frame)
-        obj.arap.tolerance, obj.arap.max_iterations = 1e-7, 5000
+        obj.arap.accuracy, obj.arap.max_iterations = 1e-7, 5000
         names = self.api.bake_animation(obj, 1, 11, 10)
         baked = key_positions(obj, names[1])
         for name in names:
@@ -383,7 +383,7 @@ class CancelTest(SceneTest):
     def test_a_job_goes_in_steps(self):
         obj = posable()
         animate(obj)
-        obj.arap.tolerance = 1e-9
+        obj.arap.accuracy = 1e-9
         self.scene.frame_set(3)
         before = data_of(obj)
         job = self.api.begin_bake(obj, 1, 21, 10)

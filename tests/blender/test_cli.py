@@ -26,7 +26,7 @@ class CliTest(SceneTest):
 
     def save_scene(self) -> None:
         obj = posable()
-        obj.arap.tolerance = 1e-5
+        obj.arap.accuracy = 1e-5
         target = obj.arap.handles[0].target
         target.keyframe_insert("location", frame=1)
         target.location.y += 1.0
@@ -75,7 +75,7 @@ class CliTest(SceneTest):
         bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
         code, out, _ = self.run_cli("bake", self.input, "--step", 5, "-o", self.output)
         self.assertEqual(code, 0)
-        self.assertRegex(out, r"^Tube: 3 keys, 'ARAP_0001' to 'ARAP_0011', 2 before the tolerance was met\n")
+        self.assertRegex(out, r"^Tube: 3 keys, 'ARAP_0001' to 'ARAP_0011', 2 before the accuracy was reached\n")
 
     def test_bake_takes_the_scenes_range_and_a_prefix(self):
         self.save_scene()

@@ -71,7 +71,7 @@ class LiveTest(SceneTest):
         session = self.api.prepare_session(obj)
         obj.arap.iterations_per_update = 3
         self.assertEqual(self.api.update_pose(obj).iterations, 3)
-        obj.arap.tolerance = 0.1
+        obj.arap.accuracy = 0.1
         self.assertEqual(self.api.update_pose(obj).stop_reason, "converged")
         self.assertIs(self.api.prepare_session(obj), session)
 

@@ -25,7 +25,7 @@ from support import (
     shown_positions,
 )
 
-SAME = 2e-3  # of a mesh 4 long: what two ways to one pose may differ by, at the tolerance below
+SAME = 2e-3  # of a mesh 4 long: what two ways to one pose may differ by, at the accuracy below
 
 
 def live_tube(name="Tube"):
@@ -79,7 +79,7 @@ class LiveToggleTest(SceneTest):
         self.assertIsNone(self.live.run_of(obj))
 
     def assert_solved(self, obj):
-        """The pose is that of Solve: the defined start, to the tolerance."""
+        """The pose is that of Solve: the defined start, to the accuracy."""
         shown = key_positions(obj)
         obj.arap.is_live = False
         self.api.solve(obj)

@@ -431,7 +431,7 @@ class MirrorTest(SceneTest):
         self.api.add_pin(obj, BOTTOM)
         for name, column in (("Side.L", 0), ("Side.R", 4)):
             self.api.add_handle(obj, [12 * 8 + column, 13 * 8 + column], name=name)
-        obj.arap.tolerance, obj.arap.max_iterations = 1e-7, 5000
+        obj.arap.accuracy, obj.arap.max_iterations = 1e-7, 5000
         return obj
 
     def check_mirrored(self, obj):

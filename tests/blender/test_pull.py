@@ -377,7 +377,7 @@ class PinsTest(PullTest):
 
     def test_real_ones_leave_the_mesh_where_it_is(self):
         obj = mesh_object()
-        obj.arap.tolerance = 1e-7
+        obj.arap.accuracy = 1e-7
         obj.arap.max_iterations = 5000
         self.pull(obj, self.grab(MIDDLE), (0.3, 0.0, 0.0))
         posed = shown_positions(obj)
@@ -414,7 +414,7 @@ class PinsTest(PullTest):
             with self.subTest(is_live=is_live):
                 obj = mesh_object()
                 self.api.add_pin(obj, BOTTOM, name="Feet")
-                obj.arap.tolerance = 1e-7
+                obj.arap.accuracy = 1e-7
                 obj.arap.max_iterations = 5000
                 self.pull(obj, self.grab(TOP), (0.3, 0.0, 0.0))
                 self.pull(obj, self.grab(TOP), (0.3, 0.0, 0.0))

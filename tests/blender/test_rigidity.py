@@ -41,7 +41,7 @@ def sheet(matrix: Matrix | None = None) -> bpy.types.Object:
     rim = np.flatnonzero(np.abs(rest_positions(obj)[:, :2]).max(axis=1) > 0.99)
     module("api").add_pin(obj, rim, name="Rim")
     obj.arap.rigidity = LARGEST
-    obj.arap.tolerance = 1e-6
+    obj.arap.accuracy = 1e-6
     obj.arap.max_iterations = 2000
     bpy.context.view_layer.update()
     return obj
@@ -261,7 +261,7 @@ class PointHandleTest(SceneTest):
         self.assert_close(moved, (0.0, 0.0, 0.4))
 
     def test_a_bake_is_as_settled_as_a_solve(self):
-        """A frame of a bake goes to the tolerance, whatever a frame of posing does."""
+        """A frame of a bake goes to the accuracy, whatever a frame of posing does."""
         obj = sheet()
         obj.arap.iterations_per_update = 1
         target = self.api.add_handle(obj, [CENTRE], name="Point").target

@@ -11,7 +11,7 @@ from harness import Steps, Ui
 from mathutils import Vector
 
 NEAR = 1e-5
-SAME = 5e-3  # of a bar 4 long: what two ways to one pose may differ by, at the tolerance set here
+SAME = 5e-3  # of a bar 4 long: what two ways to one pose may differ by, at the accuracy set here
 
 
 def bar(name: str = "Bar") -> bpy.types.Object:
@@ -33,7 +33,7 @@ def settle(ui: Ui, *names: str) -> Steps:
 def begin(ui: Ui) -> Steps:
     """The bar, its top on a handle, live."""
     scenes.add_bar_with_handle(ui.api)
-    bar().arap.tolerance = 1e-6
+    bar().arap.accuracy = 1e-6
     bar().arap.max_iterations = 2000
     bar().arap.is_live = True
     ui.select(bpy.data.objects["Top"])
@@ -53,7 +53,7 @@ def add_second_bar(ui: Ui) -> None:
     bpy.context.view_layer.update()
     ui.api.add_pin(second, scenes.bottom(), name="Bottom")
     ui.api.add_handle(second, scenes.top(), name="Other")
-    second.arap.tolerance, second.arap.max_iterations = 1e-6, 2000
+    second.arap.accuracy, second.arap.max_iterations = 1e-6, 2000
     second.arap.is_live = True
 
 

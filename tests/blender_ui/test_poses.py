@@ -121,7 +121,7 @@ def test_esc_while_poses_become_keys(ui: Ui) -> Steps:
     add_poses(ui)
     for i in range(200):
         ui.api.store_pose(bar(), f"Pose {i}")
-    bar().arap.tolerance, bar().arap.max_iterations = 1e-9, 100000
+    bar().arap.accuracy, bar().arap.max_iterations = 1e-9, 100000
     yield from ui.move_mouse_to_view()
     fractions = []
     step = ui.api.PoseKeysJob.step

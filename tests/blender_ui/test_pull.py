@@ -134,7 +134,7 @@ def test_pull_is_drawn(ui: Ui) -> Steps:
 def test_pull_solves_each_move_once(ui: Ui) -> Steps:
     """While the mouse is under way its moves are followed: refining would hold up the next one."""
     yield from begin(ui)
-    sheet().arap.tolerance = 1e-7  # there is something left to refine
+    sheet().arap.accuracy = 1e-7  # there is something left to refine
     yield from press(ui, (0.3, 0.0, 0.0))
     yield from drag_to(ui, (0.35, 0.0, 0.0))
     yield from ui.until(lambda: bool(ui.running) and ui.running["Grid"].is_settled, "the mesh has bound and follows")
@@ -357,7 +357,7 @@ def test_pull_through_what_is_seen(ui: Ui) -> Steps:
 def test_pull_interrupted_settling(ui: Ui) -> Steps:
     """A press while the mesh still settles ends that, and means what it means: undo, or the next drag."""
     yield from begin(ui)
-    sheet().arap.tolerance = 1e-9  # it settles for long
+    sheet().arap.accuracy = 1e-9  # it settles for long
     sheet().arap.max_iterations = 100000
     rest = scenes.key_positions(sheet())
     for is_undo in (False, True):
@@ -372,7 +372,7 @@ def test_pull_interrupted_settling(ui: Ui) -> Steps:
             np.testing.assert_allclose(scenes.shown_positions(sheet()), rest, atol=NEAR)
             assert not ui.running
         else:
-            sheet().arap.tolerance = 1e-4
+            sheet().arap.accuracy = 1e-4
             yield from pull(ui, (-0.3, 0.0, 0.0), (-0.3, 0.2, 0.0))
             assert len(sheet().arap.pull_pins) == 2
             for _ in range(2):

@@ -23,7 +23,7 @@ def weights_of(group: str) -> np.ndarray:
 def show_front(ui: Ui) -> None:
     """The bar from the front, its handle moved half a unit to the right."""
     scenes.add_bar_with_handle(ui.api)
-    bar().arap.tolerance, bar().arap.max_iterations = 1e-6, 2000
+    bar().arap.accuracy, bar().arap.max_iterations = 1e-6, 2000
     with bpy.context.temp_override(window=ui.window, area=ui.view, region=ui.region()):
         bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.view3d.view_all()

@@ -109,8 +109,7 @@ arap::SolveOptions iterations(int n, arap::InitialGuess guess) {
   arap::SolveOptions options;
   options.initial_guess = guess;
   options.max_iterations = n;
-  options.energy_tolerance = 0;
-  options.step_tolerance = 0;
+  options.accuracy = 0;
   return options;
 }
 
@@ -125,12 +124,11 @@ arap::SolveOptions plain_iterations(int n, arap::InitialGuess guess) {
   return options;
 }
 
-arap::SolveOptions to_step(double step_tolerance, arap::InitialGuess guess, int max_iterations) {
+arap::SolveOptions to_accuracy(double accuracy, arap::InitialGuess guess, int max_iterations) {
   arap::SolveOptions options;
   options.initial_guess = guess;
   options.max_iterations = max_iterations;
-  options.energy_tolerance = 1;
-  options.step_tolerance = step_tolerance;
+  options.accuracy = accuracy;
   return options;
 }
 

@@ -81,9 +81,8 @@ arap::SolveOptions iterations(int n, arap::InitialGuess guess = arap::InitialGue
 /// The same without acceleration.
 arap::SolveOptions plain_iterations(int n, arap::InitialGuess guess = arap::InitialGuess::kPrevious);
 
-/// Until the step is at most `step_tolerance`, whatever the energy does.
-arap::SolveOptions to_step(double step_tolerance, arap::InitialGuess guess = arap::InitialGuess::kPrevious,
-                           int max_iterations = 200000);
+arap::SolveOptions to_accuracy(double accuracy, arap::InitialGuess guess = arap::InitialGuess::kPrevious,
+                               int max_iterations = 200000);
 
 /// Binds, sets the constraints and solves.
 arap::SolveResult solve_once(const MeshData& mesh, const Task& task, const arap::SolveOptions& solve_options,

@@ -239,9 +239,9 @@ TEST(Patches, PatchOfOneVertexIsAHardVertex) {
   Task patch = hard;
   hard.add(30, {0, 0, 2});
   patch.add_patch({30}, {7}, {0, 0, 2});
-  EXPECT_LT(
-      max_distance(solve_once(mesh, hard, to_step(1e-10)).positions, solve_once(mesh, patch, to_step(1e-10)).positions),
-      1e-6);
+  EXPECT_LT(max_distance(solve_once(mesh, hard, to_accuracy(1e-10)).positions,
+                         solve_once(mesh, patch, to_accuracy(1e-10)).positions),
+            1e-6);
 }
 
 TEST(Patches, ConvergeWhereTheReferenceDoes) {
@@ -254,7 +254,7 @@ TEST(Patches, ConvergeWhereTheReferenceDoes) {
       const ModelReference plain(mesh, model);
       const Reference::Solution expected =
           plain.solve(task.constraints, task.targets, plain.rest_guess(task.constraints, task.targets), 20000, 1e-10);
-      const SolveResult result = solve_once(mesh, task, to_step(1e-10, InitialGuess::kRest), model.options());
+      const SolveResult result = solve_once(mesh, task, to_accuracy(1e-10, InitialGuess::kRest), model.options());
       EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal())
           << mesh.name << model.name();
     }
@@ -280,7 +280,7 @@ TEST(Patches, SeveralPatchesAloneMovedByOneRigidMotionMoveThePartByIt) {
   Task task;
   for (const int centre : {0, 3, 6, 9}) add_disc(task, mesh, centre, .3, Vector3::Zero());
   task = rigid_task(mesh, task.constraints, motion);
-  const SolveResult result = solve_once(mesh, task, to_step(1e-9));
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-9));
   EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-6 * mesh.diagonal());
   const std::vector<Matrix3> rotations(4, motion.rotation);
   SurfaceArap solver(mesh.mesh());
@@ -296,7 +296,7 @@ TEST(Patches, WithSoftVerticesConvergeWhereTheReferenceDoes) {
   add_disc(task, mesh, 40, .6, {.4, 0, 0});
   const Reference plain(mesh, arap::Energy::kSpokesAndRims, arap::EdgeWeights::kCotangent);
   const Reference::Solution expected = plain.solve(task.constraints, task.targets, mesh.positions(), 20000, 1e-10);
-  const SolveResult result = solve_once(mesh, task, to_step(1e-10, InitialGuess::kRest));
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-10, InitialGuess::kRest));
   EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal());
 }
 
@@ -304,7 +304,7 @@ TEST(Patches, ReactionIsSpreadByTheWeightsWhenConverged) {
   const MeshData mesh = bumpy_sphere(2);
   Task task = hold(mesh, extreme_vertices(mesh.positions(), 2, .1));
   add_disc(task, mesh, extreme_vertices(mesh.positions(), 2, -.01).front(), .6, {.3, .3, .2});
-  const SolveResult result = solve_once(mesh, task, to_step(1e-10));
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-10));
   const Positions force =
       Reference(mesh, arap::Energy::kSpokesAndRims, arap::EdgeWeights::kCotangent).gradient(result.positions);
   const auto& patches = task.constraints.patches;
@@ -364,11 +364,11 @@ TEST(Patches, ThreadsDoNotChangeTheResult) {
     add_disc(task, mesh, v, .1 * mesh.diagonal(), .1 * mesh.diagonal() * Vector3(1, .5, .2));
   arap::Options options;
   options.threads = 1;
-  const Positions one = solve_once(mesh, task, to_step(1e-9), options).positions;
+  const Positions one = solve_once(mesh, task, to_accuracy(1e-9), options).positions;
   options.threads = 3;
-  const Positions three = solve_once(mesh, task, to_step(1e-9), options).positions;
+  const Positions three = solve_once(mesh, task, to_accuracy(1e-9), options).positions;
   EXPECT_LT(max_distance(one, three), 1e-6 * mesh.diagonal());
-  EXPECT_EQ(solve_once(mesh, task, to_step(1e-9), options).positions, three) << "run by run the same";
+  EXPECT_EQ(solve_once(mesh, task, to_accuracy(1e-9), options).positions, three) << "run by run the same";
 }
 
 TEST(Patches, OverTwoPartsHoldBothTogether) {
@@ -389,7 +389,7 @@ TEST(Patches, MixedConstraintsOnTwoParts) {
   Task task = hold(mesh, {0});
   task.add(5, mesh.vertices[5] + Vector3(0, .2, 0), .5);
   add_disc(task, mesh, n + 3, .8, {0, 0, 2});
-  const SolveResult result = solve_once(mesh, task, to_step(1e-8));
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-8));
   EXPECT_LT(patch_gap(task, result.positions), 1e-9);
   Positions moved = mesh.positions().bottomRows(n);
   moved.col(2).array() += 2;

@@ -70,7 +70,7 @@ TEST(Energy, WithRegionsIsTheOneThatASolveMinimizes) {
   for (const Model& model : all_models()) {
     SurfaceArap solver(mesh.mesh(), exactly(model.options()), with_regions(regions.labels));
     solver.set_constraints(task.constraints);
-    const SolveResult result = solver.solve(task.targets, to_step(1e-10));
+    const SolveResult result = solver.solve(task.targets, to_accuracy(1e-10));
     EXPECT_NEAR(solver.energy(result.positions), result.energy_after, 1e-9 * result.energy_after) << model.name();
     const SurfaceArap free(mesh.mesh(), model.options());
     EXPECT_LT(free.energy(result.positions), .99 * result.energy_after) << model.name() << ": shared rotations cost";

@@ -126,7 +126,7 @@ struct Drag {
   }
   /// Of each frame, how far it is from there, in diagonals.
   [[nodiscard]] std::vector<double> behind(const std::vector<Positions>& frames) const {
-    const std::vector<Positions> converged = this->frames(to_step(1e-7));
+    const std::vector<Positions> converged = this->frames(to_accuracy(1e-7));
     std::vector<double> result;
     for (size_t k = 0; k < frames.size(); ++k)
       result.push_back(max_distance(frames[k], converged[k]) / mesh.diagonal());
@@ -187,8 +187,8 @@ TEST(Prediction, CatchingUpNowAndThenIsNotTakenForMotion) {
 
 TEST(Prediction, DoesNotChangeWhereADragConverges) {
   const Drag drag;
-  const std::vector<Positions> with = drag.frames(to_step(1e-8));
-  const std::vector<Positions> without = drag.frames(to_step(1e-8), set_again);
+  const std::vector<Positions> with = drag.frames(to_accuracy(1e-8));
+  const std::vector<Positions> without = drag.frames(to_accuracy(1e-8), set_again);
   for (size_t k = 0; k < with.size(); ++k) EXPECT_LT(max_distance(with[k], without[k]), 1e-5 * drag.mesh.diagonal());
 }
 

@@ -205,7 +205,7 @@ SolveResult turned_in_steps(const MeshData& mesh, const Vector3& axis, double an
   for (int k = 1; k <= n_steps; ++k) {
     const Task task = bend_task(mesh, {rotation_about(axis, angle_rad * k / n_steps), Vector3::Zero()});
     solver.set_constraints(task.constraints);
-    result = solver.solve(task.targets, to_step(1e-8));
+    result = solver.solve(task.targets, to_accuracy(1e-8));
   }
   return result;
 }
@@ -257,8 +257,8 @@ TEST(LargeMoves, OfTwoHandlesAgainstEachOtherTwistByBothAngles) {
   SurfaceArap in_steps(mesh.mesh());
   in_steps.set_constraints(twist(1).constraints);
   SolveResult expected;
-  for (int k = 1; k <= 20; ++k) expected = in_steps.solve(twist(k / 20.0).targets, to_step(1e-8));
-  const SolveResult at_once = solve_once(mesh, twist(1), to_step(1e-8));
+  for (int k = 1; k <= 20; ++k) expected = in_steps.solve(twist(k / 20.0).targets, to_accuracy(1e-8));
+  const SolveResult at_once = solve_once(mesh, twist(1), to_accuracy(1e-8));
   EXPECT_NEAR(at_once.energy_after, expected.energy_after, 1e-6 * expected.energy_after);
 }
 
@@ -309,10 +309,10 @@ TEST(Guesses, NeverFactorizeAgainForNewTargets) {
 TEST(Guesses, AllReachTheSameMinimumOfAGentleBend) {
   const MeshData mesh = cylinder(10, 8);
   const Task task = bend_task(mesh, default_bend(mesh));
-  const Positions expected = solve_once(mesh, task, to_step(1e-9, InitialGuess::kRest)).positions;
+  const Positions expected = solve_once(mesh, task, to_accuracy(1e-9, InitialGuess::kRest)).positions;
   for (const InitialGuess guess :
        {InitialGuess::kPrevious, InitialGuess::kNaiveLaplacian, InitialGuess::kHandleRotations})
-    EXPECT_LT(max_distance(solve_once(mesh, task, to_step(1e-9, guess)).positions, expected), 1e-5);
+    EXPECT_LT(max_distance(solve_once(mesh, task, to_accuracy(1e-9, guess)).positions, expected), 1e-5);
 }
 
 }  // namespace

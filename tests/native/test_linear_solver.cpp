@@ -289,8 +289,8 @@ TEST_P(LinearSolverKinds, SurfacesEndAtTheSameShape) {
   options.linear_solver = GetParam().kind;
   for (const InitialGuess guess :
        {InitialGuess::kRest, InitialGuess::kNaiveLaplacian, InitialGuess::kHandleRotations}) {
-    const arap::SolveResult expected = solve_once(mesh, task, to_step(1e-9, guess), plain);
-    const arap::SolveResult result = solve_once(mesh, task, to_step(1e-9, guess), options);
+    const arap::SolveResult expected = solve_once(mesh, task, to_accuracy(1e-9, guess), plain);
+    const arap::SolveResult result = solve_once(mesh, task, to_accuracy(1e-9, guess), options);
     EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
     EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal());
     EXPECT_NEAR(result.energy_after, expected.energy_after, 1e-9 * expected.energy_after);

@@ -63,8 +63,7 @@ TEST(SolveOptions, DefaultsGoOnFromThePreviousPositionsWithoutTimeLimit) {
 TEST(SolveOptions, LeastValuesAreAccepted) {
   arap::SolveOptions options;
   options.max_iterations = 1;
-  options.energy_tolerance = 0;
-  options.step_tolerance = 0;
+  options.accuracy = 0;
   options.time_limit_s = 1e-300;
   EXPECT_NO_THROW(options.validate());
 }
@@ -75,19 +74,11 @@ TEST(SolveOptions, NoIterationsAreRefused) {
   expect_error<InvalidInput>([&] { options.validate(); }, {"max_iterations", "0", ">= 1"});
 }
 
-TEST(SolveOptions, BadEnergyToleranceIsRefused) {
+TEST(SolveOptions, BadAccuracyIsRefused) {
   arap::SolveOptions options;
-  for (const double bad : {-1e-3, kNan}) {
-    options.energy_tolerance = bad;
-    expect_error<InvalidInput>([&] { options.validate(); }, {"energy_tolerance", ">= 0"});
-  }
-}
-
-TEST(SolveOptions, BadStepToleranceIsRefused) {
-  arap::SolveOptions options;
-  for (const double bad : {-1e-3, kNan}) {
-    options.step_tolerance = bad;
-    expect_error<InvalidInput>([&] { options.validate(); }, {"step_tolerance", ">= 0"});
+  for (const double bad : {-1e-3, kNan, kInfinity}) {
+    options.accuracy = bad;
+    expect_error<InvalidInput>([&] { options.validate(); }, {"accuracy", ">= 0"});
   }
 }
 

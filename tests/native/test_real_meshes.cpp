@@ -101,11 +101,11 @@ TEST_F(RealMeshes, SpokesReachTheKnownMinimum) {
   const MeshData mesh = load("armadillo_10k");
   const Task task = standard_task(mesh);
   const Model model{Energy::kSpokes, EdgeWeights::kCotangent};
-  const SolveResult result = solve_once(mesh, task, to_step(1e-5, InitialGuess::kRest, 300), model.options());
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-4, InitialGuess::kRest, 300), model.options());
   const double Ec = Reference(mesh, model.energy, model.weights).energy(result.positions);
   EXPECT_NEAR(Ec, .0107515, .005 * .0107515);
   EXPECT_NEAR(result.energy_after, Ec, 1e-5 * Ec) << "in single precision";
-  const SolveResult exact = solve_once(mesh, task, to_step(1e-8, InitialGuess::kRest, 300), model.options());
+  const SolveResult exact = solve_once(mesh, task, to_accuracy(1e-8, InitialGuess::kRest, 300), model.options());
   EXPECT_NEAR(exact.energy_after, Reference(mesh, model.energy, model.weights).energy(exact.positions), 1e-9 * Ec);
 }
 
@@ -113,7 +113,7 @@ TEST_F(RealMeshes, SpokesAndRimsReachTheKnownMinimum) {
   const MeshData mesh = load("armadillo_10k");
   const Task task = standard_task(mesh);
   const Model model{Energy::kSpokesAndRims, EdgeWeights::kCotangent};
-  const SolveResult result = solve_once(mesh, task, to_step(1e-5, InitialGuess::kRest, 300), model.options());
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-4, InitialGuess::kRest, 300), model.options());
   // The yardstick has no 1/3.
   const double Er = 3 * Reference(mesh, model.energy, model.weights).energy(result.positions);
   EXPECT_NEAR(Er, .0154888, .005 * .0154888);
@@ -133,10 +133,10 @@ TEST_P(SmallRealMesh, ThereAndBackEndsAtRest) {
     SurfaceArap solver(mesh.mesh(), model.options());
     const Task there = standard_task(mesh);
     solver.set_constraints(there.constraints);
-    const SolveResult posed = solver.solve(there.targets, to_step(1e-9));
+    const SolveResult posed = solver.solve(there.targets, to_accuracy(1e-9));
     EXPECT_EQ(posed.stop_reason, StopReason::kConverged) << model.name();
     EXPECT_GT(max_distance(posed.positions, mesh.positions()), .2) << model.name();
-    const SolveResult back = solver.solve(standard_task(mesh, 0).targets, to_step(1e-9));
+    const SolveResult back = solver.solve(standard_task(mesh, 0).targets, to_accuracy(1e-9));
     EXPECT_EQ(back.stop_reason, StopReason::kConverged) << model.name();
     EXPECT_LT(max_distance(back.positions, mesh.positions()), 1e-4) << model.name();
     RecordProperty(model.name(), posed.iterations + back.iterations);

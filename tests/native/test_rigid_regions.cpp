@@ -146,7 +146,7 @@ TEST_P(RigidRegions, FreeRegionMovesAsOneAndRestsWhereNothingPullsItOn) {
   const std::vector<int> regions = middle_region();
   expect_rigid_and_monotone(mesh, regions, bar_task(), "free");
   expect_rigid_and_monotone(mesh, regions, bar_task(2.8), "free, great bend");
-  const SolveResult result = solve_once(mesh, bar_task(), to_step(1e-11), options(), with_regions(regions));
+  const SolveResult result = solve_once(mesh, bar_task(), to_accuracy(1e-11), options(), with_regions(regions));
   EXPECT_GT(max_distance(rows(result.positions, members(regions, 0)), rows(mesh.positions(), members(regions, 0))), .1);
   expect_stationary(mesh, regions, bar_task(), result, all_directions());
 }
@@ -159,7 +159,7 @@ TEST_P(RigidRegions, RegionWithOneHardVertexTurnsAboutIt) {
   const Vector3 target = mesh.vertices[inside] + Vector3(0, .1, .3);
   task.add(inside, target);
   expect_rigid_and_monotone(mesh, regions, task, "one hard vertex");
-  const SolveResult result = solve_once(mesh, task, to_step(1e-11), options(), with_regions(regions));
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-11), options(), with_regions(regions));
   expect_stationary(mesh, regions, task, result, turns_about(target));
 }
 
@@ -174,7 +174,7 @@ TEST_P(RigidRegions, RegionWithTwoHardVerticesTurnsAboutTheirLine) {
   task.add(inside.front(), first);
   task.add(inside.back(), second);
   expect_rigid_and_monotone(mesh, regions, task, "two hard vertices");
-  const SolveResult result = solve_once(mesh, task, to_step(1e-11), options(), with_regions(regions));
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-11), options(), with_regions(regions));
   expect_stationary(mesh, regions, task, result, {{true, (second - first).normalized(), first}});
 }
 
@@ -198,7 +198,7 @@ TEST_P(RigidRegions, RegionWithSoftVerticesRestsWhereNothingPullsItOn) {
   Task task = bar_task();
   for (const int v : {inside.front(), inside[5], inside.back()}) task.add(v, mesh.vertices[v] + Vector3(0, .2, .4), .4);
   expect_rigid_and_monotone(mesh, regions, task, "soft vertices");
-  const SolveResult result = solve_once(mesh, task, to_step(1e-11), options(), with_regions(regions));
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-11), options(), with_regions(regions));
   expect_stationary(mesh, regions, task, result, all_directions());
 }
 
@@ -208,7 +208,7 @@ TEST_P(RigidRegions, AdjacentRegionsMoveAsOneEach) {
   for (int v = 0; v < mesh.n_vertices(); ++v)
     if (regions[v] < 0 && mesh.vertices[v].x() >= .1 && mesh.vertices[v].x() < 1) regions[v] = 1;
   expect_rigid_and_monotone(mesh, regions, bar_task(), "two regions side by side");
-  const SolveResult result = solve_once(mesh, bar_task(), to_step(1e-11), options(), with_regions(regions));
+  const SolveResult result = solve_once(mesh, bar_task(), to_accuracy(1e-11), options(), with_regions(regions));
   expect_stationary(mesh, regions, bar_task(), result, all_directions());
 }
 
@@ -226,7 +226,7 @@ TEST_P(RigidRegions, PatchInARegionMeetsItsTarget) {
     const Positions p = solve_once(mesh, task, iterations(n), options(), with_regions(regions)).positions;
     EXPECT_LT((middle_of(p, inside[0], inside[4]) - target).norm(), 1e-9 * mesh.diagonal()) << n;
   }
-  const SolveResult result = solve_once(mesh, task, to_step(1e-11), options(), with_regions(regions));
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-11), options(), with_regions(regions));
   expect_stationary(mesh, regions, task, result, turns_about(target));
 }
 
@@ -249,10 +249,10 @@ TEST_P(RigidRegions, PatchHalfInARegionMeetsItsTarget) {
   // The region's turn moves the average, so single steps may raise the energy; it converges all the same.
   SurfaceArap solver(mesh.mesh(), options(), with_regions(regions));
   solver.set_constraints(task.constraints);
-  const SolveResult result = solver.solve(task.targets, to_step(1e-10));
+  const SolveResult result = solver.solve(task.targets, to_accuracy(1e-10));
   EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
   EXPECT_LT(result.energy_after, result.energy_before);
-  const SolveResult more = solver.solve(task.targets, to_step(1e-10));
+  const SolveResult more = solver.solve(task.targets, to_accuracy(1e-10));
   EXPECT_LT(max_distance(more.positions, result.positions), 1e-6) << "converged is where another solve stays";
 }
 
@@ -291,7 +291,7 @@ TEST_P(RigidRegions, ReportedEnergyIsThatOfThePositionsWithTheRegionsRotation) {
   const auto expected = [&](const SolveResult& result) {
     return plain.energy(result.positions, shared_rotations(plain, mesh, regions, result.positions));
   };
-  const SolveResult converged = solve_once(mesh, bar_task(), to_step(1e-11), options(), with_regions(regions));
+  const SolveResult converged = solve_once(mesh, bar_task(), to_accuracy(1e-11), options(), with_regions(regions));
   EXPECT_NEAR(converged.energy_after, expected(converged), 1e-9 * converged.energy_after);
   // Before, the other cells may lag behind the region by one fit, but never report too little.
   const SolveResult early = solve_once(mesh, bar_task(), iterations(8), options(), with_regions(regions));
@@ -303,7 +303,7 @@ TEST_P(RigidRegions, AllHandlesMovedByOneRigidMotionMoveEverythingByIt) {
   const MeshData mesh = long_bar();
   const RigidMotion motion = Random(81).rigid_motion(.7, 1);
   const Task task = rigid_task(mesh, bar_task().constraints, motion);
-  const SolveResult result = solve_once(mesh, task, to_step(1e-9), options(), with_regions(middle_region()));
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-9), options(), with_regions(middle_region()));
   EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-6 * mesh.diagonal());
   const SolveResult guessed =
       solve_once(mesh, task, iterations(1, InitialGuess::kHandleRotations), options(), with_regions(middle_region()));
@@ -314,8 +314,8 @@ TEST_P(RigidRegions, RegionOfOneVertexIsNoRegion) {
   const MeshData mesh = long_bar();
   std::vector<int> regions(static_cast<size_t>(mesh.n_vertices()), -1);
   regions[mesh.n_vertices() / 2] = 0;
-  const Positions with = solve_once(mesh, bar_task(), to_step(1e-11), options(), with_regions(regions)).positions;
-  EXPECT_LT(max_distance(with, solve_once(mesh, bar_task(), to_step(1e-11), options()).positions), 1e-6);
+  const Positions with = solve_once(mesh, bar_task(), to_accuracy(1e-11), options(), with_regions(regions)).positions;
+  EXPECT_LT(max_distance(with, solve_once(mesh, bar_task(), to_accuracy(1e-11), options()).positions), 1e-6);
 }
 
 INSTANTIATE_TEST_SUITE_P(AllModels, RigidRegions, testing::ValuesIn(all_models()), model_name);
@@ -329,7 +329,7 @@ TEST(RigidRegion, OfTheWholeMeshIsTheBestFitToItsSoftTargets) {
     task.add(v, motion.apply(mesh.vertices[v]) + random.vector(.2), random.uniform(.1, .9));
   const Reference plain(mesh, arap::Energy::kSpokesAndRims, arap::EdgeWeights::kCotangent);
   const std::vector<int> regions(static_cast<size_t>(mesh.n_vertices()), 0);
-  const SolveResult result = solve_once(mesh, task, to_step(1e-12), {}, with_regions(regions));
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-12), {}, with_regions(regions));
   // The weighted fit in closed form.
   const Eigen::MatrixXd K = plain.matrix();
   Vector3 from = Vector3::Zero();
@@ -378,7 +378,8 @@ TEST(RigidRegion, AcrossTwoPartsHoldsThemTogether) {
   for (const int v : {0, 5, 9, n + 3, n + 8, n + 20}) regions[v] = 0;
   const RigidMotion motion = Random(83).rigid_motion(.6, 1);
   arap::ConstraintSet set{{20, 21, 22, 30}, {1, 1, 1, 1}, {}};
-  const SolveResult result = solve_once(mesh, rigid_task(mesh, set, motion), to_step(1e-10), {}, with_regions(regions));
+  const SolveResult result =
+      solve_once(mesh, rigid_task(mesh, set, motion), to_accuracy(1e-10), {}, with_regions(regions));
   EXPECT_TRUE(result.parts_at_rest.empty()) << "the second part hangs on the first";
   EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-5 * mesh.diagonal());
 }
@@ -402,7 +403,7 @@ TEST(RigidRegion, OnALineOrOfTwoVerticesIsRigidToo) {
   std::vector<int> two(static_cast<size_t>(mesh.n_vertices()), -1);
   two[members(row, 0).front()] = two[members(row, 0)[1]] = 0;
   for (const std::vector<int>& regions : {row, two}) {
-    const SolveResult result = solve_once(mesh, bar_task(), to_step(1e-8), {}, with_regions(regions));
+    const SolveResult result = solve_once(mesh, bar_task(), to_accuracy(1e-8), {}, with_regions(regions));
     EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
     EXPECT_LT(off_rigid(mesh.positions(), result.positions, members(regions, 0)), 1e-6 * mesh.diagonal());
   }

@@ -136,9 +136,9 @@ void expect_sound(const MeshData& mesh, const std::string& what) {
 /// Largest move of a vertex of the sound mesh that the fault causes, as a fraction of the diagonal.
 /// With a radius of the same length: a fault may change the box.
 double deviation(const MeshData& faulty, const MeshData& sound, const Task& task, arap::Options options) {
-  const Positions expected = solve_once(sound, task, to_step(1e-9), options).positions;
+  const Positions expected = solve_once(sound, task, to_accuracy(1e-9), options).positions;
   options.rigidity_radius *= sound.mesh().diagonal() / faulty.mesh().diagonal();
-  const Positions result = solve_once(faulty, task, to_step(1e-9), options).positions;
+  const Positions result = solve_once(faulty, task, to_accuracy(1e-9), options).positions;
   return max_distance(result.topRows(expected.rows()), expected) / sound.diagonal();
 }
 
@@ -151,7 +151,7 @@ double deviation(const MeshData& faulty, const arap::Options& options) {
 double hardly(const Model& model) { return model.energy == arap::Energy::kRotationNodes ? 1e-2 : 3e-3; }
 
 Positions bent(const MeshData& mesh, const arap::Options& options = {}) {
-  return solve_once(mesh, sound_task(), to_step(1e-9), options).positions;
+  return solve_once(mesh, sound_task(), to_accuracy(1e-9), options).positions;
 }
 
 // Degenerate triangles.
@@ -271,7 +271,7 @@ TEST(Robustness, CornersOnStraightSidesAreSound) {
   for (const Model& model : all_models()) {
     const SolveResult at_rest = solve_once(mesh, bend_task(mesh, {}), iterations(10), model.options());
     EXPECT_LT(max_distance(at_rest.positions, mesh.positions()), 1e-9);
-    const SolveResult result = solve_once(mesh, task, to_step(1e-8), model.options());
+    const SolveResult result = solve_once(mesh, task, to_accuracy(1e-8), model.options());
     EXPECT_EQ(result.stop_reason, StopReason::kConverged);
     EXPECT_LT(max_distance(result.positions, mesh.positions()), mesh.diagonal());
   }
@@ -363,7 +363,7 @@ TEST(Robustness, NonManifoldVertexIsHardlyFelt) {
   faulty.faces.insert(faulty.faces.end(), {{a, b, c}, {a, c, d}, {a, d, b}, {b, d, c}});
   expect_sound(faulty, "tetrahedron on a vertex");
   for (const Model& model : all_models()) EXPECT_LT(deviation(faulty, model.options()), hardly(model)) << model.name();
-  const SolveResult result = solve_once(faulty, sound_task(), to_step(1e-9));
+  const SolveResult result = solve_once(faulty, sound_task(), to_accuracy(1e-9));
   EXPECT_LT(off_rigid(faulty.positions(), result.positions, {a, b, c, d}), .02) << "it goes along";
 }
 
@@ -374,7 +374,7 @@ TEST(Robustness, LooseVerticesStayAndAreReported) {
   const int n = faulty.n_vertices();
   faulty.add_vertex({3, 3, 3});
   faulty.add_vertex({0, 0, 0});
-  const SolveResult result = solve_once(faulty, sound_task(), to_step(1e-9));
+  const SolveResult result = solve_once(faulty, sound_task(), to_accuracy(1e-9));
   EXPECT_EQ(result.loose_vertices, (std::vector<int>{n, n + 1}));
   EXPECT_TRUE(result.parts_at_rest.empty()) << "loose vertices are no part";
   EXPECT_LT(max_distance(result.positions.bottomRows(2), faulty.positions().bottomRows(2)), 1e-12);
@@ -415,11 +415,11 @@ TEST(Robustness, PartWithoutConstraintStaysAndIsReported) {
   Task both_held = sound_task();
   for (int v = n; v < 2 * n; ++v) both_held.add(v, faulty.vertices[v]);
   for (const Model& model : all_models()) {
-    const SolveResult result = solve_once(faulty, sound_task(), to_step(1e-9), model.options());
+    const SolveResult result = solve_once(faulty, sound_task(), to_accuracy(1e-9), model.options());
     EXPECT_EQ(result.parts_at_rest, std::vector<int>{1});
     EXPECT_LT(max_distance(result.positions.bottomRows(n), faulty.positions().bottomRows(n)), 1e-12);
     // Not with the part alone: the nodes of that are others, as radii are parts of the diagonal of the whole mesh.
-    const Positions expected = solve_once(faulty, both_held, to_step(1e-9), model.options()).positions;
+    const Positions expected = solve_once(faulty, both_held, to_accuracy(1e-9), model.options()).positions;
     EXPECT_LT(max_distance(result.positions, expected), 1e-6) << model.name();
   }
 }
@@ -553,7 +553,7 @@ TEST(Robustness, SliversAreFoundAtEveryScale) {
     const MeshData mesh = transformed(with_sliver(sound_mesh()), [&](const Vector3& p) { return Vector3(scale * p); });
     Task task = sound_task();
     task.targets *= scale;
-    const Positions result = solve_once(mesh, task, to_step(1e-9)).positions / scale;
+    const Positions result = solve_once(mesh, task, to_accuracy(1e-9)).positions / scale;
     EXPECT_LT(max_distance(result, bent(with_sliver(sound_mesh()))), 1e-6);
   }
 }

@@ -152,12 +152,12 @@ TEST(RotationNodes, AnotherChoiceOfNodesMovesNothingByMuch) {
   const MeshData mesh = triangulate(bar(12, Faces::kQuads));
   const Task task = bend_task(mesh, default_bend(mesh));
   const arap::Options options = with_nodes(.06);
-  const Positions expected = solve_once(mesh, task, to_step(1e-7), options).positions;
+  const Positions expected = solve_once(mesh, task, to_accuracy(1e-7), options).positions;
   for (const std::uint64_t seed : {1, 2, 3}) {
     const std::vector<int> order = shuffled(mesh.n_vertices(), seed);
     Task other = task;
     for (int& v : other.constraints.vertices) v = order[v];
-    const Positions p = solve_once(renumbered(mesh, order), other, to_step(1e-7), options).positions;
+    const Positions p = solve_once(renumbered(mesh, order), other, to_accuracy(1e-7), options).positions;
     EXPECT_LT(max_distance(rows(p, order), expected), .002 * mesh.diagonal());
   }
 }
@@ -181,8 +181,8 @@ TEST(RotationNodes, ConvergesUnderRefinementWhereSpokesAndRimsDoesNot) {
       if (rest[0] < -end) task.add(v, rest);
       if (rest[0] > end) task.add(v, turn * (rest - Vector3(end, 0, 0)) + Vector3(.5 * end, .9 * end, 0));
     }
-    with_nodes_at.emplace_back(solve_once(mesh, task, to_step(1e-7), with_nodes(.06)).positions.topRows(n_common));
-    classic_at.emplace_back(solve_once(mesh, task, to_step(1e-7), classic).positions.topRows(n_common));
+    with_nodes_at.emplace_back(solve_once(mesh, task, to_accuracy(1e-7), with_nodes(.06)).positions.topRows(n_common));
+    classic_at.emplace_back(solve_once(mesh, task, to_accuracy(1e-7), classic).positions.topRows(n_common));
   }
   const double change = max_distance(with_nodes_at[2], with_nodes_at[1]) / mesh.diagonal();
   const double classic_change = max_distance(classic_at[2], classic_at[1]) / mesh.diagonal();
@@ -242,8 +242,8 @@ TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {
     for (const Energy energy : {Energy::kRotationNodes, Energy::kSpokesAndRims, Energy::kSpokes}) {
       arap::Options options = with_nodes(.08);
       options.energy = energy;
-      const Positions p = solve_once(mesh, task, to_step(1e-9), options).positions;
-      const Positions q = solve_once(mesh, other, to_step(1e-9), options).positions;
+      const Positions p = solve_once(mesh, task, to_accuracy(1e-9), options).positions;
+      const Positions q = solve_once(mesh, other, to_accuracy(1e-9), options).positions;
       EXPECT_LT(max_distance(mirrored(p), q), 1e-6 * mesh.diagonal()) << mesh.name << ", " << static_cast<int>(energy);
       EXPECT_GT(max_distance(p, mesh.positions()), .05 * mesh.diagonal()) << mesh.name;
     }

@@ -69,7 +69,7 @@ TEST(SurfaceArap, OneHardVertexCarriesTheMeshAlongAsItIs) {
   const MeshData mesh = bumpy_sphere(1);
   Task task;
   task.add(7, mesh.vertices[7] + Vector3(1, -.5, .5));
-  const SolveResult result = solve_once(mesh, task, to_step(1e-9, InitialGuess::kRest));
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-9, InitialGuess::kRest));
   std::vector<int> all(static_cast<size_t>(mesh.n_vertices()));
   std::iota(all.begin(), all.end(), 0);
   EXPECT_LT(off_rigid(mesh.positions(), result.positions, all), 1e-6);
@@ -111,11 +111,11 @@ TEST(SurfaceArap, StrongerSoftConstraintsPullCloserAndTendToHard) {
   const int v = extreme_vertices(mesh.positions(), 2, -.01).front();
   const Vector3 target = mesh.vertices[v] + Vector3(.2, .3, .5);
   task.add(v, target);
-  const Positions hard = solve_once(mesh, task, to_step(1e-10)).positions;
+  const Positions hard = solve_once(mesh, task, to_accuracy(1e-10)).positions;
   double gap = 1e300;
   for (const double s : {.01, .1, .5, .9, .99, .999999}) {
     task.constraints.strengths.back() = s;
-    const Positions soft = solve_once(mesh, task, to_step(1e-10)).positions;
+    const Positions soft = solve_once(mesh, task, to_accuracy(1e-10)).positions;
     const double next = (soft.row(v).transpose() - target).norm();
     EXPECT_LT(next, gap) << s;
     gap = next;
@@ -127,9 +127,9 @@ TEST(SurfaceArap, StrongerSoftConstraintsPullCloserAndTendToHard) {
 TEST(SurfaceArap, HardlyAnySoftnessStaysSolvable) {
   const MeshData mesh = bumpy_sphere(1);
   Task task = bend_task(mesh, default_bend(mesh));
-  const Positions hard = solve_once(mesh, task, to_step(1e-9)).positions;
+  const Positions hard = solve_once(mesh, task, to_accuracy(1e-9)).positions;
   for (double& s : task.constraints.strengths) s = 1 - 1e-12;
-  EXPECT_LT(max_distance(solve_once(mesh, task, to_step(1e-9)).positions, hard), 1e-5);
+  EXPECT_LT(max_distance(solve_once(mesh, task, to_accuracy(1e-9)).positions, hard), 1e-5);
   for (double& s : task.constraints.strengths) s = 1e-9;
   const SolveResult weak = solve_once(mesh, task, iterations(5));
   EXPECT_TRUE(weak.positions.allFinite());
@@ -142,7 +142,7 @@ TEST(Stiffness, TheSameEverywhereScalesTheEnergyAndMovesNothing) {
   const MeshData mesh = bumpy_sphere(1);
   const Task task = bend_task(mesh, default_bend(mesh));
   for (const Model& model : all_models()) {
-    const arap::SolveOptions options = to_step(1e-10);
+    const arap::SolveOptions options = to_accuracy(1e-10);
     const SolveResult normal = solve_once(mesh, task, options, exactly(model.options()));
     for (const double c : {1e-3, 7.0, 1e4}) {
       const std::vector<double> stiffness(static_cast<size_t>(mesh.n_vertices()), c);
@@ -166,9 +166,9 @@ TEST(Stiffness, StiffHalfKeepsItsShape) {
     if (is_stiff) stiff.push_back(v);
   }
   const Positions rest = mesh.positions();
-  const double without = off_rigid(rest, solve_once(mesh, task, to_step(1e-7)).positions, stiff);
+  const double without = off_rigid(rest, solve_once(mesh, task, to_accuracy(1e-7)).positions, stiff);
   const double with =
-      off_rigid(rest, solve_once(mesh, task, to_step(1e-7), {}, with_stiffness(stiffness)).positions, stiff);
+      off_rigid(rest, solve_once(mesh, task, to_accuracy(1e-7), {}, with_stiffness(stiffness)).positions, stiff);
   EXPECT_LT(with, .1 * without);
 }
 
@@ -583,12 +583,12 @@ TEST(Threads, DoNotChangeTheResult) {
   for (const Model& model : {all_models()[0], all_models()[2]}) {
     arap::Options options = model.options();
     options.threads = 1;
-    const SolveResult one = solve_once(mesh, task, to_step(1e-9), options);
+    const SolveResult one = solve_once(mesh, task, to_accuracy(1e-9), options);
     options.threads = 2;
-    const SolveResult two = solve_once(mesh, task, to_step(1e-9), options);
+    const SolveResult two = solve_once(mesh, task, to_accuracy(1e-9), options);
     EXPECT_LT(max_distance(one.positions, two.positions), 1e-6 * mesh.diagonal());
     EXPECT_NEAR(one.energy_after, two.energy_after, 1e-10 * one.energy_after);
-    EXPECT_EQ(solve_once(mesh, task, to_step(1e-9), options).positions, two.positions) << "run by run the same";
+    EXPECT_EQ(solve_once(mesh, task, to_accuracy(1e-9), options).positions, two.positions) << "run by run the same";
   }
 }
 

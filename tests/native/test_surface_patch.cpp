@@ -109,12 +109,12 @@ TEST(SurfacePatch, APointPullIsTheSameAtEveryDensity) {
     const SurfaceArap model(mesh.mesh(), with_radius(.07));
     const Patch patch = model.patch_around({centre});
     task.add_patch(patch.vertices, patch.weights, patch.rest_position + Vector3(0, 0, .15));
-    const Positions pulled = solve_once(mesh, task, to_step(1e-7), with_radius(.07)).positions;
+    const Positions pulled = solve_once(mesh, task, to_accuracy(1e-7), with_radius(.07)).positions;
     Task spike = hold(mesh, border);
     spike.add(centre, mesh.vertices[centre] + Vector3(0, 0, .15));
     arap::Options classic;
     classic.energy = arap::Energy::kSpokesAndRims;
-    const Positions spiked = solve_once(mesh, spike, to_step(1e-7), classic).positions;
+    const Positions spiked = solve_once(mesh, spike, to_accuracy(1e-7), classic).positions;
     if (level == 2) {
       EXPECT_LT(max_distance(pulled.topRows(n_common), former.topRows(n_common)), .005 * mesh.diagonal());
       plain_change = max_distance(spiked.topRows(n_common), former_plain.topRows(n_common));

@@ -228,8 +228,8 @@ def test_options_list_the_valid_names():
         (lambda: arap_native.Options(rigidity_radius=0), "rigidity_radius = 0, must be "),
         (lambda: arap_native.Options(threads=-1), "threads = -1, must be "),
         (lambda: arap_native.SolveOptions(max_iterations=0), "max_iterations = 0, must be >= 1"),
-        (lambda: arap_native.SolveOptions(energy_tolerance=-1.0), "energy_tolerance = -1, must be finite and >= 0"),
-        (lambda: arap_native.SolveOptions(step_tolerance=np.nan), "step_tolerance = nan, must be finite and >= 0"),
+        (lambda: arap_native.SolveOptions(accuracy=-1.0), "accuracy = -1, must be finite and >= 0"),
+        (lambda: arap_native.SolveOptions(accuracy=np.nan), "accuracy = nan, must be finite and >= 0"),
         (lambda: arap_native.SolveOptions(time_limit_s=0.0), "time_limit_s = 0, must be > 0"),
     ],
 )

@@ -15,7 +15,7 @@ from sample_meshes import rotation_z, tube
 
 TUBE = tube(rings=60, segments=48)
 MESH = SessionMesh(TUBE.positions, TUBE.corner_vertices, TUBE.face_sizes)
-SETTINGS = SessionSettings(rigidity_radius=0.05, tolerance=1e-8, max_iterations=1000)
+SETTINGS = SessionSettings(rigidity_radius=0.05, accuracy=1e-8, max_iterations=1000)
 RADIUS = SETTINGS.rigidity_radius * TUBE.diagonal
 Z = TUBE.positions[:, 2]
 BOTTOM = np.flatnonzero(Z == 0.0).astype(np.int32)

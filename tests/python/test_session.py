@@ -21,7 +21,7 @@ BOTTOM = np.flatnonzero(TUBE.positions[:, 2] == 0.0).astype(np.int32)
 TOP = np.flatnonzero(TUBE.positions[:, 2] == 4.0).astype(np.int32)
 STRETCH = np.diag([1.0, 3.0, 0.5])
 NO_MOTION = np.eye(4)
-EXACT = SessionSettings(tolerance=1e-10, max_iterations=2000)
+EXACT = SessionSettings(accuracy=1e-10, max_iterations=2000)
 
 
 def rotation_x(angle_rad):
@@ -152,7 +152,7 @@ def test_an_update_goes_on_from_the_last_one():
 
 def test_convergence_stops_before_the_limit_and_the_limit_before_convergence():
     matrices = np.array([NO_MOTION, BEND])
-    loose = new_session(settings=SessionSettings(tolerance=1e-2, max_iterations=500))
+    loose = new_session(settings=SessionSettings(accuracy=1e-2, max_iterations=500))
     readout = loose.update(matrices, to_convergence=True)
     assert readout.stop_reason == "converged"
     assert readout.iterations < 500
@@ -255,7 +255,7 @@ def test_rigid_regions_and_stiffness_reach_the_solver():
 
 def test_settings_that_need_no_bind_can_change():
     session = new_session()
-    session.settings = dataclasses.replace(EXACT, tolerance=1e-2, iterations_per_update=7)
+    session.settings = dataclasses.replace(EXACT, accuracy=1e-2, iterations_per_update=7)
     assert session.update(np.array([NO_MOTION, BEND]), initial_guess="rest").iterations <= 7
     with pytest.raises(
         ValueError, match=r"^Energy, rigidity, weights, threads and seams are fixed at bind: make a new se"

@@ -64,7 +64,7 @@ def test_what_needs_a_new_bind_says_so(change, message):
 
 def test_what_needs_none():
     assert sessions.difference_of_bind(inputs(), inputs()) == ""
-    assert sessions.difference_of_bind(inputs(), inputs(settings=SessionSettings(tolerance=1e-2))) == ""
+    assert sessions.difference_of_bind(inputs(), inputs(settings=SessionSettings(accuracy=1e-2))) == ""
     assert sessions.difference_of_bind(inputs(), inputs(stretch=np.eye(3) + 1e-6)) == ""
 
 

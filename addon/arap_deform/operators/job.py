@@ -112,7 +112,7 @@ class ShapesJobOperator(JobOperator):
     def report_result(self, job: Any, result: Any) -> None:
         self.report_shapes(job, result)
         if job.n_unsettled:
-            text = rpt_("{} of {} solves stopped before the tolerance was met: allow more under Settings, At Most")
+            text = rpt_("{} of {} solves stopped before the accuracy was reached: allow more under Settings, At Most")
             self.report({"WARNING"}, text.format(job.n_unsettled, job.n_shapes))
 
 

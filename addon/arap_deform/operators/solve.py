@@ -31,7 +31,7 @@ def unsettled_text(readout: api.Readout) -> str:
     """What there is to say where a solve has not converged; '' where it has."""
     if readout.stop_reason == "converged":
         return ""
-    text = rpt_("Stopped after {}, before the tolerance was met: allow more under Settings, At Most")
+    text = rpt_("Stopped after {}, before the accuracy was reached: allow more under Settings, At Most")
     return text.format(_iterations_text(readout))
 
 

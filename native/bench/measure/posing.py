@@ -18,8 +18,8 @@ MODELS: dict[ModelName, str] = {"plain": "spokes_and_rims", "nodes": "rotation_n
 NEAR = 1.01
 STEP_ITERATIONS = 30  # of each step but the last
 MOST_ITERATIONS = 3000
-TOLERANCE = 1e-6  # of the energy an iteration, where a pose counts as reached
-LEAST_TOLERANCE = 1e-7  # below it the library goes on in double alone
+ACCURACY = 1e-6  # a fraction of the diagonal, where a pose counts as reached
+BEST_ACCURACY = 1e-7  # below it the library works in double alone
 Patches = tuple[Ints, Ints, Floats]
 
 
@@ -38,10 +38,8 @@ def reason_against(model: ModelName) -> str | None:
     return None
 
 
-def solve_options(iterations: int, tolerance: float, limit_s: float = math.inf) -> arap_native.SolveOptions:
-    return arap_native.SolveOptions(
-        max_iterations=iterations, energy_tolerance=tolerance, step_tolerance=10 * tolerance, time_limit_s=limit_s
-    )
+def solve_options(iterations: int, accuracy: float, limit_s: float = math.inf) -> arap_native.SolveOptions:
+    return arap_native.SolveOptions(max_iterations=iterations, accuracy=accuracy, time_limit_s=limit_s)
 
 
 class Limit(NamedTuple):
@@ -52,7 +50,7 @@ class Limit(NamedTuple):
 
 
 class Posed(NamedTuple):
-    """A pose solved to its end: positions (n, 3), and whether the tolerance ended it, not a limit."""
+    """A pose solved to its end: positions (n, 3), and whether the accuracy ended it, not a limit."""
 
     positions: Floats
     energy: float
@@ -79,21 +77,21 @@ class Posing:
         """One row for each constrained vertex, and one for the patch where there is one."""
         return np.concatenate([self._pose.task(share).targets, self._pose.motion(self._patch_at_rest, share)])
 
-    def pose(self, steps: int, limit_s: float, tolerance: float = TOLERANCE) -> Posed:
+    def pose(self, steps: int, limit_s: float, accuracy: float = ACCURACY) -> Posed:
         """From rest in even steps, the last one to its end, or as far as it comes in ``limit_s`` seconds."""
         self._arap.reset()
         for step in range(1, steps):
-            self._arap.solve(self.targets(step / steps), solve_options(STEP_ITERATIONS, TOLERANCE))
-        return self.follow(1.0, limit_s, tolerance)
+            self._arap.solve(self.targets(step / steps), solve_options(STEP_ITERATIONS, ACCURACY))
+        return self.follow(1.0, limit_s, accuracy)
 
-    def follow(self, share: float, limit_s: float, tolerance: float = TOLERANCE) -> Posed:
+    def follow(self, share: float, limit_s: float, accuracy: float = ACCURACY) -> Posed:
         """From where it is to the end of a share of the pose."""
-        result = self._arap.solve(self.targets(share), solve_options(MOST_ITERATIONS, tolerance, limit_s))
+        result = self._arap.solve(self.targets(share), solve_options(MOST_ITERATIONS, accuracy, limit_s))
         return Posed(result.positions, result.energy_after, result.stop_reason == "converged")
 
     def frame(self, share: float, limit: Limit, out: np.typing.NDArray[np.float32]) -> int:
         """What a frame of a drag solves within its limit; into ``out`` (n, 3); the number of iterations."""
-        options = solve_options(limit.iterations, TOLERANCE, limit.s)
+        options = solve_options(limit.iterations, ACCURACY, limit.s)
         return self._arap.solve(self.targets(share), options, out=out).iterations
 
     def reset(self) -> None:
@@ -105,7 +103,7 @@ class Posing:
 
         def solve(n_iterations: int) -> Run:
             self._arap.reset()
-            options = solve_options(n_iterations, LEAST_TOLERANCE, budget_s)
+            options = solve_options(n_iterations, BEST_ACCURACY, budget_s)
             result = self._arap.solve(targets, options)
             return Run(n_iterations, 0.0, result.energy_after)
 

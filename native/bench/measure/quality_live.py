@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from . import machine
 from .meshes import Mesh, creature
 from .poses import STEPS, Pose, cub_parts, large_move_of, turned
-from .posing import TOLERANCE, Limit, ModelName, Posing, options_of
+from .posing import Limit, ModelName, Posing, options_of
 from .shape import largest_distance, mirror_partners
 
 FRAMES = 60
@@ -21,7 +21,7 @@ FRAME_S = 0.014
 FRAME_ITERATIONS = (1, 2, 3)
 DRAG_VERTICES, SYMMETRY_VERTICES = 100_000, 10_000
 CONVERGED_S = 4.0  # at most, of a frame's converged pose
-SYMMETRY_TOLERANCES = (TOLERANCE, 1e-8, 1e-10)
+SYMMETRY_ACCURACIES = (1e-4, 1e-6, 1e-8)
 SYMMETRY_S = 30.0
 
 
@@ -81,10 +81,10 @@ def measure_symmetry(model: ModelName) -> dict[str, Any]:
     )
     postures = [Posing(pose, options_of(model)) for pose in (left, right)]
     row: dict[str, Any] = {"n_vertices": len(mesh.positions), "distances": []}
-    for tolerance in SYMMETRY_TOLERANCES:
-        results = [posing.pose(STEPS, SYMMETRY_S, tolerance).positions for posing in postures]
+    for accuracy in SYMMETRY_ACCURACIES:
+        results = [posing.pose(STEPS, SYMMETRY_S, accuracy).positions for posing in postures]
         distance = largest_distance(results[0], flip * results[1][partners])
-        row["distances"].append([tolerance, distance])
+        row["distances"].append([accuracy, distance])
     row["moved"] = largest_distance(results[0], mesh.positions)
     print(f"symmetry, {model}: {row}", file=sys.stderr, flush=True)
     return row

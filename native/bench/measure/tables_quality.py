@@ -148,11 +148,11 @@ def _behind(distances: list[float]) -> tuple[str, str]:
 
 def symmetry(models: dict[str, Row]) -> str:
     lines = [
-        (MODEL_NAMES[model], str(row["n_vertices"]), f"{tolerance:.0e}", f"{distance:.0e}", number(row["moved"], 2))
+        (MODEL_NAMES[model], str(row["n_vertices"]), f"{accuracy:.0e}", f"{distance:.0e}", number(row["moved"], 2))
         for model, row in models.items()
-        for tolerance, distance in row["distances"]
+        for accuracy, distance in row["distances"]
     ]
-    headers = ("mirrored pose", "vertices", "tolerance", "from the mirrored result, most", "moved by the pose, most")
+    headers = ("mirrored pose", "vertices", "accuracy", "from the mirrored result, most", "moved by the pose, most")
     return markdown(headers, lines) if lines else ""
 
 

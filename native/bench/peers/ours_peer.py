@@ -44,8 +44,7 @@ class Peer:
             initial_guess=self._initial_guess,
             acceleration=self._acceleration,
             max_iterations=n_iterations,
-            energy_tolerance=1e-7,
-            step_tolerance=1e-7,
+            accuracy=1e-7,
         )
         self._model.reset()
         self._positions = self._model.solve(self._task.targets, options).positions

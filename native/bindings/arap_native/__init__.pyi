@@ -66,11 +66,9 @@ class SolveOptions:
     same minimum; none is plain local/global, [SA07]."""
     max_iterations: int
     """Upper bound of iterations, each a global and a local step, >= 1."""
-    energy_tolerance: float
-    """Converged needs the relative decrease of the energy in one iteration to be at most this, and the step too. Where
-    one of the two tolerances is below 1e-7 every iteration is in double, which takes about twice as long."""
-    step_tolerance: float
-    """Largest movement of a vertex in one iteration, as a fraction of the bounding-box diagonal at rest."""
+    accuracy: float
+    """Converged: no vertex is further than this from where the iteration would end, as far as its last steps tell; as
+    a fraction of the bounding-box diagonal at rest. Iterations end in double precision; below 1e-7 all are in it."""
     time_limit_s: float
     """What a solve may take in seconds of wall-clock time; infinity is none. It ends before the iteration that would
     pass it if that took as long as the others have; at least one is done. The next solve to the same targets goes on
@@ -80,9 +78,8 @@ class SolveOptions:
         *,
         initial_guess: Literal["previous", "rest", "naive_laplacian", "handle_rotations"] = "previous",
         acceleration: Literal["conjugate_gradients", "none"] = "conjugate_gradients",
-        max_iterations: int = 100,
-        energy_tolerance: float = 1e-5,
-        step_tolerance: float = 1e-5,
+        max_iterations: int = 1000,
+        accuracy: float = 1e-6,
         time_limit_s: float = 1e999,  # infinity
     ) -> None: ...
 
