@@ -22,6 +22,10 @@ from .session_data import Readout, SessionMesh, SessionSettings
 if TYPE_CHECKING:
     import arap_native
 
+# Of updates with a limit of time, as a fraction of the mesh's size. Nearer, the solver goes on in double precision: its
+# first step then makes what that needs, which takes seconds on a large mesh, and nobody sees the difference.
+FOLLOWED_ACCURACY = 1e-4
+
 Progress = Callable[[float], "bool | None"]
 
 
@@ -194,7 +198,8 @@ class Session:
                 settings.max_iterations.
             initial_guess: None: settings.initial_guess.
             to_convergence: see ``iterations``.
-            time_limit_s: stops before the iteration that would pass it, but after one; None: no limit.
+            time_limit_s: stops before the iteration that would pass it, but after one, or within FOLLOWED_ACCURACY;
+                None: no limit.
             progress: may stop the update by returning False; the mesh is then where it was.
 
         Raises:
@@ -213,6 +218,7 @@ class Session:
         }
         if time_limit_s is not None:
             options["time_limit_s"] = time_limit_s
+            options["accuracy"] = max(settings.accuracy, FOLLOWED_ACCURACY)
         start = time.perf_counter()
         result = self._solver.solve(
             self._map.targets(matrices),
