@@ -58,7 +58,13 @@ void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraint
   regions.read_translations(pose.placements, pose.positions);
 }
 
-void spread_turns(const BoundModel& model, const BoundConstraints& constraints, const Positions& turns, Pose& pose) {
+double guess_accuracy(double turn_range) {
+  constexpr double kOfOneTurn = 1e-7;
+  constexpr double kOfARadian = 1e-5;
+  return std::clamp(kOfARadian * turn_range, kOfOneTurn, kOfARadian);
+}
+
+double spread_turns(const BoundModel& model, const BoundConstraints& constraints, const Positions& turns, Pose& pose) {
   const ConstrainedSystem& system = constraints.system();
   const RigidRegions& regions = constraints.regions();
   Positions turn_of_vertex = Positions::Zero(model.rest.rows(), 3);
@@ -78,6 +84,7 @@ void spread_turns(const BoundModel& model, const BoundConstraints& constraints, 
   for (const int v : constraints.soft_vertices())
     residual.row(regions.unknown_of(v)) += constraints.soft_diagonal()[v] * turn_of_vertex.row(v);
   system.correct_to(kTurnAccuracy, residual, gaps_to(constraints.patch_targets(turns), system.averages(), field));
+  const double turn_range = longest_row(residual, model.workers);
   field += residual;
 
   const auto turn_at = [&](int unknown) {
@@ -96,6 +103,7 @@ void spread_turns(const BoundModel& model, const BoundConstraints& constraints, 
   }
   regions.write(pose.placements, pose.positions);
   regions.share_rotations(pose.placements, pose.rotations);
+  return turn_range;
 }
 
 }  // namespace arap

@@ -6,9 +6,11 @@
 
 namespace arap {
 
-/// Of the linear solves of a guess: what iterations in single precision tell, so that a rigid motion of all handles is
-/// one of the mesh.
-inline constexpr double kGuessAccuracy = 1e-7;
+/// Of the global step that makes positions of turns, as a part of itself. Where all turn alike, what iterations in
+/// single precision tell, so that a rigid motion of all handles is one of the mesh. Where turns differ, the first fit
+/// changes them by far more than that.
+/// @param turn_range  as spread_turns() returns it
+[[nodiscard]] double guess_accuracy(double turn_range);
 
 /// min |L p' - L p|^2 under the constraints, L the Laplacian of the energy's weights; [SA07] Sec. 3. Rigid regions keep
 /// their rotations.
@@ -16,8 +18,8 @@ void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraint
                            const Positions& patch_targets, Pose& pose);
 
 /// Turns all cells and regions by the harmonic interpolation of the handles' turns: K w = 0 for the rotation vectors w.
-/// One global step makes positions of them.
+/// One global step makes positions of them. Returns how far a turn is at most from the mean of its part, in radians.
 /// @param turns  (n_entries + n_patches, 3) rotation vectors
-void spread_turns(const BoundModel& model, const BoundConstraints& constraints, const Positions& turns, Pose& pose);
+double spread_turns(const BoundModel& model, const BoundConstraints& constraints, const Positions& turns, Pose& pose);
 
 }  // namespace arap

@@ -222,9 +222,10 @@ std::optional<double> SurfaceArap::Impl::apply_guess(const Positions& targets, I
   }
   // With the rotations of the former pose: fitted to a torn one, they would turn what a single handle only moves.
   if (turns.rows() > 0) {
-    spread_turns(model, *constraints, turns, pose);
+    const double turn_range = spread_turns(model, *constraints, turns, pose);
     steps->forget();
-    steps->global_step_to(kGuessAccuracy, pose);  // brings the patches to their targets too, as the plain one does
+    // Brings the patches to their targets too, as the plain one does.
+    steps->global_step_to(guess_accuracy(turn_range), pose);
     return std::nullopt;
   }
   if (ahead != 0) return steps->global_step(pose, prediction, ahead);
