@@ -8,6 +8,6 @@
 namespace arap {
 
 /// For each vertex the first vertex within `distance` > 0 of it along every axis, itself where there is none before it.
-[[nodiscard]] std::vector<int> coincident_with(const Positions& positions, double distance);
+[[nodiscard]] std::vector<int> coincident_with(const Positions& positions, double distance, int threads);
 
 }  // namespace arap

@@ -4,13 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
-#include <unordered_map>
 #include <utility>
 
 #include "arap/error.h"
-#include "coincident.h"
-#include "grid_cell.h"
 #include "surface_box.h"
 #include "text.h"
 #include "union_find.h"
@@ -79,34 +75,6 @@ Eigen::AlignedBox3d surface_box(const PolygonMesh& mesh) {
   for (int v = 0; v < mesh.n_vertices(); ++v)
     if (mesh.n_parts() == 0 || mesh.part_of_vertex()[v] >= 0) box.extend(mesh.positions().row(v).transpose());
   return box;
-}
-
-std::vector<int> coincident_with(const Positions& positions, double distance) {
-  const auto n = static_cast<int>(positions.rows());
-  const Eigen::RowVector3d low = positions.colwise().minCoeff();
-  // Small, so that one stray vertex far away does not put all others into one cell; but their indices must not
-  // overflow.
-  const double extent = (positions.colwise().maxCoeff() - low).maxCoeff();
-  const double per_length = 1 / std::max({4 * distance, 1e-12 * extent, std::numeric_limits<double>::min()});
-  const auto cell_of = [&](const Eigen::RowVector3d& point) { return grid_cell(point - low, per_length); };
-  std::unordered_multimap<uint64_t, int> first_at_place;
-  first_at_place.reserve(n);
-  const auto find_near = [&](const Eigen::RowVector3d& point) {
-    int near = -1;
-    for_each_cell(cell_of(point.array() - distance), cell_of(point.array() + distance), [&](const GridCell& cell) {
-      const auto [begin, end] = first_at_place.equal_range(grid_hash(cell));
-      for (auto it = begin; near < 0 && it != end; ++it)
-        if ((positions.row(it->second) - point).cwiseAbs().maxCoeff() <= distance) near = it->second;
-    });
-    return near;
-  };
-  std::vector<int> lowest(n);
-  for (int v = 0; v < n; ++v) {
-    const int near = find_near(positions.row(v));
-    lowest[v] = near >= 0 ? near : v;
-    if (near < 0) first_at_place.emplace(grid_hash(cell_of(positions.row(v))), v);
-  }
-  return lowest;
 }
 
 }  // namespace arap

@@ -100,6 +100,7 @@ std::vector<int> ModelSpace::regions_to_model(const std::vector<int>& of_input) 
 PolygonMesh ModelSpace::to_model(const PolygonMesh& mesh) const {
   std::vector<int> corners;
   std::vector<int> sizes;
+  corners.reserve(mesh.n_corners());
   sizes.reserve(mesh.n_faces());
   for (int f = 0; f < mesh.n_faces(); ++f) {
     for (const int v : mesh.face(f)) corners.push_back(model_vertex_[v]);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "graph.h"
+#include "graph_hierarchy.h"
 #include "minimum_degree.h"
 #include "parallel.h"
 #include "separator.h"
@@ -19,7 +20,7 @@ namespace arap {
 namespace {
 
 /// Pieces of so few vertices are ordered by minimum degree.
-constexpr int kLeafSize = 120;
+constexpr int kLeafSize = 160;
 static_assert(kLeafSize <= kMinimumDegreeSize);
 constexpr std::ptrdiff_t kPiecesPerThread = 8;
 
@@ -30,7 +31,7 @@ int degree(const SparseMatrix& pattern, int i) {
 /// A part of a graph, and where in the order its vertices go.
 struct Piece {
   std::vector<int> vertices;  ///< of the whole graph, ascending
-  Graph graph;
+  GraphHierarchy hierarchy;
   int begin = 0;
 };
 
@@ -69,36 +70,6 @@ Graph make_graph(const SparseMatrix& pattern, std::vector<int>& unknowns) {
   return graph;
 }
 
-/// The pieces on both sides.
-std::array<Piece, 2> divide(const Piece& piece, const Separator& separator) {
-  const int n = piece.graph.n_vertices();
-  std::array<Piece, 2> sides;
-  std::vector<int> index(n, -1);
-  std::array<size_t, 2> n_neighbours{};
-  for (int v = 0; v < n; ++v) {
-    const int side = separator.side[v];
-    if (side == Separator::kBetween) continue;
-    index[v] = static_cast<int>(sides[side].vertices.size());
-    sides[side].vertices.push_back(piece.vertices[v]);
-    n_neighbours[side] += piece.graph.degree(v);
-  }
-  for (int side = 0; side < 2; ++side) {
-    sides[side].graph.offsets.reserve(sides[side].vertices.size() + 1);
-    sides[side].graph.neighbours.reserve(n_neighbours[side]);
-  }
-  for (int v = 0; v < n; ++v) {
-    if (index[v] < 0) continue;
-    Graph& graph = sides[separator.side[v]].graph;
-    for (int e = piece.graph.offsets[v]; e < piece.graph.offsets[v + 1]; ++e)
-      if (const int u = index[piece.graph.neighbours[e]]; u >= 0) graph.neighbours.push_back(u);
-    graph.offsets.push_back(static_cast<int>(graph.neighbours.size()));
-  }
-  for (Piece& side : sides) side.graph.weigh_alike();
-  sides[0].begin = piece.begin;
-  sides[1].begin = piece.begin + static_cast<int>(sides[0].vertices.size());
-  return sides;
-}
-
 class Dissection {
  public:
   explicit Dissection(const Graph& graph) : graph_(graph), order_(graph.n_vertices()) {}
@@ -106,7 +77,7 @@ class Dissection {
   /// order[new] = vertex
   std::vector<int> run(int threads) {
     std::vector<Piece> pieces;
-    pieces.push_back({std::vector<int>(order_.size()), graph_, 0});
+    pieces.push_back({std::vector<int>(order_.size()), make_hierarchy(graph_), 0});
     std::iota(pieces[0].vertices.begin(), pieces[0].vertices.end(), 0);
     while (threads > 1 && std::ssize(pieces) < kPiecesPerThread * threads) {
       std::vector<std::array<Piece, 2>> halves(pieces.size());
@@ -139,9 +110,15 @@ class Dissection {
       finish(piece);
       return {};
     }
-    const Separator separator = find_separator(piece.graph);
-    std::array<Piece, 2> halves = divide(piece, separator);
-    auto place = halves[1].begin + halves[1].vertices.size();
+    const Separator separator = find_separator(piece.hierarchy.graph, piece.hierarchy.coarser);
+    std::array<Piece, 2> halves;
+    int place = piece.begin;
+    std::array<GraphSide, 2> sides = divide(piece.hierarchy, separator, kLeafSize);
+    for (size_t k = 0; k < 2; ++k) {
+      for (int& v : sides[k].vertices) v = piece.vertices[v];
+      halves[k] = {std::move(sides[k].vertices), std::move(sides[k].hierarchy), place};
+      place += static_cast<int>(halves[k].vertices.size());
+    }
     for (size_t v = 0; v < piece.vertices.size(); ++v)
       if (separator.side[v] == Separator::kBetween) order_[place++] = piece.vertices[v];
     return halves;
@@ -155,12 +132,13 @@ class Dissection {
 
   void finish(const Piece& piece) {
     const auto n = static_cast<int>(piece.vertices.size());
+    const Graph& graph = piece.hierarchy.graph;
     std::vector<SmallRow> rows(n);
     std::vector<std::pair<int, int>> outside;  // neighbour in the whole graph, vertex
     for (int v = 0; v < n; ++v) {
-      for (int e = piece.graph.offsets[v]; e < piece.graph.offsets[v + 1]; ++e) rows[v].set(piece.graph.neighbours[e]);
+      for (int e = graph.offsets[v]; e < graph.offsets[v + 1]; ++e) rows[v].set(graph.neighbours[e]);
       const int whole = piece.vertices[v];
-      if (piece.graph.degree(v) == graph_.degree(whole)) continue;
+      if (graph.degree(v) == graph_.degree(whole)) continue;
       for (int e = graph_.offsets[whole]; e < graph_.offsets[whole + 1]; ++e) {
         const int u = graph_.neighbours[e];
         if (!std::binary_search(piece.vertices.begin(), piece.vertices.end(), u)) outside.emplace_back(u, v);

@@ -37,16 +37,28 @@ class PointGrid {
   /// visit(v, squared distance) for every point within `distance` of `place`.
   template <class Visit>
   void for_each_near(const Eigen::RowVector3d& place, double distance, const Visit& visit) const {
+    static_cast<void>(find_near(place, distance, [&](int v, double squared) {
+      visit(v, squared);
+      return false;
+    }));
+  }
+
+  /// A point within `distance` of `place` for which is_wanted(v, squared distance), -1 for none. Those of a cell are
+  /// asked in their order.
+  template <class IsWanted>
+  [[nodiscard]] int find_near(const Eigen::RowVector3d& place, double distance, const IsWanted& is_wanted) const {
+    int found = -1;
     for_each_cell(cell_of(place.array() - distance), cell_of(place.array() + distance), [&](const GridCell& cell) {
       const std::uint64_t s = slot(cell);
-      for (int k = offsets_[s]; k < offsets_[s + 1]; ++k) {
+      for (int k = offsets_[s]; k < offsets_[s + 1] && found < 0; ++k) {
         const Eigen::RowVector3d point = points_.row(members_[k]);
-        // Cells far away may share the slot.
-        if (cell_of(point) != cell) continue;
         const double squared = (point - place).squaredNorm();
-        if (squared <= distance * distance) visit(members_[k], squared);
+        // Cells may share the slot, also two of those that are looked at.
+        if (squared <= distance * distance && cell_of(point) == cell && is_wanted(members_[k], squared))
+          found = members_[k];
       }
     });
+    return found;
   }
 
  private:

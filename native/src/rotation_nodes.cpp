@@ -130,12 +130,16 @@ std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const
   std::atomic<size_t> next = 0;
   for_each_piece(threads, threads, [&](int /*thread*/) {
     DistanceSweep sweep(graph);
-    for (size_t c = next++; c < nodes.size(); c = next++)
+    std::vector<Reached> reached;
+    for (size_t c = next++; c < nodes.size(); c = next++) {
+      reached.clear();
       sweep.run(std::span(&nodes[c], 1), static_cast<float>(support), [&](int vertex, float distance) {
         const auto d = static_cast<double>(distance);
         const double weight = 1 - d * d / own_support(support, spreads[vertex]);
-        if (weight > 0) supports[c].push_back({vertex, static_cast<float>(weight)});
+        if (weight > 0) reached.push_back({vertex, static_cast<float>(weight)});
       });
+      supports[c] = reached;
+    }
   });
   return supports;
 }

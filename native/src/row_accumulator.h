@@ -28,10 +28,9 @@ class RowAccumulator {
 
   [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
 
-  /// By column. Only clear() may follow.
-  [[nodiscard]] const std::vector<Entry>& sorted_entries() {
+  /// Puts the columns in their own order. Nothing may be added afterwards.
+  void sort() {
     std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.first < b.first; });
-    return entries_;
   }
 
   /// Starts anew.

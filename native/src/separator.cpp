@@ -13,8 +13,8 @@ namespace arap {
 namespace {
 
 /// A graph of so few vertices is not made coarser, but divided several times.
-constexpr int kCoarsest = 50;
-constexpr int kTries = 4;
+constexpr int kCoarsest = 100;
+constexpr int kTries = 2;
 
 /// Of large graphs the search is repeated where the graph has become this much smaller, and so is cheap.
 constexpr int kLarge = 5000;
@@ -22,7 +22,7 @@ constexpr int kRuns = 6;
 constexpr int kRunsShare = 32;
 
 /// Most of the work is for many small graphs, most of what can be gained is in the few large ones.
-int passes_for(const Graph& graph) { return graph.n_vertices() > 1000 ? 8 : 2; }
+int passes_for(const Graph& graph) { return graph.n_vertices() > 4000 ? 8 : 2; }
 
 /// Side 0 grows from one vertex until it has half the weight; what it touches is between.
 Separator grow(const Graph& graph, int seed) {
@@ -62,8 +62,7 @@ Separator grow(const Graph& graph, int seed) {
 
 Separator best_grown(const Graph& graph, std::minstd_rand& random) {
   Separator best;
-  const int tries = graph.n_vertices() <= 4 * kCoarsest ? kTries : 2;
-  for (int k = 0; k < tries; ++k) {
+  for (int k = 0; k < kTries; ++k) {
     Separator separator = grow(graph, static_cast<int>(random() % static_cast<unsigned>(graph.n_vertices())));
     refine(graph, separator, 1);
     if (k == 0 || separator_cost(separator) < separator_cost(best)) best = std::move(separator);
@@ -77,35 +76,40 @@ Separator project(const Separator& coarse, const std::vector<int>& coarse_of) {
   return fine;
 }
 
+Separator refined(const Graph& graph, const Separator& coarse, const std::vector<int>& coarse_of) {
+  Separator separator = project(coarse, coarse_of);
+  refine(graph, separator, passes_for(graph));
+  return separator;
+}
+
 struct Search {
   int n_whole = 0;
   int max_weight = 0;
   std::minstd_rand random;
 
-  Separator run(const Graph& graph) {
+  Separator run(const Graph& graph, std::span<const Coarsening> coarser) {
     const int n = graph.n_vertices();
     if (n <= kCoarsest) return best_grown(graph, random);
+    if (!coarser.empty()) return refined(graph, run(coarser[0].graph, coarser.subspan(1)), coarser[0].coarse_of);
     const Coarsening coarsening = coarsen(graph, max_weight, random);
     const int n_coarse = coarsening.graph.n_vertices();
     if (n_coarse > 0.95 * n) return best_grown(graph, random);
     const int n_repeat = std::max(2 * kCoarsest, n_whole / kRunsShare);
     const int n_runs = n_whole > kLarge && n > n_repeat && n_coarse <= n_repeat ? kRuns : 1;
-    Separator best = run(coarsening.graph);
+    Separator best = run(coarsening.graph, {});
     for (int k = 1; k < n_runs; ++k) {
-      Separator separator = run(coarsening.graph);
+      Separator separator = run(coarsening.graph, {});
       if (separator_cost(separator) < separator_cost(best)) best = std::move(separator);
     }
-    Separator separator = project(best, coarsening.coarse_of);
-    refine(graph, separator, passes_for(graph));
-    return separator;
+    return refined(graph, best, coarsening.coarse_of);
   }
 };
 
 }  // namespace
 
-Separator find_separator(const Graph& graph) {
+Separator find_separator(const Graph& graph, std::span<const Coarsening> coarser) {
   const int max_weight = std::max(1, static_cast<int>(1.5 * graph.total_weight() / kCoarsest));
-  return Search{graph.n_vertices(), max_weight, std::minstd_rand()}.run(graph);
+  return Search{graph.n_vertices(), max_weight, std::minstd_rand()}.run(graph, coarser);
 }
 
 }  // namespace arap

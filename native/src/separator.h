@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "graph.h"
+#include "graph_coarsening.h"
 
 namespace arap {
 
@@ -20,6 +22,7 @@ struct Separator {
 
 /// A light separator with no side heavier than about 0.6 of all, found on coarser graphs and refined on the way back
 /// [Karypis and Kumar 1998, "A fast and high quality multilevel scheme"]. The same each time for the same graph.
-[[nodiscard]] Separator find_separator(const Graph& graph);
+/// @param coarser  graphs to begin with, each of the one before it
+[[nodiscard]] Separator find_separator(const Graph& graph, std::span<const Coarsening> coarser = {});
 
 }  // namespace arap

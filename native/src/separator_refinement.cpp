@@ -14,7 +14,7 @@ namespace arap {
 namespace {
 
 constexpr double kMaxShare = 0.6;  // of a side
-/// Moves that may make it worse, one after the other: about twice as many as it has vertices, and at most so many.
+/// Moves that may make it worse, one after the other: about as many as it has vertices, and at most so many.
 constexpr int kMostVain = 300;
 using Cost = SeparatorCost;
 using Side = Separator::Side;
@@ -154,7 +154,7 @@ class Refinement {
     const Cost cost_before = separator_cost(separator_, max_weight_);
     Cost best = cost_before;
     size_t n_best = 0;
-    const int patience = std::min(2 * static_cast<int>(between_.size()) + 10, kMostVain);
+    const int patience = std::min(static_cast<int>(between_.size()) + 5, kMostVain);
     for (int n_vain = 0; n_vain < patience; ++n_vain) {
       const int to = choose();
       if (to < 0) break;

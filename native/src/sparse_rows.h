@@ -11,14 +11,14 @@
 
 namespace arap {
 
-/// Sparse rows, their entries in order, made in parallel: consecutive rows are a share.
+/// Sparse rows, made in parallel: consecutive rows are a share.
 template <class Value>
 class SparseRows {
  public:
   using Entry = typename RowAccumulator<Value>::Entry;
 
   /// @param make_fill  make_fill() is called once for each share; what it returns is called with each of its rows and
-  ///     the RowAccumulator to add it to
+  ///     the RowAccumulator to add it to, whose order the entries keep
   template <class MakeFill>
   SparseRows(int n_rows, int n_columns, int threads, const MakeFill& make_fill)
       : shares_(threads, n_rows), pieces_(shares_.count()), offsets_(n_rows + 1, 0) {
@@ -28,7 +28,7 @@ class SparseRows {
       for (int r = begin; r < end; ++r) {
         fill(r, row);
         offsets_[r + 1] = static_cast<int>(row.entries().size());
-        append(row.sorted_entries(), pieces_[share]);
+        append(row.entries(), pieces_[share]);
         row.clear();
       }
     });

@@ -93,7 +93,8 @@ Precision precision_for(const SolveOptions& options, const Positions& model_targ
 struct SurfaceArap::Impl {
   Impl(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties, const Progress& progress)
       : space(mesh), input_part_of_vertex(mesh.n_vertices()) {
-    const std::vector<int> same_as = coincident_with(space.points_to_model(mesh.positions()), kSamePlace);
+    const std::vector<int> same_as = coincident_with(space.points_to_model(mesh.positions()), kSamePlace,
+                                                     choose_threads(options.threads, mesh.n_vertices()));
     report_coincident(same_as);
     if (options.join_seams) space.join(same_as);
     const PolygonMesh model_mesh = space.to_model(mesh);

@@ -84,42 +84,66 @@ class DistanceQueue {
   std::uint64_t last_ = 0;
 };
 
-/// Distances along the graph (Dijkstra) from one or a few vertices, up to a radius, again and again.
+/// Distances along the graph from one or a few vertices, up to a radius, again and again.
 class DistanceSweep {
  public:
   explicit DistanceSweep(const SurfaceGraph& graph) : graph_(graph), distance_(graph.n_vertices(), kFar) {}
 
-  /// visit(vertex, distance) for every vertex nearer to one of `sources` than `radius`, the nearest first.
+  /// visit(vertex, distance) for every vertex nearer to one of `sources` than `radius`, in no particular order.
   template <class Visit>
   void run(std::span<const int> sources, float radius, const Visit& visit) {
-    for (const int source : sources) reach(source, 0);
-    while (!queue_.empty()) {
-      const auto [distance, vertex] = queue_.pop();
-      if (distance > distance_[vertex]) continue;
-      visit(vertex, distance);
-      for (const SurfaceGraph::Arc& arc : graph_.arcs(vertex)) {
-        const float further = distance + arc.length;
-        if (further < radius && further < distance_[arc.vertex]) reach(arc.vertex, further);
+    const auto ring_of = [&](float distance) {
+      return std::min(static_cast<size_t>(distance / radius * kRings), kRings - 1);
+    };
+    for (const int source : sources) reach(source, 0, 0);
+    for (size_t ring = 0; n_waiting_ > 0; ++ring) {
+      // It may be filled again meanwhile.
+      while (!rings_[ring].empty()) {
+        std::swap(present_, rings_[ring]);
+        n_waiting_ -= present_.size();
+        for (const Waiting& next : present_) {
+          if (next.distance > distance_[next.vertex]) continue;
+          for (const SurfaceGraph::Arc& arc : graph_.arcs(next.vertex)) {
+            const float further = next.distance + arc.length;
+            if (further < radius && further < distance_[arc.vertex]) reach(arc.vertex, further, ring_of(further));
+          }
+        }
+        present_.clear();
       }
     }
-    for (const int vertex : reached_) distance_[vertex] = kFar;
+    for (const int vertex : reached_) {
+      visit(vertex, distance_[vertex]);
+      distance_[vertex] = kFar;
+    }
     reached_.clear();
   }
 
  private:
   static constexpr float kFar = std::numeric_limits<float>::infinity();
+  static constexpr size_t kRings = 256;
 
-  void reach(int vertex, float distance) {
+  struct Waiting {
+    float distance;
+    int vertex;
+  };
+
+  void reach(int vertex, float distance, size_t ring) {
     if (distance_[vertex] == kFar) reached_.push_back(vertex);
     distance_[vertex] = distance;
     graph_.prefetch_arcs(vertex);
-    queue_.push({distance, vertex});
+    rings_[ring].push_back({distance, vertex});
+    ++n_waiting_;
   }
 
   const SurfaceGraph& graph_;
   std::vector<float> distance_;  ///< kFar but while it runs
   std::vector<int> reached_;
-  DistanceQueue queue_;
+  /// Vertices that wait for their turn, by distance. In a ring they are in no order: what is reached on a shorter way
+  /// afterwards has another turn [Meyer and Sanders 2003, delta-stepping]. That is seldom and costs less than an order,
+  /// and the shortest way is the same.
+  std::array<std::vector<Waiting>, kRings> rings_;
+  std::vector<Waiting> present_;  ///< of a ring, while it is their turn
+  size_t n_waiting_ = 0;          ///< in all rings
 };
 
 }  // namespace arap

@@ -59,11 +59,12 @@ class SurfaceAssembler {
 
   /// Column i of K.
   void system_column(int i, RowAccumulator<double>& column) const {
+    double diagonal = 0;
     triangles_at_.for_each(i, [&](int t) {
       const Triangle& triangle = triangulation_.triangles[t];
       for_edges_at(triangle, i, [&](size_t edge, int j) {
         const double value = 2 * triangle.half_cotangents[edge] * cells_of_edge(triangle, edge);
-        column[i] += value;
+        diagonal += value;
         column[j] -= value;
       });
     });
@@ -75,29 +76,23 @@ class SurfaceAssembler {
       const double factor = 2 * tie.weight * stiffness(tie.vertices[0]) * own;
       for (size_t a = 0; a < 3; ++a) column[tie.vertices[a]] += factor * tie.coefficients[a];
     });
-    column[i] += 0;  // the diagonal is always there, also of loose vertices
+    column[i] += diagonal;  // is always there, also of loose vertices
   }
 
   /// q at vertex j of the cells of all vertices, by vertex.
   void cells_at(int j, RowAccumulator<Vector3>& cells) const {
     triangles_at_.for_each(j, [&](int t) {
       const Triangle& triangle = triangulation_.triangles[t];
-      for (size_t edge = 0; edge < 3; ++edge) {
-        const int a = triangle.vertices[(edge + 1) % 3];
-        const int b = triangle.vertices[(edge + 2) % 3];
-        if (a != j && b != j) continue;
-        const Eigen::RowVector3d along = rest_.row(a) - rest_.row(b);
-        const auto add_to = [&](int i) {
-          const double weight = scale(i) * triangle.half_cotangents[edge];
-          if (a == j)
-            cells[i] += weight * along.transpose();
-          else
-            cells[i] -= weight * along.transpose();
-        };
-        add_to(a);
-        add_to(b);
-        if (!is_spokes_) add_to(triangle.vertices[edge]);
-      }
+      Vector3 whole = Vector3::Zero();
+      for_edges_at(triangle, j, [&](size_t edge, int other) {
+        const Vector3 pull = triangle.half_cotangents[edge] * (rest_.row(j) - rest_.row(other)).transpose();
+        whole += pull;
+        if (!is_spokes_) return;
+        cells[j] += scale(j) * pull;
+        cells[other] += scale(other) * pull;
+      });
+      if (is_spokes_) return;
+      for (const int i : triangle.vertices) cells[i] += scale(i) * whole;
     });
     ties_at_.for_each(j, [&](int t) {
       const Tie& tie = triangulation_.ties[t];
@@ -146,7 +141,10 @@ class SurfaceAssembler {
 SparseMatrix assemble_system(const SurfaceAssembler& assembler, int threads) {
   const int n = assembler.n();
   const SparseRows<double> columns(n, n, threads, [&] {
-    return [&](int i, RowAccumulator<double>& column) { assembler.system_column(i, column); };
+    return [&](int i, RowAccumulator<double>& column) {
+      assembler.system_column(i, column);
+      column.sort();
+    };
   });
   SparseMatrix K(n, n);
   K.resizeNonZeros(columns.offsets().back());
@@ -166,7 +164,7 @@ SparseRows<Vector3> share_cells(const SurfaceAssembler& assembler, const Rotatio
   return {assembler.n(), nodes.size(), threads, [&] {
             return [&, cells = RowAccumulator<Vector3>(assembler.n())](int j, RowAccumulator<Vector3>& row) mutable {
               assembler.cells_at(j, cells);
-              for (const auto& [i, q] : cells.sorted_entries())
+              for (const auto& [i, q] : cells.entries())
                 for (int e = nodes.offsets[i]; e < nodes.offsets[i + 1]; ++e)
                   row[nodes.nodes[e]] += nodes.weights[e] * q;
               cells.clear();

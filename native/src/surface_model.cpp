@@ -69,17 +69,24 @@ std::vector<Value> in_order(const std::vector<Value>& values, const std::vector<
   return result;
 }
 
+/// act(), beside what else there is to do where there are threads for it; else when it is asked for.
+template <class Act>
+auto beside(const Workers& workers, const Act& act) {
+  return std::async(workers.threads() > 1 ? std::launch::async : std::launch::deferred, act);
+}
+
 /// Numbers the model's vertices anew; returns the number of each.
 std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
   std::vector<int> new_of_old = inverse_permutation(order);
   model.energy = renumbered(model.energy, order, order_cells(model.energy, new_of_old), model.workers.threads());
+  model.regions.renumber(new_of_old);
+  model.system_matrix = model.regions.reduce(model.energy.K);
+  std::future<void> solver = beside(model.workers, [&] { model.solver->renumber(model.system_matrix); });
+  model.components = connected_components(model.system_matrix);
   model.rest = Positions(model.rest(order, all));
   model.part_of_vertex = in_order(model.part_of_vertex, order);
   model.areas = in_order(model.areas, order);
-  model.regions.renumber(new_of_old);
-  model.system_matrix = model.regions.reduce(model.energy.K);
-  model.components = connected_components(model.system_matrix);
-  model.solver->renumber(model.system_matrix);
+  solver.get();
   return new_of_old;
 }
 
@@ -100,9 +107,8 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   std::future<std::unique_ptr<LinearSolver>> solver;
   const auto with_matrix = [&](const SparseMatrix& K) {
     model.system_matrix = model.regions.reduce(K);
-    solver = std::async(model.workers.threads() > 1 ? std::launch::async : std::launch::deferred, [&model] {
-      return make_linear_solver(model.system_matrix, model.linear_solver, model.workers);
-    });
+    solver = beside(model.workers,
+                    [&model] { return make_linear_solver(model.system_matrix, model.linear_solver, model.workers); });
     return options.energy == Energy::kRotationNodes ? choose_nodes(model, mesh, K, options.rigidity_radius, regions)
                                                     : node_at_each_vertex(mesh.n_vertices());
   };

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "surface_patch.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "arap/error.h"
 #include "face_area.h"
@@ -44,15 +46,19 @@ std::vector<double> vertex_areas(const PolygonMesh& mesh) {
 
 Patch find_patch(const SurfaceGraph& graph, const std::vector<double>& areas, const Positions& rest,
                  const std::vector<int>& sources, double radius) {
+  std::vector<std::pair<float, int>> nearest_first;
+  DistanceSweep(graph).run(sources, static_cast<float>(radius),
+                           [&](int vertex, float distance) { nearest_first.emplace_back(distance, vertex); });
+  std::sort(nearest_first.begin(), nearest_first.end());
   Patch patch;
   std::vector<double> fades;
   double total = 0;
-  DistanceSweep(graph).run(sources, static_cast<float>(radius), [&](int vertex, float distance) {
+  for (const auto& [distance, vertex] : nearest_first) {
     patch.vertices.push_back(vertex);
     fades.push_back(faded(static_cast<double>(distance), radius));
     patch.weights.push_back(areas[vertex] * fades.back());
     total += patch.weights.back();
-  });
+  }
   if (total <= 0) {
     patch.weights = fades;
     total = 0;

@@ -27,6 +27,12 @@ class Triangulator {
   Triangulator(const PolygonMesh& mesh, EdgeWeights weights) : mesh_(mesh), weights_(weights) {}
 
   Triangulation run() {
+    size_t n_triangles = 0;
+    for (int f = 0; f < mesh_.n_faces(); ++f) {
+      const size_t n = mesh_.face(f).size();
+      n_triangles += fans_of(n) * (n - 2);
+    }
+    result_.triangles.reserve(n_triangles);
     for (int f = 0; f < mesh_.n_faces(); ++f) add_face(mesh_.face(f));
     strengthen_glue();
     return std::move(result_);
@@ -35,13 +41,17 @@ class Triangulator {
  private:
   void add_face(std::span<const int> face) {
     const auto n = static_cast<int>(face.size());
-    // The fans from opposite corners of a quad are the same two triangles; a triangle has one fan.
-    const int n_fans = n <= 4 ? n - 2 : std::min(n, kMostFans);
+    const auto n_fans = static_cast<int>(fans_of(face.size()));
     for (int fan = 0; fan < n_fans; ++fan) {
       const int apex = n <= 4 ? fan : static_cast<int>(static_cast<int64_t>(fan) * n / n_fans);
       for (int k = 1; k + 1 < n; ++k)
         add_triangle({corner(face, apex), corner(face, apex + k), corner(face, apex + k + 1)}, 1.0 / n_fans, n == 3);
     }
+  }
+
+  /// The fans from opposite corners of a quad are the same two triangles; a triangle has one fan.
+  static size_t fans_of(size_t n_corners) {
+    return n_corners <= 4 ? n_corners - 2 : std::min<size_t>(n_corners, kMostFans);
   }
 
   static int corner(std::span<const int> face, int k) { return face[k % face.size()]; }

@@ -128,12 +128,12 @@ TEST(PolygonMesh, FaceSizesThatDoNotAddUpAreRefusedWithBothCounts) {
 
 TEST(CoincidentWith, NamesTheLowestVertexAtTheSamePlace) {
   const Positions p{{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {1, 0, 1e-12}, {0, 0, 0}, {1, 0, 1}};
-  EXPECT_EQ(arap::coincident_with(p, 1e-9), (std::vector<int>{0, 1, 0, 1, 0, 5}));
+  EXPECT_EQ(arap::coincident_with(p, 1e-9, 2), (std::vector<int>{0, 1, 0, 1, 0, 5}));
 }
 
 TEST(CoincidentWith, DistanceZeroJoinsOnlyEqualPlaces) {
   const Positions p{{0, 0, 0}, {0, 0, 1e-300}, {0, 0, 0}, {-0.0, 0, 0}};
-  EXPECT_EQ(arap::coincident_with(p, 0), (std::vector<int>{0, 1, 0, 0}));
+  EXPECT_EQ(arap::coincident_with(p, 0, 2), (std::vector<int>{0, 1, 0, 0}));
 }
 
 TEST(CoincidentWith, FindsPairsOnBothSidesOfEveryCell) {
@@ -146,7 +146,7 @@ TEST(CoincidentWith, FindsPairsOnBothSidesOfEveryCell) {
     p.row(k) = random.vector(1).transpose();
     p.row(kPairs + k) = p.row(k) + .99 * kDistance * random.vector(1).transpose();
   }
-  const std::vector<int> lowest = arap::coincident_with(p, kDistance);
+  const std::vector<int> lowest = arap::coincident_with(p, kDistance, 2);
   for (int k = 0; k < kPairs; ++k) {
     EXPECT_EQ(lowest[k], k);
     EXPECT_EQ(lowest[kPairs + k], k);
@@ -155,13 +155,31 @@ TEST(CoincidentWith, FindsPairsOnBothSidesOfEveryCell) {
 
 TEST(CoincidentWith, NothingCoincidesInAProperMesh) {
   for (const MeshData& mesh : all_small_meshes()) {
-    const std::vector<int> lowest = arap::coincident_with(mesh.positions(), 1e-9 * mesh.diagonal());
+    const std::vector<int> lowest = arap::coincident_with(mesh.positions(), 1e-9 * mesh.diagonal(), 2);
     for (int v = 0; v < mesh.n_vertices(); ++v) EXPECT_EQ(lowest[v], v) << mesh.name;
   }
 }
 
+/// Crowded: who is near to one that is near to a third need not be near to that one.
+TEST(CoincidentWith, JoinsEachToOneThatStandsForItselfOnAnyNumberOfThreads) {
+  Random random(6);
+  constexpr int kVertices = 2000;
+  constexpr double kDistance = .02;
+  Positions p(kVertices, 3);
+  for (int v = 0; v < kVertices; ++v) p.row(v) = .2 * random.vector(1).transpose();
+  const std::vector<int> lowest = arap::coincident_with(p, kDistance, 1);
+  for (int v = 0; v < kVertices; ++v) {
+    const auto is_near = [&](int u) { return (p.row(u) - p.row(v)).cwiseAbs().maxCoeff() <= kDistance; };
+    EXPECT_LE(lowest[v], v);
+    EXPECT_EQ(lowest[lowest[v]], lowest[v]);
+    EXPECT_TRUE(is_near(lowest[v]));
+    for (int u = 0; u < v && lowest[v] == v; ++u) EXPECT_FALSE(lowest[u] == u && is_near(u)) << u << ", " << v;
+  }
+  EXPECT_EQ(arap::coincident_with(p, kDistance, 3), lowest);
+}
+
 TEST(CoincidentWith, AllVerticesAtOnePlace) {
-  EXPECT_EQ(arap::coincident_with(Positions::Constant(50, 3, 3.5), 0), std::vector<int>(50, 0));
+  EXPECT_EQ(arap::coincident_with(Positions::Constant(50, 3, 3.5), 0, 2), std::vector<int>(50, 0));
 }
 
 // Facts of the test meshes themselves, which the other tests rely on.

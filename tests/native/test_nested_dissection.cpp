@@ -8,11 +8,13 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "elimination_tree.h"
 #include "graph_coarsening.h"
+#include "graph_hierarchy.h"
 #include "helpers.h"
 #include "minimum_degree.h"
 #include "separator.h"
@@ -241,6 +243,58 @@ TEST_P(NestedDissection, CoarseGraphsHaveTheSameWeightAndAboutHalfTheVertices) {
       expected[c][coarse.neighbours[e]] -= coarse.edge_weights[e];
     }
     EXPECT_TRUE(std::all_of(expected[c].begin(), expected[c].end(), [](int left) { return left == 0; })) << c;
+  }
+}
+
+/// Of each vertex the neighbours.
+std::vector<std::set<int>> neighbours_of(const Graph& graph) {
+  std::vector<std::set<int>> neighbours(graph.n_vertices());
+  for (int v = 0; v < graph.n_vertices(); ++v)
+    neighbours[v].insert(graph.neighbours.begin() + graph.offsets[v], graph.neighbours.begin() + graph.offsets[v + 1]);
+  return neighbours;
+}
+
+/// A coarse vertex weighs what is under it, and whatever is joined is joined above.
+void expect_stands_for(const arap::Coarsening& coarsening, const Graph& fine) {
+  std::vector<int> weights(coarsening.graph.n_vertices(), 0);
+  const std::vector<std::set<int>> neighbours = neighbours_of(coarsening.graph);
+  ASSERT_EQ(std::ssize(coarsening.coarse_of), fine.n_vertices());
+  for (int v = 0; v < fine.n_vertices(); ++v) {
+    const int c = coarsening.coarse_of[v];
+    weights[c] += fine.weights[v];
+    for (int e = fine.offsets[v]; e < fine.offsets[v + 1]; ++e) {
+      const int other = coarsening.coarse_of[fine.neighbours[e]];
+      EXPECT_TRUE(other == c || neighbours[c].count(other) == 1) << v;
+    }
+  }
+  EXPECT_EQ(weights, coarsening.graph.weights);
+}
+
+TEST_P(NestedDissection, SidesAreWhatIsLeftOfTheGraphAndOfItsCoarserOnes) {
+  const Graph graph = graph_of(GetParam());
+  if (graph.n_vertices() == 0) return;
+  const arap::GraphHierarchy whole = arap::make_hierarchy(graph);
+  const Separator separator = arap::find_separator(whole.graph, whole.coarser);
+  expect_separates(graph, separator);
+  const std::vector<std::set<int>> neighbours = neighbours_of(graph);
+  const auto sides = arap::divide(whole, separator, 0);
+  for (int side = 0; side < 2; ++side) {
+    const std::vector<int>& vertices = sides[side].vertices;
+    EXPECT_EQ(std::ssize(vertices), std::count(separator.side.begin(), separator.side.end(), side));
+    const Graph* finest = &sides[side].hierarchy.graph;
+    const std::vector<std::set<int>> left = neighbours_of(*finest);
+    for (int k = 0; k < std::ssize(vertices); ++k) {
+      EXPECT_EQ(separator.side[vertices[k]], side);
+      std::set<int> expected;
+      for (int other = 0; other < std::ssize(vertices); ++other)
+        if (neighbours[vertices[k]].count(vertices[other]) == 1) expected.insert(other);
+      EXPECT_EQ(left[k], expected);
+    }
+    EXPECT_EQ(sides[side].hierarchy.coarser.size(), vertices.empty() ? 0U : whole.coarser.size());
+    for (const arap::Coarsening& coarsening : sides[side].hierarchy.coarser) {
+      expect_stands_for(coarsening, *finest);
+      finest = &coarsening.graph;
+    }
   }
 }
 

@@ -21,6 +21,8 @@ class PolygonMesh {
 
   [[nodiscard]] int n_vertices() const { return static_cast<int>(positions_.rows()); }
   [[nodiscard]] int n_faces() const { return static_cast<int>(face_offsets_.size()) - 1; }
+  /// Of all faces.
+  [[nodiscard]] int n_corners() const { return face_offsets_.back(); }
   [[nodiscard]] const Positions& positions() const { return positions_; }
   [[nodiscard]] std::span<const int> face(int f) const {
     return std::span<const int>(corner_vertices_).subspan(face_offsets_[f], face_offsets_[f + 1] - face_offsets_[f]);
