@@ -19,6 +19,9 @@ from .session_data import Readout
 # A stroke of a brush tags the mesh at every step. Where Blender does not say whether one is under way, it has ended
 # once there was none for this time.
 STROKE_PAUSE_S = 0.15
+# As near as single precision comes, as a fraction of the mesh's size: nobody sees more, and an update that goes on in
+# double makes what that needs first, which takes seconds on a large mesh.
+ACCURACY = 1e-4
 
 
 class BlenderFollowScene:
@@ -105,12 +108,19 @@ class BlenderFollowScene:
     def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
         self._announce_write()
         return live_session.update(
-            self._obj(), matrices, iterations=iterations, initial_guess=self.initial_guess, time_limit_s=time_limit_s
+            self._obj(),
+            matrices,
+            iterations=iterations,
+            initial_guess=self.initial_guess,
+            time_limit_s=time_limit_s,
+            sufficient_accuracy=ACCURACY,
         )
 
     def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
         self._announce_write()
-        return live_session.update(self._obj(), matrices, time_limit_s=time_limit_s, is_from_rest=True)
+        return live_session.update(
+            self._obj(), matrices, time_limit_s=time_limit_s, sufficient_accuracy=ACCURACY, is_from_rest=True
+        )
 
     def iteration_limit(self) -> int:
         return int(self._obj().arap.max_iterations)

@@ -64,6 +64,7 @@ def update(
     iterations: int | None = None,
     initial_guess: str | None = None,
     time_limit_s: float | None = None,
+    sufficient_accuracy: float = 0.0,
     is_from_rest: bool = False,
 ) -> Readout:
     """As api.update_pose(), where problem() has found none. ``matrices``: (h, 4, 4), as Session.update() takes them."""
@@ -72,17 +73,27 @@ def update(
     bound.session.settings = settings_of(obj)
     key = writable_key(obj)
     if is_from_rest:
-        result = solve_from_rest(bound.session, matrices, time_limit_s=time_limit_s)
+        result = solve_from_rest(
+            bound.session, matrices, time_limit_s=time_limit_s, sufficient_accuracy=sufficient_accuracy
+        )
     else:
         result = bound.session.update(
-            matrices, iterations=iterations, initial_guess=initial_guess, time_limit_s=time_limit_s
+            matrices,
+            iterations=iterations,
+            initial_guess=initial_guess,
+            time_limit_s=time_limit_s,
+            sufficient_accuracy=sufficient_accuracy,
         )
     write_pose(obj, key, bound.session, result)
     return result
 
 
 def solve_from_rest(
-    session: Session, matrices: Floats, progress: Progress | None = None, time_limit_s: float | None = None
+    session: Session,
+    matrices: Floats,
+    progress: Progress | None = None,
+    time_limit_s: float | None = None,
+    sufficient_accuracy: float = 0.0,
 ) -> Readout:
     """Starts from rest with the guess from the handles' rotations, and goes to convergence or the time limit.
 
@@ -98,6 +109,7 @@ def solve_from_rest(
             to_convergence=True,
             progress=progress,
             time_limit_s=time_limit_s,
+            sufficient_accuracy=sufficient_accuracy,
         )
     except BaseException:
         session.set_positions(before)

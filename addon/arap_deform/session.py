@@ -22,10 +22,6 @@ from .session_data import Readout, SessionMesh, SessionSettings
 if TYPE_CHECKING:
     import arap_native
 
-# Of updates with a limit of time, as a fraction of the mesh's size. Nearer, the solver goes on in double precision: its
-# first step then makes what that needs, which takes seconds on a large mesh, and nobody sees the difference.
-FOLLOWED_ACCURACY = 1e-4
-
 Progress = Callable[[float], "bool | None"]
 
 
@@ -187,6 +183,7 @@ class Session:
         initial_guess: str | None = None,
         to_convergence: bool = False,
         time_limit_s: float | None = None,
+        sufficient_accuracy: float = 0.0,
         progress: Progress | None = None,
     ) -> Readout:
         """Moves the mesh after its handles.
@@ -198,8 +195,8 @@ class Session:
                 settings.max_iterations.
             initial_guess: None: settings.initial_guess.
             to_convergence: see ``iterations``.
-            time_limit_s: stops before the iteration that would pass it, but after one, or within FOLLOWED_ACCURACY;
-                None: no limit.
+            time_limit_s: stops before the iteration that would pass it, but after one; None: no limit.
+            sufficient_accuracy: where the settings ask for more, this much is enough.
             progress: may stop the update by returning False; the mesh is then where it was.
 
         Raises:
@@ -214,11 +211,10 @@ class Session:
         options = {
             "initial_guess": guess,
             "max_iterations": at_most if iterations is None else iterations,
-            "accuracy": settings.accuracy,
+            "accuracy": max(settings.accuracy, sufficient_accuracy),
         }
         if time_limit_s is not None:
             options["time_limit_s"] = time_limit_s
-            options["accuracy"] = max(settings.accuracy, FOLLOWED_ACCURACY)
         start = time.perf_counter()
         result = self._solver.solve(
             self._map.targets(matrices),
