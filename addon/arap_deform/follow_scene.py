@@ -19,9 +19,13 @@ from .session_data import Readout
 # A stroke of a brush tags the mesh at every step. Where Blender does not say whether one is under way, it has ended
 # once there was none for this time.
 STROKE_PAUSE_S = 0.15
-# As near as single precision comes, as a fraction of the mesh's size: nobody sees more, and an update that goes on in
-# double makes what that needs first, which takes seconds on a large mesh.
+# Of updates that somebody waits for, as a fraction of the mesh's size. Nearer, the solver goes on in double precision,
+# and makes what that needs first: on a large mesh that takes seconds, and nobody sees the difference.
 ACCURACY = 1e-4
+
+
+def _sufficient(time_limit_s: float | None) -> float:
+    return 0.0 if time_limit_s is None else ACCURACY
 
 
 class BlenderFollowScene:
@@ -113,13 +117,13 @@ class BlenderFollowScene:
             iterations=iterations,
             initial_guess=self.initial_guess,
             time_limit_s=time_limit_s,
-            sufficient_accuracy=ACCURACY,
+            sufficient_accuracy=_sufficient(time_limit_s),
         )
 
     def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
         self._announce_write()
         return live_session.update(
-            self._obj(), matrices, time_limit_s=time_limit_s, sufficient_accuracy=ACCURACY, is_from_rest=True
+            self._obj(), matrices, time_limit_s=time_limit_s, sufficient_accuracy=_sufficient(time_limit_s), is_from_rest=True
         )
 
     def iteration_limit(self) -> int:

@@ -159,10 +159,10 @@ class ArapObject(bpy.types.PropertyGroup):
     max_iterations: IntProperty(
         name="Max Iterations",
         description="Steps at most when solving to the end, for one pose or one baked frame",
-        default=200,
+        default=1000,
         min=1,
         max=1000000,
-        soft_max=1000,
+        soft_max=10000,
     )
     accuracy: FloatProperty(
         name="Accuracy",

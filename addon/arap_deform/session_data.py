@@ -33,7 +33,7 @@ class SessionSettings:
     weights: str = "cotangent"
     initial_guess: str = "previous"
     iterations_per_update: int = 4
-    max_iterations: int = 200
+    max_iterations: int = 1000
     accuracy: float = 1e-6
     threads: int = 0
     join_seams: bool = False

@@ -17,7 +17,7 @@ using Rotations = std::vector<Eigen::Quaterniond>;
 /// How exact the passes of an iteration are.
 enum class Precision {
   /// Positions are rounded to 1e-9 of the mesh, or of the largest coordinate where that is larger. Errors of about 1e-7
-  /// of an edge in a residual, which move the minimizer by less than 1e-8 of the mesh.
+  /// of an edge in a residual, which move the minimizer by 1e-9 of the mesh, by up to 5e-6 where it is soft.
   kSingle,
   kDouble,  ///< twice the data and half the lanes; for what kSingle leaves
 };

@@ -20,9 +20,9 @@ double DistanceEstimate::rate() const {
   const int between = std::min(n_, kLast) - 1;
   if (between == 0) return kUnknown;
   const double shortened = step(0).decrease / step(between).decrease;
-  // What does not become shorter has come to its rounding, or has not begun to converge; nor does it where nothing is
-  // left.
-  if (!(shortened < 1)) return kSlowest;
+  // What does not become shorter has come to its rounding, or has not begun to converge; what has no length at all is
+  // stuck.
+  if (!(shortened > 0 && shortened < 1)) return kSlowest;
   return std::clamp(std::pow(shortened, 0.5 / between), kFastest, kSlowest);
 }
 

@@ -18,7 +18,8 @@ void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraint
                            const Positions& patch_targets, Pose& pose);
 
 /// Turns all cells and regions by the harmonic interpolation of the handles' turns: K w = 0 for the rotation vectors w.
-/// One global step makes positions of them. Returns how far a turn is at most from the mean of its part, in radians.
+/// One global step makes positions of them. Returns how far the turn of a free unknown is at most from the mean of
+/// its part, in radians.
 /// @param turns  (n_entries + n_patches, 3) rotation vectors
 double spread_turns(const BoundModel& model, const BoundConstraints& constraints, const Positions& turns, Pose& pose);
 

@@ -31,6 +31,7 @@ LocalGlobal::LocalGlobal(const BoundModel& model, const BoundConstraints& constr
 
 void LocalGlobal::aim(const Positions& targets, Precision precision) {
   CellPasses& passes = model_.passes(precision);
+  const bool knew_pose = knows_pose();
   if (&passes != passes_) forget();
   passes_ = &passes;
   is_in_double_ = precision == Precision::kDouble || !model_.fits_single;
@@ -45,7 +46,7 @@ void LocalGlobal::aim(const Positions& targets, Precision precision) {
   targets_.patches = constraints_.anchor_targets(targets);
   Positions patch_targets = constraints_.patch_targets(targets);
   // A solve that only goes on keeps what patches pull regions with: without it these turn away first.
-  const bool goes_on = known_ != Known::kNothing && patch_targets.rows() == patch_targets_.rows();
+  const bool goes_on = knew_pose && patch_targets.rows() == patch_targets_.rows();
   if (!goes_on || patch_targets != patch_targets_) multipliers_ = Positions::Zero(patch_targets.rows(), 3);
   patch_targets_ = std::move(patch_targets);
 }
@@ -74,6 +75,13 @@ bool LocalGlobal::impose_constraints(Pose& pose) {
 
 Positions LocalGlobal::patch_gaps(const Positions& positions) const {
   return gaps_to(patch_targets_, constraints_.patches(), positions);
+}
+
+void LocalGlobal::add_patch_forces(double sign) {
+  const std::vector<Average>& patches = constraints_.patches();
+  for (Eigen::Index k = 0; k < multipliers_.rows(); ++k)
+    for (size_t i = 0; i < patches[k].indices.size(); ++i)
+      residual_.row(patches[k].indices[i]) += sign * patches[k].weights[i] * multipliers_.row(k);
 }
 
 void LocalGlobal::follow_vertex(int v, const Eigen::RowVector3d& step) {

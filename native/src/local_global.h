@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "bound_constraints.h"
@@ -49,6 +50,7 @@ class LocalGlobal {
   void finish(Pose& pose);
   /// The next fit() is in double, from the rotations of the last one; false where it has been so already.
   [[nodiscard]] bool go_on_in_double(Pose& pose);
+  [[nodiscard]] bool is_in_double() const { return is_in_double_; }
   /// Comes where anybody else changes the pose or works with the passes.
   void forget() { known_ = Known::kNothing; }
   /// Whether the pose is the one that finish() left.
@@ -66,8 +68,15 @@ class LocalGlobal {
   /// After the first fit of a frame, which began with this share of the forces ahead.
   void show_forces_to(ForcePrediction& prediction, double share) const;
 
-  /// Minus the gradient of the energy, soft constraints included, (n, 3).
-  [[nodiscard]] const Positions& residual() const { return residual_; }
+  /// use(residual), with minus the gradient of the energy, soft constraints included, but for what holds the patches,
+  /// (n, 3): no direction has a share in that, but its rounding would drown the slopes near the minimum.
+  template <class Use>
+  auto with_free_residual(const Use& use) {
+    add_patch_forces(-1);
+    const auto result = use(std::as_const(residual_));
+    add_patch_forces(1);
+    return result;
+  }
   /// The whole global step from the residual at hand, (n, 3); `correction` may be the residual.
   void find_correction(const Pose& pose, Positions& correction);
   /// Tells the regions that their vertices were moved alike.
@@ -91,6 +100,8 @@ class LocalGlobal {
   void fit_regions(Pose& pose);
   /// The energy without its term of rotations.
   [[nodiscard]] double refresh_residual(const Pose& pose);
+  /// Adds what the last multipliers hold the patches with to the residual, times `sign`.
+  void add_patch_forces(double sign);
   [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
   /// For the positions and rotations of the pose, whatever the passes have been about.
   void find_residual_of(const Pose& pose);

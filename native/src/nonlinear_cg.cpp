@@ -42,20 +42,19 @@ int row_count(const Positions& x) { return static_cast<int>(x.rows()); }
 }  // namespace
 
 double NonlinearCg::slope_along_direction() const {
-  const Positions& residual = steps_.residual();
-  return parallel_sum<kRows>(steps_.workers(), row_count(residual), [&](int begin, int end) {
-    return (flat(direction_, begin, end).cast<double>() * flat(residual, begin, end)).sum();
+  return steps_.with_free_residual([&](const Positions& residual) {
+    return parallel_sum<kRows>(steps_.workers(), row_count(residual), [&](int begin, int end) {
+      return (flat(direction_, begin, end).cast<double>() * flat(residual, begin, end)).sum();
+    });
   });
 }
 
-double NonlinearCg::choose_beta() {
-  using Sums = std::array<double, 3>;
-  const Positions& residual = steps_.residual();
+NonlinearCg::Sums NonlinearCg::sum_products(const Positions& residual) {
   const Positions& correction = correction_;
   residual_.resize(residual.rows(), 3);  // memory only where it is not there yet
   direction_.resize(residual.rows(), 3);
   const bool is_fresh = is_fresh_;
-  const Sums sums = parallel_reduce<kRows>(
+  return parallel_reduce<kRows>(
       steps_.workers(), row_count(residual), Sums{},
       [&](int begin, int end) {
         const auto z = flat(correction, begin, end);
@@ -72,8 +71,12 @@ double NonlinearCg::choose_beta() {
       [](const Sums& a, const Sums& b) {
         return Sums{a[0] + b[0], a[1] + b[1], a[2] + b[2]};
       });
+}
+
+double NonlinearCg::choose_beta() {
+  const Sums sums = steps_.with_free_residual([&](const Positions& residual) { return sum_products(residual); });
   const double z_r = sums[0];
-  double beta = is_fresh ? 0 : std::max(0.0, (z_r - sums[1]) / z_r_);
+  double beta = is_fresh_ ? 0 : std::max(0.0, (z_r - sums[1]) / z_r_);
   slope_ = z_r + beta * sums[2];
   if (!(slope_ > 0) || !std::isfinite(beta)) {
     beta = 0;
@@ -157,9 +160,12 @@ double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration
   return reached;
 }
 
-bool needs_double(double distance, double accuracy) {
-  return distance <= kNearestInSingle && accuracy < kNearestInSingle;
+bool ends_in_double(double accuracy) {
+  constexpr double kRoundedToFloat = 1 - 1e-6;  // what somebody keeps as a float may be a little less than it says
+  return accuracy < kRoundedToFloat * kNearestInSingle;
 }
+
+bool needs_double(double distance, double accuracy) { return distance <= kNearestInSingle && ends_in_double(accuracy); }
 
 IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
                          const Progress& progress, TimeBudget& time, std::optional<double> step_before,
@@ -196,7 +202,10 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
     report.energy_after = search.iterate(pose, report.energy_after, options.acceleration);
     count_iteration(search.step());
     if (needs_double(search.distance(), options.accuracy) && steps.go_on_in_double(pose)) {
+      // Single precision knows all energies of a model with the same small error.
+      const double in_single = report.energy_after;
       report.energy_after = steps.fit(pose);
+      report.energy_before += report.energy_after - in_single;
       continue;
     }
     // A short step may only be a short length.

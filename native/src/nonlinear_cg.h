@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -41,6 +42,10 @@ class NonlinearCg {
  private:
   using Steps = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
+  using Sums = std::array<double, 3>;
+
+  /// <z, r>, <z, last r> and <last direction, r>; the latter two 0 after a restart. Keeps r as the last one.
+  [[nodiscard]] Sums sum_products(const Positions& residual);
   /// beta of the next direction, 0 for the plain global step; sets the slope along it.
   [[nodiscard]] double choose_beta();
   /// Slope of minus the energy along the direction, from the residual at hand.
@@ -66,6 +71,9 @@ class NonlinearCg {
   Steps direction_;
   std::vector<Placement> placements_;  ///< before the last step
 };
+
+/// Whether a solve that is to come so near ends in double precision.
+[[nodiscard]] bool ends_in_double(double accuracy);
 
 /// Whether a pose is so near to where it would end that single precision cannot bring it as near as is asked for.
 [[nodiscard]] bool needs_double(double distance, double accuracy);

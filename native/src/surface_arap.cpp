@@ -243,7 +243,9 @@ SolveResult SurfaceArap::Impl::solve(const Positions& targets, const SolveOption
   const Positions model_targets = space.points_to_model(targets);
   const bool is_going_on = options.initial_guess == InitialGuess::kPrevious && last_targets.rows() > 0;
   const bool goes_on_there = is_going_on && last_targets == model_targets && steps->knows_pose();
-  const bool is_near = goes_on_there && needs_double(search->distance(), options.accuracy);
+  // A search that has come to double stays there, although a single estimate may be of a greater distance again.
+  const bool is_near = goes_on_there && (needs_double(search->distance(), options.accuracy) ||
+                                         (steps->is_in_double() && ends_in_double(options.accuracy)));
   steps->aim(model_targets,
              is_near || constraints->is_weak_hold() ? Precision::kDouble : precision_for(options, model_targets));
   const Positions turns =

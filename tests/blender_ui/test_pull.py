@@ -134,7 +134,7 @@ def test_pull_is_drawn(ui: Ui) -> Steps:
 def test_pull_solves_each_move_once(ui: Ui) -> Steps:
     """While the mouse is under way its moves are followed: refining would hold up the next one."""
     yield from begin(ui)
-    sheet().arap.accuracy = 1e-7  # there is something left to refine
+    sheet().arap.iterations_per_update = 1  # there is something left to refine
     yield from press(ui, (0.3, 0.0, 0.0))
     yield from drag_to(ui, (0.35, 0.0, 0.0))
     yield from ui.until(lambda: bool(ui.running) and ui.running["Grid"].is_settled, "the mesh has bound and follows")

@@ -55,6 +55,13 @@ TEST(DistanceEstimate, ASingleShortStepIsNotTheEnd) {
   EXPECT_GE(estimate.value(), .5 * before);
 }
 
+TEST(DistanceEstimate, AStepOfNoLengthIsStuckNotNear) {
+  DistanceEstimate estimate = after(10, .9);
+  const double before = estimate.value();
+  estimate.add(0, 0);
+  EXPECT_GE(estimate.value(), before);
+}
+
 TEST(DistanceEstimate, IsNothingWhereNothingMoves) {
   DistanceEstimate estimate;
   estimate.add(0, 0);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "helpers.h"
@@ -15,6 +16,7 @@ namespace {
 
 using arap::InvalidInput;
 using arap::Patch;
+using arap::SolveResult;
 using arap::SurfaceArap;
 
 arap::Options with_radius(double radius) {
@@ -122,6 +124,23 @@ TEST(SurfacePatch, APointPullIsTheSameAtEveryDensity) {
     }
     former = pulled;
     former_plain = spiked;
+  }
+}
+
+TEST(SurfacePatch, WhatHoldsItDoesNotDrownTheWayToTheMinimum) {
+  const MeshData mesh = open_cylinder(12, 30, Faces::kQuads);
+  const SurfaceArap model(mesh.mesh());
+  Task task;
+  for (const auto& [vertex, move] :
+       {std::pair<int, Vector3>{3, {0, 0, 0}}, {12 * 15 + 2, {0, .3, 0}}, {12 * 28 + 5, {0, -.6, -.4}}}) {
+    const Patch patch = model.patch_around({vertex});
+    task.add_patch(patch.vertices, patch.weights, patch.rest_position + move);
+  }
+  const SolveResult end = solve_once(mesh, task, to_accuracy(1e-12, arap::InitialGuess::kPrevious, 2000));
+  for (const double accuracy : {1e-8, 1e-10}) {
+    const SolveResult result = solve_once(mesh, task, to_accuracy(accuracy, arap::InitialGuess::kPrevious, 1000));
+    EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged) << accuracy;
+    EXPECT_LT(max_distance(result.positions, end.positions), accuracy * mesh.diagonal()) << accuracy;
   }
 }
 
