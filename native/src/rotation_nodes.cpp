@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <numeric>
 #include <span>
 #include <utility>
 
+#include "node_choice.h"
 #include "parallel.h"
 
 namespace arap {
@@ -17,98 +19,12 @@ namespace {
 constexpr double kSupport = 2;
 /// A node's share of the surface is at least this part of r^2, so that faces without area have rotations too.
 constexpr double kLeastShare = .01;
+/// How often the shares are balanced: what is left changes by little.
+constexpr int kBalancings = 4;
+/// An exponent in (1, 2): four balancings do then as much as six.
+constexpr double kOverRelaxation = 1.5;
 /// A vertex' own support is at least this part of it, squared: every node that covers a vertex is well inside.
 constexpr double kLeastSupport = .5;
-
-struct ChosenNodes {
-  std::vector<int> vertices;  ///< of each node
-  std::vector<int> nearest;   ///< the node nearest to each vertex; -1 for a loose one
-};
-
-/// Chosen nodes, and which is the nearest to each vertex, and how far.
-class Sampler {
- public:
-  Sampler(const SurfaceGraph& graph, double radius, const std::vector<int>& group)
-      : graph_(graph),
-        radius_(static_cast<float>(radius)),
-        group_(group),
-        distance_(graph.n_vertices(), static_cast<float>(radius)),
-        nearest_(graph.n_vertices(), -1),
-        is_chosen_(graph.n_vertices(), 0) {}
-
-  [[nodiscard]] bool is_covered(int vertex) const { return distance_[vertex] < radius_; }
-
-  void choose(int vertex) {
-    if (is_chosen_[vertex] != 0) return;
-    const auto node = static_cast<int>(nodes_.size());
-    is_chosen_[vertex] = 1;
-    nodes_.push_back(vertex);
-    distance_[vertex] = 0;
-    nearest_[vertex] = node;
-    queue_.push({0, vertex});
-    while (!queue_.empty()) {
-      const auto [distance, near] = queue_.pop();
-      if (distance > distance_[near]) continue;
-      for (const SurfaceGraph::Arc& arc : graph_.arcs(near)) {
-        const float further = distance + arc.length;
-        if (further >= distance_[arc.vertex] || !is_same_group(vertex, arc.vertex)) continue;
-        distance_[arc.vertex] = further;
-        nearest_[arc.vertex] = node;
-        queue_.push({further, arc.vertex});
-      }
-    }
-  }
-
-  [[nodiscard]] ChosenNodes take() { return {.vertices = std::move(nodes_), .nearest = std::move(nearest_)}; }
-
- private:
-  [[nodiscard]] bool is_same_group(int a, int b) const { return group_.empty() || group_[a] == group_[b]; }
-
-  const SurfaceGraph& graph_;
-  float radius_;
-  const std::vector<int>& group_;
-  std::vector<float> distance_;  ///< to the nearest node, at most the radius
-  std::vector<int> nearest_;     ///< which that is
-  std::vector<char> is_chosen_;
-  DistanceQueue queue_;
-  std::vector<int> nodes_;
-};
-
-ChosenNodes choose_vertices(const SurfaceGraph& graph, double radius, const std::vector<std::vector<int>>& mirrors,
-                            const std::vector<int>& group) {
-  Sampler sampler(graph, radius, group);
-  std::vector<int> orbit;
-  const auto choose_with_images = [&](int vertex) {
-    orbit.assign(1, vertex);
-    for (const std::vector<int>& mirror : mirrors)
-      for (size_t k = 0, n = orbit.size(); k < n; ++k) orbit.push_back(mirror[orbit[k]]);
-    for (const int image : orbit)
-      if (!graph.arcs(image).empty()) sampler.choose(image);
-  };
-  const auto choose_where = [&](const auto& is_wanted) {
-    for (int v = 0; v < graph.n_vertices(); ++v)
-      if (!graph.arcs(v).empty() && !sampler.is_covered(v) && is_wanted(v)) choose_with_images(v);
-  };
-  // First on the planes of symmetry: a node beside one and its image would be very close.
-  for (const std::vector<int>& mirror : mirrors) choose_where([&](int v) { return mirror[v] == v; });
-  choose_where([](int) { return true; });
-  return sampler.take();
-}
-
-/// What each node stands for: the area of the surface that no other node is nearer to.
-std::vector<double> node_shares(const ChosenNodes& nodes, const std::vector<double>& areas, double radius,
-                                const std::vector<std::vector<int>>& mirrors) {
-  std::vector<double> shares(nodes.vertices.size(), 0);
-  for (size_t v = 0; v < areas.size(); ++v)
-    if (nodes.nearest[v] >= 0) shares[nodes.nearest[v]] += areas[v];
-  // A vertex as near to two nodes counts for the one that was chosen first, which need not be so for its image.
-  for (const std::vector<int>& mirror : mirrors)
-    for (int c = 0; c < static_cast<int>(shares.size()); ++c)
-      if (const int image = nodes.nearest[mirror[nodes.vertices[c]]]; image > c)
-        shares[c] = shares[image] = (shares[c] + shares[image]) / 2;
-  for (double& share : shares) share = std::max(share, kLeastShare * radius * radius);
-  return shares;
-}
 
 struct Reached {
   int vertex;
@@ -144,6 +60,39 @@ std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const
   return supports;
 }
 
+/// 1 / the sum of the shares times the entries' weights, at each vertex.
+std::vector<double> reciprocal_sums(const RotationNodes& entries, const std::vector<double>& shares, int threads) {
+  std::vector<double> reciprocals(entries.offsets.size() - 1);
+  parallel_for(threads, static_cast<int>(reciprocals.size()), [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      double sum = 0;
+      for (int k = entries.offsets[v]; k < entries.offsets[v + 1]; ++k)
+        sum += shares[entries.nodes[k]] * entries.weights[k];
+      reciprocals[v] = 1 / sum;
+    }
+  });
+  return reciprocals;
+}
+
+/// Makes the sums at the vertices more even: a share is divided by what it finds there, a harmonic mean over the
+/// support [Richardson 1972, Lucy 1974]. Shares stay positive.
+void balance(std::vector<double>& shares, const RotationNodes& entries,
+             const std::vector<std::vector<Reached>>& supports, const std::vector<double>& areas, int threads) {
+  const std::vector<double> reciprocals = reciprocal_sums(entries, shares, threads);
+  parallel_for(threads, entries.size(), [&](int begin, int end) {
+    for (int c = begin; c < end; ++c) {
+      double sum = 0;
+      double whole = 0;
+      for (const Reached& reached : supports[c]) {
+        const double part = areas[reached.vertex] * static_cast<double>(reached.weight);
+        sum += part * reciprocals[reached.vertex];
+        whole += part;
+      }
+      if (whole > 0) shares[c] *= std::pow(sum / whole, kOverRelaxation);
+    }
+  });
+}
+
 }  // namespace
 
 std::vector<double> face_spreads(const PolygonMesh& mesh) {
@@ -166,15 +115,16 @@ std::vector<double> face_spreads(const PolygonMesh& mesh) {
   return spreads;
 }
 
-RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector<double>& spreads,
+RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const PolygonMesh& mesh,
                                     const std::vector<double>& areas, double radius,
                                     const std::vector<std::vector<int>>& mirrors, const std::vector<int>& group,
                                     int threads) {
   RotationNodes result;
-  ChosenNodes chosen = choose_vertices(graph, radius, mirrors, group);
-  const std::vector<double> shares = node_shares(chosen, areas, radius, mirrors);
-  result.vertices = std::move(chosen.vertices);
-  const std::vector<std::vector<Reached>> supports = find_supports(graph, spreads, result.vertices, radius, threads);
+  auto [vertices, shares] = choose_nodes(graph, mesh.positions(), areas, radius, mirrors, group);
+  for (double& share : shares) share = std::max(share, kLeastShare * radius * radius);
+  result.vertices = std::move(vertices);
+  const std::vector<std::vector<Reached>> supports =
+      find_supports(graph, face_spreads(mesh), result.vertices, radius, threads);
   result.offsets.assign(graph.n_vertices() + 1, 0);
   for (const std::vector<Reached>& support : supports)
     for (const Reached& reached : support) ++result.offsets[reached.vertex + 1];
@@ -186,14 +136,14 @@ RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const std::vector
     for (const Reached& reached : supports[c]) {
       const int slot = next[reached.vertex]++;
       result.nodes[slot] = static_cast<int>(c);
-      result.weights[slot] = shares[c] * static_cast<double>(reached.weight);
+      result.weights[slot] = static_cast<double>(reached.weight);
     }
+  for (int k = 0; k < kBalancings; ++k) balance(shares, result, supports, areas, threads);
+  const std::vector<double> reciprocals = reciprocal_sums(result, shares, threads);
   parallel_for(threads, graph.n_vertices(), [&](int begin, int end) {
-    for (int v = begin; v < end; ++v) {
-      double sum = 0;
-      for (int k = result.offsets[v]; k < result.offsets[v + 1]; ++k) sum += result.weights[k];
-      for (int k = result.offsets[v]; k < result.offsets[v + 1]; ++k) result.weights[k] /= sum;
-    }
+    for (int v = begin; v < end; ++v)
+      for (int k = result.offsets[v]; k < result.offsets[v + 1]; ++k)
+        result.weights[k] *= shares[result.nodes[k]] * reciprocals[v];
   });
   return result;
 }

@@ -54,8 +54,7 @@ RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, con
   const std::vector<std::vector<int>> mirrors = find_surface_mirrors(model, mesh);
   const SurfaceGraph graph(K, model.rest, model.workers.threads(),
                            find_bridges(mesh, radius, mirrors, model.workers.threads()));
-  return choose_rotation_nodes(graph, face_spreads(mesh), model.areas, radius, mirrors, region_of_vertex,
-                               model.workers.threads());
+  return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, model.workers.threads());
 }
 
 /// Cells in the order of their homes.

@@ -205,8 +205,7 @@ arap::RotationNodes choose_nodes(const MeshData& mesh, double radius, const std:
   const arap::PolygonMesh polygons = mesh.mesh();
   const arap::SurfaceGraph graph(arap::assemble_surface_energy(polygons, {}, {}, 1, {}).K, mesh.positions(), threads,
                                  arap::find_bridges(polygons, radius, mirrors, threads));
-  return arap::choose_rotation_nodes(graph, arap::face_spreads(polygons), arap::vertex_areas(polygons), radius, mirrors,
-                                     group, threads);
+  return arap::choose_rotation_nodes(graph, polygons, arap::vertex_areas(polygons), radius, mirrors, group, threads);
 }
 
 Eigen::MatrixXd dense_weights(const arap::RotationNodes& nodes, int n) {

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +18,7 @@
 #include "helpers.h"
 #include "mirror_symmetry.h"
 #include "model_space.h"
+#include "surface_distance.h"
 #include "surface_energies.h"
 #include "surface_patch.h"
 
@@ -207,7 +210,7 @@ TEST(RotationNodes, FacesSpreadAWeightByTheMeanSquaredDistanceOfTheirCorners) {
   for (size_t v = 0; v < expected.size(); ++v) EXPECT_NEAR(spreads[v], expected[v], 1e-15) << "vertex " << v;
 }
 
-TEST(RotationNodes, ANodeCountsByTheAreaThatIsNearestToIt) {
+TEST(RotationNodes, SharesOfNodesBeginWithTheNearestAreaAndAreBalanced) {
   // A strip of faces of length 1 and width 1, of which each vertex is a node. Those at the ends have half the area.
   MeshData mesh;
   for (int k = 0; k < 4; ++k) {
@@ -216,13 +219,87 @@ TEST(RotationNodes, ANodeCountsByTheAreaThatIsNearestToIt) {
     if (k > 0) mesh.faces.push_back({2 * k - 2, 2 * k, 2 * k + 1, 2 * k - 1});
   }
   const double radius = .9;
-  const Eigen::MatrixXd W = dense_weights(choose_nodes(mesh, radius), mesh.n_vertices());
-  ASSERT_EQ(W.cols(), mesh.n_vertices());
-  // The corner 0 sees itself, 1 and 2 at distance 1, and 3 at sqrt(2). A face spreads its corners by .5.
-  const double support = 4 * radius * radius - 3 * .5;
-  const Eigen::RowVector4d expected(.25 * 1, .25 * (1 - 1 / support), .5 * (1 - 1 / support), .5 * (1 - 2 / support));
-  for (int c = 0; c < 4; ++c)
-    EXPECT_NEAR(W(0, c), std::max(0., expected[c]) / expected.cwiseMax(0).sum(), 1e-6) << "node " << c;
+  const RotationNodes nodes = choose_nodes(mesh, radius);
+  ASSERT_EQ(nodes.size(), mesh.n_vertices());
+  const double support = 4 * radius * radius - 3 * .5;  // a face spreads its corners by .5
+  Eigen::MatrixXd kernel(8, 8);
+  for (int v = 0; v < 8; ++v)
+    for (int w = 0; w < 8; ++w)
+      kernel(v, w) = std::max(0., 1 - (mesh.vertices[v] - mesh.vertices[w]).squaredNorm() / support);
+  Eigen::VectorXd areas(8);
+  areas << .25, .25, .5, .5, .5, .5, .25, .25;
+  Eigen::VectorXd shares = areas;
+  for (int k = 0; k < 4; ++k) {
+    const Eigen::VectorXd sums = kernel * shares;
+    const Eigen::VectorXd found = (kernel * areas.cwiseQuotient(sums)).cwiseQuotient(kernel * areas);
+    shares.array() *= found.array().pow(1.5);
+  }
+  const Eigen::MatrixXd W = dense_weights(nodes, mesh.n_vertices());
+  const Eigen::VectorXd sums = kernel * shares;
+  for (int v = 0; v < 8; ++v)
+    for (int c = 0; c < 8; ++c) {
+      const int w = nodes.vertices[c];
+      EXPECT_NEAR(W(v, c), kernel(v, w) * shares[w] / sums[v], 1e-6) << "vertex " << v << ", node at " << w;
+    }
+}
+
+/// Distances along the surface from a vertex to all others.
+std::vector<double> distances_from(const arap::SurfaceGraph& graph, int vertex) {
+  std::vector<double> distances(static_cast<size_t>(graph.n_vertices()), std::numeric_limits<double>::infinity());
+  arap::DistanceSweep sweep(graph);
+  sweep.run(std::span(&vertex, 1), 1e9F, [&](int reached, float d) { distances[reached] = static_cast<double>(d); });
+  return distances;
+}
+
+arap::SurfaceGraph graph_of(const MeshData& mesh) {
+  return {arap::assemble_surface_energy(mesh.mesh(), {}, {}, 1, {}).K, mesh.positions(), 1};
+}
+
+/// The vertices that are chosen one after the other, each not nearer than r to a former one.
+std::vector<int> greedy_choice(const arap::SurfaceGraph& graph, double radius) {
+  std::vector<int> chosen;
+  std::vector<char> is_covered(static_cast<size_t>(graph.n_vertices()), 0);
+  for (int v = 0; v < graph.n_vertices(); ++v) {
+    if (is_covered[v] != 0) continue;
+    chosen.push_back(v);
+    const std::vector<double> distances = distances_from(graph, v);
+    for (int w = 0; w < graph.n_vertices(); ++w)
+      if (distances[w] < radius) is_covered[w] = 1;
+  }
+  return chosen;
+}
+
+TEST(RotationNodes, AreChosenInTheOrderOfTheVerticesAndMoveWithinTheirAreas) {
+  const double radius = .1;
+  for (const MeshData& data : {grid(60, Faces::kQuads), bumpy_sphere(4)}) {
+    const MeshData mesh = in_model_space(renumbered(data, shuffled(data.n_vertices(), 5)));
+    const arap::SurfaceGraph graph = graph_of(mesh);
+    const std::vector<int> greedy = greedy_choice(graph, radius);
+    const RotationNodes nodes = choose_nodes(mesh, radius);
+    ASSERT_EQ(nodes.size(), static_cast<int>(greedy.size())) << mesh.name;
+    int n_moved = 0;
+    for (int c = 0; c < nodes.size(); ++c) {
+      if (nodes.vertices[c] != greedy[c]) ++n_moved;
+      const std::vector<double> distances = distances_from(graph, nodes.vertices[c]);
+      EXPECT_LT(distances[greedy[c]], .4 * radius) << mesh.name << ", node " << c;
+      for (const int other : greedy) EXPECT_GE(distances[other], distances[greedy[c]]) << mesh.name << ", node " << c;
+    }
+    EXPECT_GT(n_moved, nodes.size() / 5) << mesh.name;
+  }
+}
+
+TEST(RotationNodes, EveryVertexIsNearerThan14RadiiToANode) {
+  const double radius = .1;
+  for (const MeshData& data : {grid(60, Faces::kQuads), bumpy_sphere(4)})
+    for (const std::uint64_t seed : {1, 2}) {
+      const MeshData mesh = in_model_space(renumbered(data, shuffled(data.n_vertices(), seed)));
+      const RotationNodes nodes = choose_nodes(mesh, radius);
+      std::vector<float> nearest(static_cast<size_t>(mesh.n_vertices()), 1e9F);
+      const arap::SurfaceGraph graph = graph_of(mesh);
+      arap::DistanceSweep sweep(graph);
+      sweep.run(nodes.vertices, 1e9F, [&](int v, float d) { nearest[v] = d; });
+      EXPECT_LT(static_cast<double>(*std::max_element(nearest.begin(), nearest.end())), 1.4 * radius) << mesh.name;
+    }
 }
 
 TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {
@@ -251,7 +328,7 @@ TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {
 }
 
 TEST(RotationNodes, ImagesOfNodesAreNodes) {
-  const MeshData mesh = in_model_space(box({9, 8, 12}, Vector3(1, 1, 2), Faces::kQuads));
+  const MeshData mesh = in_model_space(box({29, 28, 42}, Vector3(1, 1, 2), Faces::kQuads));
   const auto mirrors = arap::find_mirrors(mesh.positions(), 2);
   ASSERT_EQ(mirrors.size(), 3u);
   const RotationNodes nodes = choose_nodes(mesh, .1, mirrors);
