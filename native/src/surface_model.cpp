@@ -38,6 +38,7 @@ std::vector<std::vector<int>> find_surface_mirrors(const BoundModel& model, cons
   std::vector<int> used;
   for (int v = 0; v < mesh.n_vertices(); ++v)
     if (model.part_of_vertex[v] >= 0) used.push_back(v);
+  if (used.empty()) return {};
   std::vector<std::vector<int>> mirrors = find_mirrors(Positions(model.rest(used, all)), threads);
   for (std::vector<int>& mirror : mirrors) {
     std::vector<int> image(mesh.n_vertices());
