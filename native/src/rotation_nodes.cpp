@@ -120,9 +120,10 @@ RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const PolygonMesh
                                     const std::vector<std::vector<int>>& mirrors, const std::vector<int>& group,
                                     int threads) {
   RotationNodes result;
-  auto [vertices, shares] = choose_nodes(graph, mesh.positions(), areas, radius, mirrors, group);
+  ChosenNodes chosen = choose_nodes(graph, mesh.positions(), areas, radius, mirrors, group);
+  std::vector<double> shares = std::move(chosen.areas);
   for (double& share : shares) share = std::max(share, kLeastShare * radius * radius);
-  result.vertices = std::move(vertices);
+  result.vertices = std::move(chosen.vertices);
   const std::vector<std::vector<Reached>> supports =
       find_supports(graph, face_spreads(mesh), result.vertices, radius, threads);
   result.offsets.assign(graph.n_vertices() + 1, 0);
