@@ -123,7 +123,11 @@ class BlenderFollowScene:
     def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
         self._announce_write()
         return live_session.update(
-            self._obj(), matrices, time_limit_s=time_limit_s, sufficient_accuracy=_sufficient(time_limit_s), is_from_rest=True
+            self._obj(),
+            matrices,
+            time_limit_s=time_limit_s,
+            sufficient_accuracy=_sufficient(time_limit_s),
+            is_from_rest=True,
         )
 
     def iteration_limit(self) -> int:
