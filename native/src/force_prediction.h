@@ -27,10 +27,6 @@ class ForcePrediction {
   /// the fit leaves as residual, b_new - K p', is the change but for that share.
   /// @param residual  after the fit, (n, 3); what it is at vertices that the matrix does not move has no meaning
   void observe(const Positions& residual, double share, const Workers& workers);
-  /// Of what was observed, for corrections by few rows; (n, 3), rounded: a step has few digits anyway.
-  using Forces = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
-  [[nodiscard]] Forces& observed() { return observed_; }
-
   /// The frame is done: what was observed in it is the last change, unless that is not finite (forces may be beyond the
   /// range of a float). Then there is none.
   /// @param step  of its targets
@@ -39,6 +35,9 @@ class ForcePrediction {
   void forget() { last_step_.resize(0, 3); }
 
  private:
+  /// (n, 3), rounded: a step has few digits anyway.
+  using Forces = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
   Positions last_step_;
   Forces change_;
   Forces observed_;

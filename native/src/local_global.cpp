@@ -178,14 +178,10 @@ bool LocalGlobal::go_on_in_double(Pose& pose) {
   return true;
 }
 
-void LocalGlobal::show_forces_to(ForcePrediction& prediction, double share) const {
-  prediction.observe(residual_, share, workers());
-  // What holds the patches pulls at the residual too, and is no force of the cells. Ahead it would change nothing, as
-  // new multipliers take it up; but it would add up from frame to frame, and these numbers are rounded.
-  const std::vector<Average>& patches = constraints_.patches();
-  for (Eigen::Index k = 0; k < multipliers_.rows(); ++k)
-    for (size_t i = 0; i < patches[k].indices.size(); ++i)
-      prediction.observed().row(patches[k].indices[i]) -= (patches[k].weights[i] * multipliers_.row(k)).cast<float>();
+void LocalGlobal::show_forces_to(ForcePrediction& prediction, double share) {
+  // What holds the patches is no force of the cells. Ahead it would change nothing, as new multipliers take it up; but
+  // it would add up from frame to frame, and these numbers are rounded.
+  with_free_residual([&](const Positions& residual) { prediction.observe(residual, share, workers()); });
 }
 
 void LocalGlobal::find_residual_of(const Pose& pose) {

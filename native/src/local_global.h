@@ -66,16 +66,19 @@ class LocalGlobal {
   }
 
   /// After the first fit of a frame, which began with this share of the forces ahead.
-  void show_forces_to(ForcePrediction& prediction, double share) const;
+  void show_forces_to(ForcePrediction& prediction, double share);
 
   /// use(residual), with minus the gradient of the energy, soft constraints included, but for what holds the patches,
   /// (n, 3): no direction has a share in that, but its rounding would drown the slopes near the minimum.
   template <class Use>
   auto with_free_residual(const Use& use) {
+    struct Held {
+      LocalGlobal& steps;
+      ~Held() { steps.add_patch_forces(1); }
+    };
     add_patch_forces(-1);
-    const auto result = use(std::as_const(residual_));
-    add_patch_forces(1);
-    return result;
+    const Held held{*this};
+    return use(std::as_const(residual_));
   }
   /// The whole global step from the residual at hand, (n, 3); `correction` may be the residual.
   void find_correction(const Pose& pose, Positions& correction);
