@@ -62,7 +62,9 @@ def watched_frames(package: str, obj, iterations: int) -> Milliseconds:
 
     api, watch = importlib.import_module(f"{package}.api"), Stopwatch()
     obj.arap.iterations_per_update = iterations
+    start = time.perf_counter()
     session = api.prepare_session(obj)
+    bind = 1e3 * (time.perf_counter() - start)
     watch.watch_session(package, session)
     outside = ("Blender evaluates the handle", "Blender evaluates the mesh")
 
@@ -76,12 +78,14 @@ def watched_frames(package: str, obj, iterations: int) -> Milliseconds:
                 bpy.context.view_layer.update()
 
     drags = Drags(obj)
+    frame()
+    first = {"bind": [bind], "bind and first frame": [bind + watch.rows["whole frame"][0]]}
     repeat(frame, WARM_UP)
     watch.rows.clear()
     repeat(frame, len(drags))
     api.end_session(obj)
     solve = f"solve, {plural(iterations, 'iteration')}"
-    return {solve if name == "solve" else name: times for name, times in watch.rows.items()}
+    return first | {solve if name == "solve" else name: times for name, times in watch.rows.items()}
 
 
 def act_frames(package: str, obj) -> Milliseconds:
