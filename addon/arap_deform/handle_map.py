@@ -15,6 +15,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from .linear_maps import map_points
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
@@ -204,7 +206,7 @@ class HandleMap:
         for h in np.flatnonzero(moved):
             block = self._blocks[h]
             rows = self._targets[block]
-            np.matmul(self._single_base[block], linear[h].T, out=rows)
+            map_points(self._single_base[block], linear[h], rows)
             rows += offset[h]
         n_single, n_vertices = len(self._single_base), len(self.vertices)
         if len(self._shared_starts) and moved[self._shared_handles].any():

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .handle_map import Floats, HandleMap, HandleSpec, Ints, Patch, check_specs
+from .linear_maps import map_points
 from .point_handles import patch_around, reaches_of_points, surface_diagonal
 from .session_data import Readout, SessionMesh, SessionSettings
 
@@ -262,7 +263,7 @@ class Session:
 
     def _unstretch_solved(self) -> None:
         if self._is_stretched:
-            np.matmul(self._solved, self._unstretch.T.astype(np.float32), out=self._positions)
+            map_points(self._solved, self._unstretch.astype(np.float32), self._positions)
 
 
 class _Cancellation:

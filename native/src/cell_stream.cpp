@@ -9,8 +9,12 @@ namespace arap {
 
 namespace {
 
-/// Rows that a thread fills at once: whole slices, so that no two threads write to one.
+/// Rows that a thread fills at once: whole slices, so that no two threads write to one. Cells may be few and large.
 constexpr int kRowRange = 64 * kSliceWidth;
+constexpr int kCellRange = 4 * kSliceWidth;
+
+/// Groups that a thread zeroes at once: some megabytes.
+constexpr int kZeroedGroups = 1 << 14;
 
 std::vector<int> cell_sizes(const CellEnergy& energy) {
   std::vector<int> sizes(energy.n_cells());
@@ -25,18 +29,20 @@ std::vector<int> incidence_counts(const CellEnergy& energy) {
   return sizes;
 }
 
-std::vector<int> neighbor_counts(const SparseMatrix& K) {
+std::vector<int> neighbor_counts(const SparseMatrix& K, int threads) {
   std::vector<int> sizes(K.cols());
-  for (int v = 0; v < K.cols(); ++v)
-    for (SparseMatrix::InnerIterator it(K, v); it; ++it)
-      if (it.row() != v) ++sizes[v];
+  parallel_for<kRowRange>(threads, static_cast<int>(K.cols()), [&](int begin, int end) {
+    for (int v = begin; v < end; ++v)
+      for (SparseMatrix::InnerIterator it(K, v); it; ++it)
+        if (it.row() != v) ++sizes[v];
+  });
   return sizes;
 }
 
 }  // namespace
 
 template <class Real>
-SlicedRows<Real>::SlicedRows(const std::vector<int>& sizes, int n_components) {
+SlicedRows<Real>::SlicedRows(const std::vector<int>& sizes, int n_components, int threads) {
   for (size_t first = 0; first < sizes.size(); first += kSliceWidth) {
     const auto begin = sizes.begin() + static_cast<std::ptrdiff_t>(first);
     const auto n = static_cast<std::ptrdiff_t>(std::min(size_t{kSliceWidth}, sizes.size() - first));
@@ -45,18 +51,23 @@ SlicedRows<Real>::SlicedRows(const std::vector<int>& sizes, int n_components) {
   const size_t n_entries = static_cast<size_t>(slice_offsets_.back()) * kSliceWidth;
   indices_ = AlignedBuffer<int>(n_entries);
   values_ = AlignedBuffer<Real>(n_entries * n_components);
-  std::fill_n(indices_.data(), indices_.size(), 0);
-  std::fill_n(values_.data(), values_.size(), Real{0});
+  // By all threads: memory that nothing has touched yet is the longest part of making it.
+  parallel_for<kZeroedGroups>(threads, n_groups(), [&](int begin, int end) {
+    const size_t first = static_cast<size_t>(begin) * kSliceWidth;
+    const size_t n = static_cast<size_t>(end - begin) * kSliceWidth;
+    std::fill_n(indices_.data() + first, n, 0);
+    std::fill_n(values_.data() + first * n_components, n * n_components, Real{0});
+  });
 }
 
 template <class Real>
 CellStream<Real>::CellStream(const CellEnergy& energy, int threads)
-    : cells(cell_sizes(energy), 3),
+    : cells(cell_sizes(energy), 3, threads),
       references(static_cast<size_t>(cells.n_slices()) * kSliceWidth),
-      incidences(incidence_counts(energy), 3),
-      springs(neighbor_counts(energy.K), 1) {
+      incidences(incidence_counts(energy), 3, threads),
+      springs(neighbor_counts(energy.K, threads), 1, threads) {
   std::fill_n(references.data(), references.size(), 0);
-  parallel_for<kRowRange>(threads, energy.n_cells(), [&](int begin, int end) {
+  parallel_for<kCellRange>(threads, energy.n_cells(), [&](int begin, int end) {
     for (int c = begin; c < end; ++c) {
       const int first = energy.cell_offsets[c];
       if (first < energy.cell_offsets[c + 1]) references[c] = energy.cell_vertices[first];

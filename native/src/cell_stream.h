@@ -18,7 +18,7 @@ class SlicedRows {
   /// Zeros.
   /// @param sizes         entries of each row
   /// @param n_components  values of each entry
-  SlicedRows(const std::vector<int>& sizes, int n_components);
+  SlicedRows(const std::vector<int>& sizes, int n_components, int threads);
 
   [[nodiscard]] int n_slices() const { return static_cast<int>(slice_offsets_.size()) - 1; }
   [[nodiscard]] int n_groups() const { return slice_offsets_.back(); }
