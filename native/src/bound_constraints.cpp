@@ -42,7 +42,7 @@ BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet&
                               " consists of hard vertices only; take it or them out of the constraints"));
   }
   system_ =
-      std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix, model.components, is_fixed,
+      std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix(), model.components, is_fixed,
                                           reduced_diagonal(soft_diagonal_), reduced_patches(), progress, model.workers);
 }
 

@@ -24,17 +24,23 @@ struct BoundModel {
   LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
   bool fits_single = false;              ///< whether single precision serves this energy
   RigidRegions regions;                  ///< without constraints
-  SparseMatrix system_matrix;            ///< K over the unknowns of the regions
-  std::vector<int> components;           ///< (n,) connected_components() of it
+  std::vector<int> components;           ///< (n,) connected_components() of system_matrix()
   std::unique_ptr<LinearSolver> solver;  ///< for its pattern
 
   BoundModel() : regions({}, energy, rest) {}
+  /// K over the unknowns of the regions.
+  [[nodiscard]] const SparseMatrix& system_matrix() const { return regions.empty() ? energy.K : reduced_matrix_; }
+  /// Makes system_matrix() what it is for the present K and regions.
+  void reduce_matrix() {
+    if (!regions.empty()) reduced_matrix_ = regions.reduce(energy.K);
+  }
   /// Over `energy`, in double where single does not serve it; made when first needed.
   [[nodiscard]] CellPasses& passes(Precision precision) const;
   BoundModel(const BoundModel&) = delete;  // regions refers to energy and rest
   BoundModel& operator=(const BoundModel&) = delete;
 
  private:
+  SparseMatrix reduced_matrix_;  ///< where there are regions
   mutable std::unique_ptr<CellPasses> single_passes_;
   mutable std::unique_ptr<CellPasses> double_passes_;
 };

@@ -2,140 +2,118 @@
 #include "cell_energy.h"
 
 #include <algorithm>
+#include <functional>
+#include <limits>
+#include <numeric>
 #include <span>
 #include <utility>
 
-#include "parallel.h"
 #include "permutation.h"
 #include "sparse_rows.h"
 
 namespace arap {
 
-void multiply(const SparseMatrix& A, const Positions& x, Positions& result, const Workers& workers) {
-  result.resize(A.rows(), 3);
-  parallel_for(workers, static_cast<int>(A.cols()), [&](int begin, int end) {
-    for (int column = begin; column < end; ++column) {
-      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-      for (SparseMatrix::InnerIterator it(A, column); it; ++it) sum += it.value() * x.row(it.row());
-      result.row(column) = sum;
-    }
-  });
-}
-
 namespace {
 
 using Rows = SparseRows<Vector3>;
 
-/// Where the next entry of each cell goes, share by share: the home is the first of a cell, then come the shares in
-/// order.
-std::vector<std::vector<int>> place_shares(const Rows& rows, const std::vector<int>& homes,
-                                           std::vector<int>& cell_offsets) {
-  std::vector<std::vector<int>> next(rows.n_shares(), std::vector<int>(homes.size(), 0));
-  std::vector<char> has_home(homes.size(), 0);
-  rows.for_each([&](int share, int vertex, std::span<const Rows::Entry> entries) {
-    for (const auto& [cell, q] : entries)
-      if (homes[cell] == vertex)
-        has_home[cell] = 1;
-      else
-        ++next[share][cell];
-  });
-  cell_offsets.assign(1, 0);
-  cell_offsets.reserve(homes.size() + 1);
-  for (size_t c = 0; c < homes.size(); ++c) {
-    int place = cell_offsets.back() + has_home[c];
-    for (std::vector<int>& next_of_share : next) place += std::exchange(next_of_share[c], place);
-    cell_offsets.push_back(place);
+/// What each cell consists of.
+struct CellSizes {
+  std::vector<char> has_home;               ///< (n_cells,)
+  std::vector<std::vector<int>> of_shares;  ///< (n_shares, n_cells) other vertices in each share of the rows
+
+  CellSizes(const Rows& rows, const std::vector<int>& homes)
+      : has_home(homes.size(), 0), of_shares(rows.n_shares(), std::vector<int>(homes.size(), 0)) {
+    rows.for_each([&](int share, int vertex, std::span<const Rows::Entry> entries) {
+      for (const auto& [cell, q] : entries)
+        if (homes[cell] == vertex)
+          has_home[cell] = 1;
+        else
+          ++of_shares[share][cell];
+    });
   }
-  return next;
+
+  [[nodiscard]] std::vector<int> whole() const {
+    std::vector<int> sum(has_home.begin(), has_home.end());
+    for (const std::vector<int>& sizes : of_shares)
+      std::transform(sum.begin(), sum.end(), sizes.begin(), sum.begin(), std::plus<>());
+    return sum;
+  }
+
+  /// Where the first entry of each cell in each share goes: the home is the first of a cell, then come the shares.
+  [[nodiscard]] std::vector<std::vector<int>> first_places(const std::vector<int>& cell_offsets,
+                                                           const std::vector<int>& new_cell) && {
+    for (size_t c = 0; c < new_cell.size(); ++c) {
+      int place = cell_offsets[new_cell[c]] + has_home[c];
+      for (std::vector<int>& sizes : of_shares) place += std::exchange(sizes[c], place);
+    }
+    return std::move(of_shares);
+  }
+};
+
+/// Cells as their homes will be numbered, empty ones last.
+std::vector<int> order_cells(const std::vector<int>& homes, const std::vector<int>& sizes,
+                             const std::vector<int>& new_of_old) {
+  std::vector<int> order(homes.size());
+  std::iota(order.begin(), order.end(), 0);
+  if (new_of_old.empty()) return order;
+  const auto place = [&](int c) { return sizes[c] == 0 ? std::numeric_limits<int>::max() : new_of_old[homes[c]]; };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return place(a) < place(b); });
+  // Neighbouring rows of a slice are filled up to the longest. Cells of vertices are about the same size and near each
+  // other in memory; of large cells each is far from the next in any order.
+  constexpr size_t kLarge = 64;
+  constexpr std::ptrdiff_t kWindow = 256;
+  if (std::reduce(sizes.begin(), sizes.end(), size_t{0}) < kLarge * order.size()) return order;
+  for (auto begin = order.begin(); begin < order.end(); begin += std::min(kWindow, order.end() - begin))
+    std::stable_sort(begin, begin + std::min(kWindow, order.end() - begin),
+                     [&](int a, int b) { return sizes[a] > sizes[b]; });
+  return order;
+}
+
+/// Where each begins among all, and the end.
+std::vector<int> offsets_of(const std::vector<int>& sizes, const std::vector<int>& order) {
+  std::vector<int> offsets{0};
+  offsets.reserve(order.size() + 1);
+  for (const int i : order) offsets.push_back(offsets.back() + sizes[i]);
+  return offsets;
+}
+
+/// The same for vertices, whose sizes are those of the rows.
+std::vector<int> vertex_offsets_of(const Rows& rows, const std::vector<int>& new_of_old) {
+  const std::vector<int>& old = rows.offsets();
+  if (new_of_old.empty()) return old;
+  std::vector<int> offsets(old.size(), 0);
+  for (size_t v = 0; v < new_of_old.size(); ++v) offsets[new_of_old[v] + 1] = old[v + 1] - old[v];
+  std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
+  return offsets;
 }
 
 }  // namespace
 
-void CellEnergy::set_cells(const SparseRows<Vector3>& rows, const std::vector<int>& homes) {
-  std::vector<std::vector<int>> next = place_shares(rows, homes, cell_offsets);
+void CellEnergy::set_cells(const SparseRows<Vector3>& rows, const std::vector<int>& homes,
+                           const std::vector<int>& new_of_old) {
+  CellSizes sizes(rows, homes);
+  const std::vector<int> whole = sizes.whole();
+  const std::vector<int> cell_order = order_cells(homes, whole, new_of_old);
+  const std::vector<int> new_cell = inverse_permutation(cell_order);
+  cell_offsets = offsets_of(whole, cell_order);
+  vertex_offsets = vertex_offsets_of(rows, new_of_old);
+  std::vector<std::vector<int>> next = std::move(sizes).first_places(cell_offsets, new_cell);
   cell_vertices.resize(cell_offsets.back());
   q.resize(cell_offsets.back(), 3);
-  vertex_offsets = rows.offsets();
   vertex_incidences.resize(cell_vertices.size());
   vertex_cells.resize(cell_vertices.size());
-  rows.for_each([&](int share, int vertex, std::span<const Rows::Entry> entries) {
+  rows.for_each([&](int share, int old_vertex, std::span<const Rows::Entry> entries) {
+    const int vertex = new_of_old.empty() ? old_vertex : new_of_old[old_vertex];
     int k = vertex_offsets[vertex];
     for (const auto& [cell, value] : entries) {
-      const int slot = homes[cell] == vertex ? cell_offsets[cell] : next[share][cell]++;
+      const int slot = homes[cell] == old_vertex ? cell_offsets[new_cell[cell]] : next[share][cell]++;
       cell_vertices[slot] = vertex;
       q.row(slot) = value.transpose();
       vertex_incidences[k] = slot;
-      vertex_cells[k++] = cell;
+      vertex_cells[k++] = new_cell[cell];
     }
   });
-}
-
-void CellEnergy::index_by_vertex() {
-  vertex_offsets.assign(n_vertices() + 1, 0);
-  for (const int vertex : cell_vertices) ++vertex_offsets[vertex + 1];
-  for (size_t v = 1; v < vertex_offsets.size(); ++v) vertex_offsets[v] += vertex_offsets[v - 1];
-  vertex_incidences.resize(cell_vertices.size());
-  vertex_cells.resize(cell_vertices.size());
-  std::vector<int> next(vertex_offsets.begin(), vertex_offsets.end() - 1);
-  for (int c = 0; c < n_cells(); ++c)
-    for (int k = cell_offsets[c]; k < cell_offsets[c + 1]; ++k) {
-      const auto slot = next[cell_vertices[k]]++;
-      vertex_incidences[slot] = k;
-      vertex_cells[slot] = c;
-    }
-}
-
-namespace {
-
-/// P K P^T, columns with their rows in order.
-SparseMatrix renumbered(const SparseMatrix& K, const std::vector<int>& order, const std::vector<int>& new_of_old,
-                        int threads) {
-  SparseMatrix result(K.rows(), K.cols());
-  result.resizeNonZeros(K.nonZeros());
-  int* offsets = result.outerIndexPtr();
-  offsets[0] = 0;
-  for (size_t k = 0; k < order.size(); ++k)
-    offsets[k + 1] = offsets[k] + K.outerIndexPtr()[order[k] + 1] - K.outerIndexPtr()[order[k]];
-  parallel_for(threads, static_cast<int>(order.size()), [&](int begin, int end) {
-    std::vector<std::pair<int, double>> column;
-    for (int k = begin; k < end; ++k) {
-      column.clear();
-      for (SparseMatrix::InnerIterator it(K, order[k]); it; ++it) column.emplace_back(new_of_old[it.row()], it.value());
-      std::sort(column.begin(), column.end());
-      for (size_t e = 0; e < column.size(); ++e) {
-        result.innerIndexPtr()[offsets[k] + static_cast<int>(e)] = column[e].first;
-        result.valuePtr()[offsets[k] + static_cast<int>(e)] = column[e].second;
-      }
-    }
-  });
-  return result;
-}
-
-}  // namespace
-
-CellEnergy renumbered(const CellEnergy& energy, const std::vector<int>& order, const std::vector<int>& cell_order,
-                      int threads) {
-  const std::vector<int> new_of_old = inverse_permutation(order);
-  CellEnergy result;
-  result.K = renumbered(energy.K, order, new_of_old, threads);
-  result.rest_energy = energy.rest_energy;
-  result.cell_offsets.assign(1, 0);
-  result.cell_offsets.reserve(energy.cell_offsets.size());
-  for (const int c : cell_order)
-    result.cell_offsets.push_back(result.cell_offsets.back() + energy.cell_offsets[c + 1] - energy.cell_offsets[c]);
-  result.cell_vertices.resize(energy.cell_vertices.size());
-  result.q.resize(energy.q.rows(), 3);
-  parallel_for(threads, energy.n_cells(), [&](int begin, int end) {
-    for (int c = begin; c < end; ++c) {
-      int to = result.cell_offsets[c];
-      for (int k = energy.cell_offsets[cell_order[c]]; k < energy.cell_offsets[cell_order[c] + 1]; ++k, ++to) {
-        result.cell_vertices[to] = new_of_old[energy.cell_vertices[k]];
-        result.q.row(to) = energy.q.row(k);
-      }
-    }
-  });
-  result.index_by_vertex();
-  return result;
 }
 
 }  // namespace arap

@@ -37,16 +37,12 @@ struct CellEnergy {
   }
 
   /// Fills in all but K and the rest energy.
-  /// @param rows   q_cj by vertex j and cell c
-  /// @param homes  the first vertex of each cell, where the cell has any
-  void set_cells(const SparseRows<Vector3>& rows, const std::vector<int>& homes);
-
-  /// Fills vertex_* from cell_*.
-  void index_by_vertex();
+  /// @param rows        q_cj by vertex j and cell c
+  /// @param homes       the first vertex of each cell, where the cell has any
+  /// @param new_of_old  (n,) the numbers that the vertices of rows get; cells are then numbered as their homes are.
+  ///                    Empty: all keep theirs
+  void set_cells(const SparseRows<Vector3>& rows, const std::vector<int>& homes,
+                 const std::vector<int>& new_of_old = {});
 };
-
-/// The same energy with vertex order[k] and cell cell_order[k] numbered k. The first vertex of each cell stays first.
-[[nodiscard]] CellEnergy renumbered(const CellEnergy& energy, const std::vector<int>& order,
-                                    const std::vector<int>& cell_order, int threads);
 
 }  // namespace arap

@@ -34,13 +34,8 @@ void RigidRegions::renumber(const std::vector<int>& new_of_old) {
   for (size_t v = 0; v < unknown_of_vertex_.size(); ++v)
     unknown_of_vertex[new_of_old[v]] = new_of_old[unknown_of_vertex_[v]];
   unknown_of_vertex_ = std::move(unknown_of_vertex);
-  for (Region& region : regions_) {
-    for (std::vector<int>* vertices : {&region.members, &region.border})
-      for (int& v : *vertices) v = new_of_old[v];
-    region.cells.clear();
-    region.border_cells.clear();
-  }
-  find_cells();
+  for (Region& region : regions_)
+    for (int& v : region.members) v = new_of_old[v];
 }
 
 void RigidRegions::find_cells() {

@@ -44,7 +44,7 @@ class RigidRegions {
 
   [[nodiscard]] bool is_in_region(int v) const;
 
-  /// Follows the vertices and cells of energy and rest, which have new numbers; a region keeps its unknown.
+  /// Follows the vertices of energy and rest, which have new numbers, before read_cells(); a region keeps its unknown.
   void renumber(const std::vector<int>& new_of_old);
 
   /// P^T K P, where P maps unknowns to vertices; the rows of members that are not unknowns stay empty.

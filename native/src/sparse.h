@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <vector>
 
 #include "arap/types.h"
 #include "workers.h"
@@ -10,6 +11,10 @@ namespace arap {
 
 /// Symmetric matrices are stored whole, so that a column is a row and can be gathered.
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
+
+/// P A P^T: row and column order[k] of A become k, where new_of_old is the inverse of order.
+[[nodiscard]] SparseMatrix renumbered(const SparseMatrix& A, const std::vector<int>& order,
+                                      const std::vector<int>& new_of_old, int threads);
 
 /// result = A x for a symmetric A stored whole; (n, 3).
 void multiply(const SparseMatrix& A, const Positions& x, Positions& result, const Workers& workers);

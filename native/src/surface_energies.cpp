@@ -5,6 +5,7 @@
 
 #include "arap/error.h"
 #include "parallel.h"
+#include "permutation.h"
 #include "row_accumulator.h"
 #include "sparse_rows.h"
 #include "triangles.h"
@@ -178,22 +179,26 @@ void report(const Progress& progress, double fraction) {
 
 }  // namespace
 
-CellEnergy assemble_surface_energy(const PolygonMesh& mesh, const Options& options,
-                                   const std::vector<double>& stiffness, int threads, const Progress& progress,
-                                   const std::function<RotationNodes(const SparseMatrix& K)>& choose_nodes) {
+void assemble_surface_energy(CellEnergy& energy, const PolygonMesh& mesh, const Options& options,
+                             const std::vector<double>& stiffness, int threads, const Progress& progress,
+                             const std::function<RotationNodes()>& choose_nodes,
+                             const std::function<const std::vector<int>*()>& find_order) {
   report(progress, 0.1);
   const SurfaceAssembler assembler(mesh, options, stiffness);
-  CellEnergy energy;
   report(progress, 0.3);
   energy.K = assemble_system(assembler, threads);
-  const RotationNodes nodes = choose_nodes ? choose_nodes(energy.K) : node_at_each_vertex(mesh.n_vertices());
+  const RotationNodes nodes = choose_nodes ? choose_nodes() : node_at_each_vertex(mesh.n_vertices());
   report(progress, 0.6);
-  energy.set_cells(share_cells(assembler, nodes, threads), nodes.vertices);
-  report(progress, 0.9);
+  const SparseRows<Vector3> cells = share_cells(assembler, nodes, threads);
   Positions K_rest;
   multiply(energy.K, mesh.positions(), K_rest, Workers(threads));
   energy.rest_energy = 0.5 * mesh.positions().cwiseProduct(K_rest).sum();
-  return energy;
+  report(progress, 0.8);
+  const std::vector<int>* order = find_order ? find_order() : nullptr;
+  const std::vector<int> new_of_old = order == nullptr ? std::vector<int>() : inverse_permutation(*order);
+  energy.set_cells(cells, nodes.vertices, new_of_old);
+  if (order != nullptr) energy.K = renumbered(energy.K, *order, new_of_old, threads);
+  report(progress, 0.9);
 }
 
 }  // namespace arap

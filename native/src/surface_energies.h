@@ -11,7 +11,7 @@
 
 namespace arap {
 
-/// Assembles the energy of a surface. With e_ij = p_i - p_j and s_i the stiffness,
+/// Fills in the energy of a surface. With e_ij = p_i - p_j and s_i the stiffness,
 ///
 /// spokes [SA07] Eq. (7):  E = sum_i s_i sum_{j in N(i)} w_ij |e'_ij - R_i e_ij|^2,  w_ij = sum of max(0, 1/2 cot) over
 /// the
@@ -24,10 +24,13 @@ namespace arap {
 /// that vertex i looks at, w_ic times. K and E_0 do not depend on them, since weights sum to 1.
 ///
 /// @param stiffness     (n,) > 0, or empty: 1
-/// @param choose_nodes  is called as soon as K is there, before the cells: what needs only that may begin. Without it
-///     cell i belongs to vertex i.
-[[nodiscard]] CellEnergy assemble_surface_energy(
-    const PolygonMesh& mesh, const Options& options, const std::vector<double>& stiffness, int threads,
-    const Progress& progress, const std::function<RotationNodes(const SparseMatrix& K)>& choose_nodes = {});
+/// @param choose_nodes  is called as soon as energy.K is there, before the cells: what needs only that may begin, and
+///     read it until find_order returns. Without it cell i belongs to vertex i.
+/// @param find_order    is called before the cells are written: which vertex becomes which, order[new] = old, and K and
+///     the cells are numbered so. Null, or without it: all keep their numbers.
+void assemble_surface_energy(CellEnergy& energy, const PolygonMesh& mesh, const Options& options,
+                             const std::vector<double>& stiffness, int threads, const Progress& progress,
+                             const std::function<RotationNodes()>& choose_nodes = {},
+                             const std::function<const std::vector<int>*()>& find_order = {});
 
 }  // namespace arap

@@ -50,30 +50,12 @@ std::vector<std::vector<int>> find_surface_mirrors(const BoundModel& model, cons
 }
 
 /// Which vertices are nodes, and the weights of all with them.
-RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, const SparseMatrix& K, double radius,
+RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, double radius,
                            const std::vector<int>& region_of_vertex) {
   const std::vector<std::vector<int>> mirrors = find_surface_mirrors(model, mesh);
-  const SurfaceGraph graph(K, model.rest, model.workers.threads(),
+  const SurfaceGraph graph(model.energy.K, model.rest, model.workers.threads(),
                            find_bridges(mesh, radius, mirrors, model.workers.threads()));
   return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, model.workers.threads());
-}
-
-/// Cells in the order of their homes.
-std::vector<int> order_cells(const CellEnergy& energy, const std::vector<int>& new_of_old) {
-  const auto place = [&](int c) { return energy.home(c) < 0 ? energy.n_vertices() : new_of_old[energy.home(c)]; };
-  std::vector<int> order(energy.n_cells());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return place(a) < place(b); });
-  // Neighbouring rows of a slice are filled up to the longest. Cells of vertices are about the same size and near each
-  // other in memory; of large cells each is far from the next in any order.
-  constexpr int kLarge = 64;
-  constexpr std::ptrdiff_t kWindow = 256;
-  const auto size = [&](int c) { return energy.cell_offsets[c + 1] - energy.cell_offsets[c]; };
-  if (energy.cell_vertices.size() < kLarge * order.size()) return order;
-  for (auto begin = order.begin(); begin < order.end(); begin += std::min(kWindow, order.end() - begin))
-    std::stable_sort(begin, begin + std::min(kWindow, order.end() - begin),
-                     [&](int a, int b) { return size(a) > size(b); });
-  return order;
 }
 
 template <class Value>
@@ -90,19 +72,28 @@ auto beside(const Workers& workers, const Act& act) {
   return std::async(workers.threads() > 1 ? std::launch::async : std::launch::deferred, act);
 }
 
-/// Numbers the model's vertices anew; returns the number of each.
+/// Follows the energy, whose vertices have new numbers; returns the number of each.
 std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
   std::vector<int> new_of_old = inverse_permutation(order);
-  model.energy = renumbered(model.energy, order, order_cells(model.energy, new_of_old), model.workers.threads());
   model.regions.renumber(new_of_old);
-  model.system_matrix = model.regions.reduce(model.energy.K);
-  std::future<void> solver = beside(model.workers, [&] { model.solver->renumber(model.system_matrix); });
-  model.components = connected_components(model.system_matrix);
+  model.reduce_matrix();
+  std::future<void> solver = beside(model.workers, [&] { model.solver->renumber(model.system_matrix()); });
+  model.components = connected_components(model.system_matrix());
   model.rest = Positions(model.rest(order, all));
   model.part_of_vertex = in_order(model.part_of_vertex, order);
   model.areas = in_order(model.areas, order);
+  model.regions.read_cells();
   solver.get();
   return new_of_old;
+}
+
+/// Where nothing gets another number.
+std::vector<int> keep_numbers(BoundModel& model) {
+  model.components = connected_components(model.system_matrix());
+  model.regions.read_cells();
+  std::vector<int> unchanged(model.rest.rows());
+  std::iota(unchanged.begin(), unchanged.end(), 0);
+  return unchanged;
 }
 
 }  // namespace
@@ -120,25 +111,24 @@ std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const 
   model.regions = RigidRegions(regions, model.energy, model.rest);
   // The order of the unknowns takes a good part of a bind: the cells are made beside it.
   std::future<std::unique_ptr<LinearSolver>> solver;
-  const auto with_matrix = [&](const SparseMatrix& K) {
-    model.system_matrix = model.regions.reduce(K);
+  const auto with_matrix = [&] {
+    model.reduce_matrix();
     solver = beside(model.workers,
-                    [&model] { return make_linear_solver(model.system_matrix, model.linear_solver, model.workers); });
-    return options.energy == Energy::kRotationNodes ? choose_nodes(model, mesh, K, options.rigidity_radius, regions)
+                    [&model] { return make_linear_solver(model.system_matrix(), model.linear_solver, model.workers); });
+    return options.energy == Energy::kRotationNodes ? choose_nodes(model, mesh, options.rigidity_radius, regions)
                                                     : node_at_each_vertex(mesh.n_vertices());
   };
-  model.energy = assemble_surface_energy(mesh, options, stiffness, model.workers.threads(), progress, with_matrix);
-  // In a sum over few cells single precision shows, and there is no time to win.
-  constexpr int kFewVertices = 2000;
-  model.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(model.energy, model.rest);
-  model.regions.read_cells();
-  model.solver = solver.get();
-  if (const std::vector<int>* order = model.solver->order(); order != nullptr)
-    return renumber(model, std::vector<int>(*order));
-  model.components = connected_components(model.system_matrix);
-  std::vector<int> unchanged(mesh.n_vertices());
-  std::iota(unchanged.begin(), unchanged.end(), 0);
-  return unchanged;
+  const auto find_order = [&] {
+    // In a sum over few cells single precision shows, and there is no time to win.
+    constexpr int kFewVertices = 2000;
+    model.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(model.energy, model.rest);
+    model.solver = solver.get();
+    return model.solver->order();
+  };
+  assemble_surface_energy(model.energy, mesh, options, stiffness, model.workers.threads(), progress, with_matrix,
+                          find_order);
+  const std::vector<int>* order = model.solver->order();
+  return order == nullptr ? keep_numbers(model) : renumber(model, std::vector<int>(*order));
 }
 
 }  // namespace arap

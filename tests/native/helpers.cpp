@@ -193,6 +193,31 @@ std::vector<Model> all_models() {
   return models;
 }
 
+arap::CellEnergy surface_energy(const arap::PolygonMesh& mesh, const arap::Options& options,
+                                const std::vector<double>& stiffness, int threads, const arap::Progress& progress,
+                                const std::function<arap::RotationNodes()>& choose_nodes) {
+  arap::CellEnergy energy;
+  arap::assemble_surface_energy(energy, mesh, options, stiffness, threads, progress, choose_nodes);
+  return energy;
+}
+
+void index_by_vertex(arap::CellEnergy& energy) {
+  energy.vertex_offsets.assign(1, 0);
+  energy.vertex_incidences.clear();
+  energy.vertex_cells.clear();
+  std::vector<std::vector<std::pair<int, int>>> at(static_cast<size_t>(energy.n_vertices()));
+  for (int c = 0; c < energy.n_cells(); ++c)
+    for (int k = energy.cell_offsets[c]; k < energy.cell_offsets[c + 1]; ++k)
+      at[energy.cell_vertices[k]].emplace_back(k, c);
+  for (const auto& incidences : at) {
+    for (const auto& [k, c] : incidences) {
+      energy.vertex_incidences.push_back(k);
+      energy.vertex_cells.push_back(c);
+    }
+    energy.vertex_offsets.push_back(static_cast<int>(energy.vertex_cells.size()));
+  }
+}
+
 MeshData in_model_space(const MeshData& mesh) {
   const Positions rest = arap::ModelSpace(mesh.mesh()).points_to_model(mesh.positions());
   MeshData result = mesh;
@@ -203,7 +228,7 @@ MeshData in_model_space(const MeshData& mesh) {
 arap::RotationNodes choose_nodes(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors,
                                  const std::vector<int>& group, int threads) {
   const arap::PolygonMesh polygons = mesh.mesh();
-  const arap::SurfaceGraph graph(arap::assemble_surface_energy(polygons, {}, {}, 1, {}).K, mesh.positions(), threads,
+  const arap::SurfaceGraph graph(surface_energy(polygons).K, mesh.positions(), threads,
                                  arap::find_bridges(polygons, radius, mirrors, threads));
   return arap::choose_rotation_nodes(graph, polygons, arap::vertex_areas(polygons), radius, mirrors, group, threads);
 }

@@ -120,6 +120,14 @@ std::vector<Model> classic_models();
 /// These and rotation nodes, with a radius at which they have several vertices on small meshes too.
 std::vector<Model> all_models();
 
+/// The energy of a surface, numbered as the mesh.
+arap::CellEnergy surface_energy(const arap::PolygonMesh& mesh, const arap::Options& options = {},
+                                const std::vector<double>& stiffness = {}, int threads = 1,
+                                const arap::Progress& progress = {},
+                                const std::function<arap::RotationNodes()>& choose_nodes = {});
+/// Fills vertex_* of an energy from its cells.
+void index_by_vertex(arap::CellEnergy& energy);
+
 /// The mesh in model space, where radii are parts of the diagonal.
 MeshData in_model_space(const MeshData& mesh);
 /// Nodes of a mesh in model space.

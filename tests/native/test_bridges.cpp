@@ -244,7 +244,7 @@ arap::RotationNodes nodes_of(const MeshData& mesh, double radius) {
   arap::Options options;
   options.energy = arap::Energy::kSpokesAndRims;
   const arap::PolygonMesh polygons = mesh.mesh();
-  const arap::CellEnergy cells = arap::assemble_surface_energy(polygons, options, {}, 1, {});
+  const arap::CellEnergy cells = surface_energy(polygons, options);
   const arap::SurfaceGraph graph(cells.K, mesh.positions(), 1, arap::find_bridges(polygons, radius, {}, 1));
   return arap::choose_rotation_nodes(graph, polygons, arap::vertex_areas(polygons), radius, {}, {}, 1);
 }

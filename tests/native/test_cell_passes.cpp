@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "helpers.h"
 #include "meshes.h"
 
 namespace arap_test {
@@ -49,7 +50,7 @@ CellEnergy some_energy(int n_vertices, const std::vector<std::vector<int>>& cell
     const Eigen::RowVector3d mean = energy.q.middleRows(first, size).colwise().mean();
     energy.q.middleRows(first, size).rowwise() -= mean;
   }
-  energy.index_by_vertex();
+  index_by_vertex(energy);
   return energy;
 }
 

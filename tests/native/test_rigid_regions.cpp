@@ -470,6 +470,21 @@ TEST(RigidRegion, LabelsOfAnotherLengthAreRefusedWithBothLengths) {
 
 // The energy's cells are groups of vertices, numbered as they like.
 
+/// Cell order[k] becomes cell k.
+void renumber_cells(arap::CellEnergy& energy, const std::vector<int>& order) {
+  const arap::CellEnergy former = energy;
+  energy.cell_offsets.assign(1, 0);
+  int to = 0;
+  for (const int c : order) {
+    for (int k = former.cell_offsets[c]; k < former.cell_offsets[c + 1]; ++k, ++to) {
+      energy.cell_vertices[to] = former.cell_vertices[k];
+      energy.q.row(to) = former.q.row(k);
+    }
+    energy.cell_offsets.push_back(to);
+  }
+  index_by_vertex(energy);
+}
+
 /// Vertices after some iterations, with the cells in the given order.
 Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vector<int>& regions,
                           const std::vector<int>& cell_order) {
@@ -480,15 +495,13 @@ Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vec
   MeshData of_size_1 = mesh;
   for (Vector3& vertex : of_size_1.vertices) vertex /= size;
   const std::vector<int> numbers = bind_surface(model, of_size_1.mesh(), options, {}, regions, {});
-  std::vector<int> same(static_cast<size_t>(mesh.n_vertices()));
-  std::iota(same.begin(), same.end(), 0);
-  model.energy = renumbered(model.energy, same, cell_order, 1);
+  renumber_cells(model.energy, cell_order);
   model.regions = arap::RigidRegions(regions, model.energy, model.rest);
   model.regions.read_cells();
   const arap::BoundConstraints constraints(model, task.constraints, numbers, {});
   arap::LocalGlobal steps(model, constraints);
   steps.aim(task.targets / size, arap::Precision::kDouble);
-  arap::Pose pose{model.rest, arap::Rotations(same.size(), Eigen::Quaterniond::Identity()),
+  arap::Pose pose{model.rest, arap::Rotations(cell_order.size(), Eigen::Quaterniond::Identity()),
                   constraints.regions().fit_placements(model.rest)};
   steps.impose_constraints(pose);
   arap::NonlinearCg search(steps);

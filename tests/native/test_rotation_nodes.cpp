@@ -121,8 +121,7 @@ TEST(RotationNodes, EachCellIsAtHomeAtItsNodeAndItsRestVectorsSumToZero) {
   for (const MeshData& mesh : all_small_meshes()) {
     const MeshData model = in_model_space(mesh);
     const RotationNodes nodes = choose_nodes(model, .1);
-    const CellEnergy energy =
-        arap::assemble_surface_energy(model.mesh(), {}, {}, 1, {}, [&](const arap::SparseMatrix&) { return nodes; });
+    const CellEnergy energy = surface_energy(model.mesh(), {}, {}, 1, {}, [&] { return nodes; });
     ASSERT_EQ(energy.n_cells(), nodes.size());
     for (int c = 0; c < energy.n_cells(); ++c) {
       EXPECT_EQ(energy.home(c), nodes.vertices[c]) << mesh.name;
@@ -251,9 +250,7 @@ std::vector<double> distances_from(const arap::SurfaceGraph& graph, int vertex) 
   return distances;
 }
 
-arap::SurfaceGraph graph_of(const MeshData& mesh) {
-  return {arap::assemble_surface_energy(mesh.mesh(), {}, {}, 1, {}).K, mesh.positions(), 1};
-}
+arap::SurfaceGraph graph_of(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
 
 /// The vertices that are chosen one after the other, each not nearer than r to a former one.
 std::vector<int> greedy_choice(const arap::SurfaceGraph& graph, double radius) {

@@ -16,9 +16,7 @@ namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-arap::SurfaceGraph graph_of(const MeshData& mesh) {
-  return {arap::assemble_surface_energy(mesh.mesh(), {}, {}, 1, {}).K, mesh.positions(), 1};
-}
+arap::SurfaceGraph graph_of(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
 
 /// Every arc is tried until none makes a way shorter.
 std::vector<float> reference_distances(const arap::SurfaceGraph& graph, const std::vector<int>& sources) {

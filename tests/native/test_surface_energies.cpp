@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "helpers.h"
@@ -15,9 +18,10 @@ namespace {
 using arap::CellEnergy;
 using arap::EdgeWeights;
 using arap::Energy;
+using arap::RotationNodes;
 
 CellEnergy assemble(const MeshData& mesh, const arap::Options& options, const std::vector<double>& stiffness = {}) {
-  return arap::assemble_surface_energy(mesh.mesh(), options, stiffness, 1, {});
+  return surface_energy(mesh.mesh(), options, stiffness);
 }
 
 std::vector<double> random_stiffness(int n, std::uint64_t seed) {
@@ -216,14 +220,60 @@ TEST(Spokes, SingleNegativeCotangentsCountAsZero) {
 
 TEST(Assemble, ProgressMayStopIt) {
   const auto stop = [](double) { return false; };
-  EXPECT_THROW(static_cast<void>(arap::assemble_surface_energy(bumpy_sphere(2).mesh(), {}, {}, 1, stop)),
-               arap::Cancelled);
+  EXPECT_THROW(static_cast<void>(surface_energy(bumpy_sphere(2).mesh(), {}, {}, 1, stop)), arap::Cancelled);
+}
+
+/// Rest vector of each incidence, by home of the cell and vertex, as `number` calls them.
+std::map<std::pair<int, int>, Vector3> by_home_and_vertex(const CellEnergy& energy, const std::vector<int>& number) {
+  std::map<std::pair<int, int>, Vector3> result;
+  for (int c = 0; c < energy.n_cells(); ++c)
+    for (int e = energy.cell_offsets[c]; e < energy.cell_offsets[c + 1]; ++e)
+      result[{number[energy.home(c)], number[energy.cell_vertices[e]]}] = energy.q.row(e).transpose();
+  return result;
+}
+
+/// Expects the incidences by vertex to be those by cell.
+void expect_index_by_vertex(const CellEnergy& energy) {
+  std::vector<int> times_seen(energy.cell_vertices.size(), 0);
+  for (int v = 0; v < energy.n_vertices(); ++v)
+    for (int k = energy.vertex_offsets[v]; k < energy.vertex_offsets[v + 1]; ++k) {
+      const int e = energy.vertex_incidences[k];
+      const int c = energy.vertex_cells[k];
+      ++times_seen[e];
+      ASSERT_EQ(energy.cell_vertices[e], v);
+      ASSERT_TRUE(energy.cell_offsets[c] <= e && e < energy.cell_offsets[c + 1]);
+    }
+  EXPECT_EQ(times_seen, std::vector<int>(times_seen.size(), 1));
+}
+
+TEST(Assemble, InAnotherOrderEverythingIsTheSameUnderItsNewNumber) {
+  for (const MeshData& mesh : {bumpy_sphere(2), bumpy_sphere(4)}) {
+    const int n = mesh.n_vertices();
+    const RotationNodes nodes = choose_nodes(in_model_space(mesh), .1);
+    for (const bool has_nodes : {false, true}) {
+      const auto choose = [&] { return has_nodes ? nodes : arap::node_at_each_vertex(n); };
+      std::vector<int> order(static_cast<size_t>(n));
+      std::iota(order.begin(), order.end(), 0);
+      CellEnergy as_it_is;
+      arap::assemble_surface_energy(as_it_is, mesh.mesh(), {}, {}, 2, {}, choose);
+      const auto expected = by_home_and_vertex(as_it_is, order);
+      std::reverse(order.begin() + 3, order.end());
+      CellEnergy energy;
+      arap::assemble_surface_energy(energy, mesh.mesh(), {}, {}, 2, {}, choose, [&] { return &order; });
+      EXPECT_EQ(by_home_and_vertex(energy, order), expected);
+      EXPECT_EQ(energy.rest_energy, as_it_is.rest_energy);
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; j += 7) ASSERT_EQ(energy.K.coeff(i, j), as_it_is.K.coeff(order[i], order[j]));
+      expect_index_by_vertex(energy);
+      expect_index_by_vertex(as_it_is);
+    }
+  }
 }
 
 TEST(Assemble, ThreadsDoNotChangeTheResult) {
   const MeshData mesh = bumpy_sphere(4);
-  const CellEnergy one = arap::assemble_surface_energy(mesh.mesh(), {}, {}, 1, {});
-  const CellEnergy two = arap::assemble_surface_energy(mesh.mesh(), {}, {}, 2, {});
+  const CellEnergy one = surface_energy(mesh.mesh());
+  const CellEnergy two = surface_energy(mesh.mesh(), {}, {}, 2);
   EXPECT_EQ((one.K - two.K).norm(), 0);
   EXPECT_EQ(one.q, two.q);
   EXPECT_EQ(one.rest_energy, two.rest_energy);
