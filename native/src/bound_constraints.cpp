@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "arap/error.h"
@@ -59,6 +60,10 @@ void BoundConstraints::merge_entries(const BoundModel& model, const ConstraintSe
   }
   for (size_t k = 0; k < set.vertices.size(); ++k)
     entry_shares_.push_back(set.strengths[k] / strength_sum[entry_vertices_[k]]);
+  entries_by_vertex_.resize(entry_vertices_.size());
+  std::iota(entries_by_vertex_.begin(), entries_by_vertex_.end(), 0);
+  std::stable_sort(entries_by_vertex_.begin(), entries_by_vertex_.end(),
+                   [&](int a, int b) { return entry_vertices_[a] < entry_vertices_[b]; });
 
   is_constrained_.assign(n, 0);
   is_hard_.assign(n, 0);
@@ -174,9 +179,8 @@ std::vector<Average> BoundConstraints::reduced_patches() const {
 }
 
 void BoundConstraints::write_vertex_targets(const Positions& targets, Positions& of_vertex) const {
-  for (const int v : entry_vertices_) of_vertex.row(v).setZero();
-  for (size_t k = 0; k < entry_vertices_.size(); ++k)
-    of_vertex.row(entry_vertices_[k]) += entry_shares_[k] * targets.row(k);
+  for (const int k : entries_by_vertex_) of_vertex.row(entry_vertices_[k]).setZero();
+  for (const int k : entries_by_vertex_) of_vertex.row(entry_vertices_[k]) += entry_shares_[k] * targets.row(k);
 }
 
 Positions BoundConstraints::constrained_points(const Positions& positions) const {

@@ -110,6 +110,7 @@ class BoundConstraints {
   RigidRegions regions_;
   std::vector<int> entry_vertices_;
   std::vector<double> entry_shares_;
+  std::vector<int> entries_by_vertex_;  ///< all of them, so that what is written is next to what was
   std::vector<char> is_constrained_;
   std::vector<char> is_hard_;
   std::vector<char> is_at_rest_;
