@@ -41,7 +41,7 @@ WEIGHTS = (
 INITIAL_GUESSES = (
     ("previous", "Previous Pose", "Goes on from the pose shown. The default while posing"),
     ("rest", "Rest", "Starts from the undeformed mesh every time"),
-    ("naive_laplacian", "Smooth", "Starts from a smooth blend of the handles that ignores rotation"),
+    ("naive_laplacian", "Smooth Blend", "Starts from a smooth blend of the handles that ignores rotation"),
     ("handle_rotations", "Handle Rotations", "Spreads the rotations of the handles over the mesh; for large turns"),
 )
 HANDLE_SHAPES = (
@@ -127,7 +127,10 @@ class ArapObject(bpy.types.PropertyGroup):
     )
 
     energy: EnumProperty(
-        name="Energy", description="What counts as stretching", items=ENERGIES, default="rotation_nodes"
+        name="Energy",
+        description="What turns as one piece: with Smooth pieces of one size, with the classics single vertices",
+        items=ENERGIES,
+        default="rotation_nodes",
     )
     rigidity: FloatProperty(
         name="Rigidity",

@@ -121,6 +121,7 @@ MESSAGES = {
     "Uniform": "Gleich",
     "Start From": "Beginn",
     "Previous Pose": "Vorige Pose",
+    "Smooth Blend": "Weicher Übergang",
     "At Most": "Höchstens",
     "Accuracy": "Genauigkeit",
     "Join Seams": "Nahtlos",

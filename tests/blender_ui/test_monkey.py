@@ -197,7 +197,7 @@ class Monkey:
         obj = self.pick(self.meshes())
         if obj is not None:
             choices = {
-                "rigidity": (0.01, 0.02, 0.05),
+                "rigidity": (1.0, 2.0, 5.0),
                 "energy": ("rotation_nodes", "spokes_and_rims", "spokes"),
                 "max_iterations": (5, 100),
             }
