@@ -44,6 +44,11 @@ BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet&
   system_ =
       std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix, model.components, is_fixed,
                                           reduced_diagonal(soft_diagonal_), reduced_patches(), progress, model.workers);
+  const auto is_mixed = [&](const Average& patch) {
+    return std::any_of(patch.indices.begin(), patch.indices.end(), [&](int v) { return regions_.is_in_region(v); });
+  };
+  if (std::any_of(patches_.begin(), patches_.end(), is_mixed))
+    mixed_patches_ = MixedPatches(regions_, patches_, *system_);
 }
 
 void BoundConstraints::merge_entries(const BoundModel& model, const ConstraintSet& set,
@@ -105,9 +110,6 @@ void BoundConstraints::merge_patches(const BoundModel& model, const ConstraintSe
     (is_anchor ? anchor_patches_ : patches_).push_back(std::move(average));
     (is_anchor ? anchor_rows_ : patch_rows_).push_back(static_cast<int>(set.vertices.size()) + p);
   }
-  for (const Average& patch : patches_)
-    has_mixed_patches_ = has_mixed_patches_ || std::any_of(patch.indices.begin(), patch.indices.end(),
-                                                           [&](int v) { return regions_.is_in_region(v); });
 }
 
 void BoundConstraints::find_rest(const BoundModel& model) {

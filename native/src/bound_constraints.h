@@ -9,6 +9,7 @@
 #include "cell_passes.h"
 #include "constrained_system.h"
 #include "eigen_all.h"
+#include "mixed_patches.h"
 #include "rigid_regions.h"
 
 namespace arap {
@@ -85,8 +86,8 @@ class BoundConstraints {
   /// Their rows in the targets.
   [[nodiscard]] const std::vector<int>& patch_rows() const { return patch_rows_; }
   [[nodiscard]] const std::vector<int>& anchor_rows() const { return anchor_rows_; }
-  /// Whether a patch has vertices in a region and others: then a turn of the region moves its average.
-  [[nodiscard]] bool has_mixed_patches() const { return has_mixed_patches_; }
+  /// All patches(), where a turn of a region moves any of them.
+  [[nodiscard]] const MixedPatches& mixed_patches() const { return mixed_patches_; }
   /// Model vertex of each entry.
   [[nodiscard]] const std::vector<int>& entry_vertices() const { return entry_vertices_; }
   /// Parts of the mesh without any constraint.
@@ -116,9 +117,9 @@ class BoundConstraints {
   std::vector<int> patch_rows_;
   std::vector<int> anchor_rows_;
   bool is_weak_hold_ = false;
-  bool has_mixed_patches_ = false;
   std::vector<int> parts_at_rest_;
   std::unique_ptr<ConstrainedSystem> system_;
+  MixedPatches mixed_patches_;
   std::unique_ptr<ConstrainedSystem> laplacian_system_;
 };
 

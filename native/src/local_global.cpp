@@ -131,14 +131,27 @@ double LocalGlobal::refresh_residual(const Pose& pose) {
 
 void LocalGlobal::fit_regions(Pose& pose) {
   const RigidRegions& regions = constraints_.regions();
+  const MixedPatches& mixed = constraints_.mixed_patches();
   passes_->read_rotations(pose.rotations);
   regions.share_rotations(pose.placements, pose.rotations);
-  // A patch with no vertex in a region does not feel how that turns.
-  const bool has_mixed = constraints_.has_mixed_patches();
-  const std::vector<Average> none;
-  regions.fit_rotations(targets_, constraints_.soft_diagonal(), has_mixed ? constraints_.patches() : none, multipliers_,
-                        pose.placements, pose.rotations, pose.positions);
-  if (has_mixed) project_on_patches(pose);
+  Positions pulls;
+  if (!mixed.empty()) {
+    // What holds the patches may lag behind the cells by this fit: a turn by it could raise the energy.
+    passes_->set_rotations(pose.rotations);
+    static_cast<void>(refresh_residual(pose));
+    pulls = mixed.pulls(residual_);
+  }
+  for (int r = 0; r < regions.size(); ++r) {
+    const Matrix3 before = pose.placements[r].rotation;
+    Matrix3 pull = Matrix3::Zero();
+    if (!mixed.empty()) pull = mixed.linear_term(r, before, patch_gaps(pose.positions), pulls);
+    regions.fit_rotation(r, targets_, constraints_.soft_diagonal(), pull, pose.placements[r], pose.rotations,
+                         pose.positions);
+    if (mixed.empty()) continue;
+    mixed.follow_turn(r, pose.placements[r].rotation - before, pulls);
+    mixed.close(patch_gaps(pose.positions), pulls, pose.positions);
+    follow_positions(pose);
+  }
   passes_->set_positions(pose.positions);
   passes_->set_rotations(pose.rotations);
 }

@@ -81,12 +81,17 @@ class RigidRegions {
   /// Reads the regions' translations from positions that moved by an expanded correction.
   void read_translations(std::vector<Placement>& placements, const Positions& positions) const;
 
-  /// Local step: fits each region's rotation, one region after the other, and writes its members' positions and cells.
+  /// Local step of one region: fits its rotation and writes its members' positions and cells.
   /// @param soft_diagonal  as in set_constraints
-  /// @param averages, multipliers  the averages over vertices and the multipliers of the last global step
-  void fit_rotations(const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
-                     const std::vector<Average>& averages, const Positions& multipliers,
-                     std::vector<Placement>& placements, Rotations& rotations, Positions& positions) const;
+  /// @param pull           what else is linear in the rotation
+  void fit_rotation(int region, const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal, const Matrix3& pull,
+                    Placement& placement, Rotations& rotations, Positions& positions) const;
+
+  /// An average of vertices moves by R arm.
+  [[nodiscard]] Vector3 arm_of(int region, const Average& average) const;
+  /// Where vertices outside move by step * response, the region's linear term falls by <R, step pull^T>.
+  /// @param response  (n,)
+  [[nodiscard]] Vector3 pull_along(int region, const Eigen::Ref<const Eigen::VectorXd>& response) const;
 
   /// Gives the cells of each region its rotation.
   void share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const;
