@@ -80,8 +80,10 @@ class BoundConstraints {
   [[nodiscard]] const std::vector<int>& vertices_at_rest() const { return vertices_at_rest_; }
   /// The vertices of soft_diagonal() that are not 0.
   [[nodiscard]] const std::vector<int>& soft_vertices() const { return soft_vertices_; }
-  /// Patches as averages over vertices, but for those inside of a rigid region, which anchor it.
+  /// Patches as averages over vertices, but for those that anchor a rigid region.
   [[nodiscard]] const std::vector<Average>& patches() const { return patches_; }
+  /// Patches with most of their weight in one region, without what is outside of it: its few vertices would have to
+  /// make up for whatever the region cannot follow, many times over. The region carries the whole patch's average.
   [[nodiscard]] const std::vector<Average>& anchor_patches() const { return anchor_patches_; }
   /// Their rows in the targets.
   [[nodiscard]] const std::vector<int>& patch_rows() const { return patch_rows_; }
@@ -114,6 +116,7 @@ class BoundConstraints {
   std::vector<int> soft_vertices_;
   std::vector<Average> patches_;
   std::vector<Average> anchor_patches_;
+  std::vector<RegionPoint> anchor_points_;
   std::vector<int> patch_rows_;
   std::vector<int> anchor_rows_;
   bool is_weak_hold_ = false;

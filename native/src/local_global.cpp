@@ -45,7 +45,7 @@ void LocalGlobal::aim(const Positions& targets, Precision precision) {
   pull_softly(1);
   targets_.patches = constraints_.anchor_targets(targets);
   Positions patch_targets = constraints_.patch_targets(targets);
-  // A solve that only goes on keeps what patches pull regions with: without it these turn away first.
+  // A solve that only goes on keeps what holds the patches: at the minimum nothing is left to correct.
   const bool goes_on = knew_pose && patch_targets.rows() == patch_targets_.rows();
   if (!goes_on || patch_targets != patch_targets_) multipliers_ = Positions::Zero(patch_targets.rows(), 3);
   patch_targets_ = std::move(patch_targets);
@@ -54,6 +54,8 @@ void LocalGlobal::aim(const Positions& targets, Precision precision) {
 bool LocalGlobal::impose_constraints(Pose& pose) {
   // Of a mesh of size 1: far above rounding, far below what could turn a rotation.
   constexpr double kMoved = 1e-12;
+  // A hard vertex that its region holds elsewhere moves there and back.
+  const Positions before = has_regions() ? pose.positions : Positions(0, 3);
   bool has_moved = false;
   const auto move = [&](int v, const Eigen::RowVector3d& place) {
     const Eigen::RowVector3d step = place - pose.positions.row(v);
@@ -63,14 +65,13 @@ bool LocalGlobal::impose_constraints(Pose& pose) {
   };
   for (const int v : constraints_.hard_vertices()) move(v, targets_.vertices.row(v));
   for (const int v : constraints_.vertices_at_rest()) move(v, model_.rest.row(v));
+  if (!has_regions()) return has_moved;
   const RigidRegions& regions = constraints_.regions();
-  if (regions.empty()) return has_moved;
-  const Positions before = pose.positions;
   for (int r = 0; r < regions.size(); ++r)
     if (constraints_.is_at_rest()[regions.unknown(r)] != 0) pose.placements[r] = regions.rest_placement(r);
   regions.place_anchored(targets_, pose.placements);
   regions.write(pose.placements, pose.positions);
-  return has_moved || (pose.positions - before).rowwise().squaredNorm().maxCoeff() > kMoved * kMoved;
+  return (pose.positions - before).rowwise().squaredNorm().maxCoeff() > kMoved * kMoved;
 }
 
 Positions LocalGlobal::patch_gaps(const Positions& positions) const {

@@ -112,21 +112,37 @@ bool RigidRegions::is_in_region(int v) const {
 }
 
 int RigidRegions::region_of(const Average& patch) const {
-  for (int r = 0; r < size(); ++r)
-    if (std::all_of(patch.indices.begin(), patch.indices.end(), [&](int v) { return is_member(v, regions_[r]); }))
-      return r;
+  constexpr double kHalf = 0.5 + 1e-9;  // rounding does not decide whose an even patch is
+  for (int r = 0; r < size(); ++r) {
+    double share = 0;
+    for (size_t k = 0; k < patch.indices.size(); ++k)
+      if (is_member(patch.indices[k], regions_[r])) share += patch.weights[k];
+    if (share > kHalf) return r;
+  }
   return -1;
 }
 
+Average RigidRegions::inside_of(int region, const Average& patch) const {
+  Average inside;
+  double share = 0;
+  for (size_t k = 0; k < patch.indices.size(); ++k) {
+    if (!is_member(patch.indices[k], regions_[region])) continue;
+    inside.indices.push_back(patch.indices[k]);
+    inside.weights.push_back(patch.weights[k]);
+    share += patch.weights[k];
+  }
+  for (double& weight : inside.weights) weight /= share;
+  return inside;
+}
+
 void RigidRegions::set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal,
-                                   const std::vector<Average>& patches) {
+                                   const std::vector<RegionPoint>& patches) {
   for (Region& region : regions_) {
     region.anchors.clear();
     for (const int v : region.members)
       if (is_hard[v] != 0) region.anchors.push_back({rest(v), v, -1});
   }
-  for (int p = 0; p < std::ssize(patches); ++p)
-    regions_[region_of(patches[p])].anchors.push_back({patches[p].of(*rest_).transpose(), -1, p});
+  for (int p = 0; p < std::ssize(patches); ++p) regions_[patches[p].region].anchors.push_back({patches[p].rest, -1, p});
   for (Region& region : regions_) {
     if (!region.anchors.empty()) find_anchor_rank(region);
     choose_center(region, soft_diagonal);
@@ -177,6 +193,11 @@ void RigidRegions::choose_center(Region& region, const Eigen::VectorXd& soft_dia
     region.center = kappa > 0 ? Vector3(moment / kappa) : mean;
   }
   region.mixed = region.anchors.empty() ? Vector3(Vector3::Zero()) : Vector3(moment - kappa * region.center);
+}
+
+Vector3 RigidRegions::carried(const RegionPoint& point, const std::vector<Placement>& placements) const {
+  const Placement& placement = placements[point.region];
+  return placement.rotation * (point.rest - regions_[point.region].center) + placement.translation;
 }
 
 std::vector<Placement> RigidRegions::fit_placements(const Positions& positions) const {

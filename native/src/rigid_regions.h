@@ -18,7 +18,13 @@ struct Placement {
 /// Where constraints want the regions.
 struct RegionTargets {
   Positions vertices;  ///< (n, 3), of soft and hard vertices
-  Positions patches;   ///< of the patches given to RigidRegions::set_constraints
+  Positions patches;   ///< of the points given to RigidRegions::set_constraints
+};
+
+/// A point that a region carries along.
+struct RegionPoint {
+  int region;
+  Vector3 rest;
 };
 
 /// Vertices that move as one body each. Rotation and translation are eliminated from the system: the members of a
@@ -54,20 +60,24 @@ class RigidRegions {
   /// P x.
   void expand(Positions& x) const;
 
-  /// Takes the constraints into account: members that are hard, and patches of members alone, anchor the region; soft
+  /// Takes the constraints into account: members that are hard, and points held by patches, anchor the region; soft
   /// members pull at it.
   /// @param is_hard        (n,)
   /// @param soft_diagonal  (n,) 2 omega of each vertex, 0 where it is not soft
-  /// @param patches        each inside of one region
   void set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal,
-                       const std::vector<Average>& patches);
+                       const std::vector<RegionPoint>& patches);
 
-  /// The region that contains all vertices of the patch, -1 where there is none.
+  /// The region that has more than half of the patch's weight, -1 where there is none.
   [[nodiscard]] int region_of(const Average& patch) const;
+  /// The part of the patch that is in a region.
+  [[nodiscard]] Average inside_of(int region, const Average& patch) const;
   [[nodiscard]] bool is_anchored(int region) const { return !regions_[region].anchors.empty(); }
   [[nodiscard]] int unknown(int region) const { return regions_[region].members.front(); }
 
   [[nodiscard]] Placement rest_placement(int region) const { return {Matrix3::Identity(), regions_[region].center}; }
+
+  /// Where placements carry a point.
+  [[nodiscard]] Vector3 carried(const RegionPoint& point, const std::vector<Placement>& placements) const;
 
   /// Best placements for the members' present positions.
   [[nodiscard]] std::vector<Placement> fit_placements(const Positions& positions) const;
