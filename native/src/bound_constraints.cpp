@@ -31,7 +31,7 @@ BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet&
     : regions_(model.regions) {
   merge_entries(model, set, model_vertex);
   merge_patches(model, set, model_vertex);
-  regions_.set_constraints(is_hard_, soft_diagonal_, anchor_patches_);
+  regions_.set_constraints(is_hard_, soft_diagonal_, anchor_points_);
   find_rest(model);
   find_weak_hold(model);
   const std::vector<char> is_fixed = fixed_unknowns();
@@ -45,6 +45,11 @@ BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet&
   system_ =
       std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix(), model.components, is_fixed,
                                           reduced_diagonal(soft_diagonal_), reduced_patches(), progress, model.workers);
+  const auto is_mixed = [&](const Average& patch) {
+    return std::any_of(patch.indices.begin(), patch.indices.end(), [&](int v) { return regions_.is_in_region(v); });
+  };
+  if (std::any_of(patches_.begin(), patches_.end(), is_mixed))
+    mixed_patches_ = MixedPatches(regions_, patches_, *system_);
 }
 
 void BoundConstraints::merge_entries(const BoundModel& model, const ConstraintSet& set,
@@ -106,13 +111,16 @@ void BoundConstraints::merge_patches(const BoundModel& model, const ConstraintSe
       average.indices.push_back(v);
       average.weights.push_back(weight / sum);
     }
-    const bool is_anchor = regions_.region_of(average) >= 0;
-    (is_anchor ? anchor_patches_ : patches_).push_back(std::move(average));
-    (is_anchor ? anchor_rows_ : patch_rows_).push_back(static_cast<int>(set.vertices.size()) + p);
+    const int row = static_cast<int>(set.vertices.size()) + p;
+    if (const int region = regions_.region_of(average); region >= 0) {
+      anchor_patches_.push_back(regions_.inside_of(region, average));
+      anchor_points_.push_back({region, average.of(model.rest).transpose()});
+      anchor_rows_.push_back(row);
+    } else {
+      patches_.push_back(std::move(average));
+      patch_rows_.push_back(row);
+    }
   }
-  for (const Average& patch : patches_)
-    has_mixed_patches_ = has_mixed_patches_ || std::any_of(patch.indices.begin(), patch.indices.end(),
-                                                           [&](int v) { return regions_.is_in_region(v); });
 }
 
 void BoundConstraints::find_rest(const BoundModel& model) {
@@ -187,7 +195,10 @@ Positions BoundConstraints::constrained_points(const Positions& positions) const
   Positions points(entry_vertices_.size() + patches_.size() + anchor_patches_.size(), 3);
   for (size_t k = 0; k < entry_vertices_.size(); ++k) points.row(k) = positions.row(entry_vertices_[k]);
   for (size_t k = 0; k < patches_.size(); ++k) points.row(patch_rows_[k]) = patches_[k].of(positions);
-  for (size_t k = 0; k < anchor_patches_.size(); ++k) points.row(anchor_rows_[k]) = anchor_patches_[k].of(positions);
+  if (anchor_points_.empty()) return points;
+  const std::vector<Placement> placements = regions_.fit_placements(positions);
+  for (size_t k = 0; k < anchor_points_.size(); ++k)
+    points.row(anchor_rows_[k]) = regions_.carried(anchor_points_[k], placements).transpose();
   return points;
 }
 

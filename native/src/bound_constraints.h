@@ -9,6 +9,7 @@
 #include "cell_passes.h"
 #include "constrained_system.h"
 #include "eigen_all.h"
+#include "mixed_patches.h"
 #include "rigid_regions.h"
 
 namespace arap {
@@ -85,14 +86,16 @@ class BoundConstraints {
   [[nodiscard]] const std::vector<int>& vertices_at_rest() const { return vertices_at_rest_; }
   /// The vertices of soft_diagonal() that are not 0.
   [[nodiscard]] const std::vector<int>& soft_vertices() const { return soft_vertices_; }
-  /// Patches as averages over vertices, but for those inside of a rigid region, which anchor it.
+  /// Patches as averages over vertices, but for those that anchor a rigid region.
   [[nodiscard]] const std::vector<Average>& patches() const { return patches_; }
+  /// Patches with most of their weight in one region, without what is outside of it: its few vertices would have to
+  /// make up for whatever the region cannot follow, many times over. The region carries the whole patch's average.
   [[nodiscard]] const std::vector<Average>& anchor_patches() const { return anchor_patches_; }
   /// Their rows in the targets.
   [[nodiscard]] const std::vector<int>& patch_rows() const { return patch_rows_; }
   [[nodiscard]] const std::vector<int>& anchor_rows() const { return anchor_rows_; }
-  /// Whether a patch has vertices in a region and others: then a turn of the region moves its average.
-  [[nodiscard]] bool has_mixed_patches() const { return has_mixed_patches_; }
+  /// All patches(), where a turn of a region moves any of them.
+  [[nodiscard]] const MixedPatches& mixed_patches() const { return mixed_patches_; }
   /// Model vertex of each entry.
   [[nodiscard]] const std::vector<int>& entry_vertices() const { return entry_vertices_; }
   /// Parts of the mesh without any constraint.
@@ -120,12 +123,13 @@ class BoundConstraints {
   std::vector<int> soft_vertices_;
   std::vector<Average> patches_;
   std::vector<Average> anchor_patches_;
+  std::vector<RegionPoint> anchor_points_;
   std::vector<int> patch_rows_;
   std::vector<int> anchor_rows_;
   bool is_weak_hold_ = false;
-  bool has_mixed_patches_ = false;
   std::vector<int> parts_at_rest_;
   std::unique_ptr<ConstrainedSystem> system_;
+  MixedPatches mixed_patches_;
   std::unique_ptr<ConstrainedSystem> laplacian_system_;
 };
 

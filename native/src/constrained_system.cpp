@@ -148,6 +148,13 @@ void ConstrainedSystem::prepare_dense_part(const Progress& progress) {
   dense_.compute(S);
 }
 
+Responses ConstrainedSystem::responses() const {
+  Eigen::MatrixXd gaps = Eigen::MatrixXd::Zero(std::ssize(columns_), std::ssize(averages_));
+  gaps.diagonal().setOnes();
+  const Eigen::MatrixXd y = dense_.solve(gaps);
+  return {column_solutions_ * y, y.topRows(std::ssize(averages_))};
+}
+
 Positions ConstrainedSystem::meet_averages(Positions& x, const Positions& gaps) const {
   if (averages_.empty()) return {0, 3};
   Eigen::MatrixX3d right(columns_.size(), 3);

@@ -22,6 +22,12 @@ struct Average {
 /// Targets minus averages of x, (n_averages, 3).
 [[nodiscard]] Positions gaps_to(Positions targets, const std::vector<Average>& averages, const Positions& x);
 
+/// How a minimizer follows the targets of its averages: x + steps * change.
+struct Responses {
+  Eigen::MatrixXd steps;      ///< (n, n_averages), 0 at fixed unknowns
+  Eigen::MatrixXd stiffness;  ///< (n_averages, n_averages): steps^T A steps
+};
+
 /// Minimizes 1/2 <x, A x> - <b, x> with A = K + a diagonal for soft constraints, some unknowns fixed (their rows and
 /// columns are erased) and some averages held at targets (Lagrange multipliers). Factorized once; then any b, fixed
 /// values and targets. Works on residuals: x + correct(b - A x) is the minimizer, so that the fixed point of an
@@ -45,6 +51,8 @@ class ConstrainedSystem {
   [[nodiscard]] const SparseMatrix& matrix() const { return matrix_; }
   [[nodiscard]] const Factorization& factor() const { return *factor_; }
   [[nodiscard]] const std::vector<Average>& averages() const { return averages_; }
+
+  [[nodiscard]] Responses responses() const;
 
   /// Sets `correction` to that of x for `residual` = b - A x, as exact as the factor is; 0 at fixed unknowns. The
   /// averages meet their targets exactly in every case.

@@ -45,7 +45,7 @@ void LocalGlobal::aim(const Positions& targets, Precision precision) {
   pull_softly(1);
   targets_.patches = constraints_.anchor_targets(targets);
   Positions patch_targets = constraints_.patch_targets(targets);
-  // A solve that only goes on keeps what patches pull regions with: without it these turn away first.
+  // A solve that only goes on keeps what holds the patches: at the minimum nothing is left to correct.
   const bool goes_on = knew_pose && patch_targets.rows() == patch_targets_.rows();
   if (!goes_on || patch_targets != patch_targets_) multipliers_ = Positions::Zero(patch_targets.rows(), 3);
   patch_targets_ = std::move(patch_targets);
@@ -54,6 +54,8 @@ void LocalGlobal::aim(const Positions& targets, Precision precision) {
 bool LocalGlobal::impose_constraints(Pose& pose) {
   // Of a mesh of size 1: far above rounding, far below what could turn a rotation.
   constexpr double kMoved = 1e-12;
+  // A hard vertex that its region holds elsewhere moves there and back.
+  const Positions before = has_regions() ? pose.positions : Positions(0, 3);
   bool has_moved = false;
   const auto move = [&](int v, const Eigen::RowVector3d& place) {
     const Eigen::RowVector3d step = place - pose.positions.row(v);
@@ -63,14 +65,13 @@ bool LocalGlobal::impose_constraints(Pose& pose) {
   };
   for (const int v : constraints_.hard_vertices()) move(v, targets_.vertices.row(v));
   for (const int v : constraints_.vertices_at_rest()) move(v, model_.rest.row(v));
+  if (!has_regions()) return has_moved;
   const RigidRegions& regions = constraints_.regions();
-  if (regions.empty()) return has_moved;
-  const Positions before = pose.positions;
   for (int r = 0; r < regions.size(); ++r)
     if (constraints_.is_at_rest()[regions.unknown(r)] != 0) pose.placements[r] = regions.rest_placement(r);
   regions.place_anchored(targets_, pose.placements);
   regions.write(pose.placements, pose.positions);
-  return has_moved || (pose.positions - before).rowwise().squaredNorm().maxCoeff() > kMoved * kMoved;
+  return (pose.positions - before).rowwise().squaredNorm().maxCoeff() > kMoved * kMoved;
 }
 
 Positions LocalGlobal::patch_gaps(const Positions& positions) const {
@@ -131,14 +132,27 @@ double LocalGlobal::refresh_residual(const Pose& pose) {
 
 void LocalGlobal::fit_regions(Pose& pose) {
   const RigidRegions& regions = constraints_.regions();
+  const MixedPatches& mixed = constraints_.mixed_patches();
   passes_->read_rotations(pose.rotations);
   regions.share_rotations(pose.placements, pose.rotations);
-  // A patch with no vertex in a region does not feel how that turns.
-  const bool has_mixed = constraints_.has_mixed_patches();
-  const std::vector<Average> none;
-  regions.fit_rotations(targets_, constraints_.soft_diagonal(), has_mixed ? constraints_.patches() : none, multipliers_,
-                        pose.placements, pose.rotations, pose.positions);
-  if (has_mixed) project_on_patches(pose);
+  Positions pulls;
+  if (!mixed.empty()) {
+    // What holds the patches may lag behind the cells by this fit: a turn by it could raise the energy.
+    passes_->set_rotations(pose.rotations);
+    static_cast<void>(refresh_residual(pose));
+    pulls = mixed.pulls(residual_);
+  }
+  for (int r = 0; r < regions.size(); ++r) {
+    const Matrix3 before = pose.placements[r].rotation;
+    Matrix3 pull = Matrix3::Zero();
+    if (!mixed.empty()) pull = mixed.linear_term(r, before, patch_gaps(pose.positions), pulls);
+    regions.fit_rotation(r, targets_, constraints_.soft_diagonal(), pull, pose.placements[r], pose.rotations,
+                         pose.positions);
+    if (mixed.empty()) continue;
+    mixed.follow_turn(r, pose.placements[r].rotation - before, pulls);
+    mixed.close(patch_gaps(pose.positions), pulls, pose.positions);
+    follow_positions(pose);
+  }
   passes_->set_positions(pose.positions);
   passes_->set_rotations(pose.rotations);
 }

@@ -107,21 +107,37 @@ bool RigidRegions::is_in_region(int v) const {
 }
 
 int RigidRegions::region_of(const Average& patch) const {
-  for (int r = 0; r < size(); ++r)
-    if (std::all_of(patch.indices.begin(), patch.indices.end(), [&](int v) { return is_member(v, regions_[r]); }))
-      return r;
+  constexpr double kHalf = 0.5 + 1e-9;  // rounding does not decide whose an even patch is
+  for (int r = 0; r < size(); ++r) {
+    double share = 0;
+    for (size_t k = 0; k < patch.indices.size(); ++k)
+      if (is_member(patch.indices[k], regions_[r])) share += patch.weights[k];
+    if (share > kHalf) return r;
+  }
   return -1;
 }
 
+Average RigidRegions::inside_of(int region, const Average& patch) const {
+  Average inside;
+  double share = 0;
+  for (size_t k = 0; k < patch.indices.size(); ++k) {
+    if (!is_member(patch.indices[k], regions_[region])) continue;
+    inside.indices.push_back(patch.indices[k]);
+    inside.weights.push_back(patch.weights[k]);
+    share += patch.weights[k];
+  }
+  for (double& weight : inside.weights) weight /= share;
+  return inside;
+}
+
 void RigidRegions::set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal,
-                                   const std::vector<Average>& patches) {
+                                   const std::vector<RegionPoint>& patches) {
   for (Region& region : regions_) {
     region.anchors.clear();
     for (const int v : region.members)
       if (is_hard[v] != 0) region.anchors.push_back({rest(v), v, -1});
   }
-  for (int p = 0; p < std::ssize(patches); ++p)
-    regions_[region_of(patches[p])].anchors.push_back({patches[p].of(*rest_).transpose(), -1, p});
+  for (int p = 0; p < std::ssize(patches); ++p) regions_[patches[p].region].anchors.push_back({patches[p].rest, -1, p});
   for (Region& region : regions_) {
     if (!region.anchors.empty()) find_anchor_rank(region);
     choose_center(region, soft_diagonal);
@@ -172,6 +188,11 @@ void RigidRegions::choose_center(Region& region, const Eigen::VectorXd& soft_dia
     region.center = kappa > 0 ? Vector3(moment / kappa) : mean;
   }
   region.mixed = region.anchors.empty() ? Vector3(Vector3::Zero()) : Vector3(moment - kappa * region.center);
+}
+
+Vector3 RigidRegions::carried(const RegionPoint& point, const std::vector<Placement>& placements) const {
+  const Placement& placement = placements[point.region];
+  return placement.rotation * (point.rest - regions_[point.region].center) + placement.translation;
 }
 
 std::vector<Placement> RigidRegions::fit_placements(const Positions& positions) const {
@@ -240,7 +261,7 @@ void RigidRegions::read_translations(std::vector<Placement>& placements, const P
   }
 }
 
-// L with E = <R, L> + terms without R; see the header. Soft constraints and averages are added by the caller.
+// L with E = <R, L> + terms without R; see the header. Soft constraints and patches are added by the caller.
 Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placement, const Positions& positions,
                                   const Rotations& rotations) const {
   Matrix3 L = placement.translation * region.mixed.transpose();
@@ -264,26 +285,40 @@ Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placeme
   return L;
 }
 
-void RigidRegions::fit_rotations(const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
-                                 const std::vector<Average>& averages, const Positions& multipliers,
-                                 std::vector<Placement>& placements, Rotations& rotations, Positions& positions) const {
-  for (size_t r = 0; r < regions_.size(); ++r) {
-    const Region& region = regions_[r];
-    Matrix3 L = linear_term(region, placements[r], positions, rotations);
-    for (const int v : region.members)
-      if (soft_diagonal[v] > 0)
-        L -= soft_diagonal[v] * targets.vertices.row(v).transpose() * (rest(v) - region.center).transpose();
-    for (size_t a = 0; a < averages.size(); ++a) {
-      Vector3 arm = Vector3::Zero();
-      for (size_t k = 0; k < averages[a].indices.size(); ++k)
-        if (is_member(averages[a].indices[k], region))
-          arm += averages[a].weights[k] * (rest(averages[a].indices[k]) - region.center);
-      L += multipliers.row(a).transpose() * arm.transpose();
+void RigidRegions::fit_rotation(int region, const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
+                                const Matrix3& pull, Placement& placement, Rotations& rotations,
+                                Positions& positions) const {
+  const Region& fitted = regions_[region];
+  Matrix3 L = linear_term(fitted, placement, positions, rotations) + pull;
+  for (const int v : fitted.members)
+    if (soft_diagonal[v] > 0)
+      L -= soft_diagonal[v] * targets.vertices.row(v).transpose() * (rest(v) - fitted.center).transpose();
+  place(fitted, L, targets, placement);
+  write(fitted, placement, positions);
+  for (const int c : fitted.cells) rotations[c] = Eigen::Quaterniond(placement.rotation);
+}
+
+Vector3 RigidRegions::arm_of(int region, const Average& average) const {
+  Vector3 arm = Vector3::Zero();
+  for (size_t k = 0; k < average.indices.size(); ++k)
+    if (is_member(average.indices[k], regions_[region]))
+      arm += average.weights[k] * (rest(average.indices[k]) - regions_[region].center);
+  return arm;
+}
+
+Vector3 RigidRegions::pull_along(int region, const Eigen::Ref<const Eigen::VectorXd>& response) const {
+  const Region& pulled = regions_[region];
+  Vector3 pull = Vector3::Zero();
+  for (const int v : pulled.border)
+    for (SparseMatrix::InnerIterator it(energy_->K, v); it; ++it)
+      if (!is_member(static_cast<int>(it.row()), pulled))
+        pull -= it.value() * response[it.row()] * (rest(v) - pulled.center);
+  for (const int c : pulled.border_cells)
+    for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k) {
+      const int v = energy_->cell_vertices[k];
+      if (!is_member(v, pulled)) pull += response[v] * energy_->q.row(k).transpose();
     }
-    place(region, L, targets, placements[r]);
-    write(region, placements[r], positions);
-    for (const int c : region.cells) rotations[c] = Eigen::Quaterniond(placements[r].rotation);
-  }
+  return pull;
 }
 
 void RigidRegions::share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const {

@@ -18,7 +18,13 @@ struct Placement {
 /// Where constraints want the regions.
 struct RegionTargets {
   Positions vertices;  ///< (n, 3), of soft and hard vertices
-  Positions patches;   ///< of the patches given to RigidRegions::set_constraints
+  Positions patches;   ///< of the points given to RigidRegions::set_constraints
+};
+
+/// A point that a region carries along.
+struct RegionPoint {
+  int region;
+  Vector3 rest;
 };
 
 /// Vertices that move as one body each. Rotation and translation are eliminated from the system: the members of a
@@ -54,20 +60,24 @@ class RigidRegions {
   /// P x.
   void expand(Positions& x) const;
 
-  /// Takes the constraints into account: members that are hard, and patches of members alone, anchor the region; soft
+  /// Takes the constraints into account: members that are hard, and points held by patches, anchor the region; soft
   /// members pull at it.
   /// @param is_hard        (n,)
   /// @param soft_diagonal  (n,) 2 omega of each vertex, 0 where it is not soft
-  /// @param patches        each inside of one region
   void set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal,
-                       const std::vector<Average>& patches);
+                       const std::vector<RegionPoint>& patches);
 
-  /// The region that contains all vertices of the patch, -1 where there is none.
+  /// The region that has more than half of the patch's weight, -1 where there is none.
   [[nodiscard]] int region_of(const Average& patch) const;
+  /// The part of the patch that is in a region.
+  [[nodiscard]] Average inside_of(int region, const Average& patch) const;
   [[nodiscard]] bool is_anchored(int region) const { return !regions_[region].anchors.empty(); }
   [[nodiscard]] int unknown(int region) const { return regions_[region].members.front(); }
 
   [[nodiscard]] Placement rest_placement(int region) const { return {Matrix3::Identity(), regions_[region].center}; }
+
+  /// Where placements carry a point.
+  [[nodiscard]] Vector3 carried(const RegionPoint& point, const std::vector<Placement>& placements) const;
 
   /// Best placements for the members' present positions.
   [[nodiscard]] std::vector<Placement> fit_placements(const Positions& positions) const;
@@ -81,12 +91,17 @@ class RigidRegions {
   /// Reads the regions' translations from positions that moved by an expanded correction.
   void read_translations(std::vector<Placement>& placements, const Positions& positions) const;
 
-  /// Local step: fits each region's rotation, one region after the other, and writes its members' positions and cells.
+  /// Local step of one region: fits its rotation and writes its members' positions and cells.
   /// @param soft_diagonal  as in set_constraints
-  /// @param averages, multipliers  the averages over vertices and the multipliers of the last global step
-  void fit_rotations(const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
-                     const std::vector<Average>& averages, const Positions& multipliers,
-                     std::vector<Placement>& placements, Rotations& rotations, Positions& positions) const;
+  /// @param pull           what else is linear in the rotation
+  void fit_rotation(int region, const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal, const Matrix3& pull,
+                    Placement& placement, Rotations& rotations, Positions& positions) const;
+
+  /// An average of vertices moves by R arm.
+  [[nodiscard]] Vector3 arm_of(int region, const Average& average) const;
+  /// Where vertices outside move by step * response, the region's linear term falls by <R, step pull^T>.
+  /// @param response  (n,)
+  [[nodiscard]] Vector3 pull_along(int region, const Eigen::Ref<const Eigen::VectorXd>& response) const;
 
   /// Gives the cells of each region its rotation.
   void share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const;

@@ -167,6 +167,20 @@ class PointHandleTest(SceneTest):
         self.assert_close(spike[CENTRE], (0.0, 0.0, 0.5))
         self.assertLess(spike[beside, 2].max() / spike[CENTRE, 2], hill[beside, 2].min() / hill[CENTRE, 2] - 0.05)
 
+    def test_points_on_a_rigid_piece_hold_it_where_they_stand(self):
+        obj = sheet()
+        rest = rest_positions(obj)
+        piece = np.flatnonzero(np.linalg.norm(rest, axis=1) < 0.5)
+        self.api.add_rigid(obj, piece, name="Piece")
+        handles = [self.api.add_handle(obj, [v], name="Point") for v in (CENTRE, CENTRE + 8)]
+        for _ in range(3):
+            self.api.solve(obj)
+            self.assert_close(key_positions(obj), rest)
+        for handle in handles:
+            move(handle.target, (0.0, 0.0, 0.2))
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj)[piece], rest[piece] + np.array([0.0, 0.0, 0.2]))
+
     def test_a_region_is_exact_and_stands_at_its_centroid(self):
         obj = sheet()
         rest = rest_positions(obj)

@@ -35,7 +35,8 @@ struct ConstraintSet {
   /// In (0, 1]; 1 is hard, s < 1 soft: it adds omega_i |p'_i - target|^2 to the energy 1/2 <p', K p'> + ..., with
   /// omega_i = K_ii s / (1 - s). At 1/3 the target pulls at a vertex as strongly as its neighbours do.
   std::vector<double> strengths;
-  Patches patches;  ///< held exactly
+  /// Held exactly; but with more than half of its weight in a rigid region a patch is held as if it were all in there.
+  Patches patches;
 
   [[nodiscard]] int size() const { return static_cast<int>(vertices.size()) + patches.size(); }
   bool operator==(const ConstraintSet&) const = default;
