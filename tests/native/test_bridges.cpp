@@ -267,7 +267,7 @@ TEST(Bridges, ImagesOfBridgesAreBridges) {
   for (const Faces faces : {Faces::kQuads, Faces::kTriangles}) {
     const MeshData mesh = transformed(plate(9, .02, faces),
                                       [](const Vector3& x) { return Vector3(x[0], x[1], x[2] * (1.5 - x[0] * x[0])); });
-    const auto mirrors = arap::find_mirrors(mesh.positions(), 2);
+    const auto mirrors = arap::find_mirrors(mesh.mesh(), 2);
     ASSERT_EQ(mirrors.size(), 3u);
     const Bridges bridges = arap::find_bridges(mesh.mesh(), .06, mirrors, 1);
     const std::set<std::pair<int, int>> found(bridges.begin(), bridges.end());
