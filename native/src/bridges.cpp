@@ -8,6 +8,7 @@
 
 #include "grid_cell.h"
 #include "parallel.h"
+#include "surface_box.h"
 #include "surface_orientation.h"
 #include "triangle_grid.h"
 
@@ -26,6 +27,8 @@ constexpr double kCell = .25;
 constexpr double kSpacing = .25;
 /// What is nearer than this, in radii, is the same place.
 constexpr double kNearest = 1e-6;
+/// Walls that overlap by less than this, in radii, touch.
+constexpr double kTouching = 1e-3;
 
 std::vector<TriangleGrid::Triangle> walls(const PolygonMesh& mesh, const SurfaceOrientation& orientation) {
   std::vector<TriangleGrid::Triangle> triangles;
@@ -84,26 +87,38 @@ std::vector<int> choose_ends(const PolygonMesh& mesh, const SurfaceOrientation& 
 
 /// Looks from a vertex straight through the inside.
 class Crossing {
+  /// Of the vertex' part, but not at the vertex.
+  [[nodiscard]] auto is_of_part(int vertex) const {
+    return [this, vertex, part = mesh_.part_of_vertex()[vertex]](const TriangleGrid::Triangle& triangle) {
+      return std::find(triangle.begin(), triangle.end(), vertex) == triangle.end() &&
+             (mesh_.n_parts() == 1 || mesh_.part_of_vertex()[triangle[0]] == part);
+    };
+  }
+
  public:
   Crossing(const PolygonMesh& mesh, const SurfaceOrientation& orientation, double radius, int threads)
       : mesh_(mesh),
         orientation_(orientation),
         radius_(radius),
-        grid_(mesh.positions(), walls(mesh, orientation), kCell * radius, threads) {}
+        grid_(mesh.positions(), walls(mesh, orientation), kCell * radius, threads),
+        box_(surface_box(mesh)) {}
 
   /// The nearest vertex around the place of the opposite wall; -1 for none.
   [[nodiscard]] int opposite(int vertex) const {
     const Row normal = orientation_.normals.row(vertex);
-    const int part = mesh_.part_of_vertex()[vertex];
-    const TriangleGrid::Hit hit = grid_.first_exit(
-        mesh_.positions().row(vertex), -normal, kNearest * radius_, radius_, [&](const auto& triangle) {
-          return std::find(triangle.begin(), triangle.end(), vertex) == triangle.end() &&
-                 (mesh_.n_parts() == 1 || mesh_.part_of_vertex()[triangle[0]] == part);
-        });
+    const Row place = mesh_.positions().row(vertex);
+    const TriangleGrid::Hit hit = grid_.first_exit(place, -normal, kNearest * radius_, radius_, is_of_part(vertex));
     if (hit.triangle < 0 || hit.facing < -kOpposite) return -1;
+    const int end = nearest_end(vertex, grid_.triangle(hit.triangle));
+    if (end < 0 || overlaps(vertex, hit.distance)) return -1;
+    return end;
+  }
+
+ private:
+  [[nodiscard]] int nearest_end(int vertex, const TriangleGrid::Triangle& ends) const {
     int nearest = -1;
     double squared = radius_ * radius_;
-    for (const int end : grid_.triangle(hit.triangle)) {
+    for (const int end : ends) {
       const Row across = mesh_.positions().row(end) - mesh_.positions().row(vertex);
       if (!(across.squaredNorm() < squared) || !is_opposite(vertex, end, across)) continue;
       squared = across.squaredNorm();
@@ -112,7 +127,6 @@ class Crossing {
     return nearest;
   }
 
- private:
   [[nodiscard]] bool is_opposite(int vertex, int end, const Row& across) const {
     const Row normal = orientation_.normals.row(vertex);
     const Row other = orientation_.normals.row(end);
@@ -120,10 +134,41 @@ class Crossing {
            across.dot(other) > 0;
   }
 
+  /// Whether another limb of the part is on the way from a vertex through the inside, up to the first wall that the way
+  /// leaves by: it is this limb's wall or the other's, and which of them cannot be told.
+  [[nodiscard]] bool overlaps(int vertex, double distance) const {
+    const Row normal = orientation_.normals.row(vertex);
+    const Row place = mesh_.positions().row(vertex);
+    // Looking back, where the way enters another limb is where the look leaves it.
+    const double touching = kTouching * radius_;
+    const TriangleGrid::Hit entry =
+        grid_.first_exit(place - distance * normal, normal, touching, distance - touching, is_of_part(vertex));
+    return entry.triangle >= 0 || is_inside_twice(place - distance / 2 * normal, mesh_.part_of_vertex()[vertex]);
+  }
+
+  [[nodiscard]] bool is_inside_twice(const Row& place, int part) const {
+    const Row below = place - box_.min().transpose();
+    const Row above = box_.max().transpose() - place;
+    Eigen::Index low = 0;
+    Eigen::Index high = 0;
+    const int along = above.minCoeff(&high) < below.minCoeff(&low) ? 1 : -1;
+    const auto axis = static_cast<int>(along > 0 ? high : low);
+    // A few faces may be missing or bad: a look the other way must find the same.
+    return winding(place, part, axis, along, along > 0 ? above[axis] : below[axis]) > 1 &&
+           winding(place, part, axis, -along, along > 0 ? below[axis] : above[axis]) > 1;
+  }
+
+  [[nodiscard]] int winding(const Row& place, int part, int axis, int along, double reach) const {
+    return grid_.winding(place, axis, along, reach, [&](const TriangleGrid::Triangle& triangle) {
+      return mesh_.n_parts() == 1 || mesh_.part_of_vertex()[triangle[0]] == part;
+    });
+  }
+
   const PolygonMesh& mesh_;
   const SurfaceOrientation& orientation_;
   double radius_;
   TriangleGrid grid_;
+  Eigen::AlignedBox3d box_;
 };
 
 void sort_unique(Bridges& bridges) {

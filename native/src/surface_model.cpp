@@ -31,28 +31,10 @@ std::vector<int> without_single_vertices(std::vector<int> region_of_vertex) {
   return region_of_vertex;
 }
 
-/// find_mirrors() of the vertices in faces; a loose one, which may be anywhere, is its own image.
-std::vector<std::vector<int>> find_surface_mirrors(const BoundModel& model, const PolygonMesh& mesh) {
-  const int threads = model.workers.threads();
-  if (mesh.loose_vertices().empty()) return find_mirrors(model.rest, threads);
-  std::vector<int> used;
-  for (int v = 0; v < mesh.n_vertices(); ++v)
-    if (model.part_of_vertex[v] >= 0) used.push_back(v);
-  if (used.empty()) return {};
-  std::vector<std::vector<int>> mirrors = find_mirrors(Positions(model.rest(used, all)), threads);
-  for (std::vector<int>& mirror : mirrors) {
-    std::vector<int> image(mesh.n_vertices());
-    std::iota(image.begin(), image.end(), 0);
-    for (size_t k = 0; k < used.size(); ++k) image[used[k]] = used[mirror[k]];
-    mirror = std::move(image);
-  }
-  return mirrors;
-}
-
 /// Which vertices are nodes, and the weights of all with them.
 RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, double radius,
                            const std::vector<int>& region_of_vertex) {
-  const std::vector<std::vector<int>> mirrors = find_surface_mirrors(model, mesh);
+  const std::vector<std::vector<int>> mirrors = find_mirrors(mesh, model.workers.threads());
   const SurfaceGraph graph(model.energy.K, model.rest, model.workers.threads(),
                            find_bridges(mesh, radius, mirrors, model.workers.threads()));
   return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, model.workers.threads());

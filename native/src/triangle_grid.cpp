@@ -16,6 +16,18 @@ constexpr double kMargin = 1e-3;
 /// Of cell sizes, each twice the one before.
 constexpr int kLevels = 60;
 
+/// 1 where the edge from a to b goes up past the origin's right, -1 where it goes down there, else 0. It is worked out
+/// from the lower vertex to the higher one: what two triangles share is at the same side of the origin for both.
+int turn_past(int a, int b, const Eigen::Vector2d& place_of_a, const Eigen::Vector2d& place_of_b) {
+  const bool goes_up = place_of_b[1] > 0;
+  if (goes_up == (place_of_a[1] > 0)) return 0;
+  const Eigen::Vector2d& low = a < b ? place_of_a : place_of_b;
+  const Eigen::Vector2d& high = a < b ? place_of_b : place_of_a;
+  const bool is_left = low[0] * high[1] - high[0] * low[1] > 0;
+  if (is_left != (high[1] > 0)) return 0;
+  return goes_up ? 1 : -1;
+}
+
 }  // namespace
 
 TriangleGrid::TriangleGrid(const Positions& points, std::vector<Triangle> triangles, double cell_size, int threads)
@@ -99,6 +111,21 @@ void TriangleGrid::meet(int triangle, const Row& origin, const Row& direction, d
   const double v = along.dot(turned) / facing;
   if (!(u >= -kMargin && v >= -kMargin && u + v <= 1 + kMargin)) return;
   hit = {triangle, distance, facing / std::sqrt(squared)};
+}
+
+int TriangleGrid::pass(int triangle, const Row& place, int axis, int along) const {
+  const Triangle& corners = triangles_[triangle];
+  std::array<Eigen::Vector3d, 3> p;
+  std::array<Eigen::Vector2d, 3> seen;  // along the axis
+  for (int k = 0; k < 3; ++k) {
+    p[k] = (points_.row(corners[k]) - place).transpose();
+    seen[k] = {p[k][(axis + 1) % 3], p[k][(axis + 2) % 3]};
+  }
+  int turns = 0;
+  for (int k = 0; k < 3; ++k) turns += turn_past(corners[k], corners[(k + 1) % 3], seen[k], seen[(k + 1) % 3]);
+  if (turns == 0) return 0;
+  const bool is_above = (p[0].dot(p[1].cross(p[2])) > 0) == (turns > 0);
+  return is_above == (along > 0) ? along * turns : 0;
 }
 
 }  // namespace arap

@@ -56,6 +56,30 @@ class TriangleGrid {
     return hit;
   }
 
+  /// How often the triangles for which is_met(triangle) wind around a place, where they are closed: those that a ray
+  /// along an axis leaves through less those that it enters by. Exact where two triangles meet.
+  /// @param along  1 or -1: up or down the axis
+  /// @param reach  of the ray; there is nothing beyond
+  template <class IsMet>
+  [[nodiscard]] int winding(const Row& place, int axis, int along, double reach, const IsMet& is_met) const {
+    int sum = 0;
+    std::vector<int> met;  // a triangle is in several cells
+    for (const int level : levels_) {
+      Walk walk(place, along * Row::Unit(axis), reach, size_of(level));
+      do {
+        const std::uint64_t s = slot(level, walk.cell());
+        for (int k = offsets_[s]; k < offsets_[s + 1]; ++k) {
+          const int t = members_[k].triangle;
+          const int passed = is_met(triangles_[t]) ? pass(t, place, axis, along) : 0;
+          if (passed == 0 || std::find(met.begin(), met.end(), t) != met.end()) continue;
+          met.push_back(t);
+          sum += passed;
+        }
+      } while (walk.advance(reach));
+    }
+    return sum;
+  }
+
  private:
   struct Member {
     int triangle = -1;
@@ -95,6 +119,8 @@ class TriangleGrid {
   int find_cells(int triangle, std::vector<Entry>& entries) const;
   /// Puts the triangle in the place of `hit` where it is met sooner.
   void meet(int triangle, const Row& origin, const Row& direction, double nearest, Hit& hit) const;
+  /// 1 where a ray along an axis leaves through the triangle, -1 where it enters by it, 0 where it does neither.
+  [[nodiscard]] int pass(int triangle, const Row& place, int axis, int along) const;
 
   const Positions& points_;
   std::vector<Triangle> triangles_;

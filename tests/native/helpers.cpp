@@ -250,7 +250,7 @@ ModelReference::ModelReference(const MeshData& mesh, const Model& model, const s
   }
   const MeshData centred = in_model_space(mesh);
   const arap::RotationNodes nodes =
-      choose_nodes(centred, model.rigidity_radius, arap::find_mirrors(centred.positions(), 1), region_of_vertex);
+      choose_nodes(centred, model.rigidity_radius, arap::find_mirrors(centred.mesh(), 1), region_of_vertex);
   share_rotations(dense_weights(nodes, mesh.n_vertices()));
   homes = nodes.vertices;
 }

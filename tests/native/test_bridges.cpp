@@ -43,7 +43,8 @@ struct Fork {
   static constexpr double kGap = .02;
   MeshData mesh;
 
-  Fork() {
+  /// @param gap  between the fingers; below 0 they overlap
+  explicit Fork(double gap = kGap) {
     const std::vector<double> x{-.13, -.09, -.05, -kGap / 2, kGap / 2, .05, .09, .13};
     const int n_along = 12;
     const auto is_solid = [&](int i, int j, int k) {
@@ -58,6 +59,8 @@ struct Fork {
         for (int axis = 0; axis < 3; ++axis)
           for (const int side : {0, 1}) add_wall({i, j, 0}, axis, side, is_solid, corner);
       }
+    for (Vector3& p : mesh.vertices)
+      if (p[1] > .05 && std::abs(p[0]) < kGap) p[0] *= gap / kGap;
   }
 
  private:
@@ -118,6 +121,54 @@ TEST(Bridges, NoneGoesAcrossAGap) {
     if (p(a, 1) <= 0 && p(b, 1) <= 0) continue;
     EXPECT_GT(p(a, 0) * p(b, 0), 0) << a << ", " << b;
   }
+}
+
+/// Whether a vertex of a fork's fingers, with the palm's edge, is at the left one: by its place in an open fork.
+bool is_left(const MeshData& open, int vertex) { return open.vertices[vertex][0] < 0; }
+
+TEST(Bridges, NoneJoinsFingersThatTouchOrOverlap) {
+  const Fork open;
+  for (const double depth : {0., 1e-12, 1e-9, 1e-7, 1e-5, 1e-4, 1e-3, .01, .03}) {
+    const Fork fork(-depth);
+    const Bridges bridges = bridges_of(fork.mesh, 1.5 * Fork::kThickness);
+    EXPECT_GT(bridges.size(), 20u) << "in the fingers";
+    for (const auto& [a, b] : bridges) {
+      if (open.mesh.vertices[a][1] <= .05 && open.mesh.vertices[b][1] <= .05) continue;
+      EXPECT_EQ(is_left(open.mesh, a), is_left(open.mesh, b)) << a << ", " << b << " overlap by " << depth;
+    }
+  }
+}
+
+TEST(Bridges, AFingerThatStaysDoesNotMindTheOneThatOverlapsIt) {
+  const Fork open;
+  const auto most_moved = [&](double gap) {
+    const MeshData& mesh = Fork(gap).mesh;
+    Task task;
+    for (int v = 0; v < mesh.n_vertices(); ++v) {
+      const Vector3& p = mesh.vertices[v];
+      if (p[1] < -.15) task.add(v, p);
+      if (p[1] > .75 && !is_left(open.mesh, v)) task.add(v, p + Vector3(.1, 0, .3));
+    }
+    arap::Options options;
+    options.rigidity_radius = .08;
+    const Positions after = solve_once(mesh, task, {}, options).positions;
+    double most = 0;
+    for (int v = 0; v < mesh.n_vertices(); ++v)
+      if (mesh.vertices[v][1] > .05 && is_left(open.mesh, v))
+        most = std::max(most, (after.row(v).transpose() - mesh.vertices[v]).norm());
+    return most / mesh.diagonal();
+  };
+  const double apart = most_moved(Fork::kGap);
+  for (const double depth : {0., 1e-7, 1e-4, 1e-3}) EXPECT_LT(most_moved(-depth), 1.5 * apart + 1e-3) << depth;
+}
+
+TEST(Bridges, NoneJoinsWhatPokesIntoAPartWithIt) {
+  // A thin sheet of the same part below the part's surface: two plates one in the other, joined by a face's corner.
+  const MeshData thick = plate(10, .1);
+  MeshData thin = transformed(plate(10, .01), [](const Vector3& x) { return Vector3(x[0], x[1], x[2] + .03); });
+  MeshData mesh = join(thick, thin);
+  mesh.faces.push_back({0, 1, thick.n_vertices()});
+  for (const auto& [a, b] : bridges_of(mesh, .06)) EXPECT_EQ(a < thick.n_vertices(), b < thick.n_vertices());
 }
 
 TEST(Bridges, NoneJoinsParts) {
@@ -216,7 +267,7 @@ TEST(Bridges, ImagesOfBridgesAreBridges) {
   for (const Faces faces : {Faces::kQuads, Faces::kTriangles}) {
     const MeshData mesh = transformed(plate(9, .02, faces),
                                       [](const Vector3& x) { return Vector3(x[0], x[1], x[2] * (1.5 - x[0] * x[0])); });
-    const auto mirrors = arap::find_mirrors(mesh.positions(), 2);
+    const auto mirrors = arap::find_mirrors(mesh.mesh(), 2);
     ASSERT_EQ(mirrors.size(), 3u);
     const Bridges bridges = arap::find_bridges(mesh.mesh(), .06, mirrors, 1);
     const std::set<std::pair<int, int>> found(bridges.begin(), bridges.end());

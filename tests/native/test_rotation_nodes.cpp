@@ -299,9 +299,32 @@ TEST(RotationNodes, EveryVertexIsNearerThan14RadiiToANode) {
     }
 }
 
+/// A box with open seams at |x| = .25 and its vertices in no order.
+MeshData box_with_seams() {
+  const MeshData whole = box({8, 10, 12}, Vector3(1, .8, 1.2), Faces::kQuads);
+  std::vector<std::pair<int, bool>> places;
+  MeshData mesh;
+  for (const auto& face : whole.faces) {
+    double middle = 0;
+    for (const int v : face) middle += whole.vertices[v][0] / 4;
+    std::vector<int> corners;
+    for (const int v : face) {
+      const std::pair<int, bool> place(v, std::abs(middle) > .25);
+      auto found = std::find(places.begin(), places.end(), place);
+      if (found == places.end()) {
+        found = places.insert(found, place);
+        mesh.add_vertex(whole.vertices[v]);
+      }
+      corners.push_back(static_cast<int>(found - places.begin()));
+    }
+    mesh.faces.push_back(corners);
+  }
+  return renumbered(mesh, shuffled(mesh.n_vertices(), 5));
+}
+
 TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {
-  for (const MeshData& mesh : {quad_sphere(8), box({9, 8, 12}, Vector3(1, 1, 2), Faces::kQuads)}) {
-    const std::vector<int> mirror = mirror_vertices(mesh);
+  for (const MeshData& mesh : {quad_sphere(8), box({9, 8, 12}, Vector3(1, 1, 2), Faces::kQuads), box_with_seams()}) {
+    const std::vector<int> mirror = arap::find_mirrors(in_model_space(mesh).mesh(), 1).at(0);
     const auto mirrored = [&](const Positions& p) {
       Positions result = rows(p, mirror);
       result.col(0) *= -1;
@@ -326,13 +349,37 @@ TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {
 
 TEST(RotationNodes, ImagesOfNodesAreNodes) {
   const MeshData mesh = in_model_space(box({29, 28, 42}, Vector3(1, 1, 2), Faces::kQuads));
-  const auto mirrors = arap::find_mirrors(mesh.positions(), 2);
+  const auto mirrors = arap::find_mirrors(mesh.mesh(), 2);
   ASSERT_EQ(mirrors.size(), 3u);
   const RotationNodes nodes = choose_nodes(mesh, .1, mirrors);
   const std::set<int> chosen(nodes.vertices.begin(), nodes.vertices.end());
   EXPECT_EQ(static_cast<int>(chosen.size()), nodes.size());
   for (const std::vector<int>& mirror : mirrors)
     for (const int v : chosen) EXPECT_TRUE(chosen.contains(mirror[v]));
+}
+
+TEST(MirrorSymmetry, TellsTheSidesOfASeamApart) {
+  const MeshData mesh = in_model_space(box_with_seams());
+  std::set<std::pair<int, int>> edges;
+  for (const auto& face : mesh.faces)
+    for (size_t k = 0; k < face.size(); ++k) edges.insert(std::minmax(face[k], face[(k + 1) % face.size()]));
+  const auto mirrors = arap::find_mirrors(mesh.mesh(), 1);
+  ASSERT_EQ(mirrors.size(), 3u);
+  EXPECT_EQ(mirrors, arap::find_mirrors(mesh.mesh(), 2));
+  for (const std::vector<int>& mirror : mirrors) {
+    for (int v = 0; v < mesh.n_vertices(); ++v) EXPECT_EQ(mirror[mirror[v]], v);
+    for (const auto& [a, b] : edges) EXPECT_TRUE(edges.contains(std::minmax(mirror[a], mirror[b]))) << a << ", " << b;
+  }
+}
+
+TEST(MirrorSymmetry, TwoSheetsAtOnePlaceHaveMaps) {
+  const MeshData sheet = in_model_space(grid(6, Faces::kQuads));
+  const MeshData mesh = join(sheet, sheet);
+  for (const std::vector<int>& mirror : arap::find_mirrors(mesh.mesh(), 1))
+    for (int v = 0; v < mesh.n_vertices(); ++v) {
+      EXPECT_EQ(mirror[mirror[v]], v);
+      EXPECT_EQ(mirror[v] < sheet.n_vertices(), v < sheet.n_vertices());
+    }
 }
 
 TEST(RotationNodes, EveryVertexHasANodeOfItsOwnGroupNearby) {

@@ -68,6 +68,27 @@ TEST(TriangleGrid, NoRaySlipsThroughAtAVertexOrAnEdge) {
     }
 }
 
+TEST(TriangleGrid, KnowsHowOftenTrianglesWindAroundAPlace) {
+  // The boxes overlap above z = 0; rays pass right through vertices and edges.
+  const MeshData lower = box({4, 4, 4}, Vector3(1, 1, 1), Faces::kTriangles);
+  const auto shifted = [](const Vector3& x) { return Vector3(x + Vector3(0, 0, .5)); };
+  const MeshData mesh = join(lower, transformed(lower, shifted));
+  const Positions p = mesh.positions();
+  for (const double cell_size : {.1, .3, 5.}) {
+    const TriangleGrid grid(p, triangles_of(mesh), cell_size, 1);
+    for (int x = -9; x <= 9; ++x)
+      for (int z = -9; z <= 17; ++z) {
+        const Eigen::RowVector3d place(x / 16., .25, z / 16. + 1e-3);
+        const bool is_beside = std::abs(x) >= 8;
+        if (std::abs(x) == 8) continue;
+        const int expected = is_beside ? 0 : (std::abs(place[2]) < .5 ? 1 : 0) + (std::abs(place[2] - .5) < .5 ? 1 : 0);
+        for (int axis = 0; axis < 3; ++axis)
+          for (const int along : {-1, 1})
+            EXPECT_EQ(grid.winding(place, axis, along, 4, kEvery), expected) << place << ", " << axis << ", " << along;
+      }
+  }
+}
+
 TEST(TriangleGrid, TrianglesWithoutAreaAndThoseAlongTheRayAreNotMet) {
   Positions p(6, 3);
   p << -1, 0, 1, 1, 0, 1, 0, 0, 1, 0, -1, 0, 0, 1, 0, 0, 0, 3;
