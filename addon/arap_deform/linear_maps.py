@@ -20,7 +20,12 @@ def map_points(points: NDArray[Any], linear: NDArray[Any], out: NDArray[Any]) ->
         points: (n, 3) contiguous.
         linear: (3, 3) of the same dtype.
         out: as points, and not them.
+
+    Raises:
+        ValueError: ``out`` is not contiguous.
     """
+    if not out.flags.c_contiguous:
+        raise ValueError("The mapped points need an array of their own: make it contiguous")
     whole = len(points) // BLOCK * BLOCK
     blocks = (-1, BLOCK, 3)
     np.matmul(points[:whole].reshape(blocks), linear.T, out=out[:whole].reshape(blocks))

@@ -150,6 +150,7 @@ void LocalGlobal::fit_regions(Pose& pose) {
                          pose.positions);
     if (mixed.empty()) continue;
     mixed.follow_turn(r, pose.placements[r].rotation - before, pulls);
+    if (!mixed.feels(r)) continue;
     mixed.close(patch_gaps(pose.positions), pulls, pose.positions);
     follow_positions(pose);
   }

@@ -24,6 +24,8 @@ constexpr double kCell = 8 * kMirrorTolerance;
 constexpr double kSamePlace = 1e-6;
 /// For an image: one of several vertices, which is not known yet.
 constexpr int kUnknown = -2;
+/// More vertices than this at one place are not told apart.
+constexpr size_t kMostAtOnePlace = 256;
 
 /// Sums that vanish for points mirrored along `axis`; cheap, and hardly any other mesh gets through.
 bool may_be_mirrored(const Positions& rest, int axis) {
@@ -116,20 +118,23 @@ class CandidateSearch {
 class Pairing {
  public:
   Pairing(const Surface& surface, const PointGrid& grid, int axis, std::vector<int>& images)
-      : surface_(surface), neighbors_(surface), search_(surface.rest, grid, axis), images_(images) {}
+      : surface_(surface),
+        neighbors_(surface),
+        search_(surface.rest, grid, axis),
+        images_(images),
+        is_waiting_(images.size(), 0) {}
 
   /// Whether all have been paired.
   bool pair_all() {
     const auto n = static_cast<int>(images_.size());
-    for (int v = 0; v < n; ++v) waiting_.push_back(v);
+    for (int v = 0; v < n; ++v) wait(v);
     spread();
     // Where all neighbours are in the same doubt, as on two sheets at one place, one choice settles it for them.
     for (int v = 0; v < n; ++v) {
       if (images_[v] != kUnknown) continue;
-      const std::vector<int> free = free_candidates(v);
-      if (free.empty()) return false;
-      const auto same = std::find_if(free.begin(), free.end(), [&](int w) { return part_of(w) == part_of(v); });
-      pair(v, same == free.end() ? free.front() : *same);
+      const int best = most_likely(v);
+      if (best < 0) return false;
+      pair(v, best);
       spread();
     }
     return true;
@@ -153,10 +158,42 @@ class Pairing {
     return count;
   }
 
+  /// Of a vertex' neighbours, how many could have an image beside `image`.
+  [[nodiscard]] int count_possible_beside(int vertex, int image) {
+    const std::span<const int> beside = neighbors_.of(image);
+    int count = 0;
+    for (const int neighbor : neighbors_.of(vertex)) {
+      const std::vector<int>& candidates = search_.find(neighbor);
+      if (std::any_of(beside.begin(), beside.end(),
+                      [&](int w) { return std::binary_search(candidates.begin(), candidates.end(), w); }))
+        ++count;
+    }
+    return count;
+  }
+
+  /// The candidate that most neighbours can follow; of several, one of the same part. -1 where all are taken.
+  [[nodiscard]] int most_likely(int v) {
+    int best = -1;
+    int most = -1;
+    for (const int w : free_candidates(v)) {
+      const int count = 2 * count_possible_beside(v, w) + (part_of(w) == part_of(v) ? 1 : 0);
+      if (count > most) best = w;
+      most = std::max(most, count);
+    }
+    return best;
+  }
+
+  void wait(int v) {
+    if (images_[v] != kUnknown || is_waiting_[v] != 0) return;
+    is_waiting_[v] = 1;
+    waiting_.push_back(v);
+  }
+
   void spread() {
     while (!waiting_.empty()) {
       const int v = waiting_.back();
       waiting_.pop_back();
+      is_waiting_[v] = 0;
       if (images_[v] != kUnknown) continue;
       int best = -1;
       int most = 0;
@@ -173,7 +210,7 @@ class Pairing {
     images_[v] = w;
     images_[w] = v;
     for (const int end : {v, w})
-      for (const int neighbor : neighbors_.of(end)) waiting_.push_back(neighbor);
+      for (const int neighbor : neighbors_.of(end)) wait(neighbor);
   }
 
   const Surface& surface_;
@@ -181,6 +218,7 @@ class Pairing {
   CandidateSearch search_;
   std::vector<int>& images_;
   std::vector<int> waiting_;
+  std::vector<char> is_waiting_;
 };
 
 /// Empty where there is no map.
@@ -191,12 +229,15 @@ std::vector<int> find_images(const Surface& surface, const PointGrid& grid, int 
     CandidateSearch search(surface.rest, grid, axis);
     for (int v = begin; v < end; ++v) {
       const std::vector<int>& candidates = search.find(v);
-      if (candidates.empty()) return false;
+      if (candidates.empty() || candidates.size() > kMostAtOnePlace) return false;
       images[v] = candidates.size() == 1 ? candidates.front() : kUnknown;
     }
     return true;
   });
   if (!all_found) return {};
+  // One that is the only candidate of another is that one's image, too.
+  for (int v = 0; v < n; ++v)
+    if (images[v] >= 0 && images[images[v]] == kUnknown) images[images[v]] = v;
   if (std::find(images.begin(), images.end(), kUnknown) != images.end() &&
       !Pairing(surface, grid, axis, images).pair_all())
     return {};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mixed_patches.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <iterator>
 #include <utility>
@@ -37,13 +38,18 @@ Matrix3 MixedPatches::linear_term(int region, const Matrix3& rotation, const Pos
   return L;
 }
 
+bool MixedPatches::feels(int region) const {
+  return std::any_of(levers_[region].begin(), levers_[region].end(),
+                     [](const Lever& lever) { return !lever.arm.isZero(0); });
+}
+
 void MixedPatches::follow_turn(int region, const Matrix3& change, Positions& pulls) const {
   const std::vector<Lever>& levers = levers_[region];
   for (std::ptrdiff_t p = 0; p < std::ssize(levers); ++p) pulls.row(p) += (change * levers[p].pull).transpose();
 }
 
 void MixedPatches::close(const Positions& gaps, Positions& pulls, Positions& positions) const {
-  positions += responses_ * gaps;
+  positions.noalias() += responses_ * gaps;
   pulls -= stiffness_ * gaps;
 }
 

@@ -36,6 +36,9 @@ class MixedPatches {
   [[nodiscard]] Matrix3 linear_term(int region, const Matrix3& rotation, const Positions& gaps,
                                     const Positions& pulls) const;
 
+  /// Whether a turn of the region opens gaps.
+  [[nodiscard]] bool feels(int region) const;
+
   /// Follows a change of a region's rotation.
   void follow_turn(int region, const Matrix3& change, Positions& pulls) const;
 

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "surface_model.h"
 
-#include <algorithm>
 #include <future>
 #include <map>
 #include <memory>
 #include <numeric>
-#include <utility>
 
 #include "bridges.h"
 #include "eigen_all.h"

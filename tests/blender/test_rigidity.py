@@ -172,7 +172,7 @@ class PointHandleTest(SceneTest):
         rest = rest_positions(obj)
         piece = np.flatnonzero(np.linalg.norm(rest, axis=1) < 0.5)
         self.api.add_rigid(obj, piece, name="Piece")
-        handles = [self.api.add_handle(obj, [v], name="Point") for v in (CENTRE, CENTRE + 8)]
+        handles = [self.api.add_handle(obj, [v], name="Point") for v in (CENTRE, CENTRE + 8, CENTRE + 8 * SIDE)]
         for _ in range(3):
             self.api.solve(obj)
             self.assert_close(key_positions(obj), rest)

@@ -165,10 +165,15 @@ TEST(Bridges, AFingerThatStaysDoesNotMindTheOneThatOverlapsIt) {
 TEST(Bridges, NoneJoinsWhatPokesIntoAPartWithIt) {
   // A thin sheet of the same part below the part's surface: two plates one in the other, joined by a face's corner.
   const MeshData thick = plate(10, .1);
-  MeshData thin = transformed(plate(10, .01), [](const Vector3& x) { return Vector3(x[0], x[1], x[2] + .03); });
-  MeshData mesh = join(thick, thin);
-  mesh.faces.push_back({0, 1, thick.n_vertices()});
-  for (const auto& [a, b] : bridges_of(mesh, .06)) EXPECT_EQ(a < thick.n_vertices(), b < thick.n_vertices());
+  const auto bridges_with_sheet_at = [&](double height) {
+    const MeshData thin =
+        transformed(plate(10, .01), [&](const Vector3& x) { return Vector3(x[0], x[1], x[2] + height); });
+    MeshData mesh = join(thick, thin);
+    mesh.faces.push_back({0, 1, thick.n_vertices()});
+    return bridges_of(mesh, .06);
+  };
+  EXPECT_FALSE(bridges_with_sheet_at(.5).empty());
+  for (const auto& [a, b] : bridges_with_sheet_at(.03)) EXPECT_EQ(a < thick.n_vertices(), b < thick.n_vertices());
 }
 
 TEST(Bridges, NoneJoinsParts) {

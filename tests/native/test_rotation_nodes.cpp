@@ -372,10 +372,42 @@ TEST(MirrorSymmetry, TellsTheSidesOfASeamApart) {
   }
 }
 
+TEST(MirrorSymmetry, FacesOfABoxThatAreAllApartAreMirroredToFaces) {
+  const MeshData box_of_six = in_model_space(box({1, 1, 1}, Vector3(1, .8, 1.2), Faces::kQuads));
+  ASSERT_EQ(box_of_six.faces.size(), 6u);
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    MeshData mesh;
+    for (const int f : shuffled(6, seed)) {
+      const int first = mesh.n_vertices();
+      for (const int v : box_of_six.faces[f]) mesh.add_vertex(box_of_six.vertices[v]);
+      mesh.faces.push_back({first, first + 1, first + 2, first + 3});
+    }
+    const auto mirrors = arap::find_mirrors(mesh.mesh(), 1);
+    ASSERT_EQ(mirrors.size(), 3u) << seed;
+    for (const std::vector<int>& mirror : mirrors)
+      for (int v = 0; v < mesh.n_vertices(); ++v) {
+        EXPECT_EQ(mirror[mirror[v]], v);
+        EXPECT_EQ(mirror[v] / 4, mirror[v / 4 * 4] / 4) << "a face is torn, seed " << seed;
+      }
+  }
+}
+
+TEST(MirrorSymmetry, IsNotLookedForAmongThousandsOfVerticesAtOnePlace) {
+  MeshData mesh = in_model_space(grid(6, Faces::kQuads));
+  for (int k = 0; k < 3000; ++k) mesh.add_vertex(Vector3::Zero());
+  for (int k = 0; k < 1000; ++k) {
+    const int first = mesh.n_vertices() - 3 - 3 * k;
+    mesh.faces.push_back({first, first + 1, first + 2});
+  }
+  EXPECT_TRUE(arap::find_mirrors(mesh.mesh(), 2).empty());
+}
+
 TEST(MirrorSymmetry, TwoSheetsAtOnePlaceHaveMaps) {
   const MeshData sheet = in_model_space(grid(6, Faces::kQuads));
   const MeshData mesh = join(sheet, sheet);
-  for (const std::vector<int>& mirror : arap::find_mirrors(mesh.mesh(), 1))
+  const auto mirrors = arap::find_mirrors(mesh.mesh(), 1);
+  ASSERT_EQ(mirrors.size(), 3u);
+  for (const std::vector<int>& mirror : mirrors)
     for (int v = 0; v < mesh.n_vertices(); ++v) {
       EXPECT_EQ(mirror[mirror[v]], v);
       EXPECT_EQ(mirror[v] < sheet.n_vertices(), v < sheet.n_vertices());

@@ -22,3 +22,8 @@ def test_part_of_an_array_is_written_in_place():
     table = np.zeros((4, 3))
     map_points(points, 2.0 * np.eye(3), table[1:3])
     np.testing.assert_array_equal(table, [[0, 0, 0], *(2 * points), [0, 0, 0]])
+
+
+def test_columns_of_an_array_are_refused():
+    with pytest.raises(ValueError, match="contiguous"):
+        map_points(np.zeros((4, 3)), np.eye(3), np.zeros((4, 5))[:, :3])
