@@ -163,13 +163,13 @@ TEST(Bridges, AFingerThatStaysDoesNotMindTheOneThatOverlapsIt) {
 }
 
 TEST(Bridges, NoneJoinsWhatPokesIntoAPartWithIt) {
-  // A thin sheet of the same part below the part's surface: two plates one in the other, joined by a face's corner.
+  // A thin sheet below the surface of a thick plate; they are one part, as they have a corner in common.
   const MeshData thick = plate(10, .1);
   const auto bridges_with_sheet_at = [&](double height) {
     const MeshData thin =
-        transformed(plate(10, .01), [&](const Vector3& x) { return Vector3(x[0], x[1], x[2] + height); });
+        transformed(plate(10, .01), [&](const Vector3& x) { return Vector3(.8 * x[0], .8 * x[1], x[2] + height); });
     MeshData mesh = join(thick, thin);
-    mesh.faces.push_back({0, 1, thick.n_vertices()});
+    for (auto& face : mesh.faces) std::replace(face.begin(), face.end(), thick.n_vertices(), 0);
     return bridges_of(mesh, .06);
   };
   EXPECT_FALSE(bridges_with_sheet_at(.5).empty());
