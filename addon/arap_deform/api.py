@@ -19,6 +19,9 @@ where something else has the mesh for itself just now: a posing act, or the job 
 ``Cancelled`` (a RuntimeError) where ``progress`` returned False; then everything is as it was before the call. Each
 message is one sentence that says what to do.
 
+A posing act, Live and jobs bind and solve in a thread. Before Blender 5.1 an operator that is called under
+``bpy.context.temp_override`` meanwhile can crash Blender: call ``wait_for_binds()`` before it.
+
 ``progress`` is called with the fraction done, 0 to 1; it stops the call by returning False.
 """
 
@@ -50,6 +53,7 @@ from .api_pose import (
 from .api_result import PoseState, apply_pose_as_rest, bake_pose, capture_state, reset_pose, restore_state
 from .api_solve import SolveJob, begin_solve, solve
 from .api_stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness, soften_group
+from .binding import wait_for_binds
 from .handle_io import handle_matrices
 from .handle_placing import reset_handles
 from .job import Job, run_job
@@ -127,4 +131,5 @@ __all__ = [
     "sync_session",
     "update_handle_display",
     "update_pose",
+    "wait_for_binds",
 ]

@@ -17,7 +17,20 @@ THREAD_NAME = "arap-bind"
 
 def is_any_running() -> bool:
     """Whether some work is under way, dropped or not."""
-    return any(thread.name == THREAD_NAME for thread in threading.enumerate())
+    return bool(_threads())
+
+
+def wait_for_binds() -> None:
+    """Waits until no work is under way, in the main thread, before it calls an operator under a context override.
+
+    See Binding for what happens otherwise. What was dropped ends soon; a bind of a million vertices takes seconds.
+    """
+    for thread in _threads():
+        thread.join()
+
+
+def _threads() -> list[threading.Thread]:
+    return [thread for thread in threading.enumerate() if thread.name == THREAD_NAME]
 
 
 class Binding(Generic[Result]):
@@ -27,7 +40,8 @@ class Binding(Generic[Result]):
 
     Start it from a timer or from a function that then waits for it, never in an operator that returns while it runs:
     with Python before 3.12 Blender crashes where an operator that a script has called under a context override looks
-    at its context while another thread holds Python's lock. It takes that thread's lock for its own.
+    at its context while another thread holds Python's lock. It takes that thread's lock for its own. Whoever overrides
+    the context calls wait_for_binds() before.
     """
 
     # typing never forgets a class that was subscripted, nor what its module holds, the module bpy for one. Where bpy is

@@ -14,6 +14,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .binding import wait_for_binds
+
 Float32s = NDArray[np.float32]
 
 # Below this many vertices a plain pass over the vertices' groups is faster than setting up the node tree.
@@ -180,6 +182,7 @@ def move_modifier_first(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> 
     if hasattr(obj.modifiers, "move"):  # not in 3.4
         obj.modifiers.move(index, 0)
     else:
+        wait_for_binds()
         with bpy.context.temp_override(object=obj, active_object=obj):
             bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
 

@@ -50,7 +50,7 @@ def test_overlay_cost(ui: Ui) -> Steps:
     load = os.getloadavg()[0]
     ms = {}
     for what, call in measured(overlay, grid, drawn()["Grid"]).items():
-        with bpy.context.temp_override(window=ui.window, area=ui.view, region=ui.region()):
+        with ui.override():
             ms[what] = best_and_median(spent_ms(call))
     spent: list[float] = []
 

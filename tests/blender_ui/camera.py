@@ -139,7 +139,7 @@ def open_creature(ui: Ui) -> Steps:
 
 def look(ui: Ui, *, right: float = 0.0, up: float = 0.0, closer: float = 1.0) -> None:
     """From its left, turned by radians; ``closer``: less than 1 is nearer."""
-    with bpy.context.temp_override(window=ui.window, area=ui.view, region=ui.region()):
+    with ui.override():
         bpy.ops.view3d.view_axis(type="RIGHT")
         bpy.ops.view3d.view_orbit(angle=right, type="ORBITRIGHT")
         bpy.ops.view3d.view_orbit(angle=up, type="ORBITUP")

@@ -7,6 +7,7 @@ and draw: TICKS_A_STEP turns of its main loop.
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import subprocess
 import sys
@@ -49,6 +50,7 @@ class Ui:
     def find_modules(self) -> None:
         """The add-on's own modules; again after it was disabled and enabled."""
         self.api: Any = importlib.import_module(f"{MODULE}.api")
+        self.binding: Any = importlib.import_module(f"{MODULE}.binding")
         self.live: Any = importlib.import_module(f"{MODULE}.live")
         self.sessions: Any = importlib.import_module(f"{MODULE}.sessions")
         self.running: Any = self.sessions.acts
@@ -103,14 +105,25 @@ class Ui:
                 raise AssertionError(f"{what}: not after {time_limit_s} s")
             yield
 
+    @contextlib.contextmanager
+    def override(self, **members: Any) -> Iterator[None]:
+        """Blender's own override of the context; by default that of a button in the 3D view.
+
+        Before Blender 5.1 the work of a bind in its thread must not go on meanwhile.
+        """
+        self.binding.wait_for_binds()
+        members = members or {"window": self.window, "area": self.view, "region": self.region()}
+        with bpy.context.temp_override(**members):
+            yield
+
     def call(self, operator: Any, *args: Any, **properties: Any) -> set[str]:
         """Calls an operator as a button in the 3D view would."""
-        with bpy.context.temp_override(window=self.window, area=self.view, region=self.region()):
+        with self.override():
             return operator(*(args or ("INVOKE_DEFAULT", True)), **properties)
 
     def can(self, operator: Any) -> bool:
         """Whether a button in the 3D view could call an operator."""
-        with bpy.context.temp_override(window=self.window, area=self.view, region=self.region()):
+        with self.override():
             return bool(operator.poll())
 
     def select(self, *objects: bpy.types.Object) -> None:

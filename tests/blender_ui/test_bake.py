@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import scenes
 from harness import Steps, Ui
-from test_pose import NEAR, bar, handle, is_binding
+from test_pose import NEAR, bar, handle
 
 
 def animate(ui: Ui, n_frames: int) -> None:
@@ -77,10 +77,10 @@ def test_esc_while_a_bake_binds(ui: Ui) -> Steps:
     bpy.context.scene.frame_set(3)
     yield from ui.move_mouse_to_view()
     ui.call(bpy.ops.arap.bake_animation, "EXEC_DEFAULT", True, frame_start=1, frame_end=2)
-    assert not is_binding()
-    yield from ui.until(is_binding, "the bind is under way", 10.0)
+    assert not ui.binding.is_any_running()
+    yield from ui.until(ui.binding.is_any_running, "the bind is under way", 10.0)
     yield from ui.screenshot("binding")
-    assert is_binding(), "the bind was over before Esc: the mesh is too small for this test"
+    assert ui.binding.is_any_running(), "the bind was over before Esc: the mesh is too small for this test"
     yield from ui.key("ESC")
     assert obj.data.shape_keys is None
     assert bpy.context.scene.frame_current == 3

@@ -157,7 +157,7 @@ def test_overlay_on_the_sample_creature(ui: Ui) -> Steps:
     yield from ui.open_tab()
     space = ui.view.spaces.active
     space.show_gizmo = space.show_region_header = space.show_region_toolbar = False
-    with bpy.context.temp_override(window=ui.window, area=ui.view, region=ui.region()):
+    with ui.override():
         bpy.ops.view3d.view_axis(type="RIGHT")
         bpy.ops.view3d.view_orbit(angle=0.5, type="ORBITRIGHT")
         bpy.ops.view3d.view_orbit(angle=0.3, type="ORBITUP")

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The posing act, as an artist does it: with keys, in a window."""
 
-import threading
-
 import bmesh
 import bpy
 import numpy as np
@@ -11,11 +9,6 @@ from harness import Steps, Ui
 from mathutils import Matrix, Vector
 
 NEAR = 1e-5
-
-
-def is_binding() -> bool:
-    """Whether a bind runs in a thread of its own."""
-    return any(thread.name == "arap-bind" for thread in threading.enumerate())
 
 
 def begin(ui: Ui) -> Steps:
@@ -454,7 +447,7 @@ def test_esc_while_binding(ui: Ui) -> Steps:
         bpy.ops.ed.undo_push(message="step")
     yield from ui.move_mouse_to_view()
     ui.call(bpy.ops.arap.pose)
-    assert not is_binding(), "a thread beside an operator that was called under an override: Blender may crash there"
+    assert not ui.binding.is_any_running(), "Blender may crash where a thread runs beside an operator under an override"
     act = ui.running["Grid"]
     n_steps = 0
     while act.bind_fraction < 0.2 and n_steps < 100:
@@ -468,7 +461,7 @@ def test_esc_while_binding(ui: Ui) -> Steps:
     assert n_steps > 0
     # The dropped bind may take a while to end. An undo passes over the act all the same, and over nothing else.
     yield from ui.key("Z", ctrl=True)
-    yield from ui.until(lambda: not is_binding(), "the bind has ended")
+    yield from ui.until(lambda: not ui.binding.is_any_running(), "the bind has ended")
     yield from ui.until(lambda: bpy.data.objects["Grid"].arap.pose_act == 0, "the undo has passed over the act")
     assert bpy.context.scene["step"] == 2
     yield from ui.key("Z", ctrl=True)

@@ -265,7 +265,7 @@ def test_export_mesh_cache_browser(ui: Ui) -> Steps:
     yield from open_browser()
     with tempfile.TemporaryDirectory() as folder:
         browsers()[0].spaces.active.params.directory = folder.encode()
-        with bpy.context.temp_override(window=ui.window, area=browsers()[0]):
+        with ui.override(window=ui.window, area=browsers()[0]):
             bpy.ops.file.execute("INVOKE_DEFAULT")
         yield from ui.until(lambda: bool(bar().modifiers), "the frames are exported")
         assert (Path(folder) / "Bar.mdd").is_file()

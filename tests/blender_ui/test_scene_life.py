@@ -154,7 +154,7 @@ def test_two_windows(ui: Ui) -> Steps:
     yield from settle(ui)
     assert_followed(rest, (2.0, 0.0, 0.0))
     second = bpy.context.window_manager.windows[1]
-    with bpy.context.temp_override(window=second):
+    with ui.override(window=second):
         bpy.ops.wm.window_close()
     yield
     handle().location.x += 1.0

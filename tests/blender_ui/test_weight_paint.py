@@ -24,7 +24,7 @@ def show_front(ui: Ui) -> None:
     """The bar from the front, its handle moved half a unit to the right."""
     scenes.add_bar_with_handle(ui.api)
     bar().arap.accuracy, bar().arap.max_iterations = 1e-6, 2000
-    with bpy.context.temp_override(window=ui.window, area=ui.view, region=ui.region()):
+    with ui.override():
         bpy.ops.view3d.view_axis(type="FRONT")
         bpy.ops.view3d.view_all()
     bpy.data.objects["Top"].location.x += 0.5

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from arap_deform.binding import Binding, is_any_running
+from arap_deform.binding import Binding, is_any_running, wait_for_binds
 from arap_deform.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
 from arap_deform.operators.pose_act import (
     KEEP_TIME_LIMIT_S,
@@ -424,6 +425,18 @@ def test_dropped_binding_stops_the_work() -> None:
     assert is_any_running()
     binding.drop()
     binding.wait(10.0)
+    assert binding.is_done
+    assert not is_any_running()
+
+
+def test_wait_for_binds_ends_with_the_work() -> None:
+    may_end = threading.Event()
+    binding = Binding(lambda _progress: may_end.wait(10.0))
+    wait_for_binds()  # nothing to wait for
+    binding.start()
+    threading.Timer(0.05, may_end.set).start()
+    wait_for_binds()
+    assert may_end.is_set()
     assert binding.is_done
     assert not is_any_running()
 
