@@ -42,7 +42,7 @@ class BiCgStabFactorization final : public Factorization {
     // Of length 1: the squares of a residual near the end of a solve would leave the range of double.
     const double length = b.stableNorm();
     if (length == 0) return b;
-    const std::lock_guard one_at_a_time(busy_);  // Eigen notes the outcome in the object
+    const std::scoped_lock one_at_a_time(busy_);  // Eigen notes the outcome in the object
     const Eigen::VectorXd x = iteration_.solve(b / length);
     if (iteration_.info() != Eigen::Success)
       throw SolverError(text("BiCGSTAB did not converge: residual ", iteration_.error(), " after ",

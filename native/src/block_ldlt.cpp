@@ -98,7 +98,7 @@ void BlockLdlt::renumber(const SparseMatrix& pattern) {
 }
 
 const FrontPlan& BlockLdlt::front_plan(const SparseMatrix& A) const {
-  const std::lock_guard lock(mutex_);
+  const std::scoped_lock lock(mutex_);
   if (front_plan_ == nullptr) front_plan_ = std::make_unique<const FrontPlan>(A, *plan_);
   return *front_plan_;
 }

@@ -190,7 +190,7 @@ Bridges find_bridges(const PolygonMesh& mesh, double radius, const std::vector<s
   });
   Bridges bridges;
   for (size_t k = 0; k < ends.size(); ++k)
-    if (found[k] >= 0) bridges.push_back(std::minmax(ends[k], found[k]));
+    if (found[k] >= 0) bridges.emplace_back(std::minmax(ends[k], found[k]));
   sort_unique(bridges);
   for (const std::vector<int>& mirror : mirrors) {
     for (size_t k = 0, n = bridges.size(); k < n; ++k)

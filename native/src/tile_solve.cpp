@@ -81,7 +81,7 @@ TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, Worke
 void TileFactorization::solve(const Positions& b, Positions& x) const {
   std::unique_ptr<Workspace> work;
   {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     if (!idle_.empty()) {
       work = std::move(idle_.back());
       idle_.pop_back();
@@ -90,7 +90,7 @@ void TileFactorization::solve(const Positions& b, Positions& x) const {
   if (work == nullptr) work = std::make_unique<Workspace>(*plan_);
   x.resize(b.rows(), 3);
   solve_with(b, x, *work);
-  const std::lock_guard lock(mutex_);
+  const std::scoped_lock lock(mutex_);
   idle_.push_back(std::move(work));
 }
 

@@ -104,7 +104,7 @@ class Workers::Pool {
     owner_ = process_id();
     try {
       for (size_t rank = 1; rank < shares_.size(); ++rank) threads_->emplace_back([this, rank] { serve(rank); });
-    } catch (const std::system_error&) {
+    } catch (const std::system_error&) {  // NOLINT(bugprone-empty-catch)
       // With fewer, then: the pieces are claimed by those that there are.
     }
   }
