@@ -19,8 +19,8 @@ where something else has the mesh for itself just now: a posing act, or the job 
 ``Cancelled`` (a RuntimeError) where ``progress`` returned False; then everything is as it was before the call. Each
 message is one sentence that says what to do.
 
-A posing act, Live and jobs bind and solve in a thread. Before Blender 5.1 an operator that is called under
-``bpy.context.temp_override`` meanwhile can crash Blender: call ``wait_for_binds()`` before it.
+Binds, and Solve in the panel, run in a thread. Before Blender 5.1 an operator under ``bpy.context.temp_override`` can
+crash Blender meanwhile: call ``wait_for_binds()`` first.
 
 ``progress`` is called with the fraction done, 0 to 1; it stops the call by returning False.
 """

@@ -109,9 +109,10 @@ class Ui:
     def override(self, **members: Any) -> Iterator[None]:
         """Blender's own override of the context; by default that of a button in the 3D view.
 
-        Before Blender 5.1 the work of a bind in its thread must not go on meanwhile.
+        Before Blender 5.1 the work of a bind in its thread must not go on meanwhile; later it may, and does here.
         """
-        self.binding.wait_for_binds()
+        if sys.version_info < (3, 12):
+            self.binding.wait_for_binds()
         members = members or {"window": self.window, "area": self.view, "region": self.region()}
         with bpy.context.temp_override(**members):
             yield
