@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from measure.meshes import make_mesh
-from measure.poses import finer, knee, named_poses, plate, pull, sample_poses, wing
+from measure.poses import finer, knee, largest_piece, named_poses, plate, pull, sample_poses, wing
 from measure.posing import Posing, options_of
 from measure.quality import chosen, densities, file_name
 from measure.shape import facing
@@ -104,4 +104,14 @@ def test_named_meshes_get_a_bend_and_a_pull():
     bend, pulled = named_poses(mesh)
     assert (len(bend.held), len(bend.moved)) == (621, 249)
     assert len(pulled.moved) == 1
+    assert pulled.patch_radius > 0
     assert pulled.moved[0] not in pulled.held
+
+
+def test_largest_piece_of_a_slice():
+    mesh = make_mesh("plate", *plate((1.0, 0.5, 0.1), (40, 4)))
+    x = mesh.positions[:, 0] / np.ptp(mesh.positions[:, 0])
+    tip, end, alone = (np.flatnonzero(mask) for mask in (x > 0.96, x < 0.2, np.abs(x - 0.5) < 0.01))
+    slices = np.concatenate([tip, end, alone]).astype(np.int32)
+    np.testing.assert_array_equal(np.sort(largest_piece(mesh, slices)), end)
+    np.testing.assert_array_equal(largest_piece(mesh, end), end)

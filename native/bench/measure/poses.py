@@ -21,6 +21,7 @@ from .tasks import Motion, Task, bend_motion, ends, longest_axis, rotation
 
 X, Y, Z = np.eye(3)
 STEPS = 10
+PULL_RADIUS = 0.03  # of the patch that is pulled: one and a half times the default radius of the nodes
 
 
 class View(NamedTuple):
@@ -103,7 +104,7 @@ def sample_poses() -> Iterator[Pose]:
     yield finer(bar_bend())
     yield finer(bar_twist())
     yield pull("pull, one vertex")
-    yield pull("pull, patch", patch_radius=0.03)
+    yield pull("pull, patch", patch_radius=PULL_RADIUS)
     yield wing()
     yield large_move("large move, ten steps", STEPS)
     yield large_move("large move, one step", 1)
@@ -222,27 +223,46 @@ def paws(parts: dict[str, Ints]) -> Ints:
 
 
 def named_poses(mesh: Mesh) -> Iterator[Pose]:
-    """The poses of a mesh that nothing is known of: a bend along its longest axis, a pull of the middle."""
+    """The poses of a mesh that nothing is known of: a bend along its longest axis, a pull of the middle.
+
+    A slice through a head may take the tips of raised hands along. A tip that is smaller than the radius and held
+    exactly is a single vertex's case, so what moves is one piece.
+    """
     mesh = triangulated(mesh)
     axis = longest_axis(mesh)
     view = View((0.6, -1.0, 0.4), list(mesh.positions.mean(axis=0)), 1.2)
     held, moved = ends(mesh, axis)
+    moved = largest_piece(mesh, moved)
     yield Pose("bend", mesh, held, moved, bend_motion(mesh, moved), view, is_sample=False)
     middle = np.argsort(mesh.positions[:, axis], kind="stable")[len(mesh.positions) // 2]
     away = mesh.positions[middle] - mesh.positions.mean(axis=0)
     away[axis] = 0.0
     away /= np.linalg.norm(away)
-    vertex = np.array([middle], dtype=np.int32)
     yield Pose(
-        "pull",
+        "pull, patch",
         mesh,
         held,
-        vertex,
+        np.array([middle], dtype=np.int32),
         lambda points, share: points + share * 0.1 * away,
         view,
         region=Region(mesh.positions[middle], 0.1),
+        patch_radius=PULL_RADIUS,
         is_sample=False,
     )
+
+
+def largest_piece(mesh: Mesh, vertices: Ints) -> Ints:
+    """Those of the vertices (k,) that belong to the largest piece which their edges connect."""
+    is_in = np.zeros(len(mesh.positions), dtype=bool)
+    is_in[vertices] = True
+    edges = np.concatenate([mesh.triangles[:, [k, k - 1]] for k in range(3)])
+    edges = edges[is_in[edges].all(axis=1)]
+    lowest = np.arange(len(mesh.positions))
+    while len(stale := edges[lowest[edges[:, 0]] != lowest[edges[:, 1]]]):
+        np.minimum.at(lowest, stale[:, 0], lowest[stale[:, 1]])
+        np.minimum.at(lowest, stale[:, 1], lowest[stale[:, 0]])
+    piece = np.bincount(lowest[vertices]).argmax()
+    return vertices[lowest[vertices] == piece]
 
 
 def arc(length: float, angle_rad: float) -> tuple[float, float]:
