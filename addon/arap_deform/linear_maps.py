@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 # Rows of a product. For larger ones numpy's BLAS takes all its threads, which then wait for the next one by spinning:
-# for tens of milliseconds they hold the cores that the solver needs at once (a fifth of a frame on two cores).
+# for tens of milliseconds they hold the cores that the solver needs at once (up to a third of a frame on two cores).
 BLOCK = 8192
 
 

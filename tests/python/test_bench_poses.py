@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from measure.meshes import make_mesh
-from measure.poses import finer, knee, largest_piece, named_poses, plate, pull, sample_poses, wing
+from measure.poses import finer, knee, named_poses, plate, pull, sample_poses, wide_pieces, wing
 from measure.posing import Posing, options_of
 from measure.quality import chosen, densities, file_name
 from measure.shape import facing
@@ -108,10 +108,19 @@ def test_named_meshes_get_a_bend_and_a_pull():
     assert pulled.moved[0] not in pulled.held
 
 
-def test_largest_piece_of_a_slice():
+def test_wide_pieces_of_a_slice():
     mesh = make_mesh("plate", *plate((1.0, 0.5, 0.1), (40, 4)))
-    x = mesh.positions[:, 0] / np.ptp(mesh.positions[:, 0])
-    tip, end, alone = (np.flatnonzero(mask) for mask in (x > 0.96, x < 0.2, np.abs(x - 0.5) < 0.01))
-    slices = np.concatenate([tip, end, alone]).astype(np.int32)
-    np.testing.assert_array_equal(np.sort(largest_piece(mesh, slices)), end)
-    np.testing.assert_array_equal(largest_piece(mesh, end), end)
+    length = np.ptp(mesh.positions[:, 0])
+    x, y = mesh.positions[:, 0] / length, mesh.positions[:, 1]
+    end, other_end = (np.flatnonzero(mask) for mask in (x < 0.2, x > 0.76))
+    corner = np.flatnonzero((np.abs(x - 0.5) < 0.03) & (y > y.max() - 0.01 * length))
+    slice_ = np.random.default_rng(5).permutation(np.concatenate([corner, end, other_end])).astype(np.int32)
+    widths = [np.linalg.norm(np.ptp(mesh.positions[piece], axis=0)) for piece in (corner, end, other_end)]
+    assert widths[0] < 0.2 < widths[1] < widths[2]
+
+    def kept(width):
+        return np.sort(wide_pieces(mesh, slice_, width))
+
+    np.testing.assert_array_equal(kept(0.0), np.sort(slice_))
+    np.testing.assert_array_equal(kept(0.2), np.sort(np.concatenate([end, other_end])))
+    np.testing.assert_array_equal(kept(9.0), other_end)

@@ -21,7 +21,8 @@ from .tasks import Motion, Task, bend_motion, ends, longest_axis, rotation
 
 X, Y, Z = np.eye(3)
 STEPS = 10
-PULL_RADIUS = 0.03  # of the patch that is pulled: one and a half times the default radius of the nodes
+NODE_RADIUS = 0.02  # the library's default
+PULL_RADIUS = 1.5 * NODE_RADIUS  # of the patch that is pulled
 
 
 class View(NamedTuple):
@@ -225,14 +226,14 @@ def paws(parts: dict[str, Ints]) -> Ints:
 def named_poses(mesh: Mesh) -> Iterator[Pose]:
     """The poses of a mesh that nothing is known of: a bend along its longest axis, a pull of the middle.
 
-    A slice through a head may take the tips of raised hands along. A tip that is smaller than the radius and held
-    exactly is a single vertex's case, so what moves is one piece.
+    A slice through a head may take the tips of raised hands along. A tip that is smaller than a node and held exactly
+    is a single vertex's case, so what moves are the pieces of the slice that are not.
     """
     mesh = triangulated(mesh)
     axis = longest_axis(mesh)
     view = View((0.6, -1.0, 0.4), list(mesh.positions.mean(axis=0)), 1.2)
     held, moved = ends(mesh, axis)
-    moved = largest_piece(mesh, moved)
+    moved = wide_pieces(mesh, moved, 2 * NODE_RADIUS)
     yield Pose("bend", mesh, held, moved, bend_motion(mesh, moved), view, is_sample=False)
     middle = np.argsort(mesh.positions[:, axis], kind="stable")[len(mesh.positions) // 2]
     away = mesh.positions[middle] - mesh.positions.mean(axis=0)
@@ -251,8 +252,11 @@ def named_poses(mesh: Mesh) -> Iterator[Pose]:
     )
 
 
-def largest_piece(mesh: Mesh, vertices: Ints) -> Ints:
-    """Those of the vertices (k,) that belong to the largest piece which their edges connect."""
+def wide_pieces(mesh: Mesh, vertices: Ints, width: float) -> Ints:
+    """Those of the vertices (k,) that are in pieces, as their edges connect them, at least so wide, or in the widest.
+
+    A piece is as wide as the diagonal of its box is long.
+    """
     is_in = np.zeros(len(mesh.positions), dtype=bool)
     is_in[vertices] = True
     edges = np.concatenate([mesh.triangles[:, [k, k - 1]] for k in range(3)])
@@ -261,8 +265,13 @@ def largest_piece(mesh: Mesh, vertices: Ints) -> Ints:
     while len(stale := edges[lowest[edges[:, 0]] != lowest[edges[:, 1]]]):
         np.minimum.at(lowest, stale[:, 0], lowest[stale[:, 1]])
         np.minimum.at(lowest, stale[:, 1], lowest[stale[:, 0]])
-    piece = np.bincount(lowest[vertices]).argmax()
-    return vertices[lowest[vertices] == piece]
+    pieces, piece_of = np.unique(lowest[vertices], return_inverse=True)
+    low, high = np.full((len(pieces), 3), np.inf), np.full((len(pieces), 3), -np.inf)
+    np.minimum.at(low, piece_of, mesh.positions[vertices])
+    np.maximum.at(high, piece_of, mesh.positions[vertices])
+    widths = np.linalg.norm(high - low, axis=1)
+    is_wide = widths >= min(width, widths.max())
+    return np.asarray(vertices[is_wide[piece_of]], dtype=np.int32)
 
 
 def arc(length: float, angle_rad: float) -> tuple[float, float]:

@@ -171,6 +171,9 @@ def main() -> None:
     results["not_run"] = {model: reason for model in args.models if (reason := reason_against(model))}
     models = [model for model in args.models if model not in results["not_run"]]
     if "poses" in args.parts:
+        if not args.poses:  # what no pose has the name of any more goes
+            known = {file_name(pose) for pose in poses}
+            results["poses"] = {name: entry for name, entry in results["poses"].items() if name in known}
         measure_poses(results, args, poses, models, folder)
     if "kinds" in args.parts:
         measure_kinds(results, models, args.budget, folder)
