@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from arap_deform.mesh_graph import connected_labels
 from scenes.bar import bar
 from scenes.creature import DEFAULT_VERTICES, creature, creature_groups
 
@@ -257,15 +258,12 @@ def wide_pieces(mesh: Mesh, vertices: Ints, width: float) -> Ints:
 
     A piece is as wide as the diagonal of its box is long.
     """
-    is_in = np.zeros(len(mesh.positions), dtype=bool)
+    n = len(mesh.positions)
+    is_in = np.zeros(n, dtype=bool)
     is_in[vertices] = True
     edges = np.concatenate([mesh.triangles[:, [k, k - 1]] for k in range(3)])
-    edges = edges[is_in[edges].all(axis=1)]
-    lowest = np.arange(len(mesh.positions))
-    while len(stale := edges[lowest[edges[:, 0]] != lowest[edges[:, 1]]]):
-        np.minimum.at(lowest, stale[:, 0], lowest[stale[:, 1]])
-        np.minimum.at(lowest, stale[:, 1], lowest[stale[:, 0]])
-    pieces, piece_of = np.unique(lowest[vertices], return_inverse=True)
+    labels = connected_labels(n, *edges[is_in[edges].all(axis=1)].T)
+    pieces, piece_of = np.unique(labels[vertices], return_inverse=True)
     low, high = np.full((len(pieces), 3), np.inf), np.full((len(pieces), 3), -np.inf)
     np.minimum.at(low, piece_of, mesh.positions[vertices])
     np.maximum.at(high, piece_of, mesh.positions[vertices])
