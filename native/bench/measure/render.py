@@ -85,7 +85,7 @@ def draw_quality(quality: dict[str, Any], folder: Path, images: Path) -> None:
     """The pictures that Blender rendered of the samples' poses and of the kinds of meshes."""
     from . import plots
 
-    for name, entry in quality["poses"].items():
+    for name, entry in tables_quality.shown(quality["poses"]).items():
         rows = tables_quality.panels(name, entry, folder)
         if rows and entry["is_sample"]:
             plots.plot_panels(rows, images / tables_quality.picture_file(name))

@@ -18,7 +18,7 @@ COLUMNS = ("model", "vertices", "energy", *SHAPE, "iterations", "moved, %")
 def sections(data: Row) -> dict[str, str]:
     """The Markdown of each section of docs/quality.md that there are results for."""
     bodies = {
-        "quality-poses": joined(machine_line(data["machine"]), not_run(data), *map(pose, data["poses"].items())),
+        "quality-poses": joined(machine_line(data["machine"]), not_run(data), *map(pose, shown(data["poses"]).items())),
         "quality-walls": walls(data["poses"].values()),
         "quality-steps": steps(data["poses"].values()),
         "quality-kinds": kinds(data["kinds"]),
@@ -26,6 +26,15 @@ def sections(data: Row) -> dict[str, str]:
         "quality-symmetry": symmetry(data["symmetry"]),
     }
     return {name: body for name, body in bodies.items() if body}
+
+
+def shown(poses: Row) -> Row:
+    """The poses with a table and a picture: not those in one step, which look like the same in several."""
+    return {
+        name: entry
+        for name, entry in poses.items()
+        if not any("from_steps" in row for rows in entry["rows"].values() for row in rows)
+    }
 
 
 def not_run(data: Row) -> str:
@@ -89,11 +98,11 @@ def steps(entries: Iterable[Row]) -> str:
         for row in rows
         if "from_steps" in row
     ]
-    return markdown(("", "vertices", "from the pose in ten steps, %"), lines) if lines else ""
+    return markdown(("", "vertices", "from ten steps, %"), lines) if lines else ""
 
 
 def kinds(entries: Row) -> str:
-    """What becomes of meshes of special kinds, and their picture."""
+    """Meshes of special kinds, and their picture."""
     lines = [
         (
             f"{entry['name']}, {MODEL_NAMES[model]}",
@@ -136,8 +145,8 @@ def drag(models: dict[str, Row]) -> str:
         )
         for n, behind in row.get("behind_of_iterations", {}).items():
             lines.append((*start, NOTHING, n, *_behind(behind), NOTHING))
-    behind = ("behind, mean, %", "behind, most, %")
-    headers = ("drag", "vertices", "ms a frame", "iterations a frame", *behind, "load after it")
+    behind = ("behind, mean, %", "behind, max, %")
+    headers = ("drag", "vertices", "ms a frame", "iterations a frame", *behind, "load after")
     return markdown(headers, lines) if lines else ""
 
 
@@ -152,7 +161,7 @@ def symmetry(models: dict[str, Row]) -> str:
         for model, row in models.items()
         for accuracy, distance in row["distances"]
     ]
-    headers = ("mirrored pose", "vertices", "accuracy", "from the mirrored result, most", "moved by the pose, most")
+    headers = ("mirrored pose", "vertices", "accuracy", "mirror error, max", "moved, max")
     return markdown(headers, lines) if lines else ""
 
 
