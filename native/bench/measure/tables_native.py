@@ -34,7 +34,7 @@ def native(data: Row) -> str:
 
 
 def native_acts(meshes: Sequence[Row]) -> str:
-    """What each act costs with the fastest instruction set, on the number of threads that is best there."""
+    """Cost of each act with the fastest instruction set and its best number of threads."""
     headers = ["mesh", "energy", "threads", "bind", "new constraints", "local", "global", "iteration", "per solve"]
     headers += ["to 1.1", "to 1.01", "solve, GB/s", "read limit, GB/s", "peak MB"]
     lines = []
@@ -45,7 +45,7 @@ def native_acts(meshes: Sequence[Row]) -> str:
                 continue
             near = (near_of(descent, "1.1"), near_of(descent, "1.01"))
             times = (row[key] for key in ("bind_ms", "refactor_ms", "local_ms", "global_ms", "iteration_ms"))
-            once = row["once_ms"] or None  # a difference, 0 where noise was larger
+            once = row["once_ms"] or None  # a difference; 0 if it is below the noise
             rates = (row.get("solve_gb_per_s"), row["read_gb_per_s"], row["peak_mb"])
             name = f"{mesh['mesh']}, {mesh['n_vertices']}"
             cells = (*map(number, times), number(once), *near, *map(number, rates))
@@ -82,7 +82,7 @@ def native_iterations(meshes: Sequence[Row]) -> str:
 
 
 def frame(results: Sequence[Row]) -> str:
-    """What a frame of posing costs in Blender, medians in milliseconds; one column a Blender and size."""
+    """Cost of a frame of posing in Blender, medians in milliseconds; one column a Blender and size."""
     if not results:
         return ""
     return medians([f"Blender {r['blender']}, {r['vertices']}" for r in results], results)

@@ -62,7 +62,7 @@ def near_ms(row: Row) -> str:
 
 
 def peer_ratios(rows: Sequence[Row]) -> str:
-    """How many times faster an iteration is with ours, for each of our instruction sets."""
+    """Time of their iteration over the time of ours, for each of our instruction sets."""
     ours = {(row["isa"], row["energy"]): row for row in measured(rows) if row["library"] == "ours"}
     isas = list(dict.fromkeys(isa for isa, _ in ours))
     headers = ("iteration, theirs / ours", "energy", *(ISA_NAMES[isa] for isa in isas))

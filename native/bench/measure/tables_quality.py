@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of measure.quality, and which pictures belong to them."""
+"""Tables of measure.quality and their pictures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ COLUMNS = ("model", "vertices", "energy", *SHAPE, "iterations", "moved, %")
 
 
 def sections(data: Row) -> dict[str, str]:
-    """The Markdown of each section of docs/quality.md that there are results for."""
+    """The Markdown of each section of docs/quality.md that has results."""
     bodies = {
         "quality-poses": joined(machine_line(data["machine"]), not_run(data), *map(pose, shown(data["poses"]).items())),
         "quality-walls": walls(data["poses"].values()),
@@ -42,7 +42,7 @@ def not_run(data: Row) -> str:
 
 
 def pose(item: tuple[str, Row]) -> str:
-    """The table of one pose, and the picture where the mesh is ours."""
+    """The table of one pose, and its picture if the mesh is a sample of ours."""
     name, entry = item
     title = f"{entry['mesh']}: {entry['pose']}"
     lines = [pose_line(model, row) for model, rows in entry["rows"].items() for row in rows]
@@ -69,7 +69,7 @@ def pose_line(model: str, row: Row) -> tuple[str, ...]:
 
 
 def walls(entries: Iterable[Row]) -> str:
-    """How a thin part keeps its walls apart."""
+    """How well thin parts keep their walls apart."""
     lines = [
         (
             f"{entry['pose']}, {MODEL_NAMES[model]}",
@@ -86,7 +86,7 @@ def walls(entries: Iterable[Row]) -> str:
 
 
 def steps(entries: Iterable[Row]) -> str:
-    """How far a pose in one step ends from the same in several."""
+    """Distance of a pose in one step from the same pose in several."""
     lines = [
         (
             f"{entry['pose']}, {MODEL_NAMES[model]}",
@@ -121,7 +121,7 @@ def kinds(entries: Row) -> str:
 
 
 def kind_panels(entries: Row, folder: Path) -> list[tuple[str, list[tuple[str, Path]]]]:
-    """Rows of some kinds each, every other row of the other model; those that were rendered."""
+    """Rows of rendered pictures, KINDS_A_ROW kinds each: for the same kinds one row a model."""
     names = list(entries)
     rows = []
     for first in range(0, len(names), KINDS_A_ROW):
@@ -151,7 +151,7 @@ def drag(models: dict[str, Row]) -> str:
 
 
 def _behind(distances: list[float]) -> tuple[str, str]:
-    """Mean and most in percent."""
+    """Mean and maximum in percent."""
     return number(100 * sum(distances) / len(distances), 2), number(100 * max(distances), 2)
 
 
@@ -170,7 +170,7 @@ def picture_file(name: str) -> str:
 
 
 def panels(name: str, entry: Row, folder: Path) -> list[tuple[str, list[tuple[str, Path]]]]:
-    """For each model its pictures from coarse to fine, with their titles; those that were rendered."""
+    """For each model its rendered pictures from coarse to fine, with their titles."""
     rows = []
     for model, densities in entry["rows"].items():
         files = [
