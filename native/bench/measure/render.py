@@ -82,7 +82,7 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def draw_quality(quality: dict[str, Any], folder: Path, images: Path) -> None:
-    """Joins the pictures that Blender rendered of the samples' poses and of the kinds of meshes."""
+    """The pictures that Blender rendered of the samples' poses and of the kinds of meshes."""
     from . import plots
 
     for name, entry in tables_quality.shown(quality["poses"]).items():
