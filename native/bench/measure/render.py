@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes measured results into Markdown documents, between their markers, and pictures beside them.
+"""Writes measured results into Markdown documents between markers, and draws their pictures.
 
     python -m measure.render RESULTS_DIR DOCS_DIR
 
 RESULTS_DIR holds results.json (native, frame, drag and overlay), peers.json and report.json for performance.md, and
-quality.json for quality.md. A section of a document stands between <!-- measured: NAME --> and <!-- end of NAME -->;
-one whose results are not there stays as it is.
+quality.json for quality.md. A section stands between <!-- measured: NAME --> and <!-- end of NAME -->. A section
+without results stays as it is.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ PICTURES = {
 
 
 def replace_section(document: str, name: str, body: str) -> str:
-    """The document with what is between the markers of a section replaced.
+    """Replaces the text between the markers of a section.
 
     Raises:
         ValueError: the document does not have the two markers exactly once.
@@ -45,7 +45,7 @@ def replace_section(document: str, name: str, body: str) -> str:
 
 
 def sections(results: dict[str, Any], peers: dict[str, Any], report: dict[str, Any]) -> dict[str, str]:
-    """The Markdown of each section that there are results for."""
+    """The Markdown of each section of performance.md that has results."""
     found = {}
     if "native" in results:
         found["native"] = joined(tables_native.native(results["native"]), picture("sizes"))
@@ -85,7 +85,7 @@ def draw_quality(quality: dict[str, Any], folder: Path, images: Path) -> None:
     """The pictures that Blender rendered of the samples' poses and of the kinds of meshes."""
     from . import plots
 
-    for name, entry in quality["poses"].items():
+    for name, entry in tables_quality.shown(quality["poses"]).items():
         rows = tables_quality.panels(name, entry, folder)
         if rows and entry["is_sample"]:
             plots.plot_panels(rows, images / tables_quality.picture_file(name))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all tables of results share: Markdown, numbers, names."""
+"""Shared by all tables of results: Markdown, numbers, names."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def markdown(headers: Sequence[str], rows: Iterable[Sequence[str]], n_left: int 
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """So many significant digits, never an exponent, whole numbers in full: 0.00234, 5.21, 1283."""
+    """Significant digits without an exponent, whole numbers in full: 0.00234, 5.21, 1283."""
     if value is None:
         return NOTHING
     if value == 0:
@@ -37,7 +37,7 @@ def _places_below_one(value: float, digits: int) -> int:
 
 
 def medians(columns: Sequence[str], results: Sequence[Row]) -> str:
-    """Medians in milliseconds of results with "ms" and "load", one column for each."""
+    """Medians in milliseconds of results with "ms" and "load", one column a result."""
     names = list(dict.fromkeys(name for r in results for name in r["ms"]))
     lines = [(name, *(number(r["ms"].get(name, {}).get("median")) for r in results)) for name in names]
     lines.append(("load before the run", *(str(r["load"]) for r in results)))
@@ -45,7 +45,7 @@ def medians(columns: Sequence[str], results: Sequence[Row]) -> str:
 
 
 def machine_line(machine: Row, *more: str) -> str:
-    """What it was measured on, in one line."""
+    """The machine and the day of the measurement, in one line."""
     parts = [
         str(machine["processor"]),
         f"{machine['cores']} cores",
@@ -63,7 +63,7 @@ def library_name(row: Row) -> str:
 
 
 def not_run_lines(rows: Iterable[Row]) -> str:
-    """One line for each row that could not be measured, with the reason; no text where there is none."""
+    """One line for each row that could not be measured, with the reason; empty if all were."""
     lines = []
     for row in rows:
         if "not_run" in row:
@@ -74,7 +74,7 @@ def not_run_lines(rows: Iterable[Row]) -> str:
 
 
 def joined(*blocks: str) -> str:
-    """Blocks of Markdown with an empty line between; empty ones are left out."""
+    """Joins blocks of Markdown by empty lines, without the empty blocks."""
     return "\n\n".join(block for block in blocks if block)
 
 

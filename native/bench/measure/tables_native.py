@@ -34,8 +34,8 @@ def native(data: Row) -> str:
 
 
 def native_acts(meshes: Sequence[Row]) -> str:
-    """What each act costs with the fastest instruction set, on the number of threads that is best there."""
-    headers = ["mesh", "energy", "threads", "bind", "new constraints", "local", "global", "iteration", "once a solve"]
+    """Cost of each act with the fastest instruction set and its best number of threads."""
+    headers = ["mesh", "energy", "threads", "bind", "new constraints", "local", "global", "iteration", "per solve"]
     headers += ["to 1.1", "to 1.01", "solve, GB/s", "read limit, GB/s", "peak MB"]
     lines = []
     for mesh in meshes:
@@ -45,7 +45,7 @@ def native_acts(meshes: Sequence[Row]) -> str:
                 continue
             near = (near_of(descent, "1.1"), near_of(descent, "1.01"))
             times = (row[key] for key in ("bind_ms", "refactor_ms", "local_ms", "global_ms", "iteration_ms"))
-            once = row["once_ms"] or None  # a difference, 0 where noise was larger
+            once = row["once_ms"] or None  # a difference; 0 if it is below the noise
             rates = (row.get("solve_gb_per_s"), row["read_gb_per_s"], row["peak_mb"])
             name = f"{mesh['mesh']}, {mesh['n_vertices']}"
             cells = (*map(number, times), number(once), *near, *map(number, rates))
@@ -64,7 +64,7 @@ def best_row(mesh: Row, energy: str, isa: str) -> Row | None:
 
 
 def native_iterations(meshes: Sequence[Row]) -> str:
-    """Times of an iteration by instruction set and threads, the best bold, and what the library takes by itself."""
+    """Times of an iteration by instruction set and threads, best in bold, and the default number of threads."""
     columns = list(dict.fromkeys((r["isa"], r["threads"]) for mesh in meshes for r in measured(mesh["rows"])))
     names = [f"{ISA_NAMES[isa]}, {threads}" for isa, threads in columns]
     lines = []
@@ -78,11 +78,11 @@ def native_iterations(meshes: Sequence[Row]) -> str:
             cells = [number(rows.get(column)) for column in columns]
             bold = [f"**{c}**" if rows.get(k) == best else c for k, c in zip(columns, cells, strict=True)]
             lines.append((f"{mesh['mesh']}, {mesh['n_vertices']}", ENERGIES[energy], *bold, str(descent["threads"])))
-    return markdown(("iteration, ms", "energy", *names, "threads by itself"), lines, 2)
+    return markdown(("iteration, ms", "energy", *names, "default threads"), lines, 2)
 
 
 def frame(results: Sequence[Row]) -> str:
-    """What a frame of posing costs in Blender, medians in milliseconds; one column a Blender and size."""
+    """Cost of a frame of posing in Blender, medians in milliseconds; one column a Blender and size."""
     if not results:
         return ""
     return medians([f"Blender {r['blender']}, {r['vertices']}" for r in results], results)

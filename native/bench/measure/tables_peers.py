@@ -22,17 +22,19 @@ from .tables import (
 
 
 def peers(data: Row) -> str:
-    blocks = [machine_line(data["machine"], f"{data['threads']} threads for all that use them")]
+    parts = (f"{data['threads']} threads for all that use them", f"{data['budget_s']:g} s for each library")
+    blocks = [machine_line(data["machine"], *parts)]
     for mesh in data["meshes"]:
         rows = mesh["rows"]
-        blocks += [f"### {mesh['mesh']}, {mesh['n_vertices']} vertices", peer_times(rows), peer_energies(rows, data)]
-        blocks += [peer_ratios(rows), not_run_lines(rows)]
+        blocks += [f"### {mesh['mesh']}, {mesh['n_vertices']} vertices", peer_times(rows), peer_ratios(rows)]
+        blocks.append(not_run_lines(rows))
     return joined(*blocks)
 
 
 def peer_times(rows: Sequence[Row]) -> str:
-    """Time and memory of each library."""
-    headers = ("library", "energy", "bind, ms", "iteration, ms", "cores used", "peak MB", "of it before the bind")
+    """Time and memory of each library, how fast it got near its minimum, and where it ended."""
+    headers = ["library", "energy", "bind, ms", "iteration, ms", "cores used", "peak MB", "before, MB"]
+    headers += ["to 1.01, ms", "iterations", "E spokes", "E spokes-and-rims"]
     lines = [
         (
             f"{library_name(row)} {row['version']}" if row["library"] != "ours" else library_name(row),
@@ -42,20 +44,7 @@ def peer_times(rows: Sequence[Row]) -> str:
             number(row["cores_used"], 2),
             number(row["peak_mb"]),
             number(row["before_mb"]),
-        )
-        for row in measured(rows)
-    ]
-    return markdown(headers, lines, 2)
-
-
-def peer_energies(rows: Sequence[Row], data: Row) -> str:
-    """How far each got and how fast."""
-    headers = ("library", "energy", "ms to 1.01 of the minimum", "iterations", "E spokes", "E spokes-and-rims")
-    lines = [
-        (
-            library_name(row),
-            ENERGIES[row["energy"]],
-            near_ms(row, data["budget_s"]),
+            near_ms(row),
             str(row["near"]["iterations"]) if row["near"] else NOTHING,
             number(row["energies"]["spokes"], 4),
             number(row["energies"]["spokes_and_rims"], 4),
@@ -65,18 +54,18 @@ def peer_energies(rows: Sequence[Row], data: Row) -> str:
     return markdown(headers, lines, 2)
 
 
-def near_ms(row: Row, budget_s: float) -> str:
-    """Milliseconds to near the minimum, with * where that is not its own; or how long it was given in vain."""
+def near_ms(row: Row) -> str:
+    """Milliseconds to near the minimum, with * if it is not the library's own; else how long its longest run was."""
     if row["near"]:
         return number(row["near"]["ms"]) + ("" if row["is_converged"] else "*")
-    return f"not in {number(1e-3 * max(run[1] for run in row['runs']))} s (of {budget_s:g} s)"
+    return f"not in {number(1e-3 * max(run[1] for run in row['runs']))} s"
 
 
 def peer_ratios(rows: Sequence[Row]) -> str:
-    """How many times faster an iteration is with ours, for each of our instruction sets."""
+    """Time of their iteration over the time of ours, for each of our instruction sets."""
     ours = {(row["isa"], row["energy"]): row for row in measured(rows) if row["library"] == "ours"}
     isas = list(dict.fromkeys(isa for isa, _ in ours))
-    headers = ("times the iteration of ours", "energy", *(ISA_NAMES[isa] for isa in isas))
+    headers = ("iteration, theirs / ours", "energy", *(ISA_NAMES[isa] for isa in isas))
     lines = [
         (
             library_name(row),

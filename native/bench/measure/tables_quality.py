@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of measure.quality, and which pictures belong to them."""
+"""Tables of measure.quality and their pictures."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ COLUMNS = ("model", "vertices", "energy", *SHAPE, "iterations", "moved, %")
 
 
 def sections(data: Row) -> dict[str, str]:
-    """The Markdown of each section of docs/quality.md that there are results for."""
+    """The Markdown of each section of docs/quality.md that has results."""
     bodies = {
-        "quality-poses": joined(machine_line(data["machine"]), not_run(data), *map(pose, data["poses"].items())),
+        "quality-poses": joined(machine_line(data["machine"]), not_run(data), *map(pose, shown(data["poses"]).items())),
         "quality-walls": walls(data["poses"].values()),
         "quality-steps": steps(data["poses"].values()),
         "quality-kinds": kinds(data["kinds"]),
@@ -28,12 +28,21 @@ def sections(data: Row) -> dict[str, str]:
     return {name: body for name, body in bodies.items() if body}
 
 
+def shown(poses: Row) -> Row:
+    """The poses with a table and a picture: not those in one step, which look like the same in several."""
+    return {
+        name: entry
+        for name, entry in poses.items()
+        if not any("from_steps" in row for rows in entry["rows"].values() for row in rows)
+    }
+
+
 def not_run(data: Row) -> str:
     return "\n".join(f"- Not run: {MODEL_NAMES[model]}: {reason}" for model, reason in data["not_run"].items())
 
 
 def pose(item: tuple[str, Row]) -> str:
-    """The table of one pose, and the picture where the mesh is ours."""
+    """The table of one pose, and its picture if the mesh is a sample of ours."""
     name, entry = item
     title = f"{entry['mesh']}: {entry['pose']}"
     lines = [pose_line(model, row) for model, rows in entry["rows"].items() for row in rows]
@@ -60,7 +69,7 @@ def pose_line(model: str, row: Row) -> tuple[str, ...]:
 
 
 def walls(entries: Iterable[Row]) -> str:
-    """How a thin part keeps its walls apart."""
+    """How well thin parts keep their walls apart."""
     lines = [
         (
             f"{entry['pose']}, {MODEL_NAMES[model]}",
@@ -77,7 +86,7 @@ def walls(entries: Iterable[Row]) -> str:
 
 
 def steps(entries: Iterable[Row]) -> str:
-    """How far a pose in one step ends from the same in several."""
+    """Distance of a pose in one step from the same pose in several."""
     lines = [
         (
             f"{entry['pose']}, {MODEL_NAMES[model]}",
@@ -89,11 +98,11 @@ def steps(entries: Iterable[Row]) -> str:
         for row in rows
         if "from_steps" in row
     ]
-    return markdown(("", "vertices", "from the pose in ten steps, %"), lines) if lines else ""
+    return markdown(("", "vertices", "from ten steps, %"), lines) if lines else ""
 
 
 def kinds(entries: Row) -> str:
-    """What becomes of meshes of special kinds, and their picture."""
+    """Meshes of special kinds, and their picture."""
     lines = [
         (
             f"{entry['name']}, {MODEL_NAMES[model]}",
@@ -112,7 +121,7 @@ def kinds(entries: Row) -> str:
 
 
 def kind_panels(entries: Row, folder: Path) -> list[tuple[str, list[tuple[str, Path]]]]:
-    """Rows of some kinds each, every other row of the other model; those that were rendered."""
+    """Rows of rendered pictures, KINDS_A_ROW kinds each: for the same kinds one row a model."""
     names = list(entries)
     rows = []
     for first in range(0, len(names), KINDS_A_ROW):
@@ -136,13 +145,13 @@ def drag(models: dict[str, Row]) -> str:
         )
         for n, behind in row.get("behind_of_iterations", {}).items():
             lines.append((*start, NOTHING, n, *_behind(behind), NOTHING))
-    behind = ("behind, mean, %", "behind, most, %")
-    headers = ("drag", "vertices", "ms a frame", "iterations a frame", *behind, "load after it")
+    behind = ("behind, mean, %", "behind, max, %")
+    headers = ("drag", "vertices", "ms a frame", "iterations a frame", *behind, "load after")
     return markdown(headers, lines) if lines else ""
 
 
 def _behind(distances: list[float]) -> tuple[str, str]:
-    """Mean and most in percent."""
+    """Mean and maximum in percent."""
     return number(100 * sum(distances) / len(distances), 2), number(100 * max(distances), 2)
 
 
@@ -152,7 +161,7 @@ def symmetry(models: dict[str, Row]) -> str:
         for model, row in models.items()
         for accuracy, distance in row["distances"]
     ]
-    headers = ("mirrored pose", "vertices", "accuracy", "from the mirrored result, most", "moved by the pose, most")
+    headers = ("mirrored pose", "vertices", "accuracy", "mirror error, max", "moved, max")
     return markdown(headers, lines) if lines else ""
 
 
@@ -161,7 +170,7 @@ def picture_file(name: str) -> str:
 
 
 def panels(name: str, entry: Row, folder: Path) -> list[tuple[str, list[tuple[str, Path]]]]:
-    """For each model its pictures from coarse to fine, with their titles; those that were rendered."""
+    """For each model its rendered pictures from coarse to fine, with their titles."""
     rows = []
     for model, densities in entry["rows"].items():
         files = [

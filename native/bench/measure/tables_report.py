@@ -37,7 +37,7 @@ def cell(result: Row, key: str, digits: int = 3) -> str:
 
 def report_times(data: Row) -> str:
     headers = ["bind + 200 iterations, s", "report, one thread", "report, OpenMP", "ours, one thread"]
-    headers += [f"ours, {data['cores']} threads", "ours, by itself"]
+    headers += [f"ours, {data['cores']} threads", "ours, default threads"]
     lines = []
     for row in data["times"]:
         published = [f"{value:.2f}" for value in PUBLISHED_S[row["mesh"]]]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of what was measured in windows of Blender: drags, and the overlay."""
+"""Tables of measurements in windows of Blender: drags, and the overlay."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ ACTS = {"pose": "Pose", "pull": "ARAP Pull", "blend": "Blend"}
 
 
 def drag(results: Sequence[Row]) -> str:
-    """What a frame of a drag costs, medians in milliseconds: a table for each Blender, a column an act and size."""
+    """Cost of a frame of a drag, medians in milliseconds: a table for each Blender, a column an act and size."""
     blenders = dict.fromkeys(r["blender"] for r in results)
     return joined(*(_of_blender(blender, [r for r in results if r["blender"] == blender]) for blender in blenders))
 
 
 def overlay(results: Sequence[Row]) -> str:
-    """What a redraw with the overlay costs, medians in milliseconds: a column a Blender."""
+    """Cost of a redraw with the overlay, medians in milliseconds: a column a Blender."""
     if not results:
         return ""
     return medians([f"Blender {r['blender']}" for r in results], results)
