@@ -40,13 +40,12 @@ def _modules() -> tuple[ModuleType, ...]:
         pull_draw,
         settings_panel,
         stiffness_panel,
-        translations,
     )
 
     acts = (handlers, operators, live, pull_draw, overlay)
     on_mesh = (first_pose_panel, pins_panel, handles_panel, stiffness_panel, pose_panel)
     on_result = (poses_panel, live_panel, bake_panel, overlay_panel, settings_panel)
-    return (translations, preferences, properties, *acts, panels, *on_mesh, *on_result, menus, cli)
+    return (preferences, properties, *acts, panels, *on_mesh, *on_result, menus, cli)
 
 
 def register() -> None:

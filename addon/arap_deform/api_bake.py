@@ -18,7 +18,6 @@ from .session import Progress
 from .shape_key import Float32s
 from .shape_store import ShapeStore
 from .shapes_job import check_in_scene
-from .texts import Translate, iface_
 
 IN_THE_TAB = "in the tab: another name in Settings > Shape Key"
 BYTES_PER_VERTEX = 12  # of a shape key, and of a frame of a cache
@@ -40,12 +39,9 @@ class BakeEstimate:
         return 2 * self.bytes_in_file
 
     def __str__(self) -> str:
-        return self.text()
-
-    def text(self, translate: Translate = str) -> str:
         """'48 keys, 7 MB in the file, 14 MB in memory'."""
         sizes = size_text(self.bytes_in_file), size_text(self.bytes_in_memory)
-        return translate("{}, {} in the file, {} in memory").format(_keys_text(self.n_keys, translate), *sizes)
+        return "{}, {} in the file, {} in memory".format(_keys_text(self.n_keys), *sizes)
 
 
 @dataclass(frozen=True)
@@ -65,15 +61,11 @@ class Fit:
     size: float
 
     def __str__(self) -> str:
-        return self.text()
-
-    def text(self, translate: Translate = str) -> str:
         """'9 keys for 48 frames, off by 0.080 % of the size at most'; '48 keys' where no frame was left out."""
         if self.n_keys == self.n_frames:
-            return _keys_text(self.n_keys, translate)
+            return _keys_text(self.n_keys)
         percent = 100.0 * self.largest_distance / self.size if self.size else 0.0
-        text = translate("{} keys for {} frames, off by {:.3f} % of the size at most")
-        return text.format(self.n_keys, self.n_frames, percent)
+        return f"{self.n_keys} keys for {self.n_frames} frames, off by {percent:.3f} % of the size at most"
 
 
 class BakeJob(FramesJob[list[str]]):
@@ -109,7 +101,7 @@ class BakeJob(FramesJob[list[str]]):
     @property
     def status(self) -> str:
         if self._search is not None:
-            return iface_("all frames are solved, choosing the fewest keys")
+            return "all frames are solved, choosing the fewest keys"
         return super().status
 
     def cancel(self) -> None:
@@ -220,8 +212,8 @@ def frames_of(start: int, end: int, step: int) -> list[int]:
     return [*range(start, end, step), end]
 
 
-def _keys_text(n_keys: int, translate: Translate) -> str:
-    return translate("1 key") if n_keys == 1 else translate("{} keys").format(n_keys)
+def _keys_text(n_keys: int) -> str:
+    return "1 key" if n_keys == 1 else f"{n_keys} keys"
 
 
 def size_text(n_bytes: float) -> str:

@@ -12,7 +12,6 @@ from .job import STEP_S
 from .session import Progress, Session
 from .session_data import Readout
 from .sessions import Bound
-from .texts import iface_
 
 BIND_SHARE = 0.3  # of the progress that a solve shows, where it has to bind first
 
@@ -75,7 +74,7 @@ class SolveJob:
     @property
     def status(self) -> str:
         """What is being done, for the status bar."""
-        text = iface_("preparing the mesh, {:.0%}") if self._session is None else iface_("solving, {:.0%}")
+        text = "preparing the mesh, {:.0%}" if self._session is None else "solving, {:.0%}"
         return text.format(self.fraction)
 
     def step(self, time_limit_s: float = STEP_S) -> bool:

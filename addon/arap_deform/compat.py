@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The differences between Blender 3.4 and 5.2 that the add-on meets.
 
-But for those of animation (fcurves), and two: how reports are translated (texts, which loads without bpy) and commands
-of the command line (cli).
+But for those of animation (fcurves) and of commands of the command line (cli).
 """
 
 from __future__ import annotations
@@ -166,14 +165,6 @@ def _group_reader(names: Sequence[tuple[str, str]]) -> bpy.types.NodeTree:
         geometry = store.outputs[0]
     tree.links.new(geometry, tree.nodes.new("NodeGroupOutput").inputs[0])
     return tree
-
-
-def saved_settings(obj: bpy.types.Object) -> Any:
-    """What the file holds of ``obj.arap``, like a dictionary, former properties too; None where it holds nothing."""
-    if hasattr(obj, "bl_system_properties_get"):  # 5.0: apart from what artists and scripts store
-        properties = obj.bl_system_properties_get()
-        return properties.get("arap") if properties is not None else None
-    return obj.get("arap")
 
 
 def move_modifier_first(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> None:

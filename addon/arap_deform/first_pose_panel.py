@@ -8,7 +8,6 @@ import bpy
 from . import first_pose
 from .operators.common import find_posed_object
 from .panels import ArapPanel, draw_text
-from .texts import iface_
 
 
 class ARAP_PT_first_pose(ArapPanel, bpy.types.Panel):
@@ -31,7 +30,7 @@ class ARAP_PT_first_pose(ArapPanel, bpy.types.Panel):
             row = column.row()
             row.active = step is following
             row.label(text="", icon="CHECKBOX_HLT" if step.is_done else "CHECKBOX_DEHLT")
-            text = f"{number}. {iface_(step.text)}"
+            text = f"{number}. {step.text}"
             if step.is_done or not step.operator:
                 row.label(text=text, translate=False)
             else:

@@ -10,7 +10,6 @@ import bpy
 
 from . import frame_state, handle_io, mesh_io, sessions
 from .shapes_job import Result, ShapesJob, depsgraph_of
-from .texts import iface_
 
 
 class FramesJob(ShapesJob[Result]):
@@ -31,7 +30,7 @@ class FramesJob(ShapesJob[Result]):
         return self._frames[min(self._n_done, self._n_shapes - 1)]
 
     def _shape_name(self) -> str:
-        return iface_("frame {}").format(self.frame)
+        return f"frame {self.frame}"
 
     def _begin_shape(self) -> None:
         assert self._session is not None

@@ -6,7 +6,6 @@ from __future__ import annotations
 import bpy
 
 from .operators.groups import is_painted
-from .texts import CONTEXT
 
 
 def draw_group_buttons(layout: bpy.types.UILayout, obj: bpy.types.Object, vertex_group: str) -> None:
@@ -21,5 +20,5 @@ def draw_group_buttons(layout: bpy.types.UILayout, obj: bpy.types.Object, vertex
         ("arap.group_soften", "Soften"),
     ):
         is_pressed = is_on and operator == "arap.group_paint"
-        button = row.operator(operator, text=text, text_ctxt=CONTEXT, depress=is_pressed)
+        button = row.operator(operator, text=text, depress=is_pressed)
         button.vertex_group = vertex_group

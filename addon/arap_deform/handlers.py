@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import app_handlers, empty_groups, handle_owner, mesh_size, older_files, pull_draw, seen_mesh, sessions
+from . import app_handlers, empty_groups, handle_owner, mesh_size, pull_draw, seen_mesh, sessions
 
 
 def _is_there(name: str) -> bool:
@@ -26,12 +26,10 @@ def _forget_looks() -> None:
 def _on_load(*_: object) -> None:
     # The sessions are live's to forget: its runs have to end first.
     _forget_looks()
-    older_files.upgrade_all()
 
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    older_files.upgrade_updated(depsgraph)
     # What only moves or deforms, as in a drag, is neither gone nor renamed: a look-up takes long in a large scene.
     if depsgraph.id_type_updated("SCENE") or not all(
         update.is_updated_geometry or update.is_updated_transform for update in depsgraph.updates
@@ -64,15 +62,10 @@ _HANDLERS = (
 
 
 def register() -> None:
-    # Enabled while a file is open; in here that cannot be looked at. Persistent: Blender never lets go of the function
-    # of another timer that a loaded file has dropped.
-    bpy.app.timers.register(older_files.upgrade_all, persistent=True)
     app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
     app_handlers.remove(_HANDLERS)
-    if bpy.app.timers.is_registered(older_files.upgrade_all):
-        bpy.app.timers.unregister(older_files.upgrade_all)
     sessions.clear()
     _forget_looks()

@@ -12,7 +12,6 @@ from .group_buttons import draw_group_buttons
 from .operators.common import find_posed_object, posed_object
 from .panels import ArapPanel, ArapSubPanel, draw_list, draw_text, is_following, split_column
 from .scene_input import settings_of
-from .texts import CONTEXT
 
 
 class ARAP_UL_handles(bpy.types.UIList):
@@ -74,7 +73,7 @@ class ARAP_PT_handle_look(ArapPanel, bpy.types.Panel):
         settings = posed_object(context).arap
         column.prop(settings, "handle_shape")
         column.prop(settings, "handle_size")
-        column.prop(settings, "handle_in_front", text="In Front", text_ctxt=CONTEXT)
+        column.prop(settings, "handle_in_front", text="In Front")
         column.prop(settings, "handle_color")
 
 

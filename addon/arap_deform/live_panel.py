@@ -8,7 +8,6 @@ import bpy
 from . import compat, live
 from .operators.common import posed_object, why_not_live
 from .panels import ArapSubPanel, draw_text
-from .texts import iface_
 
 LIVE_HINT = "Tick Live and the mesh follows its handles all the time, also in playback"
 
@@ -30,7 +29,7 @@ class ARAP_PT_live(ArapSubPanel, bpy.types.Panel):
         settings = obj.arap
         run = live.run_of(obj)
         if run is not None and run.is_binding and not run.pause:
-            text = iface_("Preparing: {:.0%}").format(run.bind_fraction)
+            text = f"Preparing: {run.bind_fraction:.0%}"
             compat.draw_progress(self.layout, text, run.bind_fraction)
             draw_text(context, self.layout, "Untick Live to stop", "BLANK1")
         else:

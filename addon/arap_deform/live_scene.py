@@ -14,7 +14,6 @@ from .follow_scene import BlenderFollowScene
 from .live_run import NotNow
 from .session_binding import SessionBinding
 from .session_data import Readout
-from .texts import iface_, rpt_
 
 PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
 
@@ -32,12 +31,12 @@ class BlenderLiveScene(BlenderFollowScene):
         obj = self._obj()
         act = sessions.claimed_by(self.name)
         if act:
-            return iface_("Paused while {}").format(iface_(act))
+            return f"Paused while {act}"
         self._follow_key(obj)  # in every mode: keys are renamed in Edit Mode, too
         if self._lack and self._is_in_weight_paint():
             return self._lack
         if obj.mode in PAUSING_MODES or obj.data.is_editmode:
-            return iface_("Paused in {}").format(iface_(PAUSING_MODES.get(obj.mode, "Edit Mode")))
+            return "Paused in {}".format(PAUSING_MODES.get(obj.mode, "Edit Mode"))
         if not mesh_io.is_evaluated(obj, self._depsgraph()):
             return "Paused: this mesh is disabled, excluded or in another scene"
         return ""
@@ -75,7 +74,7 @@ class BlenderLiveScene(BlenderFollowScene):
         except ValueError as error:
             if not self._is_in_weight_paint():
                 raise
-            self._lack = iface_("Paused: {}").format(error)
+            self._lack = f"Paused: {error}"
             raise NotNow(self._lack) from None
         if bpy.app.background:  # there are no timers: somebody waits for the mesh
             binding.start()
@@ -88,7 +87,7 @@ class BlenderLiveScene(BlenderFollowScene):
         obj = self.obj
         if obj is not None:
             obj.arap.is_live = False
-            obj.arap.live_problem = rpt_("{}: Live is off").format(error)
+            obj.arap.live_problem = f"{error}: Live is off"
             if bpy.app.background:
                 print(f"ARAP: {obj.arap.live_problem}")
 

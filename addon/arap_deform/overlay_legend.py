@@ -11,7 +11,6 @@ import numpy as np
 from . import compat
 from .batches import index_buffer, surface_batch
 from .strain import colors_of
-from .texts import iface_
 
 FONT = 0
 WIDTH, HEIGHT, MARGIN, TEXT_SIZE = 180.0, 10.0, 24.0, 11.0
@@ -36,7 +35,7 @@ def draw_legend(context: bpy.types.Context, limit: float) -> None:
     below = bottom - 1.3 * TEXT_SIZE * scale
     for text, part in ((f"-{limit:g} %", 0.0), ("0", 0.5), (f"+{limit:g} %", 1.0)):
         _draw_text(text, left + part * width, below)
-    _draw_text(iface_(TITLE), left + 0.5 * width, bottom + height + 0.4 * TEXT_SIZE * scale)
+    _draw_text(TITLE, left + 0.5 * width, bottom + height + 0.4 * TEXT_SIZE * scale)
 
 
 def _right_edge(context: bpy.types.Context) -> float:

@@ -15,7 +15,6 @@ import bpy
 from . import api, compat, sessions
 from .operators.common import find_posed_object
 from .operators.pose_act import Phase, PoseAct
-from .texts import CONTEXT, iface_
 from .wrapping import wrap
 
 FONT = 0
@@ -63,7 +62,7 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
 def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseAct) -> None:
     box = layout.box()
     if act.phase is Phase.BINDING:
-        compat.draw_progress(box, iface_("Preparing: {:.0%}").format(act.bind_fraction), act.bind_fraction)
+        compat.draw_progress(box, f"Preparing: {act.bind_fraction:.0%}", act.bind_fraction)
     else:
         box.label(text="Settled" if act.is_settled else "Following the handles", icon="REC")
         draw_text(context, box, "Move, turn or scale a handle (G, R, S): the mesh follows.", "BLANK1")
@@ -101,7 +100,7 @@ def draw_text(context: bpy.types.Context, layout: bpy.types.UILayout, text: str,
     """A sentence, translated where it is known, wrapped to the width of the sidebar: labels do not wrap."""
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for i, line in enumerate(_lines(context, iface_(text))):
+    for i, line in enumerate(_lines(context, text)):
         column.label(text=line, translate=False, icon=icon if i == 0 else "BLANK1")
 
 
@@ -117,7 +116,7 @@ def draw_table(layout: bpy.types.UILayout, rows: list[tuple[str, str]]) -> None:
     split = layout.split(factor=0.45)
     names, values = split.column(align=True), split.column(align=True)
     for name, value in rows:
-        names.label(text=name, text_ctxt=CONTEXT)
+        names.label(text=name)
         values.label(text=value, translate=False)
 
 

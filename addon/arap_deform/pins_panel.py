@@ -11,7 +11,6 @@ from . import empty_groups
 from .group_buttons import draw_group_buttons
 from .operators.common import find_posed_object, posed_object
 from .panels import ArapSubPanel, draw_list, is_following, split_column
-from .texts import iface_
 
 
 class ARAP_UL_pins(bpy.types.UIList):
@@ -34,7 +33,7 @@ class ARAP_UL_pins(bpy.types.UIList):
         label = row.row()
         label.active = pin.is_enabled
         label.alert = bool(lack)
-        text = f"{pin.name} ({iface_(lack)})" if lack else pin.name
+        text = f"{pin.name} ({lack})" if lack else pin.name
         label.label(text=text, translate=False, icon="PINNED")
 
 

@@ -17,7 +17,6 @@ from .session import Progress
 from .shape_key import Float32s
 from .shape_store import ShapeStore
 from .shapes_job import ShapesJob, check_in_scene
-from .texts import iface_
 
 if TYPE_CHECKING:
     from .pose_properties import ArapStoredPose
@@ -40,7 +39,7 @@ class PoseKeysJob(ShapesJob[list[str]]):
         self._shapes.close()
 
     def _shape_name(self) -> str:
-        return iface_("pose '{}'").format(self._names[min(self._n_done, self._n_shapes - 1)])
+        return f"pose '{self._names[min(self._n_done, self._n_shapes - 1)]}'"
 
     def _begin_shape(self) -> None:
         self._object()

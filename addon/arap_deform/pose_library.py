@@ -19,7 +19,6 @@ import numpy as np
 from . import handle_io, handle_placing, mesh_io, naming, pose_blend
 from .handle_map import Floats
 from .point_handles import diagonal_of
-from .texts import Translate
 
 if TYPE_CHECKING:
     from .pose_properties import ArapStoredPose
@@ -56,12 +55,9 @@ class Placement:
     held: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        return self.text()
-
-    def text(self, translate: Translate = str) -> str:
         """One sentence, '' where all handles are where they were to go."""
         parts = [
-            translate(part).format(", ".join(names))
+            part.format(", ".join(names))
             for part, names in (
                 ("not there any more or unusable: {}", self.gone),
                 ("not in the pose, so left where they are: {}", self.others),
@@ -69,7 +65,7 @@ class Placement:
             )
             if names
         ]
-        return translate("Not every handle took part; {}").format("; ".join(parts)) if parts else ""
+        return f"Not every handle took part; {'; '.join(parts)}" if parts else ""
 
 
 def find(obj: bpy.types.Object, name: str) -> ArapStoredPose:

@@ -9,7 +9,6 @@ from . import api
 from .operators.common import find_posed_object, posed_object
 from .panels import ArapPanel, ArapSubPanel, draw_table, draw_text
 from .session_data import Readout
-from .texts import iface_
 
 STOP_REASONS = {
     "converged": "Converged",
@@ -58,7 +57,7 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
             ("Last update", f"{readout.last_ms:.1f} ms"),
             ("Iterations", str(readout.iterations)),
             ("Energy", f"{readout.energy:.4g}"),
-            ("Stopped", iface_(STOP_REASONS.get(readout.stop_reason, readout.stop_reason))),
+            ("Stopped", STOP_REASONS.get(readout.stop_reason, readout.stop_reason)),
         ]
         draw_table(self.layout, rows)
 
@@ -67,14 +66,14 @@ def unheld_text(readout: Readout) -> str:
     """One sentence on what nothing holds, translated."""
     parts, loose = readout.parts_at_rest, readout.loose_vertices
     if parts and loose:
-        return iface_("Held by nothing, so they stay at rest: {} parts and {} loose vertices").format(parts, loose)
+        return f"Held by nothing, so they stay at rest: {parts} parts and {loose} loose vertices"
     if parts == 1:
-        return iface_("Held by nothing, so it stays at rest: 1 part of the mesh")
+        return "Held by nothing, so it stays at rest: 1 part of the mesh"
     if parts:
-        return iface_("Held by nothing, so they stay at rest: {} parts of the mesh").format(parts)
+        return f"Held by nothing, so they stay at rest: {parts} parts of the mesh"
     if loose == 1:
-        return iface_("In no face, so it stays at rest: 1 loose vertex")
-    return iface_("In no face, so they stay at rest: {} loose vertices").format(loose)
+        return "In no face, so it stays at rest: 1 loose vertex"
+    return f"In no face, so they stay at rest: {loose} loose vertices"
 
 
 def _draw_buttons(layout: bpy.types.UILayout) -> None:

@@ -9,7 +9,6 @@ import bpy
 
 from .operators.common import posed_object
 from .panels import ArapSubPanel, draw_text
-from .texts import CONTEXT
 
 
 class ARAP_UL_poses(bpy.types.UIList):
@@ -56,9 +55,9 @@ class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
         if not settings.poses:
             draw_text(context, layout, "Press + to store where the handles are.", "INFO")
         row = layout.row(align=True)
-        row.operator("arap.poses_apply", text="Apply", text_ctxt=CONTEXT)
-        row.operator("arap.poses_blend", text="Blend", text_ctxt=CONTEXT)
-        row.operator("arap.poses_mirror", text="Mirror", text_ctxt=CONTEXT)
+        row.operator("arap.poses_apply", text="Apply")
+        row.operator("arap.poses_blend", text="Blend")
+        row.operator("arap.poses_mirror", text="Mirror")
         layout.operator("arap.poses_to_keys", text="Poses to Shape Keys", icon="SHAPEKEY_DATA")
 
 

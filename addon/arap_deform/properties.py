@@ -184,11 +184,6 @@ class ArapObject(bpy.types.PropertyGroup):
         description="Treat vertices at the same place as one, so that open seams stay closed",
         default=False,
     )
-    # Of files that are older than the list: read once, see older_files.
-    rigid_group: StringProperty(name="Rigid Group", description="Became an entry of Stiffness", options={"HIDDEN"})
-    stiffness_group: StringProperty(
-        name="Stiffness Group", description="Became an entry of Stiffness", options={"HIDDEN"}
-    )
     key_name: StringProperty(
         name="Shape Key",
         description=(

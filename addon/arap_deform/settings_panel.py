@@ -9,7 +9,6 @@ from . import compat, mesh_size, sessions
 from .operators.common import posed_object
 from .panels import ArapSubPanel, split_column
 from .scene_input import settings_of
-from .texts import CONTEXT
 
 
 class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
@@ -27,15 +26,15 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         column = split_column(layout)
         key_name = column.row()
         key_name.enabled = not sessions.claimed_by(obj.name_full)  # the pose under way is in that key
-        key_name.prop(settings, "key_name", text="Shape Key", text_ctxt=CONTEXT)
+        key_name.prop(settings, "key_name", text="Shape Key")
         column.prop(settings, "energy")
         if settings_of(obj).has_radius:
             column.prop(settings, "rigidity")
             _draw_radius(context, column, obj)
-        column.prop(settings, "weights", text="Weights", text_ctxt=CONTEXT)
+        column.prop(settings, "weights", text="Weights")
         column.prop(settings, "initial_guess")
         column = split_column(layout)
-        column.prop(settings, "iterations_per_update", text="Iterations", text_ctxt=CONTEXT)
+        column.prop(settings, "iterations_per_update", text="Iterations")
         column.prop(settings, "max_iterations", text="At Most")
         column.prop(settings, "accuracy")
         column = split_column(layout)

@@ -18,7 +18,6 @@ from .session import Session
 from .session_data import Readout, readout_of_whole
 from .sessions import SessionInput
 from .shape_key import Float32s
-from .texts import iface_
 
 Result = TypeVar("Result")
 
@@ -88,8 +87,8 @@ class ShapesJob(ABC, Generic[Result]):
     def status(self) -> str:
         """What is being done, for the status bar."""
         if self._bind is not None:
-            return iface_("preparing the mesh, {:.0%}").format(self._bind.fraction)
-        return iface_("{}, {:.0%} done").format(self._shape_name(), self.fraction)
+            return f"preparing the mesh, {self._bind.fraction:.0%}"
+        return f"{self._shape_name()}, {self.fraction:.0%} done"
 
     def step(self, time_limit_s: float = STEP_S) -> bool:
         """Works for about ``time_limit_s`` seconds; True while there is more to do. Call finish() after the last.

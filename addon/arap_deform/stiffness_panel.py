@@ -11,7 +11,6 @@ from .group_buttons import draw_group_buttons
 from .operators.common import find_posed_object, posed_object
 from .panels import ArapSubPanel, draw_list, split_column
 from .pins_panel import lack_of_group
-from .texts import iface_
 
 ADD_BY_MODE = {"EDIT": "Stiffen Selected Vertices", "WEIGHT_PAINT": "New Group to Paint"}
 
@@ -37,11 +36,11 @@ class ARAP_UL_stiffness(bpy.types.UIList):
         split.active = entry.is_enabled
         label = split.row()
         label.alert = bool(lack)
-        text = f"{entry.name} ({iface_(lack)})" if lack else entry.name
+        text = f"{entry.name} ({lack})" if lack else entry.name
         label.label(text=text, translate=False, icon="MESH_ICOSPHERE" if entry.is_rigid else "MOD_ARMATURE")
         value = split.row()
         value.alignment = "RIGHT"
-        value.label(text=iface_("Rigid") if entry.is_rigid else f"{entry.factor:.3g} x", translate=False)
+        value.label(text="Rigid" if entry.is_rigid else f"{entry.factor:.3g} x", translate=False)
 
 
 class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a newcomer meets: names, reasons, menus, the first pose, preferences, parts that nothing holds, translations."""
+"""What a newcomer meets: names, reasons, menus, the first pose, preferences, parts that nothing holds."""
 
 import tempfile
 from types import SimpleNamespace
@@ -596,52 +596,3 @@ class SolveJobTest(SceneTest):
         message = "Nothing holds or moves 'Tube': add a pin or a handle"
         self.assert_error(ValueError, message, self.api.begin_solve, obj)
         self.assertEqual(module("sessions").claimed_by("Tube"), "")
-
-
-class TranslationTest(SceneTest):
-    def test_what_results_say_is_looked_up_word_by_word(self):
-        german = module("translation_german").MESSAGES.__getitem__
-        bake, placement = module("api_bake"), self.api.Placement(("Kopf",), ("Fuß",), ("Hand", "Arm"))
-        for result, english, translated in (
-            (bake.BakeEstimate(1, 1_000_000), "1 key, 12 MB in the file, 24 MB in memory",
-             "1 Key, 12 MB in der Datei, 24 MB im Speicher"),
-            (bake.BakeEstimate(2, 4), "2 keys, 96 B in the file, 192 B in memory",
-             "2 Keys, 96 B in der Datei, 192 B im Speicher"),
-            (bake.Fit(3, 3, 0.0, 1.0), "3 keys", "3 Keys"),
-            (bake.Fit(48, 9, 0.0008, 1.0), "9 keys for 48 frames, off by 0.080 % of the size at most",
-             "9 Keys für 48 Bilder, höchstens 0.080 % der Größe daneben"),
-            (placement,
-             ("Not every handle took part; not there any more or unusable: Kopf; not in the pose, so left where they "
-              "are: Fuß; held by animation, a constraint, a driver or a sheared parent: Hand, Arm"),
-             ("Nicht jeder Griff war dabei; nicht mehr da oder unbrauchbar: Kopf; nicht in der Pose, also geblieben, "
-              "wo sie sind: Fuß; von Animation, einem Constraint, einem Treiber oder einem gescherten Parent gehalten: "
-              "Hand, Arm")),
-        ):  # fmt: skip
-            self.assertEqual((str(result), result.text(german)), (english, translated))
-
-    def test_operators_say_results_translated(self):
-        said = []
-        operator = SimpleNamespace(report=lambda kind, text: said.append((*kind, text)))
-        german = module("translation_german").MESSAGES
-        with mock.patch.object(module("operators.bake"), "rpt_", lambda text: german.get(text, text)):
-            job = SimpleNamespace(fit=module("api_bake").Fit(2, 2, 0.0, 1.0))
-            module("operators.bake").ARAP_OT_bake_animation.report_shapes(operator, job, ["A_0001", "A_0002"])
-        self.assertEqual(said, [("INFO", "Shape Keys 'A_0001' bis 'A_0002' gebacken: 2 Keys")])
-
-    def test_words_are_translated_where_blender_has_the_language(self):
-        texts = module("texts")
-        self.assertEqual(texts.iface_("Pins"), "Pins")
-        self.assertEqual(module("translations").dictionary()["de_DE"]["*", "Pins"], "Fixpunkte")
-        language = next((name for name in ("de_DE", "de") if name in bpy.app.translations.locales), None)
-        if language is None:  # this Blender was built without languages
-            self.assertEqual(len(bpy.app.translations.locales), 0)
-            return
-        view = bpy.context.preferences.view
-        try:
-            view.language = language
-            view.use_translate_interface = view.use_translate_tooltips = True
-            self.assertEqual(texts.iface_("Pins"), "Fixpunkte")
-            self.assertEqual(texts.iface_("No such text"), "No such text")
-        finally:
-            view.language = "en_US"
-        self.assertEqual(texts.iface_("Pins"), "Pins")

@@ -3,7 +3,6 @@
 
 import tempfile
 from pathlib import Path
-from unittest import mock
 
 import numpy as np
 import support
@@ -261,8 +260,6 @@ class LiveKeyTest(SceneTest):
         self.assertEqual((self.names(obj)[-1], obj.arap.key_name), ("x" * 57 + ".001",) * 2)
 
     def test_keys_made_before_are_continued(self):
-        import tempfile
-        from pathlib import Path
 
         obj = posable()
         for name in ("ARAP", "Bent", "ARAP", "Bent"):
@@ -302,86 +299,6 @@ class LiveKeyTest(SceneTest):
         self.own_key(obj)
         self.api.solve(obj)
         self.assertEqual(self.names(obj), ["Basis", "ARAP", "ARAP.001"])
-
-    def test_an_older_file_keeps_the_name_that_was_set(self):
-        obj = posable()
-        obj.arap.key_name = "Mine"
-        bend(obj)
-        self.api.solve(obj)
-        shown = shown_positions(obj)
-        obj.arap.own_key_name = ""
-        former = module("compat").saved_settings(obj)
-        with tempfile.TemporaryDirectory() as folder, mock.patch.object(module("older_files"), "upgrade_updated"):
-            former["key_name"] = "Mine"  # as it was saved before there was a name in the preferences
-            path = str(Path(folder) / "old.blend")
-            bpy.ops.wm.save_as_mainfile(filepath=path)
-            bpy.ops.wm.open_mainfile(filepath=path)
-        obj = bpy.data.objects["Tube"]
-        self.assertEqual((obj.arap.key_name, obj.arap.own_key_name), ("Mine", "Mine"))
-        self.assertNotIn("key_name", module("compat").saved_settings(obj))
-        self.api.solve(obj)
-        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "Mine"])
-        self.assert_close(shown_positions(obj), shown, 1e-4)
-        obj.arap.key_name = ""
-        bpy.context.view_layer.update()
-        self.assertEqual(obj.arap.key_name, "ARAP", "the old name is read once")
-
-    def in_an_older_file(self, obj, *, is_appended=False):
-        """The object, saved by a version that did not save the default name, and opened where another name is set."""
-        obj.arap.property_unset("own_key_name")
-        values = bpy.context.preferences.addons[support.PACKAGE].preferences
-        self.addCleanup(setattr, values, "key_name", values.key_name)
-        with tempfile.TemporaryDirectory() as folder, mock.patch.object(module("older_files"), "upgrade_updated"):
-            path = str(Path(folder) / "old.blend")
-            bpy.ops.wm.save_as_mainfile(filepath=path)
-            values.key_name = "Posed"
-            if is_appended:
-                bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-                with bpy.data.libraries.load(path) as (_, appended):
-                    appended.objects = ["Tube"]
-            else:
-                bpy.ops.wm.open_mainfile(filepath=path)
-        if is_appended:
-            bpy.context.scene.collection.objects.link(bpy.data.objects["Tube"])
-            bpy.context.view_layer.update()
-        return bpy.data.objects["Tube"]
-
-    def test_an_older_file_keeps_the_default_name_that_was_not_saved(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
-        shown = shown_positions(obj)
-        obj = self.in_an_older_file(obj)
-        self.assertEqual((obj.arap.key_name, obj.arap.own_key_name), ("ARAP", "ARAP"))
-        self.api.solve(obj)
-        self.assertEqual(self.names(obj), ["Basis", "ARAP"])
-        self.assert_close(shown_positions(obj), shown, 1e-4)
-        obj.arap.key_name = ""
-        bpy.context.view_layer.update()
-        self.assertEqual(obj.arap.key_name, "Posed", "the old name is looked for once")
-
-    def test_what_is_appended_from_an_older_file_keeps_it_too(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
-        self.assertEqual(self.in_an_older_file(obj, is_appended=True).arap.own_key_name, "ARAP")
-
-    def test_an_older_file_without_a_pose_takes_the_name_of_the_preferences(self):
-        for make_own_key in (False, True):
-            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-            obj = posable()
-            if make_own_key:
-                self.own_key(obj)
-            self.assertEqual(self.in_an_older_file(obj).arap.key_name, "Posed")
-
-    def test_an_older_file_keeps_the_default_name_of_its_bake(self):
-        obj = posable()
-        obj.arap.handles[0].target.keyframe_insert("location", frame=1)
-        names = self.api.bake_animation(obj, 1, 2)
-        obj = self.in_an_older_file(obj)
-        self.assertEqual(obj.arap.key_name, "ARAP")
-        self.assertEqual(self.api.bake_animation(obj, 1, 2), names)
-        self.assertEqual(self.names(obj), ["Basis", *names], "the former bake is replaced")
 
     def test_a_bake_keeps_the_name_that_it_has_taken_from_the_preferences(self):
         obj = posable()

@@ -3,10 +3,7 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from types import SimpleNamespace
-from unittest import mock
 
 import numpy as np
 from mathutils import Matrix
@@ -259,65 +256,3 @@ class OperatorTest(SceneTest):
         with self.assertRaisesRegex(RuntimeError, "'Tube' has no faces: there is nothing to deform"):
             bpy.ops.arap.stiffness_add()
         self.assertEqual(self.obj.vertex_groups.keys(), [])
-
-
-class OldFileTest(SceneTest):
-    """Before the list there were two settings, each the name of a group."""
-
-    def save_old(self, path: str) -> np.ndarray:
-        """Writes such a file; returns the pose that it meant."""
-        obj = posable()
-        for name, vertices in (("Armor", BELLY), ("Stiff", CHEST)):
-            obj.vertex_groups.new(name=name).add(vertices, 0.5, "REPLACE")
-        bend(obj)
-        obj.arap.stiffness.add().name = "Armor"
-        obj.arap.stiffness.add().name = "Stiff"
-        obj.arap.stiffness[0].is_rigid = True
-        self.api.solve(obj)
-        meant = key_positions(obj)
-        obj.arap.stiffness.clear()
-        with mock.patch.object(module("older_files"), "upgrade_updated"):
-            obj.arap.rigid_group, obj.arap.stiffness_group = "Armor", "Stiff"
-            bpy.ops.wm.save_as_mainfile(filepath=path)
-        return meant
-
-    def assert_upgraded(self, obj, meant):
-        self.assertEqual(entries(obj), [("Armor", True, 100.0), ("Stiff", False, 100.0)])
-        self.assertEqual((obj.arap.rigid_group, obj.arap.stiffness_group), ("", ""))
-        self.assertFalse(any(entry.has_made_group for entry in obj.arap.stiffness))
-        self.api.solve(obj)
-        self.assert_close(key_positions(obj), meant, 1e-4)
-
-    def test_an_older_file_has_its_settings_as_entries(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "old.blend")
-            meant = self.save_old(path)
-            bpy.ops.wm.open_mainfile(filepath=path)
-            self.assert_upgraded(bpy.data.objects["Tube"], meant)
-            bpy.ops.wm.save_as_mainfile(filepath=path)
-            bpy.ops.wm.open_mainfile(filepath=path)
-            self.assert_upgraded(bpy.data.objects["Tube"], meant)
-
-    def test_so_has_the_file_that_is_open_when_the_add_on_is_enabled(self):
-        obj = posable()
-        with mock.patch.object(module("older_files"), "upgrade_updated"):
-            obj.arap.stiffness_group = "Head"
-            bpy.context.view_layer.update()
-        self.assertEqual(entries(obj), [])
-        module("handlers").unregister()
-        module("handlers").register()
-        self.assertTrue(bpy.app.timers.is_registered(module("older_files").upgrade_all))
-        module("older_files").upgrade_all()  # timers need a window
-        self.assertEqual(entries(obj), [("Head", False, 100.0)])
-
-    def test_so_has_an_object_that_is_appended_from_one(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "old.blend")
-            meant = self.save_old(path)
-            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-            with bpy.data.libraries.load(path) as (_, wanted):
-                wanted.objects = ["Tube", "Head"]
-            for obj in wanted.objects:
-                bpy.context.scene.collection.objects.link(obj)
-            bpy.context.view_layer.update()
-            self.assert_upgraded(bpy.data.objects["Tube"], meant)

@@ -222,21 +222,6 @@ def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
     assert bpy.data.objects["Grid"].data.shape_keys is None, "one step of undo"
 
 
-def test_panel_in_another_language(ui: Ui) -> Steps:
-    """Words of the add-on, in labels, buttons and what is put together; names of the artist's own stay."""
-    scenes.add_bar_with_handle(ui.api)
-    bar().name = "Pins"
-    texts = importlib.import_module(f"{MODULE}.texts")
-    view = bpy.context.preferences.view
-    view.language = next(name for name in ("de_DE", "de") if name in bpy.app.translations.locales)
-    view.use_translate_interface = True
-    assert texts.iface_("Preparing: {:.0%}").format(0.5) == "Vorbereitung: 50%"
-    assert texts.iface_("Select") == "Wählen", "shorter than Blender's own, which is cut"
-    yield from ui.open_tab()
-    yield from ui.screenshot("german")
-    view.language = "en_US"
-
-
 def test_panel_on_the_sample_creature(ui: Ui) -> Steps:
     """The sample creature in a frame of its animation, and all of the tab."""
     bpy.context.preferences.view.ui_scale = 0.8

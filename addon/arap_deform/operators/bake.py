@@ -6,7 +6,6 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 
 from .. import api, compat, mesh_size
-from ..texts import iface_, rpt_
 from .common import allow, posed_object, reports_errors, why_no_pose, why_not_solvable
 from .job import ShapesJobOperator
 
@@ -29,7 +28,7 @@ class ARAP_OT_bake_pose(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         key = api.bake_pose(posed_object(context), name=self.name)
-        self.report({"INFO"}, rpt_("Baked to shape key '{}'").format(key.name))
+        self.report({"INFO"}, f"Baked to shape key '{key.name}'")
         return {"FINISHED"}
 
 
@@ -90,11 +89,11 @@ class ARAP_OT_bake_animation(ShapesJobOperator, bpy.types.Operator):
         within.active = self.use_fewest_keys
         within.prop(self, "fewest_keys_percent")
         try:
-            text = api.estimate_bake(posed_object(context), *self._range).text(iface_)
-            text = iface_("At most {}").format(text) if self.use_fewest_keys else text
+            text = str(api.estimate_bake(posed_object(context), *self._range))
+            text = f"At most {text}" if self.use_fewest_keys else text
             icon = "SHAPEKEY_DATA"
             if self.use_fewest_keys:
-                bound = iface_("Off by at most {}").format(self._tolerance_text(context))
+                bound = f"Off by at most {self._tolerance_text(context)}"
                 layout.label(text=bound, translate=False, icon="DRIVER_DISTANCE")
         except (ValueError, RuntimeError) as error:
             text, icon = str(error), "ERROR"
@@ -115,8 +114,8 @@ class ARAP_OT_bake_animation(ShapesJobOperator, bpy.types.Operator):
         return self.work_off(context, job)
 
     def report_shapes(self, job: api.BakeJob, names: list[str]) -> None:
-        text = rpt_("Baked shape keys '{}' to '{}': {}")
-        self.report({"INFO"}, text.format(names[0], names[-1], job.fit.text(rpt_)))
+        text = "Baked shape keys '{}' to '{}': {}"
+        self.report({"INFO"}, text.format(names[0], names[-1], job.fit))
 
 
 CLASSES = (ARAP_OT_bake_pose, ARAP_OT_bake_animation)

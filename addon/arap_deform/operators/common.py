@@ -14,7 +14,6 @@ import bpy
 from .. import api, handle_owner, live_key, mesh_io, sessions
 from ..follow_scene import is_rendering
 from ..handle_map import Ints
-from ..texts import rpt_
 from .pose_act import PoseAct
 
 STATUS_AGAIN_S = 0.5  # a transform clears the status bar when it ends, so it is set again this often
@@ -115,7 +114,7 @@ def why_busy(obj: bpy.types.Object) -> str:
             return "The mesh is being pulled: wait until it has settled, or press Esc"
         return "End the pose first: Enter keeps it, Esc cancels it"
     # In another window, or by a script.
-    return rpt_("Wait for the mesh: {}").format(rpt_(act.doing)) if act is not None else ""
+    return f"Wait for the mesh: {act.doing}" if act is not None else ""
 
 
 def is_posed(obj: bpy.types.Object) -> bool:
@@ -204,7 +203,7 @@ def selected_vertices(obj: bpy.types.Object, lack: str) -> Ints:
 def allow(cls: Any, reason: str) -> bool:
     """For poll(): True without a reason; else greyed, with the reason in the tooltip."""
     if reason:
-        cls.poll_message_set(rpt_(reason))
+        cls.poll_message_set(reason)
     return not reason
 
 
@@ -216,7 +215,7 @@ def reports_errors(execute: Execute) -> Execute:
         try:
             return execute(self, context)
         except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, rpt_(str(error)))
+            self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
 
     return wrapper

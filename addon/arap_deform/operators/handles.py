@@ -6,7 +6,6 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from .. import api
-from ..texts import rpt_
 from .common import (
     allow,
     find_posed_object,
@@ -141,7 +140,7 @@ class ARAP_OT_reset_handles(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         held = api.reset_handles(posed_object(context))
         if held:
-            text = rpt_("Animation, a constraint or a driver holds these handles: {}")
+            text = "Animation, a constraint or a driver holds these handles: {}"
             self.report({"WARNING"}, text.format(", ".join(held)))
         return {"FINISHED"}
 

@@ -8,7 +8,6 @@ from typing import Any
 import bpy
 
 from .. import api, live, redraw
-from ..texts import iface_, rpt_
 from .common import StatusBar
 
 TIMER_S = 0.01
@@ -29,8 +28,8 @@ class JobRun:
     def show(self, context: bpy.types.Context) -> None:
         """How far it is."""
         context.window_manager.progress_update(100 * self.job.fraction)
-        text = iface_("ARAP {}: {}   |   Esc: cancel")
-        self._status.show(context, text.format(iface_(self._act), self.job.status))
+        text = "ARAP {}: {}   |   Esc: cancel"
+        self._status.show(context, text.format(self._act, self.job.status))
 
     def cancel(self) -> None:
         """Everything as before the job."""
@@ -78,7 +77,7 @@ class JobOperator:
         run = self._run
         if event.type == "ESC" and event.value == "PRESS":
             run.cancel()
-            self.report({"WARNING"}, rpt_("{} cancelled: nothing has changed").format(rpt_(self.act)))
+            self.report({"WARNING"}, f"{self.act} cancelled: nothing has changed")
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
@@ -89,8 +88,8 @@ class JobOperator:
             result = run.job.finish()
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
             run.cancel()
-            text = rpt_("{} failed and nothing has changed: {}")
-            self.report({"ERROR"}, text.format(rpt_(self.act), rpt_(str(error))))
+            text = "{} failed and nothing has changed: {}"
+            self.report({"ERROR"}, text.format(self.act, str(error)))
             return {"CANCELLED"}
         run.leave()
         self.report_result(run.job, result)
@@ -112,7 +111,7 @@ class ShapesJobOperator(JobOperator):
     def report_result(self, job: Any, result: Any) -> None:
         self.report_shapes(job, result)
         if job.n_unsettled:
-            text = rpt_("{} of {} solves stopped before the accuracy was reached: allow more under Settings, At Most")
+            text = "{} of {} solves stopped before the accuracy was reached: allow more under Settings, At Most"
             self.report({"WARNING"}, text.format(job.n_unsettled, job.n_shapes))
 
 

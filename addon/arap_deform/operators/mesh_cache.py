@@ -11,7 +11,6 @@ from .. import api
 from ..api_bake import BYTES_PER_VERTEX, size_text
 from ..frames_job import check_range
 from ..mesh_cache import FORMATS
-from ..texts import iface_, rpt_
 from .common import allow, posed_object, reports_errors, why_not_solvable
 from .job import ShapesJobOperator
 
@@ -86,7 +85,7 @@ class ARAP_OT_export_mesh_cache(ShapesJobOperator, bpy.types.Operator):
             check_range(self.frame_start, self.frame_end, self.frame_step)
             n_frames = len(range(self.frame_start, self.frame_end + 1, self.frame_step))
             size = size_text(BYTES_PER_VERTEX * n_frames * len(posed_object(context).data.vertices))
-            text, icon = iface_("{} frames, {}").format(n_frames, size), "FILE_CACHE"
+            text, icon = f"{n_frames} frames, {size}", "FILE_CACHE"
         except ValueError as error:
             text, icon = str(error), "ERROR"
         layout.label(text=text, translate=False, icon=icon)
@@ -104,7 +103,7 @@ class ARAP_OT_export_mesh_cache(ShapesJobOperator, bpy.types.Operator):
         return self.work_off(context, job)
 
     def report_shapes(self, job: api.MeshCacheJob, path: Path) -> None:
-        self.report({"INFO"}, rpt_("Exported {} frames to {}").format(job.n_shapes, path))
+        self.report({"INFO"}, f"Exported {job.n_shapes} frames to {path}")
 
 
 def register() -> None:

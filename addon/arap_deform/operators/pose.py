@@ -13,7 +13,6 @@ from .. import api, app_handlers, live, live_key, preferences, redraw, sessions
 from ..follow_scene import BlenderFollowScene, is_rendering
 from ..handle_map import Floats
 from ..session_data import Readout
-from ..texts import rpt_
 from . import pose_undo
 from .common import StatusBar, allow, find_posed_object, is_posed, posed_object, reports_errors, why_not_solvable
 from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
@@ -45,21 +44,21 @@ class BlenderPoseScene(BlenderFollowScene):
     def why_over(self) -> str:
         obj = self.obj
         if obj is None or obj.name not in bpy.context.scene.objects:
-            return rpt_("'{}' was deleted or renamed: posing has ended").format(self.name)
+            return f"'{self.name}' was deleted or renamed: posing has ended"
         if obj.mode not in {"OBJECT", "WEIGHT_PAINT"}:
-            return rpt_("'{}' is no longer in Object Mode: the pose is kept and posing has ended").format(self.name)
+            return f"'{self.name}' is no longer in Object Mode: the pose is kept and posing has ended"
         if _counts(obj) != self._counts:
-            text = rpt_("The mesh of '{}' has changed: posing has ended, its rest shape is another one now")
+            text = "The mesh of '{}' has changed: posing has ended, its rest shape is another one now"
             return text.format(self.name)
         reason = self.key.why_left(obj)
         if not reason and not self.key.follow(obj):
-            reason = rpt_("Shape key '{}' of '{}' was removed").format(obj.arap.key_name, obj.name)
+            reason = f"Shape key '{obj.arap.key_name}' of '{obj.name}' was removed"
         if reason:
-            return rpt_("{}: posing has ended").format(reason)
+            return f"{reason}: posing has ended"
         for index, handle in enumerate(obj.arap.handles):
             problem = api.handle_problem(obj, index) if handle.is_enabled else ""
             if problem:
-                return rpt_("{}. The pose is kept and posing has ended").format(problem)
+                return f"{problem}. The pose is kept and posing has ended"
         return ""
 
     def update(self, matrices: Floats, iterations: int | None, time_limit_s: float | None) -> Readout:
@@ -218,7 +217,7 @@ class ARAP_OT_pose(bpy.types.Operator):
             return {"RUNNING_MODAL"} if is_ours else {"PASS_THROUGH"}
         end = run.finish()
         if end.message:
-            self.report({"WARNING"} if end.error is None else {"ERROR"}, rpt_(end.message))
+            self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
         if end.how is Ending.KEEP:
             return {"FINISHED"}
         if end.how is Ending.RESTORE:

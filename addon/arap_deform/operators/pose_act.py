@@ -18,7 +18,6 @@ from typing import Protocol
 
 from ..following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene
 from ..session_data import Readout
-from ..texts import iface_, rpt_
 
 # What is kept is settled, where that takes no longer than somebody waits for Enter.
 KEEP_TIME_LIMIT_S = 2.0
@@ -146,7 +145,7 @@ class PoseAct:
         self._finish(End(Ending.LEAVE, message))
 
     def fail(self, error: Exception) -> None:
-        self._finish(End(Ending.RESTORE, rpt_("Posing has ended and everything is as before: {}").format(error), error))
+        self._finish(End(Ending.RESTORE, f"Posing has ended and everything is as before: {error}", error))
 
     def _guarded(self, step: Callable[[], object]) -> None:
         # Reading evaluated matrices evaluates the scene, which calls scene_changed() within tick().
@@ -161,7 +160,7 @@ class PoseAct:
                 step()
         except ValueError as error:  # the scene is at fault: say so, and do not throw the artist's work away
             if self._follower.has_followed:
-                self.leave(rpt_("{}. The pose is kept and posing has ended").format(error))
+                self.leave(f"{error}. The pose is kept and posing has ended")
             else:
                 self.fail(error)
         except Exception as error:  # noqa: BLE001 - whatever it is, the artist's mesh and handles come first
@@ -214,12 +213,12 @@ def print_fault(end: End) -> None:
 def status_text(act: PoseAct) -> str:
     """What the status bar says: state, then keys."""
     if act.is_keeping:
-        text = iface_("ARAP Pose: keeping the pose, preparing the mesh, {:.0%}   |   Enter: at once   |   Esc: cancel")
+        text = "ARAP Pose: keeping the pose, preparing the mesh, {:.0%}   |   Enter: at once   |   Esc: cancel"
         return text.format(act.bind_fraction)
     if act.phase is Phase.BINDING:
-        return iface_("ARAP Pose: preparing the mesh, {:.0%}   |   Esc: cancel").format(act.bind_fraction)
-    text = iface_(
+        return f"ARAP Pose: preparing the mesh, {act.bind_fraction:.0%}   |   Esc: cancel"
+    text = (
         "ARAP Pose: {}   |   G, R, S: move, turn, scale a handle   |   Ctrl Z: take a move back"
         "   |   Enter: keep   |   Esc: cancel"
     )
-    return text.format(iface_("settled") if act.is_settled else iface_("following"))
+    return text.format("settled" if act.is_settled else "following")

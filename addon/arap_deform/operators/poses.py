@@ -6,7 +6,6 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from .. import api
-from ..texts import rpt_, tip_
 from .common import (
     allow,
     is_posed,
@@ -89,8 +88,8 @@ class ARAP_OT_poses_store(bpy.types.Operator):
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
         if properties.is_replacing:
-            return tip_("Store where the handles are now into the pose chosen in the list")
-        return tip_(cls.bl_description)
+            return "Store where the handles are now into the pose chosen in the list"
+        return cls.bl_description
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -103,7 +102,7 @@ class ARAP_OT_poses_store(bpy.types.Operator):
             raise ValueError("There is no pose to store into: choose one in the list")
         pose = api.store_pose(posed_object(context), name, replace=self.is_replacing)
         n = len(pose.motions)
-        text = rpt_("Stored pose '{}' of 1 handle") if n == 1 else rpt_("Stored pose '{}' of {} handles")
+        text = "Stored pose '{}' of 1 handle" if n == 1 else "Stored pose '{}' of {} handles"
         self.report({"INFO"}, text.format(pose.name, n))
         return {"FINISHED"}
 
@@ -142,7 +141,7 @@ class ARAP_OT_poses_mirror(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         pose = api.mirror_pose(posed_object(context), active_name(context), "XYZ".index(self.axis))
-        self.report({"INFO"}, rpt_("Stored pose '{}'").format(pose.name))
+        self.report({"INFO"}, f"Stored pose '{pose.name}'")
         return {"FINISHED"}
 
 
@@ -166,7 +165,7 @@ class ARAP_OT_poses_to_keys(ShapesJobOperator, bpy.types.Operator):
         return self.work_off(context, api.begin_pose_keys(posed_object(context)))
 
     def report_shapes(self, _job: api.PoseKeysJob, names: list[str]) -> None:
-        text = rpt_("Made 1 shape key: {1}") if len(names) == 1 else rpt_("Made {0} shape keys: {1}")
+        text = "Made 1 shape key: {1}" if len(names) == 1 else "Made {0} shape keys: {1}"
         self.report({"INFO"}, text.format(len(names), ", ".join(names)))
 
 

@@ -9,7 +9,6 @@ from bpy.props import EnumProperty, FloatProperty, StringProperty
 
 from .. import api, live, redraw
 from ..api_result import capture_transforms, restore_transforms
-from ..texts import iface_, rpt_
 from . import blend_run
 from .blend_run import BlendRun
 from .common import allow, posed_object, reports_errors
@@ -39,7 +38,7 @@ class PoseOperator:
         except BaseException:
             restore_transforms(before)
             raise
-        for text in (placement.text(rpt_), unsettled):
+        for text in (str(placement), unsettled):
             if text:
                 self.report({"WARNING"}, text)
         redraw.tag_panels()
@@ -118,7 +117,7 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
         try:
             self._run = BlendRun(context, obj, self._blend, event.mouse_x, is_followed=is_followed(obj))
         except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, rpt_(str(error)))
+            self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         self._is_confirmed = False
         self.factor = 0.0
@@ -142,8 +141,8 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
                 self._is_confirmed = True
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
             problem = self._run.cancel()
-            reason = rpt_(str(error))
-            self._report(f"{reason}. {rpt_(problem)}" if problem else rpt_("Nothing has changed: {}").format(reason))
+            reason = str(error)
+            self._report(f"{reason}. {problem}" if problem else f"Nothing has changed: {reason}")
             return {"CANCELLED"}
         self._show(context)
         # The timer of a posing act goes on, too.
@@ -169,7 +168,7 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
 
     def _report(self, problem: str) -> None:
         if problem:
-            self.report({"ERROR"}, rpt_(problem))
+            self.report({"ERROR"}, problem)
 
     def _choose(self, context: bpy.types.Context) -> None:
         self.pose = self.pose or active_name(context)
@@ -182,14 +181,14 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
     def _show(self, context: bpy.types.Context) -> None:
         run = self._run
         parts = [
-            iface_("{:.0%} of the way to '{}'").format(self.factor, self.pose),
-            iface_("Left or right: less or more"),
-            iface_("Click, Enter: keep"),
-            iface_("Esc: cancel"),
+            f"{self.factor:.0%} of the way to '{self.pose}'",
+            "Left or right: less or more",
+            "Click, Enter: keep",
+            "Esc: cancel",
         ]
         if not run.is_ready:
-            parts.insert(0, iface_("preparing the mesh, {:.0%}").format(run.bind_fraction))
-        run.show_status(context, f"{iface_('ARAP Blend')}: {'   |   '.join(parts)}")
+            parts.insert(0, f"preparing the mesh, {run.bind_fraction:.0%}")
+        run.show_status(context, f"{'ARAP Blend'}: {'   |   '.join(parts)}")
 
 
 CLASSES = (ARAP_OT_poses_apply, ARAP_OT_poses_blend)

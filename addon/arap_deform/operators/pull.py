@@ -7,7 +7,6 @@ from bpy.app.handlers import persistent
 
 from .. import app_handlers, pull_pins, redraw, shape_key
 from ..grab_region import Grab
-from ..texts import rpt_
 from ..view_math import Mode
 from . import pull_tool
 from .common import allow, find_posed_object, posed_object, reports_errors, why_not_idle, why_not_pullable
@@ -101,7 +100,7 @@ class ARAP_OT_pull(bpy.types.Operator):
                 raise ValueError(f"'{self._grip.object_name}' was deleted or renamed: the pull has ended")
             self._run = PullRun(context, obj, self._grip)
         except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, rpt_(str(error)))
+            self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         current.append(self._run)
         self._run.drag.set_mode(_mode_of(event))
@@ -163,7 +162,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         pull_tool.watch()
         redraw.tag_views()
         if end.message:
-            self.report({"WARNING"} if end.error is None else {"ERROR"}, rpt_(end.message))
+            self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
         # A step of undo after an undo would take redo away.
         return {"CANCELLED"} if end.how is Ending.RESTORE or self._run.is_undone else {"FINISHED"}
 
@@ -196,7 +195,7 @@ class ARAP_OT_pull_make_real(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         n_handles, n_pins = pull_pins.make_real(posed_object(context), context.evaluated_depsgraph_get())
-        self.report({"INFO"}, rpt_("Made {} handles and {} pins").format(n_handles, n_pins))
+        self.report({"INFO"}, f"Made {n_handles} handles and {n_pins} pins")
         redraw.tag_views()
         return {"FINISHED"}
 

@@ -12,7 +12,6 @@ import numpy as np
 from .. import api, live, mesh_io, preferences, pull_pins, redraw, seen_mesh, sessions
 from ..follow_scene import is_rendering
 from ..grab_region import Grab, connected_within, symmetric_grabs
-from ..texts import iface_
 from ..view_math import Drag, Mode, Pixels, View
 from .common import StatusBar
 from .pose_act import End, Ending, Phase, PoseAct, print_fault, restored
@@ -164,15 +163,15 @@ class PullRun:
 def status_text(act: PoseAct, drag: Drag, *, is_released: bool) -> str:
     """What the status bar says: state, then keys."""
     if act.phase is Phase.BINDING:
-        return iface_("ARAP Pull: preparing the mesh, {:.0%}   |   Esc: cancel").format(act.bind_fraction)
+        return f"ARAP Pull: preparing the mesh, {act.bind_fraction:.0%}   |   Esc: cancel"
     if is_released:
-        return iface_("ARAP Pull: settling")
-    axis = iface_("free") if drag.axis is None else iface_("along {}").format("XYZ"[drag.axis])
-    text = iface_(
+        return "ARAP Pull: settling"
+    axis = "free" if drag.axis is None else "along {}".format("XYZ"[drag.axis])
+    text = (
         "ARAP Pull: {}, {}   |   Shift: turn   |   Ctrl: along the normal   |   X, Y, Z: axis   |   Wheel: radius"
         "   |   Esc: cancel"
     )
-    return text.format(iface_(MODES[drag.mode]), axis)
+    return text.format(MODES[drag.mode], axis)
 
 
 def remove_pins_at(obj: bpy.types.Object, pick: seen_mesh.Pick) -> bool:

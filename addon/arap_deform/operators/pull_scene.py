@@ -15,7 +15,6 @@ from ..grab_region import Grab
 from ..handle_map import Floats
 from ..session_binding import SessionBinding
 from ..session_data import Readout
-from ..texts import rpt_
 
 
 class PullScene(BlenderFollowScene):
@@ -44,11 +43,11 @@ class PullScene(BlenderFollowScene):
     def why_over(self) -> str:
         obj = self.obj
         if obj is None or obj.name not in bpy.context.scene.objects:
-            return rpt_("'{}' was deleted or renamed: the pull has ended").format(self.name)
+            return f"'{self.name}' was deleted or renamed: the pull has ended"
         if obj.mode != "OBJECT":
-            return rpt_("'{}' is no longer in Object Mode: the pull has ended").format(self.name)
+            return f"'{self.name}' is no longer in Object Mode: the pull has ended"
         if (len(obj.data.vertices), len(obj.data.polygons)) != self._counts:
-            return rpt_("The mesh of '{}' has changed: the pull has ended").format(self.name)
+            return f"The mesh of '{self.name}' has changed: the pull has ended"
         return ""
 
     def is_bound(self) -> bool:

@@ -9,7 +9,6 @@ import bpy
 
 from .. import mesh_io, unheld
 from ..handle_map import Ints
-from ..texts import rpt_
 from .common import allow, check_visible, object_mode, posed_object, reports_errors, why_busy, why_no_mesh
 
 
@@ -102,9 +101,9 @@ class ARAP_OT_select_unheld(bpy.types.Operator):
 
         n = select_in_edit_mode(context, obj, find, shows_hidden=True)
         if n:
-            self.report({"INFO"}, rpt_("Selected {} vertices, in {} parts of the mesh").format(n, n_parts))
+            self.report({"INFO"}, f"Selected {n} vertices, in {n_parts} parts of the mesh")
         else:
-            self.report({"INFO"}, rpt_("Every part of the mesh is held by a pin or handle"))
+            self.report({"INFO"}, "Every part of the mesh is held by a pin or handle")
         return {"FINISHED"}
 
 

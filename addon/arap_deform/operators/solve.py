@@ -6,7 +6,6 @@ from __future__ import annotations
 import bpy
 
 from .. import api, redraw
-from ..texts import rpt_
 from .common import allow, posed_object, reports_errors, why_not_solvable
 from .job import JobOperator
 
@@ -31,13 +30,13 @@ def unsettled_text(readout: api.Readout) -> str:
     """What there is to say where a solve has not converged; '' where it has."""
     if readout.stop_reason == "converged":
         return ""
-    text = rpt_("Stopped after {}, before the accuracy was reached: allow more under Settings, At Most")
+    text = "Stopped after {}, before the accuracy was reached: allow more under Settings, At Most"
     return text.format(_iterations_text(readout))
 
 
 def _iterations_text(readout: api.Readout) -> str:
     n = readout.iterations
-    return rpt_("1 iteration") if n == 1 else rpt_("{} iterations").format(n)
+    return "1 iteration" if n == 1 else f"{n} iterations"
 
 
 class ARAP_OT_solve(JobOperator, bpy.types.Operator):
@@ -71,7 +70,7 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
         if unsettled:
             self.report({"WARNING"}, unsettled)
         else:
-            text = rpt_("Solved in {}, {:.0f} ms").format(_iterations_text(readout), readout.last_ms)
+            text = f"Solved in {_iterations_text(readout)}, {readout.last_ms:.0f} ms"
             self.report({"INFO"}, text)
 
 
