@@ -6,7 +6,9 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import app_handlers, empty_groups, handle_owner, mesh_size, pull_draw, seen_mesh, sessions
+from .core import sessions
+from .pull import draw, seen_mesh
+from .scene import app_handlers, empty_groups, mesh_size, owners
 
 
 def _is_there(name: str) -> bool:
@@ -16,10 +18,10 @@ def _is_there(name: str) -> bool:
 def _forget_looks() -> None:
     """Nothing that is remembered of the scene is to be believed."""
     empty_groups.clear()
-    handle_owner.clear()
+    owners.clear()
     mesh_size.clear()
     seen_mesh.clear()
-    pull_draw.clear()
+    draw.clear()
 
 
 @persistent
@@ -36,7 +38,7 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     ):
         sessions.forget_missing(_is_there)
     empty_groups.forget_updated(depsgraph)
-    handle_owner.forget_updated(depsgraph)
+    owners.forget_updated(depsgraph)
     mesh_size.forget_updated(depsgraph, sessions.acts)
     seen_mesh.forget_updated(depsgraph)
 

@@ -110,7 +110,7 @@ def test_first_pose_by_its_buttons(ui: Ui) -> Steps:
 
 def select_in_edit_mode(obj: bpy.types.Object, vertices: list[int]) -> None:
     bpy.ops.object.mode_set(mode="OBJECT")
-    importlib.import_module(f"{MODULE}.mesh_io").select_vertices(obj, np.array(vertices), shows_hidden=True)
+    importlib.import_module(f"{MODULE}.scene.meshes").select_vertices(obj, np.array(vertices), shows_hidden=True)
     bpy.ops.object.mode_set(mode="EDIT")
 
 
@@ -144,7 +144,7 @@ def test_select_is_one_step_of_undo(ui: Ui) -> Steps:
     yield from ui.move_mouse_to_view()
     yield from ui.key("TAB")
     assert obj.mode == "EDIT"
-    mesh_io = importlib.import_module(f"{MODULE}.mesh_io")
+    mesh_io = importlib.import_module(f"{MODULE}.scene.meshes")
     ui.call(bpy.ops.mesh.select_all, "EXEC_DEFAULT", True, action="SELECT")
     assert ui.call(bpy.ops.arap.group_select, "EXEC_DEFAULT", True, vertex_group="Bottom") == {"FINISHED"}
     yield
