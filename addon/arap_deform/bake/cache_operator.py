@@ -7,9 +7,9 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 
-from .. import api
 from ..pose.job_operator import ShapesJobOperator
 from ..ui.checks import allow, posed_object, reports_errors, why_not_solvable
+from .cache import MeshCacheJob, begin_mesh_cache
 from .cache_file import FORMATS
 from .frames_job import check_range
 from .keys import BYTES_PER_VERTEX, size_text
@@ -92,7 +92,7 @@ class ARAP_OT_export_mesh_cache(ShapesJobOperator, bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        job = api.begin_mesh_cache(
+        job = begin_mesh_cache(
             posed_object(context),
             self.filepath,
             self.frame_start,
@@ -102,7 +102,7 @@ class ARAP_OT_export_mesh_cache(ShapesJobOperator, bpy.types.Operator):
         )
         return self.work_off(context, job)
 
-    def report_shapes(self, job: api.MeshCacheJob, path: Path) -> None:
+    def report_shapes(self, job: MeshCacheJob, path: Path) -> None:
         self.report({"INFO"}, f"Exported {job.n_shapes} frames to {path}")
 
 

@@ -5,10 +5,11 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 
-from .. import api
 from ..pose.job_operator import ShapesJobOperator
+from ..pose.result import bake_pose
 from ..scene import mesh_size, versions
 from ..ui.checks import allow, posed_object, reports_errors, why_no_pose, why_not_solvable
+from .keys import BakeJob, begin_bake, estimate_bake
 
 
 class ARAP_OT_bake_pose(bpy.types.Operator):
@@ -28,7 +29,7 @@ class ARAP_OT_bake_pose(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        key = api.bake_pose(posed_object(context), name=self.name)
+        key = bake_pose(posed_object(context), name=self.name)
         self.report({"INFO"}, f"Baked to shape key '{key.name}'")
         return {"FINISHED"}
 
@@ -90,7 +91,7 @@ class ARAP_OT_bake_animation(ShapesJobOperator, bpy.types.Operator):
         within.active = self.use_fewest_keys
         within.prop(self, "fewest_keys_percent")
         try:
-            text = str(api.estimate_bake(posed_object(context), *self._range))
+            text = str(estimate_bake(posed_object(context), *self._range))
             text = f"At most {text}" if self.use_fewest_keys else text
             icon = "SHAPEKEY_DATA"
             if self.use_fewest_keys:
@@ -111,10 +112,10 @@ class ARAP_OT_bake_animation(ShapesJobOperator, bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         percent = self.fewest_keys_percent if self.use_fewest_keys else None
-        job = api.begin_bake(posed_object(context), *self._range, fewest_keys_percent=percent)
+        job = begin_bake(posed_object(context), *self._range, fewest_keys_percent=percent)
         return self.work_off(context, job)
 
-    def report_shapes(self, job: api.BakeJob, names: list[str]) -> None:
+    def report_shapes(self, job: BakeJob, names: list[str]) -> None:
         text = "Baked shape keys '{}' to '{}': {}"
         self.report({"INFO"}, text.format(names[0], names[-1], job.fit))
 

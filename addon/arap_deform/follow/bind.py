@@ -5,31 +5,32 @@ from __future__ import annotations
 
 import bpy
 
-from .. import api
 from ..core import sessions
 from ..core.arrays import Float32s
 from ..core.session import Session
+from ..core.sessions import SessionInput
 from ..core.worker import Binding
 from . import mesh
+from .update import end_session, rebuild_session
 
 
 class SessionBinding(Binding[Session]):
     """Binds, or gives the live session other handles where it lacks no more than that."""
 
-    def __init__(self, obj: bpy.types.Object, inputs: api.SessionInput, start: Float32s | None = None) -> None:
+    def __init__(self, obj: bpy.types.Object, inputs: SessionInput, start: Float32s | None = None) -> None:
         """Prepares it.
 
         Args:
             obj: the mesh.
-            inputs: of api.session_input().
+            inputs: of session_input().
             start: (n, 3) where the session begins; None: at the pose that the key has.
         """
         self._name = obj.name
         self._inputs = inputs
         self._start_positions = start
         self._former = former = sessions.get(obj.name)
-        api.end_session(obj)  # busy from here on
-        super().__init__(lambda progress: api.rebuild_session(inputs, former, progress))
+        end_session(obj)  # busy from here on
+        super().__init__(lambda progress: rebuild_session(inputs, former, progress))
 
     def drop(self) -> None:
         """Asks the work to stop; where it has not begun, the former session is the live one again."""

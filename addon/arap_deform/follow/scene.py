@@ -12,11 +12,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import api
 from ..core.session_data import Readout
+from ..core.sessions import SessionInput
 from ..scene import redraw, versions
+from ..scene.handle_motion import handle_matrices
 from . import mesh
 from .bind import SessionBinding
+from .update import session_input
 
 # A stroke of a brush tags the mesh at every step. Where Blender does not say whether one is under way, it has ended
 # once there was none for this time.
@@ -109,7 +111,7 @@ class BlenderFollowScene:
         mesh.sync(self._obj())
 
     def matrices(self) -> NDArray[np.float64]:
-        return api.handle_matrices(self._obj(), self._depsgraph())
+        return handle_matrices(self._obj(), self._depsgraph())
 
     def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
         self._announce_write()
@@ -135,8 +137,8 @@ class BlenderFollowScene:
     def iteration_limit(self) -> int:
         return int(self._obj().arap.max_iterations)
 
-    def _read_inputs(self) -> api.SessionInput:
-        return api.session_input(self._obj(), self._depsgraph())
+    def _read_inputs(self) -> SessionInput:
+        return session_input(self._obj(), self._depsgraph())
 
     def _obj(self) -> bpy.types.Object:
         obj = self.obj

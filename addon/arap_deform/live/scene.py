@@ -9,11 +9,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import api
 from ..core import sessions
 from ..core.session_data import Readout
+from ..core.sessions import SessionInput
 from ..follow.bind import SessionBinding
 from ..follow.scene import BlenderFollowScene
+from ..follow.update import session_input
 from ..scene import meshes, pose_key
 from .run import NotNow
 
@@ -93,10 +94,10 @@ class BlenderLiveScene(BlenderFollowScene):
             if bpy.app.background:
                 print(f"ARAP: {obj.arap.live_problem}")
 
-    def _read_inputs(self) -> api.SessionInput:
+    def _read_inputs(self) -> SessionInput:
         # Within a handler nothing may be added to the scene.
         use_nodes = False if self.depsgraph is not None else None
-        return api.session_input(self._obj(), self._depsgraph(), use_nodes=use_nodes)
+        return session_input(self._obj(), self._depsgraph(), use_nodes=use_nodes)
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
         if self.depsgraph is not None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from .. import api
+from ..core.job import Job, run_job
 from ..live import runs
 from ..scene import redraw
 from ..ui.checks import StatusBar
@@ -64,10 +64,10 @@ class JobOperator:
         """Says what has been made."""
         raise NotImplementedError
 
-    def work_off(self, context: bpy.types.Context, job: api.Job[Any]) -> set[str]:
+    def work_off(self, context: bpy.types.Context, job: Job[Any]) -> set[str]:
         """Does the job: at once without a window, else in steps from here on."""
         if bpy.app.background or context.window is None:
-            self.report_result(job, api.run_job(job))
+            self.report_result(job, run_job(job))
             return {"FINISHED"}
         runs.give_up(bpy.data.objects[job.object_name])
         self._run = JobRun(context, job, self.act)

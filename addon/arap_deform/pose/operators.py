@@ -9,17 +9,20 @@ handlers that say when the scene was evaluated, a timer for refining, and one ex
 import bpy
 from bpy.props import BoolProperty
 
-from .. import api
 from ..core import sessions
 from ..core.arrays import Floats
 from ..core.session_data import Readout
+from ..core.sessions import SessionInput
 from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 from ..follow.scene import BlenderFollowScene, is_rendering
+from ..follow.update import end_session
 from ..live import runs
 from ..props import preferences
 from ..scene import app_handlers, pose_key, redraw
+from ..setup.handles import handle_problem
 from ..ui.checks import StatusBar, allow, find_posed_object, is_posed, posed_object, reports_errors, why_not_solvable
 from . import undo
+from .result import capture_state, restore_state
 
 TIMER_S = 0.02
 VIEW_EVENTS = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "NDOF_MOTION"}
@@ -33,7 +36,7 @@ class BlenderPoseScene(BlenderFollowScene):
         super().__init__(obj)
         self.number = 0
         pose_key.forget_removed(obj)
-        self.state = api.capture_state(obj)
+        self.state = capture_state(obj)
         self.key = pose_key.KeyFollower(obj)
         self._counts = _counts(obj)
         former = sessions.get(obj.name)
@@ -60,7 +63,7 @@ class BlenderPoseScene(BlenderFollowScene):
         if reason:
             return f"{reason}: posing has ended"
         for index, handle in enumerate(obj.arap.handles):
-            problem = api.handle_problem(obj, index) if handle.is_enabled else ""
+            problem = handle_problem(obj, index) if handle.is_enabled else ""
             if problem:
                 return f"{problem}. The pose is kept and posing has ended"
         return ""
@@ -71,11 +74,11 @@ class BlenderPoseScene(BlenderFollowScene):
         return readout
 
     def restore(self, obj: bpy.types.Object) -> None:
-        """Everything as before the act. Raises as api.restore_state()."""
+        """Everything as before the act. Raises as restore_state()."""
         self.key.give_name_back(obj)
-        api.restore_state(obj, self.state)
+        restore_state(obj, self.state)
 
-    def _read_inputs(self) -> api.SessionInput:
+    def _read_inputs(self) -> SessionInput:
         inputs = super()._read_inputs()
         topology = inputs.signature.topology
         if self._topology not in {None, topology}:
@@ -119,7 +122,7 @@ class Run:
         _remove(self)
         obj = self.scene.obj
         if obj is None:
-            api.end_session(self.scene.name)
+            end_session(self.scene.name)
         elif end.how is Ending.RESTORE:
             end = restored(end, lambda: self.scene.restore(obj))
         undo.finish(self.scene.name, self.scene.number, as_one_step=end.how is not Ending.LEAVE)

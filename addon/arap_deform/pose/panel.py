@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import api
+from ..core import sessions
 from ..core.session_data import Readout
 from ..ui.checks import find_posed_object, posed_object
 from ..ui.panels import ArapPanel, ArapSubPanel, draw_table, draw_text
@@ -28,7 +28,7 @@ class ARAP_PT_pose(ArapSubPanel, bpy.types.Panel):
         layout = self.layout
         obj = posed_object(context)
         _draw_buttons(layout)
-        readout = api.readout(obj)
+        readout = sessions.readout(obj.name_full)
         if readout is not None and (readout.parts_at_rest or readout.loose_vertices):
             box = layout.box()
             draw_text(context, box, unheld_text(readout), "INFO")
@@ -46,10 +46,10 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = find_posed_object(context)
-        return obj is not None and api.readout(obj) is not None
+        return obj is not None and sessions.readout(obj.name_full) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        readout = api.readout(posed_object(context))
+        readout = sessions.readout(posed_object(context).name_full)
         assert readout is not None
         rows = [
             ("Vertices", f"{readout.vertices:,}"),

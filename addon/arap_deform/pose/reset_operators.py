@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-from .. import api
+from ..scene.placing import reset_handles
 from ..setup.handle_operators import why_no_handles
 from ..ui.checks import allow, posed_object, reports_errors, why_no_pose, why_no_reset
+from .result import apply_pose_as_rest, reset_pose
 
 
 class ARAP_OT_reset_handles(bpy.types.Operator):
@@ -22,7 +23,7 @@ class ARAP_OT_reset_handles(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        held = api.reset_handles(posed_object(context))
+        held = reset_handles(posed_object(context))
         if held:
             text = "Animation, a constraint or a driver holds these handles: {}"
             self.report({"WARNING"}, text.format(", ".join(held)))
@@ -41,7 +42,7 @@ class ARAP_OT_reset_pose(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        api.reset_pose(posed_object(context))
+        reset_pose(posed_object(context))
         return {"FINISHED"}
 
 
@@ -57,7 +58,7 @@ class ARAP_OT_apply_pose_as_rest(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        api.apply_pose_as_rest(posed_object(context))
+        apply_pose_as_rest(posed_object(context))
         return {"FINISHED"}
 
 

@@ -5,18 +5,20 @@ from __future__ import annotations
 
 import bpy
 
-from .. import api
+from ..core.session_data import Readout
 from ..scene import redraw
 from ..ui.checks import allow, posed_object, reports_errors, why_not_solvable
+from . import solve
 from .job_operator import JobOperator
+from .solve import SolveJob, begin_solve
 
 
-def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> api.Readout:
-    """As api.solve(), with the progress at the cursor: for acts whose redo panel solves again at every change."""
+def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> Readout:
+    """As solve(), with the progress at the cursor: for acts whose redo panel solves again at every change."""
     windows = context.window_manager
     windows.progress_begin(0, 100)
     try:
-        readout = api.solve(
+        readout = solve.solve(
             obj,
             context.evaluated_depsgraph_get(),
             progress=lambda fraction: windows.progress_update(100 * fraction),
@@ -27,7 +29,7 @@ def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> ap
     return readout
 
 
-def unsettled_text(readout: api.Readout) -> str:
+def unsettled_text(readout: Readout) -> str:
     """What there is to say where a solve has not converged; '' where it has."""
     if readout.stop_reason == "converged":
         return ""
@@ -35,7 +37,7 @@ def unsettled_text(readout: api.Readout) -> str:
     return text.format(_iterations_text(readout))
 
 
-def _iterations_text(readout: api.Readout) -> str:
+def _iterations_text(readout: Readout) -> str:
     n = readout.iterations
     return "1 iteration" if n == 1 else f"{n} iterations"
 
@@ -57,16 +59,16 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
 
     @reports_errors
     def _begin(self, context: bpy.types.Context) -> set[str]:
-        return self.work_off(context, api.begin_solve(posed_object(context), context.evaluated_depsgraph_get()))
+        return self.work_off(context, begin_solve(posed_object(context), context.evaluated_depsgraph_get()))
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         """For scripts: done when it returns."""
-        self.report_result(None, api.solve(posed_object(context), context.evaluated_depsgraph_get()))
+        self.report_result(None, solve.solve(posed_object(context), context.evaluated_depsgraph_get()))
         redraw.tag_panels()
         return {"FINISHED"}
 
-    def report_result(self, _job: api.SolveJob | None, readout: api.Readout) -> None:
+    def report_result(self, _job: SolveJob | None, readout: Readout) -> None:
         unsettled = unsettled_text(readout)
         if unsettled:
             self.report({"WARNING"}, unsettled)

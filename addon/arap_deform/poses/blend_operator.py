@@ -7,7 +7,6 @@ from collections.abc import Callable
 import bpy
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 
-from .. import api
 from ..live import runs
 from ..pose.result import capture_transforms, restore_transforms
 from ..pose.solve_operator import solve_with_progress, unsettled_text
@@ -15,6 +14,7 @@ from ..scene import redraw
 from ..ui.checks import allow, posed_object, reports_errors
 from . import blend_run
 from .blend_run import BlendRun
+from .library import NOW, REST, Placement, apply_pose, blend_poses
 from .operators import active_name, is_followed, why_not_applicable
 
 STARTS = (
@@ -29,7 +29,7 @@ class PoseOperator:
 
     report: Callable[[set[str], str], None]
 
-    def place(self, context: bpy.types.Context, act: Callable[[bpy.types.Object], api.Placement]) -> set[str]:
+    def place(self, context: bpy.types.Context, act: Callable[[bpy.types.Object], Placement]) -> set[str]:
         """Moves the handles by ``act`` and solves, where nothing else does."""
         obj = posed_object(context)
         runs.give_up(obj)
@@ -67,7 +67,7 @@ class ARAP_OT_poses_apply(PoseOperator, bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         self.pose = self.pose or active_name(context)
-        return self.place(context, lambda obj: api.apply_pose(obj, self.pose))
+        return self.place(context, lambda obj: apply_pose(obj, self.pose))
 
 
 class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
@@ -176,9 +176,9 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
         self.pose = self.pose or active_name(context)
         self.start_pose = self.start_pose or self.pose
 
-    def _blend(self, obj: bpy.types.Object, factor: float) -> api.Placement:
-        start = {"NOW": api.NOW, "REST": api.REST}.get(self.start, self.start_pose)
-        return api.blend_poses(obj, start, self.pose, factor)
+    def _blend(self, obj: bpy.types.Object, factor: float) -> Placement:
+        start = {"NOW": NOW, "REST": REST}.get(self.start, self.start_pose)
+        return blend_poses(obj, start, self.pose, factor)
 
     def _show(self, context: bpy.types.Context) -> None:
         run = self._run

@@ -7,14 +7,14 @@ from collections.abc import Callable
 
 import bpy
 
-from .. import api
 from ..core import sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S, Follower
 from ..follow.scene import BlenderFollowScene
-from ..pose.result import restore_transforms
+from ..pose.result import capture_state, restore_state, restore_transforms
 from ..props import preferences
 from ..scene import redraw
 from ..ui.checks import StatusBar
+from .library import Placement
 
 TIMER_S = 0.02
 PIXELS_A_BLEND = 300  # that the mouse goes from one pose to the other, at a display of usual resolution
@@ -29,7 +29,7 @@ class BlendRun:
         self,
         context: bpy.types.Context,
         obj: bpy.types.Object,
-        blend: Callable[[bpy.types.Object, float], api.Placement],
+        blend: Callable[[bpy.types.Object, float], Placement],
         mouse_x: int,
         *,
         is_followed: bool,
@@ -47,7 +47,7 @@ class BlendRun:
         self._blend = blend
         self._start_x = mouse_x
         self._pixels = PIXELS_A_BLEND * context.preferences.system.ui_scale
-        self._state = api.capture_state(obj)
+        self._state = capture_state(obj)
         self._follower = None if is_followed else Follower(BlenderFollowScene(obj))
         if self._follower is not None:
             self._follower.begin()
@@ -116,7 +116,7 @@ class BlendRun:
             if obj is None or self._follower is None:
                 restore_transforms(self._state.transforms)
             else:
-                api.restore_state(obj, self._state)
+                restore_state(obj, self._state)
         except (ValueError, RuntimeError) as error:
             return str(error)
         return ""

@@ -5,7 +5,6 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
-from .. import api
 from ..pose.job_operator import ShapesJobOperator
 from ..ui.checks import (
     allow,
@@ -16,6 +15,8 @@ from ..ui.checks import (
     why_not_object_mode,
     why_not_solvable,
 )
+from .keys import PoseKeysJob, begin_pose_keys
+from .library import delete_pose, mirror_pose, store_pose
 
 AXES = (
     ("X", "X", "Left and right of the object's own plane X = 0"),
@@ -100,7 +101,7 @@ class ARAP_OT_poses_store(bpy.types.Operator):
         name = active_name(context) if self.is_replacing else self.name
         if self.is_replacing and not name:
             raise ValueError("There is no pose to store into: choose one in the list")
-        pose = api.store_pose(posed_object(context), name, replace=self.is_replacing)
+        pose = store_pose(posed_object(context), name, replace=self.is_replacing)
         n = len(pose.motions)
         text = "Stored pose '{}' of 1 handle" if n == 1 else "Stored pose '{}' of {} handles"
         self.report({"INFO"}, text.format(pose.name, n))
@@ -119,7 +120,7 @@ class ARAP_OT_poses_delete(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        api.delete_pose(posed_object(context), active_name(context))
+        delete_pose(posed_object(context), active_name(context))
         return {"FINISHED"}
 
 
@@ -140,7 +141,7 @@ class ARAP_OT_poses_mirror(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        pose = api.mirror_pose(posed_object(context), active_name(context), "XYZ".index(self.axis))
+        pose = mirror_pose(posed_object(context), active_name(context), "XYZ".index(self.axis))
         self.report({"INFO"}, f"Stored pose '{pose.name}'")
         return {"FINISHED"}
 
@@ -162,9 +163,9 @@ class ARAP_OT_poses_to_keys(ShapesJobOperator, bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        return self.work_off(context, api.begin_pose_keys(posed_object(context)))
+        return self.work_off(context, begin_pose_keys(posed_object(context)))
 
-    def report_shapes(self, _job: api.PoseKeysJob, names: list[str]) -> None:
+    def report_shapes(self, _job: PoseKeysJob, names: list[str]) -> None:
         text = "Made 1 shape key: {1}" if len(names) == 1 else "Made {0} shape keys: {1}"
         self.report({"INFO"}, text.format(len(names), ", ".join(names)))
 

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from .. import api
 from ..core import sessions
 from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored
 from ..follow.scene import is_rendering
+from ..follow.update import end_session
 from ..live import runs
+from ..pose.result import restore_state
 from ..props import preferences
 from ..scene import meshes, redraw
 from ..ui.checks import StatusBar
@@ -154,9 +155,9 @@ class PullRun:
         sessions.release(self.scene.name, self.act)
         obj = self.scene.obj
         if obj is None:
-            api.end_session(self.scene.name)
+            end_session(self.scene.name)
         elif end.how is Ending.RESTORE:
-            end = restored(end, lambda: api.restore_state(obj, self.scene.state))
+            end = restored(end, lambda: restore_state(obj, self.scene.state))
         elif end.how is Ending.KEEP:
             pins.add(obj, self.scene.pull.grabs)
         self._status.clear()

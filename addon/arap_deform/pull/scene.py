@@ -9,13 +9,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import api
 from ..core import sessions
 from ..core.arrays import Floats
 from ..core.session_data import Readout
 from ..follow import mesh
 from ..follow.bind import SessionBinding
 from ..follow.scene import BlenderFollowScene
+from ..pose.result import capture_state
 from ..scene import meshes, pose_key
 from . import hold
 from .region import Grab
@@ -30,7 +30,7 @@ class PullScene(BlenderFollowScene):
         """Begins. Raises ValueError where the mesh cannot be pulled there; then nothing has changed."""
         super().__init__(obj)
         pose_key.forget_removed(obj)
-        self.state = api.capture_state(obj)
+        self.state = capture_state(obj)
         self.motion: Floats = np.eye(4)
         self.pull = hold.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), grabs)
         self._world = meshes.read_matrix(obj, bpy.context.evaluated_depsgraph_get())

@@ -10,11 +10,11 @@ import bpy
 import numpy as np
 from bpy.props import FloatProperty, StringProperty
 
-from .. import api
 from ..core.arrays import Ints
 from ..scene import groups, mesh_size, meshes
 from ..ui.checks import allow, check_visible, object_mode, posed_object, reports_errors, why_busy, why_not_changeable
 from .select_operators import select_in_edit_mode
+from .stiffness import soften_group
 
 DEFAULT_RADIUS = 0.05  # of a soft edge, as a fraction of the mesh's size
 
@@ -126,7 +126,7 @@ class ARAP_OT_group_soften(_GroupOperator, bpy.types.Operator):
         if not self.properties.is_property_set("radius"):
             self.radius = DEFAULT_RADIUS * mesh_size.diagonal(obj, context.evaluated_depsgraph_get())
         with object_mode(obj):
-            api.soften_group(obj, group, self.radius)
+            soften_group(obj, group, self.radius)
         return {"FINISHED"}
 
 

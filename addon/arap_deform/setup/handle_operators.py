@@ -5,7 +5,6 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from .. import api
 from ..ui.checks import (
     allow,
     find_posed_object,
@@ -16,6 +15,7 @@ from ..ui.checks import (
     why_not_changeable,
     why_not_object_mode,
 )
+from .handles import add_handle, add_handles_for, remove_handle
 
 Target = tuple[bpy.types.Object, str]  # the name of the bone is '' for a whole object
 
@@ -68,7 +68,7 @@ class ARAP_OT_handle_add(bpy.types.Operator):
         obj = posed_object(context)
         vertices = selected_vertices(obj, "No vertices are selected: select those that the handle shall move")
         with one_step(obj, self.bl_label):
-            api.add_handle(obj, vertices, name=self.name, is_exact=self.is_exact)
+            add_handle(obj, vertices, name=self.name, is_exact=self.is_exact)
         return {"FINISHED"}
 
 
@@ -102,7 +102,7 @@ class ARAP_OT_handle_add_from_empties(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        api.add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
+        add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
         return {"FINISHED"}
 
 
@@ -120,7 +120,7 @@ class ARAP_OT_handle_remove(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         with one_step(obj, self.bl_label):
-            api.remove_handle(obj, obj.arap.active_handle_index)
+            remove_handle(obj, obj.arap.active_handle_index)
         return {"FINISHED"}
 
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import bpy
 
-from .. import api
 from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
 from ..ui.panels import ArapPanel, ArapSubPanel, draw_list, draw_text, is_following, split_column
 from .group_buttons import draw_group_buttons
+from .handles import handle_problem
 
 
 class ARAP_UL_handles(bpy.types.UIList):
@@ -96,7 +96,7 @@ def _problem(obj: bpy.types.Object, index: int) -> str:
     """Why an enabled handle cannot work, '' if it can."""
     if not obj.arap.handles[index].is_enabled:
         return ""
-    return api.handle_problem(obj, index, with_weights=not is_following(obj))
+    return handle_problem(obj, index, with_weights=not is_following(obj))
 
 
 CLASSES = (ARAP_UL_handles, ARAP_PT_handles, ARAP_PT_handle_look)

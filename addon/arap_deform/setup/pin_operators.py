@@ -5,8 +5,8 @@
 import bpy
 from bpy.props import StringProperty
 
-from .. import api
 from ..ui.checks import allow, one_step, posed_object, reports_errors, selected_vertices, why_not_changeable
+from .pins import add_pin, add_pin_group, remove_pin
 
 
 def why_nothing_to_pin(context: bpy.types.Context) -> str:
@@ -53,12 +53,12 @@ class ARAP_OT_pin_add(bpy.types.Operator):
         if obj.mode == "EDIT":
             vertices = selected_vertices(obj, "No vertices are selected: select those to hold")
             with one_step(obj, self.bl_label):
-                api.add_pin(obj, vertices, name=self.name)
+                add_pin(obj, vertices, name=self.name)
         elif not self.vertex_group:
             raise ValueError("Choose the vertex group to pin, or select vertices in Edit Mode")
         else:
             with one_step(obj, self.bl_label):
-                api.add_pin_group(obj, self.vertex_group)
+                add_pin_group(obj, self.vertex_group)
         return {"FINISHED"}
 
 
@@ -79,7 +79,7 @@ class ARAP_OT_pin_remove(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         with one_step(obj, self.bl_label):
-            api.remove_pin(obj, obj.arap.active_pin_index)
+            remove_pin(obj, obj.arap.active_pin_index)
         return {"FINISHED"}
 
 

@@ -5,9 +5,9 @@
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from .. import api
 from ..scene import meshes
 from ..ui.checks import allow, one_step, posed_object, reports_errors, selected_vertices, why_not_changeable
+from .stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness
 
 
 def why_not_rigid(context: bpy.types.Context) -> str:
@@ -63,14 +63,14 @@ class ARAP_OT_stiffness_add(bpy.types.Operator):
         if obj.mode == "EDIT":
             vertices = selected_vertices(obj, "No vertices are selected: select those to stiffen")
             with one_step(obj, self.bl_label):
-                api.add_stiffness(obj, vertices, name=self.name)
+                add_stiffness(obj, vertices, name=self.name)
             return {"FINISHED"}
         meshes.check_mesh(obj)  # before there is a group that nothing would use
         with one_step(obj, self.bl_label):
             if self.vertex_group:
-                api.add_stiffness_group(obj, self.vertex_group)
+                add_stiffness_group(obj, self.vertex_group)
             else:
-                api.add_stiffness_group(obj, obj.vertex_groups.new(name=self.name).name).has_made_group = True
+                add_stiffness_group(obj, obj.vertex_groups.new(name=self.name).name).has_made_group = True
         return {"FINISHED"}
 
 
@@ -98,7 +98,7 @@ class ARAP_OT_rigid_add(bpy.types.Operator):
         obj = posed_object(context)
         vertices = selected_vertices(obj, "No vertices are selected: select those that shall keep their shape")
         with one_step(obj, self.bl_label):
-            api.add_rigid(obj, vertices, name=self.name, is_one_body=self.is_one_body)
+            add_rigid(obj, vertices, name=self.name, is_one_body=self.is_one_body)
         return {"FINISHED"}
 
 
@@ -119,7 +119,7 @@ class ARAP_OT_stiffness_remove(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         with one_step(obj, self.bl_label):
-            api.remove_stiffness(obj, obj.arap.active_stiffness_index)
+            remove_stiffness(obj, obj.arap.active_stiffness_index)
         return {"FINISHED"}
 
 

@@ -14,8 +14,9 @@ import numpy as np
 from bpy.app.handlers import persistent
 from mathutils import Matrix
 
-from .. import api
+from ..core import sessions
 from ..core.arrays import Float32s, Ints
+from ..core.session_data import Readout
 from ..scene import app_handlers, pose_key, versions
 from ..ui import batches, colors
 from ..ui.checks import find_drawn_object
@@ -36,7 +37,7 @@ class Drawn:
         self.has_pinned = False  # those read last are those of now
         self.pinned: Ints = np.empty(0, dtype=np.int32)
         self._stamp: tuple[Any, ...] = ()
-        self._readout: api.Readout | None = None
+        self._readout: Readout | None = None
         self.heat: gpu.types.GPUBatch | None = None
         self.pins: gpu.types.GPUBatch | None = None
         self.lines: gpu.types.GPUBatch | None = None
@@ -52,7 +53,7 @@ class Drawn:
         stamp = (_changes, settings.show_strain, settings.show_pins, settings.strain_limit)
         if stamp == self._stamp and self.is_of(obj):
             return
-        self._stamp, self._readout = stamp, api.readout(obj)
+        self._stamp, self._readout = stamp, sessions.readout(obj.name_full)
         self.heat = self.pins = None
         surface = self.surface
         if settings.show_strain or settings.show_pins:
@@ -64,7 +65,7 @@ class Drawn:
 
     def is_of(self, obj: bpy.types.Object) -> bool:
         """Whether the object was not solved since."""
-        return self._readout is api.readout(obj)
+        return self._readout is sessions.readout(obj.name_full)
 
     def _update_lines(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
         ends = data.handle_lines(obj, depsgraph) if obj.arap.overlay.show_handles else self.ends[:0]

@@ -11,8 +11,7 @@ from typing import Any
 
 import bpy
 
-from .. import api
-from ..core import sessions
+from ..core import native, sessions
 from ..core.arrays import Ints
 from ..follow.act import PoseAct
 from ..follow.scene import is_rendering
@@ -152,12 +151,12 @@ def why_no_pose(context: bpy.types.Context) -> str:
 
 def why_not_solvable(context: bpy.types.Context) -> str:
     """As why_not_idle(), and there must be a solver and something that moves."""
-    return why_not_idle(context) or api.native_problem() or _why_nothing_moves(posed_object(context))
+    return why_not_idle(context) or native.problem() or _why_nothing_moves(posed_object(context))
 
 
 def why_not_live(context: bpy.types.Context) -> str:
     """Why Live cannot be switched on: there must be a solver, a mesh of this file, and something that moves it."""
-    return why_no_mesh(context) or api.native_problem() or _why_nothing_moves(posed_object(context))
+    return why_no_mesh(context) or native.problem() or _why_nothing_moves(posed_object(context))
 
 
 def _why_nothing_moves(obj: bpy.types.Object) -> str:
@@ -176,7 +175,7 @@ def why_no_reset(context: bpy.types.Context) -> str:
 
 def why_not_pullable(context: bpy.types.Context) -> str:
     """As why_not_idle(), and there must be a solver, and the mesh must be seen."""
-    reason = why_not_idle(context) or api.native_problem()
+    reason = why_not_idle(context) or native.problem()
     if reason:
         return reason
     obj = posed_object(context)

@@ -12,8 +12,7 @@ from typing import Any
 import blf
 import bpy
 
-from .. import api
-from ..core import sessions
+from ..core import native, sessions
 from ..follow.act import Phase, PoseAct
 from ..scene import versions
 from .checks import find_posed_object
@@ -50,7 +49,7 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        problem = api.native_problem()
+        problem = native.problem()
         if problem:
             draw_text(context, layout.box(), problem, "ERROR")
         obj = find_posed_object(context)
