@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..scene.placing import reset_handles
-from ..setup.handle_operators import why_no_handles
+from ..setup.list_operators import why_no_handles
 from ..ui.checks import allow, posed_object, reports_errors, why_no_pose, why_no_reset
 from .result import apply_pose_as_rest, reset_pose
 

@@ -2,13 +2,4 @@
 """Pins, handles and stiffness: made, listed, painted."""
 
 # What registers something, in this order.
-MODULES = (
-    "pin_operators",
-    "handle_operators",
-    "stiffness_operators",
-    "group_operators",
-    "select_operators",
-    "pin_panel",
-    "handle_panel",
-    "stiffness_panel",
-)
+MODULES = ("list_operators", "select_operators", "group_operators", "panels")

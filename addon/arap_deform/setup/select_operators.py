@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Edit Mode of the mesh that the panel means, and the selection of what nothing holds."""
+"""Enter and leave Edit Mode of the panel's mesh, and select vertices there."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import bpy
 
 from ..core.arrays import Ints
 from ..scene import meshes, unheld
-from ..ui.checks import allow, check_visible, object_mode, posed_object, reports_errors, why_busy, why_no_mesh
+from ..ui.checks import ArapOperator, check_visible, object_mode, posed_object, why_busy, why_no_mesh
 
 
 def enter_edit_mode(context: bpy.types.Context, obj: bpy.types.Object) -> None:
-    """Of this mesh alone, whatever is active and selected. Raises ValueError where it is hidden."""
+    """For this mesh alone. Raises ValueError if it is hidden."""
     _take_alone(context, obj)
     bpy.ops.object.mode_set(mode="EDIT")
 
@@ -21,16 +21,15 @@ def enter_edit_mode(context: bpy.types.Context, obj: bpy.types.Object) -> None:
 def select_in_edit_mode(
     context: bpy.types.Context, obj: bpy.types.Object, find: Callable[[], Ints], *, shows_hidden: bool
 ) -> int:
-    """Selects the vertices found, and nothing else, in Edit Mode of this mesh alone; where none are, nothing happens.
+    """Selects only the vertices that ``find`` returns, in Edit Mode of this mesh alone. Does nothing if it finds none.
 
-    Edit Mode is left once at most, because entering it takes long on a large mesh: while ``find`` reads the mesh and
-    Blender is told what is selected.
+    Leaves Edit Mode once, for both reading the mesh and selecting: entering it takes long on a large mesh.
 
     Returns:
-        How many were found.
+        The number of vertices found.
 
     Raises:
-        ValueError: where the mesh is hidden.
+        ValueError: the mesh is hidden.
     """
     check_visible(obj)
     with object_mode(obj):
@@ -46,7 +45,7 @@ def select_in_edit_mode(
 
 
 def _take_alone(context: bpy.types.Context, obj: bpy.types.Object) -> None:
-    """Makes it the only object that is selected, and active, in Object Mode. Raises ValueError where it is hidden."""
+    """Makes it active and the only selected object, in Object Mode. Raises ValueError if it is hidden."""
     check_visible(obj)
     if context.object is not None and context.object.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
@@ -56,42 +55,39 @@ def _take_alone(context: bpy.types.Context, obj: bpy.types.Object) -> None:
     context.view_layer.objects.active = obj
 
 
-class ARAP_OT_edit_mesh(bpy.types.Operator):
+def why_not_editable(context: bpy.types.Context) -> str:
+    """As why_no_mesh(). No act may be using the mesh."""
+    return why_no_mesh(context) or why_busy(posed_object(context))
+
+
+def why_nothing_held(context: bpy.types.Context) -> str:
+    """As why_not_editable(). The mesh must have a pin or a handle."""
+    reason = why_not_editable(context)
+    if reason or posed_object(context).arap.pins or posed_object(context).arap.handles:
+        return reason
+    return "Add a pin or a handle first: nothing holds the mesh yet"
+
+
+class ARAP_OT_edit_mesh(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.edit_mesh"
-    bl_label = "ARAP Edit Mode"
-    bl_description = "Go to Edit Mode of the mesh, where vertices are selected, or back to Object Mode"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_label = "Enter or Leave Edit Mode"
+    bl_description = "Go to Edit Mode of the mesh to select vertices, or back to Object Mode"
+    why_not = staticmethod(why_not_editable)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_editable(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        obj = posed_object(context)
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         if obj.mode == "EDIT":
             bpy.ops.object.mode_set(mode="OBJECT")
         else:
             enter_edit_mode(context, obj)
-        return {"FINISHED"}
 
 
-class ARAP_OT_select_unheld(bpy.types.Operator):
+class ARAP_OT_select_unheld(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.select_unheld"
-    bl_label = "Select ARAP Parts without Pins and Handles"
-    bl_description = "Select, in Edit Mode, the parts of the mesh that no pin or handle holds, and its loose vertices"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_label = "Select Free Parts"
+    bl_description = "Select the parts of the mesh and the loose vertices without a pin or handle, in Edit Mode"
+    why_not = staticmethod(why_nothing_held)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        reason = why_not_editable(context)
-        if not reason and not (posed_object(context).arap.pins or posed_object(context).arap.handles):
-            reason = "Add a pin or a handle first: nothing holds the mesh yet"
-        return allow(cls, reason)
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        obj = posed_object(context)
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         n_parts = 0
 
         def find() -> Ints:
@@ -100,26 +96,8 @@ class ARAP_OT_select_unheld(bpy.types.Operator):
             return vertices
 
         n = select_in_edit_mode(context, obj, find, shows_hidden=True)
-        if n:
-            self.report({"INFO"}, f"Selected {n} vertices, in {n_parts} parts of the mesh")
-        else:
-            self.report({"INFO"}, "Every part of the mesh is held by a pin or handle")
-        return {"FINISHED"}
+        message = f"Selected {n} vertices in {n_parts} parts" if n else "Every part of the mesh has a pin or handle"
+        self.report({"INFO"}, message)
 
 
-def why_not_editable(context: bpy.types.Context) -> str:
-    """As why_no_mesh(), and no act must have the mesh."""
-    return why_no_mesh(context) or why_busy(posed_object(context))
-
-
-CLASSES = (ARAP_OT_edit_mesh, ARAP_OT_select_unheld)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory((ARAP_OT_edit_mesh, ARAP_OT_select_unheld))

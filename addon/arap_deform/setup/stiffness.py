@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stiffness of an object: entries made and removed; the edge of a group softened."""
+"""Stiffness of an object: entries added and removed. And the soft edge of a vertex group."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from ..core.distance import distances_within, faded
 from ..scene import groups, meshes
 from ..scene.groups import VertexIndices
-from .lists import GroupList
+from .pins import GroupList
 
 if TYPE_CHECKING:
     from ..props.stiffness import ArapStiffness
@@ -35,8 +35,8 @@ def add_rigid(
 ) -> ArapStiffness:
     """Makes a vertex group of ``vertices`` that keeps its shape.
 
-    Each connected piece moves as one body: two shoes go their own ways. ``is_one_body``: all of it together, also
-    pieces that are not joined, as the shells of a helmet.
+    Each connected piece moves as one body, for example each of two shoes. With ``is_one_body`` all pieces move as one
+    body, for example the shells of a helmet.
     """
     entry: ArapStiffness = STIFFNESS.add_vertices(obj, vertices, name)
     entry.is_rigid, entry.is_one_body = True, is_one_body
@@ -44,29 +44,28 @@ def add_rigid(
 
 
 def add_stiffness_group(obj: bpy.types.Object, vertex_group: str) -> ArapStiffness:
-    """Puts an existing vertex group on the list; where it is there already, returns that entry, enabled."""
+    """Adds an existing vertex group to the list. If it is there already, returns that entry, enabled."""
     entry: ArapStiffness = STIFFNESS.add_group(obj, vertex_group)
     return entry
 
 
 def remove_stiffness(obj: bpy.types.Object, index: int) -> None:
-    """Takes an entry off the list, and its vertex group where the entry made it and nothing else uses it."""
+    """Removes an entry, and its vertex group if the entry made it and nothing else uses it."""
     STIFFNESS.remove(obj, index)
 
 
 def soften_group(obj: bpy.types.Object, vertex_group: str, radius: float) -> None:
-    """Fades a group out around its vertices of weight 1, smoothly to 0 at ``radius`` from them.
+    """Fades a group out smoothly around its vertices of weight 1, to 0 at the distance ``radius``.
 
-    All weights below 1 are replaced, so that the result depends on these vertices and the radius alone; 0 makes the
-    edge hard.
+    All weights below 1 are replaced: the result depends only on the vertices of weight 1 and the radius.
 
     Args:
         obj: the mesh.
-        vertex_group: of it.
-        radius: along the surface at rest, in world units as seen.
+        vertex_group: the name of its group.
+        radius: along the surface at rest, in world units. 0 makes a hard edge.
 
     Raises:
-        ValueError: no mesh that can be used, no such group, a negative radius, or no vertex of weight 1.
+        ValueError: the mesh cannot be used, has no such group, or no vertex of weight 1; or the radius is negative.
     """
     meshes.check_mesh(obj)
     groups.check(obj, vertex_group)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panel "Show": what the overlay draws."""
+"""The sub-panel "Display": what the overlay draws."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from ..ui.checks import posed_object
 from ..ui.panels import ArapSubPanel, draw_text, split_column
 
 
-class ARAP_PT_overlay(ArapSubPanel, bpy.types.Panel):
+class ARAP_PT_display(ArapSubPanel, bpy.types.Panel):
     """Toggles of the overlay."""
 
-    bl_idname = "ARAP_PT_overlay"
-    bl_label = "Show"
+    bl_idname = "ARAP_PT_display"
+    bl_label = "Display"
     bl_order = 80
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -31,9 +31,4 @@ class ARAP_PT_overlay(ArapSubPanel, bpy.types.Panel):
             draw_text(context, layout, "Overlays are off in this view", "INFO")
 
 
-def register() -> None:
-    bpy.utils.register_class(ARAP_PT_overlay)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(ARAP_PT_overlay)
+register, unregister = bpy.utils.register_classes_factory((ARAP_PT_display,))

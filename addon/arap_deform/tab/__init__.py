@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What ties the tab together."""
+"""First Pose, Advanced, and the menus."""
 
 # What registers something, in this order.
-MODULES = ("first_pose_panel", "settings_panel", "menus")
+MODULES = ("first_pose_panel", "advanced_panel", "menus")

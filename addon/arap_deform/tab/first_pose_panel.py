@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panel "First Pose": five lines that are buttons, and are ticked off, until the mesh has been posed."""
+"""The sub-panel "First Pose": five buttons that are ticked off, until the mesh has a pose."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from . import first_pose
 
 
 class ARAP_PT_first_pose(ArapPanel, bpy.types.Panel):
-    """What somebody new does next."""
+    """The next step for a newcomer."""
 
     bl_idname = "ARAP_PT_first_pose"
     bl_label = "First Pose"
@@ -42,9 +42,4 @@ class ARAP_PT_first_pose(ArapPanel, bpy.types.Panel):
                 draw_text(context, column, problem or step.hint, "ERROR" if problem else "BLANK1")
 
 
-def register() -> None:
-    bpy.utils.register_class(ARAP_PT_first_pose)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(ARAP_PT_first_pose)
+register, unregister = bpy.utils.register_classes_factory((ARAP_PT_first_pose,))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The menu "ARAP" of each mode, and what the menus of the right mouse button have. F3 finds what is in a menu."""
+"""The menu "ARAP" of each mode, and its short form in the context menus. F3 finds what is in a menu."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ CONTEXT_PARENTS = (
 
 
 class ARAP_MT_main(bpy.types.Menu):
-    """All acts; those that cannot be done now are grey."""
+    """All acts."""
 
     bl_idname = "ARAP_MT_main"
     bl_label = "ARAP"
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout
-        layout.operator_context = "INVOKE_REGION_WIN"  # some of the parents have set it to run without dialogs
+        layout.operator_context = "INVOKE_REGION_WIN"  # some parent menus run operators without their dialogs
         layout.operator("arap.pose", icon="PLAY")
         layout.operator("arap.pull_tool", icon="VIEW_PAN")
         layout.operator("arap.solve", icon="FILE_REFRESH")
@@ -62,7 +62,7 @@ class ARAP_MT_main(bpy.types.Menu):
 
 
 class ARAP_MT_context(bpy.types.Menu):
-    """What is done most in the mode at hand."""
+    """The most frequent acts of the mode."""
 
     bl_idname = "ARAP_MT_context"
     bl_label = "ARAP"
@@ -71,20 +71,20 @@ class ARAP_MT_context(bpy.types.Menu):
         layout = self.layout
         layout.operator_context = "INVOKE_REGION_WIN"
         if context.mode == "EDIT_MESH":
-            layout.operator("arap.pin_add", text="Pin Selected Vertices", icon="PINNED")
-            layout.operator("arap.handle_add", text="Add Handle to Selected Vertices", icon="EMPTY_AXIS")
-            layout.operator("arap.select_unheld", text="Select Parts without Pins and Handles")
+            layout.operator("arap.pin_add", icon="PINNED")
+            layout.operator("arap.handle_add", icon="EMPTY_AXIS")
+            layout.operator("arap.select_unheld")
         elif context.mode == "PAINT_WEIGHT":
-            layout.operator("arap.pin_add", text="Pin Vertex Group", icon="PINNED")
+            layout.operator("arap.pin_add", icon="PINNED")
         else:
-            layout.operator("arap.pose", text="Pose", icon="PLAY")
-            layout.operator("arap.pull_tool", text="Pull", icon="VIEW_PAN")
-            layout.operator("arap.solve", text="Solve", icon="FILE_REFRESH")
-            layout.operator("arap.bake_pose", text="Bake Pose", icon="SHAPEKEY_DATA")
+            layout.operator("arap.pose", icon="PLAY")
+            layout.operator("arap.pull_tool", icon="VIEW_PAN")
+            layout.operator("arap.solve", icon="FILE_REFRESH")
+            layout.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
             layout.separator()
-            layout.operator("arap.handle_add_from_empties", text="Add Handles from Selected Empties", icon="EMPTY_AXIS")
-            layout.operator("arap.reset_handles", text="Reset Handles", icon="LOOP_BACK")
-            layout.operator("arap.reset_pose", text="Reset Pose")
+            layout.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")
+            layout.operator("arap.reset_handles", icon="LOOP_BACK")
+            layout.operator("arap.reset_pose")
 
 
 def _draw(self: Any, _context: bpy.types.Context) -> None:

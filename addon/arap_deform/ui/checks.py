@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every operator and panel asks first: which mesh, and may it be changed."""
+"""What every operator and panel asks first: which mesh, and may it change. And what operators share."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from ..follow.act import PoseAct
 from ..follow.scene import is_rendering
 from ..scene import meshes, owners, pose_key
 
-STATUS_AGAIN_S = 0.5  # a transform clears the status bar when it ends, so it is set again this often
+STATUS_AGAIN_S = 0.5  # how often the status bar is set again: a transform clears it when it ends
 
 Execute = Callable[[Any, bpy.types.Context], set[str]]
 
 
 def posed_object(context: bpy.types.Context) -> bpy.types.Object:
-    """As find_posed_object(), where poll() has found one."""
+    """As find_posed_object(). Raises ValueError if there is none."""
     obj = find_posed_object(context)
     if obj is None:
         raise ValueError("Select a mesh first")
@@ -31,15 +31,15 @@ def posed_object(context: bpy.types.Context) -> bpy.types.Object:
 
 
 def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
-    """The mesh that panels and operators mean, None where there is none.
+    """The mesh that panels and operators work on, None if there is none.
 
-    The active mesh, unless it is a mere handle of one that is being posed; else the mesh that has the active object as
-    a handle, so that the panel stays when an empty or an armature is picked; else the one that is being posed; else the
-    one selected mesh.
+    The first of: the active mesh, unless it is only a handle of a mesh that is being posed; the mesh that the active
+    object moves, so the panel stays when an empty or an armature is picked; the only mesh that is being posed; the only
+    selected mesh.
     """
     active = context.object
     found = [_local_object(context.view_layer, name) for name in sessions.acts]
-    posed = [obj for obj in found if obj is not None]  # others are of another scene, or renamed
+    posed = [obj for obj in found if obj is not None]  # the others are in another scene, or renamed
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
             return active
@@ -58,7 +58,7 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
 
 
 def find_drawn_object(context: bpy.types.Context) -> bpy.types.Object | None:
-    """As find_posed_object(), None too where this 3D view hides it or its overlays."""
+    """As find_posed_object(). None too if this 3D view hides the mesh or all overlays."""
     space = context.space_data
     if space is None or not space.overlay.show_overlays:
         return None
@@ -67,7 +67,7 @@ def find_drawn_object(context: bpy.types.Context) -> bpy.types.Object | None:
 
 
 def _local_object(view_layer: bpy.types.ViewLayer, name: str) -> bpy.types.Object | None:
-    """The object of this file with that name, which a linked one may have as well."""
+    """The object of that name in this file. A linked object may have the same name."""
     obj = view_layer.objects.get(name)
     if obj is None or obj.library is None:
         return obj
@@ -75,7 +75,7 @@ def _local_object(view_layer: bpy.types.ViewLayer, name: str) -> bpy.types.Objec
 
 
 def why_no_mesh(context: bpy.types.Context) -> str:
-    """Why there is nothing to work on; '' where there is."""
+    """Why there is no mesh to work on, '' if there is one."""
     obj = find_posed_object(context)
     if obj is None:
         return "Select a mesh first"
@@ -83,23 +83,23 @@ def why_no_mesh(context: bpy.types.Context) -> str:
         return "This mesh is linked from another file: make it local first (Object > Relations > Make Local)"
     if meshes.is_override(obj) or meshes.is_override(obj.data):
         return (
-            "This mesh is a library override, in which a pose is not saved: make it local first "
+            "This mesh is a library override, which does not save a pose: make it local first "
             "(Object > Relations > Make Local)"
         )
     return ""
 
 
 def why_not_idle(context: bpy.types.Context) -> str:
-    """As why_no_mesh(), in Object Mode (an armature may be in Pose Mode), and neither an act nor a render has it."""
+    """As why_no_mesh(). The mesh must be in Object Mode, and no act and no render may be using it."""
     reason = why_no_mesh(context)
     if reason:
         return reason
     obj = posed_object(context)
-    return why_not_object_mode(obj) or why_busy(obj) or ("Wait until the render has ended" if is_rendering() else "")
+    return why_not_object_mode(obj) or why_busy(obj) or ("Wait until the render ends" if is_rendering() else "")
 
 
 def why_not_object_mode(obj: bpy.types.Object) -> str:
-    """How Object Mode is reached from the mode that the object is in; '' where it is in it."""
+    """How to go to Object Mode, '' if the object is in it."""
     if obj.mode == "OBJECT":
         return ""
     if obj.mode == "EDIT":
@@ -108,18 +108,18 @@ def why_not_object_mode(obj: bpy.types.Object) -> str:
 
 
 def why_busy(obj: bpy.types.Object) -> str:
-    """Which act has the mesh for itself, and how it ends; '' where none has."""
+    """Which act is using the mesh, and how to end it, '' if none is."""
     act = sessions.acts.get(obj.name_full)
     if isinstance(act, PoseAct):
         if act.is_drag:
-            return "The mesh is being pulled: wait until it has settled, or press Esc"
+            return "The mesh is being pulled: wait until it settles, or press Esc"
         return "End the pose first: Enter keeps it, Esc cancels it"
-    # In another window, or by a script.
+    # From another window, or from a script.
     return f"Wait for the mesh: {act.doing}" if act is not None else ""
 
 
 def is_posed(obj: bpy.types.Object) -> bool:
-    """Whether a posing act has it; not a drag of its surface."""
+    """Whether a posing act is using the mesh. A drag of its surface is none."""
     return _posing_act(obj) is not None
 
 
@@ -129,7 +129,7 @@ def _posing_act(obj: bpy.types.Object) -> PoseAct | None:
 
 
 def why_busy_but_posed(obj: bpy.types.Object) -> str:
-    """As why_busy(), for what may be done within a posing act."""
+    """As why_busy(), for acts that are allowed while posing."""
     act = _posing_act(obj)
     if act is None:
         return why_busy(obj)
@@ -137,12 +137,12 @@ def why_busy_but_posed(obj: bpy.types.Object) -> str:
 
 
 def why_not_changeable(context: bpy.types.Context) -> str:
-    """As why_no_mesh(), and no act but posing may have it: for pins, handles and what else posing follows."""
+    """As why_no_mesh(). No act but posing may be using the mesh: posing follows pins, handles and stiffness."""
     return why_no_mesh(context) or why_busy_but_posed(posed_object(context))
 
 
 def why_no_pose(context: bpy.types.Context) -> str:
-    """As why_not_idle(), and there must be a pose to do something with."""
+    """As why_not_idle(). The mesh must have a pose."""
     reason = why_not_idle(context)
     if reason or pose_key.find(posed_object(context)) is not None:
         return reason
@@ -150,12 +150,12 @@ def why_no_pose(context: bpy.types.Context) -> str:
 
 
 def why_not_solvable(context: bpy.types.Context) -> str:
-    """As why_not_idle(), and there must be a solver and something that moves."""
+    """As why_not_idle(). There must be a solver, and a handle."""
     return why_not_idle(context) or native.problem() or _why_nothing_moves(posed_object(context))
 
 
 def why_not_live(context: bpy.types.Context) -> str:
-    """Why Live cannot be switched on: there must be a solver, a mesh of this file, and something that moves it."""
+    """As why_no_mesh(). There must be a solver, and a handle."""
     return why_no_mesh(context) or native.problem() or _why_nothing_moves(posed_object(context))
 
 
@@ -166,7 +166,7 @@ def _why_nothing_moves(obj: bpy.types.Object) -> str:
 
 
 def why_no_reset(context: bpy.types.Context) -> str:
-    """As why_no_pose(), and the mesh must not follow its handles at once again."""
+    """As why_no_pose(). Live must be off: it would pose the mesh again."""
     obj = find_posed_object(context)
     if obj is not None and obj.arap.is_live:
         return "Live would pose the mesh again at once: use Reset Handles, or switch Live off"
@@ -174,7 +174,7 @@ def why_no_reset(context: bpy.types.Context) -> str:
 
 
 def why_not_pullable(context: bpy.types.Context) -> str:
-    """As why_not_idle(), and there must be a solver, and the mesh must be seen."""
+    """As why_not_idle(). There must be a solver, Live must be off, and the mesh must be visible."""
     reason = why_not_idle(context) or native.problem()
     if reason:
         return reason
@@ -188,13 +188,13 @@ def why_not_pullable(context: bpy.types.Context) -> str:
 
 
 def check_visible(obj: bpy.types.Object) -> None:
-    """Raises ValueError where the mesh is hidden: then Blender does not let it into other modes."""
+    """Raises ValueError if the mesh is hidden: Blender does not let it into other modes."""
     if not obj.visible_get():
         raise ValueError(f"'{obj.name}' is hidden: show it first (Alt H, its collection, or leave Local View)")
 
 
 def selected_vertices(obj: bpy.types.Object, lack: str) -> Ints:
-    """(k,) int32, of a mesh in Edit Mode. Raises ValueError(lack) where there are none."""
+    """(k,) int32, of a mesh in Edit Mode. Raises ValueError(lack) if none are selected."""
     vertices = meshes.selected_vertices(obj)
     if not len(vertices):
         raise ValueError(lack)
@@ -202,14 +202,14 @@ def selected_vertices(obj: bpy.types.Object, lack: str) -> Ints:
 
 
 def allow(cls: Any, reason: str) -> bool:
-    """For poll(): True without a reason; else greyed, with the reason in the tooltip."""
+    """For poll(): True without a reason. With one the button is grey, and its tooltip gives the reason."""
     if reason:
         cls.poll_message_set(reason)
     return not reason
 
 
 def reports_errors(execute: Execute) -> Execute:
-    """Turns errors that api raises for the user into a report and {'CANCELLED'}."""
+    """Turns a ValueError or RuntimeError into a report to the user and {'CANCELLED'}."""
 
     @functools.wraps(execute)
     def wrapper(self: Any, context: bpy.types.Context) -> set[str]:
@@ -220,6 +220,31 @@ def reports_errors(execute: Execute) -> Execute:
             return {"CANCELLED"}
 
     return wrapper
+
+
+class ArapOperator:
+    """An operator that works on find_posed_object() at once.
+
+    The button is grey if why_not() gives a reason. act() does the work and may raise ValueError or RuntimeError.
+    """
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @staticmethod
+    def why_not(context: bpy.types.Context) -> str:
+        return why_not_changeable(context)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return allow(cls, cls.why_not(context))
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        self.act(context, posed_object(context))
+        return {"FINISHED"}
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        raise NotImplementedError
 
 
 class StatusBar:
@@ -245,10 +270,10 @@ class StatusBar:
 
 @contextmanager
 def one_step(obj: bpy.types.Object, name: str) -> Iterator[None]:
-    """As object_mode(), and what is done within is one step of undo, also in Edit Mode.
+    """As object_mode(). All changes inside are one step of undo, also in Edit Mode.
 
-    There Blender's own steps are of the mesh being edited alone: undo would leave pins, handles and stiffness on their
-    lists. So an operator that uses this has no option UNDO; in Edit Mode its step is the scene in Object Mode.
+    Blender's own steps in Edit Mode hold only the mesh: undo would leave pins, handles and stiffness in their lists. So
+    the step is made in Object Mode, and an operator that uses this does not have the option UNDO.
     """
     with object_mode(obj):
         yield
@@ -258,7 +283,7 @@ def one_step(obj: bpy.types.Object, name: str) -> Iterator[None]:
 
 @contextmanager
 def object_mode(obj: bpy.types.Object) -> Iterator[None]:
-    """Leaves Edit Mode for a while: vertex groups cannot be written in it."""
+    """Leaves Edit Mode for a while: Blender cannot write vertex groups in it."""
     was_in_edit_mode = obj.mode == "EDIT"
     if was_in_edit_mode:
         bpy.ops.object.mode_set(mode="OBJECT")

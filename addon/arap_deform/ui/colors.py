@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The colours of what is drawn in the 3D view: those of the user's theme, or of the preferences."""
+"""Colours of the user's theme for what is drawn in the 3D view."""
 
 from __future__ import annotations
 
@@ -7,24 +7,22 @@ from typing import Any
 
 import bpy
 
-from ..props import preferences
-
 Color = tuple[float, float, float, float]
 
 
 def of_pins() -> Color:
-    """In the theme: as bones in Pose Mode."""
-    return _opaque(preferences.color("pin_color") or _theme().view_3d.bone_pose)
+    """As bones in Pose Mode."""
+    return _opaque(_theme().view_3d.bone_pose)
 
 
 def of_handles() -> Color:
-    """In the theme: as selected vertices."""
-    return _opaque(preferences.color("handle_color") or _theme().view_3d.vertex_select)
+    """As selected vertices."""
+    return _opaque(_theme().view_3d.vertex_select)
 
 
 def of_pull() -> Color:
-    """In the theme: as the gizmos."""
-    return _opaque(preferences.color("pull_color") or _theme().user_interface.gizmo_primary)
+    """As gizmos."""
+    return _opaque(_theme().user_interface.gizmo_primary)
 
 
 def _theme() -> bpy.types.Theme:

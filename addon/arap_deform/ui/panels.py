@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tab "ARAP" in the sidebar of the 3D view: its main panel, and what the others share.
+"""The tab "ARAP" in the sidebar of the 3D view: its main panel, and what the sub-panels share.
 
-Sub-panels stand in the order of their ``bl_order``: First Pose 0, Pins 10, Handles 20, Stiffness 25, Pose 30, Live 40,
-Poses 45, Bake 50, those that say nothing 60, Show 80, Settings 90.
+``bl_order`` orders the sub-panels: First Pose 0, Pins 10, Handles 20, Stiffness 25, Pose 30, Live 40, Poses 45, Bake 50,
+Display 80, Advanced 90.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class ArapPanel:
 
 
 class ArapSubPanel(ArapPanel):
-    """Shown once there is a mesh."""
+    """Shown if there is a mesh."""
 
     bl_parent_id = "ARAP_PT_main"
 
@@ -42,7 +42,7 @@ class ArapSubPanel(ArapPanel):
 
 
 class ARAP_PT_main(ArapPanel, bpy.types.Panel):
-    """Which mesh is meant, the posing act while there is one, and whether there is a solver."""
+    """The name of the mesh, the posing act if there is one, and an error if there is no solver."""
 
     bl_idname = "ARAP_PT_main"
     bl_label = "ARAP Deform"
@@ -66,7 +66,7 @@ def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseA
         versions.draw_progress(box, f"Preparing: {act.bind_fraction:.0%}", act.bind_fraction)
     else:
         box.label(text="Settled" if act.is_settled else "Following the handles", icon="REC")
-        draw_text(context, box, "Move, turn or scale a handle (G, R, S): the mesh follows.", "BLANK1")
+        draw_text(context, box, "Move, rotate or scale a handle (G, R, S): the mesh follows.", "BLANK1")
     column = box.column(align=True)
     column.scale_y = 1.3
     column.operator("arap.pose_end", text="Keep (Enter)", icon="CHECKMARK").is_kept = True
@@ -74,20 +74,19 @@ def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseA
 
 
 def is_following(obj: bpy.types.Object) -> bool:
-    """Whether posing or Live has looked for what is wrong, and changes the mesh too often to look again."""
+    """Whether posing or Live changes the mesh. They report problems themselves, so a panel does not look for them."""
     return bool(sessions.claimed_by(obj.name_full) or obj.arap.is_live)
 
 
 def draw_list(
-    layout: bpy.types.UILayout, settings: Any, ui_list: str, items: str, active: str, add: str, remove: str
-) -> None:
-    """The list ``items`` of ``settings``, and the buttons + and -, which are the operators ``add`` and ``remove``."""
+    layout: bpy.types.UILayout, settings: Any, ui_list: str, items: str, active: str, remove: str
+) -> Any | None:
+    """The list ``items`` of ``settings`` with a button for the operator ``remove``; returns its chosen entry."""
+    entries, index = getattr(settings, items), getattr(settings, active)
     row = layout.row()
-    n_rows = min(4, max(2, len(getattr(settings, items))))  # no higher than the two buttons need while it is short
-    row.template_list(ui_list, "", settings, items, settings, active, rows=n_rows)
-    column = row.column(align=True)
-    column.operator(add, text="", icon="ADD")
-    column.operator(remove, text="", icon="REMOVE")
+    row.template_list(ui_list, "", settings, items, settings, active, rows=min(4, max(2, len(entries))))
+    row.column().operator(remove, text="", icon="REMOVE")
+    return entries[index] if index < len(entries) else None
 
 
 def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
@@ -98,7 +97,7 @@ def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
 
 
 def draw_text(context: bpy.types.Context, layout: bpy.types.UILayout, text: str, icon: str) -> None:
-    """A sentence, translated where it is known, wrapped to the width of the sidebar: labels do not wrap."""
+    """A sentence wrapped to the width of the sidebar: Blender's labels do not wrap."""
     column = layout.column(align=True)
     column.scale_y = 0.8
     for i, line in enumerate(_lines(context, text)):
@@ -106,14 +105,14 @@ def draw_text(context: bpy.types.Context, layout: bpy.types.UILayout, text: str,
 
 
 def _lines(context: bpy.types.Context, text: str) -> list[str]:
-    """Lines as wide as a label of the sidebar has room for beside its icon."""
+    """Lines that fit into a label of the sidebar beside its icon."""
     scale = context.preferences.system.ui_scale
     versions.set_text_size(FONT, context.preferences.ui_styles[0].widget.points * scale)
     return wrap(text, context.region.width - BESIDE_TEXT * scale, lambda line: float(blf.dimensions(FONT, line)[0]))
 
 
 def draw_table(layout: bpy.types.UILayout, rows: list[tuple[str, str]]) -> None:
-    """Names, translated, and their values."""
+    """Names and their values."""
     split = layout.split(factor=0.45)
     names, values = split.column(align=True), split.column(align=True)
     for name, value in rows:
@@ -121,9 +120,4 @@ def draw_table(layout: bpy.types.UILayout, rows: list[tuple[str, str]]) -> None:
         values.label(text=value, translate=False)
 
 
-def register() -> None:
-    bpy.utils.register_class(ARAP_PT_main)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(ARAP_PT_main)
+register, unregister = bpy.utils.register_classes_factory((ARAP_PT_main,))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panel "Settings": what the solver does."""
+"""The sub-panel "Advanced": the shape key, how bends look, and when a solve stops."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ..ui.checks import posed_object
 from ..ui.panels import ArapSubPanel, split_column
 
 
-class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
-    """What the solver does."""
+class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
+    """Settings that most poses do not need."""
 
-    bl_idname = "ARAP_PT_settings"
-    bl_label = "Settings"
+    bl_idname = "ARAP_PT_advanced"
+    bl_label = "Advanced"
     bl_order = 90
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -26,27 +26,25 @@ class ARAP_PT_settings(ArapSubPanel, bpy.types.Panel):
         settings = obj.arap
         column = split_column(layout)
         key_name = column.row()
-        key_name.enabled = not sessions.claimed_by(obj.name_full)  # the pose under way is in that key
-        key_name.prop(settings, "key_name", text="Shape Key")
-        column.prop(settings, "energy")
+        key_name.enabled = not sessions.claimed_by(obj.name_full)  # the act is writing to that key
+        key_name.prop(settings, "key_name")
+        bending = column.row()
+        for energy in ("rotation_nodes", "spokes_and_rims"):
+            bending.prop_enum(settings, "energy", energy)
         if settings_of(obj).has_radius:
             column.prop(settings, "rigidity")
             _draw_radius(context, column, obj)
-        column.prop(settings, "weights", text="Weights")
-        column.prop(settings, "initial_guess")
         column = split_column(layout)
-        column.prop(settings, "iterations_per_update", text="Iterations")
-        column.prop(settings, "max_iterations", text="At Most")
+        column.prop(settings, "max_iterations")
         column.prop(settings, "accuracy")
-        column = split_column(layout)
-        column.prop(settings, "join_seams")
+        split_column(layout).prop(settings, "join_seams")
 
 
 def _draw_radius(context: bpy.types.Context, column: bpy.types.UILayout, obj: bpy.types.Object) -> None:
-    """How long the radius is on this mesh, in the unit of the scene."""
+    """The length of the radius on this mesh, in the unit of the scene."""
     try:
         size = mesh_size.diagonal(obj, context.evaluated_depsgraph_get())
-    except ValueError:  # scaled to nothing: posing says so
+    except ValueError:  # scaled to 0, which posing reports
         return
     split = column.split(factor=0.4)
     name, value = split.row(), split.row()
@@ -55,9 +53,4 @@ def _draw_radius(context: bpy.types.Context, column: bpy.types.UILayout, obj: bp
     value.label(text=versions.length_text(context.scene, size * obj.arap.rigidity / 100.0), translate=False)
 
 
-def register() -> None:
-    bpy.utils.register_class(ARAP_PT_settings)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(ARAP_PT_settings)
+register, unregister = bpy.utils.register_classes_factory((ARAP_PT_advanced,))
