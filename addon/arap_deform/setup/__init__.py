@@ -3,6 +3,7 @@
 
 # What registers something, in this order.
 MODULES = (
+    "handles",
     "pin_operators",
     "handle_operators",
     "stiffness_operators",
