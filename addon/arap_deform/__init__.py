@@ -19,7 +19,7 @@ bl_info = {
 }
 
 # The rooms that register something. A room imports only from itself and from rooms before it.
-ROOMS = ("props", "ui", "setup", "live", "show", "pose", "pull", "bake", "poses", "tab")
+ROOMS = ("props", "scene", "ui", "setup", "live", "show", "pose", "pull", "bake", "poses", "tab")
 
 
 def _module(name: str) -> ModuleType:

@@ -142,7 +142,7 @@ def pull(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Millisecon
     for i in range(1, 5):
         yield from ui.move_mouse(start[0] + 5 * i, start[1])
     yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].readout is not None, "it is bound", PATIENCE_S)
-    run = importlib.import_module(f"{MODULE}.pull.operators").current[0]
+    run = importlib.import_module(f"{MODULE}.pull.run").runs[0]
     loop = MainLoop(ui, lambda: run.act.readout.iterations)
     loop.watch_act(run, "move", "tick", "show_status")
     loop.watch_evaluation(run.scene)

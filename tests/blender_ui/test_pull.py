@@ -138,7 +138,7 @@ def test_pull_solves_each_move_once(ui: Ui) -> Steps:
     yield from press(ui, (0.3, 0.0, 0.0))
     yield from drag_to(ui, (0.35, 0.0, 0.0))
     yield from ui.until(lambda: bool(ui.running) and ui.running["Grid"].is_settled, "the mesh has bound and follows")
-    scene = importlib.import_module(f"{MODULE}.pull.operators").current[0].scene
+    scene = importlib.import_module(f"{MODULE}.pull.run").runs[0].scene
     update, is_following = scene.update, []
 
     def noted(matrices: object, iterations: int | None, time_limit_s: float | None):
@@ -641,8 +641,8 @@ ACTS = (*["drag"] * 3, *["click"] * 2, "let go", *["undo"] * 2, "redo", "radius"
 
 
 def is_dragging() -> bool:
-    pull = importlib.import_module(f"{MODULE}.pull.operators")
-    return any(not run.is_released for run in pull.current)
+    pull = importlib.import_module(f"{MODULE}.pull.run")
+    return any(not run.is_released for run in pull.runs)
 
 
 def test_pull_storm(ui: Ui) -> Steps:

@@ -15,6 +15,15 @@ from .arrays import Floats
 BLOCK = 8192
 
 
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+"""A 4x4 matrix, row by row, as Blender's properties save it."""
+
+
+def transformed(matrix: Floats, points: NDArray[np.floating]) -> Floats:
+    """(k, 3) ``points``, or a single one, moved by a (4, 4) matrix."""
+    return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
+
+
 def map_points(points: NDArray[Any], linear: NDArray[Any], out: NDArray[Any]) -> None:
     """Writes points @ linear.T, on one thread.
 

@@ -15,7 +15,7 @@ from bpy.app.handlers import persistent
 from ..core import sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S
 from ..follow.scene import is_rendering
-from ..props import preferences
+from ..props import hooks, preferences
 from ..scene import app_handlers, meshes, redraw
 from .run import LiveRun, When
 from .scene import BlenderLiveScene
@@ -207,11 +207,13 @@ _HANDLERS = (
 
 
 def register() -> None:
+    hooks.live_toggled.append(toggled)
     app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
     app_handlers.remove(_HANDLERS)
+    hooks.live_toggled.remove(toggled)
     if bpy.app.timers.is_registered(_on_timer):
         bpy.app.timers.unregister(_on_timer)
     for run in _runs.values():

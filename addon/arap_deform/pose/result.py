@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from ..core import sessions
 from ..follow.update import end_session
-from ..poses import library
-from ..scene import handle_motion, meshes, pose_key, shape_keys
+from ..scene import handle_motion, meshes, pose_key, rest, shape_keys
 
 Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone ('': the object)
 
@@ -79,9 +78,9 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     depsgraph = bpy.context.evaluated_depsgraph_get()
     meshes.read_stretch(obj, depsgraph)  # refuses before anything has changed
     shape_keys.shift_all(obj, key, handle_motion.shown_positions(obj, shape_keys.read_reference(obj)))
-    rests = library.rest_matrices(obj)
-    handle_motion.set_rest_here(obj, depsgraph)
-    library.follow_new_rest(obj, rests)
+    rests = rest.rest_matrices(obj)
+    rest.set_rest_here(obj, depsgraph)
+    rest.follow_new_rest(obj, rests)
     end_session(obj)
 
 

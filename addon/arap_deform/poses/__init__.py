@@ -2,4 +2,4 @@
 """The pose library."""
 
 # What registers something, in this order.
-MODULES = ("operators", "blend_operator", "panel")
+MODULES = ("library", "operators", "blend_operator", "panel")

@@ -19,6 +19,7 @@ import numpy as np
 from ..core import naming
 from ..core.arrays import Floats
 from ..core.patches import diagonal_of
+from ..props import hooks
 from ..scene import handle_motion, meshes, placing
 from . import blend
 
@@ -192,30 +193,6 @@ def motions_of(obj: bpy.types.Object, pose: PoseRef) -> tuple[Motions, list[str]
     return motions, gone
 
 
-def follow_new_rest(obj: bpy.types.Object, former: dict[int, Floats]) -> None:
-    """Keeps the places that handles have in stored poses where they are at rest elsewhere from now on.
-
-    Args:
-        obj: the mesh, with its new rest matrices.
-        former: (4, 4) rest matrices before, by the handles' numbers.
-    """
-    moved = {
-        handle.pose_id: former[handle.pose_id] @ np.linalg.inv(np.array(handle.rest, dtype=np.float64))
-        for handle in obj.arap.handles
-        if handle.pose_id in former and abs(handle.rest.determinant()) >= handle_motion.SMALLEST_VOLUME
-    }
-    for pose in obj.arap.poses:
-        for item in pose.motions:
-            if item.handle_id in moved:
-                motion = np.array(item.motion, dtype=np.float64).reshape(4, 4) @ moved[item.handle_id]
-                item.motion = motion.ravel().tolist()
-
-
-def rest_matrices(obj: bpy.types.Object) -> dict[int, Floats]:
-    """(4, 4) rest matrices of the handles that a pose may know, by their numbers."""
-    return {h.pose_id: np.array(h.rest, dtype=np.float64) for h in obj.arap.handles if h.pose_id}
-
-
 def make_name_unique(obj: bpy.types.Object, pose: ArapStoredPose) -> None:
     """Numbers the name of a pose where another one has it, and gives it one where it has none."""
     others = {other.name for other in obj.arap.poses if other != pose}
@@ -268,3 +245,11 @@ def _between(
         meshes.read_stretch(obj, depsgraph),
     )
     return dict(zip(indices, blended, strict=True))
+
+
+def register() -> None:
+    hooks.pose_renamed.append(make_name_unique)
+
+
+def unregister() -> None:
+    hooks.pose_renamed.remove(make_name_unique)

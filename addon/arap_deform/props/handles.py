@@ -13,7 +13,8 @@ from bpy.props import (
 )
 from mathutils import Matrix
 
-from .poses import IDENTITY
+from ..core.transforms import IDENTITY
+from . import hooks
 
 
 def _is_other_object(settings: bpy.types.PropertyGroup, candidate: bpy.types.Object) -> bool:
@@ -21,19 +22,12 @@ def _is_other_object(settings: bpy.types.PropertyGroup, candidate: bpy.types.Obj
 
 
 def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    from ..setup import handles
-
-    try:
-        handles.take_over(handle.id_data, handle)
-    except ValueError:
-        handle.rest_matrix = (0.0,) * 16  # the place at rest cannot be told: handle_problem() says so
+    for changed in hooks.handle_changed:
+        changed(handle.id_data, handle)
 
 
 def _on_target_changed(handle: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    from ..scene import owners
-
     handle.has_made_target = False  # another one, which is the artist's
-    owners.clear()
     _on_handle_changed(handle, context)
 
 

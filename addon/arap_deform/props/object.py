@@ -20,7 +20,7 @@ from bpy.props import (
 )
 
 from ..core.naming import NAME_BYTES
-from . import preferences
+from . import hooks, preferences
 from .handles import ArapHandle, ArapPin
 from .overlay import ArapOverlay
 from .poses import CLASSES as POSE_CLASSES
@@ -64,15 +64,13 @@ def _set_key_name(settings: bpy.types.PropertyGroup, name: str) -> None:
 
 
 def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    from .. import api
-
-    api.update_handle_display(settings.id_data)
+    for changed in hooks.display_changed:
+        changed(settings.id_data)
 
 
 def _on_live_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    from ..live import runs
-
-    runs.toggled(settings.id_data)
+    for toggled in hooks.live_toggled:
+        toggled(settings.id_data)
 
 
 def _choose(settings: bpy.types.PropertyGroup, items: Any, index: int, group: str) -> None:

@@ -5,11 +5,12 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty
 
-from ..scene import redraw
+from . import hooks
 
 
 def _on_changed(_settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    redraw.tag_views()
+    for changed in hooks.views_changed:
+        changed()
 
 
 class ArapOverlay(bpy.types.PropertyGroup):

@@ -5,13 +5,13 @@
 import bpy
 from bpy.props import CollectionProperty, FloatVectorProperty, IntProperty, StringProperty
 
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+from ..core.transforms import IDENTITY
+from . import hooks
 
 
 def _on_renamed(pose: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    from ..poses import library
-
-    library.make_name_unique(pose.id_data, pose)
+    for renamed in hooks.pose_renamed:
+        renamed(pose.id_data, pose)
 
 
 class ArapStoredMotion(bpy.types.PropertyGroup):

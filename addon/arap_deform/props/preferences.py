@@ -11,7 +11,7 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
 
 from ..core.following import REFINE_TIME_LIMIT_S
-from ..scene import redraw
+from . import hooks
 
 ADDON = (__package__ or "").rpartition(".")[0]  # as Blender knows the add-on: in an extension, bl_ext.REPOSITORY.NAME
 KEY_NAME = "ARAP"
@@ -19,7 +19,8 @@ COLORS = ("pin_color", "handle_color", "pull_color")
 
 
 def _on_color_changed(_preferences: bpy.types.AddonPreferences, _context: bpy.types.Context) -> None:
-    redraw.tag_views()
+    for changed in hooks.views_changed:
+        changed()
 
 
 def _color(name: str, description: str, default: tuple[float, float, float]) -> Any:

@@ -11,8 +11,10 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..ui import batches, colors
+from ..ui.checks import find_drawn_object, find_posed_object
 from ..ui.colors import Color
 from . import seen_mesh
+from .run import runs
 from .view import View
 
 CIRCLE = np.column_stack([np.cos(np.linspace(0, 2 * np.pi, 49)), np.sin(np.linspace(0, 2 * np.pi, 49))])
@@ -27,9 +29,6 @@ _hover: Hover | None = None
 
 def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
     """For WorkSpaceTool.draw_cursor(): ``xy`` in pixels of the window."""
-    from ..ui.checks import find_posed_object
-    from .operators import current
-
     if not hasattr(bpy.types.Object, "arap"):
         return  # the add-on was disabled with the tool in hand in another workspace
     region, region_data = context.region, context.region_data
@@ -40,13 +39,13 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
     mouse = np.array(xy, dtype=np.float64) - corner
     radius = float(context.window_manager.arap_pull.radius)
     color = colors.of_pull()
-    run = current[0] if current else None
+    run = runs[0] if runs else None
     if run is not None and not run.is_released:
         place = run.grip.view.pixels(np.stack([run.grip.pick.place, run.drag.place]))
         draw_lines(corner + place, color)
         draw_lines(corner + place[1] + radius * CIRCLE, color)
         return
-    if obj is not None and obj.mode == "OBJECT" and obj.name not in {r.scene.name for r in current}:
+    if obj is not None and obj.mode == "OBJECT" and obj.name not in {r.scene.name for r in runs}:
         view = seen_mesh.view_of(region, region_data)
         pick = hover(context, obj, view, (float(mouse[0]), float(mouse[1])), radius)
         if pick is not None:
@@ -97,8 +96,6 @@ def _draw_patch(
 
 def draw_pins() -> None:
     """A dot for each temporary pin of the mesh; white where it was pulled, else in the colour of the theme."""
-    from ..ui.checks import find_drawn_object
-
     context = bpy.context
     obj = find_drawn_object(context)
     if obj is None or obj.mode != "OBJECT" or not obj.arap.pull_pins or context.region_data is None:

@@ -13,7 +13,7 @@ import numpy as np
 from ..core.arrays import Float32s, Floats, Ints
 from ..core.sessions import Hold, SessionInput
 from ..core.targets import HandleSpec
-from ..core.transforms import best_rigid_fit
+from ..core.transforms import best_rigid_fit, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input
 from . import pins, seen_mesh
@@ -123,7 +123,7 @@ def _without_held(obj: bpy.types.Object, grabs: Sequence[Grab], specs: Sequence[
 def _to_seen(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, grab: Grab, shown: Float32s) -> Floats:
     world = meshes.read_matrix(obj, depsgraph)
     seen = seen_mesh.read(obj, depsgraph).positions[grab.vertices]
-    in_object = handle_motion.transformed(np.asarray(np.linalg.inv(world), dtype=np.float64), seen)
+    in_object = transformed(np.asarray(np.linalg.inv(world), dtype=np.float64), seen)
     posed = shown[grab.vertices].astype(np.float64)
     size = np.abs(shown).max()
     if np.abs(in_object - posed).max() <= 1e-6 * size:

@@ -5,12 +5,12 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from ..follow.act import End, Ending, Phase
+from ..follow.act import Ending, Phase
 from ..scene import app_handlers, redraw, shape_keys
 from ..ui.checks import allow, find_posed_object, posed_object, reports_errors, why_not_idle, why_not_pullable
 from . import pins, tool
 from .region import Grab
-from .run import Grip, PullRun, find_grip, mirrored, remove_pins_at
+from .run import Grip, PullRun, find_grip, mirrored, remove_pins_at, runs
 from .view import Mode
 
 CONFIRM = {"LEFTMOUSE", "RET", "NUMPAD_ENTER"}
@@ -18,9 +18,6 @@ CANCEL = {"ESC", "RIGHTMOUSE"}
 AXES = {"X": 0, "Y": 1, "Z": 2}
 WHEEL = {"WHEELUPMOUSE": 1.1, "WHEELDOWNMOUSE": 1.0 / 1.1}
 MOVES = {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "NONE"}
-
-current: list[PullRun] = []
-"""The drag under way, for drawing."""
 
 
 class ARAP_OT_pull(bpy.types.Operator):
@@ -80,7 +77,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         """Blender ends the operator: file load, closed window."""
         if self._run is not None:
             self._run.act.cancel()
-            self._finish(self._run)
+            self._run.finish()
 
     def _before_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
         if event.type in CANCEL and event.value == "PRESS":
@@ -102,7 +99,6 @@ class ARAP_OT_pull(bpy.types.Operator):
         except (ValueError, RuntimeError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        current.append(self._run)
         self._run.drag.set_mode(_mode_of(event))
         self._run.move(mouse)
         return {"RUNNING_MODAL"}
@@ -158,18 +154,13 @@ class ARAP_OT_pull(bpy.types.Operator):
 
     def _end(self) -> set[str]:
         assert self._run is not None
-        end = self._finish(self._run)
+        end = self._run.finish()
         tool.watch()
         redraw.tag_views()
         if end.message:
             self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
         # A step of undo after an undo would take redo away.
         return {"CANCELLED"} if end.how is Ending.RESTORE or self._run.is_undone else {"FINISHED"}
-
-    @staticmethod
-    def _finish(run: PullRun) -> End:
-        current.remove(run)
-        return run.finish()
 
 
 def _mode_of(event: bpy.types.Event) -> Mode:
@@ -240,7 +231,7 @@ class ARAP_OT_pull_tool(bpy.types.Operator):
 
 @persistent
 def _on_undo(*_: object) -> None:
-    for run in current:
+    for run in runs:
         run.undone()
 
 
@@ -256,9 +247,8 @@ def register() -> None:
 
 def unregister() -> None:
     app_handlers.remove(_HANDLERS)
-    for run in list(current):  # Blender drops running operators without a word when their class goes
+    for run in list(runs):  # Blender drops running operators without a word when their class goes
         run.act.cancel("The add-on was disabled")
-        current.remove(run)
         run.finish()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

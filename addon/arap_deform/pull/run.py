@@ -13,7 +13,7 @@ from ..core import sessions
 from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored
 from ..follow.scene import is_rendering
 from ..follow.update import end_session
-from ..live import runs
+from ..live.runs import give_up
 from ..pose.result import restore_state
 from ..props import preferences
 from ..scene import meshes, redraw
@@ -92,7 +92,7 @@ class PullRun:
         self.is_released = False
         self.is_undone = False
         self._has_followed = False  # the last move of the mouse; no timer has come since
-        runs.give_up(obj)
+        give_up(obj)
         self.scene = PullScene(obj, grabs_at(obj, grip.pick, context.window_manager.arap_pull.falloff))
         self.act = PoseAct(self.scene, is_drag=True)
         self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
@@ -100,6 +100,7 @@ class PullRun:
         sessions.claim(obj.name, self.act)
         self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
         self._status = StatusBar()
+        runs.append(self)
 
     def move(self, mouse: Pixels) -> None:
         self.drag.to(mouse)
@@ -151,6 +152,7 @@ class PullRun:
         """The one exit of all ends; ``end.message`` is what is left to say."""
         end = self.act.end
         assert end is not None
+        runs.remove(self)
         bpy.context.window_manager.event_timer_remove(self._timer)
         sessions.release(self.scene.name, self.act)
         obj = self.scene.obj
@@ -164,6 +166,10 @@ class PullRun:
         print_fault(end)
         redraw.tag_panels()
         return end
+
+
+runs: list[PullRun] = []
+"""The drags under way: one, and those that settle after it."""
 
 
 def status_text(act: PoseAct, drag: Drag, *, is_released: bool) -> str:

@@ -14,8 +14,8 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats, Ints
+from ..core.transforms import transformed
 from ..scene import meshes, versions
-from ..scene.handle_motion import transformed
 from .region import connected_within
 from .view import View
 

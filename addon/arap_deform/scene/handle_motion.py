@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
-from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
@@ -119,14 +118,6 @@ def target_problem(
     return ""
 
 
-def set_rest_here(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
-    """Makes every handle's present place its place at rest."""
-    inverse = np.linalg.inv(object_matrix(obj, depsgraph))
-    for handle in obj.arap.handles:
-        if not problem_of(obj, handle, depsgraph):
-            handle.rest = Matrix(inverse @ target_matrix(handle.target, handle.bone, depsgraph))
-
-
 def object_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
     meshes.read_stretch(obj, depsgraph)  # refuses what has no inverse
     return meshes.read_matrix(obj, depsgraph)
@@ -166,7 +157,3 @@ def fit_to_pose(
         return np.eye(4)
     stretch = meshes.read_stretch(obj, depsgraph)
     return best_rigid_fit(rest[indices].astype(np.float64), shown[indices].astype(np.float64), stretch, weights)
-
-
-def transformed(matrix: Floats, points: NDArray[np.floating]) -> Floats:
-    return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import bpy
 
+from ..props import hooks
+
 _owners: dict[tuple[str, str, str], str] = {}
 """Name of the mesh, '' where there is none, by names of scene, view layer and moving object."""
 
@@ -48,3 +50,16 @@ def _may_change_owners(update: bpy.types.DepsgraphUpdate) -> bool:
 def clear() -> None:
     """Forgets everything: another file, an undo, or another object of a handle."""
     _owners.clear()
+
+
+def _on_handle_changed(_obj: bpy.types.Object, _handle: object) -> None:
+    clear()
+
+
+def register() -> None:
+    hooks.handle_changed.append(_on_handle_changed)
+
+
+def unregister() -> None:
+    hooks.handle_changed.remove(_on_handle_changed)
+    clear()

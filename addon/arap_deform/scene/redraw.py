@@ -7,6 +7,8 @@ from collections.abc import Iterator
 
 import bpy
 
+from ..props import hooks
+
 
 def tag_panels() -> None:
     """The sidebars of all 3D views."""
@@ -34,3 +36,11 @@ def _tag_regions(kind: str) -> None:
 def _views() -> Iterator[bpy.types.Area]:
     for window in bpy.context.window_manager.windows:
         yield from (area for area in window.screen.areas if area.type == "VIEW_3D")
+
+
+def register() -> None:
+    hooks.views_changed.append(tag_views)
+
+
+def unregister() -> None:
+    hooks.views_changed.remove(tag_views)

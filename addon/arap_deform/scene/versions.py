@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import blf
 import bpy
+import gpu
 import numpy as np
 from numpy.typing import NDArray
 
@@ -196,8 +198,6 @@ def is_painting() -> bool | None:
 
 def gpu_shader(name: str) -> Any:
     """A built-in shader of the gpu module, by its name of today: before 4.0 those in space have a prefix."""
-    import gpu  # not at the top: without a window it cannot be used before 5.x, and nobody needs it
-
     try:
         return gpu.shader.from_builtin(name)
     except ValueError:
@@ -210,8 +210,6 @@ POINT_SHADER = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFO
 
 def set_text_size(font: int, size: float) -> None:
     """Size of text drawn by blf, in pixels."""
-    import blf
-
     if bpy.app.version >= (4, 0, 0):
         blf.size(font, size)
     else:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pins, handles and stiffness: made, listed, painted."""
+"""Pins, handles, stiffness: added, listed, painted."""
 
 # What registers something, in this order.
-MODULES = ("list_operators", "select_operators", "group_operators", "panels")
+MODULES = ("handles", "list_operators", "select_operators", "group_operators", "panels")

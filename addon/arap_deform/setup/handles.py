@@ -14,9 +14,11 @@ from mathutils import Matrix
 from ..core import naming
 from ..core.arrays import Floats
 from ..core.patches import diagonal_of
+from ..core.transforms import transformed
+from ..props import hooks
 from ..scene import empty_groups, groups, handle_motion, handle_patch, meshes
 from ..scene.groups import VertexIndices
-from .lists import item_at
+from .pins import item_at
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -54,10 +56,10 @@ def add_handle(
     held = (indices, rest) if patch is None else (patch.vertices, rest, patch.weights)
     fit = world @ handle_motion.fit_to_pose(obj, depsgraph, *held) @ np.linalg.inv(world)
 
-    points = handle_motion.transformed(world, rest[indices])
-    centre = points.mean(axis=0) if patch is None else handle_motion.transformed(world, patch.centre)
+    points = transformed(world, rest[indices])
+    centre = points.mean(axis=0) if patch is None else transformed(world, patch.centre)
     if location is not None:
-        centre = handle_motion.transformed(np.linalg.inv(fit), np.array([location], dtype=np.float64))[0]
+        centre = transformed(np.linalg.inv(fit), np.array([location], dtype=np.float64))[0]
     at_rest = np.eye(4)
     at_rest[:3, 3] = centre
 
@@ -69,7 +71,7 @@ def add_handle(
         handle.rest = Matrix(np.linalg.inv(world) @ at_rest)
         handle.group_radius = max(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
-            SMALLEST_HANDLE * diagonal_of(handle_motion.transformed(world, rest)),
+            SMALLEST_HANDLE * diagonal_of(transformed(world, rest)),
         )
     update_handle_display(obj)
     return handle
@@ -93,7 +95,7 @@ def add_handle_for(
     if reason:
         raise ValueError(f"'{obj.name}' cannot take the handle: {reason}")
     world = handle_motion.object_matrix(obj, depsgraph)
-    shown = handle_motion.transformed(world, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
+    shown = transformed(world, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
     distance = np.linalg.norm(shown - handle_motion.target_matrix(target, bone, depsgraph)[:3, 3], axis=1)
     within = np.flatnonzero(distance <= radius) if radius is not None else ()
     indices = np.asarray(within if len(within) else [int(distance.argmin())], dtype=np.int32)
@@ -261,3 +263,20 @@ def _is_used(empty: bpy.types.Object) -> bool:
     users = bpy.data.user_map(subset=[empty])[empty]
     # The scene and the collections that show it are users too.
     return any(not isinstance(user, (bpy.types.Scene, bpy.types.Collection)) for user in users)
+
+
+def _on_changed(obj: bpy.types.Object, handle: ArapHandle) -> None:
+    try:
+        take_over(obj, handle)
+    except ValueError:
+        handle.rest_matrix = (0.0,) * 16  # the place at rest cannot be told: handle_problem() says so
+
+
+def register() -> None:
+    hooks.handle_changed.append(_on_changed)
+    hooks.display_changed.append(update_handle_display)
+
+
+def unregister() -> None:
+    hooks.display_changed.remove(update_handle_display)
+    hooks.handle_changed.remove(_on_changed)
