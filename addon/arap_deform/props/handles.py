@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""What is saved of a pin and of a handle. No postponed annotations, as in properties."""
+"""A pin and a handle, as saved."""
 
 import bpy
 from bpy.props import (
@@ -27,7 +27,7 @@ def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Cont
 
 
 def _on_target_changed(handle: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    handle.has_made_target = False  # another one, which is the artist's
+    handle.has_made_target = False  # the new one is the artist's
     _on_handle_changed(handle, context)
 
 
@@ -41,28 +41,28 @@ def _on_pin_group_changed(pin: bpy.types.PropertyGroup, _context: bpy.types.Cont
 
 
 class ArapPin(bpy.types.PropertyGroup):
-    """A vertex group that stays where it is at rest."""
+    """A vertex group that stays at rest."""
 
     name: StringProperty(
         name="Vertex Group",
-        description="Vertices held at rest: 1 holds, less pulls, 0 is free",
+        description="Vertices held at rest. Weight 1 holds exactly, less pulls towards rest, 0 is free",
         update=_on_pin_group_changed,
     )
     is_enabled: BoolProperty(name="Enabled", description="Hold this group. Off: its vertices are free", default=True)
-    has_made_group: BoolProperty(options={"HIDDEN"}, description="The vertex group goes when the pin is removed")
+    has_made_group: BoolProperty(
+        options={"HIDDEN"}, description="The add-on made the vertex group, and removes it with the pin"
+    )
 
 
 class ArapHandle(bpy.types.PropertyGroup):
     """A vertex group that follows an object or a bone."""
 
     name: StringProperty(name="Name", description="Name of the handle")
-    is_enabled: BoolProperty(
-        name="Enabled", description="Let the group follow. Off: its vertices are free", default=True
-    )
+    is_enabled: BoolProperty(name="Enabled", description="The group follows. Off: its vertices are free", default=True)
     target: PointerProperty(
         type=bpy.types.Object,
         name="Object",
-        description="The object that moves the group: an empty, or an armature together with a bone",
+        description="The object that moves the group: an empty, any other object, or an armature with a bone",
         poll=_is_other_object,
         update=_on_target_changed,
     )
@@ -71,32 +71,36 @@ class ArapHandle(bpy.types.PropertyGroup):
     )
     vertex_group: StringProperty(
         name="Vertex Group",
-        description="Vertices that follow: 1 follows exactly, less pulls, 0 is free",
+        description="Vertices that follow. Weight 1 follows exactly, less pulls, 0 is free",
         update=_on_group_changed,
     )
     is_exact: BoolProperty(
         name="Exact",
         description=(
-            "Hold every vertex of a handle that is smaller than Rigidity. "
-            "Off: it holds the average of a round patch about them, which pulls a smooth hill and no spike"
+            "Hold every vertex, also if the handle is smaller than Rigidity. "
+            "Off: a small handle holds the average of a round patch, which pulls a smooth hill and no spike"
         ),
         default=False,
     )
     rest_matrix: FloatVectorProperty(
         name="Rest Matrix",
-        description="Where the object stands in the mesh's own space while the mesh is at rest; 4x4, row by row",
+        description="Matrix of the object in the space of the mesh, with the mesh at rest; 4x4, row by row",
         size=16,
         default=IDENTITY,
         options={"HIDDEN"},
     )
-    has_made_group: BoolProperty(options={"HIDDEN"}, description="The vertex group goes when the handle is removed")
-    has_made_target: BoolProperty(options={"HIDDEN"}, description="The empty goes when the handle is removed")
+    has_made_group: BoolProperty(
+        options={"HIDDEN"}, description="The add-on made the vertex group, and removes it with the handle"
+    )
+    has_made_target: BoolProperty(
+        options={"HIDDEN"}, description="The add-on made the empty, and removes it with the handle"
+    )
     group_radius: FloatProperty(
         options={"HIDDEN"},
-        description="Size of the group when the handle was made, in world units; 0: not made here",
+        description="Radius of the group when the add-on made it, in world units; 0: it did not",
     )
 
-    pose_id: IntProperty(options={"HIDDEN"}, description="Number by which stored poses know the handle; 0: none does")
+    pose_id: IntProperty(options={"HIDDEN"}, description="Number of the handle in stored poses; 0: in none")
 
     @property
     def rest(self) -> Matrix:

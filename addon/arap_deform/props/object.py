@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""What is saved in the .blend: ``bpy.types.Object.arap``.
+"""The settings saved in the .blend: ``bpy.types.Object.arap``.
 
-No ``from __future__ import annotations`` here: Blender reads the annotations themselves, not their text.
+No ``from __future__ import annotations`` in this folder: Blender reads the annotations themselves, not their text.
 """
 
 from typing import Any
@@ -13,14 +13,13 @@ from bpy.props import (
     CollectionProperty,
     EnumProperty,
     FloatProperty,
-    FloatVectorProperty,
     IntProperty,
     PointerProperty,
     StringProperty,
 )
 
 from ..core.naming import NAME_BYTES
-from . import hooks, preferences
+from . import hooks
 from .handles import ArapHandle, ArapPin
 from .overlay import ArapOverlay
 from .poses import CLASSES as POSE_CLASSES
@@ -28,39 +27,26 @@ from .poses import ArapStoredPose
 from .pull import ArapPullPin, ArapPullSettings
 from .stiffness import ArapStiffness
 
-# The numbers are what is saved: they stay, whatever the order.
+# Files store the numbers, so an item keeps its number.
 ENERGIES = (
-    ("rotation_nodes", "Smooth", "Bends alike on coarse and dense meshes, as wide as Rigidity. The default", "NONE", 2),
-    ("spokes_and_rims", "Spokes and Rims", "Classic: bends sharper the denser the mesh is", "NONE", 0),
-    ("spokes", "Spokes", "The classic of 2007; a little stiffer across the bend", "NONE", 1),
+    ("rotation_nodes", "Even", "Bends look the same on coarse and dense meshes, as wide as Rigidity", "NONE", 2),
+    ("spokes_and_rims", "Spokes and Rims", "Classic: the denser the mesh, the sharper the bends", "NONE", 0),
+    ("spokes", "Spokes", "The classic of 2007. A little stiffer across the bend", "NONE", 1),
 )
 WEIGHTS = (
-    ("cotangent", "Cotangent", "Follows the shape of the surface, not how it is cut into faces. The default"),
-    ("uniform", "Uniform", "Every edge counts the same; for meshes with very bad faces"),
+    (
+        "cotangent",
+        "Cotangent",
+        "Edges count by the shape of their faces, so the result does not depend on the topology",
+    ),
+    ("uniform", "Uniform", "Every edge counts the same. For meshes with very bad triangles"),
 )
 INITIAL_GUESSES = (
-    ("previous", "Previous Pose", "Goes on from the pose shown. The default while posing"),
-    ("rest", "Rest", "Starts from the undeformed mesh every time"),
-    ("naive_laplacian", "Smooth Blend", "Starts from a smooth blend of the handles that ignores rotation"),
-    ("handle_rotations", "Handle Rotations", "Spreads the rotations of the handles over the mesh; for large turns"),
+    ("previous", "Previous Pose", "The pose shown"),
+    ("rest", "Rest", "The mesh at rest"),
+    ("naive_laplacian", "Smooth Blend", "A smooth blend of the handles that ignores rotation"),
+    ("handle_rotations", "Handle Rotations", "The rotations of the handles, spread over the mesh. For large rotations"),
 )
-HANDLE_SHAPES = (
-    ("SPHERE", "Sphere", ""),
-    ("CUBE", "Cube", ""),
-    ("CIRCLE", "Circle", ""),
-    ("PLAIN_AXES", "Plain Axes", ""),
-    ("ARROWS", "Arrows", ""),
-    ("SINGLE_ARROW", "Single Arrow", ""),
-    ("CONE", "Cone", ""),
-)
-
-
-def _key_name(settings: bpy.types.PropertyGroup) -> str:
-    return str(settings.own_key_name or preferences.key_name())
-
-
-def _set_key_name(settings: bpy.types.PropertyGroup, name: str) -> None:
-    settings.own_key_name = name.encode()[:NAME_BYTES].decode(errors="ignore")
 
 
 def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
@@ -74,7 +60,7 @@ def _on_live_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Cont
 
 
 def _choose(settings: bpy.types.PropertyGroup, items: Any, index: int, group: str) -> None:
-    """Makes the vertex group of what is chosen in a list the active one: it is what Weight Paint shows and paints."""
+    """Makes the group of the chosen entry the active one: Weight Paint shows and paints that."""
     groups = settings.id_data.vertex_groups
     found = groups.find(getattr(items[index], group)) if index < len(items) else -1
     if found >= 0:
@@ -94,7 +80,7 @@ def _on_stiffness_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.
 
 
 class ArapMadeKey(bpy.types.PropertyGroup):
-    """A shape key that was made for the pose."""
+    """A shape key that the add-on made for the pose."""
 
     name: StringProperty(name="Name", description="Name of the shape key")
 
@@ -121,20 +107,20 @@ class ArapObject(bpy.types.PropertyGroup):
     active_pose_index: IntProperty(name="Active Pose", min=0, description="The pose chosen in the list")
 
     pull_pins: CollectionProperty(
-        type=ArapPullPin, name="Pull Pins", description="What ARAP Pull holds", options={"HIDDEN"}
+        type=ArapPullPin, name="Pull Pins", description="Pieces that ARAP Pull holds", options={"HIDDEN"}
     )
 
     energy: EnumProperty(
-        name="Energy",
-        description="What turns as one piece: with Smooth pieces of one size, with the classics single vertices",
+        name="Bending",
+        description="How bends look",
         items=ENERGIES,
         default="rotation_nodes",
     )
     rigidity: FloatProperty(
         name="Rigidity",
         description=(
-            "Radius of what turns as one piece, in percent of the mesh's size (the diagonal of its box at rest): "
-            "larger is stiffer, with wider bends and rounder hills"
+            "Radius of the pieces that turn together, in percent of the mesh's size (the diagonal of its box at "
+            "rest). More is stiffer: wider bends, rounder hills"
         ),
         default=2.0,
         min=0.1,
@@ -145,13 +131,18 @@ class ArapObject(bpy.types.PropertyGroup):
         step=10,
         subtype="PERCENTAGE",
     )
-    weights: EnumProperty(name="Weights", description="How much each edge counts", items=WEIGHTS, default="cotangent")
+    weights: EnumProperty(
+        name="Weights", description="How much each edge of the mesh counts", items=WEIGHTS, default="cotangent"
+    )
     initial_guess: EnumProperty(
-        name="Start From", description="Where each update starts", items=INITIAL_GUESSES, default="previous"
+        name="Start From",
+        description="The shape from which each update starts",
+        items=INITIAL_GUESSES,
+        default="previous",
     )
     iterations_per_update: IntProperty(
         name="Iterations per Update",
-        description="Steps at most after each change of a handle; fewer where a frame has no time for them",
+        description="Limit of iterations after each change of a handle. A time limit may stop earlier",
         default=4,
         min=1,
         max=10000,
@@ -159,7 +150,7 @@ class ArapObject(bpy.types.PropertyGroup):
     )
     max_iterations: IntProperty(
         name="Max Iterations",
-        description="Steps at most when solving to the end, for one pose or one baked frame",
+        description="Limit of iterations for Solve and for each baked frame",
         default=1000,
         min=1,
         max=1000000,
@@ -168,8 +159,8 @@ class ArapObject(bpy.types.PropertyGroup):
     accuracy: FloatProperty(
         name="Accuracy",
         description=(
-            "Done when no vertex is further than this from where it would end; a fraction of the mesh's size "
-            "(the diagonal of its box at rest)"
+            "Stop when every vertex is within this distance of its final place. "
+            "A fraction of the mesh's size (the diagonal of its box at rest)"
         ),
         default=1e-6,
         min=1e-9,
@@ -178,78 +169,48 @@ class ArapObject(bpy.types.PropertyGroup):
         precision=6,
     )
     join_seams: BoolProperty(
-        name="Join Seams",
-        description="Treat vertices at the same place as one, so that open seams stay closed",
+        name="Weld Seams",
+        description="Vertices at the same place count as one, so open seams stay closed",
         default=False,
     )
     key_name: StringProperty(
         name="Shape Key",
         description=(
-            "Shape key that takes the pose; made where missing, numbered where another key has the name. "
+            "Shape key that takes the pose. If another key has the name, the pose's key gets a number. "
             "Empty: the name in the add-on's preferences"
         ),
-        get=_key_name,
-        set=_set_key_name,  # which cuts: Blender 5 complains where ``maxlen`` would
-    )
-    own_key_name: StringProperty(
-        options={"HIDDEN"}, description="The name of the shape key; empty: that of the preferences", maxlen=NAME_BYTES
+        maxlen=NAME_BYTES,
     )
     made_keys: CollectionProperty(
         type=ArapMadeKey,
         name="Made Keys",
-        description="Shape keys that were made for the pose, to tell them from others of that name",
+        description="Shape keys that the add-on made for the pose, not the user",
         options={"HIDDEN"},
     )
 
-    handle_shape: EnumProperty(
-        name="Shape",
-        description="How the handles' empties look",
-        items=HANDLE_SHAPES,
-        default="SPHERE",
-        update=_on_display_changed,
-    )
     handle_size: FloatProperty(
         name="Size",
-        description="Size of the handles' empties; 1 is the size of the group they move",
+        description="Size of the empties that were made for handles. 1 is the size of their vertex group",
         default=1.0,
         min=0.001,
         soft_min=0.1,
         soft_max=10.0,
         update=_on_display_changed,
     )
-    handle_in_front: BoolProperty(
-        name="In Front",
-        description="Draw the handles' empties in front of the mesh",
-        default=True,
-        update=_on_display_changed,
-    )
-    handle_color: FloatVectorProperty(
-        name="Color",
-        description="Color of the handles' empties, seen where the wireframe color is set to Object",
-        subtype="COLOR",
-        size=4,
-        default=(1.0, 0.55, 0.1, 1.0),
-        min=0.0,
-        max=1.0,
-        update=_on_display_changed,
-    )
-
-    overlay: PointerProperty(type=ArapOverlay, name="Show", description="What is shown of the mesh in the 3D view")
+    overlay: PointerProperty(type=ArapOverlay, name="Display", description="What is drawn over the mesh in the 3D view")
     is_live: BoolProperty(
         name="Live",
         description=(
-            "The mesh follows its handles all the time, without a posing act: also during playback, and after "
-            "this file is loaded again. Not while rendering: bake the animation before"
+            "The mesh follows its handles all the time, also in playback. Saved with the file. "
+            "Not while rendering: bake the animation first"
         ),
         default=False,
         update=_on_live_changed,
     )
-    live_problem: StringProperty(
-        name="Live Problem", description="Why Live was switched off by itself", options={"HIDDEN"}
-    )
+    live_problem: StringProperty(name="Live Problem", description="Why Live switched itself off", options={"HIDDEN"})
 
     pose_act: IntProperty(
-        options={"HIDDEN"}, description="Number of the posing act that this state of the scene is part of; 0: of none"
+        options={"HIDDEN"}, description="Number of the posing act that this state of the scene belongs to; 0: none"
     )
 
 

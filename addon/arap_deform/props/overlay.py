@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""What is saved of the overlay: ``Object.arap.overlay``. No postponed annotations, as in properties."""
+"""Settings of the overlay: ``Object.arap.overlay``."""
 
 import bpy
 from bpy.props import BoolProperty, FloatProperty
@@ -14,26 +14,24 @@ def _on_changed(_settings: bpy.types.PropertyGroup, _context: bpy.types.Context)
 
 
 class ArapOverlay(bpy.types.PropertyGroup):
-    """What is shown of one mesh in the 3D view, while the panel shows that mesh."""
+    """What is drawn over one mesh, while the panel shows that mesh."""
 
-    show_pins: BoolProperty(
-        name="Pins", description="Show the pinned vertices in the 3D view", default=False, update=_on_changed
-    )
+    show_pins: BoolProperty(name="Pins", description="Draw the pinned vertices", default=False, update=_on_changed)
     show_handles: BoolProperty(
         name="Handles",
-        description="Show how far each handle has moved: a line from its place at rest",
+        description="Draw a line from each handle's rest place to its place now",
         default=False,
         update=_on_changed,
     )
     show_strain: BoolProperty(
-        name="Strain",
-        description="Color the mesh by how much its edges are longer (red) or shorter (blue) than at rest",
+        name="Stretch",
+        description="Color the mesh by the length of its edges: red is longer than at rest, blue is shorter",
         default=False,
         update=_on_changed,
     )
     strain_limit: FloatProperty(
         name="Full Color At",
-        description="Strain that gets the full color, in percent of the length at rest",
+        description="Stretch of the full color, in percent of the length at rest",
         default=20.0,
         min=0.1,
         max=1000.0,

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""What is saved of the pose library: ``Object.arap.poses``. No postponed annotations, as in properties."""
+"""The pose library, as saved: ``Object.arap.poses``."""
 
 import bpy
 from bpy.props import CollectionProperty, FloatVectorProperty, IntProperty, StringProperty
@@ -15,10 +15,10 @@ def _on_renamed(pose: bpy.types.PropertyGroup, _context: bpy.types.Context) -> N
 
 
 class ArapStoredMotion(bpy.types.PropertyGroup):
-    """What one handle has done in a stored pose."""
+    """The motion of one handle in a stored pose."""
 
     name: StringProperty(name="Handle", description="Name of the handle when the pose was stored")
-    handle_id: IntProperty(options={"HIDDEN"}, description="Which handle it is, however it is named by now")
+    handle_id: IntProperty(options={"HIDDEN"}, description="Number of the handle, which may have another name now")
     motion: FloatVectorProperty(
         name="Motion",
         description="Motion of the handle since rest, in the mesh's own space; 4x4, row by row",
@@ -33,11 +33,11 @@ class ArapStoredPose(bpy.types.PropertyGroup):
 
     name: StringProperty(name="Name", description="Name of the pose", maxlen=63, update=_on_renamed)
     motions: CollectionProperty(
-        type=ArapStoredMotion, name="Motions", description="What each handle has done", options={"HIDDEN"}
+        type=ArapStoredMotion, name="Motions", description="The motion of each handle", options={"HIDDEN"}
     )
-    key_name: StringProperty(options={"HIDDEN"}, description="Shape key that was made of the pose")
+    key_name: StringProperty(options={"HIDDEN"}, description="Shape key made from the pose")
     key_check: StringProperty(
-        options={"HIDDEN"}, description="Checksum of that key's shape: a key that somebody has changed since is his"
+        options={"HIDDEN"}, description="Checksum of that key's shape: a key with another one was changed by the user"
     )
 
 

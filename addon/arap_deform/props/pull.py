@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""The temporary pins of ARAP Pull, saved, and how the tool takes hold. No postponed annotations, as in properties."""
+"""The temporary pins of the tool ARAP Pull, as saved, and the settings of the tool."""
 
 import base64
 
@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 
 
 class ArapPullPin(bpy.types.PropertyGroup):
-    """A piece of surface that stays where it is shown for as long as the tool ARAP Pull is on."""
+    """A piece of the surface that stays in its place while the tool ARAP Pull is on."""
 
     vertices_text: StringProperty(options={"HIDDEN"}, description="Its vertices: int32, base64")
     reach: FloatProperty(
-        options={"HIDDEN"}, description="How far the mesh was free around it when it was pulled; 0: set by a click"
+        options={"HIDDEN"},
+        description="Radius of the free mesh around the piece when it was pulled; 0: pinned by a click",
     )
 
     n_vertices: IntProperty(
-        options={"HIDDEN"}, description="Vertices that the mesh had: with another number its own are others"
+        options={"HIDDEN"}, description="Number of vertices of the mesh: with another one the piece is invalid"
     )
 
     @property
@@ -33,11 +34,11 @@ class ArapPullPin(bpy.types.PropertyGroup):
 
 
 class ArapPullSettings(bpy.types.PropertyGroup):
-    """How the tool ARAP Pull takes hold: of the window, so that undo leaves it alone."""
+    """Settings of the tool ARAP Pull. They belong to the window, so undo does not change them."""
 
     radius: IntProperty(
         name="Radius",
-        description="Radius of the piece that is pulled, in pixels of the view (F, [ and ]; the wheel during a drag)",
+        description="Radius of the pulled piece, in pixels (F, [ and ]; the wheel during a drag)",
         default=40,
         min=1,
         max=10000,
@@ -46,7 +47,7 @@ class ArapPullSettings(bpy.types.PropertyGroup):
     )
     falloff: FloatProperty(
         name="Falloff",
-        description="How far the mesh gives way while there is no pin, in radii beyond the piece that is pulled",
+        description="How far the mesh gives way around the pulled piece while there is no pin, in radii",
         default=3.0,
         min=0.1,
         max=1000.0,

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""What is saved of an entry of the list Stiffness. No postponed annotations, as in properties."""
+"""An entry of the list Stiffness, as saved."""
 
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 
 def _on_group_changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    entry.has_made_group = False  # another one, which is the artist's
+    entry.has_made_group = False  # the new one is the artist's
 
 
 class ArapStiffness(bpy.types.PropertyGroup):
@@ -15,15 +15,17 @@ class ArapStiffness(bpy.types.PropertyGroup):
 
     name: StringProperty(
         name="Vertex Group",
-        description="Vertices that are stiffer: 0 is normal, 1 as stiff as this entry says",
+        description="Stiffer vertices. Weight 0 is normal, 1 is as stiff as the entry says",
         update=_on_group_changed,
     )
-    is_enabled: BoolProperty(name="Enabled", description="Stiffen this group. Off: it is as the rest", default=True)
+    is_enabled: BoolProperty(
+        name="Enabled", description="Stiffen this group. Off: it is as soft as the rest", default=True
+    )
     factor: FloatProperty(
         name="Stiffness",
         description=(
-            "How many times as stiff as the rest the mesh is at weight 1. "
-            "Each step of weight multiplies: with 100, weight 0.5 is ten times as stiff"
+            "How many times as stiff as the rest weight 1 is. "
+            "Weight is a power: with 100, weight 0.5 is ten times as stiff"
         ),
         default=100.0,
         min=1.0,
@@ -34,17 +36,19 @@ class ArapStiffness(bpy.types.PropertyGroup):
     is_rigid: BoolProperty(
         name="Rigid",
         description=(
-            "Keep the shape of the vertices with weight 0.5 or more exactly, as a helmet or a shoe does: "
-            "each connected piece moves as one body"
+            "Vertices of weight 0.5 or more keep their shape exactly, like a helmet. "
+            "Each connected piece moves as one piece"
         ),
         default=False,
     )
     is_one_body: BoolProperty(
-        name="One Body",
+        name="As One Piece",
         description=(
-            "All of the group moves as one body, also pieces that are not joined: a helmet of several shells. "
-            "Off: each piece is a body of its own, as two shoes are"
+            "The whole group moves as one piece, even if it is not connected: the shells of a helmet. "
+            "Off: each connected piece moves by itself, like two shoes"
         ),
         default=False,
     )
-    has_made_group: BoolProperty(options={"HIDDEN"}, description="The vertex group goes when the entry is removed")
+    has_made_group: BoolProperty(
+        options={"HIDDEN"}, description="The add-on made the vertex group, and removes it with the entry"
+    )

@@ -2,7 +2,7 @@
 # mypy: disable-error-code="valid-type"
 """Paint, select or soften the vertex group of a pin, a handle or an entry of Stiffness.
 
-Without a name they take the active vertex group of the mesh: choosing an entry in a list makes its group the active one.
+Without a name they take the mesh's active vertex group: choosing an entry in a list makes its group the active one.
 """
 
 import bpy

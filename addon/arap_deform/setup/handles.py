@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handles of an object: making, removing, reading."""
+"""Handles of an object: added, changed, removed."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ def add_handle(
 ) -> ArapHandle:
     """Makes a vertex group of ``vertices`` (weight 1) and an empty that moves it.
 
-    The empty stands at the group's centroid (or at ``location``, world space), sized to the group, in a collection of
-    the object that is enabled, and is parented to the object, so that it goes where the object goes. On a posed mesh
-    it stands where the pose has taken the group, and the mesh does not move.
+    The empty is at the group's centroid (or at ``location``, world space), has the size of the group, and is a child of
+    the object, in one of the object's enabled collections. On a posed mesh it is at the posed centroid, and the mesh
+    does not move.
 
-    With the energy "rotation_nodes" a handle smaller than the rigidity radius holds the average of a round patch about
-    its vertices, and its empty stands there; ``is_exact``: it holds the vertices themselves.
+    With the energy "rotation_nodes" a handle smaller than the rigidity radius holds the average of a round patch around
+    its vertices, and its empty is there. With ``is_exact`` it holds the vertices themselves.
     """
     meshes.check_mesh(obj)
     indices = groups.checked_indices(obj, vertices)
@@ -67,7 +67,7 @@ def add_handle(
         handle = _new_handle(obj, groups.new(obj, indices, name), name)
         handle.is_exact = is_exact
         handle.target = _new_empty(obj, name, world, fit @ at_rest)
-        handle.has_made_group = handle.has_made_target = True  # last: to be given one marks it as the artist's
+        handle.has_made_group = handle.has_made_target = True  # last: setting group and target clears these
         handle.rest = Matrix(np.linalg.inv(world) @ at_rest)
         handle.group_radius = max(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
@@ -86,8 +86,8 @@ def add_handle_for(
         obj: the mesh.
         target: the object, or the armature of ``bone``.
         bone: name of a pose bone, '' for the object itself.
-        radius: world units; the group takes the vertices, as posed, within this distance of the target's origin
-            (the bone's head), or the nearest one where there is none, or where ``radius`` is None.
+        radius: world units. The group has the vertices whose posed place is within this distance of the target's
+            origin (the bone's head). If there are none, or if ``radius`` is None, it has the nearest vertex.
     """
     meshes.check_mesh(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -127,7 +127,7 @@ def add_handles_for(
 
 
 def remove_handle(obj: bpy.types.Object, index: int) -> None:
-    """Removes a handle, and the vertex group and the empty it made where nothing else uses them."""
+    """Removes a handle, and the vertex group and the empty made for it if nothing else uses them."""
     handles = obj.arap.handles
     handle = item_at(obj, handles, index, "handle")
     group = handle.vertex_group if handle.has_made_group else ""
@@ -140,7 +140,7 @@ def remove_handle(obj: bpy.types.Object, index: int) -> None:
 
 
 def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Object, bone: str = "") -> None:
-    """Gives a handle another object or bone. The mesh does not move: the new one takes over where it stands."""
+    """Gives a handle another object or bone. The mesh does not move."""
     handle = item_at(obj, obj.arap.handles, index, "handle")
     reason = handle_motion.target_problem(obj, target, bone, bpy.context.evaluated_depsgraph_get())
     if reason:
@@ -154,7 +154,7 @@ def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Objec
 
 
 def set_handle_group(obj: bpy.types.Object, index: int, vertex_group: str) -> None:
-    """Gives a handle another vertex group of ``obj``; the mesh does not move."""
+    """Gives a handle another vertex group of ``obj``. The mesh does not move."""
     handle = item_at(obj, obj.arap.handles, index, "handle")
     groups.check(obj, vertex_group)
     with _making():
@@ -165,10 +165,9 @@ def set_handle_group(obj: bpy.types.Object, index: int, vertex_group: str) -> No
 
 
 def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
-    """Sets the handle's rest matrix so that the pose shown is the one its target stands for now.
+    """Sets the handle's rest matrix so that the target's place now gives the pose shown now.
 
-    Called when somebody gives a handle another target, bone or group: the mesh must not jump. Does nothing while the
-    handle lacks one of them.
+    Called after a change of a handle's target, bone or group: the mesh must not jump. Does nothing if one is missing.
     """
     if _is_making:
         return
@@ -180,7 +179,7 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
     fit = np.eye(4)
     if handle_motion.pose_key_of(obj) is not None:
         rest = meshes.read_rest(obj)
-        use_nodes = False if obj.mode == "EDIT" else None  # they would see the mesh that is being edited
+        use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
         weights = meshes.read_weights(obj, [handle.vertex_group], use_nodes=use_nodes)[handle.vertex_group]
         indices = np.flatnonzero(weights > 0.0).astype(np.int32)
         is_point = not handle.is_exact and bool((weights[indices] >= 1.0).all())
@@ -198,7 +197,7 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
     Args:
         obj: the mesh.
         index: of the handle.
-        with_weights: say also where its group has no weights, as far as that takes milliseconds: see empty_groups.
+        with_weights: report a group without weights too, if a look at it takes only milliseconds: see empty_groups.
     """
     handle = item_at(obj, obj.arap.handles, index, "handle")
     problem = handle_motion.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
@@ -208,19 +207,15 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
 
 
 def update_handle_display(obj: bpy.types.Object) -> None:
-    """Gives the empties that the handles made the shape, size and colour of ``obj.arap``."""
-    settings = obj.arap
-    for handle in settings.handles:
+    """Gives the empties that were made for handles the size set in ``obj.arap``."""
+    for handle in obj.arap.handles:
         if handle.has_made_target and handle.target is not None:
-            handle.target.empty_display_type = settings.handle_shape
-            handle.target.empty_display_size = settings.handle_size * handle.group_radius
-            handle.target.show_in_front = settings.handle_in_front
-            handle.target.color = settings.handle_color
+            handle.target.empty_display_size = obj.arap.handle_size * handle.group_radius
 
 
 @contextmanager
 def _making() -> Iterator[None]:
-    """While a function here fills in a handle, half of it must not be taken for the artist's choice."""
+    """While a function here fills in a handle: its steps are not choices of the artist."""
     global _is_making  # noqa: PLW0603 - Blender's update callbacks take no other message
     _is_making = True
     try:
@@ -242,15 +237,17 @@ def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
 def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) -> bpy.types.Object:
     empty = bpy.data.objects.new(name, None)
     _collection_for_empty(obj).objects.link(empty)
+    empty.empty_display_type = "SPHERE"
+    empty.show_in_front = True
     empty.parent = obj
-    # Undone by the parent's own matrix today: the empty's axes are the world's, even under a stretched object.
+    # Cancels the parent's matrix of now: the empty's axes are the world's, even under a stretched object.
     empty.matrix_parent_inverse = Matrix(np.linalg.inv(world))
-    empty.matrix_world = Matrix(matrix)  # not matrix_basis: this one can be read back before the next evaluation
+    empty.matrix_world = Matrix(matrix)  # unlike matrix_basis, it can be read before the next evaluation
     return empty
 
 
 def _collection_for_empty(obj: bpy.types.Object) -> bpy.types.Collection:
-    """One of the object's own, of those that Blender evaluates here and into which something can be put."""
+    """A local, enabled collection of the object, else the scene's."""
     users = obj.users_collection
     for collection in meshes.enabled_collections(bpy.context.view_layer.layer_collection):
         if collection in users and collection.library is None and not meshes.is_override(collection):
@@ -259,9 +256,9 @@ def _collection_for_empty(obj: bpy.types.Object) -> bpy.types.Collection:
 
 
 def _is_used(empty: bpy.types.Object) -> bool:
-    """Whether other data (children, constraints, handles of other meshes) still refers to the empty."""
+    """Whether other data (children, constraints, handles of other meshes) uses the empty."""
     users = bpy.data.user_map(subset=[empty])[empty]
-    # The scene and the collections that show it are users too.
+    # Scenes and collections only show it.
     return any(not isinstance(user, (bpy.types.Scene, bpy.types.Collection)) for user in users)
 
 
@@ -269,7 +266,7 @@ def _on_changed(obj: bpy.types.Object, handle: ArapHandle) -> None:
     try:
         take_over(obj, handle)
     except ValueError:
-        handle.rest_matrix = (0.0,) * 16  # the place at rest cannot be told: handle_problem() says so
+        handle.rest_matrix = (0.0,) * 16  # the rest place is unknown, which handle_problem() reports
 
 
 def register() -> None:

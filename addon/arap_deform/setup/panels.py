@@ -85,9 +85,7 @@ class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
         layout = self.layout
         obj = posed_object(context)
         settings = obj.arap
-        handle = draw_list(
-            layout, settings, "ARAP_UL_handles", "handles", "active_handle_index", "arap.handle_remove"
-        )
+        handle = draw_list(layout, settings, "ARAP_UL_handles", "handles", "active_handle_index", "arap.handle_remove")
         if handle is not None:
             _draw_handle(layout, obj, handle)
             problem = _handle_problem(obj, settings.active_handle_index)

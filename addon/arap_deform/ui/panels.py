@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The tab "ARAP" in the sidebar of the 3D view: its main panel, and what the sub-panels share.
 
-``bl_order`` orders the sub-panels: First Pose 0, Pins 10, Handles 20, Stiffness 25, Pose 30, Live 40, Poses 45, Bake 50,
+Sub-panels by ``bl_order``: First Pose 0, Pins 10, Handles 20, Stiffness 25, Pose 30, Live 40, Poses 45, Bake 50,
 Display 80, Advanced 90.
 """
 
