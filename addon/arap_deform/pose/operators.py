@@ -59,7 +59,7 @@ class BlenderPoseScene(BlenderFollowScene):
             return text.format(self.name)
         reason = self.key.why_left(obj)
         if not reason and not self.key.follow(obj):
-            reason = f"Shape key '{obj.arap.key_name}' of '{obj.name}' was removed"
+            reason = f"Shape key '{pose_key.wanted_name(obj)}' of '{obj.name}' was removed"
         if reason:
             return f"{reason}: posing has ended"
         for index, handle in enumerate(obj.arap.handles):
