@@ -10,9 +10,9 @@ import bpy
 
 from ..core.arrays import Float32s
 from ..core.job import run_job
+from ..core.models import Progress
 from ..core.naming import NAME_BYTES
 from ..core.patches import surface_diagonal
-from ..core.session import Progress
 from ..scene import frame_state, meshes, pose_key, shape_keys
 from .fewest_keys import KeySearch
 from .frames_job import FramesJob, check_range

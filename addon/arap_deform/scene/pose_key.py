@@ -39,7 +39,7 @@ class KeyState:
 
 
 def wanted_name(obj: bpy.types.Object) -> str:
-    """The name that ``obj.arap`` gives the live key, else that of the preferences."""
+    """The name that is set for the live key: the object's own, or that of the preferences."""
     return str(obj.arap.key_name) or preferences.key_name()
 
 
@@ -51,26 +51,52 @@ def check_name(obj: bpy.types.Object) -> None:
         raise ValueError(f"Shape key '{name}' of '{obj.name}' is its rest shape: choose another name for the pose")
 
 
-def find(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
-    """The live key, None where there is none yet."""
+@dataclass(frozen=True)
+class PoseKey:
+    """The live key, None if there is none yet, and its name or the one it will have."""
+
+    name: str
+    key: bpy.types.ShapeKey | None
+
+
+def look(obj: bpy.types.Object) -> PoseKey:
+    """Finds the live key. Its name is the wanted one, numbered if a key of the artist's own has that."""
     name = wanted_name(obj)
-    return shape_keys.find(obj, name) if _is_made(obj, name) else None
+    key = shape_keys.find(obj, name)
+    if key is None or _is_made(obj, name):
+        return PoseKey(name, key)
+    return PoseKey(shape_keys.free_name(obj, name), None)
+
+
+def find(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
+    """The live key, None if there is none yet."""
+    return look(obj).key
 
 
 def name_of(obj: bpy.types.Object) -> str:
-    """The live key's name, or the one it will have: that in ``obj.arap``, numbered where another key has it."""
-    name = wanted_name(obj)
-    if shape_keys.find(obj, name) is None or _is_made(obj, name):
-        return name
-    return shape_keys.free_name(obj, name)
+    """The live key's name, or the one it will have."""
+    return look(obj).name
 
 
-def ensure(obj: bpy.types.Object) -> bpy.types.ShapeKey:
-    """The live key, made at rest (value 0) where missing, with Basis where the mesh has no keys."""
-    key = find(obj)
-    if key is None:
-        key = shape_keys.add(obj, name_of(obj))
-        _mark(obj, key.name)
+def ensure(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.ShapeKey:
+    """The live key, made at rest (value 0) if there is none, with Basis if the mesh has no keys.
+
+    ``found``: what look() has found, if somebody has looked already.
+    """
+    found = found or look(obj)
+    if found.key is not None:
+        return found.key
+    key = shape_keys.add(obj, found.name)
+    _mark(obj, key.name)
+    return key
+
+
+def writable(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.ShapeKey:
+    """As ensure(). Raises ValueError if the key would not show what is written to it."""
+    shape_keys.check_writable(obj)
+    check_name(obj)
+    key = ensure(obj, found)
+    shape_keys.check_shown(obj, key)
     return key
 
 
