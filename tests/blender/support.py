@@ -138,6 +138,12 @@ def bend(obj: bpy.types.Object) -> None:
     move(obj.arap.handles[0].target, (0.0, 1.0, -0.6), (-0.9, 0.0, 0.2))
 
 
+def group_of(obj: bpy.types.Object, name: str) -> dict[int, float]:
+    """Weights of a vertex group by vertex."""
+    index = obj.vertex_groups[name].index
+    return {v.index: g.weight for v in obj.data.vertices for g in v.groups if g.group == index}
+
+
 def key_positions(obj: bpy.types.Object, name: str = "ARAP") -> np.ndarray:
     """(n, 3) values of a key, read the plain way."""
     return np.array([point.co[:] for point in obj.data.shape_keys.key_blocks[name].data])

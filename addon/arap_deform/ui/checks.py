@@ -83,7 +83,7 @@ def why_no_mesh(context: bpy.types.Context) -> str:
         return "This mesh is linked from another file: make it local first (Object > Relations > Make Local)"
     if meshes.is_override(obj) or meshes.is_override(obj.data):
         return (
-            "This mesh is a library override, which does not save a pose: make it local first "
+            "This mesh is a library override, in which a pose is not saved: make it local first "
             "(Object > Relations > Make Local)"
         )
     return ""

@@ -463,7 +463,7 @@ class PinsTest(PullTest):
         act = pose_act.PoseAct(None, is_drag=True)
         module("core.sessions").claim(obj.name, act)
         self.assertEqual(
-            common.why_not_pullable(bpy.context), "The mesh is being pulled: wait until it has settled, or press Esc"
+            common.why_not_pullable(bpy.context), "The mesh is being pulled: wait until it settles, or press Esc"
         )
         module("core.sessions").release(obj.name, act)
         self.assertEqual(common.why_not_pullable(bpy.context), "")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stiffness: the list, what its entries do to the pose, rigid parts in one click, and files from before the list."""
+"""Stiffness: what its entries do to the pose, and its operators."""
 
 from __future__ import annotations
 
@@ -118,45 +118,8 @@ class StiffnessTest(SceneTest):
         bpy.context.view_layer.update()
         self.assertLess(out_of_shape(obj, BELLY), 1e-5)
 
-    # ------------------------------------------------------------------------------------------------ the list
-
-    def test_remove_takes_the_group_that_was_made_and_no_other(self):
-        obj = mesh_object()
-        obj.vertex_groups.new(name="Mine")
-        self.api.add_stiffness_group(obj, "Mine")
-        self.api.add_stiffness(obj, BELLY, name="Made")
-        self.api.add_rigid(obj, CHEST, name="Shared")
-        self.api.add_pin_group(obj, "Shared")
-        self.api.add_stiffness(obj, TOP, name="Other").name = "Mine"  # chosen in the panel
-        self.assertEqual(obj.arap.active_stiffness_index, 3)
-        for _ in range(4):
-            self.api.remove_stiffness(obj, 0)
-        self.assertEqual(sorted(group.name for group in obj.vertex_groups), ["Mine", "Other", "Shared"])
-        self.assertEqual((len(obj.arap.stiffness), obj.arap.active_stiffness_index), (0, 0))
-
-    def test_a_pin_with_another_group_does_not_take_that_away(self):
-        obj = mesh_object()
-        obj.vertex_groups.new(name="Mine")
-        self.api.add_pin(obj, BELLY, name="Made").name = "Mine"
-        self.api.remove_pin(obj, 0)
-        self.assertIn("Mine", obj.vertex_groups)
-
-    def test_a_group_twice_gives_one_entry(self):
-        obj = mesh_object()
-        self.api.add_stiffness(obj, BELLY, name="Belly").is_enabled = False
-        self.assertTrue(self.api.add_stiffness_group(obj, "Belly").is_enabled)
-        self.assertEqual(entries(obj), [("Belly", False, 100.0)])
-
-    def test_misuse_is_refused(self):
+    def test_an_entry_without_a_group_is_refused_unless_disabled(self):
         obj = posable()
-        add = self.api.add_stiffness
-        for factor in (0.5, 101.0, float("nan")):
-            self.assert_error(ValueError, f"factor = {factor}, must be 1 to 100", add, obj, BELLY, "Belly", factor)
-        self.assert_error(ValueError, "No vertices of 'Tube' were given: select some", add, obj, [])
-        message = "'Tube' has no vertex group 'Tail': choose one of its groups"
-        self.assert_error(ValueError, message, self.api.add_stiffness_group, obj, "Tail")
-        message = "'Tube' has no stiffness 0: it has 0"
-        self.assert_error(ValueError, message, self.api.remove_stiffness, obj, 0)
         self.api.add_stiffness(obj, BELLY, name="Belly").name = "Tail"
         message = (
             "Stiffness 'Tail' of 'Tube': there is no vertex group of that name; choose one or remove it from the list"
@@ -183,10 +146,10 @@ class OperatorTest(SceneTest):
         bpy.ops.object.mode_set(mode="EDIT")
 
     def test_rigid_in_one_click(self):
-        why = module("setup.stiffness_operators").why_not_rigid
+        why = module("setup.list_operators").why_not_rigid
         self.assertEqual(why(bpy.context), "Select vertices in Edit Mode (Tab) to make them rigid")
         self.select([])
-        self.assertEqual(why(bpy.context), "Select the vertices that shall keep their shape first")
+        self.assertEqual(why(bpy.context), "Select the vertices to make rigid first")
         self.assertFalse(bpy.ops.arap.rigid_add.poll())
         self.select(BELLY)
         self.assertEqual(bpy.ops.arap.rigid_add(), {"FINISHED"})
@@ -217,7 +180,7 @@ class OperatorTest(SceneTest):
         return n_entries, len(self.obj.vertex_groups)
 
     def test_the_dialog_has_the_active_group_unless_that_is_stiff_already(self):
-        invoke = module("setup.stiffness_operators").ARAP_OT_stiffness_add.invoke
+        invoke = module("setup.list_operators").ARAP_OT_stiffness_add.invoke
         context = SimpleNamespace(
             object=self.obj,
             active_object=self.obj,
