@@ -11,7 +11,7 @@ from ..core.session import Session
 from ..core.sessions import SessionInput
 from ..core.worker import Binding
 from . import mesh
-from .update import end_session, rebuild_session
+from .update import rebuild_session
 
 
 class SessionBinding(Binding[Session]):
@@ -29,7 +29,7 @@ class SessionBinding(Binding[Session]):
         self._inputs = inputs
         self._start_positions = start
         self._former = former = sessions.get(obj.name)
-        end_session(obj)  # busy from here on
+        sessions.drop(obj.name)  # busy from here on
         super().__init__(lambda progress: rebuild_session(inputs, former, progress))
 
     def drop(self) -> None:

@@ -119,16 +119,6 @@ def check_live(obj: bpy.types.Object, is_thorough: bool = False) -> str:
     return Frame(obj, bpy.context.evaluated_depsgraph_get(), is_thorough=is_thorough).problem
 
 
-def end_session(obj_or_name: bpy.types.Object | str) -> None:
-    """Forgets the live session, if any. The pose stays."""
-    sessions.drop(obj_or_name if isinstance(obj_or_name, str) else obj_or_name.name)
-
-
-def readout(obj_or_name: bpy.types.Object | str) -> Readout | None:
-    """What the last solve of this object did, for the panel; None before the first."""
-    return sessions.readout(obj_or_name if isinstance(obj_or_name, str) else obj_or_name.name_full)
-
-
 def update_pose(
     obj: bpy.types.Object,
     depsgraph: bpy.types.Depsgraph | None = None,

@@ -15,7 +15,6 @@ from ..core.session_data import Readout
 from ..core.sessions import SessionInput
 from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 from ..follow.scene import BlenderFollowScene, is_rendering
-from ..follow.update import end_session
 from ..live import runs
 from ..props import preferences
 from ..scene import app_handlers, pose_key, redraw
@@ -122,7 +121,7 @@ class Run:
         _remove(self)
         obj = self.scene.obj
         if obj is None:
-            end_session(self.scene.name)
+            sessions.drop(self.scene.name)
         elif end.how is Ending.RESTORE:
             end = restored(end, lambda: self.scene.restore(obj))
         undo.finish(self.scene.name, self.scene.number, as_one_step=end.how is not Ending.LEAVE)

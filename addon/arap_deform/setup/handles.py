@@ -73,7 +73,7 @@ def add_handle(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
             SMALLEST_HANDLE * diagonal_of(transformed(world, rest)),
         )
-    update_handle_display(obj)
+    resize_empties(obj)
     return handle
 
 
@@ -139,31 +139,6 @@ def remove_handle(obj: bpy.types.Object, index: int) -> None:
         bpy.data.objects.remove(target)
 
 
-def set_handle_target(obj: bpy.types.Object, index: int, target: bpy.types.Object, bone: str = "") -> None:
-    """Gives a handle another object or bone. The mesh does not move."""
-    handle = item_at(obj, obj.arap.handles, index, "handle")
-    reason = handle_motion.target_problem(obj, target, bone, bpy.context.evaluated_depsgraph_get())
-    if reason:
-        raise ValueError(f"Handle '{handle.name}' of '{obj.name}' cannot take it: {reason}")
-    with _making():
-        is_made = handle.has_made_target and handle.target == target
-        handle.target = target
-        handle.has_made_target = is_made
-        handle.bone = bone
-    take_over(obj, handle)
-
-
-def set_handle_group(obj: bpy.types.Object, index: int, vertex_group: str) -> None:
-    """Gives a handle another vertex group of ``obj``. The mesh does not move."""
-    handle = item_at(obj, obj.arap.handles, index, "handle")
-    groups.check(obj, vertex_group)
-    with _making():
-        is_made = handle.has_made_group and handle.vertex_group == vertex_group
-        handle.vertex_group = vertex_group
-        handle.has_made_group = is_made
-    take_over(obj, handle)
-
-
 def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
     """Sets the handle's rest matrix so that the target's place now gives the pose shown now.
 
@@ -206,7 +181,7 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
     return problem
 
 
-def update_handle_display(obj: bpy.types.Object) -> None:
+def resize_empties(obj: bpy.types.Object) -> None:
     """Gives the empties that were made for handles the size set in ``obj.arap``."""
     for handle in obj.arap.handles:
         if handle.has_made_target and handle.target is not None:
@@ -271,9 +246,9 @@ def _on_changed(obj: bpy.types.Object, handle: ArapHandle) -> None:
 
 def register() -> None:
     hooks.handle_changed.append(_on_changed)
-    hooks.display_changed.append(update_handle_display)
+    hooks.display_changed.append(resize_empties)
 
 
 def unregister() -> None:
-    hooks.display_changed.remove(update_handle_display)
+    hooks.display_changed.remove(resize_empties)
     hooks.handle_changed.remove(_on_changed)

@@ -25,7 +25,7 @@ class SolveJobTest(SceneTest):
         self.assertEqual((done.iterations, done.stop_reason), (readout.iterations, "converged"))
         np.testing.assert_array_equal(key_positions(other), key_positions(obj))
         self.assertEqual(module("core.sessions").claimed_by("Other"), "")
-        self.assertEqual(self.api.check_live(other, is_thorough=True), "")
+        self.assertEqual(module("follow.update").check_live(other, is_thorough=True), "")
         self.assertEqual(self.run_job(self.api.begin_solve(other)).iterations, readout.iterations, "bound already")
 
     def test_cancelled_it_leaves_everything_and_the_bind(self):
@@ -79,9 +79,9 @@ class WaitTest(SceneTest):
         sessions.claim(obj.name, act)
         for begin in (
             lambda: self.api.begin_solve(obj),
-            lambda: self.api.begin_bake(obj, 1, 2),
-            lambda: self.api.begin_pose_keys(obj),
-            lambda: self.api.begin_mesh_cache(obj, "tube.mdd", 1, 2),
+            lambda: module("bake.keys").begin_bake(obj, 1, 2),
+            lambda: module("poses.keys").begin_pose_keys(obj),
+            lambda: module("bake.cache").begin_mesh_cache(obj, "tube.mdd", 1, 2),
         ):
             self.assert_error(RuntimeError, "Wait for 'Tube': it is posed", begin)
         self.assertIs(sessions.acts["Tube"], act)
@@ -98,27 +98,31 @@ class WaitTest(SceneTest):
         move(obj.arap.handles[0].target, (0.5, 0.2, -0.3))
         self.api.solve(obj)
         self.api.store_pose(obj, "Pose")
-        shown, inputs, state = key_positions(obj), self.api.session_input(obj), self.api.capture_state(obj)
-        session = self.api.build_session(inputs)
+        update, result = module("follow.update"), module("pose.result")
+        shown, inputs, state = key_positions(obj), update.session_input(obj), result.capture_state(obj)
+        session = update.build_session(inputs)
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         for doing, begin in (
             ("it is solved", lambda: self.api.begin_solve(obj)),
-            ("it is baked", lambda: self.api.begin_bake(obj, 1, 2)),
-            ("shape keys are made of its poses", lambda: self.api.begin_pose_keys(obj)),
-            ("its frames are exported", lambda: self.api.begin_mesh_cache(obj, f"{folder.name}/tube.mdd", 1, 2)),
+            ("it is baked", lambda: module("bake.keys").begin_bake(obj, 1, 2)),
+            ("shape keys are made of its poses", lambda: module("poses.keys").begin_pose_keys(obj)),
+            (
+                "its frames are exported",
+                lambda: module("bake.cache").begin_mesh_cache(obj, f"{folder.name}/tube.mdd", 1, 2),
+            ),
         ):
             job = begin()
             job.step(0.001)
             for act in (
                 self.api.solve,
-                self.api.prepare_session,
-                lambda tube: self.api.adopt_session(tube, inputs, session),
-                self.api.sync_session,
-                self.api.update_pose,
+                update.prepare_session,
+                lambda tube: update.adopt_session(tube, inputs, session),
+                update.sync_session,
+                update.update_pose,
                 self.api.reset_pose,
                 self.api.apply_pose_as_rest,
-                lambda tube: self.api.restore_state(tube, state),
+                lambda tube: result.restore_state(tube, state),
             ):
                 self.assert_error(RuntimeError, f"Wait for 'Tube': {doing}", act, obj)
             while job.step():

@@ -78,7 +78,7 @@ class HandleTest(SceneTest):
             handle = self.api.add_handle(obj, TOP)
             self.assertEqual(list(handle.target.users_collection), [expected])
             bpy.context.view_layer.update()
-            self.assertEqual(self.api.handle_problem(obj, len(obj.arap.handles) - 1), "")
+            self.assertEqual(module("setup.handles").handle_problem(obj, len(obj.arap.handles) - 1), "")
             if expected == enabled:
                 enabled.objects.unlink(obj)
 
@@ -110,7 +110,7 @@ class HandleTest(SceneTest):
         world = in_world(obj, rest_positions(obj))
         near, far = empty_at(world[TOP].mean(axis=0), "Near"), empty_at(world[BOTTOM[0]] + 30.0, "Far")
         radius = 1.5
-        handles = self.api.add_handles_for(obj, [(near, ""), (far, "")], radius=radius)
+        handles = module("setup.handles").add_handles_for(obj, [(near, ""), (far, "")], radius=radius)
         centre = np.array(near.matrix_world.translation)
         within = np.flatnonzero(np.linalg.norm(world - centre, axis=1) <= radius)
         self.assertGreater(len(within), 4)
@@ -120,7 +120,7 @@ class HandleTest(SceneTest):
         self.assertEqual([handle.name for handle in handles], ["Near", "Far"])
         self.assertIs(handles[0].target, near)
         self.assertIsNone(near.parent)
-        self.assert_close(self.api.handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
 
     def test_without_a_radius_an_empty_takes_the_nearest_vertex_of_the_pose(self):
         obj = posable()
@@ -177,9 +177,11 @@ class HandleTest(SceneTest):
         rig.pose.bones["Upper"].location = (0.3, 0.2, 0.1)
         move(obj.arap.handles[2].target, (1.0, 1.0, 1.0), (0.5, 0.4, 0.3))
         move(child, (1.0, 0.0, 0.0))
-        self.assertGreater(np.abs(self.api.handle_matrices(obj) - np.eye(4)).max(axis=(1, 2)).min(), 0.1)
+        self.assertGreater(
+            np.abs(module("scene.handle_motion").handle_matrices(obj) - np.eye(4)).max(axis=(1, 2)).min(), 0.1
+        )
         self.assertEqual(self.api.reset_handles(obj), [])
-        self.assert_close(self.api.handle_matrices(obj), np.tile(np.eye(4), (4, 1, 1)), 1e-5)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj), np.tile(np.eye(4), (4, 1, 1)), 1e-5)
         child.constraints.new("COPY_LOCATION").target = empty_at((5.0, 5.0, 5.0), "Holder")
         self.assertEqual(self.api.reset_handles(obj), ["Empty"], "the constraint holds it")
 
@@ -188,7 +190,7 @@ class HandleTest(SceneTest):
         point = self.api.add_handle(obj, [7], location=(1.0, 2.0, 3.0)).target
         bpy.context.view_layer.update()
         self.assert_close(point.matrix_world.translation, (1.0, 2.0, 3.0))
-        self.assert_close(self.api.handle_matrices(obj)[0], np.eye(4), 1e-5)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj)[0], np.eye(4), 1e-5)
         size = point.empty_display_size
         self.assertGreater(size, 0.05, "one vertex has no size, but its empty is seen")
         mine = empty_at((0.0, 0.0, 4.0))
@@ -205,12 +207,8 @@ class HandleTest(SceneTest):
         bend(obj)
         self.api.solve(obj)
         posed = key_positions(obj)
-        for change in (
-            lambda handle: setattr(handle, "target", other),  # as the panel does
-            lambda _: self.api.set_handle_group(obj, 0, "Other"),
-            lambda _: self.api.set_handle_target(obj, 0, empty_at((1.0, 0.0, 0.0), "Third")),
-        ):
-            change(obj.arap.handles[0])
+        for name, value in (("target", other), ("vertex_group", "Other")):
+            setattr(obj.arap.handles[0], name, value)
             self.api.solve(obj)
             self.assert_close(key_positions(obj), posed, 1e-3)
         move(obj.arap.handles[0].target, (0.0, 0.0, 0.5))
@@ -220,10 +218,6 @@ class HandleTest(SceneTest):
     def test_remove_takes_what_was_made_for_the_handle_and_nothing_else_uses(self):
         def nothing(_obj, _handle):
             pass
-
-        def set_again(obj, handle):
-            self.api.set_handle_target(obj, 0, handle.target)
-            self.api.set_handle_group(obj, 0, handle.vertex_group)
 
         def choose_others(obj, handle):
             obj.vertex_groups.new(name="Mine").add(TOP, 1.0, "REPLACE")
@@ -235,7 +229,7 @@ class HandleTest(SceneTest):
 
         mesh_object("Second")
         empty_at((0.0, 0.0, 4.0), "Control")
-        for before, is_left in ((nothing, False), (set_again, False), (choose_others, True), (share, True)):
+        for before, is_left in ((nothing, False), (choose_others, True), (share, True)):
             with self.subTest(before.__name__):
                 obj = posable(before.__name__)
                 target = obj.arap.handles[0].target.name
@@ -263,21 +257,19 @@ class RefusalTest(SceneTest):
         for (target, bone), reason in cases:
             message = f"'Tube' cannot take the handle: {reason}"
             self.assert_error(ValueError, message, self.api.add_handle_for, obj, target, bone)
-            message = f"Handle 'Head' of 'Tube' cannot take it: {reason}"
-            self.assert_error(ValueError, message, self.api.set_handle_target, obj, 0, target, bone)
         message = "'Tube' has no objects to take as handles: select some besides the mesh"
-        self.assert_error(ValueError, message, self.api.add_handles_for, obj, [])
+        self.assert_error(ValueError, message, module("setup.handles").add_handles_for, obj, [])
         message = "'Tube' cannot take the handle: 'Tube' is the mesh itself; choose another object"
-        self.assert_error(ValueError, message, self.api.add_handles_for, obj, [(empty, ""), (obj, "")])
+        self.assert_error(ValueError, message, module("setup.handles").add_handles_for, obj, [(empty, ""), (obj, "")])
         self.assertEqual((len(obj.arap.handles), len(obj.vertex_groups)), (1, 2), "all or none")
 
     def test_what_went_missing_is_named(self):
         obj = posable()
-        self.assertEqual(self.api.handle_problem(obj, 0), "")
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
 
         def check(reason):
             message = f"Handle 'Head' of 'Tube': {reason}"
-            self.assertEqual(self.api.handle_problem(obj, 0), message)
+            self.assertEqual(module("setup.handles").handle_problem(obj, 0), message)
             self.assert_error(ValueError, message, self.api.solve, obj)
 
         target = obj.arap.handles[0].target
@@ -312,7 +304,7 @@ class RefusalTest(SceneTest):
         message = "Handle 'Empty' of 'Tube': 'Empty' was scaled to nothing at rest; give it a scale and choose it again"
         self.assert_error(ValueError, message, self.api.solve, obj)
         empty.scale = (1.0, 1.0, 1.0)
-        self.api.set_handle_target(obj, 0, empty)
+        obj.arap.handles[0].target = empty
         self.api.solve(obj)
 
     def test_targets_of_an_excluded_collection_are_refused(self):
@@ -325,10 +317,10 @@ class RefusalTest(SceneTest):
         self.api.solve(obj)
         layer = bpy.context.view_layer.layer_collection.children["Handles"]
         layer.hide_viewport = True
-        self.assertEqual(self.api.handle_problem(obj, 0), "")
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
         for switch_off in (lambda: setattr(layer, "exclude", True), lambda: setattr(collection, "hide_viewport", True)):
             switch_off()
-            self.assertIn("is disabled in viewports or excluded", self.api.handle_problem(obj, 0))
+            self.assertIn("is disabled in viewports or excluded", module("setup.handles").handle_problem(obj, 0))
             layer.exclude = False
 
     def test_a_location_has_three_numbers(self):
@@ -440,10 +432,10 @@ class TakeOverTest(SceneTest):
             "Handle 'Head' of 'Tube': 'Tube' was scaled to nothing when 'Other' was chosen; "
             "give the mesh a scale and choose it again"
         )
-        self.assertEqual(self.api.handle_problem(obj, 0), message)
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), message)
         self.assert_error(ValueError, message, self.api.solve, obj)
         handle.target = target
-        self.assertEqual(self.api.handle_problem(obj, 0), "")
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
         self.api.solve(obj)
 
     def test_choosing_step_by_step_takes_over_in_the_end(self):

@@ -131,7 +131,6 @@ class RefusalTest(SceneTest):
         for function, arguments in (
             (self.api.add_pin_group, ("Tail",)),
             (self.api.add_stiffness_group, ("Tail",)),
-            (self.api.set_handle_group, (0, "Tail")),
             (self.api.soften_group, ("Tail", 1.0)),
         ):
             self.assert_error(ValueError, message, function, obj, *arguments)

@@ -84,7 +84,7 @@ class ReasonTest(ClaimTest):
 
     def test_a_handle_that_is_a_mesh_shows_its_own_panel_unless_the_other_is_posed(self):
         obj, mover = posable(), mesh_object("Mover")
-        self.api.set_handle_target(obj, 0, mover)
+        obj.arap.handles[0].target = mover
         bpy.context.view_layer.objects.active = mover
         find = module("ui.checks").find_posed_object
         self.assertEqual(find(bpy.context), mover)
@@ -126,8 +126,8 @@ class LinkedTwinTest(ClaimTest):
 
     def test_an_act_and_a_readout_are_of_the_local_one(self):
         self.api.solve(self.obj)
-        self.assertIsNotNone(self.api.readout(self.obj))
-        self.assertIsNone(self.api.readout(self.linked))
+        self.assertIsNotNone(module("core.sessions").readout(self.obj.name_full))
+        self.assertIsNone(module("core.sessions").readout(self.linked.name_full))
         self.claim("Tube", FakeAct("it is solved"))
         common = module("ui.checks")
         self.assertEqual(common.why_busy(self.linked), "")
