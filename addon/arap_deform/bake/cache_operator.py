@@ -22,7 +22,7 @@ FORMAT_ITEMS = (
 
 class ARAP_OT_export_mesh_cache(ShapesJobOperator, bpy.types.Operator):
     bl_idname = "arap.export_mesh_cache"
-    bl_label = "Export ARAP Mesh Cache"
+    bl_label = "Export Mesh Cache"
     bl_description = (
         "Solve each frame and write it to an MDD or PC2 file, for the Mesh Cache modifier: for shots too long to bake"
     )

@@ -14,7 +14,7 @@ from .keys import BakeJob, begin_bake, estimate_bake
 
 class ARAP_OT_bake_pose(bpy.types.Operator):
     bl_idname = "arap.bake_pose"
-    bl_label = "Bake ARAP Pose"
+    bl_label = "Bake Pose"
     bl_description = "Copy the pose shown to a new shape key with a name of its own"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -36,7 +36,7 @@ class ARAP_OT_bake_pose(bpy.types.Operator):
 
 class ARAP_OT_bake_animation(ShapesJobOperator, bpy.types.Operator):
     bl_idname = "arap.bake_animation"
-    bl_label = "Bake ARAP Animation"
+    bl_label = "Bake Animation"
     bl_description = "Solve each frame and make it a keyframed shape key, so that the file plays without this add-on"
     bl_options = {"UNDO"}  # not REGISTER: its redo panel would bake again at every change
 

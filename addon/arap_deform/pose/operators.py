@@ -184,7 +184,7 @@ _HANDLERS = (
 
 class ARAP_OT_pose(bpy.types.Operator):
     bl_idname = "arap.pose"
-    bl_label = "ARAP Pose"
+    bl_label = "Pose"
     bl_description = "Move, turn and scale the handles and the mesh follows. Enter keeps the pose, Esc cancels it"
     bl_options = {"UNDO"}
 
@@ -269,7 +269,7 @@ def _editor_at(context: bpy.types.Context, event: bpy.types.Event) -> str:
 
 class ARAP_OT_pose_end(bpy.types.Operator):
     bl_idname = "arap.pose_end"
-    bl_label = "End ARAP Pose"
+    bl_label = "End Pose"
     bl_description = "End posing: keep the pose, or put everything back to where it was before"
 
     is_kept: BoolProperty(name="Keep", description="Keep the pose. Off: everything as before", default=True)

@@ -13,7 +13,7 @@ from .result import apply_pose_as_rest, reset_pose
 
 class ARAP_OT_reset_handles(bpy.types.Operator):
     bl_idname = "arap.reset_handles"
-    bl_label = "Reset ARAP Handles"
+    bl_label = "Reset Handles"
     bl_description = "Put every handle back to where it is while the mesh is at rest"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -32,7 +32,7 @@ class ARAP_OT_reset_handles(bpy.types.Operator):
 
 class ARAP_OT_reset_pose(bpy.types.Operator):
     bl_idname = "arap.reset_pose"
-    bl_label = "Reset ARAP Pose"
+    bl_label = "Reset Pose"
     bl_description = "Put the mesh back to its rest shape; the handles stay where they are"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -48,7 +48,7 @@ class ARAP_OT_reset_pose(bpy.types.Operator):
 
 class ARAP_OT_apply_pose_as_rest(bpy.types.Operator):
     bl_idname = "arap.apply_pose_as_rest"
-    bl_label = "Apply ARAP Pose as Rest"
+    bl_label = "Apply Pose as Rest"
     bl_description = "Make the pose shown the new rest shape of the mesh; the handles are at rest where they stand"
     bl_options = {"REGISTER", "UNDO"}
 

@@ -44,7 +44,7 @@ def _iterations_text(readout: Readout) -> str:
 
 class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     bl_idname = "arap.solve"
-    bl_label = "ARAP Solve"
+    bl_label = "Solve"
     bl_description = "Pose the mesh for the handles where they are now, to the end. Starts from the rest shape"
     bl_options = {"UNDO"}
 

@@ -49,7 +49,7 @@ class PoseOperator:
 
 class ARAP_OT_poses_apply(PoseOperator, bpy.types.Operator):
     bl_idname = "arap.poses_apply"
-    bl_label = "Apply Stored ARAP Pose"
+    bl_label = "Apply Stored Pose"
     bl_description = "Move the handles to where they were in the pose, and the mesh after them"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -72,7 +72,7 @@ class ARAP_OT_poses_apply(PoseOperator, bpy.types.Operator):
 
 class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
     bl_idname = "arap.poses_blend"
-    bl_label = "Blend ARAP Poses"
+    bl_label = "Blend Poses"
     bl_description = (
         "Move the handles to between two poses and solve: rotations turn the short way, and nothing is bent that need "
         "not be. Move the mouse to the right, then click; the panel that appears has the factor too"

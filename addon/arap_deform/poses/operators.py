@@ -74,7 +74,7 @@ def active_name(context: bpy.types.Context) -> str:
 
 class ARAP_OT_poses_store(bpy.types.Operator):
     bl_idname = "arap.poses_store"
-    bl_label = "Store ARAP Pose"
+    bl_label = "Store Pose"
     bl_description = "Add where the handles are now to the object's poses"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -110,7 +110,7 @@ class ARAP_OT_poses_store(bpy.types.Operator):
 
 class ARAP_OT_poses_delete(bpy.types.Operator):
     bl_idname = "arap.poses_delete"
-    bl_label = "Delete ARAP Pose"
+    bl_label = "Delete Pose"
     bl_description = "Take the pose chosen in the list out of the library; handles, mesh and shape keys stay"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -126,7 +126,7 @@ class ARAP_OT_poses_delete(bpy.types.Operator):
 
 class ARAP_OT_poses_mirror(bpy.types.Operator):
     bl_idname = "arap.poses_mirror"
-    bl_label = "Mirror ARAP Pose"
+    bl_label = "Mirror Pose"
     bl_description = (
         "Store the mirror image of the pose chosen in the list. Handles are paired by name (Hand.L and Hand.R), or by "
         "where they are at rest"
@@ -148,7 +148,7 @@ class ARAP_OT_poses_mirror(bpy.types.Operator):
 
 class ARAP_OT_poses_to_keys(ShapesJobOperator, bpy.types.Operator):
     bl_idname = "arap.poses_to_keys"
-    bl_label = "Make Shape Keys of ARAP Poses"
+    bl_label = "Poses to Shape Keys"
     bl_description = (
         "Solve every stored pose from rest and make it a shape key of its name, value 0. Keys made so before are "
         "renewed, all others stay as they are"

@@ -175,7 +175,7 @@ def _is_undo(event: bpy.types.Event) -> bool:
 
 class ARAP_OT_pull_make_real(bpy.types.Operator):
     bl_idname = "arap.pull_make_real"
-    bl_label = "Make ARAP Handles of Pulls"
+    bl_label = "Make Handles of Pulls"
     bl_description = "Turn what has moved into handles with empties, and what is at rest into pins. The mesh stays"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -193,7 +193,7 @@ class ARAP_OT_pull_make_real(bpy.types.Operator):
 
 class ARAP_OT_pull_release(bpy.types.Operator):
     bl_idname = "arap.pull_release"
-    bl_label = "Release ARAP Pulls"
+    bl_label = "Release Pulls"
     bl_description = "Let go of everything that was pulled or clicked with the tool. The mesh stays as it is"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -217,7 +217,7 @@ def why_no_pull(context: bpy.types.Context) -> str:
 
 class ARAP_OT_pull_tool(bpy.types.Operator):
     bl_idname = "arap.pull_tool"
-    bl_label = "ARAP Pull Tool"
+    bl_label = "Pull"
     bl_description = "Take the tool ARAP Pull: drag the surface itself, click to pin it"
 
     @classmethod
