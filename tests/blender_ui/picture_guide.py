@@ -21,8 +21,8 @@ PANELS = {
     "live": ("ARAP_PT_live",),
     "poses": ("ARAP_PT_poses",),
     "bake": ("ARAP_PT_bake",),
-    "show": ("ARAP_PT_overlay",),
-    "settings": ("ARAP_PT_settings",),
+    "show": ("ARAP_PT_display",),
+    "settings": ("ARAP_PT_advanced",),
 }
 
 

@@ -50,7 +50,7 @@ def test_settings_and_look(ui: Ui) -> Steps:
     """The panels that are closed at first, opened; Rigidity and Exact show with the energy they belong to."""
     scenes.add_bar_with_handle(ui.api)
     ui.api.add_handle(bar(), [24], name="Point", is_exact=True)
-    for name in ("ARAP_PT_handle_look", "ARAP_PT_settings"):
+    for name in ("ARAP_PT_handle_look", "ARAP_PT_advanced"):
         panel = getattr(bpy.types, name)
         bpy.utils.unregister_class(panel)
         panel.bl_options = set()
@@ -180,15 +180,8 @@ def test_menus_of_the_right_button(ui: Ui) -> Steps:
         bpy.ops.object.mode_set(mode="OBJECT")
 
 
-def test_preferences_are_drawn_and_color_the_overlay(ui: Ui) -> Steps:
-    """The page of the add-on, and pins in a colour of one's own."""
-    obj = scenes.add_bar_with_handle(ui.api)
-    obj.arap.overlay.show_pins = obj.arap.overlay.show_handles = True
-    handle().location.x = 1.0
-    preferences = bpy.context.preferences.addons[MODULE].preferences
-    preferences.use_theme_colors = False
-    preferences.pin_color = (1.0, 0.0, 1.0)
-    yield from ui.screenshot("colors")
+def test_preferences_are_drawn(ui: Ui) -> Steps:
+    """The page of the add-on."""
     yield from ui.turn_view_into_preferences()
     yield from ui.screenshot("page")
 
