@@ -80,7 +80,7 @@ def summary(obj: bpy.types.Object, readouts: Sequence[Any], keys: Sequence[str])
 
 
 def use_engine(scene: bpy.types.Scene, has_opengl: bool) -> None:
-    """What looks good and is fast without a graphics card: Cycles where it can denoise, else Eevee.
+    """Chooses what looks good and is fast without a graphics card: Cycles if it can denoise, else Eevee.
 
     Eevee on the processor takes seconds a picture before 4.2, and minutes from then on.
     """

@@ -5,7 +5,7 @@
     blender -b creature.blend --python-exit-code 1 --python-expr "from arap_deform import cli; cli.run()" --
         bake -o baked.blend
 
-Exit code 0 where everything worked; else 1 (2 for a wrong command line) and one line that says why.
+Exit code 0 on success, else 1 (2 for a wrong command line) and one line with the reason.
 """
 
 from __future__ import annotations
@@ -62,13 +62,13 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def run() -> NoReturn:
-    """For --python and --python-expr: runs what stands behind ``--`` and ends Blender with the exit code."""
+    """For --python and --python-expr: runs the arguments after ``--`` and ends Blender with the exit code."""
     arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
     sys.exit(main(arguments))
 
 
 def register() -> None:
-    """Makes ``blender --command arap`` known where Blender has commands (4.2)."""
+    """Registers ``blender --command arap`` if Blender has commands (4.2)."""
     global _command  # noqa: PLW0603 - Blender asks for it back to unregister
     if hasattr(bpy.utils, "register_cli_command"):
         _command = bpy.utils.register_cli_command(COMMAND, main)
@@ -99,18 +99,20 @@ def _parser() -> argparse.ArgumentParser:
     bake.add_argument("--start", type=int, help="first frame; default: the scene's")
     bake.add_argument("--end", type=int, help="last frame; default: the scene's")
     bake.add_argument("--step", type=int, default=1, help="frames from one solved frame to the next")
-    bake.add_argument("--prefix", default="", help="what the keys' names begin with; default: the live key's name, '_'")
+    bake.add_argument(
+        "--prefix", default="", help="first part of the keys' names; default: the name of the pose's key, '_'"
+    )
     bake.add_argument(
         "--fewest-keys",
         type=float,
         metavar="PERCENT",
-        help="make only as few keys as keep every vertex of every solved frame within this part of the mesh's size",
+        help="make the fewest keys that keep every vertex of every solved frame within this part of the mesh's size",
     )
     bake.add_argument(
         "--cache",
         type=Path,
         metavar="FILE",
-        help="write the frames to this .mdd or .pc2, with a Mesh Cache modifier that plays it, in place of keys",
+        help="write the frames to this .mdd or .pc2 and add a Mesh Cache modifier that plays it, instead of keys",
     )
     commands.add_parser("keys", parents=[common], help="make shape keys of the stored poses")
     return parser
@@ -122,10 +124,10 @@ def _run(options: argparse.Namespace) -> None:
     _check_output(options)
     if options.file is not None:
         if not options.file.is_file():
-            raise ValueError(f"{options.file} is not there: check the path")
+            raise ValueError(f"{options.file} does not exist: check the path")
         bpy.ops.wm.open_mainfile(filepath=str(options.file.resolve()), load_ui=False)
     elif not bpy.data.filepath:
-        raise ValueError("No .blend to work on: name one")
+        raise ValueError("No .blend was given: name one")
     problem = native_problem()
     if problem:
         raise RuntimeError(problem)
@@ -158,7 +160,7 @@ def _check_bake(options: argparse.Namespace) -> None:
 
 
 def _check_output(options: argparse.Namespace) -> None:
-    """Before any work is done: the output must be one that may be written."""
+    """Raises ValueError if the output must not be written. Called before any work."""
     given = options.file or (Path(bpy.data.filepath) if bpy.data.filepath else None)
     output = options.output or given
     if options.output is not None and not options.output.resolve().parent.is_dir():

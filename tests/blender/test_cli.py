@@ -172,8 +172,8 @@ class CliTest(SceneTest):
 
     def test_failures_give_one_line_and_a_code(self):
         missing = self.folder / "missing.blend"
-        self.assert_failed("No .blend to work on: name one", "pose", "-o", self.output)
-        self.assert_failed(f"{missing} is not there: check the path", "pose", missing, "-o", self.output)
+        self.assert_failed("No .blend was given: name one", "pose", "-o", self.output)
+        self.assert_failed(f"{missing} does not exist: check the path", "pose", missing, "-o", self.output)
         nowhere = self.folder / "nowhere"
         self.save_scene()
         for flags in ((), ("--overwrite",)):  # before any frame is solved

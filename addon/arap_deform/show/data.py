@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the overlay shows of an object, as arrays: read when something has changed, never at a mere redraw."""
+"""Arrays of an object for the overlay. Read only after a change, not for each redraw."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .strain import EdgeStrain, colors_of
 
 @dataclass(frozen=True)
 class Surface:
-    """What stays while the mesh is posed.
+    """The data that posing does not change.
 
     Attributes:
         rest: (n, 3) float32.
@@ -29,7 +29,7 @@ class Surface:
 
     @classmethod
     def read(cls, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Surface:
-        """Of a mesh in any mode but Edit Mode. Raises ValueError where the object is scaled to nothing."""
+        """Of a mesh in any mode but Edit Mode. Raises ValueError if the object is scaled to nothing."""
         mesh = obj.data
         mesh.calc_loop_triangles()
         triangles = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
@@ -45,7 +45,7 @@ class Surface:
 def read_pinned(obj: bpy.types.Object) -> NDArray[np.int32]:
     """(p,) int32 vertices of the enabled pins."""
     names = [pin.name for pin in obj.arap.pins if pin.is_enabled and pin.name in obj.vertex_groups]
-    # Nodes would add to the scene, which nobody may do while drawing.
+    # Reading with nodes would add data to the scene, which Blender forbids while drawing.
     weights = meshes.read_weights(obj, names, use_nodes=False)
     is_pinned = np.zeros(len(obj.data.vertices), dtype=bool)
     for values in weights.values():
@@ -54,7 +54,7 @@ def read_pinned(obj: bpy.types.Object) -> NDArray[np.int32]:
 
 
 def positions_now(obj: bpy.types.Object, surface: Surface, depsgraph: bpy.types.Depsgraph) -> Float32s:
-    """(n, 3) float32 as seen, object space; where modifiers make other vertices of them, the pose before those."""
+    """(n, 3) float32 as seen, object space. If modifiers change the number of vertices: the pose before them."""
     evaluated = obj.evaluated_get(depsgraph).data
     if len(evaluated.vertices) == len(surface.rest):
         return versions.read_positions(evaluated)
@@ -62,13 +62,13 @@ def positions_now(obj: bpy.types.Object, surface: Surface, depsgraph: bpy.types.
 
 
 def strain_colors(obj: bpy.types.Object, surface: Surface) -> Float32s:
-    """(n, 4) float32 of the pose alone, without other shape keys and modifiers."""
+    """(n, 4) float32 RGBA, of the pose without other shape keys and modifiers."""
     shown = handle_motion.shown_positions(obj, surface.rest)
     return colors_of(surface.strain.of(shown), obj.arap.overlay.strain_limit / 100.0)
 
 
 def handle_lines(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Float32s:
-    """(2 h, 3) float32, world space: each enabled handle that works, at rest and now."""
+    """(2 h, 3) float32, world space: the place at rest and now of each enabled handle that works."""
     matrix = meshes.read_matrix(obj, depsgraph)
     ends = []
     for handle in obj.arap.handles:

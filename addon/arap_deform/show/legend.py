@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The legend of the strain colours, in the lower right corner of the view."""
+"""The legend of the stretch colours, in the lower right corner of the view."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from .strain import colors_of
 
 FONT = 0
 WIDTH, HEIGHT, MARGIN, TEXT_SIZE = 180.0, 10.0, 24.0, 11.0
-TITLE = "Strain: edges shorter or longer than at rest"
+TITLE = "Stretch: edges shorter or longer than at rest"
 
 
 def draw_legend(context: bpy.types.Context, limit: float) -> None:
-    """A bar of the colours with its ends and middle in percent, left of the sidebar.
+    """A bar of the colours, with percent at its ends and middle, left of the sidebar.
 
     Args:
         context: of the view.
-        limit: strain that has the full colour, in percent.
+        limit: the stretch of the full colour, in percent.
     """
     scale = context.preferences.system.ui_scale
     width, height = WIDTH * scale, HEIGHT * scale
@@ -39,7 +39,7 @@ def draw_legend(context: bpy.types.Context, limit: float) -> None:
 
 
 def _right_edge(context: bpy.types.Context) -> float:
-    """Where the view ends that no sidebar covers."""
+    """The right edge of the part of the view that no sidebar covers, in pixels."""
     region = context.region
     sidebars = [other for other in context.area.regions if other.type == "UI" and other.width > 1]
     covered = [region.x + region.width - side.x for side in sidebars if side.x > region.x]

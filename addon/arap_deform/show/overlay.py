@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The overlay in the 3D view, for the mesh that the panel shows: pins, handles and their way from rest, strain.
+"""The overlay in the 3D view, for the panel's mesh: pins, paths of the handles from rest, stretch as colour.
 
-Batches are made when something has changed and drawn as they are otherwise.
+Batches are made after a change. Each redraw draws the same ones.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ LINE_WIDTH = 1.5
 
 
 class Drawn:
-    """The batches of one object, and what they were made from."""
+    """The batches of one object, and the data they were made from."""
 
     def __init__(self, surface: data.Surface) -> None:
         self.surface = surface
         self.indices = batches.index_buffer(surface.triangles)
-        self.has_pinned = False  # those read last are those of now
+        self.has_pinned = False  # whether ``pinned`` is up to date
         self.pinned: Ints = np.empty(0, dtype=np.int32)
         self._stamp: tuple[Any, ...] = ()
         self._readout: Readout | None = None
@@ -45,7 +45,7 @@ class Drawn:
         self.ends: Float32s = np.empty((0, 3), dtype=np.float32)
 
     def update(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
-        """Makes anew what has changed."""
+        """Makes the batches that are out of date."""
         self._update_lines(obj, depsgraph)
         settings = obj.arap.overlay
         if settings.show_pins and not self.has_pinned and not versions.is_painting():
@@ -64,7 +64,7 @@ class Drawn:
             self.pins = batches.plain_batch("POINTS", positions[self.pinned])
 
     def is_of(self, obj: bpy.types.Object) -> bool:
-        """Whether the object was not solved since."""
+        """Whether the object was not solved after the batches were made."""
         return self._readout is sessions.readout(obj.name_full)
 
     def _update_lines(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
@@ -89,12 +89,12 @@ class Drawn:
 
 
 _drawn: dict[str, Drawn] = {}
-"""What was drawn last, by the full name of its object; at most one."""
-_changes = 0  # grows with every evaluation that may have changed what is drawn
+"""The last drawn object by its full name; one or none."""
+_changes = 0  # counts evaluations that may have changed the drawn data
 
 
 def shown_object(context: bpy.types.Context) -> bpy.types.Object | None:
-    """The object whose overlay is to be drawn in this view, None where there is none."""
+    """The object whose overlay this view shows, None if there is none."""
     obj = find_drawn_object(context)
     if obj is None or not _shows_anything(obj) or obj.mode in {"EDIT", "SCULPT"} or obj.data.is_editmode:
         return None
@@ -119,7 +119,7 @@ def _draw_in_space() -> None:
         _drawn.clear()
         try:
             drawn = _drawn[obj.name_full] = Drawn(data.Surface.read(obj, depsgraph))
-        except ValueError:  # scaled to nothing: nothing of it is seen
+        except ValueError:  # scaled to nothing, so it cannot be seen
             return
     drawn.update(obj, depsgraph)
     drawn.draw(obj, depsgraph)
@@ -140,9 +140,9 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         if obj is not None:
             _changes += 1
             if obj.data in updated and drawn.is_of(obj):
-                # No solve has done that: faces, rest shape or groups may be others.
+                # A change, but not by a solve: of faces, rest shape or groups.
                 if obj.mode == "WEIGHT_PAINT":
-                    drawn.has_pinned = False  # groups alone, and at each step of a stroke
+                    drawn.has_pinned = False  # only groups change, at each step of a stroke
                 else:
                     _drawn.clear()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How much longer or shorter than at rest the edges around each vertex are, and a colour for it. No bpy."""
+"""Strain: how much longer or shorter than at rest the edges at each vertex are, and its colour. No bpy."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class EdgeStrain:
         Args:
             rest: (n, 3) positions at rest, object space.
             edges: (e, 2) vertices.
-            stretch: (3, 3) what the object's scale does: lengths are measured as seen.
+            stretch: (3, 3) the object's scale: lengths are measured as seen.
         """
         self._stretch = stretch.astype(np.float32)
         self._n = len(rest)
         lengths = self._lengths(rest, edges)
-        # Edges without a length have no strain, whatever they become.
+        # Edges of length 0 at rest have no strain.
         has_length = lengths > 1e-7 * lengths.max(initial=0.0)
         self._edges = np.ascontiguousarray(edges[has_length].T, dtype=np.intp)
         self._per_length = 1.0 / lengths[has_length]
@@ -36,7 +36,7 @@ class EdgeStrain:
         self._per_vertex = 1.0 / np.maximum(n_edges, 1)
 
     def of(self, positions: Float32s) -> Float32s:
-        """(n,) mean of (length now / length at rest - 1) over the edges of each vertex; 0 where it has none."""
+        """(n,) mean of (length now / length at rest - 1) over the edges of each vertex; 0 without edges."""
         strain = self._lengths(positions, self._edges.T) * self._per_length - 1.0
         first, second = self._edges
         total = np.bincount(first, strain, self._n) + np.bincount(second, strain, self._n)
@@ -49,7 +49,7 @@ class EdgeStrain:
 
 
 def colors_of(strain: Float32s, limit: float) -> Float32s:
-    """(n, 4) float32 RGBA: blue for shorter, grey for the same, red for longer; full at ``limit`` and beyond."""
+    """(n, 4) float32 RGBA: blue for shorter, grey for equal, red for longer. Full colour from ``limit`` on."""
     part = np.clip(strain / limit, -1.0, 1.0)
     colors = np.empty((len(strain), 4), dtype=np.float32)
     for channel, (low, middle, high) in enumerate(zip(SHORTER, SAME, LONGER, strict=True)):

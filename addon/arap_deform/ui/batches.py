@@ -13,7 +13,7 @@ from ..core.arrays import Float32s, Floats
 from ..scene import versions
 from .colors import Color
 
-NEARER = 1e-3  # of the distance: what lies on the surface is drawn before it, not half in it
+NEARER = 1e-3  # fraction of the distance: keeps points on the surface from sinking into it
 
 
 def index_buffer(triangles: NDArray[np.int32]) -> gpu.types.GPUIndexBuf:
@@ -69,7 +69,7 @@ def draw_lines(batch: gpu.types.GPUBatch, color: Color, width: float) -> None:
 
 
 def draw_pixels(kind: str, pixels: Floats, color: Color) -> None:
-    """Over the finished picture: (k, 2) corners of TRIS or points of a LINE_STRIP. Nothing where one is no number."""
+    """Over the finished picture: (k, 2) corners of TRIS or points of a LINE_STRIP. All must be finite, else nothing."""
     if not len(pixels) or not np.isfinite(pixels).all():
         return
     points = np.zeros((len(pixels), 3), dtype=np.float32)
@@ -83,7 +83,7 @@ def draw_pixels(kind: str, pixels: Floats, color: Color) -> None:
 
 
 class _On:
-    """The state of the gpu module for one drawing; afterwards what Blender expects."""
+    """Sets the state of the gpu module for one drawing, then restores what Blender expects."""
 
     def __init__(self, matrix: Matrix, *, is_hidden_behind: bool) -> None:
         self._matrix = matrix
@@ -103,7 +103,7 @@ class _On:
 
 
 def _nearer() -> Matrix:
-    """Takes things a little nearer to the viewer without moving them on the screen."""
+    """Moves things a little towards the viewer, without moving them on the screen."""
     view = bpy.context.region_data
     if view.is_perspective:
         return Matrix.Diagonal((1.0 - NEARER, 1.0 - NEARER, 1.0 - NEARER, 1.0))

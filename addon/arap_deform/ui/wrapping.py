@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sentences broken into lines of a width. Needs no Blender."""
+"""Wraps sentences to a width. No bpy."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 
 def wrap(text: str, width: float, measure: Callable[[str], float]) -> list[str]:
-    """The words of ``text`` in lines not wider than ``width``; a word that is wider has a line of its own.
+    """The words of ``text`` in lines up to ``width`` wide. A wider word has a line of its own.
 
     Args:
         text: words separated by white space.
-        width: in whatever unit ``measure`` has.
-        measure: how wide a line is.
+        width: in the unit of ``measure``.
+        measure: the width of a line.
     """
     lines: list[str] = []
     for word in text.split():

@@ -4,7 +4,7 @@
 import pytest
 from arap_deform.ui.wrapping import wrap
 
-TEXT = "First select the vertices that shall move, those of a hand for example. An empty appears there."
+TEXT = "Select the vertices to move, for example a hand. An empty appears there."
 
 
 @pytest.mark.parametrize("width", [8, 12, 25, 40, 200])
