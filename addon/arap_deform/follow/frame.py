@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..core import sessions
 from ..core.arrays import Floats
 from ..core.session_data import Readout
-from ..core.sessions import Hold
+from ..core.session_input import Hold, difference, difference_of_scene
 from ..scene import handle_motion, meshes, pose_key
 from ..scene.inputs import read_input, read_state
 from . import mesh
@@ -58,9 +58,9 @@ class Frame:
             if holds is not None:
                 state = replace(state, holds=holds)
             self.settings = state.settings
-            self.problem = sessions.difference_of_scene(self._bound.inputs, state)
+            self.problem = difference_of_scene(self._bound.inputs, state)
             if is_thorough and not self.problem:
-                self.problem = sessions.difference(self._bound.inputs, read_input(obj, depsgraph, use_nodes=use_nodes))
+                self.problem = difference(self._bound.inputs, read_input(obj, depsgraph, use_nodes=use_nodes))
         except ValueError as error:
             self.problem = str(error)
 

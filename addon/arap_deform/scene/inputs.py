@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..core.session_data import SessionSettings
-from ..core.sessions import Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
+from ..core.session_input import Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
 from ..core.stiffness import StiffGroup, regions_of, stiffness_of
 from ..core.targets import HandleSpec
 from ..props import preferences
@@ -68,13 +68,17 @@ def read_input(
     use_nodes: bool | None = None,
     needs_holds: bool = True,
 ) -> SessionInput:
-    """As api.session_input().
+    """Reads mesh, groups and settings. Main thread only.
 
     Args:
         obj: the mesh.
         depsgraph: for its scale.
         use_nodes: see versions.read_group_weights().
         needs_holds: refuse a mesh without pins and handles.
+
+    Raises:
+        ValueError: not a mesh, in Edit Mode, linked or shared data, absolute keys, singular scale, a pin or handle
+            without its group or object, a handle whose group has no weights, nothing pinned or handled.
     """
     meshes.check_mesh(obj)
     state = read_state(obj, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))

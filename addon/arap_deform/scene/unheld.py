@@ -16,7 +16,7 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
     """The vertices, (k,) int32 ascending, and how many parts of the mesh they are, loose ones not counted.
 
     Raises:
-        ValueError: as session_input(), where the mesh cannot be used or nothing holds or moves any of it.
+        ValueError: as read_input(), where the mesh cannot be used or nothing holds or moves any of it.
     """
     meshes.check_mesh(obj)
     handle_motion.check_handles(obj, depsgraph)

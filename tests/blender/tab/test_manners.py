@@ -6,7 +6,20 @@ from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
-from support import BOTTOM, TOP, FakeAct, SceneTest, bpy, key_positions, linked_back, mesh_object, module, move, posable
+from support import (
+    BOTTOM,
+    TOP,
+    FakeAct,
+    SceneTest,
+    bpy,
+    key_positions,
+    linked_back,
+    mesh_object,
+    module,
+    move,
+    posable,
+    unfit,
+)
 
 OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"))
 NOT_IN_THE_MENU = {"pull": "the tool's own key", "pose_end": "a button while a mesh is posed"}
@@ -169,12 +182,7 @@ class ReasonTest(SceneTest):
         move(obj.arap.handles[0].target, (0.5, 0.2, -0.3))
         self.api.solve(obj)
         self.api.store_pose(obj, "Pose")
-        shown, inputs, state = (
-            key_positions(obj),
-            module("follow.update").session_input(obj),
-            module("pose.result").capture_state(obj),
-        )
-        session = module("follow.update").build_session(inputs)
+        shown, state = key_positions(obj), module("pose.result").capture_state(obj)
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         for doing, begin in (
@@ -191,8 +199,6 @@ class ReasonTest(SceneTest):
             for act in (
                 self.api.solve,
                 module("follow.update").prepare_session,
-                lambda tube: module("follow.update").adopt_session(tube, inputs, session),
-                module("follow.update").sync_session,
                 module("follow.update").update_pose,
                 self.api.reset_pose,
                 self.api.apply_pose_as_rest,
@@ -554,7 +560,7 @@ class SolveJobTest(SceneTest):
         self.assertEqual((done.iterations, done.stop_reason), (readout.iterations, "converged"))
         np.testing.assert_array_equal(key_positions(other), key_positions(obj))
         self.assertEqual(module("core.sessions").claimed_by("Other"), "")
-        self.assertEqual(module("follow.update").check_live(other, is_thorough=True), "")
+        self.assertEqual(unfit(other, is_thorough=True), "")
         self.assertEqual(self.run_job(self.api.begin_solve(other)).iterations, readout.iterations, "bound already")
 
     def test_cancelled_it_leaves_everything_and_the_bind(self):
