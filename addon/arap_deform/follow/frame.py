@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from ..core import sessions
 from ..core.arrays import Floats
+from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import Hold, difference, difference_of_scene
-from ..scene import handle_motion, meshes, pose_key
+from ..props import hooks
+from ..scene import handle_motion, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input, read_state
 from . import mesh
 
@@ -105,5 +107,14 @@ class Frame:
                 time_limit_s=time_limit_s,
                 sufficient_accuracy=sufficient_accuracy,
             )
-        mesh.write_pose(self._obj, key, session, result)
+        write_pose(self._obj, key, session, result)
         return result
+
+
+def write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout) -> None:
+    """Shows where the session is, and remembers what the solve did."""
+    shape_keys.write(obj, key, session.positions)
+    shape_keys.show(key)
+    sessions.set_readout(obj.name, result)
+    for posed in hooks.posed:
+        posed(obj)

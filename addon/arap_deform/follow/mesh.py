@@ -17,7 +17,6 @@ from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import SessionInput, counts_differ, difference
 from ..core.sessions import Bound
-from ..props import hooks
 from ..scene import pose_key, shape_keys
 from ..scene.inputs import counts_of
 
@@ -97,12 +96,3 @@ def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
     """Why the mesh is no longer the one that ``inputs`` were read of, '' while it is."""
     before, now = inputs.counts, counts_of(obj)
     return "" if now == before else counts_differ(obj.name, before, now)
-
-
-def write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout) -> None:
-    """Shows where the session is, and remembers what the solve did."""
-    shape_keys.write(obj, key, session.positions)
-    shape_keys.show(key)
-    sessions.set_readout(obj.name, result)
-    for posed in hooks.posed:
-        posed(obj)

@@ -14,7 +14,7 @@ from ..core.session_input import difference_of_bind
 from ..core.sessions import Bound
 from ..core.worker import Binding
 from ..follow import mesh
-from ..follow.frame import Frame
+from ..follow.frame import Frame, write_pose
 from ..follow.update import prepare_session
 from ..scene import handle_motion, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input
@@ -39,7 +39,7 @@ def solve(
     session = prepare_session(obj, depsgraph, sessions.part(progress, 0.0, share))
     matrices = handle_motion.handle_matrices(obj, depsgraph)
     result = mesh.solve_from_rest(session, matrices, sessions.part(progress, share, 1.0))
-    mesh.write_pose(obj, pose_key.writable(obj), session, result)
+    write_pose(obj, pose_key.writable(obj), session, result)
     return result
 
 
@@ -102,7 +102,7 @@ class SolveJob:
         if reason:
             raise RuntimeError(f"{reason} while it was solved: solve again")
         sessions.put(self.object_name, Bound(self._session, self._inputs))
-        mesh.write_pose(obj, pose_key.writable(obj), self._session, result)
+        write_pose(obj, pose_key.writable(obj), self._session, result)
         sessions.release(self.object_name, self)
         return result
 

@@ -63,8 +63,9 @@ class PoseKey:
 def look(obj: bpy.types.Object) -> PoseKey:
     """Finds the live key. Its name is the wanted one, numbered if a key of the artist's own has that."""
     name = wanted_name(obj)
+    is_ours = _is_made(obj, name)
     key = shape_keys.find(obj, name)
-    if key is None or _is_made(obj, name):
+    if key is None or is_ours:
         return PoseKey(name, key)
     return PoseKey(shape_keys.free_name(obj, name), None)
 
