@@ -21,6 +21,7 @@ What stays, what moves, what is stiff:
 A pose:
 
 - solve(): poses the mesh for the handles where they are now. begin_solve() does the same in steps.
+- prepare_session(), then update_pose() whenever the handles have moved: a few iterations at a time, for live use.
 - reset_handles(), reset_pose(): the handles, or the mesh, back to rest.
 - apply_pose_as_rest(): makes the pose the rest shape.
 - bake_pose(): copies the pose to a shape key of its own.
@@ -56,6 +57,7 @@ from .bake.cache import export_mesh_cache
 from .bake.keys import bake_animation
 from .core.session import Cancelled
 from .core.worker import wait_for_binds
+from .follow.update import prepare_session, update_pose
 from .pose.result import apply_pose_as_rest, bake_pose, reset_pose
 from .pose.solve import begin_solve, solve
 from .poses.keys import poses_to_keys
@@ -86,6 +88,7 @@ __all__ = [
     "export_mesh_cache",
     "mirror_pose",
     "poses_to_keys",
+    "prepare_session",
     "remove_handle",
     "remove_pin",
     "remove_stiffness",
@@ -94,5 +97,6 @@ __all__ = [
     "soften_group",
     "solve",
     "store_pose",
+    "update_pose",
     "wait_for_binds",
 ]

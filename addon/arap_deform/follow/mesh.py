@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is done with the live session of an object: adopted, held against the scene, updated, its pose written.
+"""What is done with the live session of an object: it is adopted, brought up to date, and its pose is written.
 
-For whoever has the mesh, an act or Live: nobody is asked here. Scripts come in through api, which asks.
+For the act or the Live run that has the mesh: nothing here asks who has it.
 """
 
 from __future__ import annotations
@@ -15,14 +15,18 @@ from ..core.arrays import Floats
 from ..core.models import Progress
 from ..core.session import Session
 from ..core.session_data import Readout
-from ..core.sessions import Bound, SessionInput
-from ..props import hooks
+from ..core.session_input import SessionInput, counts_differ, difference
+from ..core.sessions import Bound
 from ..scene import pose_key, shape_keys
 from ..scene.inputs import counts_of
 
 
 def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None:
-    """As api.adopt_session()."""
+    """Makes ``session`` the object's live one and starts it from the pose shown. Main thread only.
+
+    Raises:
+        RuntimeError: the mesh has changed since ``inputs`` were read.
+    """
     reason = counts_problem(obj, inputs)
     if reason:
         raise RuntimeError(f"{reason} while it was being prepared: start again")
@@ -31,7 +35,7 @@ def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None
 
 
 def sync(obj: bpy.types.Object) -> None:
-    """As api.sync_session()."""
+    """Lets the live session, if any, go on from the pose that the key shows now: after an undo, for example."""
     bound = sessions.get(obj.name)
     if bound is None:
         return
@@ -44,17 +48,17 @@ def sync(obj: bpy.types.Object) -> None:
 
 
 def refresh(obj: bpy.types.Object, bound: Bound, inputs: SessionInput) -> None:
-    """Brings a session up to date whose bind and handles fit ``inputs``; it starts from the pose shown."""
+    """Brings a session up to date whose bind and handles fit ``inputs``. It starts from the pose shown."""
     bound.session.settings = inputs.settings
-    # The stretch stays the one that was bound: differences below the tolerance must not add up.
+    # Keep the stretch of the bind: differences below the tolerance must not add up.
     bound.inputs = replace(inputs, stretch=bound.inputs.stretch)
     sync(obj)
 
 
 def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
-    """The object's live session, brought up to date, where ``inputs`` need no bind and no factorization; else None."""
+    """The object's live session, brought up to date, if ``inputs`` need no bind and no factorization; else None."""
     bound = sessions.get(obj.name)
-    if bound is None or sessions.difference(bound.inputs, inputs):
+    if bound is None or difference(bound.inputs, inputs):
         return None
     refresh(obj, bound, inputs)
     return bound.session
@@ -67,10 +71,10 @@ def solve_from_rest(
     time_limit_s: float | None = None,
     sufficient_accuracy: float = 0.0,
 ) -> Readout:
-    """Starts from rest with the guess from the handles' rotations, and goes to convergence or the time limit.
+    """Starts from rest, with a guess from the rotations of the handles, and goes to convergence or the time limit.
 
     Raises:
-        As Session.update(); the session is then where it was.
+        As Session.update(). The session is then as it was.
     """
     before = session.positions.copy()
     session.reset()
@@ -91,13 +95,4 @@ def solve_from_rest(
 def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
     """Why the mesh is no longer the one that ``inputs`` were read of, '' while it is."""
     before, now = inputs.counts, counts_of(obj)
-    return "" if now == before else sessions.counts_differ(obj.name, before, now)
-
-
-def write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout) -> None:
-    """Shows where the session is, and remembers what the solve did."""
-    shape_keys.write(obj, key, session.positions)
-    shape_keys.show(key)
-    sessions.set_readout(obj.name, result)
-    for posed in hooks.posed:
-        posed(obj)
+    return "" if now == before else counts_differ(obj.name, before, now)

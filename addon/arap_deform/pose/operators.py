@@ -12,7 +12,7 @@ from bpy.props import BoolProperty
 from ..core import sessions
 from ..core.arrays import Floats
 from ..core.session_data import Readout
-from ..core.sessions import SessionInput
+from ..core.session_input import SessionInput
 from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 from ..follow.scene import BlenderFollowScene, is_rendering
 from ..live import runs

@@ -15,6 +15,7 @@ from support import (
     move,
     posable,
     rest_positions,
+    unfit,
 )
 
 
@@ -78,15 +79,15 @@ class LiveTest(SceneTest):
         self.assertIs(module("follow.update").prepare_session(obj), session)
 
     def check_ended(self, obj, reason, *, is_thorough=False):
-        self.assertEqual(module("follow.update").check_live(obj, is_thorough=is_thorough), reason)
+        self.assertEqual(unfit(obj, is_thorough=is_thorough), reason)
         before = key_positions(obj) if obj.data.shape_keys else None
         if not is_thorough:
             self.assert_error(RuntimeError, f"{reason}: start posing again", module("follow.update").update_pose, obj)
-            self.assertEqual(module("follow.update").check_live(obj), f"'{obj.name}' is not being posed")
+            self.assertEqual(unfit(obj), f"'{obj.name}' is not being posed")
             if before is not None:
                 self.assert_close(key_positions(obj), before, 0.0)
         module("follow.update").prepare_session(obj)
-        self.assertEqual(module("follow.update").check_live(obj, is_thorough=True), "")
+        self.assertEqual(unfit(obj, is_thorough=True), "")
 
     def test_without_a_session(self):
         obj = posable()
@@ -102,9 +103,7 @@ class LiveTest(SceneTest):
         bpy.ops.object.mode_set(mode="EDIT")
         bpy.ops.mesh.select_all(action="SELECT")
         bpy.ops.mesh.subdivide()
-        self.assertEqual(
-            module("follow.update").check_live(obj), "'Tube' is in Edit Mode: go back to Object Mode first"
-        )
+        self.assertEqual(unfit(obj), "'Tube' is in Edit Mode: go back to Object Mode first")
         bpy.ops.object.mode_set(mode="OBJECT")
         now = len(obj.data.vertices), len(obj.data.polygons)
         self.check_ended(
@@ -116,7 +115,7 @@ class LiveTest(SceneTest):
         obj = posable()
         module("follow.update").prepare_session(obj)
         obj.data.flip_normals()
-        self.assertEqual(module("follow.update").check_live(obj), "")
+        self.assertEqual(unfit(obj), "")
         self.check_ended(obj, "The faces of 'Tube' have changed", is_thorough=True)
 
     def test_a_changed_rest_shape_is_noticed(self):
@@ -153,11 +152,11 @@ class LiveTest(SceneTest):
         obj.arap.key_name = "Bent"
         changed = "The pose of 'Tube' has another shape key now"
         self.assertEqual(act.why_over(), f"{changed}, and is kept in 'ARAP': posing has ended")
-        self.assertEqual(module("follow.update").check_live(obj, is_thorough=True), changed)
+        self.assertEqual(unfit(obj, is_thorough=True), changed)
         self.assert_error(RuntimeError, f"{changed}: start posing again", module("follow.update").update_pose, obj)
         self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])
         module("follow.update").prepare_session(obj)
-        self.assertEqual(module("follow.update").check_live(obj, is_thorough=True), "")
+        self.assertEqual(unfit(obj, is_thorough=True), "")
 
     def test_a_renamed_key_is_followed_and_a_removed_one_ends_the_act(self):
         obj = posable()
@@ -172,7 +171,7 @@ class LiveTest(SceneTest):
             act.update(act.matrices(), None, 1.0)
             self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", name])
             self.assertEqual(obj.arap.key_name, name)
-            self.assertEqual(module("follow.update").check_live(obj, is_thorough=True), "")
+            self.assertEqual(unfit(obj, is_thorough=True), "")
         obj.shape_key_remove(obj.data.shape_keys.key_blocks["Bowed"])
         self.assertEqual(act.why_over(), "Shape key 'Bowed' of 'Tube' was removed: posing has ended")
 
@@ -207,7 +206,7 @@ class LiveTest(SceneTest):
         for turn in (0.3, 1.0, 2.5):
             obj.rotation_euler = (turn, 0.5 * turn, -turn)
             bpy.context.view_layer.update()
-            self.assertEqual(module("follow.update").check_live(obj, is_thorough=True), "")
+            self.assertEqual(unfit(obj, is_thorough=True), "")
             self.assertIs(module("follow.update").prepare_session(obj), session)
 
     def test_inputs_are_read_before_and_adopted_after_a_bind_in_a_thread(self):
@@ -215,17 +214,17 @@ class LiveTest(SceneTest):
 
         obj = posable()
         bend(obj)
-        inputs = module("follow.update").session_input(obj)
+        inputs = module("scene.inputs").read_input(obj, bpy.context.evaluated_depsgraph_get())
         built = []
         fractions = []
         thread = threading.Thread(
-            target=lambda: built.append(module("follow.update").build_session(inputs, fractions.append)), daemon=True
+            target=lambda: built.append(module("core.sessions").build(inputs, fractions.append)), daemon=True
         )
         thread.start()
         thread.join()
         self.assertEqual(fractions, sorted(fractions))
-        module("follow.update").adopt_session(obj, inputs, built[0])
-        self.assertEqual(module("follow.update").check_live(obj, is_thorough=True), "")
+        module("follow.mesh").adopt(obj, inputs, built[0])
+        self.assertEqual(unfit(obj, is_thorough=True), "")
         module("follow.update").update_pose(obj)
         obj.data.vertices.add(1)
         n, faces = len(obj.data.vertices), len(obj.data.polygons)
@@ -233,7 +232,7 @@ class LiveTest(SceneTest):
             f"The mesh of 'Tube' has changed ({n - 1} vertices and {faces} faces, now {n} and {faces}) "
             "while it was being prepared: start again"
         )
-        self.assert_error(RuntimeError, message, module("follow.update").adopt_session, obj, inputs, built[0])
+        self.assert_error(RuntimeError, message, module("follow.mesh").adopt, obj, inputs, built[0])
 
     def test_sync_goes_on_from_what_the_key_shows(self):
         """As after an undo: the data is another, the names are the same."""
@@ -243,12 +242,12 @@ class LiveTest(SceneTest):
         session = module("follow.update").prepare_session(obj)
         key = obj.data.shape_keys.key_blocks["ARAP"]
         key.data.foreach_set("co", rest_positions(obj).astype(np.float32).ravel())
-        module("follow.update").sync_session(obj)
+        module("follow.mesh").sync(obj)
         self.assert_close(session.positions, rest_positions(obj), 1e-6)
         obj.shape_key_remove(key)
-        module("follow.update").sync_session(obj)
+        module("follow.mesh").sync(obj)
         self.assert_close(session.positions, rest_positions(obj), 1e-6)
-        module("follow.update").sync_session(mesh_object("Other"))
+        module("follow.mesh").sync(mesh_object("Other"))
 
     def test_undo_replaces_the_data_and_the_session_goes_on(self):
         obj = posable()
@@ -262,8 +261,8 @@ class LiveTest(SceneTest):
         bpy.ops.ed.undo_push(message="moved")
         bpy.ops.ed.undo()
         obj = bpy.data.objects["Tube"]
-        module("follow.update").sync_session(obj)
-        self.assertEqual(module("follow.update").check_live(obj, is_thorough=True), "")
+        module("follow.mesh").sync(obj)
+        self.assertEqual(unfit(obj, is_thorough=True), "")
         self.assert_close(key_positions(obj), posed, 0.0)
         module("follow.update").update_pose(obj)
         self.assert_close(key_positions(obj), posed, 1e-4)

@@ -4,7 +4,7 @@
 import tempfile
 
 import numpy as np
-from support import FakeAct, SceneTest, bpy, key_positions, mesh_object, module, move, posable
+from support import FakeAct, SceneTest, bpy, key_positions, mesh_object, module, move, posable, unfit
 
 
 class SolveJobTest(SceneTest):
@@ -25,7 +25,7 @@ class SolveJobTest(SceneTest):
         self.assertEqual((done.iterations, done.stop_reason), (readout.iterations, "converged"))
         np.testing.assert_array_equal(key_positions(other), key_positions(obj))
         self.assertEqual(module("core.sessions").claimed_by("Other"), "")
-        self.assertEqual(module("follow.update").check_live(other, is_thorough=True), "")
+        self.assertEqual(unfit(other, is_thorough=True), "")
         self.assertEqual(self.run_job(self.api.begin_solve(other)).iterations, readout.iterations, "bound already")
 
     def test_cancelled_it_leaves_everything_and_the_bind(self):
@@ -99,8 +99,7 @@ class WaitTest(SceneTest):
         self.api.solve(obj)
         self.api.store_pose(obj, "Pose")
         update, result = module("follow.update"), module("pose.result")
-        shown, inputs, state = key_positions(obj), update.session_input(obj), result.capture_state(obj)
-        session = update.build_session(inputs)
+        shown, state = key_positions(obj), result.capture_state(obj)
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         for doing, begin in (
@@ -117,8 +116,6 @@ class WaitTest(SceneTest):
             for act in (
                 self.api.solve,
                 update.prepare_session,
-                lambda tube: update.adopt_session(tube, inputs, session),
-                update.sync_session,
                 update.update_pose,
                 self.api.reset_pose,
                 self.api.apply_pose_as_rest,

@@ -20,6 +20,7 @@ from support import (
     posable,
     rest_positions,
     shown_positions,
+    unfit,
 )
 
 SIZE = (400, 300)
@@ -53,8 +54,8 @@ class PullTest(SceneTest):
     def pull(self, obj, grab, shift):
         """A whole drag, without a mouse."""
         begun = self.api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [grab])
-        session = module("follow.update").build_session(begun.inputs)
-        module("follow.update").adopt_session(obj, begun.inputs, session)
+        session = module("core.sessions").build(begun.inputs)
+        module("follow.mesh").adopt(obj, begun.inputs, session)
         motion = np.eye(4)
         motion[:3, 3] = shift
         matrices = begun.matrices(motion, np.array(obj.matrix_world))
@@ -270,7 +271,7 @@ class DragTest(PullTest):
         obj = posable()
         former = module("follow.update").prepare_session(obj)
         sessions, session_binding = module("core.sessions"), module("follow.bind")
-        inputs = module("follow.update").session_input(obj)
+        inputs = module("scene.inputs").read_input(obj, bpy.context.evaluated_depsgraph_get())
         binding = session_binding.SessionBinding(obj, inputs)
         self.assertIsNone(sessions.get("Tube"), "it is the bind's")
         binding.drop()
@@ -359,12 +360,12 @@ class DragTest(PullTest):
         session = module("follow.update").prepare_session(obj)
         begun = self.api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [self.grab(MIDDLE)])
         former = module("core.sessions").get(obj.name)
-        again = module("follow.update").rebuild_session(begun.inputs, former)
+        again = module("core.sessions").rebuild(begun.inputs, former)
         self.assertIs(again, session)
-        module("follow.update").adopt_session(obj, begun.inputs, again)
-        self.assertEqual(module("follow.update").check_live(obj), "The pins or handles of 'Tube' have changed")
+        module("follow.mesh").adopt(obj, begun.inputs, again)
+        self.assertEqual(unfit(obj), "The pins or handles of 'Tube' have changed")
         self.assertIs(module("follow.update").prepare_session(obj), session)
-        self.assertEqual(module("follow.update").check_live(obj, is_thorough=True), "")
+        self.assertEqual(unfit(obj, is_thorough=True), "")
 
 
 class PinsTest(PullTest):

@@ -22,6 +22,7 @@ from support import (
     posable,
     rest_positions,
     shown_positions,
+    unfit,
 )
 
 SIDE = 41  # vertices along an edge of the sheet, which is 2 wide
@@ -95,11 +96,11 @@ class RigidityTest(SceneTest):
         module("follow.update").prepare_session(obj)
         obj.arap.rigidity = 4.0
         changed = "Energy, rigidity, weights, threads or seams of 'Tube' have changed"
-        self.assertEqual(module("follow.update").check_live(obj), changed)
+        self.assertEqual(unfit(obj), changed)
         obj.arap.energy = "spokes"
         module("follow.update").prepare_session(obj)
         obj.arap.rigidity = 5.0
-        self.assertEqual(module("follow.update").check_live(obj), "")
+        self.assertEqual(unfit(obj), "")
 
     def test_the_size_for_the_readout_is_that_of_the_rest_shape_as_seen(self):
         obj = posable(matrix=PLACED)
@@ -258,7 +259,7 @@ class PointHandleTest(SceneTest):
         handle = self.api.add_handle(obj, [CENTRE], name="Point")
         module("follow.update").prepare_session(obj)
         handle.is_exact = True
-        self.assertEqual(module("follow.update").check_live(obj), "The pins or handles of 'Sheet' have changed")
+        self.assertEqual(unfit(obj), "The pins or handles of 'Sheet' have changed")
         module("follow.update").prepare_session(obj)
         self.assertIsNone(patch_of(obj))
 
