@@ -144,6 +144,14 @@ def group_of(obj: bpy.types.Object, name: str) -> dict[int, float]:
     return {v.index: g.weight for v in obj.data.vertices for g in v.groups if g.group == index}
 
 
+def select_in_edit_mode(obj: bpy.types.Object, vertices: list[int]) -> None:
+    """Selects these vertices alone, and leaves the mesh in Edit Mode."""
+    bpy.context.view_layer.objects.active = obj
+    bpy.ops.object.mode_set(mode="OBJECT")
+    module("scene.meshes").select_vertices(obj, np.asarray(vertices, dtype=np.int32), shows_hidden=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+
+
 def key_positions(obj: bpy.types.Object, name: str = "ARAP") -> np.ndarray:
     """(n, 3) values of a key, read the plain way."""
     return np.array([point.co[:] for point in obj.data.shape_keys.key_blocks[name].data])

@@ -24,10 +24,8 @@ def selected_targets(context: bpy.types.Context, obj: bpy.types.Object) -> list[
     return [target for target in targets if target not in taken]
 
 
-# Why an operator is grey: as why_not_changeable(), then the operator's own conditions.
-
-
 def why_nothing_to_pin(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). The mesh must be in Edit Mode, or have vertex groups."""
     reason = why_not_changeable(context)
     if reason or posed_object(context).mode == "EDIT" or posed_object(context).vertex_groups:
         return reason
@@ -35,6 +33,7 @@ def why_nothing_to_pin(context: bpy.types.Context) -> str:
 
 
 def why_not_edited(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). The mesh must be in Edit Mode."""
     reason = why_not_changeable(context)
     if reason or posed_object(context).mode == "EDIT":
         return reason
@@ -42,39 +41,38 @@ def why_not_edited(context: bpy.types.Context) -> str:
 
 
 def why_no_new_targets(context: bpy.types.Context) -> str:
-    reason = why_not_changeable(context)
-    if reason:
-        return reason
-    obj = posed_object(context)
-    reason = why_not_object_mode(obj)
-    if reason or selected_targets(context, obj):
+    """As why_not_changeable(). The mesh must be in Object Mode, and empties or bones must be selected."""
+    reason = why_not_changeable(context) or why_not_object_mode(posed_object(context))
+    if reason or selected_targets(context, posed_object(context)):
         return reason
     return "Select the mesh and empties (in Pose Mode: bones) that are not its handles yet"
 
 
 def why_not_rigid(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). The mesh must be in Edit Mode, with vertices selected."""
     reason = why_not_changeable(context)
     if reason:
         return reason
-    obj = posed_object(context)
-    if obj.mode != "EDIT":
+    if posed_object(context).mode != "EDIT":
         return "Select vertices in Edit Mode (Tab) to make them rigid"
-    return "" if obj.data.total_vert_sel else "Select the vertices to make rigid first"
+    return "" if posed_object(context).data.total_vert_sel else "Select the vertices to make rigid first"
+
+
+def _why_empty(context: bpy.types.Context, items: str, lack: str) -> str:
+    """As why_not_changeable(). The list ``items`` of the mesh must have entries."""
+    return why_not_changeable(context) or ("" if getattr(posed_object(context).arap, items) else lack)
 
 
 def why_no_pins(context: bpy.types.Context) -> str:
-    reason = why_not_changeable(context)
-    return reason or ("" if posed_object(context).arap.pins else "Add a pin first: nothing is pinned yet")
+    return _why_empty(context, "pins", "Add a pin first: nothing is pinned yet")
 
 
 def why_no_handles(context: bpy.types.Context) -> str:
-    reason = why_not_changeable(context)
-    return reason or ("" if posed_object(context).arap.handles else "Add a handle first: nothing moves the mesh yet")
+    return _why_empty(context, "handles", "Add a handle first: nothing moves the mesh yet")
 
 
 def why_no_stiffness(context: bpy.types.Context) -> str:
-    reason = why_not_changeable(context)
-    return reason or ("" if posed_object(context).arap.stiffness else "Add stiffness first: the list is empty")
+    return _why_empty(context, "stiffness", "Add stiffness first: the list is empty")
 
 
 class ARAP_OT_pin_add(ArapOperator, bpy.types.Operator):

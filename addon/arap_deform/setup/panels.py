@@ -15,22 +15,37 @@ from .group_operators import is_painted
 from .handles import handle_problem
 
 
-class ARAP_UL_pins(bpy.types.UIList):
-    """Pins: enabled, and the vertex group."""
+class _List:
+    """A list with a tick for each entry. draw_entry() draws the rest of the row."""
 
     def draw_item(
         self,
         context: bpy.types.Context,
         layout: bpy.types.UILayout,
         _data: Any,
-        pin: Any,
+        entry: Any,
         _icon: int,
         _active_data: Any,
         _active_property: str,
+        index: int,
     ) -> None:
+        obj = find_posed_object(context)
         row = layout.row(align=True)
-        row.prop(pin, "is_enabled", text="")
-        _draw_group_name(context, row, pin, "PINNED")
+        row.prop(entry, "is_enabled", text="")
+        rest = row.row(align=True)
+        rest.active = entry.is_enabled
+        if obj is not None:
+            self.draw_entry(rest, obj, entry, index)
+
+    def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, index: int) -> None:
+        raise NotImplementedError
+
+
+class ARAP_UL_pins(_List, bpy.types.UIList):
+    """Pins: the vertex group."""
+
+    def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, _index: int) -> None:
+        _draw_group_name(row, obj, entry.name, "PINNED")
 
 
 class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
@@ -50,27 +65,12 @@ class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
         layout.operator("arap.pin_add", icon="PINNED")
 
 
-class ARAP_UL_handles(bpy.types.UIList):
-    """Handles: enabled, the name, and a sign if the handle cannot work."""
+class ARAP_UL_handles(_List, bpy.types.UIList):
+    """Handles: the name, and a sign if the handle cannot work."""
 
-    def draw_item(
-        self,
-        context: bpy.types.Context,
-        layout: bpy.types.UILayout,
-        _data: Any,
-        handle: Any,
-        _icon: int,
-        _active_data: Any,
-        _active_property: str,
-        index: int,
-    ) -> None:
-        obj = find_posed_object(context)
-        row = layout.row(align=True)
-        row.prop(handle, "is_enabled", text="")
-        name = row.row(align=True)
-        name.active = handle.is_enabled
-        name.prop(handle, "name", text="", emboss=False, icon="BONE_DATA" if handle.bone else "EMPTY_AXIS")
-        if obj is not None and _handle_problem(obj, index):
+    def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, index: int) -> None:
+        row.prop(entry, "name", text="", emboss=False, icon="BONE_DATA" if entry.bone else "EMPTY_AXIS")
+        if _handle_problem(obj, index):
             row.label(text="", icon="ERROR")
 
 
@@ -108,24 +108,12 @@ class ARAP_PT_handle_look(ArapPanel, bpy.types.Panel):
         split_column(self.layout).prop(posed_object(context).arap, "handle_size")
 
 
-class ARAP_UL_stiffness(bpy.types.UIList):
-    """Entries: enabled, the vertex group, and how stiff."""
+class ARAP_UL_stiffness(_List, bpy.types.UIList):
+    """Entries: the vertex group, and how stiff."""
 
-    def draw_item(
-        self,
-        context: bpy.types.Context,
-        layout: bpy.types.UILayout,
-        _data: Any,
-        entry: Any,
-        _icon: int,
-        _active_data: Any,
-        _active_property: str,
-    ) -> None:
-        row = layout.row(align=True)
-        row.prop(entry, "is_enabled", text="")
+    def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, _index: int) -> None:
         split = row.split(factor=0.65)
-        split.active = entry.is_enabled
-        _draw_group_name(context, split, entry, "MESH_ICOSPHERE" if entry.is_rigid else "MOD_ARMATURE")
+        _draw_group_name(split, obj, entry.name, "MESH_ICOSPHERE" if entry.is_rigid else "MOD_ARMATURE")
         value = split.row()
         value.alignment = "RIGHT"
         value.label(text="Rigid" if entry.is_rigid else f"{entry.factor:.3g} x", translate=False)
@@ -177,14 +165,12 @@ def _handle_problem(obj: bpy.types.Object, index: int) -> str:
     return handle_problem(obj, index, with_weights=not is_following(obj))
 
 
-def _draw_group_name(context: bpy.types.Context, layout: bpy.types.UILayout, entry: Any, icon: str) -> None:
-    """The name of a pin's or stiff entry's group, red with the reason if the group holds nothing."""
-    obj = find_posed_object(context)
-    lack = "" if obj is None else lack_of_group(obj, entry.name)
+def _draw_group_name(layout: bpy.types.UILayout, obj: bpy.types.Object, group: str, icon: str) -> None:
+    """The name of a vertex group, red with the reason if the group holds nothing."""
+    lack = lack_of_group(obj, group)
     label = layout.row()
-    label.active = entry.is_enabled
     label.alert = bool(lack)
-    label.label(text=f"{entry.name} ({lack})" if lack else entry.name, translate=False, icon=icon)
+    label.label(text=f"{group} ({lack})" if lack else group, translate=False, icon=icon)
 
 
 def lack_of_group(obj: bpy.types.Object, group: str) -> str:

@@ -19,6 +19,7 @@ from support import (
     module,
     posable,
     rest_positions,
+    select_in_edit_mode,
 )
 
 BELLY = list(range(6 * SEGMENTS, 9 * SEGMENTS))
@@ -136,22 +137,13 @@ class OperatorTest(SceneTest):
         bpy.context.view_layer.objects.active = self.obj
         self.obj.select_set(True)
 
-    def select(self, vertices):
-        bpy.ops.object.mode_set(mode="EDIT")
-        bpy.ops.mesh.select_mode(type="VERT")
-        bpy.ops.mesh.select_all(action="DESELECT")
-        bpy.ops.object.mode_set(mode="OBJECT")
-        for vertex in vertices:
-            self.obj.data.vertices[vertex].select = True
-        bpy.ops.object.mode_set(mode="EDIT")
-
     def test_rigid_in_one_click(self):
         why = module("setup.list_operators").why_not_rigid
         self.assertEqual(why(bpy.context), "Select vertices in Edit Mode (Tab) to make them rigid")
-        self.select([])
+        select_in_edit_mode(self.obj, [])
         self.assertEqual(why(bpy.context), "Select the vertices to make rigid first")
         self.assertFalse(bpy.ops.arap.rigid_add.poll())
-        self.select(BELLY)
+        select_in_edit_mode(self.obj, BELLY)
         self.assertEqual(bpy.ops.arap.rigid_add(), {"FINISHED"})
         self.assertEqual((self.obj.mode, entries(self.obj)), ("EDIT", [("Rigid", True, 100.0)]))
         bpy.ops.object.mode_set(mode="OBJECT")
@@ -161,7 +153,7 @@ class OperatorTest(SceneTest):
     def test_what_is_made_in_edit_mode_is_one_step_of_undo(self):
         """Edit Mode's own steps have the mesh alone: the entry of the list would stay."""
         makers = (bpy.ops.arap.rigid_add, bpy.ops.arap.stiffness_add, bpy.ops.arap.pin_add, bpy.ops.arap.handle_add)
-        self.select(BELLY)
+        select_in_edit_mode(self.obj, BELLY)
         bpy.ops.ed.undo_push(message="selected")
         for make in makers:
             self.assertEqual(make(), {"FINISHED"})
@@ -195,7 +187,7 @@ class OperatorTest(SceneTest):
             self.api.add_stiffness_group(self.obj, "Head")
 
     def test_add_takes_the_selection_a_group_or_a_new_one_to_paint(self):
-        self.select(MIDDLE)
+        select_in_edit_mode(self.obj, MIDDLE)
         self.assertEqual(bpy.ops.arap.stiffness_add(name="Belly"), {"FINISHED"})
         bpy.ops.object.mode_set(mode="OBJECT")
         self.assertEqual(bpy.ops.arap.stiffness_add(vertex_group="Head"), {"FINISHED"})

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The five steps of First Pose."""
 
-import numpy as np
-from support import BOTTOM, TOP, SceneTest, bpy, mesh_object, module, posable
+from support import BOTTOM, TOP, SceneTest, bpy, mesh_object, module, posable, select_in_edit_mode
 
 
 class FirstPoseTest(SceneTest):
@@ -25,21 +24,16 @@ class FirstPoseTest(SceneTest):
     def why_not(self, step) -> str:
         return self.first_pose.why_not(bpy.context, step)
 
-    def select(self, obj, vertices) -> None:
-        bpy.ops.object.mode_set(mode="OBJECT")
-        module("scene.meshes").select_vertices(obj, np.asarray(vertices), shows_hidden=True)
-        bpy.ops.object.mode_set(mode="EDIT")
-
     def test_five_steps_are_done_one_after_the_other_by_their_buttons(self):
         self.assertEqual(self.state(None), (0, ""))
         obj = self.active_mesh()
         self.assertEqual(self.state(obj), (1, "arap.edit_mesh"))
         bpy.ops.arap.edit_mesh()
         self.assertEqual(self.state(obj), (2, "arap.pin_add"))
-        self.select(obj, BOTTOM)
+        select_in_edit_mode(obj, BOTTOM)
         bpy.ops.arap.pin_add()
         self.assertEqual(self.state(obj), (3, "arap.handle_add"))
-        self.select(obj, TOP)
+        select_in_edit_mode(obj, TOP)
         bpy.ops.arap.handle_add()
         self.assertEqual(self.state(obj), (4, "arap.edit_mesh"))
         bpy.ops.arap.edit_mesh()
