@@ -85,24 +85,15 @@ def test_wheels_come_in_front_of_the_manifests_first_table():
     ]
 
 
-def test_extension_has_no_bl_info_and_is_otherwise_the_same(wheels, tmp_path):
+def test_both_zips_hold_the_add_on_and_the_licence_and_nothing_else(wheels, tmp_path):
     legacy, extension = (contents(path) for path in build(wheels("cp311"), tmp_path))
-    before = ast.parse(legacy["arap_deform/__init__.py"])
-    after = ast.parse(extension["__init__.py"])
+    before, after = (ast.parse(files) for files in (legacy["arap_deform/__init__.py"], extension["__init__.py"]))
     assert b"bl_info" not in extension["__init__.py"]
     assert len(after.body) == len(before.body) - 1
     assert extension["api.py"] == legacy["arap_deform/api.py"]
-
-
-def test_both_zips_hold_the_licence(wheels, tmp_path):
-    legacy, extension = (contents(path) for path in build(wheels("cp311"), tmp_path))
-    text = (build_zip.ROOT / "LICENSE").read_bytes()
-    assert legacy["arap_deform/LICENSE"] == extension["LICENSE"] == text
-
-
-def test_zips_hold_no_caches_and_no_hidden_files(wheels, tmp_path):
-    for path in build(wheels("cp311"), tmp_path):
-        assert not any("__pycache__" in name or "/." in name or name.startswith(".") for name in contents(path))
+    assert legacy["arap_deform/LICENSE"] == extension["LICENSE"] == (build_zip.ROOT / "LICENSE").read_bytes()
+    hidden = [name for name in (*legacy, *extension) if "__pycache__" in name or "/." in name or name.startswith(".")]
+    assert not hidden
 
 
 def test_same_input_gives_the_same_bytes(wheels, tmp_path):
@@ -126,21 +117,17 @@ def test_legacy_zip_refuses_platforms_that_collide(wheels, tmp_path):
         build(folder, tmp_path, "legacy")
 
 
-def test_refuses_a_platform_no_blender_has(wheels, tmp_path):
-    with pytest.raises(ValueError, match="no Blender runs on platform musllinux_1_2_x86_64"):
-        build(wheels("cp311", platform="musllinux_1_2_x86_64"), tmp_path, "extension")
-
-
-def test_refuses_a_folder_without_wheels(wheels, tmp_path, version):
-    with pytest.raises(
-        ValueError, match=f"holds no wheel arap_native-{version} for any of cp310, cp311: run make wheel"
-    ):
-        build(wheels("cp313"), tmp_path, "legacy")
-
-
-def test_refuses_a_wheel_that_was_not_repaired(wheels, tmp_path):
-    with pytest.raises(ValueError, match="runs on this machine only: take one that auditwheel repaired"):
-        build(wheels("cp311", platform="linux_x86_64"), tmp_path, "legacy")
+@pytest.mark.parametrize(
+    ("tag", "platform", "kind", "message"),
+    [
+        ("cp311", "musllinux_1_2_x86_64", "extension", "no Blender runs on platform musllinux_1_2_x86_64"),
+        ("cp313", LINUX, "legacy", r"holds no wheel arap_native-\S+ for any of cp310, cp311: run make wheel"),
+        ("cp311", "linux_x86_64", "legacy", "runs on this machine only: take one that auditwheel repaired"),
+    ],
+)
+def test_refuses_wheels_that_no_blender_can_use(wheels, tmp_path, tag, platform, kind, message):
+    with pytest.raises(ValueError, match=message):
+        build(wheels(tag, platform=platform), tmp_path, kind)
 
 
 @pytest.fixture
