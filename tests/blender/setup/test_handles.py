@@ -199,22 +199,6 @@ class HandleTest(SceneTest):
         self.assertAlmostEqual(point.empty_display_size, 2.0 * size, places=5)
         self.assertEqual(mine.empty_display_size, 1.0)
 
-    def test_a_change_of_the_target_or_the_group_does_not_move_the_mesh(self):
-        other = empty_at((7.0, 8.0, 9.0))
-        other.rotation_euler = (1.0, 0.0, 0.0)
-        obj = posable()
-        obj.vertex_groups.new(name="Other").add(TOP, 1.0, "REPLACE")
-        bend(obj)
-        self.api.solve(obj)
-        posed = key_positions(obj)
-        for name, value in (("target", other), ("vertex_group", "Other")):
-            setattr(obj.arap.handles[0], name, value)
-            self.api.solve(obj)
-            self.assert_close(key_positions(obj), posed, 1e-3)
-        move(obj.arap.handles[0].target, (0.0, 0.0, 0.5))
-        self.api.solve(obj)
-        self.assert_close(key_positions(obj)[TOP], posed[TOP] + np.array([0.0, 0.0, 0.5]), 1e-3)
-
     def test_remove_takes_what_was_made_for_the_handle_and_nothing_else_uses(self):
         def nothing(_obj, _handle):
             pass
@@ -456,6 +440,10 @@ class TakeOverTest(SceneTest):
             bpy.ops.object.mode_set(mode="OBJECT")
             self.api.solve(obj)
             self.assert_close(key_positions(obj), posed, 1e-3)
+            rig.location.z += 0.5
+            bpy.context.view_layer.update()
+            self.api.solve(obj)
+            self.assert_close(key_positions(obj)[TOP], posed[TOP] + np.array([0.0, 0.0, 0.5]), 1e-3)
 
     def test_an_unfinished_handle_keeps_what_it_has(self):
         obj = posable()
