@@ -3,8 +3,8 @@
 
     blender -b --factory-startup --python blend_files/make_scenes.py -- OUT_DIR
 
-Writes bar.blend, cactus.blend and creature.blend into OUT_DIR. Blender 3.4 made the files in this folder, so every later
-Blender opens them.
+Writes bar.blend, cactus.blend and creature.blend into OUT_DIR. Blender 3.4 made the files in this folder, so that every
+later one opens them.
 """
 
 from __future__ import annotations
