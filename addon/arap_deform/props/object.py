@@ -34,11 +34,7 @@ ENERGIES = (
     ("spokes", "Spokes", "The classic of 2007. A little stiffer across the bend", "NONE", 1),
 )
 WEIGHTS = (
-    (
-        "cotangent",
-        "Cotangent",
-        "Edges count by the shape of their faces, so the result does not depend on the topology",
-    ),
+    ("cotangent", "Cotangent", "Edges count by the shape of their faces, so that their layout does not matter"),
     ("uniform", "Uniform", "Every edge counts the same. For meshes with very bad triangles"),
 )
 INITIAL_GUESSES = (
