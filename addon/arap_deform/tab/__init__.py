@@ -2,4 +2,4 @@
 """First Pose, Advanced, and the menus."""
 
 # What registers something, in this order.
-MODULES = ("first_pose_panel", "advanced_panel", "menus")
+MODULES = ("first_pose", "advanced_panel", "menus")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The five steps to a first pose: which are done, which operator does the next one, and why it cannot."""
+"""The sub-panel "First Pose": five steps that are ticked off until the mesh has a pose, with a button for each."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from ..scene import pose_key
 from ..setup.list_operators import why_not_edited, why_nothing_to_pin
 from ..setup.select_operators import why_not_editable
 from ..ui.checks import find_posed_object, is_posed, why_not_object_mode, why_not_solvable
+from ..ui.panels import ArapPanel, draw_text
 
 
 @dataclass(frozen=True)
@@ -93,3 +94,38 @@ def why_not(context: bpy.types.Context, step: Step) -> str:
     if find_posed_object(context) is None and context.object is not None:
         return why_not_object_mode(context.object)  # in other modes a click does not select the mesh
     return ""
+
+
+class ARAP_PT_first_pose(ArapPanel, bpy.types.Panel):
+    """The next step for a newcomer."""
+
+    bl_idname = "ARAP_PT_first_pose"
+    bl_label = "First Pose"
+    bl_parent_id = "ARAP_PT_main"
+    bl_order = 0
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return is_wanted(find_posed_object(context))
+
+    def draw(self, context: bpy.types.Context) -> None:
+        shown = steps(find_posed_object(context))
+        following = next(step for step in shown if not step.is_done)
+        column = self.layout.column()
+        for number, step in enumerate(shown, 1):
+            row = column.row()
+            row.active = step is following
+            row.label(text="", icon="CHECKBOX_HLT" if step.is_done else "CHECKBOX_DEHLT")
+            text = f"{number}. {step.text}"
+            if step.is_done or not step.operator:
+                row.label(text=text, translate=False)
+            else:
+                button = row.operator(step.operator, text=text, translate=False)
+                if step.mode:
+                    button.mode = step.mode
+            if step is following:
+                problem = why_not(context, step)
+                draw_text(context, column, problem or step.hint, "ERROR" if problem else "BLANK1")
+
+
+register, unregister = bpy.utils.register_classes_factory((ARAP_PT_first_pose,))
