@@ -21,7 +21,6 @@ from bpy.props import (
 from ..core.naming import NAME_BYTES
 from . import hooks
 from .handles import ArapHandle, ArapPin
-from .overlay import ArapOverlay
 from .poses import CLASSES as POSE_CLASSES
 from .poses import ArapStoredPose
 from .pull import ArapPullPin, ArapPullSettings
@@ -55,6 +54,11 @@ def _on_live_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Cont
         toggled(settings.id_data)
 
 
+def _on_overlay_changed(_settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    for changed in hooks.views_changed:
+        changed()
+
+
 def _choose(settings: bpy.types.PropertyGroup, items: Any, index: int, group: str) -> None:
     """Makes the group of the chosen entry the active one: Weight Paint shows and paints that."""
     groups = settings.id_data.vertex_groups
@@ -73,6 +77,38 @@ def _on_handle_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Con
 
 def _on_stiffness_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     _choose(settings, settings.stiffness, settings.active_stiffness_index, "name")
+
+
+class ArapOverlay(bpy.types.PropertyGroup):
+    """What is drawn over one mesh, while the panel shows that mesh."""
+
+    show_pins: BoolProperty(
+        name="Pins", description="Draw the pinned vertices", default=False, update=_on_overlay_changed
+    )
+    show_handles: BoolProperty(
+        name="Handles",
+        description="Draw a line from each handle's rest place to its place now",
+        default=False,
+        update=_on_overlay_changed,
+    )
+    show_strain: BoolProperty(
+        name="Stretch",
+        description="Color the mesh by the length of its edges: red is longer than at rest, blue is shorter",
+        default=False,
+        update=_on_overlay_changed,
+    )
+    strain_limit: FloatProperty(
+        name="Full Color At",
+        description="Stretch of the full color, in percent of the length at rest",
+        default=20.0,
+        min=0.1,
+        max=1000.0,
+        soft_min=1.0,
+        soft_max=100.0,
+        precision=1,
+        subtype="PERCENTAGE",
+        update=_on_overlay_changed,
+    )
 
 
 class ArapMadeKey(bpy.types.PropertyGroup):
