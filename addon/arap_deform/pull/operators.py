@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""ARAP Pull: drag the surface itself. A click pins, Ctrl and a click lets go."""
+"""ARAP Pull: drag the surface itself. A click pins, Ctrl-click removes the pin."""
 
 import bpy
 from bpy.app.handlers import persistent
@@ -10,7 +10,7 @@ from ..scene import app_handlers, redraw, shape_keys
 from ..ui.checks import allow, find_posed_object, posed_object, reports_errors, why_not_idle, why_not_pullable
 from . import pins, tool
 from .region import Grab
-from .run import Grip, PullRun, find_grip, mirrored, remove_pins_at, runs
+from .run import PullRun, find_grip, mirrored, remove_pins_at, runs
 from .view import Mode
 
 CONFIRM = {"LEFTMOUSE", "RET", "NUMPAD_ENTER"}
@@ -24,7 +24,7 @@ class ARAP_OT_pull(bpy.types.Operator):
     bl_idname = "arap.pull"
     bl_label = "ARAP Pull"
     bl_description = (
-        "Drag the surface under the mouse and the mesh follows. A click pins it where it is, Ctrl-click lets it go"
+        "Drag the surface under the mouse and the mesh follows. A click pins the surface, Ctrl-click removes the pin"
     )
     bl_options = {"UNDO"}
 
@@ -39,7 +39,7 @@ class ARAP_OT_pull(bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._mouse = (event.mouse_region_x, event.mouse_region_y)
         self._is_ctrl = event.ctrl
-        self._is_held = event.type == "LEFTMOUSE"  # else called by a key or from a menu: a click ends it
+        self._is_held = event.type == "LEFTMOUSE"  # else a key or a menu has called it, and a click ends it
         self._run: PullRun | None = None
         return self._begin(context)
 
@@ -47,16 +47,16 @@ class ARAP_OT_pull(bpy.types.Operator):
     def _begin(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         reason = why_not_pullable(context)
-        if reason:  # not in poll(): a key whose operator cannot run says nothing and does something else
+        if reason:  # not in poll(): if poll() fails, Blender shows no message and passes the key on
             raise ValueError(reason)
         shape_keys.check_writable(obj)
         pins.forget_stale(obj)
-        grip = find_grip(context, obj, context.region, context.region_data, self._mouse)
+        grip = find_grip(context, obj, self._mouse)
         if grip is None:
             if not self._is_held:
-                raise ValueError(f"'{obj.name}' is not under the mouse: point at what to pull")
+                raise ValueError(f"'{obj.name}' is not under the mouse: point at the mesh")
             return {"PASS_THROUGH"}
-        self._grip: Grip = grip
+        self._grip = grip
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -74,7 +74,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         return answer
 
     def cancel(self, _context: bpy.types.Context) -> None:
-        """Blender ends the operator: file load, closed window."""
+        """Blender ends the operator: a file is loaded, or the window is closed."""
         if self._run is not None:
             self._run.act.cancel()
             self._run.finish()
@@ -122,7 +122,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         run = self._run
         assert run is not None
         if event.type == "MOUSEMOVE":
-            run.drag.set_mode(_mode_of(event))  # other events may still have the modifier keys of before
+            run.drag.set_mode(_mode_of(event))  # other events may report former modifier keys
             run.move(mouse)
         elif event.type in CONFIRM and event.value == ("RELEASE" if self._is_held else "PRESS"):
             run.move(mouse)
@@ -141,13 +141,13 @@ class ARAP_OT_pull(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def _settling(self, event: bpy.types.Event) -> set[str]:
-        """Blender is the artist's again; whatever is pressed ends the settling, so that undo has this drag first."""
+        """Lets events through. A press ends the settling first, so that its own step of undo comes after this drag."""
         run = self._run
         assert run is not None
         if event.value == "PRESS" and event.type not in MOVES and not event.type.startswith("TIMER"):
             if run.act.phase is not Phase.BINDING:
                 run.act.keep(is_settling=False)
-            elif event.type == "ESC" or _is_undo(event):  # there is nothing of this drag yet that undo could take back
+            elif event.type == "ESC" or _is_undo(event):  # there is no step of this drag yet that undo could take back
                 run.act.cancel()
                 return {"RUNNING_MODAL"}
         return {"PASS_THROUGH"}
@@ -159,7 +159,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         redraw.tag_views()
         if end.message:
             self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
-        # A step of undo after an undo would take redo away.
+        # A step of undo after an undo would remove the redo steps.
         return {"CANCELLED"} if end.how is Ending.RESTORE or self._run.is_undone else {"FINISHED"}
 
 
@@ -176,7 +176,7 @@ def _is_undo(event: bpy.types.Event) -> bool:
 class ARAP_OT_pull_make_real(bpy.types.Operator):
     bl_idname = "arap.pull_make_real"
     bl_label = "Make ARAP Handles of Pulls"
-    bl_description = "Turn what has moved into handles with empties, and what is at rest into pins. The mesh stays"
+    bl_description = "Turn pulled pieces into handles with empties, and pieces at rest into pins. The mesh stays"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -194,7 +194,7 @@ class ARAP_OT_pull_make_real(bpy.types.Operator):
 class ARAP_OT_pull_release(bpy.types.Operator):
     bl_idname = "arap.pull_release"
     bl_label = "Release ARAP Pulls"
-    bl_description = "Let go of everything that was pulled or clicked with the tool. The mesh stays as it is"
+    bl_description = "Remove all temporary pins of the tool. The mesh stays as it is"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -208,17 +208,17 @@ class ARAP_OT_pull_release(bpy.types.Operator):
 
 
 def why_no_pull(context: bpy.types.Context) -> str:
-    """As why_not_idle(), and something must have been pulled or pinned with the tool."""
+    """As why_not_idle(), and there must be a temporary pin of the tool."""
     reason = why_not_idle(context)
     if reason or posed_object(context).arap.pull_pins:
         return reason
-    return "Pull the mesh with ARAP Pull first, or click it: nothing is pulled or pinned yet"
+    return "Nothing is pulled or pinned: drag or click the mesh with ARAP Pull first"
 
 
 class ARAP_OT_pull_tool(bpy.types.Operator):
     bl_idname = "arap.pull_tool"
     bl_label = "ARAP Pull Tool"
-    bl_description = "Take the tool ARAP Pull: drag the surface itself, click to pin it"
+    bl_description = "Take the tool ARAP Pull: drag the surface to move it, click to pin it"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -236,19 +236,19 @@ def _on_undo(*_: object) -> None:
 
 
 _HANDLERS = (("undo_post", _on_undo), ("redo_post", _on_undo))
-CLASSES = (ARAP_OT_pull, ARAP_OT_pull_make_real, ARAP_OT_pull_release, ARAP_OT_pull_tool)
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
+    (ARAP_OT_pull, ARAP_OT_pull_make_real, ARAP_OT_pull_release, ARAP_OT_pull_tool)
+)
 
 
 def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    _register_classes()
     app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
     app_handlers.remove(_HANDLERS)
-    for run in list(runs):  # Blender drops running operators without a word when their class goes
+    for run in runs.copy():  # Blender drops a running operator silently when its class goes
         run.act.cancel("The add-on was disabled")
         run.finish()
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()

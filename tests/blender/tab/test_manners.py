@@ -407,7 +407,7 @@ class UnheldTest(SceneTest):
         self.assertEqual((n_parts, 1), (readout.parts_at_rest, readout.loose_vertices))
         np.testing.assert_array_equal(vertices, np.arange(n, 3 * n + 1))
         text = module("pose.panel").unheld_text(readout)
-        self.assertEqual(text, "Held by nothing, so they stay at rest: 2 parts and 1 loose vertices")
+        self.assertEqual(text, "2 parts and 1 loose vertex have no pin or handle and do not move")
         obj.data.vertices[n].hide = True
         self.assertEqual(bpy.ops.arap.select_unheld(), {"FINISHED"})
         self.assertEqual(obj.mode, "EDIT")
@@ -522,7 +522,7 @@ class PreferencesTest(SceneTest):
         self.addCleanup(setattr, following, "refine", original)
         obj = posable()
         self.api.prepare_session(obj)
-        act = module("follow.act").PoseAct(module("pose.operators").BlenderPoseScene(obj))
+        act = module("follow.act").PoseAct(module("pose.scene").BlenderPoseScene(obj))
         act.begin()
         act.tick(self.preferences.refine_time_s())
         act.tick(self.preferences.refine_time_s())
