@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 import bpy
 
 from . import api
-from .scene import shape_keys
+from .scene import pose_key, shape_keys
 
 COMMAND = "arap"
 
@@ -188,7 +188,7 @@ def _pose(obj: bpy.types.Object, _scene: bpy.types.Scene, _options: argparse.Nam
 def _bake(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> str:
     if options.frame is not None:
         line = _pose(obj, scene, options)
-        prefix = options.prefix or f"{obj.arap.key_name}_"
+        prefix = options.prefix or f"{pose_key.wanted_name(obj)}_"
         return f"{line}, key '{api.bake_pose(obj, shape_keys.frame_key_name(prefix, options.frame)).name}'"
     start = scene.frame_start if options.start is None else options.start
     end = scene.frame_end if options.end is None else options.end

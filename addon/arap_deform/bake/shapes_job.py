@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from types import GenericAlias
 from typing import Any, Generic, TypeVar
 
@@ -50,6 +51,8 @@ class ShapesJob(ABC, Generic[Result]):
         self._live_positions: Float32s | None = None
         self._session: Session | None = None
         self._bind: Binding[Session] | None = None
+        self.takers: list[Callable[[Float32s], None]] = [self._take]
+        """Called with each shape that is solved, (n, 3); the array is written over by the next one."""
         self.readouts: list[Readout] = []
         """One for each shape done."""
         self._inputs = session_input(obj, depsgraph_of(scene))
@@ -140,7 +143,7 @@ class ShapesJob(ABC, Generic[Result]):
 
     @abstractmethod
     def _take(self, shape: Float32s) -> None:
-        """A shape is solved; the array is written over by the next one."""
+        """A shape of the mesh itself is solved: see ``takers``."""
 
     @abstractmethod
     def _write(self, obj: bpy.types.Object) -> Result:
@@ -193,7 +196,8 @@ class ShapesJob(ABC, Generic[Result]):
             self._end_shape(self._session)
 
     def _end_shape(self, session: Session) -> None:
-        self._take(session.positions)
+        for take in self.takers:
+            take(session.positions)
         self.readouts.append(readout_of_whole(self._parts))
         self._parts = []
         self._matrices = None
@@ -216,9 +220,9 @@ class ShapesJob(ABC, Generic[Result]):
             raise RuntimeError(f"'{self._object_name}' is not there any more: the {self.noun} has ended")
         meshes.check_mesh(obj)
         n = len(obj.data.vertices)
-        if n != self._inputs.signature.counts[0]:
+        if n != self._inputs.counts[0]:
             raise RuntimeError(
-                f"The mesh of '{obj.name}' has changed ({self._inputs.signature.counts[0]} vertices, now {n}): "
+                f"The mesh of '{obj.name}' has changed ({self._inputs.counts[0]} vertices, now {n}): "
                 f"the {self.noun} has ended"
             )
         return obj

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from typing import Protocol, TypeVar
 
-from .session import Cancelled, Progress
+from .models import Progress
+from .session import Cancelled
 
 STEP_S = 0.1  # of a step where nobody says how long it may take
 

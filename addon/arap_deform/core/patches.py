@@ -11,16 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Floats, Ints
+from .models import Model, ModelInput, make
+from .session_data import SessionMesh, SessionSettings
 from .targets import HandleSpec, Patch
-
-if TYPE_CHECKING:
-    import arap_native
 
 PATCH_REACH = 1.5  # how far a patch reaches beyond the handle's vertices, in rigidity radii
 
@@ -102,16 +101,16 @@ def neighbourhood(seen: Floats, corner_vertices: Ints, face_sizes: Ints, vertice
     return Neighbourhood(inside, local.astype(np.int32), face_sizes[is_face_near].astype(np.int32))
 
 
-def patch_around(solver: arap_native.SurfaceArap, vertices: Ints, reach: float, unstretch: Floats) -> Patch | None:
+def patch_around(model: Model, vertices: Ints, reach: float, unstretch: Floats) -> Patch | None:
     """The patch of a point handle, None where no other vertex is within ``reach``: the handle's own are as good.
 
     Args:
-        solver: of the mesh as seen.
+        model: of the mesh, in solver space.
         vertices: (k,) of the handle, each in a face.
         reach: a fraction of the diagonal.
         unstretch: (3, 3), from what is seen to object space.
     """
-    found, weights, centre = solver.patch_around(np.ascontiguousarray(vertices, dtype=np.int32), reach)
+    found, weights, centre = model.patch_around(np.ascontiguousarray(vertices, dtype=np.int32), reach)
     return Patch(found, weights, unstretch @ centre) if len(found) > len(vertices) else None
 
 
@@ -136,11 +135,9 @@ def local_patch(
     vertices: Ints,
     reach: float,
     stretch: Floats,
-    *,
-    weights: str,
-    join_seams: bool,
+    settings: SessionSettings,
 ) -> Patch | None:
-    """As patch_around(), without a solver of the whole mesh.
+    """As patch_around(), without a model of the whole mesh.
 
     Args:
         native: the module arap_native.
@@ -149,12 +146,12 @@ def local_patch(
         vertices: (k,) of the handle, each in a face.
         reach: as seen.
         stretch: (3, 3).
-        weights, join_seams: as the whole mesh is bound.
+        settings: as the whole mesh is bound.
     """
-    seen = np.ascontiguousarray(rest_positions[part.vertices] @ stretch.T)
-    options = native.Options(energy="spokes_and_rims", weights=weights, join_seams=join_seams, threads=1)
-    solver = native.SurfaceArap(seen, part.corner_vertices, part.face_sizes, options)
+    seen = SessionMesh(rest_positions[part.vertices] @ stretch.T, part.corner_vertices, part.face_sizes)
+    # The patch is the same with every energy, and this one is bound the fastest.
+    model = make(native, ModelInput(seen, replace(settings, energy="spokes_and_rims", threads=1)))
     local = np.searchsorted(part.vertices, vertices).astype(np.int32)
     unstretch = np.asarray(np.linalg.inv(stretch), dtype=np.float64)
-    patch = patch_around(solver, local, reach / diagonal_of(seen), unstretch)
+    patch = patch_around(model, local, reach / diagonal_of(seen.rest_positions), unstretch)
     return None if patch is None else replace(patch, vertices=part.vertices[patch.vertices].astype(np.int32))

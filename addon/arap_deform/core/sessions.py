@@ -25,47 +25,69 @@ from .targets import HandleSpec
 STRETCH_TOLERANCE = 1e-5
 
 Counts = tuple[int, int, int, int]
-Hold = tuple[str, bool]  # a vertex group, and whether its vertices are held exactly
+
+
+@dataclass(frozen=True)
+class GroupHold:
+    """A pin or handle that holds the vertices of a vertex group. ``is_exact``: see HandleSpec."""
+
+    group: str
+    is_exact: bool = True
+
+
+Hold = GroupHold
+"""What a pin or handle holds. Another kind is another class here, and a branch in scene.inputs.spec_of()."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneState:
+    """What a frame compares with the session: all that takes no longer than microseconds to read. No Blender data.
+
+    Attributes:
+        counts: of vertices, edges, corners and faces.
+        stretch: (3, 3) float64, see transforms.stretch_of().
+        holds: of the enabled pins, then of the enabled handles.
+        key_name: the shape key that takes the pose.
+    """
+
+    object_name: str
+    counts: Counts
+    stretch: Floats
+    settings: SessionSettings
+    holds: tuple[Hold, ...]
+    stiff_groups: tuple[StiffGroup, ...] = ()
+    key_name: str = ""
 
 
 @dataclass(frozen=True)
 class MeshSignature:
-    """A fingerprint of what a session was bound to."""
+    """A fingerprint of the arrays that a session was bound to."""
 
-    counts: Counts
     topology: int
     rest: int
     properties: int
 
     @classmethod
-    def of(cls, counts: Counts, mesh: SessionMesh, properties: Sequence[NDArray[np.generic] | None]) -> MeshSignature:
-        """Args: counts of vertices, edges, corners, faces; stiffness and rigid regions."""
+    def of(cls, mesh: SessionMesh, properties: Sequence[NDArray[np.generic] | None]) -> MeshSignature:
+        """``properties``: stiffness and rigid regions."""
         return cls(
-            counts,
             _crc(mesh.corner_vertices, mesh.face_sizes),
             _crc(mesh.rest_positions.astype(np.float32)),
             _crc(*(array for array in properties if array is not None)),
         )
 
 
-@dataclass(frozen=True)
-class SessionInput:
-    """Everything a session needs, read from the scene; holds no Blender data, so any thread may use it.
+@dataclass(frozen=True, kw_only=True)
+class SessionInput(SceneState):
+    """Everything a session needs, read from the scene. Any thread may use it.
 
     Attributes:
-        holds: of the enabled pins, then of the enabled handles, in the order of ``specs``.
-        key_name: the shape key that takes the pose.
+        specs: in the order of ``holds``.
     """
 
-    object_name: str
     mesh: SessionMesh
-    stretch: Floats
-    settings: SessionSettings
     specs: tuple[HandleSpec, ...]
-    holds: tuple[Hold, ...]
     signature: MeshSignature
-    stiff_groups: tuple[StiffGroup, ...] = ()
-    key_name: str = ""
     stiffness: Floats | None = field(default=None, repr=False)
     rigid_regions: NDArray[np.int32] | None = field(default=None, repr=False)
 
@@ -153,8 +175,8 @@ def set_readout(object_name: str, value: Readout) -> None:
 
 def difference_of_bind(old: SessionInput, new: SessionInput) -> str:
     """Why a session of ``old`` must bind again for ``new``, one sentence; '' where it need not."""
-    if old.signature.counts != new.signature.counts:
-        return counts_differ(new.object_name, old.signature.counts, new.signature.counts)
+    if old.counts != new.counts:
+        return counts_differ(new.object_name, old.counts, new.counts)
     if old.signature.topology != new.signature.topology:
         return f"The faces of '{new.object_name}' have changed"
     if old.signature.rest != new.signature.rest:
@@ -166,6 +188,30 @@ def difference_of_bind(old: SessionInput, new: SessionInput) -> str:
     if not is_same_stretch(old.stretch, new.stretch):
         return stretch_differs(new.object_name)
     return ""
+
+
+def difference(old: SessionInput, new: SessionInput) -> str:
+    """As difference_of_bind(), and both must hold the same vertices in the same way and from the same places."""
+    # A pull may hold what handles hold, but not from rest.
+    are_same = len(old.specs) == len(new.specs) and all(
+        a.is_same_as(b) and a.base is b.base for a, b in zip(old.specs, new.specs, strict=True)
+    )
+    return difference_of_bind(old, new) or ("" if are_same else groups_differ(new.object_name))
+
+
+def difference_of_scene(old: SceneState, new: SceneState) -> str:
+    """Why a session of ``old`` cannot go on with the scene as it is now, one sentence; '' if it can."""
+    if old.key_name != new.key_name:
+        return key_differs(new.object_name)  # the pose would show twice, in the former key and in this one
+    if old.counts != new.counts:
+        return counts_differ(new.object_name, old.counts, new.counts)
+    if old.holds != new.holds:
+        return groups_differ(new.object_name)
+    if old.settings.of_bind != new.settings.of_bind:
+        return settings_differ(new.object_name)
+    if old.stiff_groups != new.stiff_groups:
+        return stiffness_differs(new.object_name)
+    return "" if is_same_stretch(old.stretch, new.stretch) else stretch_differs(new.object_name)
 
 
 def counts_differ(name: str, old: Counts, new: Counts) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from types import GenericAlias
 from typing import Any, Generic, TypeVar
 
-from .session import Progress
+from .models import Progress
 
 Result = TypeVar("Result")
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from ..core.session_data import Readout
 from ..core.sessions import SessionInput
 from ..scene import redraw, versions
-from ..scene.handle_motion import handle_matrices
 from . import mesh
 from .bind import SessionBinding
+from .frame import Frame
 from .update import session_input
 
 # A stroke of a brush tags the mesh at every step. Where Blender does not say whether one is under way, it has ended
@@ -40,6 +40,7 @@ class BlenderFollowScene:
     def __init__(self, obj: bpy.types.Object) -> None:
         self.name = obj.name
         self.depsgraph: bpy.types.Depsgraph | None = None
+        self._frame: Frame | None = None  # of this step, from is_bound() on
         self._has_written = False  # what is evaluated next is of our own making
         self._is_suspect = True  # somebody else may have changed the mesh
         self._changed_at = -STROKE_PAUSE_S  # when somebody did so last
@@ -97,7 +98,8 @@ class BlenderFollowScene:
     def is_bound(self) -> bool:
         use_nodes = None if self.depsgraph is None else False  # within a handler nothing may be added to the scene
         depsgraph = self._depsgraph()  # first: to evaluate the scene may make the mesh suspect
-        if mesh.problem(self._obj(), depsgraph, is_thorough=self._is_suspect, use_nodes=use_nodes):
+        self._frame = Frame(self._obj(), depsgraph, is_thorough=self._is_suspect, use_nodes=use_nodes)
+        if self._frame.problem:
             return False  # and suspect still, until it is bound again
         self._is_suspect = False
         return True
@@ -111,12 +113,11 @@ class BlenderFollowScene:
         mesh.sync(self._obj())
 
     def matrices(self) -> NDArray[np.float64]:
-        return handle_matrices(self._obj(), self._depsgraph())
+        return self._this_frame().matrices()
 
     def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
         self._announce_write()
-        return mesh.update(
-            self._obj(),
+        return self._this_frame().solve(
             matrices,
             iterations=iterations,
             initial_guess=self.initial_guess,
@@ -126,8 +127,7 @@ class BlenderFollowScene:
 
     def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
         self._announce_write()
-        return mesh.update(
-            self._obj(),
+        return self._this_frame().solve(
             matrices,
             time_limit_s=time_limit_s,
             sufficient_accuracy=_sufficient(time_limit_s),
@@ -149,9 +149,12 @@ class BlenderFollowScene:
     def _depsgraph(self) -> bpy.types.Depsgraph:
         return self.depsgraph or bpy.context.evaluated_depsgraph_get()
 
+    def _this_frame(self) -> Frame:
+        assert self._frame is not None
+        return self._frame
+
     def _announce_write(self) -> None:
-        """The next change of the mesh is ours, and to be drawn."""
-        self._depsgraph()  # first: it evaluates the last one, which is somebody else's
+        """The next change of the mesh is ours, and to be drawn. is_bound() has evaluated all earlier ones."""
         self._has_written = self.depsgraph is None
         redraw.tag_meshes()
 

@@ -6,12 +6,14 @@ from __future__ import annotations
 import bpy
 
 from ..core import native, sessions
-from ..core.session import Progress, Session
+from ..core.models import Progress
+from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.sessions import Bound, SessionInput
-from ..scene import handle_motion, meshes
+from ..scene import meshes
 from ..scene.inputs import read_input
 from . import mesh
+from .frame import Frame
 
 
 def session_input(
@@ -114,7 +116,7 @@ def check_live(obj: bpy.types.Object, is_thorough: bool = False) -> str:
         is_thorough: compare topology, rest shape and weights too (milliseconds); False: counts, scale and
             settings (microseconds).
     """
-    return mesh.problem(obj, bpy.context.evaluated_depsgraph_get(), is_thorough=is_thorough)
+    return Frame(obj, bpy.context.evaluated_depsgraph_get(), is_thorough=is_thorough).problem
 
 
 def end_session(obj_or_name: bpy.types.Object | str) -> None:
@@ -153,14 +155,12 @@ def update_pose(
         ValueError: the key would not show the pose, or a handle cannot work; nothing has changed.
     """
     sessions.check_free(obj.name)
-    depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
-    reason = mesh.problem(obj, depsgraph, is_thorough=False)
-    if reason:
+    frame = Frame(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
+    if frame.problem:
         sessions.drop(obj.name)
-        raise RuntimeError(f"{reason}: start posing again")
-    return mesh.update(
-        obj,
-        handle_motion.handle_matrices(obj, depsgraph),
+        raise RuntimeError(f"{frame.problem}: start posing again")
+    return frame.solve(
+        frame.matrices(),
         iterations=iterations,
         initial_guess=initial_guess,
         time_limit_s=time_limit_s,

@@ -81,7 +81,7 @@ class BlenderPoseScene(ActScene):
         if reason:
             return reason
         if not self.key.follow(obj):
-            return f"Shape key '{obj.arap.key_name}' of '{obj.name}' was removed"
+            return f"Shape key '{pose_key.wanted_name(obj)}' of '{obj.name}' was removed"
         enabled = (i for i, handle in enumerate(obj.arap.handles) if handle.is_enabled)
         return next((problem for problem in (handle_problem(obj, i) for i in enabled) if problem), "")
 

@@ -7,11 +7,13 @@ import bpy
 
 from ..core import sessions
 from ..core.job import STEP_S
-from ..core.session import Progress, Session
+from ..core.models import Progress
+from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.sessions import Bound
 from ..core.worker import Binding
 from ..follow import mesh
+from ..follow.frame import Frame
 from ..follow.update import part, prepare_session, rebuild_session, session_input
 from ..scene import handle_motion, meshes, pose_key, shape_keys
 
@@ -31,12 +33,12 @@ def solve(
     """
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
     _check(obj)
-    is_bound = not mesh.problem(obj, depsgraph, is_thorough=False)
+    is_bound = not Frame(obj, depsgraph).problem
     session = prepare_session(obj, depsgraph, part(progress, 0.0, 0.0 if is_bound else BIND_SHARE))
     result = mesh.solve_from_rest(
         session, handle_motion.handle_matrices(obj, depsgraph), part(progress, 0.0 if is_bound else BIND_SHARE, 1.0)
     )
-    mesh.write_pose(obj, mesh.writable_key(obj), session, result)
+    mesh.write_pose(obj, pose_key.writable(obj), session, result)
     return result
 
 
@@ -94,7 +96,7 @@ class SolveJob:
         if reason:
             raise RuntimeError(f"{reason} while it was solved: solve again")
         sessions.put(self.object_name, Bound(self._session, self._inputs))
-        mesh.write_pose(obj, mesh.writable_key(obj), self._session, result)
+        mesh.write_pose(obj, pose_key.writable(obj), self._session, result)
         sessions.release(self.object_name, self)
         return result
 

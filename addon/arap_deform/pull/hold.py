@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Float32s, Floats, Ints
-from ..core.sessions import Hold, SessionInput
+from ..core.sessions import GroupHold, Hold, SessionInput
 from ..core.targets import HandleSpec
 from ..core.transforms import best_rigid_fit, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys
@@ -94,7 +94,7 @@ def begin_pull(
     if not pins.has_set_pins(obj) and all(grab.reach > 0.0 for grab in grabs):
         rest = hold_of_rest(inputs.mesh.rest_positions @ inputs.stretch.T, meshes.read_edges(obj), [*others, *grabs])
         added.append(rest)
-    holds = (*inputs.holds, *((spec.name, spec.is_exact) for spec in added))
+    holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in added))
     based = tuple(replace(spec, base=shown) for spec in (*inputs.specs, *added))
     to_seen = begun.to_seen if begun else _to_seen(obj, depsgraph, grabs[0], shown)
     return Pull(replace(inputs, specs=based, holds=holds), grabs, shown, to_seen)

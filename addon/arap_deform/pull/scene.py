@@ -11,8 +11,8 @@ import numpy as np
 from ..core import sessions
 from ..core.arrays import Float32s, Floats
 from ..core.session_data import Readout
-from ..follow import mesh
 from ..follow.bind import SessionBinding
+from ..follow.frame import Frame
 from ..pose.scene import ActScene
 from ..scene import meshes
 from . import hold
@@ -44,8 +44,8 @@ class PullScene(ActScene):
         bound = sessions.get(self.name)
         if bound is None or self._binding is None or bound.session is not self._binding.result():
             return False
-        depsgraph = bpy.context.evaluated_depsgraph_get()
-        return not mesh.problem(self._obj(), depsgraph, is_thorough=False, holds=self.pull.holds)
+        self._frame = Frame(self._obj(), bpy.context.evaluated_depsgraph_get(), holds=self.pull.holds)
+        return not self._frame.problem
 
     def begin_bind(self) -> SessionBinding:
         self._binding = SessionBinding(self._obj(), self.pull.inputs, self._start)

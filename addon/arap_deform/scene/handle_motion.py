@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
-from ..core.sessions import Hold
+from ..core.sessions import GroupHold, Hold
 from ..core.transforms import best_rigid_fit
 from . import meshes, pose_key, shape_keys
 
@@ -29,6 +29,11 @@ def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None
         ValueError: a handle's object, bone or group is missing, or its object is not kept up to date by Blender.
     """
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
+    return motions(obj, depsgraph, object_matrix(obj, depsgraph))
+
+
+def motions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, world: Floats) -> NDArray[np.float64]:
+    """As handle_matrices(), for an object whose evaluated (4, 4) ``world`` matrix has an inverse."""
     check_handles(obj, depsgraph)
     n_pins = sum(pin.is_enabled for pin in obj.arap.pins)
     handles = [handle for handle in obj.arap.handles if handle.is_enabled]
@@ -36,7 +41,7 @@ def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None
     if handles:
         now = np.array([target_matrix(h.target, h.bone, depsgraph) for h in handles])
         rest = np.array([h.rest_matrix[:] for h in handles], dtype=np.float64).reshape(-1, 4, 4)
-        result[n_pins:] = np.linalg.inv(object_matrix(obj, depsgraph)) @ now @ np.linalg.inv(rest)
+        result[n_pins:] = np.linalg.inv(world) @ now @ np.linalg.inv(rest)
     return result
 
 
@@ -49,9 +54,9 @@ def motion_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.De
 
 def enabled_holds(obj: bpy.types.Object, besides: ArapHandle | None = None) -> tuple[Hold, ...]:
     """Of the enabled pins, then of the enabled handles but one: the order of the session's handles."""
-    pins = [(pin.name, True) for pin in obj.arap.pins if pin.is_enabled]
+    pins = [GroupHold(pin.name) for pin in obj.arap.pins if pin.is_enabled]
     handles = (handle for handle in obj.arap.handles if handle.is_enabled and handle != besides)
-    return (*pins, *((handle.vertex_group, handle.is_exact) for handle in handles))
+    return (*pins, *(GroupHold(handle.vertex_group, handle.is_exact) for handle in handles))
 
 
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:

@@ -63,12 +63,11 @@ def find_patch(
         vertices,
         reach,
         stretch,
-        weights=settings.weights,
-        join_seams=settings.join_seams,
+        settings,
     )
 
 
 def _other_specs(obj: bpy.types.Object, besides: ArapHandle | None, use_nodes: bool | None) -> list[HandleSpec]:
-    holds = [hold for hold in handle_motion.enabled_holds(obj, besides) if hold[0] in obj.vertex_groups]
-    weights = meshes.read_weights(obj, sorted({group for group, _ in holds}), use_nodes=use_nodes)
-    return [spec_of(hold, weights[hold[0]]) for hold in holds]
+    holds = [hold for hold in handle_motion.enabled_holds(obj, besides) if hold.group in obj.vertex_groups]
+    weights = meshes.read_weights(obj, sorted({hold.group for hold in holds}), use_nodes=use_nodes)
+    return [spec_of(hold, weights[hold.group]) for hold in holds]

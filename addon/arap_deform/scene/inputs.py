@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..core.session_data import SessionSettings
-from ..core.sessions import Counts, Hold, MeshSignature, SessionInput
+from ..core.sessions import Counts, Hold, MeshSignature, SceneState, SessionInput
 from ..core.stiffness import StiffGroup, regions_of, stiffness_of
 from ..core.targets import HandleSpec
 from ..props import preferences
@@ -34,8 +34,30 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
 def spec_of(hold: Hold, weights: Floats) -> HandleSpec:
     """What is held of a group with these (n,) weights."""
     vertices = np.flatnonzero(weights > 0.0).astype(np.int32)
-    name, is_exact = hold
-    return HandleSpec(name, vertices, weights[vertices], is_exact)
+    return HandleSpec(hold.group, vertices, weights[vertices], hold.is_exact)
+
+
+def read_state(obj: bpy.types.Object, world: Floats, key_name: str) -> SceneState:
+    """What a frame compares with the session.
+
+    Args:
+        obj: the mesh.
+        world: (4, 4) its evaluated matrix.
+        key_name: the shape key that takes the pose.
+
+    Raises:
+        ValueError: not a mesh that can be posed, or a singular scale.
+    """
+    meshes.check_mesh(obj)
+    return SceneState(
+        object_name=obj.name,
+        counts=counts_of(obj),
+        stretch=meshes.stretch_in(obj, world),
+        settings=settings_of(obj),
+        holds=handle_motion.enabled_holds(obj),
+        stiff_groups=enabled_stiffness(obj),
+        key_name=key_name,
+    )
 
 
 def read_input(
@@ -53,30 +75,24 @@ def read_input(
         use_nodes: see versions.read_group_weights().
         needs_holds: refuse a mesh without pins and handles.
     """
-    meshes.check_mesh(obj)
+    state = read_state(obj, meshes.read_matrix(obj, depsgraph), pose_key.name_of(obj))
     shape_keys.check_writable(obj)
     pose_key.check_name(obj)
     handle_motion.check_handles(obj, depsgraph)
-    holds = handle_motion.enabled_holds(obj)
-    if needs_holds and not holds:
+    if needs_holds and not state.holds:
         raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
     check_stiffness(obj)
-    stiff_groups = enabled_stiffness(obj)
-    wanted = sorted({*(group for group, _ in holds), *(entry.group for entry in stiff_groups)})
+    wanted = sorted({*(hold.group for hold in state.holds), *(entry.group for entry in state.stiff_groups)})
     weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
     _check_handle_weights(obj, weights)
     mesh = meshes.read_mesh(obj)
-    stiffness, regions = stiffness_of(stiff_groups, weights), regions_of(stiff_groups, weights, mesh)
+    stiffness = stiffness_of(state.stiff_groups, weights)
+    regions = regions_of(state.stiff_groups, weights, mesh)
     return SessionInput(
-        object_name=obj.name,
+        **vars(state),
         mesh=mesh,
-        stretch=meshes.read_stretch(obj, depsgraph),
-        settings=settings_of(obj),
-        specs=tuple(spec_of(hold, weights[hold[0]]) for hold in holds),
-        holds=holds,
-        signature=MeshSignature.of(counts_of(obj), mesh, (stiffness, regions)),
-        stiff_groups=stiff_groups,
-        key_name=pose_key.name_of(obj),
+        specs=tuple(spec_of(hold, weights[hold.group]) for hold in state.holds),
+        signature=MeshSignature.of(mesh, (stiffness, regions)),
         stiffness=stiffness,
         rigid_regions=regions,
     )

@@ -84,8 +84,13 @@ def enabled_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.
 
 def read_stretch(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> NDArray[np.float64]:
     """(3, 3) float64 stretch of the object's world matrix. Raises ValueError where it is singular."""
+    return stretch_in(obj, read_matrix(obj, depsgraph))
+
+
+def stretch_in(obj: bpy.types.Object, world: NDArray[np.float64]) -> NDArray[np.float64]:
+    """As read_stretch(), of a (4, 4) matrix that is read already."""
     try:
-        return stretch_of(read_matrix(obj, depsgraph))
+        return stretch_of(world)
     except ValueError as error:
         raise ValueError(f"'{obj.name}' {error}") from None
 

@@ -13,6 +13,7 @@ import bpy
 
 from ..core import sessions
 from ..core.arrays import Float32s
+from ..props import preferences
 from . import shape_keys
 
 
@@ -37,34 +38,65 @@ class KeyState:
     active: str = ""
 
 
+def wanted_name(obj: bpy.types.Object) -> str:
+    """The name that is set for the live key: the object's own, or that of the preferences."""
+    return str(obj.arap.key_name) or preferences.key_name()
+
+
 def check_name(obj: bpy.types.Object) -> None:
     """Raises ValueError where the name in ``obj.arap`` cannot be the live key's."""
-    name = obj.arap.key_name
+    name = wanted_name(obj)
     keys = obj.data.shape_keys
     if keys is not None and keys.reference_key.name == name:
         raise ValueError(f"Shape key '{name}' of '{obj.name}' is its rest shape: choose another name for the pose")
 
 
+@dataclass(frozen=True)
+class PoseKey:
+    """The live key, None if there is none yet, and its name or the one it will have."""
+
+    name: str
+    key: bpy.types.ShapeKey | None
+
+
+def look(obj: bpy.types.Object) -> PoseKey:
+    """Finds the live key. Its name is the wanted one, numbered if a key of the artist's own has that."""
+    name = wanted_name(obj)
+    key = shape_keys.find(obj, name)
+    if key is None or _is_made(obj, name):
+        return PoseKey(name, key)
+    return PoseKey(shape_keys.free_name(obj, name), None)
+
+
 def find(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
-    """The live key, None where there is none yet."""
-    name = obj.arap.key_name
-    return shape_keys.find(obj, name) if _is_made(obj, name) else None
+    """The live key, None if there is none yet."""
+    return look(obj).key
 
 
 def name_of(obj: bpy.types.Object) -> str:
-    """The live key's name, or the one it will have: that in ``obj.arap``, numbered where another key has it."""
-    name = str(obj.arap.key_name)
-    if shape_keys.find(obj, name) is None or _is_made(obj, name):
-        return name
-    return shape_keys.free_name(obj, name)
+    """The live key's name, or the one it will have."""
+    return look(obj).name
 
 
-def ensure(obj: bpy.types.Object) -> bpy.types.ShapeKey:
-    """The live key, made at rest (value 0) where missing, with Basis where the mesh has no keys."""
-    key = find(obj)
-    if key is None:
-        key = shape_keys.add(obj, name_of(obj))
-        _mark(obj, key.name)
+def ensure(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.ShapeKey:
+    """The live key, made at rest (value 0) if there is none, with Basis if the mesh has no keys.
+
+    ``found``: what look() has found, if somebody has looked already.
+    """
+    found = found or look(obj)
+    if found.key is not None:
+        return found.key
+    key = shape_keys.add(obj, found.name)
+    _mark(obj, key.name)
+    return key
+
+
+def writable(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.ShapeKey:
+    """As ensure(). Raises ValueError if the key would not show what is written to it."""
+    shape_keys.check_writable(obj)
+    check_name(obj)
+    key = ensure(obj, found)
+    shape_keys.check_shown(obj, key)
     return key
 
 
@@ -80,7 +112,7 @@ def capture(obj: bpy.types.Object) -> KeyState:
     """The state of the live key."""
     key = find(obj)
     keys = obj.data.shape_keys
-    state = KeyState(name_of(obj), obj.arap.own_key_name, keys is not None, active=shape_keys.active_name(obj))
+    state = KeyState(name_of(obj), obj.arap.key_name, keys is not None, active=shape_keys.active_name(obj))
     if key is None:
         return state
     return replace(state, positions=shape_keys.read(key), value=key.value, slider_max=key.slider_max)
@@ -98,7 +130,7 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
             _unmark(obj, state.name)
         if not state.has_keys:
             shape_keys.remove_lone_reference(obj)
-        obj.arap.own_key_name = state.setting
+        obj.arap.key_name = state.setting
         shape_keys.make_active(obj, state.active)
         obj.data.update_tag()
         return
@@ -106,7 +138,7 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
         raise ValueError(
             f"'{obj.name}' has {len(obj.data.vertices)} vertices, but had {len(state.positions)}: its shape key stays"
         )
-    obj.arap.own_key_name = state.setting
+    obj.arap.key_name = state.setting
     key = ensure(obj)
     key.slider_max = state.slider_max
     key.value = state.value
@@ -129,13 +161,13 @@ class KeyFollower:
     def why_left(self, obj: bpy.types.Object) -> str:
         """Why the pose is no longer of the key that was followed, without a full stop; '' while it is."""
         key = find(obj)
-        if self._name in {"", obj.arap.key_name} or (key is not None and key.as_pointer() == self._address):
+        if self._name in {"", wanted_name(obj)} or (key is not None and key.as_pointer() == self._address):
             return ""
         return f"{sessions.key_differs(obj.name)}, and is kept in '{self._name}'"
 
     def follow(self, obj: bpy.types.Object) -> bool:
         """Goes along where somebody has renamed the key; False where it was removed."""
-        setting = obj.arap.key_name
+        setting = wanted_name(obj)
         if find(obj) is None and _is_made(obj, setting):
             key = self._renamed(obj)
             if key is None:
@@ -178,7 +210,7 @@ class KeyFollower:
 
 def keep_name(obj: bpy.types.Object) -> None:
     """Saves the name with the object, also where it is that of the preferences, which may be another one tomorrow."""
-    _set_name(obj, obj.arap.key_name)
+    _set_name(obj, wanted_name(obj))
 
 
 def adopt(obj: bpy.types.Object, name: str) -> None:
@@ -205,8 +237,8 @@ def _mark(obj: bpy.types.Object, name: str) -> None:
 
 
 def _set_name(obj: bpy.types.Object, name: str) -> None:
-    if obj.arap.own_key_name != name:
-        obj.arap.own_key_name = name
+    if obj.arap.key_name != name:
+        obj.arap.key_name = name
 
 
 def _unmark(obj: bpy.types.Object, name: str) -> None:

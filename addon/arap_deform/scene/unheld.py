@@ -19,7 +19,7 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
     """
     meshes.check_mesh(obj)
     handle_motion.check_handles(obj, depsgraph)
-    names = sorted({group for group, _ in handle_motion.enabled_holds(obj)})
+    names = sorted({hold.group for hold in handle_motion.enabled_holds(obj)})
     if not names:
         raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
     is_held = np.any([weights > 0.0 for weights in meshes.read_weights(obj, names).values()], axis=0)

@@ -164,6 +164,7 @@ class LiveTest(SceneTest):
                 obj.data.shape_keys.key_blocks[obj.arap.key_name].name = name
             self.assertEqual(act.why_over(), "")
             bend(obj)
+            self.assertTrue(act.is_bound())
             act.update(act.matrices(), None, 1.0)
             self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", name])
             self.assertEqual(obj.arap.key_name, name)
@@ -181,6 +182,7 @@ class LiveTest(SceneTest):
         obj.data.shape_keys.key_blocks["ARAP"].name = "Bent"
         self.assertEqual(act.why_over(), "")
         bend(obj)
+        self.assertTrue(act.is_bound())
         act.update(act.matrices(), None, 1.0)
         act.restore(obj)
         self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])

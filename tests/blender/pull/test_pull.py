@@ -59,7 +59,8 @@ class PullTest(SceneTest):
         motion[:3, 3] = shift
         matrices = begun.matrices(motion, np.array(obj.matrix_world))
         for _ in range(300):
-            done = module("follow.mesh").update(obj, matrices, initial_guess="previous")
+            frame = module("follow.frame").Frame(obj, bpy.context.evaluated_depsgraph_get(), holds=begun.holds)
+            done = frame.solve(matrices, initial_guess="previous")
             if done.stop_reason == "converged":
                 break
         self.pull_pins.add(obj, begun.grabs)

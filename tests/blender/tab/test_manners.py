@@ -487,15 +487,9 @@ class PreferencesTest(SceneTest):
         self.api.solve(obj)
         self.assertEqual(obj.arap.key_name, "Posed", "the pose stays in the key that it has")
         self.assertEqual(len(obj.data.shape_keys.key_blocks), 2)
-        self.assertEqual(posable("New").arap.key_name, "Later")
+        self.assertEqual(module("scene.pose_key").name_of(posable("New")), "Later")
         self.values.key_name = ""
-        self.assertEqual(mesh_object("Newer").arap.key_name, "ARAP")
-
-    def test_an_emptied_name_is_the_default_one_again(self):
-        obj = mesh_object()
-        obj.arap.key_name = "Mine"
-        obj.arap.key_name = ""
-        self.assertEqual(obj.arap.key_name, "ARAP")
+        self.assertEqual(module("scene.pose_key").name_of(mesh_object("Newer")), "ARAP")
 
     def test_colors_are_the_themes_or_the_chosen_ones(self):
         colors = module("ui.colors")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from arap_deform.core import sessions
 from arap_deform.core.session_data import SessionMesh, SessionSettings
-from arap_deform.core.sessions import MeshSignature, SessionInput
+from arap_deform.core.sessions import GroupHold, MeshSignature, SessionInput
 from arap_deform.core.targets import HandleSpec
 from sample_meshes import tube
 
@@ -19,12 +19,13 @@ COUNTS = (96, 184, 368, 90)
 def inputs(mesh=MESH, counts=COUNTS, stretch=None, stiffness=None, regions=None, settings=None):
     return SessionInput(
         object_name="Creature",
+        counts=counts,
         mesh=mesh,
         stretch=np.eye(3) if stretch is None else stretch,
         settings=settings or SessionSettings(),
         specs=(HandleSpec("Feet", np.array([0], np.int32), np.ones(1)),),
-        holds=(("Feet", True),),
-        signature=MeshSignature.of(counts, mesh, (stiffness, regions)),
+        holds=(GroupHold("Feet"),),
+        signature=MeshSignature.of(mesh, (stiffness, regions)),
         stiffness=stiffness,
         rigid_regions=regions,
     )
