@@ -26,7 +26,8 @@ crash Blender meanwhile: call ``wait_for_binds()`` first.
 """
 
 from .bake.cache import MeshCacheJob, add_mesh_cache_modifier, begin_mesh_cache, export_mesh_cache
-from .bake.keys import BakeEstimate, BakeJob, bake_animation, begin_bake, estimate_bake
+from .bake.estimate import BakeEstimate
+from .bake.keys import BakeJob, bake_animation, begin_bake, estimate_bake
 from .bake.shapes_job import ShapesJob
 from .core.job import Job, run_job
 from .core.native import problem as native_problem

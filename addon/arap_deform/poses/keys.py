@@ -39,7 +39,7 @@ class PoseKeysJob(ShapesJob[list[str]]):
         self._shapes.close()
 
     def _shape_name(self) -> str:
-        return f"pose '{self._names[min(self._n_done, self._n_shapes - 1)]}'"
+        return f"pose '{self._names[min(self._n_done, self.n_shapes - 1)]}'"
 
     def _begin_shape(self) -> None:
         self._object()
