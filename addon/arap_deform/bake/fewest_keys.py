@@ -4,9 +4,9 @@
 Two frames may be neighbours if every vertex of every frame between them is within the tolerance of their blend. The
 fewest keys are the shortest way from the first frame to the last over such pairs. To check every vertex in every frame
 for every pair would take hours. So the search first checks a few sample vertices, and finds the shortest way over the
-pairs that these allow. Then it checks every vertex, but only for the pairs of this way. If a vertex is too far away, its
-pair is struck out, the vertex becomes a sample, and the search goes on. A pair that is struck out is impossible, so the
-way at the end is the shortest of all.
+pairs that these allow. Then it checks every vertex, but only for the pairs of this way. If a vertex is too far away,
+it strikes out the pair, makes the vertex a sample, and goes on. It strikes out impossible pairs only, so the way at the
+end is the shortest of all.
 """
 
 from __future__ import annotations

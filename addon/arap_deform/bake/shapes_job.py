@@ -106,9 +106,8 @@ class ShapesJob(ABC, Generic[Result]):
             ValueError, RuntimeError: as step(), or the result cannot be written; then nothing is written.
         """
         if not self._is_done:
-            raise RuntimeError(
-                f"The {self.noun} of '{self.object_name}' is not done: call step() until it returns False"
-            )
+            job = f"The {self.noun} of '{self.object_name}'"
+            raise RuntimeError(f"{job} is not done: call step() until it returns False")
         result = self._write(self._object())
         sessions.set_readout(self.object_name, self.readouts[-1])
         self._go_back()
@@ -223,7 +222,7 @@ def check_in_scene(obj: bpy.types.Object | None, scene: bpy.types.Scene) -> None
     """Raises ValueError if the object is not in the scene."""
     if obj is None or scene not in obj.users_scene:
         raise ValueError(
-            f"'{obj.name if obj else 'Nothing'}' is not in scene '{scene.name}': choose an object of the scene"
+            f"'{obj.name if obj else 'Nothing'}' is not in scene '{scene.name}': choose one of its objects"
         )
 
 

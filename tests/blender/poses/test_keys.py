@@ -36,7 +36,7 @@ class PoseKeysTest(SceneTest):
         obj, truth = self.with_poses()
         self.assertEqual(self.api.poses_to_keys(obj, ["Turned"]), ["Turned"])
         self.assert_close(key_positions(obj, "Turned"), truth["Turned"], 1e-5)
-        message = "'Tube' has no stored pose 'Smile': choose one of its list"
+        message = "'Tube' has no stored pose 'Smile': choose one of the list"
         self.assert_error(ValueError, message, self.api.poses_to_keys, obj, ["Smile"])
 
     def test_again_renews_the_same_keys(self):
@@ -139,12 +139,12 @@ class PoseKeysTest(SceneTest):
         self.assert_error(ValueError, message, self.api.poses_to_keys, obj)
         self.api.store_pose(obj)
         other = bpy.data.scenes.new("Other")
-        message = "'Tube' is not in scene 'Other': choose an object of it"
+        message = "'Tube' is not in scene 'Other': choose one of its objects"
         self.assert_error(ValueError, message, self.api.poses_to_keys, obj, scene=other)
         job = self.api.begin_pose_keys(obj)
         self.api.delete_pose(obj, "Pose")
         while job.step():
             pass
-        self.assert_error(ValueError, "'Tube' has no stored pose 'Pose': choose one of its list", job.finish)
+        self.assert_error(ValueError, "'Tube' has no stored pose 'Pose': choose one of the list", job.finish)
         job.cancel()
         self.assertEqual(key_names(obj), [])

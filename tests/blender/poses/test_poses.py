@@ -224,8 +224,7 @@ class ApplyTest(SceneTest):
         self.assertEqual((placement.gone, placement.others, placement.held), (("Waist",), ("Tail",), ()))
         self.assertEqual(
             str(placement),
-            "Not every handle took part; not there any more or unusable: Waist; "
-            "not in the pose, so left where they are: Tail",
+            "Not every handle is in the pose; deleted or unusable: Waist; not in the pose, so they stay: Tail",
         )
 
     def test_a_handle_made_anew_takes_the_place_of_the_lost_one_of_its_name(self):
@@ -250,7 +249,7 @@ class ApplyTest(SceneTest):
         waist.hide_viewport = True
         self.assertEqual(
             str(self.api.apply_pose(obj, "Bent")),
-            "Not every handle took part; not there any more or unusable: Waist; "
+            "Not every handle is in the pose; deleted or unusable: Waist; "
             "held by animation, a constraint, a driver or a sheared parent: Head",
         )
 
@@ -327,13 +326,13 @@ class LibraryTest(SceneTest):
         self.api.delete_pose(obj, "B")
         self.assertEqual([pose.name for pose in obj.arap.poses], ["A", "C"])
         self.assertEqual(obj.arap.active_pose_index, 1)
-        message = "'Tube' has no stored pose 'B': choose one of its list"
+        message = "'Tube' has no stored pose 'B': choose one of the list"
         for function in (self.api.delete_pose, self.api.apply_pose, self.api.mirror_pose):
             self.assert_error(ValueError, message, function, obj, "B")
 
     def test_refusals(self):
         obj = mesh_object()
-        message = "'Tube' has no handle that works: add one, or mend those it has"
+        message = "'Tube' has no handle that works: add one, or repair the ones it has"
         self.assert_error(ValueError, message, self.api.store_pose, obj)
         message = "The pose needs a name: type one, for example Smile"
         self.assert_error(ValueError, message, self.api.store_pose, obj, "")
@@ -416,7 +415,7 @@ class BlendTest(SceneTest):
         self.api.reset_handles(obj)
         before = places(obj)
         message = (
-            "Handle 'Head' is flat or turned inside out in one of the two poses: scale it back and store that pose anew"
+            "Handle 'Head' is flat or turned inside out in one of the poses: scale it back and store that pose again"
         )
         self.assert_error(ValueError, message, self.api.blend_poses, obj, self.api.REST, "Flat", 0.5)
         self.assert_close(places(obj), before, 0.0)
@@ -475,13 +474,13 @@ class MirrorTest(SceneTest):
         self.api.store_pose(obj, "Out")
         self.api.remove_handle(obj, 1)
         message = (
-            "Handle 'Side.L' has no partner on the other side of X = 0: there is no handle 'Side.R', and none at its "
-            "mirrored place; add one, or choose another axis"
+            "Handle 'Side.L' has no partner on the other side of X = 0: add a handle named 'Side.R' or at its mirrored "
+            "place, or choose another axis"
         )
         self.assert_error(ValueError, message, self.api.mirror_pose, obj, "Out")
         self.api.mirror_pose(obj, "Out", 1)  # across Y it is its own
         self.api.remove_handle(obj, 0)
-        message = "None of the handles of pose 'Out' is there any more: there is nothing to mirror"
+        message = "All handles of pose 'Out' are gone: there is nothing to mirror"
         self.assert_error(ValueError, message, self.api.mirror_pose, obj, "Out")
         self.assertEqual(len(obj.arap.poses), 2)
 
@@ -546,4 +545,4 @@ class OperatorTest(SceneTest):
         self.assertEqual(poses.why_not_storable(context), "Go to Object Mode first (Tab)")
         bpy.ops.object.mode_set(mode="OBJECT")
         self.api.remove_handle(self.obj, 0)
-        self.assertEqual(poses.why_not_storable(context), "Add a handle first: a pose is where the handles are")
+        self.assertEqual(poses.why_not_storable(context), "Add a handle first: a pose stores the places of the handles")

@@ -74,7 +74,7 @@ def test_frames_that_do_not_fit_are_refused(tmp_path):
 
 
 def test_other_ends_are_refused(tmp_path):
-    message = r"^a\.abc is neither \.mdd nor \.pc2: give the cache one of these ends$"
+    message = r"^a\.abc: the file name must end in \.mdd or \.pc2$"
     with pytest.raises(ValueError, match=message):
         format_of(tmp_path / "a.abc")
 
@@ -91,7 +91,7 @@ def test_places_that_cannot_be_written_are_refused(tmp_path):
 def test_a_full_disk_is_said(tmp_path):
     (tmp_path / "a.mdd.part").symlink_to("/dev/full")
     writer = CacheWriter(tmp_path / "a.mdd", 100_000, [1], 24.0)
-    message = r"a\.mdd could not be written \(No space left on device\): make room, or choose another place$"
+    message = r"a\.mdd could not be written \(No space left on device\): free disk space, or choose another folder$"
     with pytest.raises(RuntimeError, match=message):
         writer.append(np.zeros((100_000, 3)))
     writer.discard()
