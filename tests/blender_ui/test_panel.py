@@ -81,7 +81,10 @@ def test_search_finds_the_acts(ui: Ui) -> Steps:
     yield from ui.screenshot("search")
     handle().location.x = 1.0
     yield from ui.key("RET")
-    yield from ui.until(lambda: ui.api.readout(bar()) is not None, "the search has run ARAP Solve")
+    yield from ui.until(
+        lambda: ui.sessions.readout(bar().name) is not None,
+        "the search has run ARAP Solve",
+    )
 
 
 def test_first_pose_by_its_buttons(ui: Ui) -> Steps:
@@ -128,7 +131,7 @@ def test_parts_that_nothing_holds_are_shown_and_selected(ui: Ui) -> Steps:
     bpy.context.preferences.view.ui_scale = 0.75  # so that all of the tab is in the picture
     yield from ui.open_tab()
     assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
-    assert ui.api.readout(obj).parts_at_rest == 1
+    assert ui.sessions.readout(obj.name).parts_at_rest == 1
     ui.region("UI").tag_redraw()
     yield from ui.screenshot("report")
     assert ui.call(bpy.ops.arap.select_unheld) == {"FINISHED"}
@@ -210,10 +213,10 @@ def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
         yield from ui.key("ESC")
         yield from ui.until(lambda: not acts, "the solve has ended")
         assert obj.data.shape_keys is None
-        assert ui.api.readout(obj) is None
+        assert ui.sessions.readout(obj.name) is None
     ui.call(bpy.ops.arap.solve)
     yield from ui.until(lambda: not acts, "the mesh is solved", 120.0)
-    assert ui.api.readout(obj) is not None
+    assert ui.sessions.readout(obj.name) is not None
     shown = scenes.shown_positions(obj)
     np.testing.assert_allclose(shown[400 * 399 :, 2], 1.0, atol=1e-4)
     yield

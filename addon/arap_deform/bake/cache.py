@@ -10,7 +10,7 @@ import bpy
 from ..core.arrays import Float32s
 from ..core.job import run_job
 from ..core.models import Progress
-from ..scene import meshes, versions
+from ..scene import versions
 from .cache_file import CacheWriter, format_of
 from .estimate import check_range
 from .frames_job import FramesJob
@@ -20,22 +20,35 @@ MODIFIER_NAME = "ARAP Cache"
 
 
 class MeshCacheJob(FramesJob[Path]):
-    """Writes each solved frame to a cache; see export_mesh_cache(). finish() returns the path of the file."""
+    """Writes frames to a cache, in steps; see export_mesh_cache(). finish() returns the path of the file."""
 
     noun = "export"
     doing = "its frames are exported"
 
     def __init__(
-        self, obj: bpy.types.Object, scene: bpy.types.Scene, frames: list[int], path: Path, *, add_modifier: bool
+        self,
+        obj: bpy.types.Object,
+        path: str | Path,
+        start: int,
+        end: int,
+        step: int = 1,
+        scene: bpy.types.Scene | None = None,
+        *,
+        add_modifier: bool = False,
     ) -> None:
-        self._path = path
+        """Checks everything. Arguments and errors as export_mesh_cache()."""
+        scene = scene or bpy.context.scene
+        check_range(start, end, step)
+        check_in_scene(obj, scene)
+        self._path = Path(bpy.path.abspath(str(path)))
+        format_of(self._path)
+        self._step = step
         self._add_modifier = add_modifier
         self._writer: CacheWriter | None = None
-        super().__init__(obj, scene, frames)
+        super().__init__(obj, scene, list(range(start, end + 1, step)))
         fps = scene.render.fps / scene.render.fps_base
-        self._step = frames[1] - frames[0] if len(frames) > 1 else 1
         try:
-            self._writer = CacheWriter(path, len(obj.data.vertices), frames, fps)
+            self._writer = CacheWriter(self._path, len(obj.data.vertices), self._frames, fps)
         except BaseException:
             self.cancel()
             raise
@@ -55,26 +68,6 @@ class MeshCacheJob(FramesJob[Path]):
         if self._add_modifier:
             add_mesh_cache_modifier(obj, self._path, self._frames[0], self._step)
         return self._path
-
-
-def begin_mesh_cache(
-    obj: bpy.types.Object,
-    path: str | Path,
-    start: int,
-    end: int,
-    step: int = 1,
-    scene: bpy.types.Scene | None = None,
-    *,
-    add_modifier: bool = False,
-) -> MeshCacheJob:
-    """Checks everything and returns the job. Arguments as export_mesh_cache()."""
-    scene = scene or bpy.context.scene
-    check_range(start, end, step)
-    check_in_scene(obj, scene)
-    meshes.check_mesh(obj)
-    path = Path(bpy.path.abspath(str(path)))
-    format_of(path)
-    return MeshCacheJob(obj, scene, list(range(start, end + 1, step)), path, add_modifier=add_modifier)
 
 
 def export_mesh_cache(
@@ -112,7 +105,7 @@ def export_mesh_cache(
         RuntimeError: the disk is full.
         Cancelled: ``progress`` returned False; nothing has changed, and there is no new file.
     """
-    return run_job(begin_mesh_cache(obj, path, start, end, step, scene, add_modifier=add_modifier), progress)
+    return run_job(MeshCacheJob(obj, path, start, end, step, scene, add_modifier=add_modifier), progress)
 
 
 def add_mesh_cache_modifier(obj: bpy.types.Object, path: Path, start: int, step: int = 1) -> bpy.types.Modifier:

@@ -12,8 +12,8 @@ from ..core.job import run_job
 from ..core.models import Progress
 from ..core.naming import NAME_BYTES
 from ..core.patches import surface_diagonal
-from ..scene import frame_state, meshes, pose_key, shape_keys
-from .estimate import BakeEstimate, Fit, frames_of
+from ..scene import frame_state, pose_key, shape_keys
+from .estimate import Fit, frames_of
 from .fewest_keys import KeySearch
 from .frames_job import FramesJob
 from .shapes_job import check_in_scene
@@ -23,7 +23,7 @@ IN_THE_TAB = "in the tab: Advanced > Shape Key"
 
 
 class BakeJob(FramesJob[list[str]]):
-    """Bakes frames to shape keys; see begin_bake(). finish() returns the keys' names."""
+    """Bakes frames to shape keys, in steps; see bake_animation(). finish() returns the names of the keys."""
 
     noun = "bake"
     doing = "it is baked"
@@ -31,13 +31,24 @@ class BakeJob(FramesJob[list[str]]):
     def __init__(
         self,
         obj: bpy.types.Object,
-        scene: bpy.types.Scene,
-        frames: list[int],
-        prefix: str,
-        tolerance_percent: float | None,
+        start: int,
+        end: int,
+        step: int = 1,
+        prefix: str = "",
+        scene: bpy.types.Scene | None = None,
+        *,
+        fewest_keys_percent: float | None = None,
     ) -> None:
-        self._prefix = prefix
-        self._tolerance_percent = tolerance_percent
+        """Checks everything. Arguments and errors as bake_animation()."""
+        scene = scene or bpy.context.scene
+        frames = frames_of(start, end, step)
+        check_in_scene(obj, scene)
+        if fewest_keys_percent is not None and not 0.0 <= fewest_keys_percent <= 100.0:
+            raise ValueError(f"fewest_keys_percent = {fewest_keys_percent}, must be between 0 and 100")
+        self._prefix = prefix or f"{pose_key.wanted_name(obj)}_"
+        _check_prefix(obj, self._prefix, frames)
+        shape_keys.check_animatable(obj)
+        self._tolerance_percent = fewest_keys_percent
         self._shapes = ShapeStore(len(obj.data.vertices))
         self._search: KeySearch | None = None
         super().__init__(obj, scene, frames)
@@ -91,35 +102,6 @@ class BakeJob(FramesJob[list[str]]):
         return names
 
 
-def estimate_bake(obj: bpy.types.Object, start: int, end: int, step: int = 1) -> BakeEstimate:
-    """The largest number of keys and bytes that bake_animation() with these arguments can make."""
-    meshes.check_mesh(obj)
-    return BakeEstimate(len(frames_of(start, end, step)), len(obj.data.vertices))
-
-
-def begin_bake(
-    obj: bpy.types.Object,
-    start: int,
-    end: int,
-    step: int = 1,
-    prefix: str = "",
-    scene: bpy.types.Scene | None = None,
-    *,
-    fewest_keys_percent: float | None = None,
-) -> BakeJob:
-    """Checks everything and returns the job. Arguments as bake_animation()."""
-    scene = scene or bpy.context.scene
-    frames = frames_of(start, end, step)
-    check_in_scene(obj, scene)
-    if fewest_keys_percent is not None and not 0.0 <= fewest_keys_percent <= 100.0:
-        raise ValueError(f"fewest_keys_percent = {fewest_keys_percent}, must be between 0 and 100")
-    prefix = prefix or f"{pose_key.wanted_name(obj)}_"
-    meshes.check_mesh(obj)
-    _check_prefix(obj, prefix, frames)
-    shape_keys.check_animatable(obj)
-    return BakeJob(obj, scene, frames, prefix, fewest_keys_percent)
-
-
 def bake_animation(
     obj: bpy.types.Object,
     start: int,
@@ -156,7 +138,7 @@ def bake_animation(
         RuntimeError: the disk is full; a long bake needs a temporary file.
         Cancelled: ``progress`` returned False; nothing has changed.
     """
-    job = begin_bake(obj, start, end, step, prefix, scene, fewest_keys_percent=fewest_keys_percent)
+    job = BakeJob(obj, start, end, step, prefix, scene, fewest_keys_percent=fewest_keys_percent)
     return run_job(job, progress)
 
 

@@ -13,10 +13,10 @@ from ..pose.job_operator import ShapesJobOperator
 from ..pose.result import bake_pose
 from ..scene import mesh_size, versions
 from ..ui.checks import allow, posed_object, reports_errors, why_no_pose, why_not_solvable
-from .cache import MeshCacheJob, begin_mesh_cache
+from .cache import MeshCacheJob
 from .cache_file import FORMATS
-from .estimate import BYTES_PER_VERTEX, check_range, size_text
-from .keys import BakeJob, begin_bake, estimate_bake
+from .estimate import BYTES_PER_VERTEX, BakeEstimate, check_range, frames_of, size_text
+from .keys import BakeJob
 
 FORMAT_ITEMS = (
     ("MDD", "MDD", "Times in seconds. Most programs read it"),
@@ -120,7 +120,6 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.begin_layout()
-        obj = posed_object(context)
         self.draw_range()
         column = layout.column(align=True)
         column.prop(self, "use_fewest_keys")
@@ -130,7 +129,8 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         if self.use_fewest_keys:
             self.draw_size(lambda: f"Largest error {self._tolerance_text(context)}", "DRIVER_DISTANCE")
         most = "Up to " if self.use_fewest_keys else ""
-        self.draw_size(lambda: f"{most}{estimate_bake(obj, *self.frame_range)}", "SHAPEKEY_DATA")
+        n_vertices = len(posed_object(context).data.vertices)
+        self.draw_size(lambda: f"{most}{BakeEstimate(len(frames_of(*self.frame_range)), n_vertices)}", "SHAPEKEY_DATA")
 
     def _tolerance_text(self, context: bpy.types.Context) -> str:
         size = mesh_size.diagonal(posed_object(context), context.evaluated_depsgraph_get())
@@ -139,7 +139,7 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         percent = self.fewest_keys_percent if self.use_fewest_keys else None
-        job = begin_bake(posed_object(context), *self.frame_range, fewest_keys_percent=percent)
+        job = BakeJob(posed_object(context), *self.frame_range, fewest_keys_percent=percent)
         return self.work_off(context, job)
 
     def report_shapes(self, job: BakeJob, names: list[str]) -> None:
@@ -199,7 +199,7 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        job = begin_mesh_cache(obj, self.filepath, *self.frame_range, add_modifier=self.add_modifier)
+        job = MeshCacheJob(obj, self.filepath, *self.frame_range, add_modifier=self.add_modifier)
         return self.work_off(context, job)
 
     def report_shapes(self, job: MeshCacheJob, path: Path) -> None:

@@ -15,11 +15,11 @@ from ..core.arrays import Float32s, Floats
 from ..core.job import STEP_S
 from ..core.session import Session
 from ..core.session_data import Readout, readout_of_whole
-from ..core.sessions import SessionInput
+from ..core.session_input import SessionInput
 from ..core.worker import Binding
 from ..follow import mesh
-from ..follow.update import build_session, session_input
 from ..scene import meshes
+from ..scene.inputs import read_input
 
 Result = TypeVar("Result")
 
@@ -55,7 +55,7 @@ class ShapesJob(ABC, Generic[Result]):
         """Called with each solved shape, (n, 3). The next solve writes over the array."""
         self.readouts: list[Readout] = []
         """One for each solved shape."""
-        self._inputs = session_input(obj, depsgraph_of(scene))
+        self._inputs = read_input(obj, depsgraph_of(scene))
         session = mesh.fitting(obj, self._inputs)
         if session is None:
             self._begin_bind(self._inputs)
@@ -155,7 +155,7 @@ class ShapesJob(ABC, Generic[Result]):
                 self._end_bind(self._bind.result())
 
     def _begin_bind(self, inputs: SessionInput) -> None:
-        self._bind = Binding(lambda progress: build_session(inputs, progress))
+        self._bind = Binding(lambda progress: sessions.build(inputs, progress))
 
     def _end_bind(self, session: Session) -> None:
         if self._session is None:
@@ -219,11 +219,12 @@ class ShapesJob(ABC, Generic[Result]):
 
 
 def check_in_scene(obj: bpy.types.Object | None, scene: bpy.types.Scene) -> None:
-    """Raises ValueError if the object is not in the scene."""
+    """Raises ValueError if it is no mesh that can be posed, or not in the scene."""
     if obj is None or scene not in obj.users_scene:
         raise ValueError(
             f"'{obj.name if obj else 'Nothing'}' is not in scene '{scene.name}': choose one of its objects"
         )
+    meshes.check_mesh(obj)
 
 
 def depsgraph_of(scene: bpy.types.Scene) -> bpy.types.Depsgraph:

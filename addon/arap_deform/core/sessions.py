@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The live sessions by object name, when one no longer fits its scene, and which act has a mesh. No Blender data.
+"""The live sessions by object name: how one is made, which act has a mesh, what the last solve did. No Blender data.
 
 Names, because references to Blender's objects do not survive an undo. They are of objects of this file, so whoever asks
 for an object that may be linked, as panels do, asks for its full name.
@@ -7,89 +7,15 @@ for an object that may be linked, as panels do, asks for its full name.
 
 from __future__ import annotations
 
-import zlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from .arrays import Floats
+from . import native
+from .models import Progress
 from .session import Session
-from .session_data import Readout, SessionMesh, SessionSettings
-from .stiffness import StiffGroup
-from .targets import HandleSpec
-
-# Single-precision world matrices of a turning object differ by less; a user's change of scale by more.
-STRETCH_TOLERANCE = 1e-5
-
-Counts = tuple[int, int, int, int]
-
-
-@dataclass(frozen=True)
-class GroupHold:
-    """A pin or handle that holds the vertices of a vertex group. ``is_exact``: see HandleSpec."""
-
-    group: str
-    is_exact: bool = True
-
-
-Hold = GroupHold
-"""What a pin or handle holds. Another kind is another class here, and a branch in scene.inputs.spec_of()."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SceneState:
-    """What a frame compares with the session: all that takes no longer than microseconds to read. No Blender data.
-
-    Attributes:
-        counts: of vertices, edges, corners and faces.
-        stretch: (3, 3) float64, see transforms.stretch_of().
-        holds: of the enabled pins, then of the enabled handles.
-        key_name: the shape key that takes the pose.
-    """
-
-    object_name: str
-    counts: Counts
-    stretch: Floats
-    settings: SessionSettings
-    holds: tuple[Hold, ...]
-    stiff_groups: tuple[StiffGroup, ...] = ()
-    key_name: str = ""
-
-
-@dataclass(frozen=True)
-class MeshSignature:
-    """A fingerprint of the arrays that a session was bound to."""
-
-    topology: int
-    rest: int
-    properties: int
-
-    @classmethod
-    def of(cls, mesh: SessionMesh, properties: Sequence[NDArray[np.generic] | None]) -> MeshSignature:
-        """``properties``: stiffness and rigid regions."""
-        return cls(
-            _crc(mesh.corner_vertices, mesh.face_sizes),
-            _crc(mesh.rest_positions.astype(np.float32)),
-            _crc(*(array for array in properties if array is not None)),
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
-class SessionInput(SceneState):
-    """Everything a session needs, read from the scene. Any thread may use it.
-
-    Attributes:
-        specs: in the order of ``holds``.
-    """
-
-    mesh: SessionMesh
-    specs: tuple[HandleSpec, ...]
-    signature: MeshSignature
-    stiffness: Floats | None = field(default=None, repr=False)
-    rigid_regions: NDArray[np.int32] | None = field(default=None, repr=False)
+from .session_data import Readout
+from .session_input import SessionInput, difference_of_bind
 
 
 @dataclass
@@ -173,77 +99,42 @@ def set_readout(object_name: str, value: Readout) -> None:
     _readouts[object_name] = value
 
 
-def difference_of_bind(old: SessionInput, new: SessionInput) -> str:
-    """Why a session of ``old`` must bind again for ``new``, one sentence; '' where it need not."""
-    if old.counts != new.counts:
-        return counts_differ(new.object_name, old.counts, new.counts)
-    if old.signature.topology != new.signature.topology:
-        return f"The faces of '{new.object_name}' have changed"
-    if old.signature.rest != new.signature.rest:
-        return f"The rest shape of '{new.object_name}' has changed"
-    if old.signature.properties != new.signature.properties:
-        return stiffness_differs(new.object_name)
-    if old.settings.of_bind != new.settings.of_bind:
-        return settings_differ(new.object_name)
-    if not is_same_stretch(old.stretch, new.stretch):
-        return stretch_differs(new.object_name)
-    return ""
+def build(inputs: SessionInput, progress: Progress | None = None) -> Session:
+    """Binds and factorizes. Touches no Blender data: may run in a worker thread; ``progress`` is called there.
 
-
-def difference(old: SessionInput, new: SessionInput) -> str:
-    """As difference_of_bind(), and both must hold the same vertices in the same way and from the same places."""
-    # A pull may hold what handles hold, but not from rest.
-    are_same = len(old.specs) == len(new.specs) and all(
-        a.is_same_as(b) and a.base is b.base for a, b in zip(old.specs, new.specs, strict=True)
+    Raises:
+        ValueError: the mesh cannot be used. RuntimeError: no native module, or the solver failed. Cancelled.
+    """
+    session = Session(
+        native.load(),
+        inputs.mesh,
+        inputs.stretch,
+        inputs.settings,
+        stiffness=inputs.stiffness,
+        rigid_regions=inputs.rigid_regions,
+        progress=part(progress, 0.0, 0.5),
     )
-    return difference_of_bind(old, new) or ("" if are_same else groups_differ(new.object_name))
+    session.set_handles(inputs.specs, progress=part(progress, 0.5, 1.0))
+    return session
 
 
-def difference_of_scene(old: SceneState, new: SceneState) -> str:
-    """Why a session of ``old`` cannot go on with the scene as it is now, one sentence; '' if it can."""
-    if old.key_name != new.key_name:
-        return key_differs(new.object_name)  # the pose would show twice, in the former key and in this one
-    if old.counts != new.counts:
-        return counts_differ(new.object_name, old.counts, new.counts)
-    if old.holds != new.holds:
-        return groups_differ(new.object_name)
-    if old.settings.of_bind != new.settings.of_bind:
-        return settings_differ(new.object_name)
-    if old.stiff_groups != new.stiff_groups:
-        return stiffness_differs(new.object_name)
-    return "" if is_same_stretch(old.stretch, new.stretch) else stretch_differs(new.object_name)
+def rebuild(inputs: SessionInput, former: Bound | None, progress: Progress | None = None) -> Session:
+    """build(), or the former session with the handles of ``inputs`` where its bind fits.
+
+    The former one must not be the object's live one any more: while this runs, in whatever thread, it is busy.
+
+    Raises:
+        As build().
+    """
+    if former is None or difference_of_bind(former.inputs, inputs):
+        return build(inputs, progress)
+    former.session.set_handles(inputs.specs, progress)
+    former.session.settings = inputs.settings
+    return former.session
 
 
-def counts_differ(name: str, old: Counts, new: Counts) -> str:
-    return f"The mesh of '{name}' has changed ({old[0]} vertices and {old[3]} faces, now {new[0]} and {new[3]})"
-
-
-def settings_differ(name: str) -> str:
-    return f"Energy, rigidity, weights, threads or seams of '{name}' have changed"
-
-
-def stiffness_differs(name: str) -> str:
-    return f"The stiffness of '{name}' has changed"
-
-
-def stretch_differs(name: str) -> str:
-    return f"The scale of '{name}' has changed"
-
-
-def key_differs(name: str) -> str:
-    return f"The pose of '{name}' has another shape key now"
-
-
-def groups_differ(name: str) -> str:
-    return f"The pins or handles of '{name}' have changed"
-
-
-def is_same_stretch(old: Floats, new: Floats) -> bool:
-    return bool(np.abs(old - new).max() <= STRETCH_TOLERANCE * np.abs(old).max())
-
-
-def _crc(*arrays: NDArray[np.generic]) -> int:
-    value = 0
-    for array in arrays:
-        value = zlib.crc32(array.tobytes(), value)
-    return value
+def part(progress: Progress | None, start: float, end: float) -> Progress | None:
+    """``progress`` for a part of the work, from ``start`` to ``end`` of the whole."""
+    if progress is None:
+        return None
+    return lambda fraction: progress(start + fraction * (end - start))

@@ -8,10 +8,9 @@ import bpy
 from ..core import sessions
 from ..core.arrays import Float32s
 from ..core.session import Session
-from ..core.sessions import SessionInput
+from ..core.session_input import SessionInput
 from ..core.worker import Binding
 from . import mesh
-from .update import end_session, rebuild_session
 
 
 class SessionBinding(Binding[Session]):
@@ -22,15 +21,15 @@ class SessionBinding(Binding[Session]):
 
         Args:
             obj: the mesh.
-            inputs: of session_input().
+            inputs: of read_input().
             start: (n, 3) where the session begins; None: at the pose that the key has.
         """
         self._name = obj.name
         self._inputs = inputs
         self._start_positions = start
         self._former = former = sessions.get(obj.name)
-        end_session(obj)  # busy from here on
-        super().__init__(lambda progress: rebuild_session(inputs, former, progress))
+        sessions.drop(obj.name)  # busy from here on
+        super().__init__(lambda progress: sessions.rebuild(inputs, former, progress))
 
     def drop(self) -> None:
         """Asks the work to stop; where it has not begun, the former session is the live one again."""

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from ..core import sessions
 from ..core.arrays import Floats
+from ..core.session import Session
 from ..core.session_data import Readout
-from ..core.sessions import Hold
-from ..scene import handle_motion, meshes, pose_key
+from ..core.session_input import Hold, difference, difference_of_scene
+from ..props import hooks
+from ..scene import handle_motion, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input, read_state
 from . import mesh
 
@@ -52,14 +54,15 @@ class Frame:
         try:
             meshes.check_mesh(obj)
             self._world: Floats = meshes.read_matrix(obj, depsgraph)
+            stretch = meshes.stretch_in(obj, self._world)
             self._key = pose_key.look(obj)
-            state = read_state(obj, self._world, self._key.name)
+            state = read_state(obj, stretch, self._key.name)
             if holds is not None:
                 state = replace(state, holds=holds)
             self.settings = state.settings
-            self.problem = sessions.difference_of_scene(self._bound.inputs, state)
+            self.problem = difference_of_scene(self._bound.inputs, state)
             if is_thorough and not self.problem:
-                self.problem = sessions.difference(self._bound.inputs, read_input(obj, depsgraph, use_nodes=use_nodes))
+                self.problem = difference(self._bound.inputs, read_input(obj, depsgraph, use_nodes=use_nodes))
         except ValueError as error:
             self.problem = str(error)
 
@@ -104,5 +107,14 @@ class Frame:
                 time_limit_s=time_limit_s,
                 sufficient_accuracy=sufficient_accuracy,
             )
-        mesh.write_pose(self._obj, key, session, result)
+        write_pose(self._obj, key, session, result)
         return result
+
+
+def write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout) -> None:
+    """Shows where the session is, and remembers what the solve did."""
+    shape_keys.write(obj, key, session.positions)
+    shape_keys.show(key)
+    sessions.set_readout(obj.name, result)
+    for posed in hooks.posed:
+        posed(obj)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is done with the live session of an object: adopted, held against the scene, updated, its pose written.
+"""What is done with the live session of an object: it is adopted, brought up to date, and its pose is written.
 
-For whoever has the mesh, an act or Live: nobody is asked here. Scripts come in through api, which asks.
+For the act or the Live run that has the mesh: nothing here asks who has it.
 """
 
 from __future__ import annotations
@@ -15,14 +15,18 @@ from ..core.arrays import Floats
 from ..core.models import Progress
 from ..core.session import Session
 from ..core.session_data import Readout
-from ..core.sessions import Bound, SessionInput
-from ..props import hooks
+from ..core.session_input import SessionInput, counts_differ, difference
+from ..core.sessions import Bound
 from ..scene import pose_key, shape_keys
 from ..scene.inputs import counts_of
 
 
 def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None:
-    """As api.adopt_session()."""
+    """Makes ``session`` the object's live one and starts it from the pose shown. Main thread only.
+
+    Raises:
+        RuntimeError: the mesh has changed since ``inputs`` were read.
+    """
     reason = counts_problem(obj, inputs)
     if reason:
         raise RuntimeError(f"{reason} while it was being prepared: start again")
@@ -31,7 +35,7 @@ def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None
 
 
 def sync(obj: bpy.types.Object) -> None:
-    """As api.sync_session()."""
+    """Lets the live session, if any, go on from the pose that the key shows now: after an undo, for example."""
     bound = sessions.get(obj.name)
     if bound is None:
         return
@@ -54,7 +58,7 @@ def refresh(obj: bpy.types.Object, bound: Bound, inputs: SessionInput) -> None:
 def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
     """The object's live session, brought up to date, where ``inputs`` need no bind and no factorization; else None."""
     bound = sessions.get(obj.name)
-    if bound is None or sessions.difference(bound.inputs, inputs):
+    if bound is None or difference(bound.inputs, inputs):
         return None
     refresh(obj, bound, inputs)
     return bound.session
@@ -91,13 +95,4 @@ def solve_from_rest(
 def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
     """Why the mesh is no longer the one that ``inputs`` were read of, '' while it is."""
     before, now = inputs.counts, counts_of(obj)
-    return "" if now == before else sessions.counts_differ(obj.name, before, now)
-
-
-def write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout) -> None:
-    """Shows where the session is, and remembers what the solve did."""
-    shape_keys.write(obj, key, session.positions)
-    shape_keys.show(key)
-    sessions.set_readout(obj.name, result)
-    for posed in hooks.posed:
-        posed(obj)
+    return "" if now == before else counts_differ(obj.name, before, now)

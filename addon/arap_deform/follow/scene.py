@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.session_data import Readout
-from ..core.sessions import SessionInput
+from ..core.session_input import SessionInput
 from ..scene import redraw, versions
+from ..scene.inputs import read_input
 from . import mesh
 from .bind import SessionBinding
 from .frame import Frame
-from .update import session_input
 
 # A stroke of a brush tags the mesh at every step. Where Blender does not say whether one is under way, it has ended
 # once there was none for this time.
@@ -138,7 +138,7 @@ class BlenderFollowScene:
         return int(self._obj().arap.max_iterations)
 
     def _read_inputs(self) -> SessionInput:
-        return session_input(self._obj(), self._depsgraph())
+        return read_input(self._obj(), self._depsgraph())
 
     def _obj(self) -> bpy.types.Object:
         obj = self.obj

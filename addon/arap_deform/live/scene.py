@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from ..core import sessions
 from ..core.session_data import Readout
-from ..core.sessions import SessionInput
+from ..core.session_input import SessionInput
 from ..follow.bind import SessionBinding
 from ..follow.scene import BlenderFollowScene
-from ..follow.update import session_input
 from ..scene import meshes, pose_key
+from ..scene.inputs import read_input
 from .run import NotNow
 
 PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
@@ -97,7 +97,7 @@ class BlenderLiveScene(BlenderFollowScene):
     def _read_inputs(self) -> SessionInput:
         # Within a handler nothing may be added to the scene.
         use_nodes = False if self.depsgraph is not None else None
-        return session_input(self._obj(), self._depsgraph(), use_nodes=use_nodes)
+        return read_input(self._obj(), self._depsgraph(), use_nodes=use_nodes)
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
         if self.depsgraph is not None:

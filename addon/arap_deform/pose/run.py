@@ -8,7 +8,6 @@ import bpy
 from ..core import sessions
 from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 from ..follow.scene import is_rendering
-from ..follow.update import end_session
 from ..live.runs import give_up
 from ..props import preferences
 from ..scene import app_handlers, redraw
@@ -35,7 +34,7 @@ class ActRun:
         sessions.release(self.scene.name, self.act)
         obj = self.scene.obj
         if obj is None:
-            end_session(self.scene.name)
+            sessions.drop(self.scene.name)
         elif end.how is Ending.RESTORE:
             end = restored(end, lambda: self.scene.restore(obj))
         self._modal.end()

@@ -8,7 +8,7 @@ import bpy
 from ..core import sessions
 from ..core.arrays import Floats
 from ..core.session_data import Readout
-from ..core.sessions import SessionInput
+from ..core.session_input import SessionInput
 from ..follow.scene import BlenderFollowScene
 from ..scene import pose_key
 from ..setup.handles import handle_problem

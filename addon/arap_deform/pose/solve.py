@@ -10,12 +10,14 @@ from ..core.job import STEP_S
 from ..core.models import Progress
 from ..core.session import Session
 from ..core.session_data import Readout
+from ..core.session_input import difference_of_bind
 from ..core.sessions import Bound
 from ..core.worker import Binding
 from ..follow import mesh
-from ..follow.frame import Frame
-from ..follow.update import part, prepare_session, rebuild_session, session_input
+from ..follow.frame import Frame, write_pose
+from ..follow.update import prepare_session
 from ..scene import handle_motion, meshes, pose_key, shape_keys
+from ..scene.inputs import read_input
 
 BIND_SHARE = 0.3  # of the progress of a solve that has to bind first
 
@@ -28,17 +30,16 @@ def solve(
     Starts from rest, with the initial guess from the rotations of the handles: the same file gives the same result.
 
     Raises:
-        ValueError, RuntimeError, Cancelled: as session_input() and build_session(); ValueError if the shape key would
+        ValueError, RuntimeError, Cancelled: as read_input() and sessions.build(); ValueError if the shape key would
             not show the pose; RuntimeError if an act uses the mesh. The mesh stays as it was.
     """
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
     _check(obj)
-    is_bound = not Frame(obj, depsgraph).problem
-    session = prepare_session(obj, depsgraph, part(progress, 0.0, 0.0 if is_bound else BIND_SHARE))
-    result = mesh.solve_from_rest(
-        session, handle_motion.handle_matrices(obj, depsgraph), part(progress, 0.0 if is_bound else BIND_SHARE, 1.0)
-    )
-    mesh.write_pose(obj, pose_key.writable(obj), session, result)
+    share = BIND_SHARE if Frame(obj, depsgraph).problem else 0.0
+    session = prepare_session(obj, depsgraph, sessions.part(progress, 0.0, share))
+    matrices = handle_motion.handle_matrices(obj, depsgraph)
+    result = mesh.solve_from_rest(session, matrices, sessions.part(progress, share, 1.0))
+    write_pose(obj, pose_key.writable(obj), session, result)
     return result
 
 
@@ -60,10 +61,10 @@ class SolveJob:
     def __init__(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
         """Of a checked object: see begin_solve()."""
         self.object_name: str = obj.name
-        self._inputs = session_input(obj, depsgraph)
+        self._inputs = read_input(obj, depsgraph)
         self._matrices = handle_motion.handle_matrices(obj, depsgraph)
         self._former = sessions.get(obj.name)
-        self._is_bound = self._former is not None and not sessions.difference_of_bind(self._former.inputs, self._inputs)
+        self._is_bound = self._former is not None and not difference_of_bind(self._former.inputs, self._inputs)
         self._session: Session | None = None
         self._work = Binding(self._run)
         sessions.drop(obj.name)  # the thread uses it now
@@ -96,7 +97,7 @@ class SolveJob:
         if reason:
             raise RuntimeError(f"{reason} while it was solved: solve again")
         sessions.put(self.object_name, Bound(self._session, self._inputs))
-        mesh.write_pose(obj, pose_key.writable(obj), self._session, result)
+        write_pose(obj, pose_key.writable(obj), self._session, result)
         sessions.release(self.object_name, self)
         return result
 
@@ -116,9 +117,9 @@ class SolveJob:
 
     def _run(self, progress: Progress) -> Readout:
         share = 0.0 if self._is_bound else BIND_SHARE
-        session = rebuild_session(self._inputs, self._former, part(progress, 0.0, share))
+        session = sessions.rebuild(self._inputs, self._former, sessions.part(progress, 0.0, share))
         self._session = session
-        return mesh.solve_from_rest(session, self._matrices, part(progress, share, 1.0))
+        return mesh.solve_from_rest(session, self._matrices, sessions.part(progress, share, 1.0))
 
 
 def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> Readout:

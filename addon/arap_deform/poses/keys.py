@@ -15,7 +15,7 @@ from ..bake.store import ShapeStore
 from ..core.arrays import Float32s, Floats
 from ..core.job import run_job
 from ..core.models import Progress
-from ..scene import meshes, pose_key, shape_keys
+from ..scene import pose_key, shape_keys
 from . import library
 
 if TYPE_CHECKING:
@@ -23,16 +23,23 @@ if TYPE_CHECKING:
 
 
 class PoseKeysJob(ShapesJob[list[str]]):
-    """Makes shape keys of stored poses; see begin_pose_keys(). finish() returns the keys' names."""
+    """Makes shape keys of stored poses, in steps; see poses_to_keys(). finish() returns the names of the keys."""
 
     noun = "making of shape keys"
     doing = "shape keys are made of its poses"
 
-    def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, names: list[str]) -> None:
-        self._names = names
-        self._pose_matrices = [matrices_of(obj, name) for name in names]
+    def __init__(
+        self, obj: bpy.types.Object, names: Sequence[str] | None = None, scene: bpy.types.Scene | None = None
+    ) -> None:
+        """Checks everything. Arguments and errors as poses_to_keys()."""
+        scene = scene or bpy.context.scene
+        check_in_scene(obj, scene)
+        self._names = [pose.name for pose in obj.arap.poses] if names is None else list(names)
+        if not self._names:
+            raise ValueError(f"'{obj.name}' has no stored poses: store one first")
+        self._pose_matrices = [matrices_of(obj, name) for name in self._names]
         self._shapes = ShapeStore(len(obj.data.vertices))
-        super().__init__(obj, scene, len(names))
+        super().__init__(obj, scene, len(self._names))
 
     def cancel(self) -> None:
         super().cancel()
@@ -75,19 +82,6 @@ class PoseKeysJob(ShapesJob[list[str]]):
         return names
 
 
-def begin_pose_keys(
-    obj: bpy.types.Object, names: Sequence[str] | None = None, scene: bpy.types.Scene | None = None
-) -> PoseKeysJob:
-    """Checks everything and returns the job. Arguments as poses_to_keys()."""
-    scene = scene or bpy.context.scene
-    check_in_scene(obj, scene)
-    meshes.check_mesh(obj)
-    names = [pose.name for pose in obj.arap.poses] if names is None else list(names)
-    if not names:
-        raise ValueError(f"'{obj.name}' has no stored poses: store one first")
-    return PoseKeysJob(obj, scene, names)
-
-
 def poses_to_keys(
     obj: bpy.types.Object,
     names: Sequence[str] | None = None,
@@ -112,7 +106,7 @@ def poses_to_keys(
         ValueError: no such pose or none at all, linked or shared mesh data, and as solve().
         Cancelled: ``progress`` returned False; nothing has changed.
     """
-    return run_job(begin_pose_keys(obj, names, scene), progress)
+    return run_job(PoseKeysJob(obj, names, scene), progress)
 
 
 def matrices_of(obj: bpy.types.Object, name: str) -> Floats:

@@ -15,7 +15,7 @@ from ..ui.checks import (
     why_not_object_mode,
     why_not_solvable,
 )
-from .keys import PoseKeysJob, begin_pose_keys
+from .keys import PoseKeysJob
 from .library import delete_pose, mirror_pose, store_pose
 
 AXES = (
@@ -164,7 +164,7 @@ class ARAP_OT_poses_to_keys(ShapesJobOperator, bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        return self.work_off(context, begin_pose_keys(posed_object(context)))
+        return self.work_off(context, PoseKeysJob(posed_object(context)))
 
     def report_shapes(self, _job: PoseKeysJob, names: list[str]) -> None:
         n = len(names)

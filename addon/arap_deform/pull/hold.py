@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Float32s, Floats, Ints
-from ..core.sessions import GroupHold, Hold, SessionInput
+from ..core.session_input import GroupHold, Hold, SessionInput
 from ..core.targets import HandleSpec
 from ..core.transforms import best_rigid_fit, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys
@@ -76,7 +76,7 @@ def begin_pull(
         begun: the drag that goes on with these grabs; None: a new drag.
 
     Raises:
-        ValueError: as session_input(), but pins and handles may be missing; the key would not show the pose; or a pin
+        ValueError: as read_input(), but pins and handles may be missing; the key would not show the pose; or a pin
             or handle holds one of ``grabs``.
     """
     inputs = read_input(obj, depsgraph, needs_holds=False)

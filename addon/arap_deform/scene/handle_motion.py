@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
-from ..core.sessions import GroupHold, Hold
 from ..core.transforms import best_rigid_fit
 from . import meshes, pose_key, shape_keys
 
@@ -50,13 +49,6 @@ def motion_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.De
     now = target_matrix(handle.target, handle.bone, depsgraph)
     rest = np.array(handle.rest, dtype=np.float64)
     return np.asarray(np.linalg.inv(object_matrix(obj, depsgraph)) @ now @ np.linalg.inv(rest))
-
-
-def enabled_holds(obj: bpy.types.Object, besides: ArapHandle | None = None) -> tuple[Hold, ...]:
-    """Of the enabled pins, then of the enabled handles but one: the order of the session's handles."""
-    pins = [GroupHold(pin.name) for pin in obj.arap.pins if pin.is_enabled]
-    handles = (handle for handle in obj.arap.handles if handle.is_enabled and handle != besides)
-    return (*pins, *(GroupHold(handle.vertex_group, handle.is_exact) for handle in handles))
 
 
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:

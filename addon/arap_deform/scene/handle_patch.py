@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ..core import native
 from ..core.patches import local_patch, neighbourhood, reaches_of_points, surface_diagonal
 from ..core.targets import HandleSpec, Patch
-from . import handle_motion, meshes
-from .inputs import settings_of, spec_of
+from . import meshes
+from .inputs import enabled_holds, settings_of, spec_of
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -68,6 +68,6 @@ def find_patch(
 
 
 def _other_specs(obj: bpy.types.Object, besides: ArapHandle | None, use_nodes: bool | None) -> list[HandleSpec]:
-    holds = [hold for hold in handle_motion.enabled_holds(obj, besides) if hold.group in obj.vertex_groups]
+    holds = [hold for hold in enabled_holds(obj, besides) if hold.group in obj.vertex_groups]
     weights = meshes.read_weights(obj, sorted({hold.group for hold in holds}), use_nodes=use_nodes)
     return [spec_of(hold, weights[hold.group]) for hold in holds]

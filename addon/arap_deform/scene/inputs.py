@@ -3,16 +3,21 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import bpy
 import numpy as np
 
 from ..core.arrays import Floats
 from ..core.session_data import SessionSettings
-from ..core.sessions import Counts, Hold, MeshSignature, SceneState, SessionInput
+from ..core.session_input import Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
 from ..core.stiffness import StiffGroup, regions_of, stiffness_of
 from ..core.targets import HandleSpec
 from ..props import preferences
 from . import handle_motion, meshes, pose_key, shape_keys
+
+if TYPE_CHECKING:
+    from ..props.handles import ArapHandle
 
 
 def settings_of(obj: bpy.types.Object) -> SessionSettings:
@@ -37,24 +42,20 @@ def spec_of(hold: Hold, weights: Floats) -> HandleSpec:
     return HandleSpec(hold.group, vertices, weights[vertices], hold.is_exact)
 
 
-def read_state(obj: bpy.types.Object, world: Floats, key_name: str) -> SceneState:
+def read_state(obj: bpy.types.Object, stretch: Floats, key_name: str) -> SceneState:
     """What a frame compares with the session.
 
     Args:
-        obj: the mesh.
-        world: (4, 4) its evaluated matrix.
+        obj: a mesh that can be posed.
+        stretch: (3, 3) of its evaluated matrix.
         key_name: the shape key that takes the pose.
-
-    Raises:
-        ValueError: not a mesh that can be posed, or a singular scale.
     """
-    meshes.check_mesh(obj)
     return SceneState(
         object_name=obj.name,
         counts=counts_of(obj),
-        stretch=meshes.stretch_in(obj, world),
+        stretch=stretch,
         settings=settings_of(obj),
-        holds=handle_motion.enabled_holds(obj),
+        holds=enabled_holds(obj),
         stiff_groups=enabled_stiffness(obj),
         key_name=key_name,
     )
@@ -67,15 +68,20 @@ def read_input(
     use_nodes: bool | None = None,
     needs_holds: bool = True,
 ) -> SessionInput:
-    """As api.session_input().
+    """Reads mesh, groups and settings. Main thread only.
 
     Args:
         obj: the mesh.
         depsgraph: for its scale.
         use_nodes: see versions.read_group_weights().
         needs_holds: refuse a mesh without pins and handles.
+
+    Raises:
+        ValueError: not a mesh, in Edit Mode, linked or shared data, absolute keys, singular scale, a pin or handle
+            without its group or object, a handle whose group has no weights, nothing pinned or handled.
     """
-    state = read_state(obj, meshes.read_matrix(obj, depsgraph), pose_key.name_of(obj))
+    meshes.check_mesh(obj)
+    state = read_state(obj, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
     shape_keys.check_writable(obj)
     pose_key.check_name(obj)
     handle_motion.check_handles(obj, depsgraph)
@@ -108,6 +114,13 @@ def counts_of(obj: bpy.types.Object) -> Counts:
     """Vertices, edges, corners, faces."""
     mesh = obj.data
     return len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)
+
+
+def enabled_holds(obj: bpy.types.Object, besides: ArapHandle | None = None) -> tuple[Hold, ...]:
+    """Of the enabled pins, then of the enabled handles but one: the order of the session's handles."""
+    pins = [GroupHold(pin.name) for pin in obj.arap.pins if pin.is_enabled]
+    handles = (handle for handle in obj.arap.handles if handle.is_enabled and handle != besides)
+    return (*pins, *(GroupHold(handle.vertex_group, handle.is_exact) for handle in handles))
 
 
 def enabled_stiffness(obj: bpy.types.Object) -> tuple[StiffGroup, ...]:

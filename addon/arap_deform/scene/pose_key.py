@@ -13,6 +13,7 @@ import bpy
 
 from ..core import sessions
 from ..core.arrays import Float32s
+from ..core.session_input import key_differs
 from ..props import preferences
 from . import shape_keys
 
@@ -62,8 +63,9 @@ class PoseKey:
 def look(obj: bpy.types.Object) -> PoseKey:
     """Finds the live key. Its name is the wanted one, numbered if a key of the artist's own has that."""
     name = wanted_name(obj)
+    is_ours = _is_made(obj, name)
     key = shape_keys.find(obj, name)
-    if key is None or _is_made(obj, name):
+    if key is None or is_ours:
         return PoseKey(name, key)
     return PoseKey(shape_keys.free_name(obj, name), None)
 
@@ -163,7 +165,7 @@ class KeyFollower:
         key = find(obj)
         if self._name in {"", wanted_name(obj)} or (key is not None and key.as_pointer() == self._address):
             return ""
-        return f"{sessions.key_differs(obj.name)}, and is kept in '{self._name}'"
+        return f"{key_differs(obj.name)}, and is kept in '{self._name}'"
 
     def follow(self, obj: bpy.types.Object) -> bool:
         """Goes along where somebody has renamed the key; False where it was removed."""

@@ -9,17 +9,18 @@ import numpy as np
 from ..core.arrays import Floats, Ints
 from ..core.graph import connected_labels, face_edges
 from . import handle_motion, meshes
+from .inputs import enabled_holds
 
 
 def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, int]:
     """The vertices, (k,) int32 ascending, and how many parts of the mesh they are, loose ones not counted.
 
     Raises:
-        ValueError: as session_input(), where the mesh cannot be used or nothing holds or moves any of it.
+        ValueError: as read_input(), where the mesh cannot be used or nothing holds or moves any of it.
     """
     meshes.check_mesh(obj)
     handle_motion.check_handles(obj, depsgraph)
-    names = sorted({hold.group for hold in handle_motion.enabled_holds(obj)})
+    names = sorted({hold.group for hold in enabled_holds(obj)})
     if not names:
         raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
     is_held = np.any([weights > 0.0 for weights in meshes.read_weights(obj, names).values()], axis=0)

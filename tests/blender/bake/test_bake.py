@@ -182,9 +182,6 @@ class BakeTest(SceneTest):
         names = self.api.bake_animation(obj, 1, 11, 10, scene=other)
         self.assertGreater(np.abs(key_positions(obj, names[1]) - rest_positions(obj)).max(), 1.0)
 
-    def test_estimate(self):
-        self.assertEqual(self.api.estimate_bake(mesh_object(), 1, 48), module("bake.estimate").BakeEstimate(48, 136))
-
 
 class CancelTest(SceneTest):
     def test_a_cancelled_bake_leaves_nothing(self):
@@ -286,20 +283,20 @@ class CancelTest(SceneTest):
     def test_a_job_binds_first(self):
         """The bind runs in a thread; a cancel drops it, and its error ends the job."""
         obj = animated()
-        job = self.api.begin_bake(obj, 1, 21, 10)
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
         self.assertIsNotNone(job.bind_fraction)
         job.cancel()
         self.assertIsNone(module("core.sessions").get("Tube"))
-        job = self.api.begin_bake(obj, 1, 21, 10)
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
         while job.bind_fraction is not None:
             self.assertTrue(job.step())
         self.assertEqual(job.fraction, 0.0)
         job.cancel()
-        again = self.api.begin_bake(obj, 1, 21, 10)
+        again = module("bake.keys").BakeJob(obj, 1, 21, 10)
         self.assertIsNone(again.bind_fraction)
         again.cancel()
         obj.data.vertices[9].co.x = float("nan")
-        job = self.api.begin_bake(obj, 1, 21, 10)
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
         with self.assertRaisesRegex(ValueError, "9"):
             while job.step():
                 pass
@@ -310,7 +307,7 @@ class CancelTest(SceneTest):
         obj.arap.accuracy = 1e-9
         self.scene.frame_set(3)
         before = data_of(obj)
-        job = self.api.begin_bake(obj, 1, 21, 10)
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
         steps = 0
         while job.step(time_limit_s=1e-6):
             steps += 1
@@ -319,7 +316,7 @@ class CancelTest(SceneTest):
         self.assertEqual(job.fraction, 1.0)
         job.cancel()
         self.assertEqual(data_of(obj), before)
-        whole = self.api.begin_bake(obj, 1, 21, 10)
+        whole = module("bake.keys").BakeJob(obj, 1, 21, 10)
         message = "The bake of 'Tube' is not done: call step() until it returns False"
         self.assert_error(RuntimeError, message, whole.finish)
         while whole.step(time_limit_s=60.0):
@@ -331,7 +328,7 @@ class CancelTest(SceneTest):
 
     def test_a_job_whose_object_or_mesh_goes_says_so(self):
         obj = animated()
-        job = self.api.begin_bake(obj, 1, 21, 10)
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
         obj.data.vertices.add(1)
         message = "The mesh of 'Tube' has changed (136 vertices, now 137): the bake has ended"
         self.assert_error(RuntimeError, message, job.step)
@@ -362,8 +359,7 @@ class RefusalTest(SceneTest):
         for percent in (-1.0, 101.0, float("nan")):
             message = f"fewest_keys_percent = {percent}, must be between 0 and 100"
             self.assert_refused(message, obj, 1, 5, fewest_keys_percent=percent)
-        for function in (self.api.bake_animation, self.api.estimate_bake):
-            self.assert_error(ValueError, "step = 0, must be 1 or more", function, obj, 1, 5, 0)
+        self.assert_refused("step = 0, must be 1 or more", obj, 1, 5, 0)
         prefix = "x" * 60
         message = f"Prefix '{prefix}' is too long for the name of a shape key: choose a shorter one {IN_THE_TAB}"
         self.assert_refused(message, obj, 1, 2, prefix=prefix)

@@ -37,8 +37,8 @@ class FewestKeysTest(SceneTest):
                 stretch = module("scene.meshes").read_stretch(obj, bpy.context.evaluated_depsgraph_get())
                 size = np.linalg.norm(np.ptp(rest_positions(obj) @ stretch.T, axis=0))
                 true_names = self.api.bake_animation(obj, 1, 21, prefix="True ")
-                job = self.api.begin_bake(obj, 1, 21, fewest_keys_percent=percent)
-                names = self.api.run_job(job)
+                job = module("bake.keys").BakeJob(obj, 1, 21, fewest_keys_percent=percent)
+                names = module("core.job").run_job(job)
                 error = self.largest_error(obj, true_names)
                 self.assertLessEqual(error, percent / 100.0 * size + 2e-6)
                 self.assertLess(len(names), fewest_than)
@@ -55,7 +55,7 @@ class FewestKeysTest(SceneTest):
     def test_the_search_goes_in_steps_and_can_be_cancelled(self):
         obj = animated()
         before = data_of(obj)
-        job = self.api.begin_bake(obj, 1, 21, fewest_keys_percent=1.0)
+        job = module("bake.keys").BakeJob(obj, 1, 21, fewest_keys_percent=1.0)
         while job.fraction < 1.0:
             self.assertTrue(job.step())
         message = "The bake of 'Tube' is not done: call step() until it returns False"

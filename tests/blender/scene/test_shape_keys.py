@@ -111,7 +111,7 @@ class ShapeKeyTest(SceneTest):
             "unmute it, and mute or remove the baked keys"
         )
         check(muted)
-        check(muted, self.api.update_pose)
+        check(muted, module("follow.update").update_pose)
         key.mute = False
 
         obj.show_only_shape_key = True
@@ -224,8 +224,8 @@ class LiveKeyTest(SceneTest):
             self.api.solve(obj)
             self.assertEqual(self.names(obj), ["Basis", "ARAP", "ARAP.001"])
             self.assertEqual(obj.arap.key_name, "ARAP.001")
-        self.api.prepare_session(obj)
-        self.api.update_pose(obj)
+        module("follow.update").prepare_session(obj)
+        module("follow.update").update_pose(obj)
         self.assertEqual(self.api.bake_pose(obj, "Bent").name, "Bent")
         self.assert_close(key_positions(obj, "Bent"), key_positions(obj, "ARAP.001"), 0.0)
         self.api.reset_pose(obj)
@@ -283,9 +283,9 @@ class LiveKeyTest(SceneTest):
     def test_the_state_before_gives_the_name_back(self):
         obj = posable()
         mine = self.own_key(obj)
-        state = self.api.capture_state(obj)
+        state = module("pose.result").capture_state(obj)
         self.api.solve(obj)
-        self.api.restore_state(obj, state)
+        module("pose.result").restore_state(obj, state)
         self.assertEqual((self.names(obj), obj.arap.key_name), (["Basis", "ARAP"], ""))
         self.assert_close(key_positions(obj), mine, 0.0)
         self.api.solve(obj)
@@ -373,7 +373,7 @@ class ResultTest(SceneTest):
         self.api.reset_pose(obj)
         self.assert_close(key_positions(obj), rest_positions(obj), 0.0)
         self.assertEqual(obj.arap.handles[0].target.matrix_world, place)
-        self.assert_close(self.api.prepare_session(obj).positions, rest_positions(obj), 1e-6)
+        self.assert_close(module("follow.update").prepare_session(obj).positions, rest_positions(obj), 1e-6)
 
     def test_apply_pose_as_rest(self):
         obj = posable()
@@ -396,11 +396,11 @@ class ResultTest(SceneTest):
         self.assert_close(key_positions(obj, "On pose"), posed + np.array([0.0, 0.5, 0.0]), 1e-5)
         self.assert_close(shown_positions(obj), shown, 1e-5)
         self.assert_close(module("scene.versions").read_positions(obj.data), posed, 0.0)
-        self.assert_close(self.api.handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-6)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-6)
         self.api.solve(obj)
         self.assert_close(key_positions(obj), posed, 4e-6)
         self.api.reset_handles(obj)
-        self.assert_close(self.api.handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
 
     def test_state_brings_back_key_slider_and_handles(self):
         obj = posable()
@@ -413,18 +413,18 @@ class ResultTest(SceneTest):
         parent = bpy.data.objects.new("Parent", None)
         self.scene.collection.objects.link(parent)
         target.parent = parent
-        state = self.api.capture_state(obj)
+        state = module("pose.result").capture_state(obj)
         before = key_positions(obj), target.matrix_basis.copy(), parent.matrix_basis.copy()
         move(target, (1.0, 1.0, 1.0), (0.3, 0.2, 0.1))
         parent.location = (1.0, 2.0, 3.0)
         bpy.context.view_layer.update()
         self.api.solve(obj)
-        self.api.restore_state(obj, state)
+        module("pose.result").restore_state(obj, state)
         self.assert_close(key_positions(obj), before[0], 0.0)
         self.assertAlmostEqual(key.value, 0.4, places=6)
         self.assertEqual(key.slider_max, 0.5)
         self.assertEqual((target.matrix_basis, parent.matrix_basis), before[1:])
-        self.assert_close(self.api.prepare_session(obj).positions, before[0], 1e-6)
+        self.assert_close(module("follow.update").prepare_session(obj).positions, before[0], 1e-6)
 
     def test_state_without_a_key_leaves_none(self):
         for has_keys in (False, True):
@@ -432,10 +432,10 @@ class ResultTest(SceneTest):
             rest = rest_positions(obj)
             if has_keys:
                 obj.shape_key_add(name="Basis")
-            state = self.api.capture_state(obj)
+            state = module("pose.result").capture_state(obj)
             bend(obj)
             self.api.solve(obj)
-            self.api.restore_state(obj, state)
+            module("pose.result").restore_state(obj, state)
             keys = obj.data.shape_keys
             self.assertEqual([key.name for key in keys.key_blocks] if keys else None, ["Basis"] if has_keys else None)
             self.assert_close(shown_positions(obj), rest, 1e-6)
@@ -447,10 +447,10 @@ class ResultTest(SceneTest):
         for name in ("Smile", "Frown"):
             obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)
             for _ in range(2):  # without the live key, then with it
-                state = self.api.capture_state(obj)
+                state = module("pose.result").capture_state(obj)
                 self.api.solve(obj)
                 obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("ARAP")
-                self.api.restore_state(obj, state)
+                module("pose.result").restore_state(obj, state)
                 self.assertEqual(obj.active_shape_key.name, name)
                 self.api.solve(obj)
             module("scene.shape_keys").remove(obj, "ARAP")
@@ -459,18 +459,18 @@ class ResultTest(SceneTest):
     def test_state_of_another_mesh_is_refused_but_the_handles_go_back(self):
         obj = posable()
         self.api.solve(obj)
-        state = self.api.capture_state(obj)
+        state = module("pose.result").capture_state(obj)
         target = obj.arap.handles[0].target
         before = target.matrix_basis.copy()
         bend(obj)
         obj.shape_key_clear()
         obj.data.clear_geometry()
         message = "'Tube' has 0 vertices, but had 136: its shape key stays"
-        self.assert_error(ValueError, message, self.api.restore_state, obj, state)
+        self.assert_error(ValueError, message, module("pose.result").restore_state, obj, state)
         self.assertEqual(target.matrix_basis, before)
 
     def test_state_passes_over_what_is_gone(self):
         obj = posable()
-        state = self.api.capture_state(obj)
+        state = module("pose.result").capture_state(obj)
         bpy.data.objects.remove(obj.arap.handles[0].target)
-        self.api.restore_state(obj, state)
+        module("pose.result").restore_state(obj, state)
