@@ -89,7 +89,7 @@ class CliTest(SceneTest):
         code, out, _ = self.run_cli("bake", self.input, "--fewest-keys", 1.5, "-o", self.output)
         self.assertEqual(code, 0)
         pattern = (
-            r"^Tube: (\d+) keys for 11 frames, off by [01]\.\d{3} % of the size at most, 'ARAP_0001' to 'ARAP_0011'\n"
+            r"^Tube: (\d+) keys for 11 frames, largest error [01]\.\d{3} % of the size, 'ARAP_0001' to 'ARAP_0011'\n"
         )
         self.assertRegex(out, pattern)
         n_keys = len(self.load(self.output).data.shape_keys.key_blocks) - 1

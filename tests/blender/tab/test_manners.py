@@ -118,7 +118,7 @@ class ReasonTest(SceneTest):
             ("reset_handles", "Add a handle first: nothing moves the mesh yet"),
             ("pin_remove", "Add a pin first: nothing is pinned yet"),
             ("stiffness_remove", "Add a stiff group first: nothing is stiffer than the rest yet"),
-            ("pull_release", "Pull the mesh with ARAP Pull first, or click it: nothing is pulled or pinned yet"),
+            ("pull_release", "Nothing is pulled or pinned: drag or click the mesh with ARAP Pull first"),
             ("select_unheld", "Add a pin or a handle first: nothing holds the mesh yet"),
             ("pose_end", "Press Pose first: this mesh is not being posed"),
         ):
@@ -585,7 +585,7 @@ class SolveJobTest(SceneTest):
         while job.step(0.01):
             pass
         obj.name = "Renamed"
-        self.assert_error(RuntimeError, "'Tube' is not there any more: there is nothing to pose", job.finish)
+        self.assert_error(RuntimeError, "'Tube' is gone: there is nothing to pose", job.finish)
         job.cancel()
         obj.name = "Tube"
         job = self.api.begin_solve(obj)
