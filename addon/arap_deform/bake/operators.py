@@ -12,7 +12,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 from ..pose.job_operator import ShapesJobOperator
 from ..pose.result import bake_pose
 from ..scene import mesh_size, versions
-from ..ui.checks import allow, posed_object, reports_errors, why_no_pose, why_not_solvable
+from ..ui.checks import ArapOperator, posed_object, why_no_pose, why_not_solvable
 from .cache import MeshCacheJob
 from .cache_file import FORMATS
 from .estimate import BYTES_PER_VERTEX, BakeEstimate, check_range, frames_of, size_text
@@ -24,30 +24,26 @@ FORMAT_ITEMS = (
 )
 
 
-class ARAP_OT_bake_pose(bpy.types.Operator):
+class ARAP_OT_bake_pose(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.bake_pose"
-    bl_label = "Bake ARAP Pose"
+    bl_label = "Bake Pose"
     bl_description = "Copy the present pose to a new shape key"
-    bl_options = {"REGISTER", "UNDO"}
+    why_not = staticmethod(why_no_pose)
 
     name: StringProperty(name="Name", description="Name of the new shape key", default="Pose")
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_pose(context))
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         return set(context.window_manager.invoke_props_dialog(self))
 
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        key = bake_pose(posed_object(context), name=self.name)
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        key = bake_pose(obj, name=self.name)
         self.report({"INFO"}, f"Baked to shape key '{key.name}'")
-        return {"FINISHED"}
 
 
 class FramesOperator(ShapesJobOperator):
     """A mixin for operators that solve a range of frames."""
+
+    why_not = staticmethod(why_not_solvable)
 
     frame_start: IntProperty(name="Start", description="First frame", default=1)
     frame_end: IntProperty(name="End", description="Last frame", default=250)
@@ -55,10 +51,6 @@ class FramesOperator(ShapesJobOperator):
 
     properties: Any  # of the operator
     layout: Any
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_solvable(context))
 
     def take_range_of_scene(self, scene: bpy.types.Scene) -> None:
         """Fills in the frames that the caller has not set."""
@@ -92,9 +84,8 @@ class FramesOperator(ShapesJobOperator):
 
 class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
     bl_idname = "arap.bake_animation"
-    bl_label = "Bake ARAP Animation"
+    bl_label = "Bake Animation"
     bl_description = "Solve each frame and make it a keyframed shape key, so that the file plays without this add-on"
-    bl_options = {"UNDO"}  # not REGISTER: the redo panel would bake again at every change
 
     use_fewest_keys: BoolProperty(
         name="Fewest Keys", description="Make only as many shape keys as the tolerance Within needs", default=False
@@ -136,11 +127,9 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         size = mesh_size.diagonal(posed_object(context), context.evaluated_depsgraph_get())
         return versions.length_text(context.scene, size * self.fewest_keys_percent / 100.0)
 
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> BakeJob:
         percent = self.fewest_keys_percent if self.use_fewest_keys else None
-        job = BakeJob(posed_object(context), *self.frame_range, fewest_keys_percent=percent)
-        return self.work_off(context, job)
+        return BakeJob(obj, *self.frame_range, fewest_keys_percent=percent)
 
     def report_shapes(self, job: BakeJob, names: list[str]) -> None:
         self.report({"INFO"}, f"Baked shape keys '{names[0]}' to '{names[-1]}': {job.fit}")
@@ -148,11 +137,9 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
 
 class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
     bl_idname = "arap.export_mesh_cache"
-    bl_label = "Export ARAP Mesh Cache"
+    bl_label = "Export Mesh Cache"
     bl_description = "Solve each frame and write it to a file for the Mesh Cache modifier: for shots too long to bake"
-    bl_options = {"UNDO"}  # not REGISTER: the redo panel would export again at every change
-
-    act = "Export"
+    act_name = "Export"
 
     filepath: StringProperty(name="File", description="The .mdd or .pc2 file to write", subtype="FILE_PATH")
     check_existing: BoolProperty(default=True, options={"HIDDEN"})
@@ -196,11 +183,8 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
         n_frames = len(range(self.frame_start, self.frame_end + 1, self.frame_step))
         return f"{n_frames} frames, {size_text(BYTES_PER_VERTEX * n_frames * len(obj.data.vertices))}"
 
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        obj = posed_object(context)
-        job = MeshCacheJob(obj, self.filepath, *self.frame_range, add_modifier=self.add_modifier)
-        return self.work_off(context, job)
+    def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> MeshCacheJob:
+        return MeshCacheJob(obj, self.filepath, *self.frame_range, add_modifier=self.add_modifier)
 
     def report_shapes(self, job: MeshCacheJob, path: Path) -> None:
         self.report({"INFO"}, f"Exported {job.n_shapes} frames to {path}")

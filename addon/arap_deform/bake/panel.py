@@ -17,9 +17,9 @@ class ARAP_PT_bake(ArapSubPanel, bpy.types.Panel):
 
     def draw(self, _context: bpy.types.Context) -> None:
         column = self.layout.column(align=True)
-        column.operator("arap.bake_pose", text="Bake Pose", icon="SHAPEKEY_DATA")
-        column.operator("arap.bake_animation", text="Bake Animation", icon="RENDER_ANIMATION")
-        column.operator("arap.export_mesh_cache", text="Export Mesh Cache", icon="EXPORT")
+        column.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
+        column.operator("arap.bake_animation", icon="RENDER_ANIMATION")
+        column.operator("arap.export_mesh_cache", icon="EXPORT")
 
 
 register, unregister = bpy.utils.register_classes_factory((ARAP_PT_bake,))

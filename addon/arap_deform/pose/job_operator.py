@@ -9,6 +9,7 @@ import bpy
 
 from ..core.job import Job, run_job
 from ..live.runs import give_up
+from ..ui.checks import ArapOperator, posed_object, reports_errors
 from ..ui.modal import Modal
 
 TIMER_S = 0.01
@@ -45,25 +46,31 @@ class JobRun:
 _runs: list[JobRun] = []
 
 
-class JobOperator:
-    """A mixin for operators. Their execute() or invoke() returns what work_off() returns."""
+class JobOperator(ArapOperator):
+    """A mixin for operators that do the job which begin() makes."""
 
-    act = "Bake"  # for messages
+    bl_options = {"UNDO"}  # not REGISTER: the redo panel would do the job again at every change
+    act_name = "Bake"  # for messages
 
     report: Any  # of the operator
     _run: JobRun
+
+    def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> Job[Any]:
+        raise NotImplementedError
 
     def report_result(self, job: Any, result: Any) -> None:
         """Says what was made."""
         raise NotImplementedError
 
-    def work_off(self, context: bpy.types.Context, job: Job[Any]) -> set[str]:
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
         """Does the job: in one call without a window, else in steps of modal()."""
+        job = self.begin(context, posed_object(context))
         if bpy.app.background or context.window is None:
             self.report_result(job, run_job(job))
             return {"FINISHED"}
         give_up(bpy.data.objects[job.object_name])
-        self._run = JobRun(context, job, self.act)
+        self._run = JobRun(context, job, self.act_name)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -72,7 +79,7 @@ class JobOperator:
         run = self._run
         if event.type == "ESC" and event.value == "PRESS":
             run.cancel()
-            self.report({"WARNING"}, f"{self.act} cancelled: nothing has changed")
+            self.report({"WARNING"}, f"{self.act_name} cancelled: nothing has changed")
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
@@ -83,7 +90,7 @@ class JobOperator:
             result = run.job.finish()
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
             run.cancel()
-            self.report({"ERROR"}, f"{self.act} failed and nothing has changed: {error}")
+            self.report({"ERROR"}, f"{self.act_name} failed and nothing has changed: {error}")
             return {"CANCELLED"}
         run.leave()
         self.report_result(run.job, result)

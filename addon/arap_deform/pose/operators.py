@@ -14,6 +14,7 @@ from ..scene import redraw
 from ..scene.placing import reset_handles
 from ..setup.handle_operators import why_no_handles
 from ..ui.checks import (
+    ArapOperator,
     allow,
     find_posed_object,
     is_posed,
@@ -26,7 +27,7 @@ from ..ui.checks import (
 from .job_operator import JobOperator
 from .result import apply_pose_as_rest, reset_pose
 from .run import PoseRun, runs
-from .solve import begin_solve, iterations_text, solve, unsettled_text
+from .solve import SolveJob, begin_solve, iterations_text, solve, unsettled_text
 
 VIEW_EVENTS = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "NDOF_MOTION"}
 EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
@@ -34,7 +35,7 @@ EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
 
 class ARAP_OT_pose(bpy.types.Operator):
     bl_idname = "arap.pose"
-    bl_label = "ARAP Pose"
+    bl_label = "Pose"
     bl_description = "Move, turn and scale the handles and the mesh follows. Enter keeps the pose, Esc cancels it"
     bl_options = {"UNDO"}
 
@@ -109,7 +110,7 @@ def _editor_at(context: bpy.types.Context, event: bpy.types.Event) -> str:
 
 class ARAP_OT_pose_end(bpy.types.Operator):
     bl_idname = "arap.pose_end"
-    bl_label = "End ARAP Pose"
+    bl_label = "End Pose"
     bl_description = "End posing: keep the pose, or put everything back to where it was before"
 
     is_kept: BoolProperty(name="Keep", description="Keep the pose. Off: put everything back", default=True)
@@ -131,22 +132,13 @@ class ARAP_OT_pose_end(bpy.types.Operator):
 
 class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     bl_idname = "arap.solve"
-    bl_label = "ARAP Solve"
-    bl_description = "Pose the mesh for the handles where they are now, to the end. Starts from the rest shape"
-    bl_options = {"UNDO"}
-
-    act = "Solve"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_solvable(context))
-
-    @reports_errors
-    def _begin(self, context: bpy.types.Context) -> set[str]:
-        return self.work_off(context, begin_solve(posed_object(context), context.evaluated_depsgraph_get()))
+    bl_label = "Solve"
+    bl_description = "Pose the mesh for the present places of the handles, to convergence. Starts from the rest shape"
+    why_not = staticmethod(why_not_solvable)
+    act_name = "Solve"
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        return self._begin(context)
+        return super().execute(context)
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -154,6 +146,9 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
         self.report_result(None, solve(posed_object(context), context.evaluated_depsgraph_get()))
         redraw.tag_panels()
         return {"FINISHED"}
+
+    def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> SolveJob:
+        return begin_solve(obj, context.evaluated_depsgraph_get())
 
     def report_result(self, _job: Any, readout: Readout) -> None:
         unsettled = unsettled_text(readout)
@@ -163,55 +158,37 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
             self.report({"INFO"}, f"Solved in {iterations_text(readout)}, {readout.last_ms:.0f} ms")
 
 
-class ARAP_OT_reset_handles(bpy.types.Operator):
+class ARAP_OT_reset_handles(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.reset_handles"
-    bl_label = "Reset ARAP Handles"
+    bl_label = "Reset Handles"
     bl_description = "Put every handle back to its place at rest"
-    bl_options = {"REGISTER", "UNDO"}
+    why_not = staticmethod(why_no_handles)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_handles(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        held = reset_handles(posed_object(context))
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        held = reset_handles(obj)
         if held:
             names = ", ".join(held)
             self.report({"WARNING"}, f"Animation, a constraint or a driver holds these handles: {names}")
-        return {"FINISHED"}
 
 
-class ARAP_OT_reset_pose(bpy.types.Operator):
+class ARAP_OT_reset_pose(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.reset_pose"
-    bl_label = "Reset ARAP Pose"
+    bl_label = "Reset Pose"
     bl_description = "Put the mesh back to its rest shape. The handles stay"
-    bl_options = {"REGISTER", "UNDO"}
+    why_not = staticmethod(why_no_reset)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_reset(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        reset_pose(posed_object(context))
-        return {"FINISHED"}
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        reset_pose(obj)
 
 
-class ARAP_OT_apply_pose_as_rest(bpy.types.Operator):
+class ARAP_OT_apply_pose_as_rest(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.apply_pose_as_rest"
-    bl_label = "Apply ARAP Pose as Rest"
-    bl_description = "Make the pose the new rest shape of the mesh. The handles are at rest where they are now"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_label = "Apply Pose as Rest"
+    bl_description = "Make the pose the new rest shape of the mesh. The present places of the handles become rest too"
+    why_not = staticmethod(why_no_pose)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_pose(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        apply_pose_as_rest(posed_object(context))
-        return {"FINISHED"}
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        apply_pose_as_rest(obj)
 
 
 register, _unregister_classes = bpy.utils.register_classes_factory(

@@ -18,7 +18,7 @@ STOP_REASONS = {
 
 
 class ARAP_PT_pose(ArapSubPanel, bpy.types.Panel):
-    """Pose, pull, solve; and parts of the mesh that nothing holds."""
+    """Pose, pull, reset; and parts of the mesh that nothing holds."""
 
     bl_idname = "ARAP_PT_pose"
     bl_label = "Pose"
@@ -31,7 +31,7 @@ class ARAP_PT_pose(ArapSubPanel, bpy.types.Panel):
         if readout is not None and (readout.parts_at_rest or readout.loose_vertices):
             box = layout.box()
             draw_text(context, box, unheld_text(readout), "INFO")
-            box.operator("arap.select_unheld", text="Select Free Parts", icon="RESTRICT_SELECT_OFF")
+            box.operator("arap.select_unheld", icon="RESTRICT_SELECT_OFF")
 
 
 class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
@@ -74,14 +74,12 @@ def _draw_buttons(layout: bpy.types.UILayout) -> None:
     column = layout.column(align=True)
     pose = column.row(align=True)
     pose.scale_y = 1.6
-    pose.operator("arap.pose", text="Pose", icon="PLAY")
-    row = column.row(align=True)
-    row.operator("arap.pull_tool", text="Pull", icon="VIEW_PAN")
-    row.operator("arap.solve", text="Solve", icon="FILE_REFRESH")
+    pose.operator("arap.pose", icon="PLAY")
+    column.operator("arap.pull_tool", icon="VIEW_PAN")
     column = layout.column(align=True)
-    column.operator("arap.reset_handles", text="Reset Handles", icon="LOOP_BACK")
-    column.operator("arap.reset_pose", text="Reset Pose", icon="LOOP_BACK")
-    column.operator("arap.apply_pose_as_rest", text="Apply Pose as Rest", icon="CHECKMARK")
+    column.operator("arap.reset_handles", icon="LOOP_BACK")
+    column.operator("arap.reset_pose", icon="LOOP_BACK")
+    column.operator("arap.apply_pose_as_rest", icon="CHECKMARK")
 
 
 register, unregister = bpy.utils.register_classes_factory((ARAP_PT_pose, ARAP_PT_readout))

@@ -11,7 +11,7 @@ from ..live.runs import give_up
 from ..pose.result import capture_transforms, restore_transforms
 from ..pose.solve import solve_with_progress, unsettled_text
 from ..scene import redraw
-from ..ui.checks import allow, posed_object, reports_errors
+from ..ui.checks import ArapOperator, posed_object
 from .blend_run import BlendRun, runs
 from .library import NOW, REST, Placement, apply_pose, blend_poses
 from .operators import active_name, is_followed, why_not_applicable
@@ -23,18 +23,23 @@ STARTS = (
 )
 
 
-class PoseOperator:
+class PoseOperator(ArapOperator):
     """A mixin for operators that move the handles. The mesh follows; if it cannot, the handles go back."""
+
+    why_not = staticmethod(why_not_applicable)
 
     report: Callable[[set[str], str], None]
 
-    def place(self, context: bpy.types.Context, act: Callable[[bpy.types.Object], Placement]) -> set[str]:
-        """Moves the handles by ``act``, and solves unless Pose or Live does so."""
-        obj = posed_object(context)
+    def place(self, context: bpy.types.Context, obj: bpy.types.Object) -> Placement:
+        """Moves the handles."""
+        raise NotImplementedError
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        """Moves the handles, and solves unless Pose or Live does so."""
         give_up(obj)
         before = capture_transforms(obj)
         try:
-            placement = act(obj)
+            placement = self.place(context, obj)
             unsettled = "" if is_followed(obj) else unsettled_text(solve_with_progress(context, obj))
         except BaseException:
             restore_transforms(before)
@@ -43,35 +48,28 @@ class PoseOperator:
             if text:
                 self.report({"WARNING"}, text)
         redraw.tag_panels()
-        return {"FINISHED"}
 
 
 class ARAP_OT_poses_apply(PoseOperator, bpy.types.Operator):
     bl_idname = "arap.poses_apply"
-    bl_label = "Apply Stored ARAP Pose"
+    bl_label = "Apply Stored Pose"
     bl_description = "Move the handles to their places in the pose. The mesh follows"
-    bl_options = {"REGISTER", "UNDO"}
 
     pose: StringProperty(
         name="Pose", description="The pose to apply. Empty = the selected pose of the list", options={"SKIP_SAVE"}
     )
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_applicable(context))
-
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.prop_search(self, "pose", posed_object(context).arap, "poses")
 
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def place(self, context: bpy.types.Context, obj: bpy.types.Object) -> Placement:
         self.pose = self.pose or active_name(context)
-        return self.place(context, lambda obj: apply_pose(obj, self.pose))
+        return apply_pose(obj, self.pose)
 
 
 class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
     bl_idname = "arap.poses_blend"
-    bl_label = "Blend ARAP Poses"
+    bl_label = "Blend Poses"
     bl_description = (
         "Move the handles to places between two poses. Drag to the right, then click. "
         "You can change the factor in the panel that appears"
@@ -96,10 +94,6 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
 
     _run: BlendRun
     _is_confirmed: bool
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_applicable(context))
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
@@ -152,10 +146,9 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
         """Blender ends the operator: a file is loaded, or the window is closed."""
         self._run.cancel()
 
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def place(self, context: bpy.types.Context, obj: bpy.types.Object) -> Placement:
         self._choose(context)
-        return self.place(context, lambda obj: self._blend(obj, self.factor))
+        return self._blend(obj, self.factor)
 
     def _keep(self, context: bpy.types.Context) -> set[str]:
         """As execute() from the start, so that the redo panel gives the same result for this factor."""

@@ -7,10 +7,9 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ..pose.job_operator import ShapesJobOperator
 from ..ui.checks import (
-    allow,
+    ArapOperator,
     is_posed,
     posed_object,
-    reports_errors,
     why_not_changeable,
     why_not_object_mode,
     why_not_solvable,
@@ -72,11 +71,11 @@ def active_name(context: bpy.types.Context) -> str:
     return str(settings.poses[index].name) if 0 <= index < len(settings.poses) else ""
 
 
-class ARAP_OT_poses_store(bpy.types.Operator):
+class ARAP_OT_poses_store(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.poses_store"
-    bl_label = "Store ARAP Pose"
+    bl_label = "Store Pose"
     bl_description = "Add a pose with the present places of the handles"
-    bl_options = {"REGISTER", "UNDO"}
+    why_not = staticmethod(why_not_storable)
 
     name: StringProperty(
         name="Name", description="Name of the pose. A number is added if another pose has it", default="Pose"
@@ -94,77 +93,53 @@ class ARAP_OT_poses_store(bpy.types.Operator):
             return "Replace the selected pose by the present places of the handles"
         return cls.bl_description
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_storable(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         name = active_name(context) if self.is_replacing else self.name
         if self.is_replacing and not name:
             raise ValueError("No pose is selected: select one in the list")
-        pose = store_pose(posed_object(context), name, replace=self.is_replacing)
+        pose = store_pose(obj, name, replace=self.is_replacing)
         n = len(pose.motions)
         self.report({"INFO"}, f"Stored pose '{pose.name}' of {n} handle{'' if n == 1 else 's'}")
-        return {"FINISHED"}
 
 
-class ARAP_OT_poses_delete(bpy.types.Operator):
+class ARAP_OT_poses_delete(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.poses_delete"
-    bl_label = "Delete ARAP Pose"
+    bl_label = "Delete Pose"
     bl_description = "Delete the selected pose of the list. Handles, mesh and shape keys stay"
-    bl_options = {"REGISTER", "UNDO"}
+    why_not = staticmethod(why_no_stored_pose)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_stored_pose(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        delete_pose(posed_object(context), active_name(context))
-        return {"FINISHED"}
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        delete_pose(obj, active_name(context))
 
 
-class ARAP_OT_poses_mirror(bpy.types.Operator):
+class ARAP_OT_poses_mirror(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.poses_mirror"
-    bl_label = "Mirror ARAP Pose"
+    bl_label = "Mirror Pose"
     bl_description = (
         "Store the mirror image of the selected pose. Handles are paired by name (Hand.L and Hand.R), else by their "
         "places at rest"
     )
-    bl_options = {"REGISTER", "UNDO"}
+    why_not = staticmethod(why_no_usable_pose)
 
     axis: EnumProperty(name="Axis", description="Normal of the mirror plane, in object space", items=AXES, default="X")
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_usable_pose(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        pose = mirror_pose(posed_object(context), active_name(context), "XYZ".index(self.axis))
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        pose = mirror_pose(obj, active_name(context), "XYZ".index(self.axis))
         self.report({"INFO"}, f"Stored pose '{pose.name}'")
-        return {"FINISHED"}
 
 
 class ARAP_OT_poses_to_keys(ShapesJobOperator, bpy.types.Operator):
     bl_idname = "arap.poses_to_keys"
-    bl_label = "Make Shape Keys of ARAP Poses"
+    bl_label = "Poses to Shape Keys"
     bl_description = (
         "Solve every stored pose from rest and make it a shape key with the pose's name and value 0. Keys of earlier "
         "runs are replaced, other keys stay"
     )
-    bl_options = {"UNDO"}  # not REGISTER: the redo panel would solve again at every change
+    why_not = staticmethod(why_no_pose_keys)
+    act_name = "Poses to Shape Keys"
 
-    act = "Poses to Shape Keys"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_pose_keys(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        return self.work_off(context, PoseKeysJob(posed_object(context)))
+    def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> PoseKeysJob:
+        return PoseKeysJob(obj)
 
     def report_shapes(self, _job: PoseKeysJob, names: list[str]) -> None:
         n = len(names)

@@ -7,7 +7,15 @@ from bpy.app.handlers import persistent
 
 from ..follow.act import Ending, Phase
 from ..scene import app_handlers, redraw, shape_keys
-from ..ui.checks import allow, find_posed_object, posed_object, reports_errors, why_not_idle, why_not_pullable
+from ..ui.checks import (
+    ArapOperator,
+    allow,
+    find_posed_object,
+    posed_object,
+    reports_errors,
+    why_not_idle,
+    why_not_pullable,
+)
 from . import pins, tool
 from .region import Grab
 from .run import PullRun, find_grip, mirrored, remove_pins_at, runs
@@ -18,6 +26,14 @@ CANCEL = {"ESC", "RIGHTMOUSE"}
 AXES = {"X": 0, "Y": 1, "Z": 2}
 WHEEL = {"WHEELUPMOUSE": 1.1, "WHEELDOWNMOUSE": 1.0 / 1.1}
 MOVES = {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "NONE"}
+
+
+def why_no_pull(context: bpy.types.Context) -> str:
+    """As why_not_idle(), and there must be a temporary pin of the tool."""
+    reason = why_not_idle(context)
+    if reason or posed_object(context).arap.pull_pins:
+        return reason
+    return "Nothing is pulled or pinned: drag or click the mesh with ARAP Pull first"
 
 
 class ARAP_OT_pull(bpy.types.Operator):
@@ -173,60 +189,38 @@ def _is_undo(event: bpy.types.Event) -> bool:
     return event.type == "Z" and (event.ctrl or event.oskey) and not event.shift
 
 
-class ARAP_OT_pull_make_real(bpy.types.Operator):
+class ARAP_OT_pull_make_real(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.pull_make_real"
-    bl_label = "Make ARAP Handles of Pulls"
+    bl_label = "Make Handles of Pulls"
     bl_description = "Turn pulled pieces into handles with empties, and pieces at rest into pins. The mesh stays"
-    bl_options = {"REGISTER", "UNDO"}
+    why_not = staticmethod(why_no_pull)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_pull(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        n_handles, n_pins = pins.make_real(posed_object(context), context.evaluated_depsgraph_get())
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        n_handles, n_pins = pins.make_real(obj, context.evaluated_depsgraph_get())
         self.report({"INFO"}, f"Made {n_handles} handles and {n_pins} pins")
         redraw.tag_views()
-        return {"FINISHED"}
 
 
-class ARAP_OT_pull_release(bpy.types.Operator):
+class ARAP_OT_pull_release(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.pull_release"
-    bl_label = "Release ARAP Pulls"
+    bl_label = "Release Pulls"
     bl_description = "Remove all temporary pins of the tool. The mesh stays as it is"
-    bl_options = {"REGISTER", "UNDO"}
+    why_not = staticmethod(why_no_pull)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_pull(context))
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        posed_object(context).arap.pull_pins.clear()
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        obj.arap.pull_pins.clear()
         redraw.tag_views()
-        return {"FINISHED"}
 
 
-def why_no_pull(context: bpy.types.Context) -> str:
-    """As why_not_idle(), and there must be a temporary pin of the tool."""
-    reason = why_not_idle(context)
-    if reason or posed_object(context).arap.pull_pins:
-        return reason
-    return "Nothing is pulled or pinned: drag or click the mesh with ARAP Pull first"
-
-
-class ARAP_OT_pull_tool(bpy.types.Operator):
+class ARAP_OT_pull_tool(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.pull_tool"
-    bl_label = "ARAP Pull Tool"
+    bl_label = "Pull"
     bl_description = "Take the tool ARAP Pull: drag the surface to move it, click to pin it"
+    bl_options: set[str] = set()
+    why_not = staticmethod(why_not_pullable)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_pullable(context))
-
-    def execute(self, _context: bpy.types.Context) -> set[str]:
+    def act(self, _context: bpy.types.Context, _obj: bpy.types.Object) -> None:
         bpy.ops.wm.tool_set_by_id(name=tool.IDNAME)
-        return {"FINISHED"}
 
 
 @persistent

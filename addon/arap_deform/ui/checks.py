@@ -219,6 +219,31 @@ def reports_errors(execute: Execute) -> Execute:
     return wrapper
 
 
+class ArapOperator:
+    """An operator that works on find_posed_object() at once.
+
+    The button is grey if why_not() gives a reason. act() does the work and may raise ValueError or RuntimeError.
+    """
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @staticmethod
+    def why_not(context: bpy.types.Context) -> str:
+        return why_not_changeable(context)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return allow(cls, cls.why_not(context))
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        self.act(context, posed_object(context))
+        return {"FINISHED"}
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        raise NotImplementedError
+
+
 @contextmanager
 def one_step(obj: bpy.types.Object, name: str) -> Iterator[None]:
     """As object_mode(), and what is done within is one step of undo, also in Edit Mode.
