@@ -56,8 +56,6 @@ class CacheWriter:
         kind = format_of(path)
         self._path = path
         self._part = path.with_name(f"{path.name}.part")
-        self._n_points = n_points
-        self._n_left = len(frames)
         self._dtype = np.dtype(">f4" if kind == "MDD" else "<f4")
         try:
             if path.is_dir():
@@ -74,19 +72,11 @@ class CacheWriter:
             ) from error
 
     def append(self, positions: NDArray[np.floating]) -> None:
-        """Adds (n, 3) positions. Raises RuntimeError if the disk is full."""
-        if positions.shape != (self._n_points, 3) or not self._n_left:
-            raise ValueError(
-                f"A frame of shape {positions.shape} does not fit into {self._path}: "
-                f"{self._n_left} frames of shape ({self._n_points}, 3) are left"
-            )
-        self._n_left -= 1
+        """Adds the (n, 3) positions of the next frame. Raises RuntimeError if the disk is full."""
         self._try(lambda: self._file.write(positions.astype(self._dtype).tobytes()))
 
     def finish(self) -> None:
-        """Renames the file and replaces an older one. Raises RuntimeError if that fails or frames are missing."""
-        if self._n_left:
-            raise RuntimeError(f"{self._path} lacks {self._n_left} frames: add them first")
+        """Renames the file, which has all frames now, and replaces an older one. Raises RuntimeError if that fails."""
         self._try(self._file.close)
         self._try(lambda: self._part.replace(self._path))
 
