@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Point handles: which handles are too small to hold vertices, and how far their patches may reach. No bpy.
+"""Point handles: which handles are too small to hold vertices, and how far their patches may reach.
 
-A handle smaller than the rigidity radius pulls a spike out of a dense mesh where it holds its vertices. So it holds the
-weighted average of a round patch about them, and the mesh rises in a smooth hill, the same one at every density.
+A handle that is smaller than the rigidity radius would pull a spike out of a dense mesh if it held its vertices. So it
+holds the weighted average of a round patch around them. The mesh then rises in a smooth hill, alike at every density.
 
-"Seen" is solver space: object space times the stretch.
+"Seen" means solver space: object space times the stretch.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ PATCH_REACH = 1.5  # how far a patch reaches beyond the handle's vertices, in ri
 
 @dataclass(frozen=True)
 class Ball:
-    """About a handle's vertices, as seen."""
+    """A ball around a handle's vertices, as seen."""
 
     centre: Floats
     radius: float
@@ -42,16 +42,16 @@ def reaches_of_points(
 ) -> dict[int, float]:
     """How far the patch of each point handle reaches beyond its vertices, as seen, by index of the handle.
 
-    A point is a hard handle that is not exact and whose vertices lie within ``radius`` of their centre. Its patch ends
-    before what another handle or pin holds hard, so that no two of them want different things of the same vertices; a
-    handle that has another one's vertices within it is no point.
+    A point handle is hard, is not exact, and has its vertices within ``radius`` of their centre. Its patch ends before
+    the vertices that another handle or pin holds hard, so no vertex is pulled to two places. A handle with vertices of
+    another one inside it is no point handle.
 
     Args:
         specs: all handles and pins.
         rest_positions: (n, 3) object space.
         stretch: (3, 3).
         radius: the rigidity radius as seen.
-        faceless: vertices in no face: nothing lies around them.
+        faceless: vertices in no face.
     """
     seen = [rest_positions[spec.vertices] @ stretch.T for spec in specs]
     hard = [points[spec.weights >= 1.0] for spec, points in zip(specs, seen, strict=True)]
@@ -87,7 +87,7 @@ class Neighbourhood:
 
 
 def neighbourhood(seen: Floats, corner_vertices: Ints, face_sizes: Ints, vertices: Ints, reach: float) -> Neighbourhood:
-    """All faces that have a vertex within ``reach`` of ``vertices``: what a patch of that reach depends on.
+    """All faces with a vertex within ``reach`` of ``vertices``. A patch of that reach depends on no others.
 
     Args:
         seen: (n, 3) positions of the whole mesh.
@@ -102,7 +102,7 @@ def neighbourhood(seen: Floats, corner_vertices: Ints, face_sizes: Ints, vertice
 
 
 def patch_around(model: Model, vertices: Ints, reach: float, unstretch: Floats) -> Patch | None:
-    """The patch of a point handle, None where no other vertex is within ``reach``: the handle's own are as good.
+    """The patch of a point handle, None if no other vertex is within ``reach``.
 
     Args:
         model: of the mesh, in solver space.

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handles, matrices, solver: what a handle's matrix means for vertices. No bpy.
+"""One bound mesh: handles' matrices in, positions out.
 
-Everything outside is object space. The solver works in object space times the stretch, where rigid means rigid as
-seen; only its own unit is visible outside: energies are in the square of world units.
+Callers work in object space. The model works in solver space, object space times the stretch: there rigid means rigid
+as seen. Only energies show it: they are in the square of world units.
 """
 
 from __future__ import annotations
@@ -112,11 +112,11 @@ class Session:
         return self._point_patches
 
     def set_handles(self, specs: Sequence[HandleSpec], progress: Progress | None = None) -> None:
-        """Makes ``specs`` the handles; factorizes only where vertices or strengths changed.
+        """Makes ``specs`` the handles; factorizes only if vertices or strengths have changed.
 
         Raises:
             ValueError: a vertex out of range, or nothing is held or moved. Cancelled, RuntimeError. The former
-                handles stay in each case.
+                handles then stay.
         """
         if self._map is not None and _are_same(self._specs, specs):
             if any(spec.base is not former.base for spec, former in zip(specs, self._specs, strict=True)):
@@ -175,12 +175,12 @@ class Session:
         Args:
             matrices: (h, 4, 4) float64 object-space motion of each handle, in the order of set_handles():
                 (O_now^-1 M_now)(O_rest^-1 M_rest)^-1; identity for pins.
-            iterations: at most so many; None: settings.iterations_per_update, or with ``to_convergence``
+            iterations: the limit; None: settings.iterations_per_update, or with ``to_convergence``
                 settings.max_iterations.
             initial_guess: None: settings.initial_guess.
             to_convergence: see ``iterations``.
-            time_limit_s: stops before the iteration that would pass it, but after one; None: no limit.
-            sufficient_accuracy: where the settings ask for more, this much is enough.
+            time_limit_s: stops before the iteration that would pass it, but not before the first; None: no limit.
+            sufficient_accuracy: enough even if the settings ask for more.
             progress: may stop the update by returning False; the mesh is then where it was.
 
         Raises:
@@ -250,7 +250,7 @@ class Session:
 
 
 class _Cancellation:
-    """Turns the native module's Cancelled into ours."""
+    """Turns Cancelled of the native module into the add-on's."""
 
     def __init__(self, native: Any, act: str) -> None:
         self._native_cancelled = native.Cancelled

@@ -87,7 +87,7 @@ class SessionInput(SceneState):
 
 
 def difference_of_bind(old: SessionInput, new: SessionInput) -> str:
-    """Why a session of ``old`` must bind again for ``new``, one sentence; '' where it need not."""
+    """Why a session of ``old`` must bind again for ``new``, one sentence; '' if it need not."""
     if old.counts != new.counts:
         return counts_differ(new.object_name, old.counts, new.counts)
     if old.signature.topology != new.signature.topology:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The live sessions by object name: how one is made, which act has a mesh, what the last solve did. No Blender data.
 
-Names, because references to Blender's objects do not survive an undo. They are of objects of this file, so whoever asks
-for an object that may be linked, as panels do, asks for its full name.
+They are kept by name because references to Blender's objects do not survive an undo. The names are of objects of this
+file. So a caller with an object that may be linked, as panels have, asks for its full name.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Act(Protocol):
 
 
 acts: dict[str, Act] = {}
-"""The acts under way, by name of the object: to be read. claim() and release() change it."""
+"""The acts under way, by name of the object. Read it; only claim() and release() change it."""
 
 _bound: dict[str, Bound] = {}
 _readouts: dict[str, Readout] = {}
@@ -69,7 +69,7 @@ def clear() -> None:
 
 
 def check_free(object_name: str) -> None:
-    """Raises RuntimeError where an act has the mesh for itself."""
+    """Raises RuntimeError if an act has the mesh for itself."""
     if object_name in acts:
         raise RuntimeError(f"Wait for '{object_name}': {acts[object_name].doing}")
 
@@ -81,13 +81,13 @@ def claim(object_name: str, act: Act) -> None:
 
 
 def release(object_name: str, act: Act) -> None:
-    """Does nothing where the act does not have the mesh: another file was loaded, and another act has one of its."""
+    """Does nothing if the act does not have the mesh, as after another file was loaded."""
     if acts.get(object_name) is act:
         del acts[object_name]
 
 
 def claimed_by(object_name: str) -> str:
-    """What is done with the mesh, '' where no act has it for itself."""
+    """What is done with the mesh, '' if no act has it for itself."""
     return acts[object_name].doing if object_name in acts else ""
 
 
@@ -119,9 +119,9 @@ def build(inputs: SessionInput, progress: Progress | None = None) -> Session:
 
 
 def rebuild(inputs: SessionInput, former: Bound | None, progress: Progress | None = None) -> Session:
-    """build(), or the former session with the handles of ``inputs`` where its bind fits.
+    """build(), or the former session with the handles of ``inputs`` if its bind fits.
 
-    The former one must not be the object's live one any more: while this runs, in whatever thread, it is busy.
+    The former one must no longer be the object's live session: while this runs, in whatever thread, it is busy.
 
     Raises:
         As build().

@@ -112,7 +112,7 @@ class Frame:
 
 
 def write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout) -> None:
-    """Shows where the session is, and remembers what the solve did."""
+    """Writes the session's positions to the key, shows it, and keeps the readout for the panel."""
     shape_keys.write(obj, key, session.positions)
     shape_keys.show(key)
     sessions.set_readout(obj.name, result)

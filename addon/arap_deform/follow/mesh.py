@@ -30,7 +30,8 @@ def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None
     reason = counts_problem(obj, inputs)
     if reason:
         raise RuntimeError(f"{reason} while it was being prepared: start again")
-    sessions.put(obj.name, Bound(session, inputs))
+    # Keep the stretch of the bind: differences below the tolerance must not add up.
+    sessions.put(obj.name, Bound(session, replace(inputs, stretch=session.stretch)))
     sync(obj)
 
 
@@ -47,20 +48,13 @@ def sync(obj: bpy.types.Object) -> None:
         bound.session.set_positions(shape_keys.read(key))
 
 
-def refresh(obj: bpy.types.Object, bound: Bound, inputs: SessionInput) -> None:
-    """Brings a session up to date whose bind and handles fit ``inputs``; it starts from the pose shown."""
-    bound.session.settings = inputs.settings
-    # The stretch stays the one that was bound: differences below the tolerance must not add up.
-    bound.inputs = replace(inputs, stretch=bound.inputs.stretch)
-    sync(obj)
-
-
 def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
-    """The object's live session, brought up to date, where ``inputs`` need no bind and no factorization; else None."""
+    """The object's live session, brought up to date, if ``inputs`` need no bind and no factorization; else None."""
     bound = sessions.get(obj.name)
     if bound is None or difference(bound.inputs, inputs):
         return None
-    refresh(obj, bound, inputs)
+    bound.session.settings = inputs.settings
+    adopt(obj, inputs, bound.session)
     return bound.session
 
 
@@ -71,10 +65,10 @@ def solve_from_rest(
     time_limit_s: float | None = None,
     sufficient_accuracy: float = 0.0,
 ) -> Readout:
-    """Starts from rest with the guess from the handles' rotations, and goes to convergence or the time limit.
+    """Starts from rest, with a guess from the rotations of the handles, and goes to convergence or the time limit.
 
     Raises:
-        As Session.update(); the session is then where it was.
+        As Session.update(). The session is then as it was.
     """
     before = session.positions.copy()
     session.reset()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handles in the scene -> matrices: where they stand, what they have done since rest, why one cannot work."""
+"""Handles in the scene to matrices: their motion since rest, and why one cannot work."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from . import meshes, pose_key, shape_keys
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
 
-SMALLEST_VOLUME = 1e-24  # determinant of a handle's rest matrix; below, its motion since rest cannot be told
+SMALLEST_VOLUME = 1e-24  # of a handle's rest matrix, as its determinant; below, its motion since rest is unknown
 
 
 def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> NDArray[np.float64]:
@@ -52,7 +52,7 @@ def motion_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.De
 
 
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
-    """Raises ValueError where an enabled pin or handle, or the object itself, cannot work."""
+    """Raises ValueError if an enabled pin or handle, or the object itself, cannot work."""
     if not meshes.is_evaluated(obj, depsgraph):
         raise ValueError(
             f"'{obj.name}' is disabled in viewports or excluded from the view layer: enable it, or hide it with the eye"
@@ -128,7 +128,7 @@ def target_matrix(target: bpy.types.Object, bone: str, depsgraph: bpy.types.Deps
 
 
 def pose_key_of(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
-    """The live key where it shows something."""
+    """The live key if it shows something."""
     key = pose_key.find(obj)
     return None if key is None or key.mute or key.value == 0.0 else key
 
@@ -148,7 +148,7 @@ def fit_to_pose(
     rest: NDArray[np.float32],
     weights: Floats | None = None,
 ) -> Floats:
-    """(4, 4) object-space motion, rigid as seen, of the vertices from rest to the pose shown: see best_rigid_fit()."""
+    """(4, 4) object-space motion of the vertices from rest to the pose shown, rigid as seen: see best_rigid_fit()."""
     shown = shown_positions(obj, rest)
     if shown is rest or np.array_equal(shown[indices], rest[indices]):
         return np.eye(4)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The patch that a point handle of the scene holds, before there is a session that knows it."""
+"""The patch of a point handle, before there is a session that knows it."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def find_patch(
     *,
     use_nodes: bool | None = None,
 ) -> Patch | None:
-    """What a handle that is not exact would hold in place of ``vertices``; None: the vertices themselves.
+    """The patch that a handle of these vertices would hold if it is not exact. None: it holds the vertices.
 
     Args:
         obj: the mesh.
         depsgraph: for its scale.
         vertices: (k,), all of weight 1.
-        besides: the handle of these vertices, where there is one already.
+        besides: the handle of these vertices, if there is one already.
         use_nodes: see versions.read_group_weights().
     """
     settings = settings_of(obj)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a session is made from, read from the scene: mesh, groups, settings."""
+"""Reads what a session is made from: mesh, groups, settings."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
 
 
 def spec_of(hold: Hold, weights: Floats) -> HandleSpec:
-    """What is held of a group with these (n,) weights."""
+    """What a hold means for the vertices. ``weights``: (n,) of its group."""
     vertices = np.flatnonzero(weights > 0.0).astype(np.int32)
     return HandleSpec(hold.group, vertices, weights[vertices], hold.is_exact)
 
@@ -124,7 +124,7 @@ def enabled_holds(obj: bpy.types.Object, besides: ArapHandle | None = None) -> t
 
 
 def enabled_stiffness(obj: bpy.types.Object) -> tuple[StiffGroup, ...]:
-    """What the list says, without what is switched off."""
+    """The enabled entries of the list Stiffness."""
     return tuple(
         StiffGroup(entry.name, entry.factor, entry.is_rigid, entry.is_one_body)
         for entry in obj.arap.stiffness
@@ -133,7 +133,7 @@ def enabled_stiffness(obj: bpy.types.Object) -> tuple[StiffGroup, ...]:
 
 
 def check_stiffness(obj: bpy.types.Object) -> None:
-    """Raises ValueError where an enabled entry has no vertex group."""
+    """Raises ValueError if an enabled entry has no vertex group."""
     for entry in enabled_stiffness(obj):
         if entry.group not in obj.vertex_groups:
             raise ValueError(

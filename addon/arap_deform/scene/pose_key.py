@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The live key: the shape key that takes the pose of an object. Which one it is, and what Esc gives back.
 
-It has the name in ``obj.arap`` and is one that the add-on has made (``made_keys``): a key of the artist's own that has
-the name by chance is left alone, and the live key takes the next free name, as Blender names things.
+The add-on has made it (``made_keys``), and it has the name in ``obj.arap``. If a key of the artist's own has that name,
+it is left alone, and the live key takes the next free name, as Blender numbers names.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from . import shape_keys
 
 @dataclass(frozen=True)
 class KeyState:
-    """What restore() brings back; no Blender data.
+    """What restore() brings back. No Blender data.
 
     Attributes:
         name: of the live key, or the one it would have had.
-        setting: the name in ``obj.arap``, '' where it is that of the preferences.
+        setting: the name in ``obj.arap``, '' for that of the preferences.
         has_keys: whether the mesh had any shape key, Basis included.
-        positions: (n, 3) float32 of the key, None where there was none.
-        active: the key chosen in the list, '' where there was none.
+        positions: (n, 3) float32 of the key, None if there was none.
+        active: the key chosen in the list, '' if there was none.
     """
 
     name: str
@@ -45,7 +45,7 @@ def wanted_name(obj: bpy.types.Object) -> str:
 
 
 def check_name(obj: bpy.types.Object) -> None:
-    """Raises ValueError where the name in ``obj.arap`` cannot be the live key's."""
+    """Raises ValueError if the name in ``obj.arap`` cannot be the live key's."""
     name = wanted_name(obj)
     keys = obj.data.shape_keys
     if keys is not None and keys.reference_key.name == name:
@@ -103,7 +103,7 @@ def writable(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.S
 
 
 def forget_removed(obj: bpy.types.Object) -> None:
-    """Forgets keys that somebody has removed or renamed in Blender's list: another of that name is not ours."""
+    """Forgets keys that were removed or renamed in Blender's list: another key of that name is not the add-on's."""
     made = obj.arap.made_keys
     for index in reversed(range(len(made))):
         if shape_keys.find(obj, made[index].name) is None:
@@ -121,10 +121,10 @@ def capture(obj: bpy.types.Object) -> KeyState:
 
 
 def restore(obj: bpy.types.Object, state: KeyState) -> None:
-    """Back to ``state``: keys that were not there go.
+    """Back to ``state``. Keys that were not there are removed.
 
     Raises:
-        ValueError: the mesh has another number of vertices by now; nothing is written.
+        ValueError: the mesh has another number of vertices now; nothing is written.
     """
     if state.positions is None:
         if _is_made(obj, state.name):
@@ -149,9 +149,9 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
 
 
 class KeyFollower:
-    """Keeps to the live key during a posing act or Live, also where somebody renames it in Blender's list.
+    """Stays with the live key during a posing act or Live, also if it is renamed in Blender's list.
 
-    Holds names and an address to compare with, no Blender data.
+    Keeps names and an address to compare with, no Blender data.
     """
 
     def __init__(self, obj: bpy.types.Object) -> None:
@@ -161,19 +161,19 @@ class KeyFollower:
         self._address = 0
 
     def why_left(self, obj: bpy.types.Object) -> str:
-        """Why the pose is no longer of the key that was followed, without a full stop; '' while it is."""
+        """Why the pose has left the key that was followed, without a full stop; '' while it has not."""
         key = find(obj)
         if self._name in {"", wanted_name(obj)} or (key is not None and key.as_pointer() == self._address):
             return ""
         return f"{key_differs(obj.name)}, and is kept in '{self._name}'"
 
     def follow(self, obj: bpy.types.Object) -> bool:
-        """Goes along where somebody has renamed the key; False where it was removed."""
+        """Takes the new name if the key was renamed. False if it was removed."""
         setting = wanted_name(obj)
         if find(obj) is None and _is_made(obj, setting):
             key = self._renamed(obj)
             if key is None:
-                # The next key that is made may have its address, and one of the names is the artist's to give again.
+                # The next new key may get its address, and the artist may give its names to other keys.
                 self.forget_address()
                 self._names.clear()
                 _unmark(obj, setting)
@@ -184,14 +184,14 @@ class KeyFollower:
         return True
 
     def note(self, obj: bpy.types.Object) -> None:
-        """Remembers the key as it is now; to be called once it may have been made."""
+        """Remembers the key as it is now. Call it when it may have been made."""
         key = find(obj)
         if key is not None:
             self._name, self._address = key.name, key.as_pointer()
             self._names.add(key.name)
 
     def forget_address(self) -> None:
-        """After an undo: everything has another address then, and the key the name it had at that step."""
+        """After an undo: everything has another address, and the key has the name of that step."""
         self._name, self._address = "", 0
 
     def give_name_back(self, obj: bpy.types.Object) -> None:
@@ -206,12 +206,12 @@ class KeyFollower:
         keys = obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
         if self._address:
             return next((key for key in keys if key.as_pointer() == self._address), None)
-        # Undo has gone to the step of the renaming itself, which the add-on saw only after it.
+        # Undo has gone to the step of the renaming. The add-on saw the new name only after that step.
         return next((key for key in keys if key.name in self._names), None)
 
 
 def keep_name(obj: bpy.types.Object) -> None:
-    """Saves the name with the object, also where it is that of the preferences, which may be another one tomorrow."""
+    """Saves the name with the object, also if it comes from the preferences: that one may change."""
     _set_name(obj, wanted_name(obj))
 
 

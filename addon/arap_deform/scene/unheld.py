@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which vertices nothing holds or moves: parts of the mesh without a pin or handle, and loose ones."""
+"""Which vertices do not move: parts of the mesh without a pin or handle, and loose vertices."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
     """The vertices, (k,) int32 ascending, and how many parts of the mesh they are, loose ones not counted.
 
     Raises:
-        ValueError: as read_input(), where the mesh cannot be used or nothing holds or moves any of it.
+        ValueError: as read_input(), if the mesh cannot be used or has no pin and no handle.
     """
     meshes.check_mesh(obj)
     handle_motion.check_handles(obj, depsgraph)
@@ -39,6 +39,6 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
 
 
 def _same_places(positions: Floats) -> Ints:
-    """(n,) a vertex at the same place, the same one for all there."""
+    """(n,) one vertex for each place: all vertices at a place have the same."""
     _, first, inverse = np.unique(positions, axis=0, return_index=True, return_inverse=True)
     return first[inverse.reshape(-1)].astype(np.int32)

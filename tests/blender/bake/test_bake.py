@@ -45,6 +45,16 @@ class BakeTest(SceneTest):
             self.assert_close(pose[TOP], rest_positions(obj)[TOP] @ motion[:3, :3].T + motion[:3, 3], 1e-5)
         self.assertGreater(np.abs(poses[2] - poses[0]).max(), 1.0)
 
+    def test_a_follower_gets_every_solved_shape(self):
+        obj = posable()
+        animate(obj)
+        job, taken = module("bake.keys").begin_bake(obj, 1, 21, 10), []
+        job.takers.append(lambda shape: taken.append(shape.copy()))
+        names = module("core.job").run_job(job)
+        self.assertEqual(len(taken), 3)
+        for name, shape in zip(names, taken, strict=True):
+            self.assert_close(key_positions(obj, name), shape, 0.0)
+
     def test_frames_in_between_blend_linearly_and_outside_the_ends_hold(self):
         obj = animated()
         first, second, third = (key_positions(obj, name) for name in self.api.bake_animation(obj, 1, 21, 10))
