@@ -46,9 +46,8 @@ class BakeTest(SceneTest):
         self.assertGreater(np.abs(poses[2] - poses[0]).max(), 1.0)
 
     def test_a_follower_gets_every_solved_shape(self):
-        obj = posable()
-        animate(obj)
-        job, taken = module("bake.keys").begin_bake(obj, 1, 21, 10), []
+        obj = animated()
+        job, taken = module("bake.keys").BakeJob(obj, 1, 21, 10), []
         job.takers.append(lambda shape: taken.append(shape.copy()))
         names = module("core.job").run_job(job)
         self.assertEqual(len(taken), 3)
