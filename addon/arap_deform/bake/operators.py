@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from ..pose.job_operator import ShapesJobOperator
+from ..pose.job_operator import JobOperator
 from ..pose.result import bake_pose
 from ..scene import mesh_size, versions
 from ..ui.checks import ArapOperator, posed_object, why_no_pose, why_not_solvable
@@ -40,7 +40,7 @@ class ARAP_OT_bake_pose(ArapOperator, bpy.types.Operator):
         self.report({"INFO"}, f"Baked to shape key '{key.name}'")
 
 
-class FramesOperator(ShapesJobOperator):
+class FramesOperator(JobOperator):
     """A mixin for operators that solve a range of frames."""
 
     why_not = staticmethod(why_not_solvable)
@@ -131,8 +131,8 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         percent = self.fewest_keys_percent if self.use_fewest_keys else None
         return BakeJob(obj, *self.frame_range, fewest_keys_percent=percent)
 
-    def report_shapes(self, job: BakeJob, names: list[str]) -> None:
-        self.report({"INFO"}, f"Baked shape keys '{names[0]}' to '{names[-1]}': {job.fit}")
+    def result_text(self, job: BakeJob, names: list[str]) -> str:
+        return f"Baked shape keys '{names[0]}' to '{names[-1]}': {job.fit}"
 
 
 class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
@@ -186,8 +186,8 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
     def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> MeshCacheJob:
         return MeshCacheJob(obj, self.filepath, *self.frame_range, add_modifier=self.add_modifier)
 
-    def report_shapes(self, job: MeshCacheJob, path: Path) -> None:
-        self.report({"INFO"}, f"Exported {job.n_shapes} frames to {path}")
+    def result_text(self, job: MeshCacheJob, path: Path) -> str:
+        return f"Exported {job.n_shapes} frames to {path}"
 
 
 register, unregister = bpy.utils.register_classes_factory(

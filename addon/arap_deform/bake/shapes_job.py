@@ -74,6 +74,12 @@ class ShapesJob(ABC, Generic[Result]):
         return sum(readout.stop_reason != "converged" for readout in self.readouts)
 
     @property
+    def warning(self) -> str:
+        """One sentence if shapes have not converged, else ''."""
+        n = self.n_unsettled
+        return f"{n} of {self.n_shapes} solves are not finished: raise Max Iterations (Advanced)" if n else ""
+
+    @property
     def bind_fraction(self) -> float | None:
         """The part of the bind that is done; None if there is no bind under way."""
         return None if self._bind is None else self._bind.fraction

@@ -58,9 +58,14 @@ class JobOperator(ArapOperator):
     def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> Job[Any]:
         raise NotImplementedError
 
-    def report_result(self, job: Any, result: Any) -> None:
-        """Says what was made."""
+    def result_text(self, job: Any, result: Any) -> str:
+        """A sentence on the result of a job of shapes."""
         raise NotImplementedError
+
+    def report_result(self, job: Any, result: Any) -> None:
+        self.report({"INFO"}, self.result_text(job, result))
+        if job.warning:
+            self.report({"WARNING"}, job.warning)
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -100,20 +105,6 @@ class JobOperator(ArapOperator):
         """Blender ends the operator: a file is loaded, the window is closed, or Esc ends the dialog before the job."""
         if hasattr(self, "_run"):
             self._run.cancel()
-
-
-class ShapesJobOperator(JobOperator):
-    """A mixin for jobs of many solves: it also says how many of them stopped early."""
-
-    def report_shapes(self, job: Any, result: Any) -> None:
-        """Says what was made of the shapes."""
-        raise NotImplementedError
-
-    def report_result(self, job: Any, result: Any) -> None:
-        self.report_shapes(job, result)
-        if job.n_unsettled:
-            text = f"{job.n_unsettled} of {job.n_shapes} solves are not finished: raise Max Iterations (Advanced)"
-            self.report({"WARNING"}, text)
 
 
 def register() -> None:

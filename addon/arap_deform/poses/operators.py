@@ -5,7 +5,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
-from ..pose.job_operator import ShapesJobOperator
+from ..pose.job_operator import JobOperator
 from ..ui.checks import (
     ArapOperator,
     is_posed,
@@ -128,7 +128,7 @@ class ARAP_OT_poses_mirror(ArapOperator, bpy.types.Operator):
         self.report({"INFO"}, f"Stored pose '{pose.name}'")
 
 
-class ARAP_OT_poses_to_keys(ShapesJobOperator, bpy.types.Operator):
+class ARAP_OT_poses_to_keys(JobOperator, bpy.types.Operator):
     bl_idname = "arap.poses_to_keys"
     bl_label = "Poses to Shape Keys"
     bl_description = (
@@ -141,9 +141,9 @@ class ARAP_OT_poses_to_keys(ShapesJobOperator, bpy.types.Operator):
     def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> PoseKeysJob:
         return PoseKeysJob(obj)
 
-    def report_shapes(self, _job: PoseKeysJob, names: list[str]) -> None:
+    def result_text(self, _job: PoseKeysJob, names: list[str]) -> str:
         n = len(names)
-        self.report({"INFO"}, f"Made {n} shape key{'' if n == 1 else 's'}: {', '.join(names)}")
+        return f"Made {n} shape key{'' if n == 1 else 's'}: {', '.join(names)}"
 
 
 register, unregister = bpy.utils.register_classes_factory(

@@ -406,11 +406,3 @@ class RefusalTest(SceneTest):
         self.assertEqual(data_of(obj), before)
         animation.action = None
         self.api.bake_animation(obj, 1, 2)
-
-    def test_absolute_keys_are_refused(self):
-        obj = posable()
-        obj.shape_key_add(name="Basis")
-        obj.data.shape_keys.use_relative = False
-        self.assert_refused(
-            "The shape keys of 'Tube' are absolute: turn on Relative in the shape keys panel", obj, 1, 2
-        )
