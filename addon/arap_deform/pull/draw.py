@@ -21,9 +21,7 @@ CIRCLE = np.column_stack([np.cos(np.linspace(0, 2 * np.pi, 49)), np.sin(np.linsp
 PIN_PX = 5.0  # radius of the dot of a pin, in pixels at UI scale 1
 PATCH_ALPHA = 0.35
 
-Hover = tuple[object, "seen_mesh.Pick | None"]
-
-_hover: Hover | None = None
+_hover: tuple[object, seen_mesh.Pick | None] = (None, None)
 """The last pick under the mouse, after the state in which it was made."""
 
 
@@ -58,19 +56,14 @@ def hover(
 ) -> seen_mesh.Pick | None:
     """The pick under the mouse; made once for each place of the mouse, view and state of the mesh."""
     global _hover  # noqa: PLW0603 - drawing functions keep nothing, so the module keeps the last pick
+    depsgraph = context.evaluated_depsgraph_get()
     try:
-        seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
-        now = (obj.name, seen, mouse, radius, view.perspective.tobytes(), view.size)
-        if _hover is None or not _is_same(_hover[0], now):
-            _hover = (now, seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius))
+        now = (obj.name, seen_mesh.read(obj, depsgraph), mouse, radius, view.perspective.tobytes(), view.size)
+        if _hover[0] != now:
+            _hover = (now, seen_mesh.pick(obj, depsgraph, view, mouse, radius))
         return _hover[1]
     except (ValueError, RuntimeError):  # a press of the mouse says why; the cursor shows no patch
         return None
-
-
-def _is_same(former: object, now: tuple[object, ...]) -> bool:
-    assert isinstance(former, tuple)
-    return former[1] is now[1] and former[0] == now[0] and former[2:] == now[2:]
 
 
 def _draw_patch(
@@ -138,7 +131,7 @@ def draw_triangles(pixels: Floats, color: Color) -> None:
 def clear() -> None:
     """Forgets the last pick."""
     global _hover  # noqa: PLW0603
-    _hover = None
+    _hover = (None, None)
 
 
 _handle: object | None = None

@@ -2,6 +2,8 @@
 # mypy: disable-error-code="valid-type"
 """ARAP Pull: drag the surface itself. A click pins, Ctrl-click removes the pin."""
 
+from dataclasses import replace
+
 import bpy
 from bpy.app.handlers import persistent
 
@@ -17,8 +19,7 @@ from ..ui.checks import (
     why_not_pullable,
 )
 from . import pins, tool
-from .region import Grab
-from .run import PullRun, find_grip, mirrored, remove_pins_at, runs
+from .run import PullRun, find_grip, grabs_at, remove_pins_at, runs
 from .view import Mode
 
 CONFIRM = {"LEFTMOUSE", "RET", "NUMPAD_ENTER"}
@@ -127,9 +128,7 @@ class ARAP_OT_pull(bpy.types.Operator):
             if not remove_pins_at(obj, pick):
                 raise ValueError("There is no pin of ARAP Pull here: point at one of its dots")
         else:
-            there = pins.find(obj, pick.seeds)
-            vertices = obj.arap.pull_pins[there[0]].vertices if there else pick.vertices
-            pins.add(obj, mirrored(obj, Grab(vertices)))
+            pins.add(obj, [replace(grab, reach=0.0) for grab in grabs_at(obj, pick, 0.0)])
             tool.watch()
         redraw.tag_views()
         return {"FINISHED"}

@@ -50,10 +50,7 @@ def find_grip(context: bpy.types.Context, obj: bpy.types.Object, mouse: tuple[fl
 def grabs_at(obj: bpy.types.Object, pick: seen_mesh.Pick, falloff: float) -> list[Grab]:
     """The temporary pin at the place, else the patch; then its mirror images. Raises ValueError as mirrored()."""
     there = pins.find(obj, pick.seeds)
-    if there:
-        pin = obj.arap.pull_pins[there[0]]
-        return mirrored(obj, Grab(pin.vertices, pin.reach))
-    return mirrored(obj, Grab(pick.vertices, falloff * pick.radius))
+    return mirrored(obj, pins.grabs_of(obj)[there[0]] if there else Grab(pick.vertices, falloff * pick.radius))
 
 
 def mirrored(obj: bpy.types.Object, grab: Grab) -> list[Grab]:

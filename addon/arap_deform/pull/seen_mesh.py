@@ -40,7 +40,7 @@ class Topology:
     face_starts: Ints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # equal is the same one only
 class SeenMesh:
     """A mesh as it is seen.
 

@@ -117,9 +117,9 @@ class PickTest(PullTest):
     def test_the_last_pick_is_forgotten_with_the_file(self):
         draw = module("pull.draw")
         draw.hover(bpy.context, mesh_object(), self.view(), (SIZE[0] / 2, SIZE[1] / 2), 30.0)
-        self.assertIsNotNone(draw._hover)
+        self.assertIsNotNone(draw._hover[1])
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        self.assertIsNone(draw._hover)
+        self.assertIsNone(draw._hover[1])
 
     def test_other_shape_keys_and_deforming_modifiers_count(self):
         obj = mesh_object()
