@@ -111,10 +111,10 @@ def _no_partner(name: str, flipped: str, axis: int) -> str:
 def _between(first: Floats, second: Floats, factor: float, pivot: Floats) -> Floats:
     first_rigid, first_stretch = _rigid_and_log_stretch(first, pivot)
     second_rigid, second_stretch = _rigid_and_log_stretch(second, pivot)
-    rigid = _powered(second_rigid @ _rigid_inverse(first_rigid), factor) @ first_rigid
-    log_stretch = (1.0 - factor) * first_stretch + factor * second_stretch
+    rigid = _powered(second_rigid @ np.linalg.inv(first_rigid), factor) @ first_rigid
+    logs, vectors = np.linalg.eigh((1.0 - factor) * first_stretch + factor * second_stretch)
     result = rigid.copy()
-    result[:3, :3] = rigid[:3, :3] @ _exp_symmetric(log_stretch)
+    result[:3, :3] = rigid[:3, :3] @ (vectors * np.exp(logs)) @ vectors.T
     result[:3, 3] += rigid[:3, :3] @ pivot - result[:3, :3] @ pivot
     return result
 
@@ -123,7 +123,8 @@ def _rigid_and_log_stretch(motion: Floats, pivot: Floats) -> tuple[Floats, Float
     """G and log P of x -> G(P (x - pivot) + pivot)."""
     linear = motion[:3, :3]
     nearest = nearest_rotations(linear[None])[0]
-    values, vectors = np.linalg.eigh(_symmetric(nearest.T @ linear))
+    stretch = nearest.T @ linear
+    values, vectors = np.linalg.eigh(0.5 * (stretch + stretch.T))  # symmetric but for rounding
     if values[0] <= SMALLEST_STRETCH * max(values[2], 1e-300):
         raise ValueError("is flat or turned inside out in one of the poses: scale it back and store that pose again")
     rigid = np.eye(4)
@@ -177,19 +178,3 @@ def _left_jacobian(turn: Floats) -> Floats:
     half = np.sinc(angle / (2.0 * np.pi))
     rest = 1.0 / 6.0 if angle < 1e-3 else (1.0 - np.sinc(angle / np.pi)) / angle**2
     return np.asarray(np.eye(3) + 0.5 * half * half * k + rest * (k @ k))
-
-
-def _rigid_inverse(rigid: Floats) -> Floats:
-    result = np.eye(4)
-    result[:3, :3] = rigid[:3, :3].T
-    result[:3, 3] = -rigid[:3, :3].T @ rigid[:3, 3]
-    return result
-
-
-def _exp_symmetric(matrix: Floats) -> Floats:
-    values, vectors = np.linalg.eigh(matrix)
-    return np.asarray((vectors * np.exp(values)) @ vectors.T)
-
-
-def _symmetric(matrix: Floats) -> Floats:
-    return np.asarray(0.5 * (matrix + matrix.T))
