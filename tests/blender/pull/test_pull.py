@@ -396,18 +396,18 @@ class ReasonTest(SceneTest):
         sessions = module("core.sessions")
 
         def check(reason):
-            self.assertEqual(module("ui.checks").why_not_pullable(bpy.context), reason)
+            self.assertEqual(module("ui.checks").why_not_pullable(bpy.context).partition(":")[0], reason)
 
         check("")
         job = module("bake.keys").BakeJob(obj, 1, 2)
-        check("Wait for the mesh: it is baked")
+        check("Wait for the mesh")
         job.cancel()
         check("")
         act = module("follow.act").PoseAct(None, is_drag=True)
         sessions.claim(obj.name, act)
-        check("The mesh is being pulled: wait until it has settled, or press Esc")
+        check("The mesh is being pulled")
         sessions.release(obj.name, act)
         check("")
         obj.arap.is_live = True
-        check("Live would take the mesh back to its handles: switch Live off first, or move the handles")
+        check("Live would take the mesh back to its handles")
         self.assertFalse(bpy.ops.arap.pull.poll(), "there is no window")
