@@ -44,24 +44,19 @@ def find(obj: bpy.types.Object, vertices: Ints) -> list[int]:
 
 
 def add(obj: bpy.types.Object, grabs: Sequence[Grab]) -> None:
-    """Makes temporary pins. A new pin takes its vertices from older ones."""
+    """Makes temporary pins. A new pin takes its vertices from older ones, and removes a pin that becomes empty."""
+    pins = obj.arap.pull_pins
     for grab in grabs:
-        remove_vertices(obj, grab.vertices)
-        pin: ArapPullPin = obj.arap.pull_pins.add()
+        for i in reversed(find(obj, grab.vertices)):
+            left = np.setdiff1d(pins[i].vertices, grab.vertices)
+            if len(left):
+                pins[i].vertices = left
+            else:
+                pins.remove(i)
+        pin: ArapPullPin = pins.add()
         pin.vertices = grab.vertices
         pin.reach = grab.reach
         pin.n_vertices = len(obj.data.vertices)
-
-
-def remove_vertices(obj: bpy.types.Object, vertices: Ints) -> None:
-    """Takes vertices from all temporary pins, and removes the pins that become empty."""
-    pins = obj.arap.pull_pins
-    for i in reversed(find(obj, vertices)):
-        left = np.setdiff1d(pins[i].vertices, vertices)
-        if len(left):
-            pins[i].vertices = left
-        else:
-            pins.remove(i)
 
 
 def remove(obj: bpy.types.Object, indices: Sequence[int]) -> None:
