@@ -35,7 +35,7 @@ def main(zip_path: Path, scene_path: Path, out: Path, has_opengl: bool) -> None:
     obj = next(o for o in scene.objects if o.type == "MESH" and len(o.arap.handles))
 
     say("Baking")
-    job = importlib.import_module(f"{MODULE}.bake.keys").begin_bake(obj, scene.frame_start, scene.frame_end)
+    job = importlib.import_module(f"{MODULE}.bake.keys").BakeJob(obj, scene.frame_start, scene.frame_end)
     while job.step():
         pass
     keys = job.finish()

@@ -18,14 +18,14 @@ from typing import Any, NoReturn
 
 import bpy
 
-from .bake.cache import begin_mesh_cache
-from .bake.keys import begin_bake
+from .bake.cache import MeshCacheJob
+from .bake.keys import BakeJob
 from .bake.shapes_job import ShapesJob
 from .core.job import run_job
 from .core.native import problem as native_problem
 from .pose.result import bake_pose
 from .pose.solve import solve
-from .poses.keys import begin_pose_keys
+from .poses.keys import PoseKeysJob
 from .scene import pose_key, shape_keys
 
 COMMAND = "arap"
@@ -202,12 +202,10 @@ def _bake(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Names
     start = scene.frame_start if options.start is None else options.start
     end = scene.frame_end if options.end is None else options.end
     if options.cache is not None:
-        export = begin_mesh_cache(
-            obj, options.cache.resolve(), start, end, options.step, scene=scene, add_modifier=True
-        )
+        export = MeshCacheJob(obj, options.cache.resolve(), start, end, options.step, scene=scene, add_modifier=True)
         path = run_job(export)
         return f"{obj.name}: {export.n_shapes} frames in {path}{_unsettled(export)}"
-    job = begin_bake(
+    job = BakeJob(
         obj, start, end, options.step, prefix=options.prefix, scene=scene, fewest_keys_percent=options.fewest_keys
     )
     names = run_job(job)
@@ -215,7 +213,7 @@ def _bake(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Names
 
 
 def _keys(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Namespace) -> str:
-    job = begin_pose_keys(obj, scene=scene)
+    job = PoseKeysJob(obj, scene=scene)
     names = run_job(job)
     return f"{obj.name}: keys {', '.join(repr(name) for name in names)}{_unsettled(job)}"
 

@@ -93,7 +93,7 @@ def act_frames(package: str, obj) -> Milliseconds:
     import bpy
 
     update = importlib.import_module(f"{package}.follow.update")
-    pose = importlib.import_module(f"{package}.pose.operators")
+    pose = importlib.import_module(f"{package}.pose.scene")
     pose_act = importlib.import_module(f"{package}.follow.act")
     obj.arap.property_unset("iterations_per_update")
     update.prepare_session(obj)

@@ -186,15 +186,17 @@ def edge_lengths(obj: bpy.types.Object, positions: np.ndarray) -> np.ndarray:
     return np.linalg.norm(world[ends[:, 0]] - world[ends[:, 1]], axis=1)
 
 
-def animate(obj, start=1, end=21):
-    """The handle moves, turns and comes half way back, with Blender's own easing."""
+def animated(matrix: Matrix | None = None) -> bpy.types.Object:
+    """posable(), whose handle moves, turns and comes half way back from frame 1 to 21, with Blender's own easing."""
+    obj = posable(matrix=matrix)
     target = obj.arap.handles[0].target
-    for frame, y, turn in ((start, 0.0, 0.0), ((start + end) // 2, 1.5, -1.2), (end, 0.6, -0.3)):
+    for frame, y, turn in ((1, 0.0, 0.0), (11, 1.5, -1.2), (21, 0.6, -0.3)):
         target.location.y, target.rotation_euler.x = y, turn
         target.keyframe_insert("location", frame=frame)
         target.keyframe_insert("rotation_euler", frame=frame)
     obj.arap.accuracy = 1e-4
     obj.arap.max_iterations = 200
+    return obj
 
 
 def data_of(obj):

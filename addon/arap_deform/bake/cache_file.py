@@ -21,21 +21,21 @@ FORMATS = {".mdd": "MDD", ".pc2": "PC2"}
 
 
 def format_of(path: Path) -> str:
-    """'MDD' or 'PC2', by the end of the name. Raises ValueError."""
+    """'MDD' or 'PC2', by the suffix. Raises ValueError."""
     try:
         return FORMATS[path.suffix.lower()]
     except KeyError:
-        raise ValueError(f"{path.name} is neither .mdd nor .pc2: give the cache one of these ends") from None
+        raise ValueError(f"{path.name}: the file name must end in .mdd or .pc2") from None
 
 
 def header(kind: str, n_points: int, frames: Sequence[int], fps: float) -> bytes:
-    """What stands before the first frame.
+    """The bytes before the first frame.
 
     Args:
         kind: 'MDD' or 'PC2'.
         n_points: of every frame.
         frames: their numbers, evenly spaced.
-        fps: frames a second; MDD counts seconds from the first frame.
+        fps: frames per second; MDD has seconds from the first frame.
     """
     if kind == "MDD":
         seconds = (np.asarray(frames, dtype=np.float64) - frames[0]) / fps
@@ -45,23 +45,21 @@ def header(kind: str, n_points: int, frames: Sequence[int], fps: float) -> bytes
 
 
 class CacheWriter:
-    """Writes a cache beside its place and puts it there once it is whole: a half one is never found under its name."""
+    """Writes a .part file and renames it when it is complete, so no incomplete cache has the final name."""
 
     def __init__(self, path: Path, n_points: int, frames: Sequence[int], fps: float) -> None:
-        """Begins the file; as header(), the format by the end of the name.
+        """Begins the file. Arguments as header(); the suffix gives the format.
 
         Raises:
-            ValueError: another end, or the file cannot be written there.
+            ValueError: another suffix, or the file cannot be written.
         """
         kind = format_of(path)
         self._path = path
         self._part = path.with_name(f"{path.name}.part")
-        self._n_points = n_points
-        self._n_left = len(frames)
         self._dtype = np.dtype(">f4" if kind == "MDD" else "<f4")
         try:
             if path.is_dir():
-                raise IsADirectoryError(errno.EISDIR, "Is a directory")  # one message for all of them
+                raise IsADirectoryError(errno.EISDIR, "Is a directory")  # the same message on every system
             self._file = self._part.open("wb")
             try:
                 self._file.write(header(kind, n_points, frames, fps))
@@ -74,24 +72,16 @@ class CacheWriter:
             ) from error
 
     def append(self, positions: NDArray[np.floating]) -> None:
-        """Adds (n, 3) positions. Raises RuntimeError where the disk is full."""
-        if positions.shape != (self._n_points, 3) or not self._n_left:
-            raise ValueError(
-                f"A frame of shape {positions.shape} does not fit into {self._path}: "
-                f"{self._n_left} frames of shape ({self._n_points}, 3) are left"
-            )
-        self._n_left -= 1
+        """Adds the (n, 3) positions of the next frame. Raises RuntimeError if the disk is full."""
         self._try(lambda: self._file.write(positions.astype(self._dtype).tobytes()))
 
     def finish(self) -> None:
-        """Puts the file to its place, over an older one. Raises RuntimeError where that fails, or frames lack."""
-        if self._n_left:
-            raise RuntimeError(f"{self._path} lacks {self._n_left} frames: add them first")
+        """Renames the file, which has all frames now, and replaces an older one. Raises RuntimeError if that fails."""
         self._try(self._file.close)
         self._try(lambda: self._part.replace(self._path))
 
     def discard(self) -> None:
-        """Takes back what was written; after finish() it does nothing."""
+        """Removes the .part file; after finish() it does nothing."""
         with suppress(OSError):
             self._file.close()
         self._part.unlink(missing_ok=True)
@@ -101,5 +91,5 @@ class CacheWriter:
             act()
         except OSError as error:
             raise RuntimeError(
-                f"{self._path} could not be written ({error.strerror}): make room, or choose another place"
+                f"{self._path} could not be written ({error.strerror}): free disk space, or choose another folder"
             ) from error

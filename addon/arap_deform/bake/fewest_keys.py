@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The fewest frames whose linear blends keep within a distance of all frames. No bpy.
+"""The fewest frames whose linear blends stay within a distance of all frames. No bpy.
 
-Which two frames may be neighbours? Those between which no vertex of no frame is further than the tolerance from the
-blend of the two. The fewest keys are the shortest way from the first frame to the last over such pairs. To look at
-every vertex in every frame for every pair would take hours, so the search knows only some vertices at first, takes
-every pair for possible that these do not rule out, and finds the shortest way; then it looks at every vertex, on that
-way alone. Where one is too far away, the pair is struck out, the vertex is known from then on, and the search goes on.
-What is struck out is impossible indeed, so the way that stands in the end is the shortest of all.
+Two frames may be neighbours if every vertex of every frame between them is within the tolerance of their blend. The
+fewest keys are the shortest way from the first frame to the last over such pairs. To check every vertex in every frame
+for every pair would take hours. So the search first checks a few sample vertices, and finds the shortest way over the
+pairs that these allow. Then it checks every vertex, but only for the pairs of this way. If a vertex is too far away,
+it strikes out the pair, makes the vertex a sample, and goes on. It strikes out impossible pairs only, so the way at the
+end is the shortest of all.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Result = TypeVar("Result")
 Steps = Generator[None, None, Result]  # yields between steps, then returns
 Pairs = NDArray[np.bool_]  # (f, f) which frames may be neighbours, the earlier one first
 
-SLACK = 1e-6  # of the tolerance: rounding must not rule a pair out that is possible
+SLACK = 1e-6  # relative to the tolerance, so that rounding does not rule out a possible pair
 
 
 class Frames(Protocol):
@@ -46,7 +46,7 @@ class KeySearch:
             frames: f of them.
             times: (f,) ascending.
             tolerance: distance, 0 or more.
-            metric: (3, 3) distances are measured after it: the stretch of the object; None: as they are.
+            metric: (3, 3) map before distances are measured: the stretch of the object; None: no map.
         """
         self._frames = frames
         self._times = np.asarray(times, dtype=np.float64)
@@ -57,10 +57,10 @@ class KeySearch:
         self.keys: list[int] = list(range(len(frames)))
         """Indices of the frames to keep; all of them until the search is done."""
         self.largest_distance = 0.0
-        """Of any vertex in any frame from the blend of the keys around it."""
+        """The largest distance of any vertex in any frame from the blend of the keys around it."""
 
     def step(self, time_limit_s: float) -> bool:
-        """Searches for about so long; False once it is done."""
+        """Searches for about ``time_limit_s``; False when it is done."""
         end = time.perf_counter() + time_limit_s
         return any(time.perf_counter() >= end for _ in self._steps)
 
@@ -97,7 +97,7 @@ class KeySearch:
         self.largest_distance = max(self._checked.get(pair, 0.0) for pair in way)
 
     def _learn_from_neighbours(self, known: set[int]) -> Steps[None]:
-        """Finds the vertex of each frame that is furthest from the blend of the frames beside it."""
+        """For each frame, finds the vertex farthest from the blend of the two frames beside it."""
         before, here = self._frames[0], self._frames[1]
         for i in range(1, len(self._frames) - 1):
             after = self._frames[i + 1]
@@ -106,7 +106,7 @@ class KeySearch:
             yield
 
     def _read(self, vertices: list[int]) -> Steps[Floats]:
-        """Returns (f, k, 3) float64 positions of these vertices in all frames, as measured."""
+        """Returns (f, k, 3) float64 positions of these vertices in all frames, after the metric."""
         result = np.empty((len(self._frames), len(vertices), 3))
         for i in range(len(self._frames)):
             result[i] = self._frames[i][vertices]
@@ -114,7 +114,7 @@ class KeySearch:
         return result if self._metric is None else result @ self._metric.T
 
     def _is_possible_for(self, samples: Floats, start: int, end: int) -> bool:
-        """Whether the known vertices allow the pair."""
+        """Whether the samples allow the pair."""
         if end - start < 2:
             return True
         shares = self._share(np.arange(start + 1, end), start, end)[:, None, None]
@@ -123,7 +123,7 @@ class KeySearch:
         return bool((off * off).sum(axis=2).max() <= limit * limit)
 
     def _check(self, start: int, end: int, found: set[int]) -> Steps[bool]:
-        """Returns whether all vertices allow the pair; ``found`` gets the worst one of each frame that does not."""
+        """Returns whether all vertices allow the pair; ``found`` gets the worst vertex of each frame that does not."""
         if end - start < 2 or (start, end) in self._checked:
             return True
         first, last = self._frames[start], self._frames[end]
@@ -165,11 +165,11 @@ class KeySearch:
 
 
 def possible_pairs(samples: Floats, times: Floats, tolerance: float) -> Pairs:
-    """Pairs of frames that these vertices do not rule out, by what can be told in one pass.
+    """Pairs of frames that these vertices do not rule out; one pass, so it may leave impossible pairs.
 
-    From frame a, the blend up to frame b goes with one velocity (x_b - x_a) / (t_b - t_a) of each vertex. Every frame
-    in between allows only velocities in a ball, of radius tolerance / (t - t_a). The box around what is left shrinks
-    from frame to frame; the velocity must be in it, and where it is empty no later frame can be a neighbour of a.
+    In the blend from frame a to frame b each vertex has one velocity (x_b - x_a) / (t_b - t_a). Every frame between
+    them allows only velocities in a ball with radius tolerance / (t - t_a). The box of the velocities that all balls so
+    far allow shrinks from frame to frame. The velocity must be in the box; if it is empty, a has no later neighbour.
 
     Args:
         samples: (f, k, 3) positions.
@@ -197,7 +197,7 @@ def possible_pairs(samples: Floats, times: Floats, tolerance: float) -> Pairs:
 
 
 def shortest_way(possible: Pairs) -> list[tuple[int, int]]:
-    """The fewest pairs from the first frame to the last, each beginning where the one before ends."""
+    """The fewest pairs from the first frame to the last; each begins at the end of the one before."""
     n = len(possible)
     n_pairs = np.zeros(n, dtype=np.int64)
     before = np.zeros(n, dtype=np.intp)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Solving frame after frame of a scene; what becomes of the shapes, the bake or the export says."""
+"""Solving frame after frame of a scene, for a bake or an export."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from .shapes_job import Result, ShapesJob, depsgraph_of
 
 
 class FramesJob(ShapesJob[Result]):
-    """A ShapesJob of frames: the first one starts from rest, each other one from the one before.
+    """A ShapesJob of frames: the first frame starts from rest, every other one from the frame before.
 
-    The current frame changes meanwhile.
+    It changes the current frame until its end.
     """
 
     def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, frames: Sequence[int]) -> None:
@@ -27,8 +27,8 @@ class FramesJob(ShapesJob[Result]):
 
     @property
     def frame(self) -> int:
-        """The frame being solved."""
-        return self._frames[min(self._n_done, self._n_shapes - 1)]
+        """The frame that is solved now."""
+        return self._frames[min(self._n_done, self.n_shapes - 1)]
 
     def _shape_name(self) -> str:
         return f"frame {self.frame}"
@@ -41,7 +41,7 @@ class FramesJob(ShapesJob[Result]):
         depsgraph = depsgraph_of(scene)
         stretch = meshes.read_stretch(obj, depsgraph)
         if not is_same_stretch(self._session.stretch, stretch):
-            # An animated scale: what is rigid as seen is another thing in this frame.
+            # The scale is animated: what looks rigid depends on it.
             self._begin_bind(replace(self._inputs, stretch=stretch))
         else:
             self._matrices = handle_motion.handle_matrices(obj, depsgraph)
@@ -56,11 +56,3 @@ class FramesJob(ShapesJob[Result]):
             scene.frame_set(frame, subframe=subframe)
             frame_state.restore(self._values_before)
         super()._go_back()
-
-
-def check_range(start: int, end: int, step: int) -> None:
-    """Raises ValueError where there are no frames to solve."""
-    if step < 1:
-        raise ValueError(f"step = {step}, must be 1 or more")
-    if end < start:
-        raise ValueError(f"The last frame {end} is before the first, {start}: swap them")

@@ -9,7 +9,7 @@ from ..ui.panels import ArapSubPanel
 
 
 class ARAP_PT_bake(ArapSubPanel, bpy.types.Panel):
-    """What stays without the add-on."""
+    """Results that stay without the add-on."""
 
     bl_idname = "ARAP_PT_bake"
     bl_label = "Bake"
@@ -22,9 +22,4 @@ class ARAP_PT_bake(ArapSubPanel, bpy.types.Panel):
         column.operator("arap.export_mesh_cache", icon="EXPORT")
 
 
-def register() -> None:
-    bpy.utils.register_class(ARAP_PT_bake)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(ARAP_PT_bake)
+register, unregister = bpy.utils.register_classes_factory((ARAP_PT_bake,))

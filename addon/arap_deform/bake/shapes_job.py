@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Solving several shapes of a mesh, one after the other, in steps: what all bakes share."""
+"""Solving several shapes of a mesh, one after the other, in steps: the base of all bakes."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ Result = TypeVar("Result")
 class ShapesJob(ABC, Generic[Result]):
     """A Job of many solves.
 
-    First the mesh is bound, in a thread of its own, where no live session fits. Nothing in the file changes before
-    finish(), except what a kind of job says of itself; cancel() brings that back. Where step() or finish() raises,
-    call cancel(). Holds names, no Blender data.
+    If no live session fits, a thread binds the mesh first. Nothing in the file changes before finish(), except what a
+    kind of job says in its own text. If step() or finish() raises, call cancel(): it puts everything back. It holds
+    names, no Blender data.
     """
 
     __class_getitem__: Any = classmethod(GenericAlias)  # see Binding
 
-    noun = "job"  # for messages: what has ended
-    doing: str  # to the mesh
+    noun = "job"  # for messages
+    doing: str  # for messages, see sessions.Act
 
     def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, n_shapes: int) -> None:
-        """Of a checked object. Raises RuntimeError where another act has it."""
+        """``obj`` is checked. Raises RuntimeError if an act uses it."""
         sessions.check_free(obj.name)
-        self._object_name: str = obj.name
+        self.object_name: str = obj.name
+        self.n_shapes = n_shapes
         self._scene_name = scene.name
-        self._n_shapes = n_shapes
         self._n_done = 0
         self._is_done = False
         self._parts: list[Readout] = []  # of the shape being solved
@@ -52,9 +52,9 @@ class ShapesJob(ABC, Generic[Result]):
         self._session: Session | None = None
         self._bind: Binding[Session] | None = None
         self.takers: list[Callable[[Float32s], None]] = [self._take]
-        """Called with each shape that is solved, (n, 3); the array is written over by the next one."""
+        """Called with each solved shape, (n, 3). The next solve writes over the array."""
         self.readouts: list[Readout] = []
-        """One for each shape done."""
+        """One for each solved shape."""
         self._inputs = read_input(obj, depsgraph_of(scene))
         session = mesh.fitting(obj, self._inputs)
         if session is None:
@@ -65,92 +65,88 @@ class ShapesJob(ABC, Generic[Result]):
 
     @property
     def fraction(self) -> float:
-        """Fraction of the shapes that is solved, 0 to 1."""
-        return self._n_done / self._n_shapes
-
-    @property
-    def object_name(self) -> str:
-        return self._object_name
-
-    @property
-    def n_shapes(self) -> int:
-        """How many shapes are solved in all."""
-        return self._n_shapes
+        """The part of the shapes that is solved, 0 to 1."""
+        return self._n_done / self.n_shapes
 
     @property
     def n_unsettled(self) -> int:
-        """How many of the shapes done have met the limit of iterations before the accuracy."""
+        """The number of solved shapes that have not converged."""
         return sum(readout.stop_reason != "converged" for readout in self.readouts)
 
     @property
+    def warning(self) -> str:
+        """One sentence if shapes have not converged, else ''."""
+        n = self.n_unsettled
+        return f"{n} of {self.n_shapes} solves are not finished: raise Max Iterations (Advanced)" if n else ""
+
+    @property
     def bind_fraction(self) -> float | None:
-        """How far the mesh is bound, None while shapes are solved."""
+        """The part of the bind that is done; None if there is no bind under way."""
         return None if self._bind is None else self._bind.fraction
 
     @property
     def status(self) -> str:
-        """What is being done, for the status bar."""
+        """For the status bar."""
         if self._bind is not None:
             return f"preparing the mesh, {self._bind.fraction:.0%}"
         return f"{self._shape_name()}, {self.fraction:.0%} done"
 
     def step(self, time_limit_s: float = STEP_S) -> bool:
-        """Works for about ``time_limit_s`` seconds; True while there is more to do. Call finish() after the last.
+        """Works for about ``time_limit_s``; True while there is more to do. After the last step, call finish().
 
         Raises:
-            ValueError, RuntimeError: a handle, the object or the scene went missing, the mesh changed or cannot be
-                used, or the solver failed.
+            ValueError, RuntimeError: a handle, the object or the scene is gone, the mesh has changed or cannot be used,
+                or the solver failed.
         """
-        is_solved = self._n_done == self._n_shapes
+        is_solved = self._n_done == self.n_shapes
         if not is_solved:
             self._work(time_limit_s)
-        is_more = self._n_done < self._n_shapes or self._conclude(time_limit_s if is_solved else 0.0)
+        is_more = self._n_done < self.n_shapes or self._conclude(time_limit_s if is_solved else 0.0)
         self._is_done = not is_more
         return is_more
 
     def finish(self) -> Result:
-        """Writes the result, and brings all else back to where it was at the start.
+        """Writes the result, and puts everything else back to where it was at the start.
 
         Raises:
-            ValueError, RuntimeError: as step(), or the result cannot be written; nothing is written then.
+            ValueError, RuntimeError: as step(), or the result cannot be written; then nothing is written.
         """
         if not self._is_done:
-            raise RuntimeError(
-                f"The {self.noun} of '{self._object_name}' is not done: call step() until it returns False"
-            )
+            job = f"The {self.noun} of '{self.object_name}'"
+            raise RuntimeError(f"{job} is not done: call step() until it returns False")
         result = self._write(self._object())
-        sessions.set_readout(self._object_name, self.readouts[-1])
+        sessions.set_readout(self.object_name, self.readouts[-1])
         self._go_back()
         return result
 
     def cancel(self) -> None:
-        """Everything as before the job."""
+        """Puts everything back."""
         if self._bind is not None:
             self._bind.drop()
         self._go_back()
 
     @abstractmethod
     def _shape_name(self) -> str:
-        """Of the shape being solved, for the status bar."""
+        """The name of the shape that is solved now, for the status bar."""
 
     @abstractmethod
     def _begin_shape(self) -> None:
-        """Sets the matrices of the handles for the next shape, or begins a bind where the mesh needs one for it."""
+        """Sets the matrices of the handles for the next shape, or begins a bind if the shape needs one."""
 
     @abstractmethod
     def _is_from_rest(self) -> bool:
-        """Whether the next shape starts at rest, and not at the one before."""
+        """Whether the next shape starts from rest, else from the shape before."""
 
     @abstractmethod
     def _take(self, shape: Float32s) -> None:
-        """A shape of the mesh itself is solved: see ``takers``."""
+        """Takes a solved shape of the mesh: the first of ``takers``."""
 
     @abstractmethod
     def _write(self, obj: bpy.types.Object) -> Result:
-        """All shapes are solved: writes the result."""
+        """Writes the result when all shapes are solved."""
 
     def _conclude(self, _time_limit_s: float) -> bool:
-        """A step of what there is to do after the last shape; True while there is more."""
+        """A step of the work after the last shape; True while there is more."""
         return False
 
     def _work(self, time_limit_s: float) -> None:
@@ -159,7 +155,7 @@ class ShapesJob(ABC, Generic[Result]):
         if self._bind is None:
             self._solve(time_limit_s)
         else:
-            self._bind.start()  # not when the job is made: that may be within an operator, see Binding
+            self._bind.start()  # not in __init__: an operator may call that, see Binding
             self._bind.wait(time_limit_s)
             if self._bind.is_done:
                 self._end_bind(self._bind.result())
@@ -206,18 +202,18 @@ class ShapesJob(ABC, Generic[Result]):
     def _go_back(self) -> None:
         if self._live_session is not None and self._live_positions is not None:
             self._live_session.set_positions(self._live_positions)
-        sessions.release(self._object_name, self)
+        sessions.release(self.object_name, self)
 
     def _scene(self) -> bpy.types.Scene:
         scene = bpy.data.scenes.get(self._scene_name)
         if scene is None:
-            raise RuntimeError(f"Scene '{self._scene_name}' is not there any more: the {self.noun} has ended")
+            raise RuntimeError(f"Scene '{self._scene_name}' is gone: the {self.noun} has ended")
         return scene
 
     def _object(self) -> bpy.types.Object:
-        obj = bpy.data.objects.get(self._object_name)
+        obj = bpy.data.objects.get(self.object_name)
         if obj is None:
-            raise RuntimeError(f"'{self._object_name}' is not there any more: the {self.noun} has ended")
+            raise RuntimeError(f"'{self.object_name}' is gone: the {self.noun} has ended")
         meshes.check_mesh(obj)
         n = len(obj.data.vertices)
         if n != self._inputs.counts[0]:
@@ -229,13 +225,16 @@ class ShapesJob(ABC, Generic[Result]):
 
 
 def check_in_scene(obj: bpy.types.Object | None, scene: bpy.types.Scene) -> None:
-    """Raises ValueError where the job's object is not one of the scene."""
+    """Raises ValueError if it is no mesh that can be posed, or not in the scene."""
     if obj is None or scene not in obj.users_scene:
-        raise ValueError(f"'{obj.name if obj else 'Nothing'}' is not in scene '{scene.name}': choose an object of it")
+        raise ValueError(
+            f"'{obj.name if obj else 'Nothing'}' is not in scene '{scene.name}': choose one of its objects"
+        )
+    meshes.check_mesh(obj)
 
 
 def depsgraph_of(scene: bpy.types.Scene) -> bpy.types.Depsgraph:
-    """The scene, evaluated."""
+    """The evaluated scene."""
     if scene == bpy.context.scene:
         return bpy.context.evaluated_depsgraph_get()
     view_layer = scene.view_layers[0]

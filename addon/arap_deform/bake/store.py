@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shapes that wait until all of them are solved: in memory while they are few, else in a temporary file. No bpy."""
+"""Solved shapes until the job ends: in memory if they are few, else in a temporary file. No bpy."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BYTES_IN_MEMORY = 64_000_000
 
 
 class ShapeStore:
-    """A list of (n, 3) float32 arrays that takes at most BYTES_IN_MEMORY; the file goes with it."""
+    """A list of (n, 3) float32 arrays; above BYTES_IN_MEMORY they are on the disk. close() removes the file."""
 
     def __init__(self, n_vertices: int) -> None:
         self._n_bytes = n_vertices * 12
@@ -24,14 +24,14 @@ class ShapeStore:
         return self._n
 
     def append(self, shape: Float32s) -> None:
-        """Raises RuntimeError where the disk is full."""
+        """Raises RuntimeError if the disk is full."""
         try:
             self._file.seek(self._n * self._n_bytes)
             self._file.write(np.ascontiguousarray(shape, dtype=np.float32).tobytes())
         except OSError as error:
             raise RuntimeError(
                 f"The solved shapes do not fit into the folder for temporary files ({error.strerror}): "
-                "make room there, or bake fewer frames at once"
+                "free disk space there, or bake fewer frames at once"
             ) from error
         self._n += 1
 
@@ -42,6 +42,6 @@ class ShapeStore:
         return np.frombuffer(self._file.read(self._n_bytes), dtype=np.float32).reshape(-1, 3)
 
     def close(self) -> None:
-        """Gives memory and disk back; the shapes are gone."""
+        """Frees memory and disk."""
         self._file.close()
         self._n = 0

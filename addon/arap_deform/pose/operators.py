@@ -1,185 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""The posing act in Blender: a modal operator that lets everything through but Enter and Esc.
+"""Pose, and what ends it; Solve; and the ways back to rest."""
 
-The act itself is in pose_act. Here is what it needs of Blender: names instead of references (undo replaces all data),
-handlers that say when the scene was evaluated, a timer for refining, and one exit.
-"""
+from typing import Any
 
 import bpy
 from bpy.props import BoolProperty
 
 from ..core import sessions
-from ..core.arrays import Floats
 from ..core.session_data import Readout
-from ..core.session_input import SessionInput
-from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
-from ..follow.scene import BlenderFollowScene, is_rendering
-from ..live import runs
-from ..props import preferences
-from ..scene import app_handlers, pose_key, redraw
-from ..setup.handles import handle_problem
-from ..ui.checks import StatusBar, allow, find_posed_object, is_posed, posed_object, reports_errors, why_not_solvable
-from . import undo
-from .result import capture_state, restore_state
+from ..follow.act import Ending, PoseAct
+from ..scene import redraw
+from ..scene.placing import reset_handles
+from ..setup.list_operators import why_no_handles
+from ..ui.checks import (
+    ArapOperator,
+    allow,
+    find_posed_object,
+    is_posed,
+    posed_object,
+    reports_errors,
+    why_no_pose,
+    why_no_reset,
+    why_not_solvable,
+)
+from .job_operator import JobOperator
+from .result import apply_pose_as_rest, reset_pose
+from .run import PoseRun, runs
+from .solve import SolveJob, begin_solve, iterations_text, solve, unsettled_text
 
-TIMER_S = 0.02
 VIEW_EVENTS = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "NDOF_MOTION"}
 EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
-
-
-class BlenderPoseScene(BlenderFollowScene):
-    """The PoseScene of one object."""
-
-    def __init__(self, obj: bpy.types.Object) -> None:
-        super().__init__(obj)
-        self.number = 0
-        pose_key.forget_removed(obj)
-        self.state = capture_state(obj)
-        self.key = pose_key.KeyFollower(obj)
-        self._counts = _counts(obj)
-        former = sessions.get(obj.name)
-        self._topology = former.inputs.signature.topology if former is not None else None
-
-    @property
-    def obj(self) -> bpy.types.Object | None:
-        """The object; None where it is gone, or another one has its name."""
-        obj = super().obj
-        return obj if obj is not None and undo.is_within(obj, self.number) else None
-
-    def why_over(self) -> str:
-        obj = self.obj
-        if obj is None or obj.name not in bpy.context.scene.objects:
-            return f"'{self.name}' was deleted or renamed: posing has ended"
-        if obj.mode not in {"OBJECT", "WEIGHT_PAINT"}:
-            return f"'{self.name}' is no longer in Object Mode: the pose is kept and posing has ended"
-        if _counts(obj) != self._counts:
-            text = "The mesh of '{}' has changed: posing has ended, its rest shape is another one now"
-            return text.format(self.name)
-        reason = self.key.why_left(obj)
-        if not reason and not self.key.follow(obj):
-            reason = f"Shape key '{pose_key.wanted_name(obj)}' of '{obj.name}' was removed"
-        if reason:
-            return f"{reason}: posing has ended"
-        for index, handle in enumerate(obj.arap.handles):
-            problem = handle_problem(obj, index) if handle.is_enabled else ""
-            if problem:
-                return f"{problem}. The pose is kept and posing has ended"
-        return ""
-
-    def update(self, matrices: Floats, iterations: int | None, time_limit_s: float | None) -> Readout:
-        readout = super().update(matrices, iterations, time_limit_s)
-        self.key.note(self._obj())
-        return readout
-
-    def restore(self, obj: bpy.types.Object) -> None:
-        """Everything as before the act. Raises as restore_state()."""
-        self.key.give_name_back(obj)
-        restore_state(obj, self.state)
-
-    def _read_inputs(self) -> SessionInput:
-        inputs = super()._read_inputs()
-        topology = inputs.signature.topology
-        if self._topology not in {None, topology}:
-            raise ValueError(f"The faces of '{self.name}' have changed")
-        self._topology = topology
-        return inputs
-
-
-def _counts(obj: bpy.types.Object) -> tuple[int, int, int]:
-    return len(obj.data.vertices), len(obj.data.loops), len(obj.data.polygons)
-
-
-class Run:
-    """One running act: its state machine, its scene, and what it has put into Blender's window."""
-
-    def __init__(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        """Begins the act. Raises ValueError or RuntimeError where it cannot; then nothing has changed."""
-        sessions.check_free(obj.name)
-        runs.give_up(obj)
-        self.scene = BlenderPoseScene(obj)
-        self.act = PoseAct(self.scene)
-        self._status = StatusBar()
-        self.scene.number = undo.mark(obj)
-        try:
-            self.act.begin()
-        except BaseException:
-            undo.unmark(obj)
-            raise
-        undo.push("Begin ARAP Pose")
-        self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
-        _add(self)
-
-    def show_status(self, context: bpy.types.Context) -> None:
-        self._status.show(context, status_text(self.act))
-
-    def finish(self) -> End:
-        """The one exit of all ends; ``end.message`` is what is left to say."""
-        end = self.act.end
-        assert end is not None
-        bpy.context.window_manager.event_timer_remove(self._timer)
-        _remove(self)
-        obj = self.scene.obj
-        if obj is None:
-            sessions.drop(self.scene.name)
-        elif end.how is Ending.RESTORE:
-            end = restored(end, lambda: self.scene.restore(obj))
-        undo.finish(self.scene.name, self.scene.number, as_one_step=end.how is not Ending.LEAVE)
-        self._status.clear()
-        print_fault(end)
-        redraw.tag_panels()
-        return end
-
-
-_runs: dict[str, Run] = {}
-
-
-def _add(run: Run) -> None:
-    if not _runs:
-        app_handlers.add(_HANDLERS)
-    _runs[run.scene.name] = run
-    sessions.claim(run.scene.name, run.act)
-
-
-def _remove(run: Run) -> None:
-    _runs.pop(run.scene.name, None)
-    sessions.release(run.scene.name, run.act)
-    if not _runs:
-        app_handlers.remove(_HANDLERS)
-
-
-def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    _scene_changed(scene, depsgraph, is_frame=False)
-
-
-def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    _scene_changed(scene, depsgraph, is_frame=True)
-
-
-def _scene_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, is_frame: bool) -> None:
-    if is_rendering():
-        return
-    for run in list(_runs.values()):
-        if scene.objects.get(run.scene.name) is not None or run.scene.obj is None:
-            with run.scene.evaluated(depsgraph, is_frame=is_frame):
-                run.act.scene_changed()
-
-
-def _on_undo(*_: object) -> None:
-    for run in list(_runs.values()):
-        if run.scene.obj is None:
-            run.act.leave("Undo went back to before this pose: posing has ended")
-        else:
-            run.scene.key.forget_address()
-            run.act.undone()
-
-
-_HANDLERS = (
-    ("depsgraph_update_post", _on_update),
-    ("frame_change_post", _on_frame),
-    ("undo_post", _on_undo),
-    ("redo_post", _on_undo),
-)
 
 
 class ARAP_OT_pose(bpy.types.Operator):
@@ -188,7 +39,7 @@ class ARAP_OT_pose(bpy.types.Operator):
     bl_description = "Move, turn and scale the handles and the mesh follows. Enter keeps the pose, Esc cancels it"
     bl_options = {"UNDO"}
 
-    _run: Run
+    _run: PoseRun
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -196,25 +47,26 @@ class ARAP_OT_pose(bpy.types.Operator):
             return allow(cls, "Posing needs a window: use Solve")
         return allow(cls, why_not_solvable(context))
 
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        return self._begin(context)
-
     @reports_errors
     def _begin(self, context: bpy.types.Context) -> set[str]:
-        self._run = Run(context, posed_object(context))
+        self._run = PoseRun(context, posed_object(context))
         context.window_manager.modal_handler_add(self)
         self._run.show_status(context)
         redraw.tag_panels()
         return {"RUNNING_MODAL"}
 
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        return self._begin(context)
+
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Lets every event through but Enter and Esc."""
         run = self._run
         is_ours = False
         if event.type == "TIMER":
-            self._tick(context)
+            run.tick(context)
         else:
-            # A release that ends somebody else's drag reaches us too, so only a press means something.
-            # While it ends nothing new begins but moves of the view: it would be cut off in the middle.
+            # The release that ends a drag of another operator reaches us too, so only a press counts. While the pose
+            # is being kept, nothing but moves of the view may begin: the end would cut it off.
             is_ours = event.value == "PRESS" and (
                 self._on_press(context, event) or (run.act.is_keeping and event.type not in VIEW_EVENTS)
             )
@@ -227,34 +79,23 @@ class ARAP_OT_pose(bpy.types.Operator):
         if end.how is Ending.KEEP:
             return {"FINISHED"}
         if end.how is Ending.RESTORE:
-            undo.push("Cancel ARAP Pose")
+            bpy.ops.ed.undo_push(message="Cancel ARAP Pose")
         return {"CANCELLED"}
 
     def cancel(self, _context: bpy.types.Context) -> None:
-        """Blender ends the operator: file load, closed window."""
+        """Blender ends the operator: a file is loaded, or the window is closed."""
         self._run.act.end_now()
         self._run.finish()
 
-    def _tick(self, context: bpy.types.Context) -> None:
-        if is_rendering():
-            return
-        act = self._run.act
-        before = act.readout
-        act.tick(preferences.refine_time_s())
-        if act.phase is Phase.BINDING:
-            self._run.show_status(context)
-        if act.readout is not before or act.phase is Phase.BINDING:
-            redraw.tag_panels()
-
     def _on_press(self, context: bpy.types.Context, event: bpy.types.Event) -> bool:
-        """Acts on our keys; True where the key was ours."""
+        """Acts on our keys; True if the key was ours."""
         act = self._run.act
         if _editor_at(context, event) in EDITORS_WITH_TEXT:
             return False
         if event.type in {"RET", "NUMPAD_ENTER"}:
             act.keep()
             return True
-        if event.type == "ESC" and not context.screen.is_animation_playing:  # there Esc ends the playback
+        if event.type == "ESC" and not context.screen.is_animation_playing:  # then Esc ends the playback
             act.cancel()
             return True
         return False
@@ -272,7 +113,7 @@ class ARAP_OT_pose_end(bpy.types.Operator):
     bl_label = "End Pose"
     bl_description = "End posing: keep the pose, or put everything back to where it was before"
 
-    is_kept: BoolProperty(name="Keep", description="Keep the pose. Off: everything as before", default=True)
+    is_kept: BoolProperty(name="Keep", description="Keep the pose. Off: put everything back", default=True)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -289,17 +130,81 @@ class ARAP_OT_pose_end(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (ARAP_OT_pose, ARAP_OT_pose_end)
+class ARAP_OT_solve(JobOperator, bpy.types.Operator):
+    bl_idname = "arap.solve"
+    bl_label = "Solve"
+    bl_description = "Pose the mesh for the present places of the handles, to convergence. Starts from the rest shape"
+    why_not = staticmethod(why_not_solvable)
+    act_name = "Solve"
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        return super().execute(context)
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """For scripts: the solve is done when it returns."""
+        self.report_result(None, solve(posed_object(context), context.evaluated_depsgraph_get()))
+        redraw.tag_panels()
+        return {"FINISHED"}
+
+    def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> SolveJob:
+        return begin_solve(obj, context.evaluated_depsgraph_get())
+
+    def report_result(self, _job: Any, readout: Readout) -> None:
+        unsettled = unsettled_text(readout)
+        if unsettled:
+            self.report({"WARNING"}, unsettled)
+        else:
+            self.report({"INFO"}, f"Solved in {iterations_text(readout)}, {readout.last_ms:.0f} ms")
 
 
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+class ARAP_OT_reset_handles(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.reset_handles"
+    bl_label = "Reset Handles"
+    bl_description = "Put every handle back to its place at rest"
+    why_not = staticmethod(why_no_handles)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        held = reset_handles(obj)
+        if held:
+            names = ", ".join(held)
+            self.report({"WARNING"}, f"Animation, a constraint or a driver holds these handles: {names}")
+
+
+class ARAP_OT_reset_pose(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.reset_pose"
+    bl_label = "Reset Pose"
+    bl_description = "Put the mesh back to its rest shape. The handles stay"
+    why_not = staticmethod(why_no_reset)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        reset_pose(obj)
+
+
+class ARAP_OT_apply_pose_as_rest(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.apply_pose_as_rest"
+    bl_label = "Apply Pose as Rest"
+    bl_description = "Make the pose the new rest shape of the mesh. The present places of the handles become rest too"
+    why_not = staticmethod(why_no_pose)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        apply_pose_as_rest(obj)
+
+
+register, _unregister_classes = bpy.utils.register_classes_factory(
+    (
+        ARAP_OT_pose,
+        ARAP_OT_pose_end,
+        ARAP_OT_solve,
+        ARAP_OT_reset_handles,
+        ARAP_OT_reset_pose,
+        ARAP_OT_apply_pose_as_rest,
+    )
+)
 
 
 def unregister() -> None:
-    for run in list(_runs.values()):  # Blender drops running operators without a word when their class goes
+    for run in runs.copy():  # Blender drops a running operator silently when its class goes
         run.act.end_now("The add-on was disabled")
         run.finish()
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panel "Pose": the acts, what nothing holds, and what the last solve did."""
+"""The sub-panel "Pose": the acts, parts that nothing holds, and what the last solve did."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STOP_REASONS = {
 
 
 class ARAP_PT_pose(ArapSubPanel, bpy.types.Panel):
-    """Pose, pull, solve; and parts of the mesh that nothing holds."""
+    """Pose, pull, reset; and parts of the mesh that nothing holds."""
 
     bl_idname = "ARAP_PT_pose"
     bl_label = "Pose"
@@ -26,9 +26,8 @@ class ARAP_PT_pose(ArapSubPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        obj = posed_object(context)
         _draw_buttons(layout)
-        readout = sessions.readout(obj.name_full)
+        readout = sessions.readout(posed_object(context).name_full)
         if readout is not None and (readout.parts_at_rest or readout.loose_vertices):
             box = layout.box()
             draw_text(context, box, unheld_text(readout), "INFO")
@@ -63,17 +62,12 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
 
 
 def unheld_text(readout: Readout) -> str:
-    """One sentence on what nothing holds, translated."""
-    parts, loose = readout.parts_at_rest, readout.loose_vertices
-    if parts and loose:
-        return f"Held by nothing, so they stay at rest: {parts} parts and {loose} loose vertices"
-    if parts == 1:
-        return "Held by nothing, so it stays at rest: 1 part of the mesh"
-    if parts:
-        return f"Held by nothing, so they stay at rest: {parts} parts of the mesh"
-    if loose == 1:
-        return "In no face, so it stays at rest: 1 loose vertex"
-    return f"In no face, so they stay at rest: {loose} loose vertices"
+    """One sentence on the parts and loose vertices that have no pin or handle."""
+    counts = ((readout.parts_at_rest, "part", "parts"), (readout.loose_vertices, "loose vertex", "loose vertices"))
+    found = [f"{n} {one if n == 1 else many}" for n, one, many in counts if n]
+    is_one = readout.parts_at_rest + readout.loose_vertices == 1
+    verbs = ("has", "does") if is_one else ("have", "do")
+    return "{} {} no pin or handle and {} not move".format(" and ".join(found), *verbs)
 
 
 def _draw_buttons(layout: bpy.types.UILayout) -> None:
@@ -88,14 +82,4 @@ def _draw_buttons(layout: bpy.types.UILayout) -> None:
     column.operator("arap.apply_pose_as_rest", icon="CHECKMARK")
 
 
-CLASSES = (ARAP_PT_pose, ARAP_PT_readout)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory((ARAP_PT_pose, ARAP_PT_readout))

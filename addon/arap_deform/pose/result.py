@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What becomes of a pose: a key of its own, the new rest shape, nothing; and the way back on Esc."""
+"""What becomes of a pose: a shape key, the new rest shape, or nothing; and the way back on Esc."""
 
 from __future__ import annotations
 
@@ -8,23 +8,22 @@ from dataclasses import dataclass
 from typing import Any
 
 import bpy
-from numpy.typing import NDArray
 
 from ..core import sessions
 from ..scene import handle_motion, meshes, pose_key, rest, shape_keys
 
-Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone ('': the object)
+Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone; bone '': the object itself
 
 CHANNELS = ("location", "rotation_mode", "rotation_quaternion", "rotation_euler", "rotation_axis_angle", "scale")
 
 
 @dataclass(frozen=True)
 class PoseState:
-    """What the posing act gives back on Esc; no Blender data.
+    """What Esc restores; no Blender data.
 
     Attributes:
         key: values and slider of the live key.
-        transforms: of everything that an artist may have moved to move a handle.
+        transforms: of every object and bone that moves a handle.
     """
 
     object_name: str
@@ -33,10 +32,10 @@ class PoseState:
 
 
 def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
-    """Copies the pose that the live key shows to a new key (value 0); the live key stays.
+    """Copies the pose that the live key shows to a new shape key with value 0. The live key stays.
 
     Raises:
-        ValueError: there is no pose yet, the live key does not show it, or the mesh must not be written.
+        ValueError: there is no pose, the live key does not show it, or the mesh must not be written.
     """
     shape_keys.check_shown(obj, _live_key(obj))
     if not name:
@@ -45,10 +44,10 @@ def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
 
 
 def reset_pose(obj: bpy.types.Object) -> None:
-    """Puts the live key, and the session, back to rest. Handles stay where they are: see reset_handles.
+    """Puts the live key and the session back to rest. The handles stay: see reset_handles().
 
     Raises:
-        ValueError: the mesh must not be written. RuntimeError: an act has it for itself.
+        ValueError: the mesh must not be written. RuntimeError: an act uses it.
     """
     meshes.check_mesh(obj)
     sessions.check_free(obj.name)
@@ -63,19 +62,19 @@ def reset_pose(obj: bpy.types.Object) -> None:
 
 
 def apply_pose_as_rest(obj: bpy.types.Object) -> None:
-    """Makes the pose shown the new rest shape: Basis takes it, other keys keep their offsets, handles are at rest here.
+    """Makes the pose the new rest shape. Basis takes it, other keys keep their offsets, the handles are at rest here.
 
-    Stored poses put the handles where they did before.
+    Stored poses take the handles to the same places as before.
 
     Raises:
-        ValueError: there is no pose yet, the live key does not show it, or the mesh must not be written.
-        RuntimeError: an act has the mesh for itself.
+        ValueError: there is no pose, the live key does not show it, or the mesh must not be written.
+        RuntimeError: an act uses the mesh.
     """
     key = _live_key(obj)
     sessions.check_free(obj.name)
     shape_keys.check_shown(obj, key)
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    meshes.read_stretch(obj, depsgraph)  # refuses before anything has changed
+    meshes.read_stretch(obj, depsgraph)  # raises before anything has changed
     shape_keys.shift_all(obj, key, handle_motion.shown_positions(obj, shape_keys.read_reference(obj)))
     rests = rest.rest_matrices(obj)
     rest.set_rest_here(obj, depsgraph)
@@ -84,18 +83,16 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
 
 
 def capture_state(obj: bpy.types.Object) -> PoseState:
-    """What restore_state() brings back."""
+    """The state that restore_state() restores."""
     return PoseState(obj.name, pose_key.capture(obj), capture_transforms(obj))
 
 
 def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
-    """Back to ``state``: the handles' transforms, the key (removed where there was none), its slider, the session.
-
-    Objects and bones that are gone are passed over.
+    """Restores the handles, the live key with its slider, and the session. Skips objects and bones that are gone.
 
     Raises:
-        ValueError: the mesh has another number of vertices by now; then only the handles go back.
-        RuntimeError: an act has the mesh for itself; then nothing goes back.
+        ValueError: the mesh has another number of vertices; then only the handles go back.
+        RuntimeError: an act uses the mesh; then nothing goes back.
     """
     sessions.check_free(obj.name)
     restore_transforms(state.transforms)
@@ -103,11 +100,10 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
     bound = sessions.get(obj.name)
     if bound is None:
         return
-    positions: NDArray[Any] | None = state.key.positions
-    if positions is None:
+    if state.key.positions is None:
         bound.session.reset()
     else:
-        bound.session.set_positions(positions)
+        bound.session.set_positions(state.key.positions)
 
 
 def capture_transforms(obj: bpy.types.Object) -> Transforms:
@@ -116,7 +112,7 @@ def capture_transforms(obj: bpy.types.Object) -> Transforms:
 
 
 def restore_transforms(transforms: Transforms) -> None:
-    """Back to what capture_transforms() returned, where it is still there."""
+    """Restores what capture_transforms() returned. Skips objects and bones that are gone."""
     for (object_name, bone), channels in transforms.items():
         item = _item_at(object_name, bone)
         if item is not None:
@@ -134,7 +130,7 @@ def _live_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
 
 
 def _movers(obj: bpy.types.Object) -> Iterator[tuple[tuple[str, str], Any]]:
-    """Everything an artist may have moved to move a handle: its object and its parents; all bones of its armature."""
+    """The objects and bones that move a handle: its object and its parents, and all bones of its armature."""
     seen: set[str] = {obj.name}
     for handle in obj.arap.handles:
         item = handle.target

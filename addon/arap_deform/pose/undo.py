@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes a finished posing act one step of undo.
 
-Every G, R or S within an act pushes a step of its own, so that undo works inside it as anywhere. Once the act has
-ended, those steps are passed over: the object carries the act's number in each of them (``obj.arap.pose_act``), and
-an undo or redo that lands on one goes on in the same direction.
+Every G, R or S within an act pushes a step of undo, so undo works as usual within the act. After the act, undo and redo
+pass over these steps: in each of them the object has the number of the act (``obj.arap.pose_act``), and an undo or redo
+that lands there goes on in the same direction.
 """
 
 from __future__ import annotations
@@ -17,45 +17,35 @@ from bpy.app.handlers import persistent
 from ..core import worker
 from ..scene import app_handlers
 
-_ended: dict[int, str] = {}
-"""Numbers of the acts to pass over, and the names of their objects."""
-
 WAIT_S = 0.05
+
+_ended: dict[int, str] = {}
+"""The name of the object, by the number of the act."""
 
 _step: Callable[[], set[str]] | None = None  # undo or redo, whichever came last
 
 
 def mark(obj: bpy.types.Object) -> int:
-    """Gives the object the number of a new act, which every step of undo has from here on; returns the number."""
+    """Gives the object the number of a new act and returns it. Every later step of undo has that number."""
     number = 1 + secrets.randbelow(2**31 - 2)
     obj.arap.pose_act = number
     return number
 
 
-def unmark(obj: bpy.types.Object) -> None:
-    """The act never began."""
-    obj.arap.pose_act = 0
-
-
-def push(message: str) -> None:
-    """Pushes a step."""
-    bpy.ops.ed.undo_push(message=message)
-
-
 def is_within(obj: bpy.types.Object, number: int) -> bool:
-    """True where the state of the scene belongs to the act."""
+    """Whether the present state of the scene belongs to the act."""
     return bool(obj.arap.pose_act == number)
 
 
 def finish(name: str, number: int, *, as_one_step: bool) -> None:
-    """Ends the marking; the caller pushes the step to keep.
+    """Takes the number away; the caller pushes the step to keep.
 
     Args:
-        name: of the object that was posed.
+        name: of the posed object.
         number: of the act.
-        as_one_step: pass over the steps within the act from now on.
+        as_one_step: undo and redo pass over the steps within the act.
     """
-    for obj in bpy.data.objects:  # a copy made within the act has the number too
+    for obj in bpy.data.objects:  # a copy that was made within the act has the number too
         if obj.arap.pose_act == number:
             obj.arap.pose_act = 0
     if as_one_step:
@@ -68,7 +58,7 @@ def _objects_within_ended() -> list[bpy.types.Object]:
 
 
 def _pass_over(step: Callable[[], set[str]]) -> None:
-    """Goes on with undo or redo, from a timer: not within the one that is just ending."""
+    """Has a timer go on with undo or redo, because the present one has not ended yet."""
     global _step  # noqa: PLW0603 - a timer takes no arguments
     _step = step
     if _objects_within_ended() and not bpy.app.timers.is_registered(_go_on):
@@ -76,14 +66,14 @@ def _pass_over(step: Callable[[], set[str]]) -> None:
 
 
 def _go_on() -> float | None:
-    """A timer: one step in the direction of the last undo or redo, until the act is behind."""
-    if worker.is_any_running():  # an operator under an override must wait, see Binding
+    """The timer: goes one step in the direction of the last undo or redo, until the act is passed."""
+    if worker.is_any_running():  # then no operator may run under an override, see Binding
         return WAIT_S
     if not _objects_within_ended() or _step is None:
-        return None  # somebody has gone on meanwhile
+        return None  # another undo or redo has passed the act
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
         is_last = not _step.poll() or "FINISHED" not in _step()  # type: ignore[attr-defined]
-    if is_last:  # older steps have been forgotten: this is the oldest state there is
+    if is_last:  # Blender has forgotten older steps
         for obj in _objects_within_ended():
             obj.arap.pose_act = 0
     return 0.0 if _objects_within_ended() else None
@@ -101,7 +91,7 @@ def _after_redo(*_: object) -> None:
 
 @persistent
 def _after_load(*_: object) -> None:
-    _ended.clear()  # another file, another history
+    _ended.clear()  # another file has other steps
 
 
 _HANDLERS = (("undo_post", _after_undo), ("redo_post", _after_redo), ("load_post", _after_load))

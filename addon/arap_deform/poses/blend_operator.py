@@ -1,41 +1,45 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""Stored poses: applying and blending them, which moves the handles and lets the mesh come after them."""
+"""Applying and blending stored poses: both move the handles, and the mesh follows."""
 
 from collections.abc import Callable
 
 import bpy
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 
-from ..live import runs
+from ..live.runs import give_up
 from ..pose.result import capture_transforms, restore_transforms
-from ..pose.solve_operator import solve_with_progress, unsettled_text
+from ..pose.solve import solve_with_progress, unsettled_text
 from ..scene import redraw
-from ..ui.checks import allow, posed_object, reports_errors
-from . import blend_run
-from .blend_run import BlendRun
+from ..ui.checks import ArapOperator, posed_object
+from .blend_run import BlendRun, runs
 from .library import NOW, REST, Placement, apply_pose, blend_poses
 from .operators import active_name, is_followed, why_not_applicable
 
 STARTS = (
-    ("NOW", "Handles Now", "From where the handles are"),
-    ("REST", "Rest", "From the handles at rest"),
+    ("NOW", "Handles Now", "From the present places of the handles"),
+    ("REST", "Rest", "From the places of the handles at rest"),
     ("POSE", "Stored Pose", "From another stored pose"),
 )
 
 
-class PoseOperator:
-    """To be mixed into operators that move the handles: the mesh comes after them, all or nothing."""
+class PoseOperator(ArapOperator):
+    """A mixin for operators that move the handles. The mesh follows; if it cannot, the handles go back."""
+
+    why_not = staticmethod(why_not_applicable)
 
     report: Callable[[set[str], str], None]
 
-    def place(self, context: bpy.types.Context, act: Callable[[bpy.types.Object], Placement]) -> set[str]:
-        """Moves the handles by ``act`` and solves, where nothing else does."""
-        obj = posed_object(context)
-        runs.give_up(obj)
+    def place(self, context: bpy.types.Context, obj: bpy.types.Object) -> Placement:
+        """Moves the handles."""
+        raise NotImplementedError
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        """Moves the handles, and solves unless Pose or Live does so."""
+        give_up(obj)
         before = capture_transforms(obj)
         try:
-            placement = act(obj)
+            placement = self.place(context, obj)
             unsettled = "" if is_followed(obj) else unsettled_text(solve_with_progress(context, obj))
         except BaseException:
             restore_transforms(before)
@@ -44,49 +48,42 @@ class PoseOperator:
             if text:
                 self.report({"WARNING"}, text)
         redraw.tag_panels()
-        return {"FINISHED"}
 
 
 class ARAP_OT_poses_apply(PoseOperator, bpy.types.Operator):
     bl_idname = "arap.poses_apply"
     bl_label = "Apply Stored Pose"
-    bl_description = "Move the handles to where they were in the pose, and the mesh after them"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_description = "Move the handles to their places in the pose. The mesh follows"
 
     pose: StringProperty(
-        name="Pose", description="The pose to apply; empty: the one chosen in the list", options={"SKIP_SAVE"}
+        name="Pose", description="The pose to apply. Empty = the selected pose of the list", options={"SKIP_SAVE"}
     )
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_applicable(context))
 
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.prop_search(self, "pose", posed_object(context).arap, "poses")
 
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def place(self, context: bpy.types.Context, obj: bpy.types.Object) -> Placement:
         self.pose = self.pose or active_name(context)
-        return self.place(context, lambda obj: apply_pose(obj, self.pose))
+        return apply_pose(obj, self.pose)
 
 
 class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
     bl_idname = "arap.poses_blend"
     bl_label = "Blend Poses"
     bl_description = (
-        "Move the handles to between two poses and solve: rotations turn the short way, and nothing is bent that need "
-        "not be. Move the mouse to the right, then click; the panel that appears has the factor too"
+        "Move the handles to places between two poses. Drag to the right, then click. "
+        "You can change the factor in the panel that appears"
     )
     bl_options = {"REGISTER", "UNDO", "GRAB_CURSOR_X", "BLOCKING"}
 
     start: EnumProperty(name="From", description="The pose at factor 0", items=STARTS, default="NOW")
     start_pose: StringProperty(name="From Pose", description="The stored pose at factor 0", options={"SKIP_SAVE"})
     pose: StringProperty(
-        name="To", description="The pose at factor 1; empty: the one chosen in the list", options={"SKIP_SAVE"}
+        name="To", description="The pose at factor 1. Empty = the selected pose of the list", options={"SKIP_SAVE"}
     )
     factor: FloatProperty(
         name="Factor",
-        description="How far from the first pose to the second: 0 is the first, 1 the second, beyond it goes on",
+        description="0 = the first pose, 1 = the second. Larger values go on beyond the second",
         default=0.5,
         min=-1.0,
         max=2.0,
@@ -97,10 +94,6 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
 
     _run: BlendRun
     _is_confirmed: bool
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_applicable(context))
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
@@ -143,24 +136,22 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
                 self._is_confirmed = True
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
             problem = self._run.cancel()
-            reason = str(error)
-            self._report(f"{reason}. {problem}" if problem else f"Nothing has changed: {reason}")
+            self._report(f"{error}. {problem}" if problem else f"Nothing has changed: {error}")
             return {"CANCELLED"}
         self._show(context)
-        # The timer of a posing act goes on, too.
+        # The timer of a posing act must go on.
         return {"PASS_THROUGH"} if event.type == "TIMER" else {"RUNNING_MODAL"}
 
     def cancel(self, _context: bpy.types.Context) -> None:
-        """Blender ends the operator: file load, closed window."""
+        """Blender ends the operator: a file is loaded, or the window is closed."""
         self._run.cancel()
 
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def place(self, context: bpy.types.Context, obj: bpy.types.Object) -> Placement:
         self._choose(context)
-        return self.place(context, lambda obj: self._blend(obj, self.factor))
+        return self._blend(obj, self.factor)
 
     def _keep(self, context: bpy.types.Context) -> set[str]:
-        """As execute() from the start: what is kept is what the panel of the last act gives for this factor."""
+        """As execute() from the start, so that the redo panel gives the same result for this factor."""
         self._run.end()
         self._run.restore_handles()
         result = self.execute(context)
@@ -181,27 +172,14 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
         return blend_poses(obj, start, self.pose, factor)
 
     def _show(self, context: bpy.types.Context) -> None:
-        run = self._run
-        parts = [
-            f"{self.factor:.0%} of the way to '{self.pose}'",
-            "Left or right: less or more",
-            "Click, Enter: keep",
-            "Esc: cancel",
-        ]
-        if not run.is_ready:
-            parts.insert(0, f"preparing the mesh, {run.bind_fraction:.0%}")
-        run.show_status(context, f"{'ARAP Blend'}: {'   |   '.join(parts)}")
+        keys = "Left or right: less or more   |   Click, Enter: keep   |   Esc: cancel"
+        self._run.show_status(context, f"{self.factor:.0%} of the way to '{self.pose}'   |   {keys}")
 
 
-CLASSES = (ARAP_OT_poses_apply, ARAP_OT_poses_blend)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+register, _unregister_classes = bpy.utils.register_classes_factory((ARAP_OT_poses_apply, ARAP_OT_poses_blend))
 
 
 def unregister() -> None:
-    blend_run.cancel_all()
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    for run in runs.copy():  # Blender drops a running operator silently when its class goes
+        run.cancel()
+    _unregister_classes()

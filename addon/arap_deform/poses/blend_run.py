@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Dragging the factor of a blend of poses: the handles go with the mouse, and the mesh comes after them."""
+"""Dragging the factor of a blend of poses: the handles follow the mouse, and the mesh follows the handles."""
 
 from __future__ import annotations
 
@@ -12,16 +12,15 @@ from ..core.following import FOLLOW_TIME_LIMIT_S, Follower
 from ..follow.scene import BlenderFollowScene
 from ..pose.result import capture_state, restore_state, restore_transforms
 from ..props import preferences
-from ..scene import redraw
-from ..ui.checks import StatusBar
+from ..ui.modal import Modal
 from .library import Placement
 
 TIMER_S = 0.02
-PIXELS_A_BLEND = 300  # that the mouse goes from one pose to the other, at a display of usual resolution
+PIXELS_A_BLEND = 300  # from one pose to the other, at UI scale 1
 
 
 class BlendRun:
-    """From the button until it is kept or taken back. Names instead of references, and one exit."""
+    """One drag, until it is kept or cancelled. It holds names, no Blender data."""
 
     doing = "its poses are blended"
 
@@ -34,14 +33,14 @@ class BlendRun:
         *,
         is_followed: bool,
     ) -> None:
-        """Begins. Raises ValueError where the mesh cannot be posed; then nothing has changed.
+        """Begins. Raises ValueError if the mesh cannot be posed; then nothing has changed.
 
         Args:
             context: of the window.
             obj: the mesh.
-            blend: moves the handles, from where they are, by a factor.
-            mouse_x: where the mouse is, in pixels: factor 0.
-            is_followed: something else lets the mesh follow its handles.
+            blend: moves the handles by a factor, from their present places.
+            mouse_x: pixel of the mouse at factor 0.
+            is_followed: Pose or Live keeps the mesh to its handles.
         """
         self._name = obj.name
         self._blend = blend
@@ -52,21 +51,18 @@ class BlendRun:
         if self._follower is not None:
             self._follower.begin()
             sessions.claim(obj.name, self)
-        self._status = StatusBar()
-        self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
-        _runs.append(self)
+        self._modal = Modal(context, TIMER_S)
+        runs.append(self)
 
     def show_status(self, context: bpy.types.Context, text: str) -> None:
-        self._status.show(context, text)
+        if not self.is_ready and self._follower is not None:
+            text = f"preparing the mesh, {self._follower.bind_fraction:.0%}   |   {text}"
+        self._modal.show_status(context, f"ARAP Blend: {text}")
 
     @property
     def is_ready(self) -> bool:
         """Whether the mesh is prepared."""
         return self._follower is None or not self._follower.is_binding
-
-    @property
-    def bind_fraction(self) -> float:
-        return 1.0 if self._follower is None else self._follower.bind_fraction
 
     def factor_at(self, mouse_x: int) -> float:
         """0 to 1."""
@@ -74,11 +70,14 @@ class BlendRun:
 
     def set_factor(self, factor: float) -> None:
         """Moves the handles. Raises as the blend."""
-        restore_transforms(self._state.transforms)  # it may begin where they are
-        self._blend(self._object(), factor)
+        self.restore_handles()  # the blend may begin at their places
+        obj = bpy.data.objects.get((self._name, None))
+        if obj is None:
+            raise RuntimeError(f"'{self._name}' was deleted or renamed")
+        self._blend(obj, factor)
 
     def tick(self) -> bool:
-        """A step of binding, following or refining; True where the mesh has moved. Raises what the scene raises."""
+        """A step of binding, following or refining; True if the mesh has moved. Raises as the scene."""
         follower = self._follower
         if follower is None or not follower.prepare():
             return False
@@ -90,31 +89,26 @@ class BlendRun:
         return True
 
     def end(self) -> None:
-        """Gives window and mesh free; handles and mesh stay as they are. Again, it does nothing."""
-        if self not in _runs:
+        """Gives up window and mesh; handles and mesh stay. A second call does nothing."""
+        if self not in runs:
             return
-        _runs.remove(self)
-        bpy.context.window_manager.event_timer_remove(self._timer)
+        runs.remove(self)
         if self._follower is not None:
             self._follower.drop()
             sessions.release(self._name, self)
-        self._status.clear()
-        redraw.tag_panels()
+        self._modal.end()
 
     def cancel(self) -> str:
-        """Ends it, and everything is as before; see restore()."""
+        """Ends it and puts everything back; see restore()."""
         self.end()
         return self.restore()
 
     def restore(self) -> str:
-        """Everything as it was at the start, where it is still there; what could not be, and why, '' where all could.
-
-        No ValueError or RuntimeError leaves it: it is what is left to do when something has gone wrong.
-        """
+        """Puts everything back that still exists. Returns what could not be put back and why, else ''."""
         obj = bpy.data.objects.get((self._name, None))
         try:
             if obj is None or self._follower is None:
-                restore_transforms(self._state.transforms)
+                self.restore_handles()
             else:
                 restore_state(obj, self._state)
         except (ValueError, RuntimeError) as error:
@@ -122,20 +116,7 @@ class BlendRun:
         return ""
 
     def restore_handles(self) -> None:
-        """The handles as they were at the start."""
         restore_transforms(self._state.transforms)
 
-    def _object(self) -> bpy.types.Object:
-        obj = bpy.data.objects.get((self._name, None))
-        if obj is None:
-            raise RuntimeError(f"'{self._name}' was deleted or renamed")
-        return obj
 
-
-_runs: list[BlendRun] = []
-
-
-def cancel_all() -> None:
-    """The add-on is disabled: Blender drops running operators without a word when their class goes."""
-    for run in _runs.copy():
-        run.cancel()
+runs: list[BlendRun] = []

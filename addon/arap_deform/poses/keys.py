@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stored poses -> shape keys: each one solved to the end from rest, and written as a key of its name."""
+"""Stored poses -> shape keys: each pose is solved from rest to convergence and written as a key of its name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..bake.store import ShapeStore
 from ..core.arrays import Float32s, Floats
 from ..core.job import run_job
 from ..core.models import Progress
-from ..scene import meshes, pose_key, shape_keys
+from ..scene import pose_key, shape_keys
 from . import library
 
 if TYPE_CHECKING:
@@ -23,23 +23,30 @@ if TYPE_CHECKING:
 
 
 class PoseKeysJob(ShapesJob[list[str]]):
-    """Makes shape keys of stored poses; see begin_pose_keys(). finish() returns the keys' names."""
+    """Makes shape keys of stored poses, in steps; see poses_to_keys(). finish() returns the names of the keys."""
 
     noun = "making of shape keys"
     doing = "shape keys are made of its poses"
 
-    def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, names: list[str]) -> None:
-        self._names = names
-        self._pose_matrices = [matrices_of(obj, name) for name in names]
+    def __init__(
+        self, obj: bpy.types.Object, names: Sequence[str] | None = None, scene: bpy.types.Scene | None = None
+    ) -> None:
+        """Checks everything. Arguments and errors as poses_to_keys()."""
+        scene = scene or bpy.context.scene
+        check_in_scene(obj, scene)
+        self._names = [pose.name for pose in obj.arap.poses] if names is None else list(names)
+        if not self._names:
+            raise ValueError(f"'{obj.name}' has no stored poses: store one first")
+        self._pose_matrices = [matrices_of(obj, name) for name in self._names]
         self._shapes = ShapeStore(len(obj.data.vertices))
-        super().__init__(obj, scene, len(names))
+        super().__init__(obj, scene, len(self._names))
 
     def cancel(self) -> None:
         super().cancel()
         self._shapes.close()
 
     def _shape_name(self) -> str:
-        return f"pose '{self._names[min(self._n_done, self._n_shapes - 1)]}'"
+        return f"pose '{self._names[min(self._n_done, self.n_shapes - 1)]}'"
 
     def _begin_shape(self) -> None:
         self._object()
@@ -53,10 +60,10 @@ class PoseKeysJob(ShapesJob[list[str]]):
 
     def _write(self, obj: bpy.types.Object) -> list[str]:
         shape_keys.check_writable(obj)
-        pose_key.forget_removed(obj)  # or a key of ours would be taken for one that was removed
+        pose_key.forget_removed(obj)  # else a new key might pass for one that was removed
         poses = [library.find(obj, name) for name in self._names]
         own = [_own_key(obj, pose) for pose in poses]
-        # New keys first: for them memory may run out, and then they are taken back.
+        # New keys first: if memory runs out for them, they are removed again and nothing has changed.
         new = [i for i, key in enumerate(own) if key is None]
         active = shape_keys.active_name(obj)
         made = dict(zip(new, shape_keys.add_all(obj, "arap_pose", (self._shapes[i] for i in new)), strict=True))
@@ -67,25 +74,12 @@ class PoseKeysJob(ShapesJob[list[str]]):
             if i not in made:
                 shape_keys.write(obj, key, self._shapes[i])
             if key.name != pose.name:
-                key.name = pose.name  # Blender numbers it where another key has the name
+                key.name = pose.name  # Blender adds a number if another key has the name
             pose.key_name, pose.key_check = key.name, _checksum(key)
             names.append(key.name)
         shape_keys.make_active(obj, active)
         self._shapes.close()
         return names
-
-
-def begin_pose_keys(
-    obj: bpy.types.Object, names: Sequence[str] | None = None, scene: bpy.types.Scene | None = None
-) -> PoseKeysJob:
-    """Checks everything and returns the job, which begins to bind where needed. Arguments as poses_to_keys()."""
-    scene = scene or bpy.context.scene
-    check_in_scene(obj, scene)
-    meshes.check_mesh(obj)
-    names = [pose.name for pose in obj.arap.poses] if names is None else list(names)
-    if not names:
-        raise ValueError(f"'{obj.name}' has no stored poses: store one first")
-    return PoseKeysJob(obj, scene, names)
 
 
 def poses_to_keys(
@@ -94,30 +88,29 @@ def poses_to_keys(
     progress: Progress | None = None,
     scene: bpy.types.Scene | None = None,
 ) -> list[str]:
-    """Makes a shape key of each stored pose, value 0, with the pose's name; the handles do not move.
+    """Makes a shape key with value 0 and the pose's name of each stored pose. The handles do not move.
 
-    Each pose is solved from rest to the accuracy; handles that it does not know are at rest. The key that was made of
-    the same pose before takes the new shape. A key of anybody else's is left alone, and so is one that somebody has
-    changed since: the new key's name is numbered then.
+    Each pose is solved from rest; handles that it does not have are at rest. A key that an earlier call made of the
+    same pose takes the new shape. Other keys stay, also a key that was edited since: then the new name gets a number.
 
     Args:
         obj: the mesh.
         names: of the poses; None: all.
-        progress: see the module's text.
-        scene: the scene of ``obj``; None takes the current one.
+        progress: see api.
+        scene: the scene of ``obj``; None: the current one.
 
     Returns:
         The names of the keys.
 
     Raises:
-        ValueError: no such pose or none at all, linked or shared mesh data, and as solve() does.
+        ValueError: no such pose or none at all, linked or shared mesh data, and as solve().
         Cancelled: ``progress`` returned False; nothing has changed.
     """
-    return run_job(begin_pose_keys(obj, names, scene), progress)
+    return run_job(PoseKeysJob(obj, names, scene), progress)
 
 
 def matrices_of(obj: bpy.types.Object, name: str) -> Floats:
-    """(h, 4, 4) of a stored pose, as handle_motion.handle_matrices(); what it does not know is at rest."""
+    """(h, 4, 4) of a stored pose, as handle_motion.handle_matrices(); handles that it does not have are at rest."""
     motions, _ = library.motions_of(obj, name)
     n_pins = sum(pin.is_enabled for pin in obj.arap.pins)
     enabled = [i for i, handle in enumerate(obj.arap.handles) if handle.is_enabled]
@@ -128,7 +121,7 @@ def matrices_of(obj: bpy.types.Object, name: str) -> Floats:
 
 
 def _own_key(obj: bpy.types.Object, pose: ArapStoredPose) -> bpy.types.ShapeKey | None:
-    """The key that was made of the pose, None where there is none, or somebody has changed it."""
+    """The key that was made of the pose; None if there is none, or if it was edited since."""
     key = shape_keys.find(obj, pose.key_name) if pose.key_name else None
     if key is None or key == obj.data.shape_keys.reference_key or _checksum(key) != pose.key_check:
         return None

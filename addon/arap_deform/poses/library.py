@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stored poses of an object's handles: storing, applying, blending, mirroring, deleting. The mesh follows by solving.
+"""Stored poses of an object's handles: storing, applying, blending, mirroring, deleting. None of these solves.
 
-A pose is what each handle has done since rest, relative to the mesh object: the motion that the solver takes, so a
-handle whose empty or bone is another one by now does the same to the mesh. A handle is known by a number that it gets
-when it is first stored, whatever its name is later; one that was made anew takes the place of a lost one of its name.
+A pose has the motion of each handle since rest, relative to the mesh object. This is the motion that the solver takes,
+so a handle that has got another empty or bone has the same effect on the mesh. A handle is known by a number, which it
+gets when it is first stored, so it may be renamed. If it was deleted, a new handle of its name takes its place.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from . import blend
 if TYPE_CHECKING:
     from ..props.poses import ArapStoredPose
 
-PARTNER_REACH = 0.01  # how far from its mirrored place at rest a partner may be, as a fraction of the diagonal
+PARTNER_REACH = 0.01  # largest distance of a partner from the mirrored place, as a fraction of the diagonal
 
 Motions = dict[int, Floats]  # (4, 4) object-space motions since rest, by index of the handle
 
 
 class Standing(Enum):
-    """Poses that are always there."""
+    """Poses that need not be stored."""
 
     REST = "the rest pose"
-    NOW = "the handles as they are"
+    NOW = "the present pose"
 
 
 REST, NOW = Standing.REST, Standing.NOW
@@ -45,12 +45,12 @@ PoseRef = str | Standing  # a stored pose by its name, or REST or NOW
 
 @dataclass(frozen=True)
 class Placement:
-    """What has become of a pose.
+    """Names of the handles that are not in the pose that was applied.
 
     Attributes:
-        gone: names, when it was stored, of handles that are not there any more, or cannot be moved.
-        others: names of handles that it does not know; they stay where they are.
-        held: names of handles that something else holds away from where they were to go.
+        gone: stored handles that were deleted or cannot be moved.
+        others: handles that the pose does not have; they stay.
+        held: handles that animation, a constraint, a driver or a sheared parent holds elsewhere.
     """
 
     gone: tuple[str, ...] = ()
@@ -58,34 +58,34 @@ class Placement:
     held: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        """One sentence, '' where all handles are where they were to go."""
+        """One sentence; '' if all handles are in the pose."""
         parts = [
             part.format(", ".join(names))
             for part, names in (
-                ("not there any more or unusable: {}", self.gone),
-                ("not in the pose, so left where they are: {}", self.others),
+                ("deleted or unusable: {}", self.gone),
+                ("not in the pose, so they stay: {}", self.others),
                 ("held by animation, a constraint, a driver or a sheared parent: {}", self.held),
             )
             if names
         ]
-        return f"Not every handle took part; {'; '.join(parts)}" if parts else ""
+        return f"Not every handle is in the pose; {'; '.join(parts)}" if parts else ""
 
 
 def find(obj: bpy.types.Object, name: str) -> ArapStoredPose:
-    """Raises ValueError where there is no such pose."""
+    """Raises ValueError if there is no such pose."""
     pose: ArapStoredPose | None = obj.arap.poses.get(name)
     if pose is None:
-        raise ValueError(f"'{obj.name}' has no stored pose '{name}': choose one of its list")
+        raise ValueError(f"'{obj.name}' has no stored pose '{name}': choose one of the list")
     return pose
 
 
 def store_pose(obj: bpy.types.Object, name: str = "Pose", *, replace: bool = False) -> ArapStoredPose:
-    """Stores where the handles are now, as evaluated, enabled or not.
+    """Stores the evaluated places of all handles, enabled or not.
 
     Args:
         obj: the mesh.
-        name: of the pose; numbered where another pose has it.
-        replace: gives the pose of that name, if there is one, this content instead.
+        name: of the pose; it gets a number if another pose has it.
+        replace: replaces the pose of that name, if there is one.
 
     Raises:
         ValueError: no name, or no handle that works.
@@ -95,14 +95,14 @@ def store_pose(obj: bpy.types.Object, name: str = "Pose", *, replace: bool = Fal
         raise ValueError("The pose needs a name: type one, for example Smile")
     motions = _motions_now(obj)
     if not motions:
-        raise ValueError(f"'{obj.name}' has no handle that works: add one, or mend those it has")
+        raise ValueError(f"'{obj.name}' has no handle that works: add one, or repair the ones it has")
     poses = obj.arap.poses
     pose = poses.get(name) if replace else None
     return _write(obj, poses.add() if pose is None else pose, name, motions)
 
 
 def delete_pose(obj: bpy.types.Object, name: str) -> None:
-    """Takes a pose out of the library; the shape key that was made of it stays."""
+    """Deletes a pose; the shape key that was made of it stays."""
     find(obj, name)
     poses = obj.arap.poses
     poses.remove(poses.find(name))
@@ -110,20 +110,20 @@ def delete_pose(obj: bpy.types.Object, name: str) -> None:
 
 
 def apply_pose(obj: bpy.types.Object, name: str) -> Placement:
-    """Moves the handles to where they were when the pose was stored, relative to the mesh. Solving is another call."""
+    """Moves the handles to their places in the pose, relative to the mesh. Does not solve."""
     return blend_poses(obj, REST, name, 1.0)
 
 
 def blend_poses(obj: bpy.types.Object, first: PoseRef, second: PoseRef, factor: float) -> Placement:
-    """Moves the handles to between two poses, as rigidly as possible: see blend. Solving is another call.
+    """Moves the handles to places between two poses, see poses.blend. Does not solve.
 
     Args:
         obj: the mesh.
         first, second: names of stored poses, REST or NOW.
-        factor: 0 is the first one, 1 the second; a little beyond goes on the same way.
+        factor: 0 for the first pose, 1 for the second; may be a little beyond.
 
     Raises:
-        ValueError: no such pose, or a handle is flat or turned inside out in one of them. Nothing has moved then.
+        ValueError: no such pose, or a handle is flat or turned inside out in one of them; no handle has moved.
     """
     meshes.check_mesh(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -137,10 +137,9 @@ def blend_poses(obj: bpy.types.Object, first: PoseRef, second: PoseRef, factor: 
 
 
 def mirror_pose(obj: bpy.types.Object, name: str, axis: int = 0) -> ArapStoredPose:
-    """Stores the mirror image of a pose, across the plane where the object's own ``axis`` is 0.
+    """Stores the mirror image of a pose in the object's plane ``axis`` = 0; for partners see blend.partners().
 
-    A handle's partner is the one of its name with the other side (Hand.L and Hand.R), or else the one that is at its
-    mirrored place at rest; a handle in the middle is its own. The new pose has the name with the other side, too.
+    If the name has a side (Out.L), the new pose has the name with the other side (Out.R).
 
     Raises:
         ValueError: no such pose, or a handle of it has no partner.
@@ -159,19 +158,15 @@ def mirror_pose(obj: bpy.types.Object, name: str, axis: int = 0) -> ArapStoredPo
         PARTNER_REACH * diagonal_of(meshes.read_rest(obj)),
         {row for row, index in enumerate(indices) if index in motions},
     )
-    images = {
-        indices[partners[row]]: blend.mirrored(motions[index], axis)
-        for row, index in enumerate(indices)
-        if index in motions
-    }
+    images = {indices[other]: blend.mirrored(motions[indices[row]], axis) for row, other in partners.items()}
     if not images:
-        raise ValueError(f"None of the handles of pose '{name}' is there any more: there is nothing to mirror")
+        raise ValueError(f"All handles of pose '{name}' are gone: there is nothing to mirror")
     flipped = bpy.utils.flip_name(pose.name)
     return _write(obj, obj.arap.poses.add(), flipped if flipped != name else f"{name} mirrored", images)
 
 
 def motions_of(obj: bpy.types.Object, pose: PoseRef) -> tuple[Motions, list[str]]:
-    """What each working handle of a pose does, and the stored names of those that are not there or do not work."""
+    """The motions of a pose, and the names of stored handles that are gone or do not work."""
     if pose is NOW:
         return _motions_now(obj), []
     working = set(placing.working_handles(obj, bpy.context.evaluated_depsgraph_get()))
@@ -194,7 +189,7 @@ def motions_of(obj: bpy.types.Object, pose: PoseRef) -> tuple[Motions, list[str]
 
 
 def make_name_unique(obj: bpy.types.Object, pose: ArapStoredPose) -> None:
-    """Numbers the name of a pose where another one has it, and gives it one where it has none."""
+    """Adds a number to the name of a pose if another pose has it; an empty name becomes Pose."""
     others = {other.name for other in obj.arap.poses if other != pose}
     unique = naming.unique(pose.name or "Pose", others)
     if pose.name != unique:
@@ -232,7 +227,7 @@ def _between(
     factor: float,
     depsgraph: bpy.types.Depsgraph,
 ) -> Motions:
-    # The ends as they are stored, whatever they are: nothing has to be between.
+    # The ends need no blend, so they may be flat or turned inside out.
     if factor in {0.0, 1.0} or not indices:
         return {i: (second if factor else first)[i] for i in indices}
     handles = [obj.arap.handles[i] for i in indices]

@@ -1,27 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""Stored poses: storing, mirroring, deleting them, and making shape keys of them; and what all that needs."""
+"""Storing, mirroring and deleting poses, making shape keys of them; and the reasons why an act is not possible."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
-from ..pose.job_operator import ShapesJobOperator
+from ..pose.job_operator import JobOperator
 from ..ui.checks import (
-    allow,
+    ArapOperator,
     is_posed,
     posed_object,
-    reports_errors,
     why_not_changeable,
     why_not_object_mode,
     why_not_solvable,
 )
-from .keys import PoseKeysJob, begin_pose_keys
+from .keys import PoseKeysJob
 from .library import delete_pose, mirror_pose, store_pose
 
 AXES = (
-    ("X", "X", "Left and right of the object's own plane X = 0"),
-    ("Y", "Y", "In front of and behind the object's own plane Y = 0"),
-    ("Z", "Z", "Above and below the object's own plane Z = 0"),
+    ("X", "X", "Left and right: the object's plane X = 0"),
+    ("Y", "Y", "Front and back: the object's plane Y = 0"),
+    ("Z", "Z", "Top and bottom: the object's plane Z = 0"),
 )
 
 
@@ -36,7 +35,7 @@ def why_not_storable(context: bpy.types.Context) -> str:
     reason = why_no_library(context)
     if reason or posed_object(context).arap.handles:
         return reason
-    return "Add a handle first: a pose is where the handles are"
+    return "Add a handle first: a pose stores the places of the handles"
 
 
 def why_no_stored_pose(context: bpy.types.Context) -> str:
@@ -61,27 +60,29 @@ def why_no_pose_keys(context: bpy.types.Context) -> str:
 
 
 def is_followed(obj: bpy.types.Object) -> bool:
-    """Whether the mesh follows its handles anyway: while it is posed, or live."""
+    """Whether Pose or Live keeps the mesh to its handles."""
     return is_posed(obj) or bool(obj.arap.is_live)
 
 
 def active_name(context: bpy.types.Context) -> str:
-    """Of the pose chosen in the list, '' where there is none."""
+    """The name of the selected pose of the list; '' if there is none."""
     settings = posed_object(context).arap
     index = settings.active_pose_index
     return str(settings.poses[index].name) if 0 <= index < len(settings.poses) else ""
 
 
-class ARAP_OT_poses_store(bpy.types.Operator):
+class ARAP_OT_poses_store(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.poses_store"
     bl_label = "Store Pose"
-    bl_description = "Add where the handles are now to the object's poses"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_description = "Add a pose with the present places of the handles"
+    why_not = staticmethod(why_not_storable)
 
-    name: StringProperty(name="Name", description="Name of the pose, numbered where another has it", default="Pose")
+    name: StringProperty(
+        name="Name", description="Name of the pose. A number is added if another pose has it", default="Pose"
+    )
     is_replacing: BoolProperty(
         name="Replace",
-        description="Store into the pose chosen in the list, in place of what it has",
+        description="Replace the selected pose of the list",
         default=False,
         options={"HIDDEN", "SKIP_SAVE"},
     )
@@ -89,100 +90,62 @@ class ARAP_OT_poses_store(bpy.types.Operator):
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
         if properties.is_replacing:
-            return "Store where the handles are now into the pose chosen in the list"
+            return "Replace the selected pose by the present places of the handles"
         return cls.bl_description
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_storable(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         name = active_name(context) if self.is_replacing else self.name
         if self.is_replacing and not name:
-            raise ValueError("There is no pose to store into: choose one in the list")
-        pose = store_pose(posed_object(context), name, replace=self.is_replacing)
+            raise ValueError("No pose is selected: select one in the list")
+        pose = store_pose(obj, name, replace=self.is_replacing)
         n = len(pose.motions)
-        text = "Stored pose '{}' of 1 handle" if n == 1 else "Stored pose '{}' of {} handles"
-        self.report({"INFO"}, text.format(pose.name, n))
-        return {"FINISHED"}
+        self.report({"INFO"}, f"Stored pose '{pose.name}' of {n} handle{'' if n == 1 else 's'}")
 
 
-class ARAP_OT_poses_delete(bpy.types.Operator):
+class ARAP_OT_poses_delete(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.poses_delete"
     bl_label = "Delete Pose"
-    bl_description = "Take the pose chosen in the list out of the library; handles, mesh and shape keys stay"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_description = "Delete the selected pose of the list. Handles, mesh and shape keys stay"
+    why_not = staticmethod(why_no_stored_pose)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_stored_pose(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        delete_pose(posed_object(context), active_name(context))
-        return {"FINISHED"}
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        delete_pose(obj, active_name(context))
 
 
-class ARAP_OT_poses_mirror(bpy.types.Operator):
+class ARAP_OT_poses_mirror(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.poses_mirror"
     bl_label = "Mirror Pose"
     bl_description = (
-        "Store the mirror image of the pose chosen in the list. Handles are paired by name (Hand.L and Hand.R), or by "
-        "where they are at rest"
+        "Store the mirror image of the selected pose. Handles are paired by name (Hand.L and Hand.R), else by their "
+        "places at rest"
     )
-    bl_options = {"REGISTER", "UNDO"}
+    why_not = staticmethod(why_no_usable_pose)
 
-    axis: EnumProperty(name="Axis", description="Across which plane of the object", items=AXES, default="X")
+    axis: EnumProperty(name="Axis", description="Normal of the mirror plane, in object space", items=AXES, default="X")
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_usable_pose(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        pose = mirror_pose(posed_object(context), active_name(context), "XYZ".index(self.axis))
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        pose = mirror_pose(obj, active_name(context), "XYZ".index(self.axis))
         self.report({"INFO"}, f"Stored pose '{pose.name}'")
-        return {"FINISHED"}
 
 
-class ARAP_OT_poses_to_keys(ShapesJobOperator, bpy.types.Operator):
+class ARAP_OT_poses_to_keys(JobOperator, bpy.types.Operator):
     bl_idname = "arap.poses_to_keys"
     bl_label = "Poses to Shape Keys"
     bl_description = (
-        "Solve every stored pose from rest and make it a shape key of its name, value 0. Keys made so before are "
-        "renewed, all others stay as they are"
+        "Solve every stored pose from rest and make it a shape key with the pose's name and value 0. Keys of earlier "
+        "runs are replaced, other keys stay"
     )
-    bl_options = {"UNDO"}  # not REGISTER: its redo panel would solve again at every change
+    why_not = staticmethod(why_no_pose_keys)
+    act_name = "Poses to Shape Keys"
 
-    act = "Poses to Shape Keys"
+    def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> PoseKeysJob:
+        return PoseKeysJob(obj)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_pose_keys(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        return self.work_off(context, begin_pose_keys(posed_object(context)))
-
-    def report_shapes(self, _job: PoseKeysJob, names: list[str]) -> None:
-        text = "Made 1 shape key: {1}" if len(names) == 1 else "Made {0} shape keys: {1}"
-        self.report({"INFO"}, text.format(len(names), ", ".join(names)))
+    def result_text(self, _job: PoseKeysJob, names: list[str]) -> str:
+        n = len(names)
+        return f"Made {n} shape key{'' if n == 1 else 's'}: {', '.join(names)}"
 
 
-CLASSES = (
-    ARAP_OT_poses_store,
-    ARAP_OT_poses_delete,
-    ARAP_OT_poses_mirror,
-    ARAP_OT_poses_to_keys,
+register, unregister = bpy.utils.register_classes_factory(
+    (ARAP_OT_poses_store, ARAP_OT_poses_delete, ARAP_OT_poses_mirror, ARAP_OT_poses_to_keys)
 )
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panel "Poses": the object's pose library; and the same acts as a menu, through which F3 finds them."""
+"""The sub-panel "Poses": the object's pose library; and a menu of the same acts, which lets F3 find them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..ui.panels import ArapSubPanel, draw_text
 
 
 class ARAP_UL_poses(bpy.types.UIList):
-    """Poses: the name, a sign where it has a shape key, and a button that applies it."""
+    """The name of a pose, a sign if it has a shape key, and a button that applies it."""
 
     def draw_item(
         self,
@@ -53,7 +53,7 @@ class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
         replace.enabled = bool(settings.poses)
         replace.operator("arap.poses_store", text="", icon="FILE_REFRESH").is_replacing = True
         if not settings.poses:
-            draw_text(context, layout, "Press + to store where the handles are.", "INFO")
+            draw_text(context, layout, "Press + to store the places of the handles.", "INFO")
         row = layout.row(align=True)
         row.operator("arap.poses_apply", text="Apply")
         row.operator("arap.poses_blend", text="Blend")
@@ -62,7 +62,7 @@ class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
 
 
 class ARAP_MT_poses(bpy.types.Menu):
-    """What the panel does."""
+    """The acts of the panel."""
 
     bl_idname = "ARAP_MT_poses"
     bl_label = "Poses"
@@ -79,14 +79,4 @@ class ARAP_MT_poses(bpy.types.Menu):
         layout.operator("arap.poses_to_keys", icon="SHAPEKEY_DATA")
 
 
-CLASSES = (ARAP_UL_poses, ARAP_PT_poses, ARAP_MT_poses)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory((ARAP_UL_poses, ARAP_PT_poses, ARAP_MT_poses))

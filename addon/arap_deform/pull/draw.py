@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What ARAP Pull shows: the circle and the patch under the mouse, the line of a drag, the temporary pins.
 
-All in pixels, over the finished picture: moving the mouse draws no 3D view anew.
+All of it is drawn in pixels over the finished picture, so a move of the mouse does not redraw the 3D view.
 """
 
 from __future__ import annotations
@@ -18,19 +18,17 @@ from .run import runs
 from .view import View
 
 CIRCLE = np.column_stack([np.cos(np.linspace(0, 2 * np.pi, 49)), np.sin(np.linspace(0, 2 * np.pi, 49))])
-PIN_PX = 5.0  # radius of a pin's dot, in pixels of a display of usual density
+PIN_PX = 5.0  # radius of the dot of a pin, in pixels at UI scale 1
 PATCH_ALPHA = 0.35
 
-Hover = tuple[object, "seen_mesh.Pick | None"]
-
-_hover: Hover | None = None
-"""What was under the mouse the last time, and where that was looked for."""
+_hover: tuple[object, seen_mesh.Pick | None] = (None, None)
+"""The last pick under the mouse, after the state in which it was made."""
 
 
 def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
     """For WorkSpaceTool.draw_cursor(): ``xy`` in pixels of the window."""
     if not hasattr(bpy.types.Object, "arap"):
-        return  # the add-on was disabled with the tool in hand in another workspace
+        return  # the add-on was disabled while another workspace had the tool
     region, region_data = context.region, context.region_data
     obj = find_posed_object(context)
     if region is None or region_data is None:
@@ -56,21 +54,16 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
 def hover(
     context: bpy.types.Context, obj: bpy.types.Object, view: View, mouse: tuple[float, float], radius: float
 ) -> seen_mesh.Pick | None:
-    """What is under the mouse; looked up once for each place of the mouse, view and state of the mesh."""
-    global _hover  # noqa: PLW0603 - the last one is remembered, drawing functions keep nothing
+    """The pick under the mouse; made once for each place of the mouse, view and state of the mesh."""
+    global _hover  # noqa: PLW0603 - drawing functions keep nothing, so the module keeps the last pick
+    depsgraph = context.evaluated_depsgraph_get()
     try:
-        seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
-        now = (obj.name, seen, mouse, radius, view.perspective.tobytes(), view.size)
-        if _hover is None or not _is_same(_hover[0], now):
-            _hover = (now, seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius))
+        now = (obj.name, seen_mesh.read(obj, depsgraph), mouse, radius, view.perspective.tobytes(), view.size)
+        if _hover[0] != now:
+            _hover = (now, seen_mesh.pick(obj, depsgraph, view, mouse, radius))
         return _hover[1]
-    except (ValueError, RuntimeError):  # a press says why; a picture of the mouse only shows nothing
+    except (ValueError, RuntimeError):  # a press of the mouse says why; the cursor shows no patch
         return None
-
-
-def _is_same(former: object, now: tuple[object, ...]) -> bool:
-    assert isinstance(former, tuple)
-    return former[1] is now[1] and former[0] == now[0] and former[2:] == now[2:]
 
 
 def _draw_patch(
@@ -87,7 +80,7 @@ def _draw_patch(
         pixels = view.pixels(seen.positions[triangles.ravel()]).reshape(-1, 3, 2)
         first, second = pixels[:, 1] - pixels[:, 0], pixels[:, 2] - pixels[:, 0]
         area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-        # The far side would cover it twice; what the mouse is over is most of it, whichever way its faces go round.
+        # Only triangles of one winding, or the far side would cover the patch twice. The near side is most of it.
         is_front = area * np.nansum(area) > 0.0
         draw_triangles(corner + pixels[is_front].reshape(-1, 2), (*color[:3], PATCH_ALPHA))
     else:
@@ -95,7 +88,7 @@ def _draw_patch(
 
 
 def draw_pins() -> None:
-    """A dot for each temporary pin of the mesh; white where it was pulled, else in the colour of the theme."""
+    """A dot for each temporary pin: white if it was pulled, else in the colour of the theme."""
     context = bpy.context
     obj = find_drawn_object(context)
     if obj is None or obj.mode != "OBJECT" or not obj.arap.pull_pins or context.region_data is None:
@@ -118,7 +111,7 @@ def draw_pins() -> None:
 
 
 def draw_dots(pixels: Floats, radius: float, color: Color) -> None:
-    """Filled circles about those of (k, 2) points that are numbers; radius in pixels of a display of usual density."""
+    """Filled circles about (k, 2) points, without NaN points; ``radius`` in pixels at UI scale 1."""
     pixels = pixels[np.isfinite(pixels).all(axis=1)]
     radius *= bpy.context.preferences.system.ui_scale
     fan = np.stack([np.zeros((48, 2)), CIRCLE[:-1], CIRCLE[1:]], axis=1).reshape(-1, 2)
@@ -126,7 +119,7 @@ def draw_dots(pixels: Floats, radius: float, color: Color) -> None:
 
 
 def draw_lines(pixels: Floats, color: Color) -> None:
-    """One line through those of (k, 2) points that are numbers."""
+    """One line through (k, 2) points, without NaN points."""
     batches.draw_pixels("LINE_STRIP", pixels[np.isfinite(pixels).all(axis=1)], color)
 
 
@@ -136,16 +129,16 @@ def draw_triangles(pixels: Floats, color: Color) -> None:
 
 
 def clear() -> None:
-    """Forgets what was under the mouse."""
+    """Forgets the last pick."""
     global _hover  # noqa: PLW0603
-    _hover = None
+    _hover = (None, None)
 
 
 _handle: object | None = None
 
 
 def register() -> None:
-    global _handle  # noqa: PLW0603 - Blender's way to take it off again
+    global _handle  # noqa: PLW0603 - Blender needs it to remove the handler
     if not bpy.app.background:
         _handle = bpy.types.SpaceView3D.draw_handler_add(draw_pins, (), "WINDOW", "POST_PIXEL")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pulling: what a session holds while a piece of the surface is dragged, and how that moves."""
+"""Pulling: which vertices a session holds while a piece of the surface is dragged, and how they move."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from .region import Grab, hold_of_rest
 
 @dataclass(frozen=True)
 class Pull:
-    """What a session is made from for one drag, and what the drag moves in it; no Blender data.
+    """The input of a session for one drag, and how the drag moves it; no Blender data.
 
     Attributes:
-        inputs: pins and handles of the object, temporary pins, ``grabs`` and where nobody has set a pin the rest of
-            the mesh, all held where they are shown.
+        inputs: pins and handles of the object, temporary pins, ``grabs`` and, if the object has no pin, the rest of the
+            mesh; all of them hold the place that is shown.
         grabs: the piece under the mouse, then its mirror images.
         shown: (n, 3) float32 the pose when the drag began.
-        to_seen: (4, 4) object-space motion that takes the piece from the pose to where it is seen: what modifiers and
-            other shape keys do there.
+        to_seen: (4, 4) object-space motion of the piece by modifiers and other shape keys, from the pose to what is
+            seen.
     """
 
     inputs: SessionInput
@@ -43,11 +43,11 @@ class Pull:
         return self.inputs.holds
 
     def matrices(self, motion: Floats, world: Floats) -> Floats:
-        """(h, 4, 4) object-space motions of all that is held.
+        """(h, 4, 4) object-space motions of everything that is held.
 
         Args:
-            motion: (4, 4) in the world, of what is seen of the piece under the mouse.
-            world: (4, 4) of the object.
+            motion: (4, 4) world-space motion of the visible piece under the mouse.
+            world: (4, 4) world matrix of the object.
         """
         result: Floats = np.tile(np.eye(4), (len(self.inputs.specs), 1, 1))
         to_world = world @ self.to_seen
@@ -59,7 +59,7 @@ class Pull:
 
     @cached_property
     def _centre(self) -> Floats:
-        """(3,) of the piece under the mouse."""
+        """(3,) centre of the piece under the mouse."""
         centre: Floats = self.shown[self.grabs[0].vertices].mean(axis=0, dtype=np.float64)
         return centre
 
@@ -67,17 +67,17 @@ class Pull:
 def begin_pull(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, grabs: Sequence[Grab], begun: Pull | None = None
 ) -> Pull:
-    """Reads what a drag of ``grabs`` needs. Main thread only.
+    """Reads the input of a drag of ``grabs``. Main thread only.
 
     Args:
         obj: the mesh.
-        depsgraph: for where it is seen.
+        depsgraph: evaluates modifiers and other shape keys.
         grabs: the piece under the mouse, then its mirror images.
-        begun: the drag that goes on with these grabs; None: it begins here.
+        begun: the drag that goes on with these grabs; None: a new drag.
 
     Raises:
-        ValueError: as read_input(), but pins and handles may be missing; the key would not show the pose; or one of
-            ``grabs`` is held already.
+        ValueError: as read_input(), but pins and handles may be missing; the key would not show the pose; or a pin
+            or handle holds one of ``grabs``.
     """
     inputs = read_input(obj, depsgraph, needs_holds=False)
     key = pose_key.find(obj)
@@ -87,17 +87,15 @@ def begin_pull(
     grabs = _without_held(obj, grabs, inputs.specs)
     grabbed = np.concatenate([grab.vertices for grab in grabs])
     others = _without(pins.grabs_of(obj), grabbed)
-    specs = [
-        *inputs.specs,
+    added = [
         *(_spec_of(f"Pull Pin {i + 1}", pin) for i, pin in enumerate(others)),
         *(_spec_of(f"Pull {i + 1}", grab) for i, grab in enumerate(grabs)),
     ]
     if not pins.has_set_pins(obj) and all(grab.reach > 0.0 for grab in grabs):
         rest = hold_of_rest(inputs.mesh.rest_positions @ inputs.stretch.T, meshes.read_edges(obj), [*others, *grabs])
-        specs.append(rest)
-    n_own = len(inputs.specs)
-    holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in specs[n_own:]))
-    based = tuple(replace(spec, base=shown) for spec in specs)
+        added.append(rest)
+    holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in added))
+    based = tuple(replace(spec, base=shown) for spec in (*inputs.specs, *added))
     to_seen = begun.to_seen if begun else _to_seen(obj, depsgraph, grabs[0], shown)
     return Pull(replace(inputs, specs=based, holds=holds), grabs, shown, to_seen)
 
@@ -107,7 +105,7 @@ def _spec_of(name: str, grab: Grab) -> HandleSpec:
 
 
 def _without(grabs: Sequence[Grab], vertices: Ints) -> tuple[Grab, ...]:
-    """What is left of the grabs without these vertices."""
+    """The grabs without these vertices; empty ones are left out."""
     left = (replace(grab, vertices=np.setdiff1d(grab.vertices, vertices)) for grab in grabs)
     return tuple(grab for grab in left if len(grab.vertices))
 
@@ -116,7 +114,7 @@ def _without_held(obj: bpy.types.Object, grabs: Sequence[Grab], specs: Sequence[
     held = [spec.vertices[spec.weights >= 1.0] for spec in specs]
     left = _without(grabs, np.concatenate([np.empty(0, dtype=np.int32), *held]))
     if len(left) < len(grabs):
-        raise ValueError(f"This part of '{obj.name}' is held by a pin or handle: pull elsewhere, or move the handle")
+        raise ValueError(f"This part of '{obj.name}' is held by a pin or handle: pull another part, or move the handle")
     return left
 
 

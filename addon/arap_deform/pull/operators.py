@@ -1,16 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""ARAP Pull: drag the surface itself. A click pins, Ctrl and a click lets go."""
+"""ARAP Pull: drag the surface itself. A click pins, Ctrl-click removes the pin."""
+
+from dataclasses import replace
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ..follow.act import Ending, Phase
 from ..scene import app_handlers, redraw, shape_keys
-from ..ui.checks import allow, find_posed_object, posed_object, reports_errors, why_not_idle, why_not_pullable
+from ..ui.checks import (
+    ArapOperator,
+    allow,
+    find_posed_object,
+    posed_object,
+    reports_errors,
+    why_not_idle,
+    why_not_pullable,
+)
 from . import pins, tool
-from .region import Grab
-from .run import Grip, PullRun, find_grip, mirrored, remove_pins_at, runs
+from .run import PullRun, find_grip, grabs_at, remove_pins_at, runs
 from .view import Mode
 
 CONFIRM = {"LEFTMOUSE", "RET", "NUMPAD_ENTER"}
@@ -20,11 +29,19 @@ WHEEL = {"WHEELUPMOUSE": 1.1, "WHEELDOWNMOUSE": 1.0 / 1.1}
 MOVES = {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "NONE"}
 
 
+def why_no_pull(context: bpy.types.Context) -> str:
+    """As why_not_idle(), and there must be a temporary pin of the tool."""
+    reason = why_not_idle(context)
+    if reason or posed_object(context).arap.pull_pins:
+        return reason
+    return "Nothing is pulled or pinned: drag or click the mesh with ARAP Pull first"
+
+
 class ARAP_OT_pull(bpy.types.Operator):
     bl_idname = "arap.pull"
     bl_label = "ARAP Pull"
     bl_description = (
-        "Drag the surface under the mouse and the mesh follows. A click pins it where it is, Ctrl-click lets it go"
+        "Drag the surface under the mouse and the mesh follows. A click pins the surface, Ctrl-click removes the pin"
     )
     bl_options = {"UNDO"}
 
@@ -39,7 +56,7 @@ class ARAP_OT_pull(bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._mouse = (event.mouse_region_x, event.mouse_region_y)
         self._is_ctrl = event.ctrl
-        self._is_held = event.type == "LEFTMOUSE"  # else called by a key or from a menu: a click ends it
+        self._is_held = event.type == "LEFTMOUSE"  # else a key or a menu has called it, and a click ends it
         self._run: PullRun | None = None
         return self._begin(context)
 
@@ -47,16 +64,16 @@ class ARAP_OT_pull(bpy.types.Operator):
     def _begin(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
         reason = why_not_pullable(context)
-        if reason:  # not in poll(): a key whose operator cannot run says nothing and does something else
+        if reason:  # not in poll(): if poll() fails, Blender shows no message and passes the key on
             raise ValueError(reason)
         shape_keys.check_writable(obj)
         pins.forget_stale(obj)
-        grip = find_grip(context, obj, context.region, context.region_data, self._mouse)
+        grip = find_grip(context, obj, self._mouse)
         if grip is None:
             if not self._is_held:
-                raise ValueError(f"'{obj.name}' is not under the mouse: point at what to pull")
+                raise ValueError(f"'{obj.name}' is not under the mouse: point at the mesh")
             return {"PASS_THROUGH"}
-        self._grip: Grip = grip
+        self._grip = grip
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -74,7 +91,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         return answer
 
     def cancel(self, _context: bpy.types.Context) -> None:
-        """Blender ends the operator: file load, closed window."""
+        """Blender ends the operator: a file is loaded, or the window is closed."""
         if self._run is not None:
             self._run.act.cancel()
             self._run.finish()
@@ -111,9 +128,7 @@ class ARAP_OT_pull(bpy.types.Operator):
             if not remove_pins_at(obj, pick):
                 raise ValueError("There is no pin of ARAP Pull here: point at one of its dots")
         else:
-            there = pins.find(obj, pick.seeds)
-            vertices = obj.arap.pull_pins[there[0]].vertices if there else pick.vertices
-            pins.add(obj, mirrored(obj, Grab(vertices)))
+            pins.add(obj, [replace(grab, reach=0.0) for grab in grabs_at(obj, pick, 0.0)])
             tool.watch()
         redraw.tag_views()
         return {"FINISHED"}
@@ -122,7 +137,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         run = self._run
         assert run is not None
         if event.type == "MOUSEMOVE":
-            run.drag.set_mode(_mode_of(event))  # other events may still have the modifier keys of before
+            run.drag.set_mode(_mode_of(event))  # other events may report former modifier keys
             run.move(mouse)
         elif event.type in CONFIRM and event.value == ("RELEASE" if self._is_held else "PRESS"):
             run.move(mouse)
@@ -141,13 +156,13 @@ class ARAP_OT_pull(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def _settling(self, event: bpy.types.Event) -> set[str]:
-        """Blender is the artist's again; whatever is pressed ends the settling, so that undo has this drag first."""
+        """Lets events through. A press ends the settling first, so that its own step of undo comes after this drag."""
         run = self._run
         assert run is not None
         if event.value == "PRESS" and event.type not in MOVES and not event.type.startswith("TIMER"):
             if run.act.phase is not Phase.BINDING:
                 run.act.keep(is_settling=False)
-            elif event.type == "ESC" or _is_undo(event):  # there is nothing of this drag yet that undo could take back
+            elif event.type == "ESC" or _is_undo(event):  # there is no step of this drag yet that undo could take back
                 run.act.cancel()
                 return {"RUNNING_MODAL"}
         return {"PASS_THROUGH"}
@@ -159,7 +174,7 @@ class ARAP_OT_pull(bpy.types.Operator):
         redraw.tag_views()
         if end.message:
             self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
-        # A step of undo after an undo would take redo away.
+        # A step of undo after an undo would remove the redo steps.
         return {"CANCELLED"} if end.how is Ending.RESTORE or self._run.is_undone else {"FINISHED"}
 
 
@@ -173,60 +188,38 @@ def _is_undo(event: bpy.types.Event) -> bool:
     return event.type == "Z" and (event.ctrl or event.oskey) and not event.shift
 
 
-class ARAP_OT_pull_make_real(bpy.types.Operator):
+class ARAP_OT_pull_make_real(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.pull_make_real"
     bl_label = "Make Handles of Pulls"
-    bl_description = "Turn what has moved into handles with empties, and what is at rest into pins. The mesh stays"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_description = "Turn pulled pieces into handles with empties, and pieces at rest into pins. The mesh stays"
+    why_not = staticmethod(why_no_pull)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_pull(context))
-
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        n_handles, n_pins = pins.make_real(posed_object(context), context.evaluated_depsgraph_get())
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        n_handles, n_pins = pins.make_real(obj, context.evaluated_depsgraph_get())
         self.report({"INFO"}, f"Made {n_handles} handles and {n_pins} pins")
         redraw.tag_views()
-        return {"FINISHED"}
 
 
-class ARAP_OT_pull_release(bpy.types.Operator):
+class ARAP_OT_pull_release(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.pull_release"
     bl_label = "Release Pulls"
-    bl_description = "Let go of everything that was pulled or clicked with the tool. The mesh stays as it is"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_description = "Remove all temporary pins of the tool. The mesh stays as it is"
+    why_not = staticmethod(why_no_pull)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_no_pull(context))
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        posed_object(context).arap.pull_pins.clear()
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        obj.arap.pull_pins.clear()
         redraw.tag_views()
-        return {"FINISHED"}
 
 
-def why_no_pull(context: bpy.types.Context) -> str:
-    """As why_not_idle(), and something must have been pulled or pinned with the tool."""
-    reason = why_not_idle(context)
-    if reason or posed_object(context).arap.pull_pins:
-        return reason
-    return "Pull the mesh with ARAP Pull first, or click it: nothing is pulled or pinned yet"
-
-
-class ARAP_OT_pull_tool(bpy.types.Operator):
+class ARAP_OT_pull_tool(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.pull_tool"
     bl_label = "Pull"
-    bl_description = "Take the tool ARAP Pull: drag the surface itself, click to pin it"
+    bl_description = "Take the tool ARAP Pull: drag the surface to move it, click to pin it"
+    bl_options: set[str] = set()
+    why_not = staticmethod(why_not_pullable)
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return allow(cls, why_not_pullable(context))
-
-    def execute(self, _context: bpy.types.Context) -> set[str]:
+    def act(self, _context: bpy.types.Context, _obj: bpy.types.Object) -> None:
         bpy.ops.wm.tool_set_by_id(name=tool.IDNAME)
-        return {"FINISHED"}
 
 
 @persistent
@@ -236,19 +229,19 @@ def _on_undo(*_: object) -> None:
 
 
 _HANDLERS = (("undo_post", _on_undo), ("redo_post", _on_undo))
-CLASSES = (ARAP_OT_pull, ARAP_OT_pull_make_real, ARAP_OT_pull_release, ARAP_OT_pull_tool)
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
+    (ARAP_OT_pull, ARAP_OT_pull_make_real, ARAP_OT_pull_release, ARAP_OT_pull_tool)
+)
 
 
 def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    _register_classes()
     app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
     app_handlers.remove(_HANDLERS)
-    for run in list(runs):  # Blender drops running operators without a word when their class goes
+    for run in runs.copy():  # Blender drops a running operator silently when its class goes
         run.act.cancel("The add-on was disabled")
         run.finish()
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()

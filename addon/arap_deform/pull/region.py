@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which vertices a pull takes along, what it holds, and the mirror images of both. No bpy."""
+"""Which vertices a pull moves and which it holds, and their mirror images. No bpy."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from ..core.patches import diagonal_of
 from ..core.targets import HandleSpec
 from ..core.transforms import nearest_rotations
 
-MIRROR_TOLERANCE = 1e-4  # how far mirror images may be apart, as a fraction of the diagonal
-FREE_SHARE = 0.4  # of the falloff, what is not held at all
-LEAST_HOLD = 1e-3  # weights below hold nothing
-MOST_IN_CELL = 64  # vertices that are looked at where the mesh is finer than the tolerance: time and memory are bounded
+MIRROR_TOLERANCE = 1e-4  # largest distance between mirror images, as a fraction of the diagonal
+FREE_SHARE = 0.4  # the part of the falloff that is not held at all
+LEAST_HOLD = 1e-3  # smaller weights hold nothing
+MOST_IN_CELL = 64  # vertices to look at if the mesh is finer than the tolerance: it bounds time and memory
 
 Signs = tuple[float, float, float]
-"""A mirror image, object space: -1 for every axis that is turned round."""
+"""A mirror image, object space: -1 for every mirrored axis."""
 ITSELF: Signs = (1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Grab:
-    """A piece of surface that is held, and dragged where a motion says so.
+    """A piece of the surface that is held or dragged.
 
     Attributes:
         vertices: (k,) int32, ascending.
-        reach: how far around it the mesh is free while nobody has set a pin, in world units; 0: somebody has set it.
-        image: which mirror image of the piece under the mouse it is.
-        planes: the mirror images that the piece under the mouse is itself: it lies on these planes.
+        reach: distance around the piece within which the mesh is free if no pin is set, in world units; 0: a set pin.
+        image: the mirror image of the piece under the mouse that this is.
+        planes: the mirrors that map the piece under the mouse to itself: it lies on these planes.
     """
 
     vertices: Ints
@@ -46,9 +46,9 @@ class Grab:
         """(4, 4) object-space motion of this piece.
 
         Args:
-            grabbed: (4, 4) what the mouse wants of the piece under it, rigid as seen.
-            centre: (3,) of the piece under the mouse, which stays on its planes.
-            stretch: (3, 3) of the object.
+            grabbed: (4, 4) motion of the piece under the mouse, rigid as seen.
+            centre: (3,) centre of the piece under the mouse.
+            stretch: (3, 3) stretch of the object.
         """
         mirror = np.diag([*self.image, 1.0])
         return np.asarray(mirror @ _symmetric(grabbed, self.planes, centre, stretch) @ mirror)
@@ -69,17 +69,17 @@ def _symmetric(motion: Floats, planes: Sequence[Signs], centre: Floats, stretch:
 
 
 def symmetric_grabs(rest: Floats, edges: Ints, vertices: Ints, reach: float, axes: Sequence[bool]) -> list[Grab]:
-    """The piece under the mouse, joined with the mirror images that it touches, and then its other images.
+    """The piece under the mouse, joined with the mirror images that touch it, then its other images.
 
     Args:
-        rest: (n, 3) at rest, object space.
+        rest: (n, 3) rest positions, object space.
         edges: (e, 2).
-        vertices: (k,) under the mouse.
+        vertices: (k,) the piece under the mouse.
         reach: see Grab.
         axes: whether x, y and z are mirrored.
 
     Raises:
-        ValueError: most of these vertices have no mirror image; the message goes on from the object's name.
+        ValueError: most of these vertices have no mirror image. The caller puts the object's name before the message.
     """
     piece, planes = vertices, []
     for signs in mirror_signs(axes):
@@ -101,17 +101,16 @@ def symmetric_grabs(rest: Floats, edges: Ints, vertices: Ints, reach: float, axe
 
 
 def connected_within(points: Floats, edges: Ints, seeds: Ints, centre: Floats, radius: float) -> Ints:
-    """(k,) int32 vertices within ``radius`` of ``centre`` that are joined to one of ``seeds`` by edges inside.
+    """(k,) int32 vertices within ``radius`` of ``centre`` that edges inside connect to one of ``seeds``.
 
-    The seed that is nearest to the centre where no seed is within: a mesh coarser than the radius still has something
-    to take hold of.
+    If no seed is within the radius, it is the seed nearest to the centre: so a coarse mesh can be pulled too.
 
     Args:
         points: (n, 3).
         edges: (e, 2).
         seeds: vertices of the face at the centre.
         centre: (3,).
-        radius: straight distance.
+        radius: Euclidean distance.
     """
     offset = points - centre
     is_near = np.einsum("ij,ij->i", offset, offset) <= radius * radius
@@ -126,12 +125,12 @@ def connected_within(points: Floats, edges: Ints, seeds: Ints, centre: Floats, r
 
 
 def hold_of_rest(points: Floats, edges: Ints, grabs: Sequence[Grab]) -> HandleSpec:
-    """Holds what is beyond the reach of all ``grabs``, softly from FREE_SHARE of it on.
+    """Holds the vertices beyond the reach of all ``grabs``; from FREE_SHARE of the reach on the hold grows from soft.
 
     Args:
-        points: (n, 3) at rest, as seen: so the same grabs always hold the same.
+        points: (n, 3) rest positions as seen, so that the same grabs always hold the same vertices.
         edges: (e, 2).
-        grabs: with a reach each.
+        grabs: each with a reach.
     """
     weights = np.ones(len(points))
     for grab in grabs:
@@ -147,7 +146,7 @@ def hold_of_rest(points: Floats, edges: Ints, grabs: Sequence[Grab]) -> HandleSp
 
 
 def mirror_signs(axes: Sequence[bool]) -> Iterator[Signs]:
-    """The mirror images other than the thing itself, for the planes of these axes: 1, 3 or 7 of them."""
+    """All mirror images in the planes of these axes but the identity: 1, 3 or 7 of them."""
     choices = [(1.0, -1.0) if is_mirrored else (1.0,) for is_mirrored in axes]
     images = itertools.product(*choices)
     next(images)
@@ -155,12 +154,12 @@ def mirror_signs(axes: Sequence[bool]) -> Iterator[Signs]:
 
 
 def mirror_images(rest: Floats, edges: Ints, vertices: Ints, signs: Sequence[float]) -> Ints:
-    """(m,) int32 ascending, the vertices at the mirror images of ``vertices``; those without one are left out.
+    """(m,) int32 ascending, the vertices at the mirror images of ``vertices``. Some may have none.
 
-    Of several vertices at one place (an open seam, surfaces that touch) it is the one joined to the most of the image.
+    Of several vertices at one place (an open seam, touching surfaces) it takes the one connected to most of the image.
 
     Args:
-        rest: (n, 3) at rest.
+        rest: (n, 3) rest positions.
         edges: (e, 2).
         vertices: (k,).
         signs: (3,) of 1 and -1.
@@ -180,7 +179,7 @@ def mirror_images(rest: Floats, edges: Ints, vertices: Ints, signs: Sequence[flo
 
 
 def _near(rest: Floats, places: Floats, reach: float) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats]:
-    """Which vertices are within ``reach`` of which places: rows of ``places``, vertices, distances; (p,) each."""
+    """All pairs of a place and a vertex within ``reach``: rows of ``places``, vertices, distances; (p,) each."""
     cell = 2.0 * reach
     lowest = rest.min(axis=0) - cell
     keys = _cell_keys(rest, lowest, cell)
@@ -188,7 +187,7 @@ def _near(rest: Floats, places: Floats, reach: float) -> tuple[NDArray[np.int64]
     keys = keys[order]
     rows: list[NDArray[np.int64]] = [np.empty(0, dtype=np.int64)]
     candidates = rows.copy()
-    # What is within reach lies in one of the cells that a box of that size touches.
+    # A vertex within reach lies in one of the cells that a box of that size touches.
     for corner in itertools.product((-0.5, 0.5), repeat=3):
         wanted = _cell_keys(places + cell * np.array(corner), lowest, cell)
         starts, ends = np.searchsorted(keys, wanted), np.searchsorted(keys, wanted, side="right")

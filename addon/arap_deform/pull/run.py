@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One drag of ARAP Pull: what is under the mouse, the posing act that follows it, and how it ends."""
+"""One drag of ARAP Pull: the piece under the mouse, the posing act that follows the mouse, and its end."""
 
 from __future__ import annotations
 
@@ -9,14 +9,12 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..core import sessions
-from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored
+from ..follow.act import End, Ending, Phase, PoseAct
 from ..follow.scene import is_rendering
 from ..live.runs import give_up
-from ..pose.result import restore_state
+from ..pose.run import ActRun
 from ..props import preferences
-from ..scene import meshes, redraw
-from ..ui.checks import StatusBar
+from ..scene import meshes
 from . import pins, seen_mesh
 from .region import Grab, connected_within, symmetric_grabs
 from .scene import PullScene
@@ -28,11 +26,11 @@ MODES = {Mode.MOVE: "move", Mode.TURN: "turn", Mode.NORMAL: "normal"}
 
 @dataclass(frozen=True)
 class Grip:
-    """Where the mouse has taken hold; no Blender data.
+    """The place that the mouse drags; no Blender data.
 
     Attributes:
-        view, mouse: how the surface was seen, and the pixel.
-        pick: what is there.
+        view, mouse: the view and the pixel at the press.
+        pick: the surface there.
     """
 
     object_name: str
@@ -41,35 +39,22 @@ class Grip:
     pick: seen_mesh.Pick
 
 
-def find_grip(
-    context: bpy.types.Context,
-    obj: bpy.types.Object,
-    region: bpy.types.Region,
-    region_data: bpy.types.RegionView3D,
-    mouse: Pixels,
-) -> Grip | None:
-    """What of the mesh is under the mouse; None where it is not. Raises ValueError as seen_mesh.pick()."""
-    view = seen_mesh.view_of(region, region_data)
+def find_grip(context: bpy.types.Context, obj: bpy.types.Object, mouse: tuple[float, float]) -> Grip | None:
+    """The grip under the mouse; None if the mesh is not there. Raises ValueError as seen_mesh.pick()."""
+    view = seen_mesh.view_of(context.region, context.region_data)
     radius = context.window_manager.arap_pull.radius
-    pick = seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, (mouse[0], mouse[1]), radius)
+    pick = seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius)
     return None if pick is None else Grip(obj.name, view, mouse, pick)
 
 
 def grabs_at(obj: bpy.types.Object, pick: seen_mesh.Pick, falloff: float) -> list[Grab]:
-    """What a drag takes hold of: the temporary pin that is there, or else the patch; and its mirror images.
-
-    Raises:
-        ValueError: the mesh has to be symmetric and is not.
-    """
+    """The temporary pin at the place, else the patch; then its mirror images. Raises ValueError as mirrored()."""
     there = pins.find(obj, pick.seeds)
-    if there:
-        pin = obj.arap.pull_pins[there[0]]
-        return mirrored(obj, Grab(pin.vertices, pin.reach))
-    return mirrored(obj, Grab(pick.vertices, falloff * pick.radius))
+    return mirrored(obj, pins.grabs_of(obj)[there[0]] if there else Grab(pick.vertices, falloff * pick.radius))
 
 
 def mirrored(obj: bpy.types.Object, grab: Grab) -> list[Grab]:
-    """The grab and its mirror images in the object's own planes, as the symmetry of its mesh says."""
+    """The grab, and its mirror images if the mesh has symmetry turned on. Raises ValueError if it is not symmetric."""
     mesh = obj.data
     axes = (mesh.use_mirror_x, mesh.use_mirror_y, mesh.use_mirror_z)
     if not any(axes):
@@ -81,24 +66,24 @@ def mirrored(obj: bpy.types.Object, grab: Grab) -> list[Grab]:
         raise ValueError(f"'{obj.name}' {error}") from None
 
 
-class PullRun:
-    """One drag, from the first pixel until the mesh has settled."""
+class PullRun(ActRun):
+    """One drag, from the first move of the mouse until the mesh has settled."""
+
+    scene: PullScene
 
     def __init__(self, context: bpy.types.Context, obj: bpy.types.Object, grip: Grip) -> None:
-        """Begins. Raises ValueError or RuntimeError where it cannot; then nothing has changed."""
+        """Begins. Raises ValueError or RuntimeError if it cannot; then nothing has changed."""
         self.grip = grip
         self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal)
         self.is_released = False
         self.is_undone = False
-        self._has_followed = False  # the last move of the mouse; no timer has come since
+        self._has_followed = False  # the mesh has followed a move of the mouse since the last tick
         give_up(obj)
-        self.scene = PullScene(obj, grabs_at(obj, grip.pick, context.window_manager.arap_pull.falloff))
-        self.act = PoseAct(self.scene, is_drag=True)
+        scene = PullScene(obj, grabs_at(obj, grip.pick, context.window_manager.arap_pull.falloff))
         self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
-        self.act.begin()
-        sessions.claim(obj.name, self.act)
-        self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
-        self._status = StatusBar()
+        act = PoseAct(scene, is_drag=True)
+        act.begin()
+        super().__init__(context, scene, act, TIMER_S)
         runs.append(self)
 
     def move(self, mouse: Pixels) -> None:
@@ -111,22 +96,22 @@ class PullRun:
             self._has_followed = self.act.readout is not before
 
     def tick(self) -> None:
-        """To be called by a timer. A move has had its solve: refining in the same turn would hold up the next one."""
+        """For a timer. After a move there is no refining in the same turn: it would hold up the next move."""
         has_followed, self._has_followed = self._has_followed, False
         if not has_followed and not is_rendering():
             self.act.tick(preferences.refine_time_s())
 
     def undone(self) -> None:
-        """Undo or redo has brought another state of the scene: what this drag began with has gone."""
+        """Undo or redo has replaced the scene in which this drag began."""
         self.is_undone = True
         self.act.leave("Undo has ended the pull")
 
     def resize(self, context: bpy.types.Context) -> None:
-        """Takes hold anew with the present radius. A ValueError of that ends the drag as any other."""
+        """Drags a patch of the present radius. A ValueError ends the drag."""
         obj = self.scene.obj
         pick = self.grip.pick
         if obj is None or pins.find(obj, pick.seeds):
-            return  # a pin has its size
+            return  # a pin keeps its size
         settings = context.window_manager.arap_pull
         radius = settings.radius * self.grip.view.pixel_size(pick.place)
         edges = self._seen.topology.edges
@@ -139,54 +124,40 @@ class PullRun:
 
     @property
     def is_over(self) -> bool:
-        """Released and settled, or ended otherwise."""
+        """Whether the drag is released and settled, or has ended otherwise."""
         if self.act.end is None and self.is_released and self.act.phase is Phase.FOLLOWING and self.act.is_settled:
             self.act.keep(is_settling=False)
         return self.act.end is not None
 
     def show_status(self, context: bpy.types.Context) -> None:
-        self._status.show(context, status_text(self.act, self.drag, is_released=self.is_released))
+        self._modal.show_status(context, self._status_text())
 
     def finish(self) -> End:
-        """The one exit of all ends; ``end.message`` is what is left to say."""
-        end = self.act.end
-        assert end is not None
         runs.remove(self)
-        bpy.context.window_manager.event_timer_remove(self._timer)
-        sessions.release(self.scene.name, self.act)
+        end = super().finish()
         obj = self.scene.obj
-        if obj is None:
-            sessions.drop(self.scene.name)
-        elif end.how is Ending.RESTORE:
-            end = restored(end, lambda: restore_state(obj, self.scene.state))
-        elif end.how is Ending.KEEP:
+        if end.how is Ending.KEEP and obj is not None:
             pins.add(obj, self.scene.pull.grabs)
-        self._status.clear()
-        print_fault(end)
-        redraw.tag_panels()
         return end
+
+    def _status_text(self) -> str:
+        if self.act.phase is Phase.BINDING:
+            return f"ARAP Pull: preparing the mesh, {self.act.bind_fraction:.0%}   |   Esc: cancel"
+        if self.is_released:
+            return "ARAP Pull: settling"
+        axis = "free" if self.drag.axis is None else f"along {'XYZ'[self.drag.axis]}"
+        return (
+            f"ARAP Pull: {MODES[self.drag.mode]}, {axis}   |   Shift: turn   |   Ctrl: along the normal   |   "
+            "X, Y, Z: axis   |   Wheel: radius   |   Esc: cancel"
+        )
 
 
 runs: list[PullRun] = []
-"""The drags under way: one, and those that settle after it."""
-
-
-def status_text(act: PoseAct, drag: Drag, *, is_released: bool) -> str:
-    """What the status bar says: state, then keys."""
-    if act.phase is Phase.BINDING:
-        return f"ARAP Pull: preparing the mesh, {act.bind_fraction:.0%}   |   Esc: cancel"
-    if is_released:
-        return "ARAP Pull: settling"
-    axis = "free" if drag.axis is None else "along {}".format("XYZ"[drag.axis])
-    text = (
-        "ARAP Pull: {}, {}   |   Shift: turn   |   Ctrl: along the normal   |   X, Y, Z: axis   |   Wheel: radius"
-        "   |   Esc: cancel"
-    )
-    return text.format(MODES[drag.mode], axis)
+"""The drag under way, and earlier ones that still settle."""
 
 
 def remove_pins_at(obj: bpy.types.Object, pick: seen_mesh.Pick) -> bool:
-    """Removes the temporary pins under the mouse and, with symmetry, their images; whether there were any."""
+    """Removes the temporary pins under the mouse and, with symmetry, their images; returns whether there were any."""
     vertices = np.union1d(pick.vertices, pick.seeds).astype(np.int32)
     images: Sequence[Grab] = mirrored(obj, Grab(vertices)) if pins.find(obj, vertices) else ()
     found = {index for grab in images for index in pins.find(obj, grab.vertices)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the posing act needs of Blender while a piece of the surface is pulled: its PoseScene."""
+"""What the posing act needs of Blender while a piece of the surface is pulled."""
 
 from __future__ import annotations
 
@@ -7,52 +7,38 @@ from collections.abc import Sequence
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core import sessions
-from ..core.arrays import Floats
+from ..core.arrays import Float32s, Floats
 from ..core.session_data import Readout
 from ..follow.bind import SessionBinding
 from ..follow.frame import Frame
-from ..follow.scene import BlenderFollowScene
-from ..pose.result import capture_state
-from ..scene import meshes, pose_key
+from ..pose.scene import ActScene
+from ..scene import meshes
 from . import hold
 from .region import Grab
 
 
-class PullScene(BlenderFollowScene):
+class PullScene(ActScene):
     """The PoseScene of one drag."""
 
+    act_name = "the pull"
     initial_guess = "previous"
 
     def __init__(self, obj: bpy.types.Object, grabs: Sequence[Grab]) -> None:
-        """Begins. Raises ValueError where the mesh cannot be pulled there; then nothing has changed."""
+        """Begins. Raises ValueError if the mesh cannot be pulled there; then nothing has changed."""
         super().__init__(obj)
-        pose_key.forget_removed(obj)
-        self.state = capture_state(obj)
+        depsgraph = bpy.context.evaluated_depsgraph_get()
         self.motion: Floats = np.eye(4)
-        self.pull = hold.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), grabs)
-        self._world = meshes.read_matrix(obj, bpy.context.evaluated_depsgraph_get())
-        self._counts = len(obj.data.vertices), len(obj.data.polygons)
-        self._start: NDArray[np.float32] | None = self.pull.shown  # whatever the value of the key is
+        self.pull = hold.begin_pull(obj, depsgraph, grabs)
+        self._world = meshes.read_matrix(obj, depsgraph)
+        self._start: Float32s | None = self.pull.shown  # the key alone would not do: its value may not be 1
         self._binding: SessionBinding | None = None
 
     def grab(self, grabs: Sequence[Grab]) -> None:
-        """Takes hold of another piece around the same place; what was begun goes on with it."""
-        obj = self._obj()
-        self.pull = hold.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), grabs, self.pull)
+        """Goes on with the same drag of another piece around the same place."""
+        self.pull = hold.begin_pull(self._obj(), bpy.context.evaluated_depsgraph_get(), grabs, self.pull)
         self._binding = None
-
-    def why_over(self) -> str:
-        obj = self.obj
-        if obj is None or obj.name not in bpy.context.scene.objects:
-            return f"'{self.name}' was deleted or renamed: the pull has ended"
-        if obj.mode != "OBJECT":
-            return f"'{self.name}' is no longer in Object Mode: the pull has ended"
-        if (len(obj.data.vertices), len(obj.data.polygons)) != self._counts:
-            return f"The mesh of '{self.name}' has changed: the pull has ended"
-        return ""
 
     def is_bound(self) -> bool:
         bound = sessions.get(self.name)
@@ -67,8 +53,8 @@ class PullScene(BlenderFollowScene):
 
     def update(self, matrices: Floats, iterations: int | None, time_limit_s: float | None) -> Readout:
         readout = super().update(matrices, iterations, time_limit_s)
-        self._start = None  # from here on the key shows where the drag is
+        self._start = None  # the key shows the drag now
         return readout
 
-    def matrices(self) -> NDArray[np.float64]:
+    def matrices(self) -> Floats:
         return self.pull.matrices(self.motion, self._world)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The mesh as it is seen, with all shape keys and modifiers: what the mouse is over, and which vertices that are.
+"""The mesh as it is seen, with all shape keys and modifiers, and the vertices under the mouse.
 
-Read once, and again after the object was evaluated anew; topology only after something else than a pose has changed.
+Positions are read again after each evaluation of the object, topology only after the mesh itself has changed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..scene import meshes, versions
 from .region import connected_within
 from .view import View
 
-# Subdivision, multiresolution, mirror, array and solidify make vertices too, but put the mesh's own ones first.
+# Subdivision, multiresolution, mirror, array and solidify make vertices too, but the mesh's own vertices come first.
 MAKES_VERTICES = {
     "BEVEL", "BOOLEAN", "BUILD", "DECIMATE", "EDGE_SPLIT", "EXPLODE", "FLUID", "MASK", "MESH_TO_VOLUME", "NODES",
     "OCEAN", "PARTICLE_INSTANCE", "REMESH", "SCREW", "SKIN", "VOLUME_TO_MESH", "WELD", "WIREFRAME",
@@ -28,7 +28,7 @@ MAKES_VERTICES = {
 
 @dataclass(frozen=True)
 class Topology:
-    """How the vertices are joined.
+    """How the vertices are connected.
 
     Attributes:
         edges: (e, 2) int32.
@@ -40,13 +40,13 @@ class Topology:
     face_starts: Ints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # equal is the same one only
 class SeenMesh:
-    """One mesh, seen.
+    """A mesh as it is seen.
 
     Attributes:
-        positions: (n, 3) float64, world space: where the mesh's own vertices are seen.
-        is_own: whether what is seen has the mesh's own faces; else modifiers have made others.
+        positions: (n, 3) float64, world space, of the mesh's own vertices.
+        is_own: whether the evaluated mesh has the mesh's own faces; else modifiers have made others.
     """
 
     positions: Floats
@@ -56,13 +56,13 @@ class SeenMesh:
 
 @dataclass(frozen=True)
 class Pick:
-    """What is under the mouse.
+    """The surface under the mouse.
 
     Attributes:
         place, normal: (3,) world, on the surface.
-        vertices: (k,) int32 ascending, of the mesh: the patch.
-        seeds: vertices of the mesh at the place.
-        radius: of the patch in world units.
+        vertices: (k,) int32 ascending, the patch.
+        seeds: vertices of the face at the place.
+        radius: of the patch, in world units.
     """
 
     place: Floats
@@ -72,10 +72,10 @@ class Pick:
     radius: float
 
 
-# By full names of objects: a linked one may have the name of a local one.
+# By full names of objects: a linked object may have the name of a local one.
 _seen: dict[str, SeenMesh] = {}
 _topologies: dict[str, tuple[str, Topology]] = {}
-"""With the name of the mesh: an object may get another one with as many of everything."""
+"""The name of the mesh comes first: an object may get another mesh with the same counts."""
 
 
 def view_of(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> View:
@@ -86,10 +86,10 @@ def view_of(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> Vi
 def pick(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, view: View, pixel: tuple[float, float], radius_px: float
 ) -> Pick | None:
-    """What of the mesh is under a pixel; None where it is not under it.
+    """The part of the mesh under a pixel; None if the mesh is not there.
 
     Raises:
-        ValueError: what is seen there cannot be traced back to the mesh.
+        ValueError: modifiers have made the surface there, and no vertex of the mesh belongs to it.
     """
     origin, direction = view.ray(pixel)
     hit = _cast(obj, depsgraph, origin, direction)
@@ -107,10 +107,10 @@ def pick(
 
 
 def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SeenMesh:
-    """The mesh as evaluated.
+    """The evaluated mesh.
 
     Raises:
-        ValueError: a modifier makes vertices that cannot be traced back.
+        ValueError: a modifier makes vertices that cannot be traced back to the mesh.
     """
     seen = _seen.get(obj.name_full)
     if seen is None:
@@ -126,12 +126,11 @@ def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SeenMesh:
 
 
 def _check_modifiers(obj: bpy.types.Object, *, loses_vertices: bool) -> None:
-    """Raises ValueError where a modifier makes vertices that cannot be traced back to the mesh."""
+    """Raises ValueError if a modifier makes vertices that cannot be traced back to the mesh."""
     for modifier in obj.modifiers:
         if modifier.show_viewport and (loses_vertices or _is_opaque(modifier)):
             raise ValueError(
-                f"What modifier '{modifier.name}' of '{obj.name}' makes cannot be traced back to the mesh: "
-                "turn it off in the viewport to pull"
+                f"Modifier '{modifier.name}' of '{obj.name}' makes other vertices: turn it off in the viewport to pull"
             )
 
 
@@ -147,7 +146,7 @@ def _is_opaque(modifier: bpy.types.Modifier) -> bool:
 def _cast(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats
 ) -> tuple[Floats, Floats, int] | None:
-    """Place, normal (world) and face of the evaluated mesh that a ray meets first. Blender keeps its tree of faces."""
+    """World place and normal, and face, of the evaluated mesh that a ray meets first."""
     evaluated = obj.evaluated_get(depsgraph)
     world = meshes.read_matrix(obj, depsgraph)
     inverse: Floats = np.asarray(np.linalg.inv(world))
@@ -160,7 +159,7 @@ def _cast(
 
 
 def _nearest_own(obj: bpy.types.Object, seen: SeenMesh, place: Floats) -> Ints:
-    """The mesh's own vertex at a place that is on a face made by modifiers. Raises ValueError where none is near."""
+    """The mesh's own vertex at a place on a face that modifiers have made. Raises ValueError if none is near."""
     distance = np.linalg.norm(seen.positions - place, axis=1)
     nearest = int(distance.argmin())
     edges = seen.topology.edges
@@ -189,7 +188,7 @@ def _topology(obj: bpy.types.Object) -> Topology:
 
 
 def patch_triangles(seen: SeenMesh, vertices: NDArray[np.int32]) -> Ints:
-    """(t, 3) vertices of the triangles of all faces whose corners are all among ``vertices``; polygons are fans."""
+    """(t, 3) vertices of the triangles of all faces inside ``vertices``; polygons become fans."""
     topology = seen.topology
     is_inside = np.zeros(len(seen.positions), dtype=bool)
     is_inside[vertices] = True
@@ -203,7 +202,7 @@ def patch_triangles(seen: SeenMesh, vertices: NDArray[np.int32]) -> Ints:
 
 
 def forget_updated(depsgraph: bpy.types.Depsgraph) -> None:
-    """After an evaluation: forgets where what has changed was seen."""
+    """After an evaluation: forgets the objects that have changed."""
     for update in depsgraph.updates:
         if isinstance(update.id, bpy.types.Object) and (update.is_updated_geometry or update.is_updated_transform):
             _seen.pop(update.id.name_full, None)
@@ -212,11 +211,11 @@ def forget_updated(depsgraph: bpy.types.Depsgraph) -> None:
 
 
 def forget_places() -> None:
-    """Another frame: everything may be elsewhere."""
+    """In another frame everything may have moved."""
     _seen.clear()
 
 
 def clear() -> None:
-    """Forgets everything: another file, or an undo."""
+    """After a file load or an undo."""
     _seen.clear()
     _topologies.clear()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""ARAP Pull in the toolbar: its keys, its cursor, its settings in the header, and what goes when it is put down."""
+"""ARAP Pull in the toolbar: its keys, its cursor, its settings. Without the tool the temporary pins go."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..ui.checks import find_posed_object
 from . import draw, pins
 
 IDNAME = "arap.pull"
-LOOK_S = 0.25  # how often is looked whether the tool is still on, while there are temporary pins
+LOOK_S = 0.25  # while there are temporary pins, a timer looks this often whether the tool is still on
 
 RADIUS = "window_manager.arap_pull.radius"
 
@@ -27,9 +27,9 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
     bl_label = "ARAP Pull"
     bl_description = (
         "Drag the surface and the mesh follows.\n"
-        "\u2022 Click: pin it where it is. Ctrl-click: let go.\n"
+        "\u2022 Click: pin. Ctrl-click: remove the pin.\n"
         "\u2022 Shift: turn. Ctrl: along the normal. X, Y, Z: axis.\n"
-        "\u2022 F, [ and ]: radius. Ctrl H: make handles and pins of it."
+        "\u2022 F, [ and ]: radius. Ctrl H: make handles and pins."
     )
     bl_icon = str(Path(__file__).resolve().parent.parent / "icons" / "arap.pull")
     bl_cursor = "PAINT_CROSS"
@@ -71,7 +71,7 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
 
 
 def is_on() -> bool:
-    """Whether the tool is the one in hand, in any window."""
+    """Whether it is the active tool in any window."""
     for window in bpy.context.window_manager.windows:
         tool = window.workspace.tools.from_space_view3d_mode("OBJECT", create=False)
         if tool is not None and tool.idname == IDNAME:
@@ -80,7 +80,7 @@ def is_on() -> bool:
 
 
 def watch() -> None:
-    """Lets the temporary pins go once the tool is put down, or the mesh is edited."""
+    """Starts a timer that removes the temporary pins when another tool is chosen or the mesh is edited."""
     if not bpy.app.background and not bpy.app.timers.is_registered(_look):
         bpy.app.timers.register(_look, first_interval=LOOK_S, persistent=True)
 
@@ -116,6 +116,6 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(_look):
         bpy.app.timers.unregister(_look)
     if not bpy.app.background:
-        if is_on():  # or Blender goes on drawing its cursor
+        if is_on():  # else Blender goes on drawing its cursor
             bl_ui.space_toolsystem_common.activate_by_id(bpy.context, "VIEW_3D", "builtin.select_box")
         bpy.utils.unregister_tool(ArapPullTool)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the mouse to motions in the world: a view's projection, and what a drag does with it. No bpy."""
+"""From the mouse to motions in the world: the projection of a view, and the motion of a drag. No bpy."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
+from ..core.transforms import rotation
 
 TURN_PER_PIXEL = np.pi / 360.0  # a drag of 180 pixels is a quarter turn
 ALONG_THE_VIEW = 0.15  # sine between an axis and the line of sight below which the mouse cannot follow along the axis
@@ -31,23 +32,23 @@ class View:
     size: tuple[int, int]
 
     def pixels(self, points: Floats) -> Floats:
-        """(k, 2) where (k, 3) points in the world are seen; not a number behind the viewer."""
+        """(k, 2) pixels of (k, 3) points in the world; NaN behind the viewer."""
         clip = points @ self.perspective[:, :3].T + self.perspective[:, 3]
         width = np.where(clip[:, 3:] > 0.0, clip[:, 3:], np.nan)
         return np.asarray((clip[:, :2] / width + 1.0) * 0.5 * np.array(self.size))
 
     def ray(self, pixel: Pixels) -> tuple[Floats, Floats]:
-        """Origin, on the near plane, and unit direction of what is seen at a pixel."""
+        """Origin, on the near plane, and unit direction of the line of sight of a pixel."""
         near, far = self._unproject(pixel, -1.0), self._unproject(pixel, 1.0)
         return near, (far - near) / np.linalg.norm(far - near)
 
     def at_depth_of(self, point: Floats, pixel: Pixels) -> Floats:
-        """(3,) what is at a pixel in the plane through ``point`` that faces the viewer."""
+        """(3,) the point at a pixel in the plane through ``point`` that faces the viewer."""
         clip = self.perspective @ np.append(point, 1.0)
         return self._unproject(pixel, float(clip[2] / clip[3]))
 
     def pixel_steps(self, point: Floats) -> tuple[Floats, Floats]:
-        """How far one pixel to the right and one up are in the world, at the depth of ``point``."""
+        """(3,) steps in the world of one pixel to the right and one up, at the depth of ``point``."""
         x, y = self.pixels(point[None])[0]
         here = self.at_depth_of(point, (x, y))
         return self.at_depth_of(point, (x + 1.0, y)) - here, self.at_depth_of(point, (x, y + 1.0)) - here
@@ -77,19 +78,19 @@ class Mode(Enum):
 
 
 class Drag:
-    """The rigid motion that a drag stands for, from where the mouse is.
+    """The rigid motion of a drag, from the place of the mouse.
 
-    A change of mode keeps what was done in the mode before; a change of axis does again what is done in this mode.
+    A change of mode keeps the motion of the former mode. A change of axis replaces the motion of the present mode.
     """
 
     def __init__(self, view: View, mouse: Pixels, place: Floats, normal: Floats) -> None:
         """Begins.
 
         Args:
-            view: stays the same during the drag.
-            mouse: pixel where it began.
-            place: (3,) world, what is dragged and turned about.
-            normal: (3,) world unit normal of the surface there.
+            view: at the begin of the drag.
+            mouse: pixel where the drag begins.
+            place: (3,) world, the point that is dragged and turned about.
+            normal: (3,) unit normal of the surface there, world space.
         """
         self._view = view
         self._place = place
@@ -109,23 +110,23 @@ class Drag:
             self.mode = mode
 
     def toggle_axis(self, axis: int) -> None:
-        """Constrains to the axis 0, 1 or 2 of the world; the same one again sets free."""
+        """Constrains to the world axis 0, 1 or 2; the same axis again removes the constraint."""
         self.axis = None if axis == self.axis else axis
 
     @property
     def place(self) -> Floats:
-        """(3,) where what is dragged is now."""
+        """(3,) present place of the dragged point, world."""
         motion = self.motion
         return np.asarray(motion[:3, :3] @ self._place + motion[:3, 3])
 
     @property
     def motion(self) -> Floats:
-        """(4, 4) rigid motion in the world since the drag began."""
+        """(4, 4) rigid motion in the world since the begin of the drag."""
         start = self._before[:3, :3] @ self._place + self._before[:3, 3]
         now = np.eye(4)
         if self.mode is Mode.TURN:
             axis = self._view.towards_viewer(start) if self.axis is None else np.eye(3)[self.axis]
-            turn = rotation_about(axis, TURN_PER_PIXEL * float(self._from[0] - self._mouse[0]))
+            turn = rotation(axis * (TURN_PER_PIXEL * float(self._from[0] - self._mouse[0])))
             now[:3, :3] = turn
             now[:3, 3] = start - turn @ start
         else:
@@ -145,22 +146,15 @@ class Drag:
         return self._view.pixel_size(start) * float(self._mouse[1] - self._from[1])
 
     def _along(self, start: Floats, axis: Floats) -> Floats:
-        """As far along the axis as takes it under the mouse."""
+        """The shift along the axis that follows the mouse."""
         places = []
         for pixel in (self._from, self._mouse):
-            # The grip need not be at the mouse: both rays start from there and only their difference counts.
+            # The place need not be under the mouse: only the difference of the two rays counts.
             origin, direction = self._view.ray(pixel)
             across = direction - axis * float(direction @ axis)
             if np.linalg.norm(across) < ALONG_THE_VIEW:
                 return np.asarray(axis * self._upwards(start))
-            # Where the line through start comes nearest to the ray.
+            # The point of the line through start that is nearest to the ray.
             apart = origin - start
             places.append(float(apart @ axis - (direction @ axis) * (apart @ across) / (across @ across)))
         return np.asarray(axis * (places[1] - places[0]))
-
-
-def rotation_about(axis: Floats, angle: float) -> Floats:
-    """(3, 3) rotation about a unit axis, right-handed (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross)

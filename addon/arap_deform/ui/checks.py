@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -16,8 +15,6 @@ from ..core.arrays import Ints
 from ..follow.act import PoseAct
 from ..follow.scene import is_rendering
 from ..scene import meshes, owners, pose_key
-
-STATUS_AGAIN_S = 0.5  # how often the status bar is set again: a transform clears it when it ends
 
 Execute = Callable[[Any, bpy.types.Context], set[str]]
 
@@ -245,27 +242,6 @@ class ArapOperator:
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         raise NotImplementedError
-
-
-class StatusBar:
-    """The text in the status bar while an operator runs."""
-
-    def __init__(self) -> None:
-        self._workspaces: set[str] = set()
-        self._text, self._shown_at = "", 0.0
-
-    def show(self, context: bpy.types.Context, text: str) -> None:
-        now = time.monotonic()
-        if context.workspace is not None and (text != self._text or now - self._shown_at >= STATUS_AGAIN_S):
-            self._text, self._shown_at = text, now
-            self._workspaces.add(context.workspace.name)
-            context.workspace.status_text_set(text)
-
-    def clear(self) -> None:
-        for name in self._workspaces:
-            workspace = bpy.data.workspaces.get(name)
-            if workspace is not None:
-                workspace.status_text_set(None)
 
 
 @contextmanager

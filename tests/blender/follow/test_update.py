@@ -146,7 +146,7 @@ class LiveTest(SceneTest):
         obj = posable()
         bend(obj)
         self.api.solve(obj)
-        act = module("pose.operators").BlenderPoseScene(obj)
+        act = module("pose.scene").BlenderPoseScene(obj)
         self.assertEqual(act.why_over(), "")
         obj.arap.key_name = "Bent"
         changed = "The pose of 'Tube' has another shape key now"
@@ -159,7 +159,7 @@ class LiveTest(SceneTest):
 
     def test_a_renamed_key_is_followed_and_a_removed_one_ends_the_act(self):
         obj = posable()
-        act = module("pose.operators").BlenderPoseScene(obj)
+        act = module("pose.scene").BlenderPoseScene(obj)
         module("follow.update").prepare_session(obj)
         for name in ("ARAP", "Bent", "Bowed"):
             if obj.data.shape_keys is not None:
@@ -178,7 +178,7 @@ class LiveTest(SceneTest):
         obj = posable()
         self.api.solve(obj)
         before = key_positions(obj)
-        act = module("pose.operators").BlenderPoseScene(obj)
+        act = module("pose.scene").BlenderPoseScene(obj)
         module("follow.update").prepare_session(obj)
         self.assertEqual(act.why_over(), "")
         obj.data.shape_keys.key_blocks["ARAP"].name = "Bent"

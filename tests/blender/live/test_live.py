@@ -261,7 +261,7 @@ class LiveToggleTest(SceneTest):
         animate(obj)
         other = live_tube("Other")
         animate(other)
-        job = module("bake.keys").begin_bake(obj, 1, 11, 5)
+        job = module("bake.keys").BakeJob(obj, 1, 11, 5)
         count = self.count_updates(other)
         while job.step():
             self.assertIn(self.sessions.claimed_by("Tube"), "it is baked")
@@ -275,7 +275,7 @@ class LiveToggleTest(SceneTest):
             "unmute it, and mute or remove the baked keys",
         )
         self.assert_followed(other)
-        job = module("bake.keys").begin_bake(other, 1, 11, 5)
+        job = module("bake.keys").BakeJob(other, 1, 11, 5)
         job.cancel()
         self.assertEqual(self.sessions.claimed_by("Other"), "")
 

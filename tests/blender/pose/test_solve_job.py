@@ -50,7 +50,7 @@ class SolveJobTest(SceneTest):
         while job.step(0.01):
             pass
         obj.name = "Renamed"
-        self.assert_error(RuntimeError, "'Tube' is not there any more: there is nothing to pose", job.finish)
+        self.assert_error(RuntimeError, "'Tube' is gone: there is nothing to pose", job.finish)
         job.cancel()
         obj.name = "Tube"
         job = self.api.begin_solve(obj)
@@ -79,9 +79,9 @@ class WaitTest(SceneTest):
         sessions.claim(obj.name, act)
         for begin in (
             lambda: self.api.begin_solve(obj),
-            lambda: module("bake.keys").begin_bake(obj, 1, 2),
-            lambda: module("poses.keys").begin_pose_keys(obj),
-            lambda: module("bake.cache").begin_mesh_cache(obj, "tube.mdd", 1, 2),
+            lambda: module("bake.keys").BakeJob(obj, 1, 2),
+            lambda: module("poses.keys").PoseKeysJob(obj),
+            lambda: module("bake.cache").MeshCacheJob(obj, "tube.mdd", 1, 2),
         ):
             self.assert_error(RuntimeError, "Wait for 'Tube': it is posed", begin)
         self.assertIs(sessions.acts["Tube"], act)
@@ -104,11 +104,11 @@ class WaitTest(SceneTest):
         self.addCleanup(folder.cleanup)
         for doing, begin in (
             ("it is solved", lambda: self.api.begin_solve(obj)),
-            ("it is baked", lambda: module("bake.keys").begin_bake(obj, 1, 2)),
-            ("shape keys are made of its poses", lambda: module("poses.keys").begin_pose_keys(obj)),
+            ("it is baked", lambda: module("bake.keys").BakeJob(obj, 1, 2)),
+            ("shape keys are made of its poses", lambda: module("poses.keys").PoseKeysJob(obj)),
             (
                 "its frames are exported",
-                lambda: module("bake.cache").begin_mesh_cache(obj, f"{folder.name}/tube.mdd", 1, 2),
+                lambda: module("bake.cache").MeshCacheJob(obj, f"{folder.name}/tube.mdd", 1, 2),
             ),
         ):
             job = begin()

@@ -40,7 +40,7 @@ def test_a_full_disk_is_said():
     kept._file = Full()
     message = (
         r"^The solved shapes do not fit into the folder for temporary files \(No space left on device\): "
-        r"make room there, or bake fewer frames at once$"
+        r"free disk space there, or bake fewer frames at once$"
     )
     with pytest.raises(RuntimeError, match=message):
         kept.append(np.zeros((5, 3), dtype=np.float32))

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A linear map of many points."""
+"""A linear map of many points, and rotations."""
 
 import numpy as np
 import pytest
-from arap_deform.core.transforms import BLOCK, map_points
+from arap_deform.core.transforms import BLOCK, map_points, rotation
+from sample_meshes import rotation_z
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -27,3 +28,14 @@ def test_part_of_an_array_is_written_in_place():
 def test_columns_of_an_array_are_refused():
     with pytest.raises(ValueError, match="contiguous"):
         map_points(np.zeros((4, 3)), np.eye(3), np.zeros((4, 5))[:, :3])
+
+
+def test_a_rotation_turns_by_its_length_about_its_direction():
+    np.testing.assert_array_equal(rotation(np.zeros(3)), np.eye(3))
+    np.testing.assert_allclose(rotation(np.array([0.0, 0.0, 2.5])), rotation_z(2.5), atol=1e-15)
+    turn = np.array([0.3, -1.2, 0.5])
+    matrix = rotation(turn)
+    np.testing.assert_allclose(matrix @ turn, turn, atol=1e-15)
+    np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-15)
+    assert np.trace(matrix) == pytest.approx(1.0 + 2.0 * np.cos(np.linalg.norm(turn)))
+    np.testing.assert_allclose(rotation(0.5 * turn) @ rotation(0.5 * turn), matrix, atol=1e-15)

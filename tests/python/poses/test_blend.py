@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from arap_deform.core.transforms import rotation
 from arap_deform.poses.blend import blended, mirrored, partners
 
 ORIGIN = np.zeros((1, 3))
@@ -10,10 +11,8 @@ UNSTRETCHED = np.eye(3)
 
 
 def turn(axis, angle_rad):
-    """(3, 3) by Rodrigues."""
-    axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    k = np.cross(np.eye(3), axis) * -1.0
-    return np.eye(3) + np.sin(angle_rad) * k + (1.0 - np.cos(angle_rad)) * (k @ k)
+    """(3, 3) about any axis."""
+    return rotation(np.asarray(axis) * (angle_rad / np.linalg.norm(axis)))
 
 
 def motion(linear=UNSTRETCHED, shift=(0.0, 0.0, 0.0), about=(0.0, 0.0, 0.0)):
@@ -130,7 +129,7 @@ def test_beyond_the_ends_it_goes_on():
 @pytest.mark.parametrize("scale", [(-1.0, 1.0, 1.0), (1.0, 0.0, 1.0), (0.0, 0.0, 0.0)])
 def test_flat_and_inside_out_handles_are_refused(scale):
     message = (
-        "^Handle 'Hand' is flat or turned inside out in one of the two poses: scale it back and store that pose anew$"
+        "^Handle 'Hand' is flat or turned inside out in one of the poses: scale it back and store that pose again$"
     )
     with pytest.raises(ValueError, match=message):
         between(np.eye(4), motion(np.diag(scale)), 0.5)
@@ -163,26 +162,21 @@ def test_a_side_in_the_name_without_its_partner_goes_by_place():
 
 def test_a_missing_partner_is_refused():
     places = np.array([[1.0, 0.0, 0.0]])
-    message = (
-        "^Handle 'Hand.L' has no partner on the other side of X = 0: there is no handle 'Hand.R', and none at its "
-        "mirrored place; add one, or choose another axis$"
-    )
-    with pytest.raises(ValueError, match=message):
-        partners(["Hand.L"], ["Hand.R"], places, 0, 0.1, {0})
-    message = (
-        "^Handle 'Hand' has no partner on the other side of X = 0: there is no handle at its mirrored place; "
-        "add one, or choose another axis$"
-    )
-    with pytest.raises(ValueError, match=message):
-        partners(["Hand"], ["Hand"], places, 0, 0.1, {0})
+    for name, flipped, named in (("Hand.L", "Hand.R", "named 'Hand.R' or "), ("Hand", "Hand", "")):
+        message = (
+            f"^Handle '{name}' has no partner on the other side of X = 0: add a handle {named}at its mirrored place, "
+            "or choose another axis$"
+        )
+        with pytest.raises(ValueError, match=message):
+            partners([name], [flipped], places, 0, 0.1, {0})
     assert partners(["Hand"], ["Hand"], places, 1, 0.1, {0}) == {0: 0}
 
 
 def test_partners_that_disagree_are_refused():
     places = np.array([[1.0, 0, 0], [-1.0, 0, 0], [1.01, 0, 0]])
     message = (
-        "^Handle 'C' has 'B' for its mirror image, but that one has 'A': "
-        "give them names with sides, Hand.L and Hand.R for example$"
+        "^The mirror image of handle 'C' is 'B', but the mirror image of 'B' is 'A': "
+        "give them names with sides, for example Hand.L and Hand.R$"
     )
     with pytest.raises(ValueError, match=message):
         partners(["A", "B", "C"], ["A", "B", "C"], places, 0, 0.1, {0, 1, 2})

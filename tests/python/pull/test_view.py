@@ -3,7 +3,8 @@
 
 import numpy as np
 import pytest
-from arap_deform.pull.view import TURN_PER_PIXEL, Drag, Mode, View, rotation_about
+from arap_deform.core.transforms import rotation
+from arap_deform.pull.view import TURN_PER_PIXEL, Drag, Mode, View
 from sample_meshes import rotation_z
 
 SIZE = (800, 600)
@@ -26,7 +27,7 @@ def looking_down(*, is_perspective, turn=None):
     return View(lens @ world, SIZE)
 
 
-TILT = rotation_about(np.array([1.0, 0.0, 0.0]), 0.6) @ rotation_z(0.4)
+TILT = rotation(np.array([0.6, 0.0, 0.0])) @ rotation_z(0.4)
 VIEWS = [looking_down(is_perspective=p, turn=turn) for p in (True, False) for turn in (None, TILT)]
 PLACE = np.array([0.3, -0.2, 0.5])
 NORMAL = np.array([0.6, 0.0, 0.8])
