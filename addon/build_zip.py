@@ -29,7 +29,7 @@ Files = dict[str, bytes]
 
 
 def project_version() -> str:
-    """The version in CMakeLists.txt, the one place where it is written first."""
+    """The version in CMakeLists.txt, which all other places repeat."""
     match = re.search(r"project\(arap VERSION (\d+\.\d+\.\d+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"))
     if match is None:
         raise ValueError("CMakeLists.txt has no line 'project(arap VERSION x.y.z ...)'")
@@ -45,7 +45,7 @@ def bl_info_node(source: str) -> ast.Assign:
 
 
 def without_bl_info(source: str) -> str:
-    """The source with bl_info taken out: Blender warns where an extension has one."""
+    """The source without bl_info: Blender warns about it in an extension."""
     node = bl_info_node(source)
     lines = source.splitlines(keepends=True)
     before, after = lines[: node.lineno - 1], lines[node.end_lineno :]
@@ -55,7 +55,7 @@ def without_bl_info(source: str) -> str:
 
 
 def check_versions(version: str, init: str, manifest: str) -> None:
-    """Raises ValueError where bl_info or the manifest state another version than CMakeLists.txt."""
+    """Raises ValueError if bl_info or the manifest state another version than CMakeLists.txt."""
     bl_info = ast.literal_eval(bl_info_node(init).value)
     stated = {
         "bl_info in arap_deform/__init__.py": ".".join(str(number) for number in bl_info["version"]),
@@ -67,7 +67,7 @@ def check_versions(version: str, init: str, manifest: str) -> None:
 
 
 def addon_files() -> Files:
-    """The add-on's own files by their path below the package."""
+    """The add-on's own files by path in the package."""
     files = {
         path.relative_to(SOURCE).as_posix(): path.read_bytes()
         for path in SOURCE.rglob("*")
@@ -126,7 +126,7 @@ def extension_files(files: Files, wheels: Mapping[str, list[Path]]) -> Files:
 
 
 def unpacked(wheel: Path) -> Files:
-    """The files in a wheel, without those that only an installer reads."""
+    """The files in a wheel, without the list that only an installer reads."""
     with zipfile.ZipFile(io.BytesIO(wheel.read_bytes())) as archive:
         names = [name for name in archive.namelist() if not name.endswith(("/", ".dist-info/RECORD"))]
         return {name: archive.read(name) for name in names}
@@ -162,8 +162,7 @@ def write_zip(path: Path, files: Files) -> None:
 def build(wheels_dir: Path, out: Path, kinds: Iterable[str]) -> list[Path]:
     """Writes the zips into ``out`` and returns their paths.
 
-    A zip for which ``wheels_dir`` holds no wheel at all is an error; one that lacks some of the Python versions is
-    what a machine without them can build.
+    A zip may lack wheels of some Python versions, but not all: a machine builds wheels for the Pythons it has.
     """
     version = project_version()
     files = addon_files()

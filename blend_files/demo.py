@@ -25,7 +25,7 @@ SCENE = HERE / "creature.blend"
 RESULTS = ("creature_posed.blend", "before.png", "after.png", "before_after.png", "strip.png", "summary.json")
 TIME_LIMIT_S = 900.0
 ABORTED = (-6, -11, 134, 139)  # by a signal: abort, segmentation fault
-LOG_LINES = 60  # shown where Blender fails
+LOG_LINES = 60  # shown if Blender fails
 
 LABELS = {
     "vertices": "vertices",
@@ -61,7 +61,7 @@ def main() -> int:
     start = time.perf_counter()
     code = run_blender(args.blender, args.zip.resolve(), out)
     if code in ABORTED:
-        print("demo: Blender aborted, as it does where it finds no OpenGL; once more without", flush=True)
+        print("demo: Blender aborted, as it does if it finds no OpenGL; trying again without", flush=True)
         code = run_blender(args.blender, args.zip.resolve(), out, "--without-opengl")
     missing = [name for name in RESULTS if not (out / name).exists()]
     if code or missing:

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes the sample scenes from nothing.
 
-    blender -b --factory-startup --python blend_files/make_scenes.py -- OUT_DIR [--creature-vertices N]
+    blender -b --factory-startup --python blend_files/make_scenes.py -- OUT_DIR
 
-Writes bar.blend, cactus.blend and creature.blend into OUT_DIR; with --creature-vertices only creature_N.blend, with
-about N vertices. The files in this folder are made by Blender 3.4, so that every later one opens them.
+Writes bar.blend, cactus.blend and creature.blend into OUT_DIR. Blender 3.4 made the files in this folder, so that every
+later one opens them.
 """
 
 from __future__ import annotations
@@ -25,17 +25,12 @@ from scenes import blender_scene, samples  # noqa: E402
 def main() -> None:
     parser = argparse.ArgumentParser(prog="make_scenes.py", description="Makes the sample scenes.")
     parser.add_argument("out", type=Path, help="folder for the .blend files")
-    parser.add_argument("--creature-vertices", type=int, metavar="N", help="only the creature, with about N vertices")
     args = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else [])
     out = args.out.resolve()
     out.mkdir(parents=True, exist_ok=True)
 
     arap_deform.register()
     try:
-        if args.creature_vertices:
-            obj = samples.make_creature(api, args.creature_vertices)
-            blender_scene.save(out / f"creature_{args.creature_vertices}.blend", obj)
-            return
         makers = {"bar": samples.make_bars, "cactus": samples.make_cactus, "creature": samples.make_creature}
         for name, make in makers.items():
             blender_scene.save(out / f"{name}.blend", make(api))

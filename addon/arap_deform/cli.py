@@ -5,7 +5,7 @@
     blender -b creature.blend --python-exit-code 1 --python-expr "from arap_deform import cli; cli.run()" --
         bake -o baked.blend
 
-Exit code 0 where everything worked; else 1 (2 for a wrong command line) and one line that says why.
+Exit code 0 on success, else 1 (2 for a wrong command line) and one line with the reason.
 """
 
 from __future__ import annotations
@@ -18,7 +18,15 @@ from typing import Any, NoReturn
 
 import bpy
 
-from . import api, shape_key
+from .bake.cache import MeshCacheJob
+from .bake.keys import BakeJob
+from .bake.shapes_job import ShapesJob
+from .core.job import run_job
+from .core.native import problem as native_problem
+from .pose.result import bake_pose
+from .pose.solve import solve
+from .poses.keys import PoseKeysJob
+from .scene import pose_key, shape_keys
 
 COMMAND = "arap"
 
@@ -54,13 +62,13 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def run() -> NoReturn:
-    """For --python and --python-expr: runs what stands behind ``--`` and ends Blender with the exit code."""
+    """For --python and --python-expr: runs the arguments after ``--`` and ends Blender with the exit code."""
     arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
     sys.exit(main(arguments))
 
 
 def register() -> None:
-    """Makes ``blender --command arap`` known where Blender has commands (4.2)."""
+    """Registers ``blender --command arap`` if Blender has commands (4.2)."""
     global _command  # noqa: PLW0603 - Blender asks for it back to unregister
     if hasattr(bpy.utils, "register_cli_command"):
         _command = bpy.utils.register_cli_command(COMMAND, main)
@@ -91,18 +99,20 @@ def _parser() -> argparse.ArgumentParser:
     bake.add_argument("--start", type=int, help="first frame; default: the scene's")
     bake.add_argument("--end", type=int, help="last frame; default: the scene's")
     bake.add_argument("--step", type=int, default=1, help="frames from one solved frame to the next")
-    bake.add_argument("--prefix", default="", help="what the keys' names begin with; default: the live key's name, '_'")
+    bake.add_argument(
+        "--prefix", default="", help="first part of the keys' names; default: the name of the pose's key, '_'"
+    )
     bake.add_argument(
         "--fewest-keys",
         type=float,
         metavar="PERCENT",
-        help="make only as few keys as keep every vertex of every solved frame within this part of the mesh's size",
+        help="make the fewest keys that keep every vertex of every solved frame within this part of the mesh's size",
     )
     bake.add_argument(
         "--cache",
         type=Path,
         metavar="FILE",
-        help="write the frames to this .mdd or .pc2, with a Mesh Cache modifier that plays it, in place of keys",
+        help="write the frames to this .mdd or .pc2 and add a Mesh Cache modifier that plays it, instead of keys",
     )
     commands.add_parser("keys", parents=[common], help="make shape keys of the stored poses")
     return parser
@@ -114,11 +124,11 @@ def _run(options: argparse.Namespace) -> None:
     _check_output(options)
     if options.file is not None:
         if not options.file.is_file():
-            raise ValueError(f"{options.file} is not there: check the path")
+            raise ValueError(f"{options.file} does not exist: check the path")
         bpy.ops.wm.open_mainfile(filepath=str(options.file.resolve()), load_ui=False)
     elif not bpy.data.filepath:
-        raise ValueError("No .blend to work on: name one")
-    problem = api.native_problem()
+        raise ValueError("No .blend was given: name one")
+    problem = native_problem()
     if problem:
         raise RuntimeError(problem)
     scene = bpy.context.scene
@@ -150,7 +160,7 @@ def _check_bake(options: argparse.Namespace) -> None:
 
 
 def _check_output(options: argparse.Namespace) -> None:
-    """Before any work is done: the output must be one that may be written."""
+    """Raises ValueError if the output must not be written. Called before any work."""
     given = options.file or (Path(bpy.data.filepath) if bpy.data.filepath else None)
     output = options.output or given
     if options.output is not None and not options.output.resolve().parent.is_dir():
@@ -178,7 +188,7 @@ def _objects(scene: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.ty
 
 
 def _pose(obj: bpy.types.Object, _scene: bpy.types.Scene, _options: argparse.Namespace) -> str:
-    done = api.solve(obj)
+    done = solve(obj)
     return (
         f"{obj.name}: {done.vertices} vertices, {done.iterations} iterations, {done.stop_reason}, {done.last_ms:.0f} ms"
     )
@@ -187,30 +197,28 @@ def _pose(obj: bpy.types.Object, _scene: bpy.types.Scene, _options: argparse.Nam
 def _bake(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> str:
     if options.frame is not None:
         line = _pose(obj, scene, options)
-        prefix = options.prefix or f"{obj.arap.key_name}_"
-        return f"{line}, key '{api.bake_pose(obj, shape_key.frame_key_name(prefix, options.frame)).name}'"
+        prefix = options.prefix or f"{pose_key.wanted_name(obj)}_"
+        return f"{line}, key '{bake_pose(obj, shape_keys.frame_key_name(prefix, options.frame)).name}'"
     start = scene.frame_start if options.start is None else options.start
     end = scene.frame_end if options.end is None else options.end
     if options.cache is not None:
-        export = api.begin_mesh_cache(
-            obj, options.cache.resolve(), start, end, options.step, scene=scene, add_modifier=True
-        )
-        path = api.run_job(export)
+        export = MeshCacheJob(obj, options.cache.resolve(), start, end, options.step, scene=scene, add_modifier=True)
+        path = run_job(export)
         return f"{obj.name}: {export.n_shapes} frames in {path}{_unsettled(export)}"
-    job = api.begin_bake(
+    job = BakeJob(
         obj, start, end, options.step, prefix=options.prefix, scene=scene, fewest_keys_percent=options.fewest_keys
     )
-    names = api.run_job(job)
+    names = run_job(job)
     return f"{obj.name}: {job.fit}, '{names[0]}' to '{names[-1]}'{_unsettled(job)}"
 
 
 def _keys(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Namespace) -> str:
-    job = api.begin_pose_keys(obj, scene=scene)
-    names = api.run_job(job)
+    job = PoseKeysJob(obj, scene=scene)
+    names = run_job(job)
     return f"{obj.name}: keys {', '.join(repr(name) for name in names)}{_unsettled(job)}"
 
 
-def _unsettled(job: api.ShapesJob[Any]) -> str:
+def _unsettled(job: ShapesJob[Any]) -> str:
     return f", {job.n_unsettled} before the accuracy was reached" if job.n_unsettled else ""
 
 

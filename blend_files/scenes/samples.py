@@ -13,7 +13,7 @@ from . import blender_scene as scenes
 from .bar import SIZE, bar, bar_groups
 from .blender_scene import LAST_FRAME, Finish, Move
 from .cactus import TOP, cactus, cactus_groups, flower, pot
-from .creature import DEFAULT_VERTICES, creature, creature_groups
+from .creature import creature, creature_groups
 from .quad_mesh import Ints
 
 FUR = Finish("Fur", None, roughness=0.65, specular=0.2)
@@ -68,10 +68,10 @@ CREATURE_MOVES = {
 }
 
 
-def make_creature(api: ModuleType, n_vertices: int = DEFAULT_VERTICES) -> bpy.types.Object:
+def make_creature(api: ModuleType) -> bpy.types.Object:
     """The fox cub: it looks aside, lifts a paw and curls its tail."""
     scene = scenes.empty_file()
-    mesh = creature(n_vertices)
+    mesh = creature()
     obj = scenes.mesh_object("Creature", mesh, (FUR, EYES, NOSE))
     groups = creature_groups(mesh)
     pins = ("Paw front R", "Paw hind L", "Paw hind R")

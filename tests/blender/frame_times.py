@@ -58,13 +58,12 @@ class Stopwatch:
 
     def watch_session(self, package: str, session) -> None:
         """Times what every frame does, whichever act asks for it: "solve" and so on."""
-        session._solver = NativeProxy(session._solver)
-        for module in ("handle_io", "api"):
-            self.watch(importlib.import_module(f"{package}.{module}"), "handle_matrices", "read handles")
+        session._model = NativeProxy(session._model)
+        self.watch(importlib.import_module(f"{package}.scene.handle_motion"), "motions", "read handles")
         self.watch(session._map, "targets", "map to targets")
-        self.watch(session._solver, "solve", "solve")
+        self.watch(session._model, "solve", "solve")
         self.watch(session, "_unstretch_solved", "convert")
-        self.watch(importlib.import_module(f"{package}.shape_key"), "write", "write key")
+        self.watch(importlib.import_module(f"{package}.scene.shape_keys"), "write", "write key")
 
     def has(self, name: str) -> bool:
         """Whether the frame has this step by now."""
@@ -77,7 +76,7 @@ class Stopwatch:
 
     @contextlib.contextmanager
     def frame(self, *, outside: tuple[str, ...], rest: str, total: str) -> Iterator[None]:
-        """One frame: the steps add up to ``total``, with what nobody has timed in ``rest``."""
+        """One frame: the steps add up to ``total``, with the untimed part in ``rest``."""
         self._frame = {}
         start = time.perf_counter()
         yield

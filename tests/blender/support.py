@@ -53,7 +53,7 @@ class SceneTest(unittest.TestCase):
     """Every test starts in an empty scene without live sessions."""
 
     def setUp(self) -> None:
-        module("binding").wait_for_binds()  # of a test that dropped one: this one may override the context
+        module("core.worker").wait_for_binds()  # of a test that dropped one: this one may override the context
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         self.api = module("api")
         self.scene = bpy.context.scene
@@ -138,9 +138,28 @@ def bend(obj: bpy.types.Object) -> None:
     move(obj.arap.handles[0].target, (0.0, 1.0, -0.6), (-0.9, 0.0, 0.2))
 
 
+def group_of(obj: bpy.types.Object, name: str) -> dict[int, float]:
+    """Weights of a vertex group by vertex."""
+    index = obj.vertex_groups[name].index
+    return {v.index: g.weight for v in obj.data.vertices for g in v.groups if g.group == index}
+
+
+def select_in_edit_mode(obj: bpy.types.Object, vertices: list[int]) -> None:
+    """Selects these vertices alone, and leaves the mesh in Edit Mode."""
+    bpy.context.view_layer.objects.active = obj
+    bpy.ops.object.mode_set(mode="OBJECT")
+    module("scene.meshes").select_vertices(obj, np.asarray(vertices, dtype=np.int32), shows_hidden=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+
+
 def key_positions(obj: bpy.types.Object, name: str = "ARAP") -> np.ndarray:
     """(n, 3) values of a key, read the plain way."""
     return np.array([point.co[:] for point in obj.data.shape_keys.key_blocks[name].data])
+
+
+def unfit(obj: bpy.types.Object, **keywords) -> str:
+    """Why the live session does not fit the scene, '' if it does."""
+    return module("follow.frame").Frame(obj, bpy.context.evaluated_depsgraph_get(), **keywords).problem
 
 
 def rest_positions(obj: bpy.types.Object) -> np.ndarray:
@@ -165,3 +184,25 @@ def edge_lengths(obj: bpy.types.Object, positions: np.ndarray) -> np.ndarray:
     ends = np.array([edge.vertices[:] for edge in obj.data.edges])
     world = in_world(obj, positions)
     return np.linalg.norm(world[ends[:, 0]] - world[ends[:, 1]], axis=1)
+
+
+def animated(matrix: Matrix | None = None) -> bpy.types.Object:
+    """posable(), whose handle moves, turns and comes half way back from frame 1 to 21, with Blender's own easing."""
+    obj = posable(matrix=matrix)
+    target = obj.arap.handles[0].target
+    for frame, y, turn in ((1, 0.0, 0.0), (11, 1.5, -1.2), (21, 0.6, -0.3)):
+        target.location.y, target.rotation_euler.x = y, turn
+        target.keyframe_insert("location", frame=frame)
+        target.keyframe_insert("rotation_euler", frame=frame)
+    obj.arap.accuracy = 1e-4
+    obj.arap.max_iterations = 200
+    return obj
+
+
+def data_of(obj):
+    """Everything a cancelled bake must not have changed."""
+    keys = obj.data.shape_keys
+    blocks = [(key.name, key.value, key.mute) for key in keys.key_blocks] if keys else []
+    positions = [key_positions(obj, name).tolist() for name, _, _ in blocks]
+    action = keys.animation_data.action if keys and keys.animation_data else None
+    return blocks, positions, action, bpy.context.scene.frame_current

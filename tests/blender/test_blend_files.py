@@ -13,7 +13,7 @@ POSED = {"bar": ("Bar bend", "Bar twist"), "cactus": ("Cactus",), "creature": ("
 def hard_vertices(obj, group):
     """Vertices of weight 1 in that group and in no other pin or handle."""
     names = [pin.name for pin in obj.arap.pins] + [handle.vertex_group for handle in obj.arap.handles]
-    weights = module("mesh_io").read_weights(obj, names)
+    weights = module("scene.meshes").read_weights(obj, names)
     others = sum(weights[name] for name in names if name != group)
     return np.flatnonzero((weights[group] == 1.0) & (others == 0.0))
 
@@ -57,7 +57,7 @@ class BlendFileTest(SceneTest):
             held = hard_vertices(obj, pin.name)
             self.assertGreater(len(held), 0)
             self.assert_close(posed[held], rest[held], 1e-5 * size)
-        motions = self.api.handle_matrices(obj)[len(obj.arap.pins) :]
+        motions = module("scene.handle_motion").handle_matrices(obj)[len(obj.arap.pins) :]
         for handle, motion in zip(obj.arap.handles, motions, strict=True):
             moved = hard_vertices(obj, handle.vertex_group)
             self.assertGreater(len(moved), 0)

@@ -41,6 +41,16 @@ class CliTest(SceneTest):
             code = module("cli").main([str(argument) for argument in arguments])
         return code, out.getvalue(), err.getvalue()
 
+    def done(self, *arguments) -> tuple[str, bpy.types.Object]:
+        """Runs a command that must succeed on the input; what it printed, and the object in the output."""
+        code, out, err = self.run_cli(*arguments, "-o", self.output)
+        self.assertEqual((code, err), (0, ""))
+        self.assertTrue(out.endswith(f"Saved {self.output}\n"))
+        return out, self.load(self.output)
+
+    def assert_top_has_moved(self, obj, positions) -> None:
+        self.assert_close(positions[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
+
     def load(self, path: Path) -> bpy.types.Object:
         bpy.ops.wm.open_mainfile(filepath=str(path))
         return bpy.data.objects["Tube"]
@@ -51,48 +61,35 @@ class CliTest(SceneTest):
     def test_pose_at_a_frame_and_save_to_a_new_file(self):
         self.save_scene()
         before = self.input.read_bytes()
-        code, out, err = self.run_cli("pose", self.input, "--frame", 11, "-o", self.output)
-        self.assertEqual((code, err), (0, ""))
+        out, obj = self.done("pose", self.input, "--frame", 11)
         self.assertRegex(out, r"^Tube: 136 vertices, \d+ iterations, converged, \d+ ms\n")
-        self.assertTrue(out.endswith(f"Saved {self.output}\n"))
         self.assertEqual(self.input.read_bytes(), before)
-        obj = self.load(self.output)
-        self.assert_close(key_positions(obj)[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
+        self.assert_top_has_moved(obj, key_positions(obj))
         self.assertEqual(bpy.context.scene.frame_current, 11)
 
-    def test_bake_a_range(self):
+    def test_bake_a_range_and_tell_how_many_frames_have_not_settled(self):
         self.save_scene()
-        code, out, _ = self.run_cli("bake", self.input, "--start", 1, "--end", 11, "--step", 5, "-o", self.output)
-        self.assertEqual(code, 0)
+        out, obj = self.done("bake", self.input, "--start", 1, "--end", 11, "--step", 5)
         self.assertTrue(out.startswith("Tube: 3 keys, 'ARAP_0001' to 'ARAP_0011'\n"))
-        obj = self.load(self.output)
         bpy.context.scene.frame_set(11)
-        self.assert_close(shown_positions(obj)[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
-
-    def test_a_bake_says_how_many_frames_have_not_settled(self):
-        self.save_scene()
-        bpy.data.objects["Tube"].arap.max_iterations = 1
+        self.assert_top_has_moved(obj, shown_positions(obj))
+        self.load(self.input).arap.max_iterations = 1
         bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
-        code, out, _ = self.run_cli("bake", self.input, "--step", 5, "-o", self.output)
-        self.assertEqual(code, 0)
+        self.output.unlink()
+        out, _ = self.done("bake", self.input, "--step", 5)
         self.assertRegex(out, r"^Tube: 3 keys, 'ARAP_0001' to 'ARAP_0011', 2 before the accuracy was reached\n")
 
     def test_bake_takes_the_scenes_range_and_a_prefix(self):
         self.save_scene()
-        code, _, _ = self.run_cli("bake", self.input, "--prefix", "Walk ", "-o", self.output)
-        self.assertEqual(code, 0)
-        names = [key.name for key in self.load(self.output).data.shape_keys.key_blocks]
+        _, obj = self.done("bake", self.input, "--prefix", "Walk ")
+        names = [key.name for key in obj.data.shape_keys.key_blocks]
         self.assertEqual(names, ["Basis", *(f"Walk {frame:04d}" for frame in range(1, 12))])
 
     def test_bake_the_fewest_keys(self):
         self.save_scene()
-        code, out, _ = self.run_cli("bake", self.input, "--fewest-keys", 1.5, "-o", self.output)
-        self.assertEqual(code, 0)
-        pattern = (
-            r"^Tube: (\d+) keys for 11 frames, off by [01]\.\d{3} % of the size at most, 'ARAP_0001' to 'ARAP_0011'\n"
-        )
-        self.assertRegex(out, pattern)
-        n_keys = len(self.load(self.output).data.shape_keys.key_blocks) - 1
+        out, obj = self.done("bake", self.input, "--fewest-keys", 1.5)
+        self.assertRegex(out, r"^Tube: (\d+) keys for 11 frames, .*[01]\.\d{3} % .*, 'ARAP_0001' to 'ARAP_0011'\n")
+        n_keys = len(obj.data.shape_keys.key_blocks) - 1
         self.assertEqual(n_keys, int(out.split()[1]))
         self.assertLess(n_keys, 8)
 
@@ -103,18 +100,16 @@ class CliTest(SceneTest):
         cache.parent.mkdir()
         self.output = self.folder / "elsewhere" / "output.blend"
         self.output.parent.mkdir()
-        arguments = ["bake", self.input, "--start", 3, "--end", 11, "--cache", cache, "-o", self.output]
-        code, out, err = self.run_cli(*arguments)
-        self.assertEqual((code, err), (0, ""))
+        arguments = ["bake", self.input, "--start", 3, "--end", 11, "--cache", cache]
+        out, obj = self.done(*arguments)
         self.assertTrue(out.startswith(f"Tube: 9 frames in {cache}\n"))
-        obj = self.load(self.output)
         self.assertIsNone(obj.data.shape_keys)
         bpy.context.scene.frame_set(11)
-        self.assert_close(shown_positions(obj)[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
+        self.assert_top_has_moved(obj, shown_positions(obj))
         self.output.unlink()
         message = f"{cache} exists already: give another file, or --overwrite to write over it"
-        self.assert_failed(message, *arguments)
-        self.assertEqual(self.run_cli(*arguments, "--overwrite")[0], 0)
+        self.assert_failed(message, *arguments, "-o", self.output)
+        self.done(*arguments, "--overwrite")
 
     def test_shape_keys_of_the_stored_poses(self):
         self.save_scene()
@@ -124,35 +119,26 @@ class CliTest(SceneTest):
         self.api.store_pose(bpy.data.objects["Tube"], "Far")
         posable("Other")  # without poses: passed over
         bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
-        code, out, _ = self.run_cli("keys", self.input, "-o", self.output)
-        self.assertEqual(code, 0)
+        out, obj = self.done("keys", self.input)
         self.assertTrue(out.startswith("Tube: keys 'Far'\n"))
-        obj = self.load(self.output)
-        self.assert_close(key_positions(obj, "Far")[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
+        self.assert_top_has_moved(obj, key_positions(obj, "Far"))
 
     def test_bake_one_frame(self):
         self.save_scene()
-        code, out, _ = self.run_cli("bake", self.input, "--frame", 11, "-o", self.output)
-        self.assertEqual(code, 0)
+        out, obj = self.done("bake", self.input, "--frame", 11)
         self.assertRegex(out, r"^Tube: 136 vertices, .* ms, key 'ARAP_0011'\n")
-        obj = self.load(self.output)
-        self.assert_close(key_positions(obj, "ARAP_0011")[TOP], rest_positions(obj)[TOP] + np.array([0.0, 1.0, 0.0]))
+        self.assert_top_has_moved(obj, key_positions(obj, "ARAP_0011"))
 
-    def test_the_open_file_is_the_default(self):
-        self.save_scene()
-        self.assertEqual(self.run_cli("pose", "-o", self.output)[0], 0)
-        self.assertTrue(self.output.is_file())
-
-    def test_only_the_named_objects_are_posed(self):
+    def test_the_defaults_are_the_open_file_and_all_objects_with_handles(self):
         posable("Other")
         self.save_scene()
+        out, _ = self.done("pose")
+        self.assertIn("Other: ", out)
         message = "--cache takes one object, but 2 have handles: name it with --object"
-        cache = self.folder / "a.mdd"
-        self.assert_failed(message, "bake", self.input, "-o", self.output, "--cache", cache)
-        code, out, _ = self.run_cli("pose", self.input, "--object", "Tube", "-o", self.output)
-        self.assertEqual(code, 0)
-        self.assertNotIn("Other", out)
-        self.load(self.output)
+        self.output.unlink()
+        self.assert_failed(message, "bake", self.input, "-o", self.output, "--cache", self.folder / "a.mdd")
+        out, _ = self.done("pose", self.input, "--object", "Tube")
+        self.assertNotIn("Other: ", out)
         self.assertIsNone(bpy.data.objects["Other"].data.shape_keys)
 
     def test_nothing_is_written_over_unless_told(self):
@@ -171,30 +157,31 @@ class CliTest(SceneTest):
         self.assertIn("ARAP", self.load(self.input).data.shape_keys.key_blocks)
 
     def test_failures_give_one_line_and_a_code(self):
-        missing = self.folder / "missing.blend"
-        self.assert_failed("No .blend to work on: name one", "pose", "-o", self.output)
-        self.assert_failed(f"{missing} is not there: check the path", "pose", missing, "-o", self.output)
-        nowhere = self.folder / "nowhere"
+        missing, nowhere = self.folder / "missing.blend", self.folder / "nowhere"
+        self.assert_failed("No .blend was given: name one", "pose", "-o", self.output)
+        self.assert_failed(f"{missing} does not exist: check the path", "pose", missing, "-o", self.output)
         self.save_scene()
         for flags in ((), ("--overwrite",)):  # before any frame is solved
             arguments = ("bake", self.input, "-o", nowhere / "a.blend", *flags)
             self.assert_failed(f"{nowhere} is not a folder: make it first", *arguments)
         message = "There is no object 'Tail' in scene 'Scene': check its name"
         self.assert_failed(message, "pose", self.input, "-o", self.output, "--object", "Tail")
-        message = "--frame bakes one frame, --start and --end a range: give one or the other"
-        self.assert_failed(message, "bake", self.input, "-o", self.output, "--frame", 1, "--end", 5)
-        message = "--frame bakes one frame, --cache and --fewest-keys are for a range: leave one out"
-        self.assert_failed(message, "bake", self.input, "-o", self.output, "--frame", 1, "--fewest-keys", 1)
-        message = "--cache makes no shape keys: leave out --fewest-keys and --prefix"
-        cache = self.folder / "a.mdd"
-        self.assert_failed(message, "bake", self.input, "-o", self.output, "--cache", cache, "--fewest-keys", 1)
-        message = "The last frame 1 is before the first, 5: swap them"
-        self.assert_failed(message, "bake", self.input, "-o", self.output, "--start", 5, "--end", 1)
+        cache = ("--cache", self.folder / "a.mdd")
+        for message, options in (
+            ("--frame bakes one frame, --start and --end a range: give one or the other", ("--frame", 1, "--end", 5)),
+            (
+                "--frame bakes one frame, --cache and --fewest-keys are for a range: leave one out",
+                ("--frame", 1, "--fewest-keys", 1),
+            ),
+            ("--cache makes no shape keys: leave out --fewest-keys and --prefix", (*cache, "--fewest-keys", 1)),
+            ("The last frame 1 is before the first, 5: swap them", ("--start", 5, "--end", 1)),
+        ):
+            self.assert_failed(message, "bake", self.input, "-o", self.output, *options)
         self.assertFalse(self.output.exists())
 
     def test_an_add_on_that_is_not_enabled_fails(self):
         self.save_scene()
-        properties = module("properties")
+        properties = module("props.object")
         properties.unregister()
         self.addCleanup(properties.register)
         message = "the add-on is not enabled: tick it in Preferences or add --addons arap_deform"
@@ -204,11 +191,8 @@ class CliTest(SceneTest):
         self.assert_failed("the following arguments are required: command", code=2)
         self.assert_failed("unrecognized arguments: --fast", "pose", "--fast", code=2)
         self.assert_failed("argument --step: invalid int value: 'x'", "bake", "--step", "x", code=2)
-
-    def test_help_is_no_failure(self):
         code, out, _ = self.run_cli("bake", "--help")
-        self.assertEqual(code, 0)
-        self.assertIn("--start", out)
+        self.assertEqual((code, "--start" in out), (0, True))
 
     def test_a_file_that_cannot_be_read_fails(self):
         broken = self.folder / "broken.blend"
@@ -224,17 +208,9 @@ class CliTest(SceneTest):
         message = "No mesh in scene 'Scene' has handles: add some in Blender first"
         self.assert_failed(message, "pose", self.input, "-o", self.output)
 
-    def test_a_broken_handle_fails(self):
+    def test_internal_errors_give_one_line_too(self):
         self.save_scene()
-        obj = bpy.data.objects["Tube"]
-        obj.vertex_groups.remove(obj.vertex_groups["Head"])
-        bpy.ops.wm.save_as_mainfile(filepath=str(self.input))
-        message = "Handle 'Head' of 'Tube': there is no vertex group 'Head'; choose one or remove the handle"
-        self.assert_failed(message, "pose", self.input, "-o", self.output)
-
-    def test_faults_of_ours_are_failures_too(self):
-        self.save_scene()
-        with unittest.mock.patch.object(module("api"), "solve", side_effect=KeyError("x")):
+        with unittest.mock.patch.object(module("cli"), "solve", side_effect=KeyError("x")):
             message = "internal error, please report it: KeyError: 'x'"
             self.assert_failed(message, "pose", self.input, "-o", self.output)
 

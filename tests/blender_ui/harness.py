@@ -50,9 +50,9 @@ class Ui:
     def find_modules(self) -> None:
         """The add-on's own modules; again after it was disabled and enabled."""
         self.api: Any = importlib.import_module(f"{MODULE}.api")
-        self.binding: Any = importlib.import_module(f"{MODULE}.binding")
-        self.live: Any = importlib.import_module(f"{MODULE}.live")
-        self.sessions: Any = importlib.import_module(f"{MODULE}.sessions")
+        self.binding: Any = importlib.import_module(f"{MODULE}.core.worker")
+        self.live: Any = importlib.import_module(f"{MODULE}.live.runs")
+        self.sessions: Any = importlib.import_module(f"{MODULE}.core.sessions")
         self.running: Any = self.sessions.acts
 
     @property

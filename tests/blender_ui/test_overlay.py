@@ -18,7 +18,7 @@ def module(name: str):
 
 def drawn():
     """What was drawn last."""
-    return module("overlay")._drawn
+    return module("show.overlay")._drawn
 
 
 def show_all(obj: bpy.types.Object) -> None:

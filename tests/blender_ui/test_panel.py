@@ -50,7 +50,7 @@ def test_settings_and_look(ui: Ui) -> Steps:
     """The panels that are closed at first, opened; Rigidity and Exact show with the energy they belong to."""
     scenes.add_bar_with_handle(ui.api)
     ui.api.add_handle(bar(), [24], name="Point", is_exact=True)
-    for name in ("ARAP_PT_handle_look", "ARAP_PT_settings"):
+    for name in ("ARAP_PT_handle_look", "ARAP_PT_advanced"):
         panel = getattr(bpy.types, name)
         bpy.utils.unregister_class(panel)
         panel.bl_options = set()
@@ -81,7 +81,10 @@ def test_search_finds_the_acts(ui: Ui) -> Steps:
     yield from ui.screenshot("search")
     handle().location.x = 1.0
     yield from ui.key("RET")
-    yield from ui.until(lambda: ui.api.readout(bar()) is not None, "the search has run ARAP Solve")
+    yield from ui.until(
+        lambda: ui.sessions.readout(bar().name) is not None,
+        "the search has run ARAP Solve",
+    )
 
 
 def test_first_pose_by_its_buttons(ui: Ui) -> Steps:
@@ -110,7 +113,7 @@ def test_first_pose_by_its_buttons(ui: Ui) -> Steps:
 
 def select_in_edit_mode(obj: bpy.types.Object, vertices: list[int]) -> None:
     bpy.ops.object.mode_set(mode="OBJECT")
-    importlib.import_module(f"{MODULE}.mesh_io").select_vertices(obj, np.array(vertices), shows_hidden=True)
+    importlib.import_module(f"{MODULE}.scene.meshes").select_vertices(obj, np.array(vertices), shows_hidden=True)
     bpy.ops.object.mode_set(mode="EDIT")
 
 
@@ -128,7 +131,7 @@ def test_parts_that_nothing_holds_are_shown_and_selected(ui: Ui) -> Steps:
     bpy.context.preferences.view.ui_scale = 0.75  # so that all of the tab is in the picture
     yield from ui.open_tab()
     assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
-    assert ui.api.readout(obj).parts_at_rest == 1
+    assert ui.sessions.readout(obj.name).parts_at_rest == 1
     ui.region("UI").tag_redraw()
     yield from ui.screenshot("report")
     assert ui.call(bpy.ops.arap.select_unheld) == {"FINISHED"}
@@ -144,7 +147,7 @@ def test_select_is_one_step_of_undo(ui: Ui) -> Steps:
     yield from ui.move_mouse_to_view()
     yield from ui.key("TAB")
     assert obj.mode == "EDIT"
-    mesh_io = importlib.import_module(f"{MODULE}.mesh_io")
+    mesh_io = importlib.import_module(f"{MODULE}.scene.meshes")
     ui.call(bpy.ops.mesh.select_all, "EXEC_DEFAULT", True, action="SELECT")
     assert ui.call(bpy.ops.arap.group_select, "EXEC_DEFAULT", True, vertex_group="Bottom") == {"FINISHED"}
     yield
@@ -177,15 +180,8 @@ def test_menus_of_the_right_button(ui: Ui) -> Steps:
         bpy.ops.object.mode_set(mode="OBJECT")
 
 
-def test_preferences_are_drawn_and_color_the_overlay(ui: Ui) -> Steps:
-    """The page of the add-on, and pins in a colour of one's own."""
-    obj = scenes.add_bar_with_handle(ui.api)
-    obj.arap.overlay.show_pins = obj.arap.overlay.show_handles = True
-    handle().location.x = 1.0
-    preferences = bpy.context.preferences.addons[MODULE].preferences
-    preferences.use_theme_colors = False
-    preferences.pin_color = (1.0, 0.0, 1.0)
-    yield from ui.screenshot("colors")
+def test_preferences_are_drawn(ui: Ui) -> Steps:
+    """The page of the add-on."""
     yield from ui.turn_view_into_preferences()
     yield from ui.screenshot("page")
 
@@ -210,31 +206,16 @@ def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
         yield from ui.key("ESC")
         yield from ui.until(lambda: not acts, "the solve has ended")
         assert obj.data.shape_keys is None
-        assert ui.api.readout(obj) is None
+        assert ui.sessions.readout(obj.name) is None
     ui.call(bpy.ops.arap.solve)
     yield from ui.until(lambda: not acts, "the mesh is solved", 120.0)
-    assert ui.api.readout(obj) is not None
+    assert ui.sessions.readout(obj.name) is not None
     shown = scenes.shown_positions(obj)
     np.testing.assert_allclose(shown[400 * 399 :, 2], 1.0, atol=1e-4)
     yield
     yield from ui.key("Z", ctrl=True)
     yield
     assert bpy.data.objects["Grid"].data.shape_keys is None, "one step of undo"
-
-
-def test_panel_in_another_language(ui: Ui) -> Steps:
-    """Words of the add-on, in labels, buttons and what is put together; names of the artist's own stay."""
-    scenes.add_bar_with_handle(ui.api)
-    bar().name = "Pins"
-    texts = importlib.import_module(f"{MODULE}.texts")
-    view = bpy.context.preferences.view
-    view.language = next(name for name in ("de_DE", "de") if name in bpy.app.translations.locales)
-    view.use_translate_interface = True
-    assert texts.iface_("Preparing: {:.0%}").format(0.5) == "Vorbereitung: 50%"
-    assert texts.iface_("Select") == "Wählen", "shorter than Blender's own, which is cut"
-    yield from ui.open_tab()
-    yield from ui.screenshot("german")
-    view.language = "en_US"
 
 
 def test_panel_on_the_sample_creature(ui: Ui) -> Steps:

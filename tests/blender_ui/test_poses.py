@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The pose library in a window: its panel, its acts as steps of undo, with posing and Live, progress and Esc."""
 
+import importlib
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -124,13 +125,14 @@ def test_esc_while_poses_become_keys(ui: Ui) -> Steps:
     bar().arap.accuracy, bar().arap.max_iterations = 1e-9, 100000
     yield from ui.move_mouse_to_view()
     fractions = []
-    step = ui.api.PoseKeysJob.step
+    job_class = importlib.import_module(f"{MODULE}.poses.keys").PoseKeysJob
+    step = job_class.step
 
     def noted_step(job: Any, time_limit_s: float) -> bool:
         fractions.append(job.fraction)
         return bool(step(job, time_limit_s))
 
-    ui.api.PoseKeysJob.step = noted_step
+    job_class.step = noted_step
     ui.call(bpy.ops.arap.poses_to_keys, "EXEC_DEFAULT", True)
     yield from ui.until(lambda: bool(fractions) and fractions[-1] > 0.0, "some poses are solved")
     yield from ui.screenshot("under_way")

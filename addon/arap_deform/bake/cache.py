@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exporting an animation of the handles to a point cache, for Blender's Mesh Cache modifier and other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from ..core.arrays import Float32s
+from ..core.job import run_job
+from ..core.models import Progress
+from ..scene import versions
+from .cache_file import CacheWriter, format_of
+from .estimate import check_range
+from .frames_job import FramesJob
+from .shapes_job import check_in_scene
+
+MODIFIER_NAME = "ARAP Cache"
+
+
+class MeshCacheJob(FramesJob[Path]):
+    """Writes frames to a cache, in steps; see export_mesh_cache(). finish() returns the path of the file."""
+
+    noun = "export"
+    doing = "its frames are exported"
+
+    def __init__(
+        self,
+        obj: bpy.types.Object,
+        path: str | Path,
+        start: int,
+        end: int,
+        step: int = 1,
+        scene: bpy.types.Scene | None = None,
+        *,
+        add_modifier: bool = False,
+    ) -> None:
+        """Checks everything. Arguments and errors as export_mesh_cache()."""
+        scene = scene or bpy.context.scene
+        check_range(start, end, step)
+        check_in_scene(obj, scene)
+        self._path = Path(bpy.path.abspath(str(path)))
+        format_of(self._path)
+        self._step = step
+        self._add_modifier = add_modifier
+        self._writer: CacheWriter | None = None
+        super().__init__(obj, scene, list(range(start, end + 1, step)))
+        fps = scene.render.fps / scene.render.fps_base
+        try:
+            self._writer = CacheWriter(self._path, len(obj.data.vertices), self._frames, fps)
+        except BaseException:
+            self.cancel()
+            raise
+
+    def cancel(self) -> None:
+        super().cancel()
+        if self._writer is not None:
+            self._writer.discard()
+
+    def _take(self, shape: Float32s) -> None:
+        assert self._writer is not None
+        self._writer.append(shape)
+
+    def _write(self, obj: bpy.types.Object) -> Path:
+        assert self._writer is not None
+        self._writer.finish()
+        if self._add_modifier:
+            add_mesh_cache_modifier(obj, self._path, self._frames[0], self._step)
+        return self._path
+
+
+def export_mesh_cache(
+    obj: bpy.types.Object,
+    path: str | Path,
+    start: int,
+    end: int,
+    step: int = 1,
+    progress: Progress | None = None,
+    scene: bpy.types.Scene | None = None,
+    *,
+    add_modifier: bool = False,
+) -> Path:
+    """Solves frames start, start + step, ... up to end as a bake does, and writes them to an MDD or PC2 file.
+
+    The file has the pose in object space, without modifiers and other shape keys, as the Mesh Cache modifier needs it.
+    It is written frame by frame, so only the disk limits its length. A complete new file replaces an existing one.
+
+    Args:
+        obj: the mesh.
+        path: ends in .mdd or .pc2; // is the folder of the .blend.
+        start: first frame.
+        end: last frame, if it is a whole number of steps from the first.
+        step: frames from one to the next.
+        progress: see api.
+        scene: the scene with the frames and the frame rate; None: the current scene.
+        add_modifier: gives the object a Mesh Cache modifier, first of all, that plays the file at these frames. A
+            modifier of an earlier export is set up again.
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: another suffix, a path that cannot be written, end before start, step below 1, and as solve().
+        RuntimeError: the disk is full.
+        Cancelled: ``progress`` returned False; nothing has changed, and there is no new file.
+    """
+    return run_job(MeshCacheJob(obj, path, start, end, step, scene, add_modifier=add_modifier), progress)
+
+
+def add_mesh_cache_modifier(obj: bpy.types.Object, path: Path, start: int, step: int = 1) -> bpy.types.Modifier:
+    """Adds a Mesh Cache modifier, first of all, that shows the first frame of the file at frame ``start``."""
+    modifier = obj.modifiers.get(MODIFIER_NAME)
+    if modifier is None or modifier.type != "MESH_CACHE":
+        modifier = obj.modifiers.new(MODIFIER_NAME, "MESH_CACHE")
+        versions.move_modifier_first(obj, modifier)
+    modifier.cache_format = format_of(path)
+    modifier.filepath = shown_path(path)
+    modifier.interpolation = "LINEAR"
+    modifier.deform_mode = "OVERWRITE"
+    modifier.play_mode = "SCENE"
+    modifier.time_mode = "FRAME"
+    modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"  # Blender's own axes
+    modifier.factor = 1.0
+    # The modifier shows frame number frame_scale * frame - frame_start of the file.
+    modifier.frame_scale = 1.0 / step
+    modifier.frame_start = start / step
+    return modifier
+
+
+def shown_path(path: Path) -> str:
+    """The path as Blender saves it: relative to a saved .blend, with // in front, if the preferences say so."""
+    path = path.resolve()
+    if not bpy.data.filepath or not bpy.context.preferences.filepaths.use_relative_paths:
+        return str(path)
+    try:
+        return str(bpy.path.relpath(str(path)))
+    except ValueError:  # another drive
+        return str(path)

@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""Baking the pose to a shape key, and the animation of the handles to shape keys with keyframes or to a point cache."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from ..pose.job_operator import JobOperator
+from ..pose.result import bake_pose
+from ..scene import mesh_size, versions
+from ..ui.checks import ArapOperator, posed_object, why_no_pose, why_not_solvable
+from .cache import MeshCacheJob
+from .cache_file import FORMATS
+from .estimate import BYTES_PER_VERTEX, BakeEstimate, check_range, frames_of, size_text
+from .keys import BakeJob
+
+FORMAT_ITEMS = (
+    ("MDD", "MDD", "Times in seconds. Most programs read it"),
+    ("PC2", "PC2", "Times in frames. For 3ds Max and others"),
+)
+
+
+class ARAP_OT_bake_pose(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.bake_pose"
+    bl_label = "Bake Pose"
+    bl_description = "Copy the present pose to a new shape key"
+    why_not = staticmethod(why_no_pose)
+
+    name: StringProperty(name="Name", description="Name of the new shape key", default="Pose")
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        return set(context.window_manager.invoke_props_dialog(self))
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        key = bake_pose(obj, name=self.name)
+        self.report({"INFO"}, f"Baked to shape key '{key.name}'")
+
+
+class FramesOperator(JobOperator):
+    """A mixin for operators that solve a range of frames."""
+
+    why_not = staticmethod(why_not_solvable)
+
+    frame_start: IntProperty(name="Start", description="First frame", default=1)
+    frame_end: IntProperty(name="End", description="Last frame", default=250)
+    frame_step: IntProperty(name="Step", description="Solve every n-th frame", default=1, min=1)
+
+    properties: Any  # of the operator
+    layout: Any
+
+    def take_range_of_scene(self, scene: bpy.types.Scene) -> None:
+        """Fills in the frames that the caller has not set."""
+        if not self.properties.is_property_set("frame_start"):
+            self.frame_start = scene.frame_start
+        if not self.properties.is_property_set("frame_end"):
+            self.frame_end = scene.frame_end
+
+    @property
+    def frame_range(self) -> tuple[int, int, int]:
+        return self.frame_start, self.frame_end, self.frame_step
+
+    def begin_layout(self) -> bpy.types.UILayout:
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        return self.layout
+
+    def draw_range(self) -> None:
+        column = self.layout.column(align=True)
+        for name in ("frame_start", "frame_end", "frame_step"):
+            column.prop(self, name)
+
+    def draw_size(self, size: Callable[[], str], icon: str) -> None:
+        """A line with the text of ``size``, or with the error that it raises."""
+        try:
+            text = size()
+        except (ValueError, RuntimeError) as error:
+            text, icon = str(error), "ERROR"
+        self.layout.label(text=text, translate=False, icon=icon)
+
+
+class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
+    bl_idname = "arap.bake_animation"
+    bl_label = "Bake Animation"
+    bl_description = "Solve each frame and make it a keyframed shape key, so that the file plays without this add-on"
+
+    use_fewest_keys: BoolProperty(
+        name="Fewest Keys", description="Make only as many shape keys as the tolerance Within needs", default=False
+    )
+    fewest_keys_percent: FloatProperty(
+        name="Within",
+        description=(
+            "Largest error of every vertex in every solved frame, in percent of the mesh's size "
+            "(the diagonal of its box at rest)"
+        ),
+        default=0.1,
+        min=0.0,
+        max=100.0,
+        soft_max=5.0,
+        precision=3,
+        step=1,
+        subtype="PERCENTAGE",
+    )
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        self.take_range_of_scene(context.scene)
+        return set(context.window_manager.invoke_props_dialog(self))
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.begin_layout()
+        self.draw_range()
+        column = layout.column(align=True)
+        column.prop(self, "use_fewest_keys")
+        within = column.column()
+        within.active = self.use_fewest_keys
+        within.prop(self, "fewest_keys_percent")
+        if self.use_fewest_keys:
+            self.draw_size(lambda: f"Largest error {self._tolerance_text(context)}", "DRIVER_DISTANCE")
+        most = "Up to " if self.use_fewest_keys else ""
+        n_vertices = len(posed_object(context).data.vertices)
+        self.draw_size(lambda: f"{most}{BakeEstimate(len(frames_of(*self.frame_range)), n_vertices)}", "SHAPEKEY_DATA")
+
+    def _tolerance_text(self, context: bpy.types.Context) -> str:
+        size = mesh_size.diagonal(posed_object(context), context.evaluated_depsgraph_get())
+        return versions.length_text(context.scene, size * self.fewest_keys_percent / 100.0)
+
+    def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> BakeJob:
+        percent = self.fewest_keys_percent if self.use_fewest_keys else None
+        return BakeJob(obj, *self.frame_range, fewest_keys_percent=percent)
+
+    def result_text(self, job: BakeJob, names: list[str]) -> str:
+        return f"Baked shape keys '{names[0]}' to '{names[-1]}': {job.fit}"
+
+
+class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
+    bl_idname = "arap.export_mesh_cache"
+    bl_label = "Export Mesh Cache"
+    bl_description = "Solve each frame and write it to a file for the Mesh Cache modifier: for shots too long to bake"
+    act_name = "Export"
+
+    filepath: StringProperty(name="File", description="The .mdd or .pc2 file to write", subtype="FILE_PATH")
+    check_existing: BoolProperty(default=True, options={"HIDDEN"})
+    filter_glob: StringProperty(default="*.mdd;*.pc2", options={"HIDDEN"})
+    cache_format: EnumProperty(name="Format", description="Kind of file", items=FORMAT_ITEMS, default="MDD")
+    add_modifier: BoolProperty(
+        name="Add Modifier",
+        description="Add a Mesh Cache modifier that plays the file. While it is on, poses are not visible",
+        default=True,
+    )
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        self.take_range_of_scene(context.scene)
+        if not self.filepath:
+            folder = Path(bpy.data.filepath).parent if bpy.data.filepath else Path.home()
+            self.filepath = str(folder / bpy.path.clean_name(posed_object(context).name))
+        self.check(context)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def check(self, _context: bpy.types.Context) -> bool:
+        """Gives the file name the suffix of the format; True if that has changed the name."""
+        path = Path(self.filepath)
+        if not path.name:
+            return False
+        suffix = f".{self.cache_format.lower()}"
+        right = path.with_suffix(suffix) if path.suffix.lower() in FORMATS else path.with_name(f"{path.name}{suffix}")
+        has_changed = right != path
+        self.filepath = str(right)
+        return has_changed
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.begin_layout()
+        layout.prop(self, "cache_format")
+        self.draw_range()
+        layout.prop(self, "add_modifier")
+        self.draw_size(lambda: self._size_text(posed_object(context)), "FILE_CACHE")
+
+    def _size_text(self, obj: bpy.types.Object) -> str:
+        check_range(*self.frame_range)
+        n_frames = len(range(self.frame_start, self.frame_end + 1, self.frame_step))
+        return f"{n_frames} frames, {size_text(BYTES_PER_VERTEX * n_frames * len(obj.data.vertices))}"
+
+    def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> MeshCacheJob:
+        return MeshCacheJob(obj, self.filepath, *self.frame_range, add_modifier=self.add_modifier)
+
+    def result_text(self, job: MeshCacheJob, path: Path) -> str:
+        return f"Exported {job.n_shapes} frames to {path}"
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (ARAP_OT_bake_pose, ARAP_OT_bake_animation, ARAP_OT_export_mesh_cache)
+)

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a mesh is kept to its handles: bind, follow, refine until settled. FollowScene stands for Blender.
+
+The posing act, Pull and Live share it. Each of them decides when it begins and ends.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .session_data import Readout
+
+# An update may take this long while a handle moves: with the rest of a frame that gives about sixty frames a second.
+# The solve gets what the checks and writing the key (slow before Blender 4.1) leave of it. It does at least one
+# iteration, so a mesh that is too heavy for that still follows.
+FOLLOW_TIME_LIMIT_S = 0.014
+LEAST_TIME_LIMIT_S = 1e-4
+# A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
+REFINE_TIME_LIMIT_S = 0.05
+
+
+class Bind(Protocol):
+    """A bind in a worker thread, from start() on."""
+
+    @property
+    def fraction(self) -> float: ...
+    @property
+    def is_done(self) -> bool: ...
+    def start(self) -> None:
+        """Does nothing if it has started."""
+
+    def drop(self) -> None: ...
+    def adopt(self) -> None:
+        """Makes the result the live session. Raises what the bind raised. Only if it is done."""
+
+
+class FollowScene(Protocol):
+    """What following needs of Blender, for one object."""
+
+    def has_to_wait(self) -> bool:
+        """True while weights are painted: they are known when the stroke has ended."""
+
+    def is_bound(self) -> bool:
+        """Looks at the scene: True while the live session fits mesh, groups and settings. Every step begins with it."""
+
+    def begin_bind(self) -> Bind:
+        """Reads the scene for a bind in a worker thread. Raises ValueError if the scene cannot be posed."""
+
+    def go_on_from_shown(self) -> None:
+        """Starts the live session from the pose that the key shows now."""
+
+    def matrices(self) -> NDArray[np.float64]:
+        """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
+
+    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
+        """Solves for these motions of the handles and writes the key. Only if is_bound() was true in this step.
+
+        ``iterations`` is a limit; None: that of the settings.
+        """
+
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
+        """As update(), but from rest and to convergence. No time limit: however long that takes."""
+
+    def iteration_limit(self) -> int:
+        """The most iterations for one place of the handles."""
+
+    def settled(self) -> None:
+        """The mesh has settled: nothing is written until something changes."""
+
+
+class Follower:
+    """Follows the handles of one object. Every method may raise what the scene raises."""
+
+    def __init__(self, scene: FollowScene, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._scene = scene
+        self._clock = clock
+        self._besides_s = 0.0  # of the last update, all but the solve
+        self._bind: Bind | None = None
+        self._matrices: NDArray[np.float64] | None = None
+        self._iterations_here = 0
+        self.has_followed = False
+        self.readout: Readout | None = None
+        self.is_settled = False
+
+    @property
+    def is_binding(self) -> bool:
+        return self._bind is not None
+
+    @property
+    def bind_fraction(self) -> float:
+        return self._bind.fraction if self._bind is not None else 1.0
+
+    def begin(self) -> None:
+        """Binds if the session does not fit, else goes on from the pose shown."""
+        if self._scene.is_bound():
+            self._scene.go_on_from_shown()
+        else:
+            self._bind = self._scene.begin_bind()
+
+    def prepare(self) -> bool:
+        """A step of binding, for a timer. True if there is nothing to bind."""
+        if self._bind is None and self._scene.has_to_wait():
+            return False
+        if self._bind is None and self._scene.is_bound():
+            return True
+        if self._bind is None:
+            self._bind = self._scene.begin_bind()
+        elif self._bind.is_done:
+            bind, self._bind = self._bind, None
+            bind.adopt()
+            self._matrices = None
+        else:
+            self._bind.start()
+        return False
+
+    def is_ready(self) -> bool:
+        """Whether it can follow now."""
+        return self._bind is None and not self._scene.has_to_wait() and self._scene.is_bound()
+
+    def follow(self, time_limit_s: float | None, *, is_from_rest: bool = False) -> bool:
+        """Follows the handles if they have moved. False if they have not; then nothing is done.
+
+        ``time_limit_s`` is for the whole update. The last update tells how much of it is not the solve.
+        """
+        matrices = self._scene.matrices()
+        self.has_followed = True
+        if self._matrices is not None and np.array_equal(matrices, self._matrices):
+            return False
+        self._matrices = matrices
+        self._iterations_here = 0
+        limit_s = None if time_limit_s is None else max(time_limit_s - self._besides_s, LEAST_TIME_LIMIT_S)
+        start = self._clock()
+        if is_from_rest:
+            readout = self._scene.update_from_rest(matrices, limit_s)
+        else:
+            readout = self._scene.update(matrices, None, limit_s)
+        self._besides_s = max(self._clock() - start - 1e-3 * readout.last_ms, 0.0)
+        self._take(readout)
+        return True
+
+    def refine(self, time_limit_s: float) -> None:
+        """Goes on iterating at the place that was followed last, unless the mesh has settled there."""
+        if not self.is_settled and self._matrices is not None:
+            left = self._scene.iteration_limit() - self._iterations_here
+            self._take(self._scene.update(self._matrices, max(1, left), time_limit_s))
+
+    def forget_place(self) -> None:
+        """The next step follows the handles even if they have not moved."""
+        self._matrices = None
+
+    def go_on_from_shown(self) -> None:
+        """Goes on from the pose that the key shows now. The next step follows the handles."""
+        self.forget_place()
+        if self._bind is None:
+            self._scene.go_on_from_shown()
+
+    def drop(self) -> None:
+        """Ends a bind that is under way."""
+        if self._bind is not None:
+            self._bind.drop()
+
+    def _take(self, readout: Readout) -> None:
+        self.readout = readout
+        self._iterations_here += readout.iterations
+        self.is_settled = readout.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit()
+        if self.is_settled:
+            self._scene.settled()

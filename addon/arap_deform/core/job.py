@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Work in steps, so that an operator can show progress and take Esc between them."""
+
+from __future__ import annotations
+
+from typing import Protocol, TypeVar
+
+from .models import Progress
+from .session import Cancelled
+
+STEP_S = 0.1  # default length of a step
+
+Result_co = TypeVar("Result_co", covariant=True)
+
+
+class Job(Protocol[Result_co]):
+    """If step() or finish() raises, call cancel(): it brings everything back."""
+
+    noun: str
+    """For messages, for example 'bake'."""
+
+    @property
+    def object_name(self) -> str:
+        """Of the mesh."""
+
+    @property
+    def fraction(self) -> float:
+        """Done so far, 0 to 1."""
+
+    @property
+    def status(self) -> str:
+        """What is being done, for the status bar."""
+
+    def step(self, time_limit_s: float = STEP_S) -> bool:
+        """Works for about ``time_limit_s``. True while there is more to do."""
+
+    def finish(self) -> Result_co:
+        """Writes the result, once step() has returned False."""
+
+    def cancel(self) -> None:
+        """Everything as before."""
+
+
+def run_job(job: Job[Result_co], progress: Progress | None = None) -> Result_co:
+    """All steps of a job; returns and raises as its step() and finish().
+
+    Raises:
+        Cancelled: ``progress`` returned False; nothing has changed.
+    """
+    try:
+        while job.step():
+            if progress is not None and progress(job.fraction) is False:
+                raise Cancelled(f"The {job.noun} of '{job.object_name}' was cancelled; nothing has changed")
+        return job.finish()
+    except BaseException:
+        job.cancel()
+        raise

@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Names that are still free, numbered as Blender numbers them."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from itertools import count
+
+NAME_BYTES = 63  # Blender cuts names here
+BASE_BYTES = 57  # of these, before .001 or .00001
+
+
+def unique(name: str, taken: Container[str]) -> str:
+    """``name``, numbered if it is taken."""
+    return numbered(name, taken) if name in taken else name
+
+
+def numbered(name: str, taken: Container[str]) -> str:
+    """The first of name.001, name.002 ... that is not taken; a long name is cut, so that the number stays."""
+    base = name.encode()[:BASE_BYTES].decode(errors="ignore")
+    return next(found for found in (f"{base}.{i:03d}" for i in count(1)) if found not in taken)

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is done with the live session of an object: it is adopted, brought up to date, and its pose is written.
+
+For the act or the Live run that has the mesh: nothing here asks who has it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+
+from ..core import sessions
+from ..core.arrays import Floats
+from ..core.models import Progress
+from ..core.session import Session
+from ..core.session_data import Readout
+from ..core.session_input import SessionInput, counts_differ, difference
+from ..core.sessions import Bound
+from ..scene import pose_key, shape_keys
+from ..scene.inputs import counts_of
+
+
+def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None:
+    """Makes ``session`` the object's live one and starts it from the pose shown. Main thread only.
+
+    Raises:
+        RuntimeError: the mesh has changed since ``inputs`` were read.
+    """
+    reason = counts_problem(obj, inputs)
+    if reason:
+        raise RuntimeError(f"{reason} while it was being prepared: start again")
+    # Keep the stretch of the bind: differences below the tolerance must not add up.
+    sessions.put(obj.name, Bound(session, replace(inputs, stretch=session.stretch)))
+    sync(obj)
+
+
+def sync(obj: bpy.types.Object) -> None:
+    """Lets the live session, if any, go on from the pose that the key shows now: after an undo, for example."""
+    bound = sessions.get(obj.name)
+    if bound is None:
+        return
+    pose_key.tell_session(obj)
+    key = pose_key.find(obj)
+    if key is None:
+        bound.session.reset()
+    else:
+        bound.session.set_positions(shape_keys.read(key))
+
+
+def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
+    """The object's live session, brought up to date, if ``inputs`` need no bind and no factorization; else None."""
+    bound = sessions.get(obj.name)
+    if bound is None or difference(bound.inputs, inputs):
+        return None
+    bound.session.settings = inputs.settings
+    adopt(obj, inputs, bound.session)
+    return bound.session
+
+
+def solve_from_rest(
+    session: Session,
+    matrices: Floats,
+    progress: Progress | None = None,
+    time_limit_s: float | None = None,
+    sufficient_accuracy: float = 0.0,
+) -> Readout:
+    """Starts from rest, with a guess from the rotations of the handles, and goes to convergence or the time limit.
+
+    Raises:
+        As Session.update(). The session is then as it was.
+    """
+    before = session.positions.copy()
+    session.reset()
+    try:
+        return session.update(
+            matrices,
+            initial_guess="handle_rotations",
+            to_convergence=True,
+            progress=progress,
+            time_limit_s=time_limit_s,
+            sufficient_accuracy=sufficient_accuracy,
+        )
+    except BaseException:
+        session.set_positions(before)
+        raise
+
+
+def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
+    """Why the mesh is no longer the one that ``inputs`` were read of, '' while it is."""
+    before, now = inputs.counts, counts_of(obj)
+    return "" if now == before else counts_differ(obj.name, before, now)

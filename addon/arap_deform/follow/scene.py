@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The FollowScene of an object in Blender. It keeps names, not references: undo replaces all data."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.session_data import Readout
+from ..core.session_input import SessionInput
+from ..scene import redraw, versions
+from ..scene.inputs import read_input
+from . import mesh
+from .bind import SessionBinding
+from .frame import Frame
+
+# A stroke of a brush tags the mesh at every step. Before 4.2 Blender does not tell of strokes: then a stroke has ended
+# when no tag has come for this time.
+STROKE_PAUSE_S = 0.15
+# Accuracy of updates with a time limit, as a fraction of the mesh's size. For more the solver goes on in double
+# precision and prepares that first: on a large mesh that takes seconds, for a difference that cannot be seen.
+ACCURACY = 1e-4
+
+
+def _sufficient(time_limit_s: float | None) -> float:
+    return 0.0 if time_limit_s is None else ACCURACY
+
+
+class BlenderFollowScene:
+    """Looks its object up by name each time."""
+
+    initial_guess: str | None = None  # of update(); None: the object's setting
+
+    def __init__(self, obj: bpy.types.Object) -> None:
+        self.name = obj.name
+        self.depsgraph: bpy.types.Depsgraph | None = None
+        self._frame: Frame | None = None  # of this step, from is_bound() on
+        self._has_written = False  # the next change of the mesh is the add-on's own
+        self._is_suspect = True  # something else may have changed the mesh
+        self._changed_at = -STROKE_PAUSE_S  # when something else changed it last
+
+    @property
+    def obj(self) -> bpy.types.Object | None:
+        """The object, None if it is gone."""
+        return bpy.data.objects.get((self.name, None))
+
+    @contextmanager
+    def evaluated(self, depsgraph: bpy.types.Depsgraph, *, is_frame: bool) -> Iterator[None]:
+        """To be used while a handler runs, which has this depsgraph: after an update, or for another frame.
+
+        In both cases Blender evaluates what the handler writes without calling handlers again.
+        """
+        if not is_frame:
+            self._note_change(depsgraph)
+        before, self.depsgraph = self.depsgraph, depsgraph
+        try:
+            yield
+        finally:
+            self.depsgraph = before
+
+    def _note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """Notes whether something else has changed the mesh. A modifier that moves updates the object alone."""
+        obj = self.obj
+        for update in depsgraph.updates:
+            if update.is_updated_geometry and obj is not None and update.id.original == obj.data:
+                if not self._has_written:
+                    self._is_suspect = True
+                    self._changed_at = time.monotonic()
+                self._has_written = False
+
+    def has_to_wait(self) -> bool:
+        if bpy.app.background or not self._is_in_weight_paint():
+            return False
+        if self.depsgraph is not None:
+            return self._is_suspect  # the timer reads the weights: at every step they would make the stroke stutter
+        is_painting = versions.is_painting()
+        if is_painting:
+            self._is_suspect = True
+        if is_painting is None:
+            return self._is_suspect and time.monotonic() - self._changed_at < STROKE_PAUSE_S
+        return is_painting
+
+    def settled(self) -> None:
+        # If a stroke began while the mesh still moved, its updates may have looked like the add-on's own.
+        if self._is_in_weight_paint():
+            self._is_suspect = True
+
+    def _is_in_weight_paint(self) -> bool:
+        obj = self.obj
+        return obj is not None and obj.mode == "WEIGHT_PAINT"
+
+    def is_bound(self) -> bool:
+        use_nodes = None if self.depsgraph is None else False  # within a handler nothing may be added to the scene
+        depsgraph = self._depsgraph()  # first: evaluating the scene may make the mesh suspect
+        self._frame = Frame(self._obj(), depsgraph, is_thorough=self._is_suspect, use_nodes=use_nodes)
+        if self._frame.problem:
+            return False  # the mesh stays suspect until it is bound
+        self._is_suspect = False
+        return True
+
+    def begin_bind(self) -> SessionBinding:
+        inputs = self._read_inputs()
+        self._is_suspect = False  # everything was just read
+        return SessionBinding(self._obj(), inputs)
+
+    def go_on_from_shown(self) -> None:
+        mesh.sync(self._obj())
+
+    def matrices(self) -> NDArray[np.float64]:
+        return self._this_frame().matrices()
+
+    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
+        self._announce_write()
+        return self._this_frame().solve(
+            matrices,
+            iterations=iterations,
+            initial_guess=self.initial_guess,
+            time_limit_s=time_limit_s,
+            sufficient_accuracy=_sufficient(time_limit_s),
+        )
+
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
+        self._announce_write()
+        return self._this_frame().solve(
+            matrices,
+            time_limit_s=time_limit_s,
+            sufficient_accuracy=_sufficient(time_limit_s),
+            is_from_rest=True,
+        )
+
+    def iteration_limit(self) -> int:
+        return int(self._obj().arap.max_iterations)
+
+    def _read_inputs(self) -> SessionInput:
+        return read_input(self._obj(), self._depsgraph())
+
+    def _obj(self) -> bpy.types.Object:
+        obj = self.obj
+        if obj is None:
+            raise RuntimeError(f"'{self.name}' was deleted or renamed")
+        return obj
+
+    def _depsgraph(self) -> bpy.types.Depsgraph:
+        return self.depsgraph or bpy.context.evaluated_depsgraph_get()
+
+    def _this_frame(self) -> Frame:
+        assert self._frame is not None
+        return self._frame
+
+    def _announce_write(self) -> None:
+        """The next change of the mesh is the add-on's own and must be drawn. is_bound() has evaluated earlier ones."""
+        self._has_written = self.depsgraph is None
+        redraw.tag_meshes()
+
+
+def is_rendering() -> bool:
+    """Whether a render runs, or calls this from its own thread: its data must not change."""
+    return threading.current_thread() is not threading.main_thread() or bpy.app.is_job_running("RENDER")

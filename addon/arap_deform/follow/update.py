@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Posing by a script: the session, and one update of the mesh. Both are refused while an act has the mesh."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..core import sessions
+from ..core.models import Progress
+from ..core.session import Session
+from ..core.session_data import Readout
+from ..scene import meshes
+from ..scene.inputs import read_input
+from . import mesh
+from .frame import Frame
+
+
+def prepare_session(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None, progress: Progress | None = None
+) -> Session:
+    """The object's live session, made, or brought up to date.
+
+    A session that fits is kept; changed groups only factorize again; a changed mesh, scale or setting binds again.
+    The session starts from the pose that the key shows.
+
+    Raises:
+        As read_input() and sessions.build(), or RuntimeError if an act has the mesh for itself. A session that was
+        there before stays.
+    """
+    meshes.check_mesh(obj)
+    sessions.check_free(obj.name)
+    inputs = read_input(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
+    session = sessions.rebuild(inputs, sessions.get(obj.name), progress)
+    mesh.adopt(obj, inputs, session)
+    return session
+
+
+def update_pose(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph | None = None,
+    *,
+    iterations: int | None = None,
+    initial_guess: str | None = None,
+    time_limit_s: float | None = None,
+    is_from_rest: bool = False,
+) -> Readout:
+    """One live update: reads the handles, solves a few iterations, writes the key.
+
+    Needs a live session (prepare_session). ``stop_reason`` is "converged" when nothing is left to do
+    at these handles.
+
+    Args:
+        obj: the mesh.
+        depsgraph: to read the handles from.
+        iterations, initial_guess, time_limit_s: see Session.update().
+        is_from_rest: as solve() does, from the defined start, to convergence or the time limit.
+
+    Raises:
+        RuntimeError: no live session, the mesh or scale has changed under it (the session has then ended), or an act
+            has the mesh for itself.
+        ValueError: the key would not show the pose, or a handle cannot work; nothing has changed.
+    """
+    sessions.check_free(obj.name)
+    frame = Frame(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
+    if frame.problem:
+        sessions.drop(obj.name)
+        raise RuntimeError(f"{frame.problem}: start posing again")
+    return frame.solve(
+        frame.matrices(),
+        iterations=iterations,
+        initial_guess=initial_guess,
+        time_limit_s=time_limit_s,
+        is_from_rest=is_from_rest,
+    )

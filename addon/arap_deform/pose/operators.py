@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""Pose, and what ends it; Solve; and the ways back to rest."""
+
+from typing import Any
+
+import bpy
+from bpy.props import BoolProperty
+
+from ..core import sessions
+from ..core.session_data import Readout
+from ..follow.act import Ending, PoseAct
+from ..scene import redraw
+from ..scene.placing import reset_handles
+from ..setup.list_operators import why_no_handles
+from ..ui.checks import (
+    ArapOperator,
+    allow,
+    find_posed_object,
+    is_posed,
+    posed_object,
+    reports_errors,
+    why_no_pose,
+    why_no_reset,
+    why_not_solvable,
+)
+from .job_operator import JobOperator
+from .result import apply_pose_as_rest, reset_pose
+from .run import PoseRun, runs
+from .solve import SolveJob, begin_solve, iterations_text, solve, unsettled_text
+
+VIEW_EVENTS = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "NDOF_MOTION"}
+EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
+
+
+class ARAP_OT_pose(bpy.types.Operator):
+    bl_idname = "arap.pose"
+    bl_label = "Pose"
+    bl_description = "Move, turn and scale the handles and the mesh follows. Enter keeps the pose, Esc cancels it"
+    bl_options = {"UNDO"}
+
+    _run: PoseRun
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if bpy.app.background:
+            return allow(cls, "Posing needs a window: use Solve")
+        return allow(cls, why_not_solvable(context))
+
+    @reports_errors
+    def _begin(self, context: bpy.types.Context) -> set[str]:
+        self._run = PoseRun(context, posed_object(context))
+        context.window_manager.modal_handler_add(self)
+        self._run.show_status(context)
+        redraw.tag_panels()
+        return {"RUNNING_MODAL"}
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        return self._begin(context)
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Lets every event through but Enter and Esc."""
+        run = self._run
+        is_ours = False
+        if event.type == "TIMER":
+            run.tick(context)
+        else:
+            # The release that ends a drag of another operator reaches us too, so only a press counts. While the pose
+            # is being kept, nothing but moves of the view may begin: the end would cut it off.
+            is_ours = event.value == "PRESS" and (
+                self._on_press(context, event) or (run.act.is_keeping and event.type not in VIEW_EVENTS)
+            )
+            run.show_status(context)
+        if run.act.end is None:
+            return {"RUNNING_MODAL"} if is_ours else {"PASS_THROUGH"}
+        end = run.finish()
+        if end.message:
+            self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
+        if end.how is Ending.KEEP:
+            return {"FINISHED"}
+        if end.how is Ending.RESTORE:
+            bpy.ops.ed.undo_push(message="Cancel ARAP Pose")
+        return {"CANCELLED"}
+
+    def cancel(self, _context: bpy.types.Context) -> None:
+        """Blender ends the operator: a file is loaded, or the window is closed."""
+        self._run.act.end_now()
+        self._run.finish()
+
+    def _on_press(self, context: bpy.types.Context, event: bpy.types.Event) -> bool:
+        """Acts on our keys; True if the key was ours."""
+        act = self._run.act
+        if _editor_at(context, event) in EDITORS_WITH_TEXT:
+            return False
+        if event.type in {"RET", "NUMPAD_ENTER"}:
+            act.keep()
+            return True
+        if event.type == "ESC" and not context.screen.is_animation_playing:  # then Esc ends the playback
+            act.cancel()
+            return True
+        return False
+
+
+def _editor_at(context: bpy.types.Context, event: bpy.types.Event) -> str:
+    for area in context.window.screen.areas:
+        if area.x <= event.mouse_x < area.x + area.width and area.y <= event.mouse_y < area.y + area.height:
+            return str(area.type)
+    return ""
+
+
+class ARAP_OT_pose_end(bpy.types.Operator):
+    bl_idname = "arap.pose_end"
+    bl_label = "End Pose"
+    bl_description = "End posing: keep the pose, or put everything back to where it was before"
+
+    is_kept: BoolProperty(name="Keep", description="Keep the pose. Off: put everything back", default=True)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = find_posed_object(context)
+        return allow(cls, "" if obj is not None and is_posed(obj) else "Press Pose first: this mesh is not being posed")
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        act = sessions.acts[posed_object(context).name]
+        assert isinstance(act, PoseAct)
+        if self.is_kept:
+            act.keep()
+        else:
+            act.cancel()
+        return {"FINISHED"}
+
+
+class ARAP_OT_solve(JobOperator, bpy.types.Operator):
+    bl_idname = "arap.solve"
+    bl_label = "Solve"
+    bl_description = "Pose the mesh for the present places of the handles, to convergence. Starts from the rest shape"
+    why_not = staticmethod(why_not_solvable)
+    act_name = "Solve"
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        return super().execute(context)
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """For scripts: the solve is done when it returns."""
+        self.report_result(None, solve(posed_object(context), context.evaluated_depsgraph_get()))
+        redraw.tag_panels()
+        return {"FINISHED"}
+
+    def begin(self, context: bpy.types.Context, obj: bpy.types.Object) -> SolveJob:
+        return begin_solve(obj, context.evaluated_depsgraph_get())
+
+    def report_result(self, _job: Any, readout: Readout) -> None:
+        unsettled = unsettled_text(readout)
+        if unsettled:
+            self.report({"WARNING"}, unsettled)
+        else:
+            self.report({"INFO"}, f"Solved in {iterations_text(readout)}, {readout.last_ms:.0f} ms")
+
+
+class ARAP_OT_reset_handles(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.reset_handles"
+    bl_label = "Reset Handles"
+    bl_description = "Put every handle back to its place at rest"
+    why_not = staticmethod(why_no_handles)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        held = reset_handles(obj)
+        if held:
+            names = ", ".join(held)
+            self.report({"WARNING"}, f"Animation, a constraint or a driver holds these handles: {names}")
+
+
+class ARAP_OT_reset_pose(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.reset_pose"
+    bl_label = "Reset Pose"
+    bl_description = "Put the mesh back to its rest shape. The handles stay"
+    why_not = staticmethod(why_no_reset)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        reset_pose(obj)
+
+
+class ARAP_OT_apply_pose_as_rest(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.apply_pose_as_rest"
+    bl_label = "Apply Pose as Rest"
+    bl_description = "Make the pose the new rest shape of the mesh. The present places of the handles become rest too"
+    why_not = staticmethod(why_no_pose)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        apply_pose_as_rest(obj)
+
+
+register, _unregister_classes = bpy.utils.register_classes_factory(
+    (
+        ARAP_OT_pose,
+        ARAP_OT_pose_end,
+        ARAP_OT_solve,
+        ARAP_OT_reset_handles,
+        ARAP_OT_reset_pose,
+        ARAP_OT_apply_pose_as_rest,
+    )
+)
+
+
+def unregister() -> None:
+    for run in runs.copy():  # Blender drops a running operator silently when its class goes
+        run.act.end_now("The add-on was disabled")
+        run.finish()
+    _unregister_classes()

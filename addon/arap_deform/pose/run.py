@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The posing act in a window: its timer, its status text, handlers that say when the scene was evaluated, one exit."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..core import sessions
+from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
+from ..follow.scene import is_rendering
+from ..live.runs import give_up
+from ..props import preferences
+from ..scene import app_handlers, redraw
+from ..ui.modal import Modal
+from . import undo
+from .scene import ActScene, BlenderPoseScene
+
+TIMER_S = 0.02
+
+
+class ActRun:
+    """An act that has begun, and its share of the window."""
+
+    def __init__(self, context: bpy.types.Context, scene: ActScene, act: PoseAct, timer_s: float) -> None:
+        sessions.claim(scene.name, act)
+        self.scene = scene
+        self.act = act
+        self._modal = Modal(context, timer_s)
+
+    def finish(self) -> End:
+        """The one exit of all ends; ``end.message`` is what is left to say."""
+        end = self.act.end
+        assert end is not None
+        sessions.release(self.scene.name, self.act)
+        obj = self.scene.obj
+        if obj is None:
+            sessions.drop(self.scene.name)
+        elif end.how is Ending.RESTORE:
+            end = restored(end, lambda: self.scene.restore(obj))
+        self._modal.end()
+        print_fault(end)
+        return end
+
+
+class PoseRun(ActRun):
+    """A run of Pose."""
+
+    scene: BlenderPoseScene
+
+    def __init__(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        """Begins the act. Raises ValueError or RuntimeError if it cannot; then nothing has changed."""
+        sessions.check_free(obj.name)
+        give_up(obj)
+        scene = BlenderPoseScene(obj)
+        act = PoseAct(scene)
+        scene.act_number = undo.mark(obj)
+        try:
+            act.begin()
+        except BaseException:
+            obj.arap.pose_act = 0
+            raise
+        bpy.ops.ed.undo_push(message="Begin ARAP Pose")
+        super().__init__(context, scene, act, TIMER_S)
+        if not runs:
+            app_handlers.add(_HANDLERS)
+        runs.append(self)
+
+    def show_status(self, context: bpy.types.Context) -> None:
+        self._modal.show_status(context, status_text(self.act))
+
+    def tick(self, context: bpy.types.Context) -> None:
+        if is_rendering():
+            return
+        before = self.act.readout
+        self.act.tick(preferences.refine_time_s())
+        if self.act.phase is Phase.BINDING:
+            self.show_status(context)
+        if self.act.readout is not before or self.act.phase is Phase.BINDING:
+            redraw.tag_panels()
+
+    def finish(self) -> End:
+        runs.remove(self)
+        if not runs:
+            app_handlers.remove(_HANDLERS)
+        end = super().finish()
+        undo.finish(self.scene.name, self.scene.act_number, as_one_step=end.how is not Ending.LEAVE)
+        return end
+
+
+runs: list[PoseRun] = []
+
+
+def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    _scene_changed(scene, depsgraph, is_frame=False)
+
+
+def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    _scene_changed(scene, depsgraph, is_frame=True)
+
+
+def _scene_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, is_frame: bool) -> None:
+    if is_rendering():
+        return
+    for run in runs.copy():
+        if scene.objects.get(run.scene.name) is not None or run.scene.obj is None:
+            with run.scene.evaluated(depsgraph, is_frame=is_frame):
+                run.act.scene_changed()
+
+
+def _on_undo(*_: object) -> None:
+    for run in runs.copy():
+        if run.scene.obj is None:
+            run.act.leave("Undo went back to before this pose: posing has ended")
+        else:
+            run.scene.key.forget_address()
+            run.act.undone()
+
+
+_HANDLERS = (
+    ("depsgraph_update_post", _on_update),
+    ("frame_change_post", _on_frame),
+    ("undo_post", _on_undo),
+    ("redo_post", _on_undo),
+)

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the posing act needs of Blender, for one object. Names instead of references: undo replaces all data."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..core import sessions
+from ..core.arrays import Floats
+from ..core.session_data import Readout
+from ..core.session_input import SessionInput
+from ..follow.scene import BlenderFollowScene
+from ..scene import pose_key
+from ..setup.handles import handle_problem
+from . import undo
+from .result import capture_state, restore_state
+
+
+class ActScene(BlenderFollowScene):
+    """The PoseScene of an act that can put everything back."""
+
+    act_name = "posing"  # for messages
+    modes = {"OBJECT"}
+
+    def __init__(self, obj: bpy.types.Object) -> None:
+        super().__init__(obj)
+        pose_key.forget_removed(obj)
+        self._state = capture_state(obj)
+        self._counts = _counts(obj)
+
+    def why_over(self) -> str:
+        obj = self.obj
+        if obj is None or obj.name not in bpy.context.scene.objects:
+            reason = f"'{self.name}' was deleted or renamed"
+        elif obj.mode not in self.modes:
+            reason = f"'{self.name}' is no longer in Object Mode"
+        elif _counts(obj) != self._counts:
+            reason = f"The mesh of '{self.name}' has changed"
+        else:
+            reason = self._why_over(obj)
+        return f"{reason}: {self.act_name} has ended" if reason else ""
+
+    def restore(self, obj: bpy.types.Object) -> None:
+        """Puts everything back to where it was before the act. Raises as restore_state()."""
+        restore_state(obj, self._state)
+
+    def _why_over(self, _obj: bpy.types.Object) -> str:
+        """Other reasons why an act of this kind cannot go on, without a full stop."""
+        return ""
+
+
+class BlenderPoseScene(ActScene):
+    """The PoseScene of Pose."""
+
+    modes = {"OBJECT", "WEIGHT_PAINT"}
+
+    def __init__(self, obj: bpy.types.Object) -> None:
+        super().__init__(obj)
+        self.act_number = 0
+        self.key = pose_key.KeyFollower(obj)
+        former = sessions.get(obj.name)
+        self._topology = former.inputs.signature.topology if former is not None else None
+
+    @property
+    def obj(self) -> bpy.types.Object | None:
+        """The object; None if it is gone, or if another one has its name."""
+        obj = super().obj
+        return obj if obj is not None and undo.is_within(obj, self.act_number) else None
+
+    def update(self, matrices: Floats, iterations: int | None, time_limit_s: float | None) -> Readout:
+        readout = super().update(matrices, iterations, time_limit_s)
+        self.key.note(self._obj())
+        return readout
+
+    def restore(self, obj: bpy.types.Object) -> None:
+        self.key.give_name_back(obj)
+        super().restore(obj)
+
+    def _why_over(self, obj: bpy.types.Object) -> str:
+        reason = self.key.why_left(obj)
+        if reason:
+            return reason
+        if not self.key.follow(obj):
+            return f"Shape key '{pose_key.wanted_name(obj)}' of '{obj.name}' was removed"
+        enabled = (i for i, handle in enumerate(obj.arap.handles) if handle.is_enabled)
+        return next((problem for problem in (handle_problem(obj, i) for i in enabled) if problem), "")
+
+    def _read_inputs(self) -> SessionInput:
+        inputs = super()._read_inputs()
+        topology = inputs.signature.topology
+        if self._topology not in {None, topology}:
+            raise ValueError(f"The faces of '{self.name}' have changed")
+        self._topology = topology
+        return inputs
+
+
+def _counts(obj: bpy.types.Object) -> tuple[int, int, int]:
+    return len(obj.data.vertices), len(obj.data.loops), len(obj.data.polygons)

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Dragging the factor of a blend of poses: the handles follow the mouse, and the mesh follows the handles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import bpy
+
+from ..core import sessions
+from ..core.following import FOLLOW_TIME_LIMIT_S, Follower
+from ..follow.scene import BlenderFollowScene
+from ..pose.result import capture_state, restore_state, restore_transforms
+from ..props import preferences
+from ..ui.modal import Modal
+from .library import Placement
+
+TIMER_S = 0.02
+PIXELS_A_BLEND = 300  # from one pose to the other, at UI scale 1
+
+
+class BlendRun:
+    """One drag, until it is kept or cancelled. It holds names, no Blender data."""
+
+    doing = "its poses are blended"
+
+    def __init__(
+        self,
+        context: bpy.types.Context,
+        obj: bpy.types.Object,
+        blend: Callable[[bpy.types.Object, float], Placement],
+        mouse_x: int,
+        *,
+        is_followed: bool,
+    ) -> None:
+        """Begins. Raises ValueError if the mesh cannot be posed; then nothing has changed.
+
+        Args:
+            context: of the window.
+            obj: the mesh.
+            blend: moves the handles by a factor, from their present places.
+            mouse_x: pixel of the mouse at factor 0.
+            is_followed: Pose or Live keeps the mesh to its handles.
+        """
+        self._name = obj.name
+        self._blend = blend
+        self._start_x = mouse_x
+        self._pixels = PIXELS_A_BLEND * context.preferences.system.ui_scale
+        self._state = capture_state(obj)
+        self._follower = None if is_followed else Follower(BlenderFollowScene(obj))
+        if self._follower is not None:
+            self._follower.begin()
+            sessions.claim(obj.name, self)
+        self._modal = Modal(context, TIMER_S)
+        runs.append(self)
+
+    def show_status(self, context: bpy.types.Context, text: str) -> None:
+        if not self.is_ready and self._follower is not None:
+            text = f"preparing the mesh, {self._follower.bind_fraction:.0%}   |   {text}"
+        self._modal.show_status(context, f"ARAP Blend: {text}")
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the mesh is prepared."""
+        return self._follower is None or not self._follower.is_binding
+
+    def factor_at(self, mouse_x: int) -> float:
+        """0 to 1."""
+        return float(min(max((mouse_x - self._start_x) / self._pixels, 0.0), 1.0))
+
+    def set_factor(self, factor: float) -> None:
+        """Moves the handles. Raises as the blend."""
+        self.restore_handles()  # the blend may begin at their places
+        obj = bpy.data.objects.get((self._name, None))
+        if obj is None:
+            raise RuntimeError(f"'{self._name}' was deleted or renamed")
+        self._blend(obj, factor)
+
+    def tick(self) -> bool:
+        """A step of binding, following or refining; True if the mesh has moved. Raises as the scene."""
+        follower = self._follower
+        if follower is None or not follower.prepare():
+            return False
+        if follower.follow(FOLLOW_TIME_LIMIT_S):
+            return True
+        if follower.is_settled:
+            return False
+        follower.refine(preferences.refine_time_s())
+        return True
+
+    def end(self) -> None:
+        """Gives up window and mesh; handles and mesh stay. A second call does nothing."""
+        if self not in runs:
+            return
+        runs.remove(self)
+        if self._follower is not None:
+            self._follower.drop()
+            sessions.release(self._name, self)
+        self._modal.end()
+
+    def cancel(self) -> str:
+        """Ends it and puts everything back; see restore()."""
+        self.end()
+        return self.restore()
+
+    def restore(self) -> str:
+        """Puts everything back that still exists. Returns what could not be put back and why, else ''."""
+        obj = bpy.data.objects.get((self._name, None))
+        try:
+            if obj is None or self._follower is None:
+                self.restore_handles()
+            else:
+                restore_state(obj, self._state)
+        except (ValueError, RuntimeError) as error:
+            return str(error)
+        return ""
+
+    def restore_handles(self) -> None:
+        restore_transforms(self._state.transforms)
+
+
+runs: list[BlendRun] = []

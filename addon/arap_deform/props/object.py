@@ -1,0 +1,273 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""The settings saved in the .blend: ``bpy.types.Object.arap``.
+
+No ``from __future__ import annotations`` in this folder: Blender reads the annotations themselves, not their text.
+"""
+
+from typing import Any
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ..core.naming import NAME_BYTES
+from . import hooks
+from .handles import ArapHandle, ArapPin
+from .poses import CLASSES as POSE_CLASSES
+from .poses import ArapStoredPose
+from .pull import ArapPullPin, ArapPullSettings
+from .stiffness import ArapStiffness
+
+# Files store the numbers, so an item keeps its number.
+ENERGIES = (
+    ("rotation_nodes", "Even", "Bends look the same on coarse and dense meshes, as wide as Rigidity", "NONE", 2),
+    ("spokes_and_rims", "Spokes and Rims", "Classic: the denser the mesh, the sharper the bends", "NONE", 0),
+    ("spokes", "Spokes", "The classic of 2007. A little stiffer across the bend", "NONE", 1),
+)
+WEIGHTS = (
+    ("cotangent", "Cotangent", "Edges count by the shape of their faces, so that their layout does not matter"),
+    ("uniform", "Uniform", "Every edge counts the same. For meshes with very bad triangles"),
+)
+INITIAL_GUESSES = (
+    ("previous", "Previous Pose", "The pose shown"),
+    ("rest", "Rest", "The mesh at rest"),
+    ("naive_laplacian", "Smooth Blend", "A smooth blend of the handles that ignores rotation"),
+    ("handle_rotations", "Handle Rotations", "The rotations of the handles, spread over the mesh. For large rotations"),
+)
+
+
+def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    for changed in hooks.display_changed:
+        changed(settings.id_data)
+
+
+def _on_live_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    for toggled in hooks.live_toggled:
+        toggled(settings.id_data)
+
+
+def _on_overlay_changed(_settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    for changed in hooks.views_changed:
+        changed()
+
+
+def _choose(settings: bpy.types.PropertyGroup, items: Any, index: int, group: str) -> None:
+    """Makes the group of the chosen entry the active one: Weight Paint shows and paints that."""
+    groups = settings.id_data.vertex_groups
+    found = groups.find(getattr(items[index], group)) if index < len(items) else -1
+    if found >= 0:
+        groups.active_index = found
+
+
+def _on_pin_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    _choose(settings, settings.pins, settings.active_pin_index, "name")
+
+
+def _on_handle_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    _choose(settings, settings.handles, settings.active_handle_index, "vertex_group")
+
+
+def _on_stiffness_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    _choose(settings, settings.stiffness, settings.active_stiffness_index, "name")
+
+
+class ArapOverlay(bpy.types.PropertyGroup):
+    """What is drawn over one mesh, while the panel shows that mesh."""
+
+    show_pins: BoolProperty(
+        name="Pins", description="Draw the pinned vertices", default=False, update=_on_overlay_changed
+    )
+    show_handles: BoolProperty(
+        name="Handles",
+        description="Draw a line from each handle's rest place to its place now",
+        default=False,
+        update=_on_overlay_changed,
+    )
+    show_strain: BoolProperty(
+        name="Stretch",
+        description="Color the mesh by the length of its edges: red is longer than at rest, blue is shorter",
+        default=False,
+        update=_on_overlay_changed,
+    )
+    strain_limit: FloatProperty(
+        name="Full Color At",
+        description="Stretch of the full color, in percent of the length at rest",
+        default=20.0,
+        min=0.1,
+        max=1000.0,
+        soft_min=1.0,
+        soft_max=100.0,
+        precision=1,
+        subtype="PERCENTAGE",
+        update=_on_overlay_changed,
+    )
+
+
+class ArapMadeKey(bpy.types.PropertyGroup):
+    """A shape key that the add-on made for the pose."""
+
+    name: StringProperty(name="Name", description="Name of the shape key")
+
+
+class ArapObject(bpy.types.PropertyGroup):
+    """Pins, handles and settings of one mesh object."""
+
+    pins: CollectionProperty(type=ArapPin, name="Pins", description="Vertex groups that stay at rest")
+    active_pin_index: IntProperty(
+        name="Active Pin", min=0, description="The pin chosen in the list", update=_on_pin_chosen
+    )
+    handles: CollectionProperty(type=ArapHandle, name="Handles", description="Objects and bones that move the mesh")
+    active_handle_index: IntProperty(
+        name="Active Handle", min=0, description="The handle chosen in the list", update=_on_handle_chosen
+    )
+
+    stiffness: CollectionProperty(
+        type=ArapStiffness, name="Stiffness", description="Vertex groups that bend less, or not at all"
+    )
+    active_stiffness_index: IntProperty(
+        name="Active Stiffness", min=0, description="The entry chosen in the list", update=_on_stiffness_chosen
+    )
+    poses: CollectionProperty(type=ArapStoredPose, name="Poses", description="Stored poses of the handles")
+    active_pose_index: IntProperty(name="Active Pose", min=0, description="The pose chosen in the list")
+
+    pull_pins: CollectionProperty(
+        type=ArapPullPin, name="Pull Pins", description="Pieces that ARAP Pull holds", options={"HIDDEN"}
+    )
+
+    energy: EnumProperty(
+        name="Bending",
+        description="How bends look",
+        items=ENERGIES,
+        default="rotation_nodes",
+    )
+    rigidity: FloatProperty(
+        name="Rigidity",
+        description=(
+            "Radius of the pieces that turn together, in percent of the mesh's size (the diagonal of its box at "
+            "rest). More is stiffer: wider bends, rounder hills"
+        ),
+        default=2.0,
+        min=0.1,
+        max=100.0,
+        soft_min=0.5,
+        soft_max=10.0,
+        precision=1,
+        step=10,
+        subtype="PERCENTAGE",
+    )
+    weights: EnumProperty(
+        name="Weights", description="How much each edge of the mesh counts", items=WEIGHTS, default="cotangent"
+    )
+    initial_guess: EnumProperty(
+        name="Start From",
+        description="The shape from which each update starts",
+        items=INITIAL_GUESSES,
+        default="previous",
+    )
+    iterations_per_update: IntProperty(
+        name="Iterations per Update",
+        description="Limit of iterations after each change of a handle. A time limit may stop earlier",
+        default=4,
+        min=1,
+        max=10000,
+        soft_max=50,
+    )
+    max_iterations: IntProperty(
+        name="Max Iterations",
+        description="Limit of iterations for Solve and for each baked frame",
+        default=1000,
+        min=1,
+        max=1000000,
+        soft_max=10000,
+    )
+    accuracy: FloatProperty(
+        name="Accuracy",
+        description=(
+            "Stop when every vertex is within this distance of its final place. "
+            "A fraction of the mesh's size (the diagonal of its box at rest)"
+        ),
+        default=1e-6,
+        min=1e-9,
+        max=0.1,
+        soft_max=1e-2,
+        precision=6,
+    )
+    join_seams: BoolProperty(
+        name="Weld Seams",
+        description="Vertices at the same place count as one, so open seams stay closed",
+        default=False,
+    )
+    key_name: StringProperty(
+        name="Shape Key",
+        description=(
+            "Shape key that takes the pose. If another key has the name, the pose's key gets a number. "
+            "Empty: the name in the add-on's preferences"
+        ),
+        maxlen=NAME_BYTES,
+    )
+    made_keys: CollectionProperty(
+        type=ArapMadeKey,
+        name="Made Keys",
+        description="Shape keys that the add-on made for the pose, not the user",
+        options={"HIDDEN"},
+    )
+
+    handle_size: FloatProperty(
+        name="Size",
+        description="Size of the empties that were made for handles. 1 is the size of their vertex group",
+        default=1.0,
+        min=0.001,
+        soft_min=0.1,
+        soft_max=10.0,
+        update=_on_display_changed,
+    )
+    overlay: PointerProperty(type=ArapOverlay, name="Display", description="What is drawn over the mesh in the 3D view")
+    is_live: BoolProperty(
+        name="Live",
+        description=(
+            "The mesh follows its handles all the time, also in playback. Saved with the file. "
+            "Not while rendering: bake the animation first"
+        ),
+        default=False,
+        update=_on_live_changed,
+    )
+    live_problem: StringProperty(name="Live Problem", description="Why Live switched itself off", options={"HIDDEN"})
+
+    pose_act: IntProperty(
+        options={"HIDDEN"}, description="Number of the posing act that this state of the scene belongs to; 0: none"
+    )
+
+
+CLASSES = (
+    *POSE_CLASSES,
+    ArapPin,
+    ArapHandle,
+    ArapStiffness,
+    ArapMadeKey,
+    ArapPullPin,
+    ArapOverlay,
+    ArapObject,
+    ArapPullSettings,
+)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Object.arap = PointerProperty(type=ArapObject, name="ARAP", description="As-rigid-as-possible posing")
+    bpy.types.WindowManager.arap_pull = PointerProperty(type=ArapPullSettings, name="ARAP Pull")
+
+
+def unregister() -> None:
+    del bpy.types.WindowManager.arap_pull
+    del bpy.types.Object.arap
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

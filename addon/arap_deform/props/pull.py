@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""The temporary pins of the tool ARAP Pull, as saved, and the settings of the tool."""
+
+import base64
+
+import bpy
+import numpy as np
+from bpy.props import FloatProperty, IntProperty, StringProperty
+from numpy.typing import NDArray
+
+
+class ArapPullPin(bpy.types.PropertyGroup):
+    """A piece of the surface that stays in its place while the tool ARAP Pull is on."""
+
+    vertices_text: StringProperty(options={"HIDDEN"}, description="Its vertices: int32, base64")
+    reach: FloatProperty(
+        options={"HIDDEN"},
+        description="Radius of the free mesh around the piece when it was pulled; 0: pinned by a click",
+    )
+
+    n_vertices: IntProperty(
+        options={"HIDDEN"}, description="Number of vertices of the mesh: with another one the piece is invalid"
+    )
+
+    @property
+    def vertices(self) -> NDArray[np.int32]:
+        """(k,) ascending."""
+        return np.frombuffer(base64.b64decode(self.vertices_text), dtype="<i4").astype(np.int32)
+
+    @vertices.setter
+    def vertices(self, vertices: NDArray[np.int32]) -> None:
+        self.vertices_text = base64.b64encode(vertices.astype("<i4").tobytes()).decode()
+
+
+class ArapPullSettings(bpy.types.PropertyGroup):
+    """Settings of the tool ARAP Pull. They belong to the window, so undo does not change them."""
+
+    radius: IntProperty(
+        name="Radius",
+        description="Radius of the pulled piece, in pixels (F, [ and ]; the wheel during a drag)",
+        default=40,
+        min=1,
+        max=10000,
+        soft_max=500,
+        subtype="PIXEL",
+    )
+    falloff: FloatProperty(
+        name="Falloff",
+        description="How far the mesh gives way around the pulled piece while there is no pin, in radii",
+        default=3.0,
+        min=0.1,
+        max=1000.0,
+        soft_max=20.0,
+        precision=1,
+    )

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The temporary pins of ARAP Pull: pieces that were pulled or clicked. The object saves them, so undo restores them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.arrays import Ints
+from ..core.patches import diagonal_of
+from ..scene import groups, handle_motion, meshes
+from ..setup.handles import add_handle
+from ..setup.pins import add_pin
+from .region import Grab, hold_of_rest
+
+if TYPE_CHECKING:
+    from ..props.pull import ArapPullPin
+
+MOVED = 1e-4  # a vertex this far from rest has moved, as a fraction of the diagonal
+
+
+def grabs_of(obj: bpy.types.Object) -> list[Grab]:
+    """The pieces that the temporary pins hold."""
+    return [Grab(pin.vertices, pin.reach) for pin in obj.arap.pull_pins]
+
+
+def has_set_pins(obj: bpy.types.Object) -> bool:
+    """Whether the object has an enabled pin or handle, or a pin that was set by a click."""
+    settings = obj.arap
+    return (
+        any(pin.reach == 0.0 for pin in settings.pull_pins)
+        or any(pin.is_enabled for pin in settings.pins)
+        or any(handle.is_enabled for handle in settings.handles)
+    )
+
+
+def find(obj: bpy.types.Object, vertices: Ints) -> list[int]:
+    """Indices of the temporary pins that hold one of these vertices."""
+    return [i for i, pin in enumerate(obj.arap.pull_pins) if np.isin(pin.vertices, vertices).any()]
+
+
+def add(obj: bpy.types.Object, grabs: Sequence[Grab]) -> None:
+    """Makes temporary pins. A new pin takes its vertices from older ones, and removes a pin that becomes empty."""
+    pins = obj.arap.pull_pins
+    for grab in grabs:
+        for i in reversed(find(obj, grab.vertices)):
+            left = np.setdiff1d(pins[i].vertices, grab.vertices)
+            if len(left):
+                pins[i].vertices = left
+            else:
+                pins.remove(i)
+        pin: ArapPullPin = pins.add()
+        pin.vertices = grab.vertices
+        pin.reach = grab.reach
+        pin.n_vertices = len(obj.data.vertices)
+
+
+def remove(obj: bpy.types.Object, indices: Sequence[int]) -> None:
+    for i in sorted(indices, reverse=True):
+        obj.arap.pull_pins.remove(i)
+
+
+def forget_stale(obj: bpy.types.Object) -> None:
+    """Removes pins whose mesh had another number of vertices: their indices are wrong now."""
+    pins = obj.arap.pull_pins
+    remove(obj, [i for i, pin in enumerate(pins) if pin.n_vertices != len(obj.data.vertices)])
+
+
+def objects_with_pins() -> list[bpy.types.Object]:
+    """Objects of this file; linked ones are left out."""
+    return [obj for obj in bpy.data.objects if obj.type == "MESH" and obj.library is None and obj.arap.pull_pins]
+
+
+def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[int, int]:
+    """Turns the temporary pins into handles and pins of the object; the mesh does not move.
+
+    A piece at rest becomes a pin. A piece that has moved becomes a handle, with an empty at its present place. If the
+    object has no pin, the rest of the mesh, which the pull held, becomes a pin too.
+
+    Returns:
+        Counts of the new handles and of the new pins.
+
+    Raises:
+        ValueError: there are no temporary pins, or as add_pin() and add_handle().
+    """
+    meshes.check_mesh(obj)
+    forget_stale(obj)
+    grabs = grabs_of(obj)
+    if not grabs:
+        raise ValueError(f"Nothing of '{obj.name}' has been pulled or pinned with the tool: drag or click it first")
+    rest = meshes.read_rest(obj)
+    shown = handle_motion.shown_positions(obj, rest)
+    has_moved = np.abs(shown - rest).max(axis=1) > MOVED * diagonal_of(rest)
+    hold = None if has_set_pins(obj) else _hold_at_rest(obj, depsgraph, grabs, rest, has_moved)
+    n_handles = 0
+    for grab in grabs:
+        if has_moved[grab.vertices].any():
+            add_handle(obj, grab.vertices, name="Pull")
+            n_handles += 1
+        else:
+            add_pin(obj, grab.vertices, name="Hold")
+    if hold is not None:
+        pin = add_pin(obj, hold[0], name="Rest")
+        groups.write(obj, pin.name, *hold)
+    obj.arap.pull_pins.clear()
+    return n_handles, len(grabs) - n_handles + (hold is not None)
+
+
+def _hold_at_rest(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    grabs: Sequence[Grab],
+    rest: NDArray[np.float32],
+    has_moved: NDArray[np.bool_],
+) -> tuple[Ints, NDArray[np.float64]] | None:
+    """Vertices and weights of the hold beyond the falloff; only vertices at rest, because a pin cannot hold others."""
+    seen = rest.astype(np.float64) @ meshes.read_stretch(obj, depsgraph).T
+    hold = hold_of_rest(seen, meshes.read_edges(obj), grabs)
+    # A softly held vertex has moved in the pull itself, and a pin holds it just as softly.
+    was_posed = has_moved[hold.vertices[hold.weights >= 1.0]].any()
+    is_pinned = ~has_moved[hold.vertices] | ~was_posed
+    return (hold.vertices[is_pinned], hold.weights[is_pinned]) if is_pinned.any() else None

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One drag of ARAP Pull: the piece under the mouse, the posing act that follows the mouse, and its end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..follow.act import End, Ending, Phase, PoseAct
+from ..follow.scene import is_rendering
+from ..live.runs import give_up
+from ..pose.run import ActRun
+from ..props import preferences
+from ..scene import meshes
+from . import pins, seen_mesh
+from .region import Grab, connected_within, symmetric_grabs
+from .scene import PullScene
+from .view import Drag, Mode, Pixels, View
+
+TIMER_S = 0.01
+MODES = {Mode.MOVE: "move", Mode.TURN: "turn", Mode.NORMAL: "normal"}
+
+
+@dataclass(frozen=True)
+class Grip:
+    """The place that the mouse drags; no Blender data.
+
+    Attributes:
+        view, mouse: the view and the pixel at the press.
+        pick: the surface there.
+    """
+
+    object_name: str
+    view: View
+    mouse: Pixels
+    pick: seen_mesh.Pick
+
+
+def find_grip(context: bpy.types.Context, obj: bpy.types.Object, mouse: tuple[float, float]) -> Grip | None:
+    """The grip under the mouse; None if the mesh is not there. Raises ValueError as seen_mesh.pick()."""
+    view = seen_mesh.view_of(context.region, context.region_data)
+    radius = context.window_manager.arap_pull.radius
+    pick = seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius)
+    return None if pick is None else Grip(obj.name, view, mouse, pick)
+
+
+def grabs_at(obj: bpy.types.Object, pick: seen_mesh.Pick, falloff: float) -> list[Grab]:
+    """The temporary pin at the place, else the patch; then its mirror images. Raises ValueError as mirrored()."""
+    there = pins.find(obj, pick.seeds)
+    return mirrored(obj, pins.grabs_of(obj)[there[0]] if there else Grab(pick.vertices, falloff * pick.radius))
+
+
+def mirrored(obj: bpy.types.Object, grab: Grab) -> list[Grab]:
+    """The grab, and its mirror images if the mesh has symmetry turned on. Raises ValueError if it is not symmetric."""
+    mesh = obj.data
+    axes = (mesh.use_mirror_x, mesh.use_mirror_y, mesh.use_mirror_z)
+    if not any(axes):
+        return [grab]
+    try:
+        rest = meshes.read_rest(obj).astype(np.float64)
+        return symmetric_grabs(rest, meshes.read_edges(obj), grab.vertices, grab.reach, axes)
+    except ValueError as error:
+        raise ValueError(f"'{obj.name}' {error}") from None
+
+
+class PullRun(ActRun):
+    """One drag, from the first move of the mouse until the mesh has settled."""
+
+    scene: PullScene
+
+    def __init__(self, context: bpy.types.Context, obj: bpy.types.Object, grip: Grip) -> None:
+        """Begins. Raises ValueError or RuntimeError if it cannot; then nothing has changed."""
+        self.grip = grip
+        self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal)
+        self.is_released = False
+        self.is_undone = False
+        self._has_followed = False  # the mesh has followed a move of the mouse since the last tick
+        give_up(obj)
+        scene = PullScene(obj, grabs_at(obj, grip.pick, context.window_manager.arap_pull.falloff))
+        self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
+        act = PoseAct(scene, is_drag=True)
+        act.begin()
+        super().__init__(context, scene, act, TIMER_S)
+        runs.append(self)
+
+    def move(self, mouse: Pixels) -> None:
+        self.drag.to(mouse)
+        self.scene.motion = self.drag.motion
+        self.act.unsettle()
+        if not is_rendering():
+            before = self.act.readout
+            self.act.scene_changed()
+            self._has_followed = self.act.readout is not before
+
+    def tick(self) -> None:
+        """For a timer. After a move there is no refining in the same turn: it would hold up the next move."""
+        has_followed, self._has_followed = self._has_followed, False
+        if not has_followed and not is_rendering():
+            self.act.tick(preferences.refine_time_s())
+
+    def undone(self) -> None:
+        """Undo or redo has replaced the scene in which this drag began."""
+        self.is_undone = True
+        self.act.leave("Undo has ended the pull")
+
+    def resize(self, context: bpy.types.Context) -> None:
+        """Drags a patch of the present radius. A ValueError ends the drag."""
+        obj = self.scene.obj
+        pick = self.grip.pick
+        if obj is None or pins.find(obj, pick.seeds):
+            return  # a pin keeps its size
+        settings = context.window_manager.arap_pull
+        radius = settings.radius * self.grip.view.pixel_size(pick.place)
+        edges = self._seen.topology.edges
+        vertices = connected_within(self._seen.positions, edges, pick.seeds, pick.place, radius)
+        self.act.unsettle()
+        try:
+            self.scene.grab(mirrored(obj, Grab(vertices, settings.falloff * radius)))
+        except ValueError as error:
+            self.act.fail(error)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the drag is released and settled, or has ended otherwise."""
+        if self.act.end is None and self.is_released and self.act.phase is Phase.FOLLOWING and self.act.is_settled:
+            self.act.keep(is_settling=False)
+        return self.act.end is not None
+
+    def show_status(self, context: bpy.types.Context) -> None:
+        self._modal.show_status(context, self._status_text())
+
+    def finish(self) -> End:
+        runs.remove(self)
+        end = super().finish()
+        obj = self.scene.obj
+        if end.how is Ending.KEEP and obj is not None:
+            pins.add(obj, self.scene.pull.grabs)
+        return end
+
+    def _status_text(self) -> str:
+        if self.act.phase is Phase.BINDING:
+            return f"ARAP Pull: preparing the mesh, {self.act.bind_fraction:.0%}   |   Esc: cancel"
+        if self.is_released:
+            return "ARAP Pull: settling"
+        axis = "free" if self.drag.axis is None else f"along {'XYZ'[self.drag.axis]}"
+        return (
+            f"ARAP Pull: {MODES[self.drag.mode]}, {axis}   |   Shift: turn   |   Ctrl: along the normal   |   "
+            "X, Y, Z: axis   |   Wheel: radius   |   Esc: cancel"
+        )
+
+
+runs: list[PullRun] = []
+"""The drag under way, and earlier ones that still settle."""
+
+
+def remove_pins_at(obj: bpy.types.Object, pick: seen_mesh.Pick) -> bool:
+    """Removes the temporary pins under the mouse and, with symmetry, their images; returns whether there were any."""
+    vertices = np.union1d(pick.vertices, pick.seeds).astype(np.int32)
+    images: Sequence[Grab] = mirrored(obj, Grab(vertices)) if pins.find(obj, vertices) else ()
+    found = {index for grab in images for index in pins.find(obj, grab.vertices)}
+    pins.remove(obj, sorted(found))
+    return bool(found)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the posing act needs of Blender while a piece of the surface is pulled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+
+from ..core import sessions
+from ..core.arrays import Float32s, Floats
+from ..core.session_data import Readout
+from ..follow.bind import SessionBinding
+from ..follow.frame import Frame
+from ..pose.scene import ActScene
+from ..scene import meshes
+from . import hold
+from .region import Grab
+
+
+class PullScene(ActScene):
+    """The PoseScene of one drag."""
+
+    act_name = "the pull"
+    initial_guess = "previous"
+
+    def __init__(self, obj: bpy.types.Object, grabs: Sequence[Grab]) -> None:
+        """Begins. Raises ValueError if the mesh cannot be pulled there; then nothing has changed."""
+        super().__init__(obj)
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        self.motion: Floats = np.eye(4)
+        self.pull = hold.begin_pull(obj, depsgraph, grabs)
+        self._world = meshes.read_matrix(obj, depsgraph)
+        self._start: Float32s | None = self.pull.shown  # the key alone would not do: its value may not be 1
+        self._binding: SessionBinding | None = None
+
+    def grab(self, grabs: Sequence[Grab]) -> None:
+        """Goes on with the same drag of another piece around the same place."""
+        self.pull = hold.begin_pull(self._obj(), bpy.context.evaluated_depsgraph_get(), grabs, self.pull)
+        self._binding = None
+
+    def is_bound(self) -> bool:
+        bound = sessions.get(self.name)
+        if bound is None or self._binding is None or bound.session is not self._binding.result():
+            return False
+        self._frame = Frame(self._obj(), bpy.context.evaluated_depsgraph_get(), holds=self.pull.holds)
+        return not self._frame.problem
+
+    def begin_bind(self) -> SessionBinding:
+        self._binding = SessionBinding(self._obj(), self.pull.inputs, self._start)
+        return self._binding
+
+    def update(self, matrices: Floats, iterations: int | None, time_limit_s: float | None) -> Readout:
+        readout = super().update(matrices, iterations, time_limit_s)
+        self._start = None  # the key shows the drag now
+        return readout
+
+    def matrices(self) -> Floats:
+        return self.pull.matrices(self.motion, self._world)

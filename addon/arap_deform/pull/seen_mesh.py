@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The mesh as it is seen, with all shape keys and modifiers, and the vertices under the mouse.
+
+Positions are read again after each evaluation of the object, topology only after the mesh itself has changed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from mathutils import Vector
+from numpy.typing import NDArray
+
+from ..core.arrays import Floats, Ints
+from ..core.transforms import transformed
+from ..scene import meshes, versions
+from .region import connected_within
+from .view import View
+
+# Subdivision, multiresolution, mirror, array and solidify make vertices too, but the mesh's own vertices come first.
+MAKES_VERTICES = {
+    "BEVEL", "BOOLEAN", "BUILD", "DECIMATE", "EDGE_SPLIT", "EXPLODE", "FLUID", "MASK", "MESH_TO_VOLUME", "NODES",
+    "OCEAN", "PARTICLE_INSTANCE", "REMESH", "SCREW", "SKIN", "VOLUME_TO_MESH", "WELD", "WIREFRAME",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Topology:
+    """How the vertices are connected.
+
+    Attributes:
+        edges: (e, 2) int32.
+        corner_vertices, face_starts: (c,) and (f + 1,) int32.
+    """
+
+    edges: Ints
+    corner_vertices: Ints
+    face_starts: Ints
+
+
+@dataclass(frozen=True, eq=False)  # equal is the same one only
+class SeenMesh:
+    """A mesh as it is seen.
+
+    Attributes:
+        positions: (n, 3) float64, world space, of the mesh's own vertices.
+        is_own: whether the evaluated mesh has the mesh's own faces; else modifiers have made others.
+    """
+
+    positions: Floats
+    topology: Topology
+    is_own: bool
+
+
+@dataclass(frozen=True)
+class Pick:
+    """The surface under the mouse.
+
+    Attributes:
+        place, normal: (3,) world, on the surface.
+        vertices: (k,) int32 ascending, the patch.
+        seeds: vertices of the face at the place.
+        radius: of the patch, in world units.
+    """
+
+    place: Floats
+    normal: Floats
+    vertices: Ints
+    seeds: Ints
+    radius: float
+
+
+# By full names of objects: a linked object may have the name of a local one.
+_seen: dict[str, SeenMesh] = {}
+_topologies: dict[str, tuple[str, Topology]] = {}
+"""The name of the mesh comes first: an object may get another mesh with the same counts."""
+
+
+def view_of(region: bpy.types.Region, region_data: bpy.types.RegionView3D) -> View:
+    """The projection of a 3D view."""
+    return View(np.array(region_data.perspective_matrix, dtype=np.float64), (region.width, region.height))
+
+
+def pick(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, view: View, pixel: tuple[float, float], radius_px: float
+) -> Pick | None:
+    """The part of the mesh under a pixel; None if the mesh is not there.
+
+    Raises:
+        ValueError: modifiers have made the surface there, and no vertex of the mesh belongs to it.
+    """
+    origin, direction = view.ray(pixel)
+    hit = _cast(obj, depsgraph, origin, direction)
+    if hit is None:
+        return None
+    place, normal, face = hit
+    seen = read(obj, depsgraph)
+    if seen.is_own:
+        seeds = seen.topology.corner_vertices[slice(*seen.topology.face_starts[face : face + 2])]
+    else:
+        seeds = _nearest_own(obj, seen, place)
+    radius = radius_px * view.pixel_size(place)
+    vertices = connected_within(seen.positions, seen.topology.edges, seeds, place, radius)
+    return Pick(place, normal, vertices, seeds, radius)
+
+
+def read(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> SeenMesh:
+    """The evaluated mesh.
+
+    Raises:
+        ValueError: a modifier makes vertices that cannot be traced back to the mesh.
+    """
+    seen = _seen.get(obj.name_full)
+    if seen is None:
+        evaluated = obj.evaluated_get(depsgraph)
+        positions = versions.read_positions(evaluated.data)
+        n = len(obj.data.vertices)
+        is_own = len(positions) == n and len(evaluated.data.polygons) == len(obj.data.polygons)
+        if not is_own:
+            _check_modifiers(obj, loses_vertices=len(positions) < n)
+        world = transformed(meshes.read_matrix(obj, depsgraph), positions[:n])
+        seen = _seen[obj.name_full] = SeenMesh(world, _topology(obj), is_own)
+    return seen
+
+
+def _check_modifiers(obj: bpy.types.Object, *, loses_vertices: bool) -> None:
+    """Raises ValueError if a modifier makes vertices that cannot be traced back to the mesh."""
+    for modifier in obj.modifiers:
+        if modifier.show_viewport and (loses_vertices or _is_opaque(modifier)):
+            raise ValueError(
+                f"Modifier '{modifier.name}' of '{obj.name}' makes other vertices: turn it off in the viewport to pull"
+            )
+
+
+def _is_opaque(modifier: bpy.types.Modifier) -> bool:
+    kind = modifier.type
+    if kind == "MIRROR":
+        return any(modifier.use_bisect_axis)
+    if kind == "SOLIDIFY":
+        return bool(modifier.solidify_mode != "EXTRUDE")
+    return kind in MAKES_VERTICES
+
+
+def _cast(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, origin: Floats, direction: Floats
+) -> tuple[Floats, Floats, int] | None:
+    """World place and normal, and face, of the evaluated mesh that a ray meets first."""
+    evaluated = obj.evaluated_get(depsgraph)
+    world = meshes.read_matrix(obj, depsgraph)
+    inverse: Floats = np.asarray(np.linalg.inv(world))
+    start, along = transformed(inverse, origin), inverse[:3, :3] @ direction
+    is_hit, place, normal, face = evaluated.ray_cast(Vector(start), Vector(along / np.linalg.norm(along)))
+    if not is_hit or face < 0:
+        return None
+    outwards = inverse[:3, :3].T @ np.array(normal)
+    return transformed(world, np.array(place)), outwards / np.linalg.norm(outwards), int(face)
+
+
+def _nearest_own(obj: bpy.types.Object, seen: SeenMesh, place: Floats) -> Ints:
+    """The mesh's own vertex at a place on a face that modifiers have made. Raises ValueError if none is near."""
+    distance = np.linalg.norm(seen.positions - place, axis=1)
+    nearest = int(distance.argmin())
+    edges = seen.topology.edges
+    around = edges[(edges == nearest).any(axis=1)]
+    lengths = np.linalg.norm(seen.positions[around[:, 0]] - seen.positions[around[:, 1]], axis=1)
+    if not len(lengths) or distance[nearest] > lengths.max():
+        raise ValueError(f"This part of '{obj.name}' is made by a modifier: pull the mesh itself")
+    return np.array([nearest], dtype=np.int32)
+
+
+def _topology(obj: bpy.types.Object) -> Topology:
+    mesh = obj.data
+    mesh_name, topology = _topologies.get(obj.name_full, ("", None))
+    counts = len(mesh.edges), len(mesh.loops), len(mesh.polygons) + 1
+    if (
+        topology is None
+        or mesh_name != mesh.name_full
+        or counts != (len(topology.edges), len(topology.corner_vertices), len(topology.face_starts))
+    ):
+        starts = np.empty(len(mesh.polygons) + 1, dtype=np.int32)
+        mesh.polygons.foreach_get("loop_start", starts[:-1])
+        starts[-1] = len(mesh.loops)
+        topology = Topology(versions.read_edges(mesh), versions.read_corner_vertices(mesh), starts)
+        _topologies[obj.name_full] = mesh.name_full, topology
+    return topology
+
+
+def patch_triangles(seen: SeenMesh, vertices: NDArray[np.int32]) -> Ints:
+    """(t, 3) vertices of the triangles of all faces inside ``vertices``; polygons become fans."""
+    topology = seen.topology
+    is_inside = np.zeros(len(seen.positions), dtype=bool)
+    is_inside[vertices] = True
+    starts, sizes = topology.face_starts[:-1], np.diff(topology.face_starts)
+    faces = np.flatnonzero(np.logical_and.reduceat(is_inside[topology.corner_vertices], starts))
+    n_triangles = sizes[faces] - 2
+    first = np.repeat(starts[faces], n_triangles)
+    step = np.arange(len(first)) - np.repeat(np.cumsum(n_triangles) - n_triangles, n_triangles)
+    corners = np.stack([first, first + step + 1, first + step + 2], axis=1)
+    return np.asarray(topology.corner_vertices[corners])
+
+
+def forget_updated(depsgraph: bpy.types.Depsgraph) -> None:
+    """After an evaluation: forgets the objects that have changed."""
+    for update in depsgraph.updates:
+        if isinstance(update.id, bpy.types.Object) and (update.is_updated_geometry or update.is_updated_transform):
+            _seen.pop(update.id.name_full, None)
+            if update.id.mode != "OBJECT":
+                _topologies.pop(update.id.name_full, None)
+
+
+def forget_places() -> None:
+    """In another frame everything may have moved."""
+    _seen.clear()
+
+
+def clear() -> None:
+    """After a file load or an undo."""
+    _seen.clear()
+    _topologies.clear()

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads what a session is made from: mesh, groups, settings."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from ..core.arrays import Floats
+from ..core.session_data import SessionSettings
+from ..core.session_input import Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
+from ..core.stiffness import StiffGroup, regions_of, stiffness_of
+from ..core.targets import HandleSpec
+from ..props import preferences
+from . import handle_motion, meshes, pose_key, shape_keys
+
+if TYPE_CHECKING:
+    from ..props.handles import ArapHandle
+
+
+def settings_of(obj: bpy.types.Object) -> SessionSettings:
+    """The solver's settings: of ``obj.arap``, the threads of the preferences."""
+    settings = obj.arap
+    return SessionSettings(
+        energy=settings.energy,
+        rigidity_radius=settings.rigidity / 100.0,
+        weights=settings.weights,
+        initial_guess=settings.initial_guess,
+        iterations_per_update=settings.iterations_per_update,
+        max_iterations=settings.max_iterations,
+        accuracy=settings.accuracy,
+        threads=preferences.threads(),
+        join_seams=settings.join_seams,
+    )
+
+
+def spec_of(hold: Hold, weights: Floats) -> HandleSpec:
+    """What a hold means for the vertices. ``weights``: (n,) of its group."""
+    vertices = np.flatnonzero(weights > 0.0).astype(np.int32)
+    return HandleSpec(hold.group, vertices, weights[vertices], hold.is_exact)
+
+
+def read_state(obj: bpy.types.Object, stretch: Floats, key_name: str) -> SceneState:
+    """What a frame compares with the session.
+
+    Args:
+        obj: a mesh that can be posed.
+        stretch: (3, 3) of its evaluated matrix.
+        key_name: the shape key that takes the pose.
+    """
+    return SceneState(
+        object_name=obj.name,
+        counts=counts_of(obj),
+        stretch=stretch,
+        settings=settings_of(obj),
+        holds=enabled_holds(obj),
+        stiff_groups=enabled_stiffness(obj),
+        key_name=key_name,
+    )
+
+
+def read_input(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    *,
+    use_nodes: bool | None = None,
+    needs_holds: bool = True,
+) -> SessionInput:
+    """Reads mesh, groups and settings. Main thread only.
+
+    Args:
+        obj: the mesh.
+        depsgraph: for its scale.
+        use_nodes: see versions.read_group_weights().
+        needs_holds: refuse a mesh without pins and handles.
+
+    Raises:
+        ValueError: not a mesh, in Edit Mode, linked or shared data, absolute keys, singular scale, a pin or handle
+            without its group or object, a handle whose group has no weights, nothing pinned or handled.
+    """
+    meshes.check_mesh(obj)
+    state = read_state(obj, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
+    shape_keys.check_writable(obj)
+    pose_key.check_name(obj)
+    handle_motion.check_handles(obj, depsgraph)
+    if needs_holds and not state.holds:
+        raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
+    check_stiffness(obj)
+    wanted = sorted({*(hold.group for hold in state.holds), *(entry.group for entry in state.stiff_groups)})
+    weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
+    _check_handle_weights(obj, weights)
+    mesh = meshes.read_mesh(obj)
+    stiffness = stiffness_of(state.stiff_groups, weights)
+    regions = regions_of(state.stiff_groups, weights, mesh)
+    return SessionInput(
+        **vars(state),
+        mesh=mesh,
+        specs=tuple(spec_of(hold, weights[hold.group]) for hold in state.holds),
+        signature=MeshSignature.of(mesh, (stiffness, regions)),
+        stiffness=stiffness,
+        rigid_regions=regions,
+    )
+
+
+def _check_handle_weights(obj: bpy.types.Object, weights: dict[str, Floats]) -> None:
+    for handle in obj.arap.handles:
+        if handle.is_enabled and not weights[handle.vertex_group].any():
+            raise ValueError(handle_motion.no_weights(obj, handle))
+
+
+def counts_of(obj: bpy.types.Object) -> Counts:
+    """Vertices, edges, corners, faces."""
+    mesh = obj.data
+    return len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)
+
+
+def enabled_holds(obj: bpy.types.Object, besides: ArapHandle | None = None) -> tuple[Hold, ...]:
+    """Of the enabled pins, then of the enabled handles but one: the order of the session's handles."""
+    pins = [GroupHold(pin.name) for pin in obj.arap.pins if pin.is_enabled]
+    handles = (handle for handle in obj.arap.handles if handle.is_enabled and handle != besides)
+    return (*pins, *(GroupHold(handle.vertex_group, handle.is_exact) for handle in handles))
+
+
+def enabled_stiffness(obj: bpy.types.Object) -> tuple[StiffGroup, ...]:
+    """The enabled entries of the list Stiffness."""
+    return tuple(
+        StiffGroup(entry.name, entry.factor, entry.is_rigid, entry.is_one_body)
+        for entry in obj.arap.stiffness
+        if entry.is_enabled
+    )
+
+
+def check_stiffness(obj: bpy.types.Object) -> None:
+    """Raises ValueError if an enabled entry has no vertex group."""
+    for entry in enabled_stiffness(obj):
+        if entry.group not in obj.vertex_groups:
+            raise ValueError(
+                f"Stiffness '{entry.group}' of '{obj.name}': there is no vertex group of that name; "
+                "choose one or remove it from the list"
+            )

@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The live key: the shape key that takes the pose of an object. Which one it is, and what Esc gives back.
+
+The add-on has made it (``made_keys``), and it has the name in ``obj.arap``. If a key of the artist's own has that name,
+it is left alone, and the live key takes the next free name, as Blender numbers names.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import bpy
+
+from ..core import sessions
+from ..core.arrays import Float32s
+from ..core.session_input import key_differs
+from ..props import preferences
+from . import shape_keys
+
+
+@dataclass(frozen=True)
+class KeyState:
+    """What restore() brings back. No Blender data.
+
+    Attributes:
+        name: of the live key, or the one it would have had.
+        setting: the name in ``obj.arap``, '' for that of the preferences.
+        has_keys: whether the mesh had any shape key, Basis included.
+        positions: (n, 3) float32 of the key, None if there was none.
+        active: the key chosen in the list, '' if there was none.
+    """
+
+    name: str
+    setting: str
+    has_keys: bool
+    positions: Float32s | None = None
+    value: float = 0.0
+    slider_max: float = 1.0
+    active: str = ""
+
+
+def wanted_name(obj: bpy.types.Object) -> str:
+    """The name that is set for the live key: the object's own, or that of the preferences."""
+    return str(obj.arap.key_name) or preferences.key_name()
+
+
+def check_name(obj: bpy.types.Object) -> None:
+    """Raises ValueError if the name in ``obj.arap`` cannot be the live key's."""
+    name = wanted_name(obj)
+    keys = obj.data.shape_keys
+    if keys is not None and keys.reference_key.name == name:
+        raise ValueError(f"Shape key '{name}' of '{obj.name}' is its rest shape: choose another name for the pose")
+
+
+@dataclass(frozen=True)
+class PoseKey:
+    """The live key, None if there is none yet, and its name or the one it will have."""
+
+    name: str
+    key: bpy.types.ShapeKey | None
+
+
+def look(obj: bpy.types.Object) -> PoseKey:
+    """Finds the live key. Its name is the wanted one, numbered if a key of the artist's own has that."""
+    name = wanted_name(obj)
+    is_ours = _is_made(obj, name)
+    key = shape_keys.find(obj, name)
+    if key is None or is_ours:
+        return PoseKey(name, key)
+    return PoseKey(shape_keys.free_name(obj, name), None)
+
+
+def find(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
+    """The live key, None if there is none yet."""
+    return look(obj).key
+
+
+def name_of(obj: bpy.types.Object) -> str:
+    """The live key's name, or the one it will have."""
+    return look(obj).name
+
+
+def ensure(obj: bpy.types.Object) -> bpy.types.ShapeKey:
+    """The live key, made at rest (value 0) if there is none, with Basis if the mesh has no keys."""
+    found = look(obj)
+    return found.key or _make(obj, found.name)
+
+
+def writable(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.ShapeKey:
+    """As ensure(). Raises ValueError if the key would not show what is written to it.
+
+    ``found``: from look(), if that was called before.
+    """
+    found = found or look(obj)
+    check_name(obj)
+    shape_keys.check_writable(obj)
+    key = found.key or _make(obj, found.name)
+    shape_keys.check_shown(obj, key)
+    return key
+
+
+def _make(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
+    key = shape_keys.add(obj, name)
+    _mark(obj, key.name)
+    return key
+
+
+def forget_removed(obj: bpy.types.Object) -> None:
+    """Forgets keys that were removed or renamed in Blender's list: another key of that name is not the add-on's."""
+    made = obj.arap.made_keys
+    for index in reversed(range(len(made))):
+        if shape_keys.find(obj, made[index].name) is None:
+            made.remove(index)
+
+
+def capture(obj: bpy.types.Object) -> KeyState:
+    """The state of the live key."""
+    key = find(obj)
+    keys = obj.data.shape_keys
+    state = KeyState(name_of(obj), obj.arap.key_name, keys is not None, active=shape_keys.active_name(obj))
+    if key is None:
+        return state
+    return replace(state, positions=shape_keys.read(key), value=key.value, slider_max=key.slider_max)
+
+
+def restore(obj: bpy.types.Object, state: KeyState) -> None:
+    """Back to ``state``. Keys that were not there are removed.
+
+    Raises:
+        ValueError: the mesh has another number of vertices now; nothing is written.
+    """
+    if state.positions is None:
+        if _is_made(obj, state.name):
+            shape_keys.remove(obj, state.name)
+            _unmark(obj, state.name)
+        if not state.has_keys:
+            shape_keys.remove_lone_reference(obj)
+        obj.arap.key_name = state.setting
+        shape_keys.make_active(obj, state.active)
+        obj.data.update_tag()
+        return
+    if len(state.positions) != len(obj.data.vertices):
+        raise ValueError(
+            f"'{obj.name}' has {len(obj.data.vertices)} vertices, but had {len(state.positions)}: its shape key stays"
+        )
+    obj.arap.key_name = state.setting
+    key = ensure(obj)
+    key.slider_max = state.slider_max
+    key.value = state.value
+    shape_keys.make_active(obj, state.active)
+    shape_keys.write(obj, key, state.positions)
+
+
+class KeyFollower:
+    """Stays with the live key during a posing act or Live, also if it is renamed in Blender's list.
+
+    Keeps names and an address to compare with, no Blender data.
+    """
+
+    def __init__(self, obj: bpy.types.Object) -> None:
+        self._begun_as = name_of(obj)
+        self._name = ""
+        self._names: set[str] = set()
+        self._address = 0
+
+    def why_left(self, obj: bpy.types.Object) -> str:
+        """Why the pose has left the key that was followed, without a full stop; '' while it has not."""
+        key = find(obj)
+        if self._name in {"", wanted_name(obj)} or (key is not None and key.as_pointer() == self._address):
+            return ""
+        return f"{key_differs(obj.name)}, and is kept in '{self._name}'"
+
+    def follow(self, obj: bpy.types.Object) -> bool:
+        """Takes the new name if the key was renamed. False if it was removed."""
+        setting = wanted_name(obj)
+        if find(obj) is None and _is_made(obj, setting):
+            key = self._renamed(obj)
+            if key is None:
+                # The next new key may get its address, and the artist may give its names to other keys.
+                self.forget_address()
+                self._names.clear()
+                _unmark(obj, setting)
+                return False
+            _unmark(obj, setting)
+            adopt(obj, key.name)
+        self.note(obj)
+        return True
+
+    def note(self, obj: bpy.types.Object) -> None:
+        """Remembers the key as it is now. Call it when it may have been made."""
+        key = find(obj)
+        if key is not None:
+            self._name, self._address = key.name, key.as_pointer()
+            self._names.add(key.name)
+
+    def forget_address(self) -> None:
+        """After an undo: everything has another address, and the key has the name of that step."""
+        self._name, self._address = "", 0
+
+    def give_name_back(self, obj: bpy.types.Object) -> None:
+        """Undoes a renaming."""
+        key = find(obj)
+        if key is not None and key.name in self._names and key.name != self._begun_as:
+            _unmark(obj, key.name)
+            key.name = self._begun_as
+            adopt(obj, key.name)
+
+    def _renamed(self, obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
+        keys = obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
+        if self._address:
+            return next((key for key in keys if key.as_pointer() == self._address), None)
+        # Undo has gone to the step of the renaming. The add-on saw the new name only after that step.
+        return next((key for key in keys if key.name in self._names), None)
+
+
+def keep_name(obj: bpy.types.Object) -> None:
+    """Saves the name with the object, also if it comes from the preferences: that one may change."""
+    _set_name(obj, wanted_name(obj))
+
+
+def adopt(obj: bpy.types.Object, name: str) -> None:
+    """Makes the key of that name the live one, for the live session too."""
+    _mark(obj, name)
+    tell_session(obj)
+
+
+def tell_session(obj: bpy.types.Object) -> None:
+    """Tells the live session, if any, which key is the live one."""
+    bound = sessions.get(obj.name)
+    if bound is not None:
+        bound.inputs = replace(bound.inputs, key_name=name_of(obj))
+
+
+def _is_made(obj: bpy.types.Object, name: str) -> bool:
+    return name in obj.arap.made_keys
+
+
+def _mark(obj: bpy.types.Object, name: str) -> None:
+    if not _is_made(obj, name):
+        obj.arap.made_keys.add().name = name
+    _set_name(obj, name)
+
+
+def _set_name(obj: bpy.types.Object, name: str) -> None:
+    if obj.arap.key_name != name:
+        obj.arap.key_name = name
+
+
+def _unmark(obj: bpy.types.Object, name: str) -> None:
+    index = obj.arap.made_keys.find(name)
+    if index >= 0:
+        obj.arap.made_keys.remove(index)

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Handles of an object: added, changed, removed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from ..core import naming
+from ..core.arrays import Floats
+from ..core.patches import diagonal_of
+from ..core.transforms import transformed
+from ..props import hooks
+from ..scene import empty_groups, groups, handle_motion, handle_patch, meshes
+from ..scene.groups import VertexIndices
+from .pins import item_at
+
+if TYPE_CHECKING:
+    from ..props.handles import ArapHandle
+
+SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of the mesh's diagonal
+
+_is_making = False
+
+
+def add_handle(
+    obj: bpy.types.Object,
+    vertices: VertexIndices,
+    name: str = "Handle",
+    location: Sequence[float] | None = None,
+    *,
+    is_exact: bool = False,
+) -> ArapHandle:
+    """Makes a vertex group of ``vertices`` (weight 1) and an empty that moves it.
+
+    The empty is at the group's centroid (or at ``location``, world space), has the size of the group, and is a child of
+    the object, in one of the object's enabled collections. On a posed mesh it is at the posed centroid, and the mesh
+    does not move.
+
+    With the energy "rotation_nodes" a handle smaller than the rigidity radius holds the average of a round patch around
+    its vertices, and its empty is there. With ``is_exact`` it holds the vertices themselves.
+    """
+    meshes.check_mesh(obj)
+    indices = groups.checked_indices(obj, vertices)
+    if location is not None and np.shape(location) != (3,):
+        raise ValueError(f"The location of handle '{name}' has shape {np.shape(location)}: give x, y and z")
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    world = handle_motion.object_matrix(obj, depsgraph)
+    rest = meshes.read_rest(obj)
+    patch = None if is_exact else handle_patch.find_patch(obj, depsgraph, indices)
+    held = (indices, rest) if patch is None else (patch.vertices, rest, patch.weights)
+    fit = world @ handle_motion.fit_to_pose(obj, depsgraph, *held) @ np.linalg.inv(world)
+
+    points = transformed(world, rest[indices])
+    centre = points.mean(axis=0) if patch is None else transformed(world, patch.centre)
+    if location is not None:
+        centre = transformed(np.linalg.inv(fit), np.array([location], dtype=np.float64))[0]
+    at_rest = np.eye(4)
+    at_rest[:3, 3] = centre
+
+    with _making():
+        handle = _new_handle(obj, groups.new(obj, indices, name), name)
+        handle.is_exact = is_exact
+        handle.target = _new_empty(obj, name, world, fit @ at_rest)
+        handle.has_made_group = handle.has_made_target = True  # last: setting group and target clears these
+        handle.rest = Matrix(np.linalg.inv(world) @ at_rest)
+        handle.group_radius = max(
+            float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
+            SMALLEST_HANDLE * diagonal_of(transformed(world, rest)),
+        )
+    resize_empties(obj)
+    return handle
+
+
+def add_handle_for(
+    obj: bpy.types.Object, target: bpy.types.Object, bone: str = "", radius: float | None = None
+) -> ArapHandle:
+    """Makes a handle for an existing object, or a bone of an armature, with a vertex group of its own.
+
+    Args:
+        obj: the mesh.
+        target: the object, or the armature of ``bone``.
+        bone: name of a pose bone, '' for the object itself.
+        radius: world units. The group has the vertices whose posed place is within this distance of the target's
+            origin (the bone's head). If there are none, or if ``radius`` is None, it has the nearest vertex.
+    """
+    meshes.check_mesh(obj)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    reason = handle_motion.target_problem(obj, target, bone, depsgraph)
+    if reason:
+        raise ValueError(f"'{obj.name}' cannot take the handle: {reason}")
+    world = handle_motion.object_matrix(obj, depsgraph)
+    shown = transformed(world, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
+    distance = np.linalg.norm(shown - handle_motion.target_matrix(target, bone, depsgraph)[:3, 3], axis=1)
+    within = np.flatnonzero(distance <= radius) if radius is not None else ()
+    indices = np.asarray(within if len(within) else [int(distance.argmin())], dtype=np.int32)
+    name = bone or target.name
+    with _making():
+        handle = _new_handle(obj, groups.new(obj, indices, name), name)
+        handle.has_made_group = True
+        handle.target = target
+        handle.bone = bone
+    take_over(obj, handle)
+    return handle
+
+
+def add_handles_for(
+    obj: bpy.types.Object, targets: Sequence[tuple[bpy.types.Object, str]], radius: float | None = None
+) -> list[ArapHandle]:
+    """add_handle_for() each of ``targets``, an object and a bone's name ('' for the object itself); all or none."""
+    if not targets:
+        raise ValueError(f"'{obj.name}' has no objects to take as handles: select some besides the mesh")
+    first = len(obj.arap.handles)
+    try:
+        for target, bone in targets:
+            add_handle_for(obj, target, bone, radius)
+    except BaseException:
+        for index in reversed(range(first, len(obj.arap.handles))):
+            remove_handle(obj, index)
+        raise
+    return list(obj.arap.handles[first:])
+
+
+def remove_handle(obj: bpy.types.Object, index: int) -> None:
+    """Removes a handle, and the vertex group and the empty made for it if nothing else uses them."""
+    handles = obj.arap.handles
+    handle = item_at(obj, handles, index, "handle")
+    group = handle.vertex_group if handle.has_made_group else ""
+    target = handle.target if handle.has_made_target else None
+    handles.remove(index)
+    obj.arap.active_handle_index = max(0, min(obj.arap.active_handle_index, len(handles) - 1))
+    groups.remove_unused(obj, group)
+    if target is not None and not _is_used(target):
+        bpy.data.objects.remove(target)
+
+
+def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
+    """Sets the handle's rest matrix so that the target's place now gives the pose shown now.
+
+    Called after a change of a handle's target, bone or group: the mesh must not jump. Does nothing if one is missing.
+    """
+    if _is_making:
+        return
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    is_whole = not handle_motion.target_problem(obj, handle.target, handle.bone, depsgraph)
+    if obj.type != "MESH" or not is_whole or handle.vertex_group not in obj.vertex_groups:
+        return
+    world = handle_motion.object_matrix(obj, depsgraph)
+    fit = np.eye(4)
+    if handle_motion.pose_key_of(obj) is not None:
+        rest = meshes.read_rest(obj)
+        use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
+        weights = meshes.read_weights(obj, [handle.vertex_group], use_nodes=use_nodes)[handle.vertex_group]
+        indices = np.flatnonzero(weights > 0.0).astype(np.int32)
+        is_point = not handle.is_exact and bool((weights[indices] >= 1.0).all())
+        patch = handle_patch.find_patch(obj, depsgraph, indices, handle, use_nodes=use_nodes) if is_point else None
+        held = (indices, rest) if patch is None else (patch.vertices, rest, patch.weights)
+        if len(indices):
+            fit = handle_motion.fit_to_pose(obj, depsgraph, *held)
+    matrix = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
+    handle.rest = Matrix(np.linalg.inv(fit) @ np.linalg.inv(world) @ matrix)
+
+
+def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = False) -> str:
+    """Why a handle cannot work (no object, object deleted, bone or group missing ...), one sentence; '' if it can.
+
+    Args:
+        obj: the mesh.
+        index: of the handle.
+        with_weights: report a group without weights too, if a look at it takes only milliseconds: see empty_groups.
+    """
+    handle = item_at(obj, obj.arap.handles, index, "handle")
+    problem = handle_motion.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
+    if not problem and with_weights and empty_groups.is_empty(obj, handle.vertex_group):
+        return handle_motion.no_weights(obj, handle)
+    return problem
+
+
+def resize_empties(obj: bpy.types.Object) -> None:
+    """Gives the empties that were made for handles the size set in ``obj.arap``."""
+    for handle in obj.arap.handles:
+        if handle.has_made_target and handle.target is not None:
+            handle.target.empty_display_size = obj.arap.handle_size * handle.group_radius
+
+
+@contextmanager
+def _making() -> Iterator[None]:
+    """While a function here fills in a handle: its steps are not choices of the artist."""
+    global _is_making  # noqa: PLW0603 - Blender's update callbacks take no other message
+    _is_making = True
+    try:
+        yield
+    finally:
+        _is_making = False
+
+
+def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
+    handles = obj.arap.handles
+    unique_name = naming.unique(name, {handle.name for handle in handles})
+    handle: ArapHandle = handles.add()
+    handle.name = unique_name
+    handle.vertex_group = group
+    obj.arap.active_handle_index = len(handles) - 1
+    return handle
+
+
+def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) -> bpy.types.Object:
+    empty = bpy.data.objects.new(name, None)
+    _collection_for_empty(obj).objects.link(empty)
+    empty.empty_display_type = "SPHERE"
+    empty.show_in_front = True
+    empty.parent = obj
+    # Cancels the parent's matrix of now: the empty's axes are the world's, even under a stretched object.
+    empty.matrix_parent_inverse = Matrix(np.linalg.inv(world))
+    empty.matrix_world = Matrix(matrix)  # unlike matrix_basis, it can be read before the next evaluation
+    return empty
+
+
+def _collection_for_empty(obj: bpy.types.Object) -> bpy.types.Collection:
+    """A local, enabled collection of the object, else the scene's."""
+    users = obj.users_collection
+    for collection in meshes.enabled_collections(bpy.context.view_layer.layer_collection):
+        if collection in users and collection.library is None and not meshes.is_override(collection):
+            return collection
+    return bpy.context.scene.collection
+
+
+def _is_used(empty: bpy.types.Object) -> bool:
+    """Whether other data (children, constraints, handles of other meshes) uses the empty."""
+    users = bpy.data.user_map(subset=[empty])[empty]
+    # Scenes and collections only show it.
+    return any(not isinstance(user, (bpy.types.Scene, bpy.types.Collection)) for user in users)
+
+
+def _on_changed(obj: bpy.types.Object, handle: ArapHandle) -> None:
+    try:
+        take_over(obj, handle)
+    except ValueError:
+        handle.rest_matrix = (0.0,) * 16  # the rest place is unknown, which handle_problem() reports
+
+
+def register() -> None:
+    hooks.handle_changed.append(_on_changed)
+    hooks.display_changed.append(resize_empties)
+
+
+def unregister() -> None:
+    hooks.display_changed.remove(resize_empties)
+    hooks.handle_changed.remove(_on_changed)

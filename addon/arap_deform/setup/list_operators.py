@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""Add and remove pins, handles and stiffness."""
+
+import bpy
+from bpy.props import BoolProperty, FloatProperty, StringProperty
+
+from ..scene import meshes
+from ..ui.checks import ArapOperator, one_step, posed_object, selected_vertices, why_not_changeable, why_not_object_mode
+from .handles import add_handle, add_handles_for, remove_handle
+from .pins import add_pin, add_pin_group, remove_pin
+from .stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness
+
+Target = tuple[bpy.types.Object, str]  # the name of the bone is '' for a whole object
+
+
+def selected_targets(context: bpy.types.Context, obj: bpy.types.Object) -> list[Target]:
+    """The selected bones in Pose Mode, else the selected empties. Targets of the mesh's handles are left out."""
+    if context.mode == "POSE":
+        targets = [(bone.id_data, bone.name) for bone in context.selected_pose_bones]
+    else:
+        targets = [(other, "") for other in context.selected_objects if other.type == "EMPTY"]
+    taken = {(handle.target, handle.bone) for handle in obj.arap.handles}
+    return [target for target in targets if target not in taken]
+
+
+def why_nothing_to_pin(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). The mesh must be in Edit Mode, or have vertex groups."""
+    reason = why_not_changeable(context)
+    if reason or posed_object(context).mode == "EDIT" or posed_object(context).vertex_groups:
+        return reason
+    return "Select vertices in Edit Mode (Tab) to pin them"
+
+
+def why_not_edited(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). The mesh must be in Edit Mode."""
+    reason = why_not_changeable(context)
+    if reason or posed_object(context).mode == "EDIT":
+        return reason
+    return "Select vertices in Edit Mode (Tab) to give them a handle"
+
+
+def why_no_new_targets(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). The mesh must be in Object Mode, and empties or bones must be selected."""
+    reason = why_not_changeable(context) or why_not_object_mode(posed_object(context))
+    if reason or selected_targets(context, posed_object(context)):
+        return reason
+    return "Select the mesh and empties (in Pose Mode: bones) that are not its handles yet"
+
+
+def why_not_rigid(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). The mesh must be in Edit Mode, with vertices selected."""
+    reason = why_not_changeable(context)
+    if reason:
+        return reason
+    if posed_object(context).mode != "EDIT":
+        return "Select vertices in Edit Mode (Tab) to make them rigid"
+    return "" if posed_object(context).data.total_vert_sel else "Select the vertices to make rigid first"
+
+
+def _why_empty(context: bpy.types.Context, items: str, lack: str) -> str:
+    """As why_not_changeable(). The list ``items`` of the mesh must have entries."""
+    return why_not_changeable(context) or ("" if getattr(posed_object(context).arap, items) else lack)
+
+
+def why_no_pins(context: bpy.types.Context) -> str:
+    return _why_empty(context, "pins", "Add a pin first: nothing is pinned yet")
+
+
+def why_no_handles(context: bpy.types.Context) -> str:
+    return _why_empty(context, "handles", "Add a handle first: nothing moves the mesh yet")
+
+
+def why_no_stiffness(context: bpy.types.Context) -> str:
+    return _why_empty(context, "stiffness", "Add stiffness first: the list is empty")
+
+
+class ARAP_OT_pin_add(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.pin_add"
+    bl_label = "Add Pin"
+    bl_description = "Hold vertices at rest. In Edit Mode: the selected vertices. In other modes: a vertex group"
+    bl_options = {"REGISTER"}
+    why_not = staticmethod(why_nothing_to_pin)
+
+    name: StringProperty(name="Name", description="Name of the new pin and its vertex group", default="Pin")
+    vertex_group: StringProperty(
+        name="Vertex Group", description="Group to pin. Not used in Edit Mode", options={"SKIP_SAVE"}
+    )
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        obj = posed_object(context)
+        if obj.mode == "EDIT" or self.vertex_group:
+            return self.execute(context)
+        if obj.vertex_groups.active is not None:
+            self.vertex_group = obj.vertex_groups.active.name
+        return set(context.window_manager.invoke_props_dialog(self))
+
+    def draw(self, context: bpy.types.Context) -> None:
+        obj = posed_object(context)
+        if obj.mode == "EDIT":
+            self.layout.prop(self, "name")
+        else:
+            self.layout.prop_search(self, "vertex_group", obj, "vertex_groups")
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        if obj.mode == "EDIT":
+            vertices = selected_vertices(obj, "No vertices are selected: select the vertices to pin")
+            with one_step(obj, self.bl_label):
+                add_pin(obj, vertices, name=self.name)
+        elif not self.vertex_group:
+            raise ValueError("Choose the vertex group to pin, or select vertices in Edit Mode")
+        else:
+            with one_step(obj, self.bl_label):
+                add_pin_group(obj, self.vertex_group)
+
+
+class ARAP_OT_pin_remove(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.pin_remove"
+    bl_label = "Remove Pin"
+    bl_description = "Remove the chosen pin, so its vertices are free"
+    bl_options = {"REGISTER"}
+    why_not = staticmethod(why_no_pins)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        with one_step(obj, self.bl_label):
+            remove_pin(obj, obj.arap.active_pin_index)
+
+
+class ARAP_OT_handle_add(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.handle_add"
+    bl_label = "Add Handle"
+    bl_description = "Give the selected vertices a new empty. Move, rotate or scale it while posing and they follow"
+    bl_options = {"REGISTER"}
+    why_not = staticmethod(why_not_edited)
+
+    name: StringProperty(name="Name", description="Name of the new handle and its empty", default="Handle")
+    is_exact: BoolProperty(
+        name="Exact",
+        description="Hold every vertex, even if the handle is smaller than Rigidity. That pulls a spike",
+        default=False,
+    )
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        vertices = selected_vertices(obj, "No vertices are selected: select the vertices to move")
+        with one_step(obj, self.bl_label):
+            add_handle(obj, vertices, name=self.name, is_exact=self.is_exact)
+
+
+class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.handle_add_from_empties"
+    bl_label = "Add from Selected Empties"
+    bl_description = "Each selected empty (in Pose Mode: each selected bone) becomes a handle of the vertices around it"
+    why_not = staticmethod(why_no_new_targets)
+
+    radius: FloatProperty(
+        name="Radius",
+        description=(
+            "Take the vertices within this distance of the empty, in scene units. "
+            "If there are none, or at 0: the nearest vertex"
+        ),
+        default=0.0,
+        min=0.0,
+        subtype="DISTANCE",
+    )
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
+
+
+class ARAP_OT_handle_remove(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.handle_remove"
+    bl_label = "Remove Handle"
+    bl_description = "Remove the chosen handle, and its empty and vertex group if they were made for it"
+    bl_options = {"REGISTER"}
+    why_not = staticmethod(why_no_handles)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        with one_step(obj, self.bl_label):
+            remove_handle(obj, obj.arap.active_handle_index)
+
+
+class ARAP_OT_stiffness_add(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.stiffness_add"
+    bl_label = "Add Stiffness"
+    bl_description = (
+        "Make vertices stiffer than the rest. In Edit Mode: the selected vertices. "
+        "In other modes: a vertex group, or a new one to paint"
+    )
+    bl_options = {"REGISTER"}
+
+    name: StringProperty(name="Name", description="Name of the new entry and its vertex group", default="Stiff")
+    vertex_group: StringProperty(
+        name="Vertex Group",
+        description="Group to stiffen. Empty: a new group to paint. Not used in Edit Mode",
+        options={"SKIP_SAVE"},
+    )
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        obj = posed_object(context)
+        if obj.mode == "OBJECT" and obj.vertex_groups and not self.vertex_group:
+            active = obj.vertex_groups.active
+            if active is not None and active.name not in obj.arap.stiffness:
+                self.vertex_group = active.name
+            return set(context.window_manager.invoke_props_dialog(self))
+        return self.execute(context)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        obj = posed_object(context)
+        if obj.mode != "EDIT":
+            self.layout.prop_search(self, "vertex_group", obj, "vertex_groups")
+        if not self.vertex_group:
+            self.layout.prop(self, "name")
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        if obj.mode == "EDIT":
+            vertices = selected_vertices(obj, "No vertices are selected: select the vertices to stiffen")
+            with one_step(obj, self.bl_label):
+                add_stiffness(obj, vertices, name=self.name)
+            return
+        meshes.check_mesh(obj)  # first, so a refusal leaves no unused group behind
+        with one_step(obj, self.bl_label):
+            if self.vertex_group:
+                add_stiffness_group(obj, self.vertex_group)
+            else:
+                add_stiffness_group(obj, obj.vertex_groups.new(name=self.name).name).has_made_group = True
+
+
+class ARAP_OT_rigid_add(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.rigid_add"
+    bl_label = "Make Selected Rigid"
+    bl_description = "The selected vertices keep their shape, like a helmet. Each connected piece moves as one piece"
+    bl_options = {"REGISTER"}
+    why_not = staticmethod(why_not_rigid)
+
+    name: StringProperty(name="Name", description="Name of the new entry and its vertex group", default="Rigid")
+    is_one_body: BoolProperty(
+        name="As One Piece",
+        description="All selected vertices move as one piece, even if they are not connected: the shells of a helmet",
+        default=False,
+    )
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        vertices = selected_vertices(obj, "No vertices are selected: select the vertices to make rigid")
+        with one_step(obj, self.bl_label):
+            add_rigid(obj, vertices, name=self.name, is_one_body=self.is_one_body)
+
+
+class ARAP_OT_stiffness_remove(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.stiffness_remove"
+    bl_label = "Remove Stiffness"
+    bl_description = "Remove the chosen entry, so its group is as soft as the rest"
+    bl_options = {"REGISTER"}
+    why_not = staticmethod(why_no_stiffness)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        with one_step(obj, self.bl_label):
+            remove_stiffness(obj, obj.arap.active_stiffness_index)
+
+
+register, unregister = bpy.utils.register_classes_factory(
+    (
+        ARAP_OT_pin_add,
+        ARAP_OT_pin_remove,
+        ARAP_OT_handle_add,
+        ARAP_OT_handle_add_from_empties,
+        ARAP_OT_handle_remove,
+        ARAP_OT_stiffness_add,
+        ARAP_OT_rigid_add,
+        ARAP_OT_stiffness_remove,
+    )
+)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pins of an object: added and removed. And what the lists of pins and stiffness share: an entry is a vertex group."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import bpy
+
+from ..scene import groups, meshes
+from ..scene.groups import VertexIndices
+
+if TYPE_CHECKING:
+    from ..props.handles import ArapPin
+
+
+@dataclass(frozen=True)
+class GroupList:
+    """One of these lists, of any object.
+
+    Attributes:
+        noun: the name of an entry in messages.
+        items, active: names in ``obj.arap`` of the list and of the index of its chosen entry.
+    """
+
+    noun: str
+    items: str
+    active: str
+
+    def add_vertices(self, obj: bpy.types.Object, vertices: VertexIndices, name: str) -> Any:
+        """A new entry with its own vertex group of ``vertices``, weight 1."""
+        meshes.check_mesh(obj)
+        indices = groups.checked_indices(obj, vertices)
+        item = self.add_group(obj, groups.new(obj, indices, name))
+        item.has_made_group = True
+        return item
+
+    def add_group(self, obj: bpy.types.Object, vertex_group: str) -> Any:
+        """The entry of an existing vertex group, added if missing; enabled and chosen."""
+        meshes.check_mesh(obj)
+        groups.check(obj, vertex_group)
+        items = getattr(obj.arap, self.items)
+        item = items.get(vertex_group)
+        if item is None:
+            item = items.add()
+            item.name = vertex_group
+        item.is_enabled = True
+        setattr(obj.arap, self.active, items.find(vertex_group))
+        return item
+
+    def remove(self, obj: bpy.types.Object, index: int) -> None:
+        """Removes an entry, and its vertex group if the entry made it and nothing else uses it."""
+        items = getattr(obj.arap, self.items)
+        item = item_at(obj, items, index, self.noun)
+        group = item.name if item.has_made_group else ""
+        items.remove(index)
+        setattr(obj.arap, self.active, max(0, min(getattr(obj.arap, self.active), len(items) - 1)))
+        groups.remove_unused(obj, group)
+
+
+def item_at(obj: bpy.types.Object, items: Sequence[Any], index: int, noun: str) -> Any:
+    """``items[index]`` of a list of the object. Raises ValueError if there is none."""
+    if not 0 <= index < len(items):
+        raise ValueError(f"'{obj.name}' has no {noun} {index}: it has {len(items)}")
+    return items[index]
+
+
+PINS = GroupList("pin", "pins", "active_pin_index")
+
+
+def add_pin(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Pin") -> ArapPin:
+    """Makes a vertex group of ``vertices`` (weight 1) and pins it at rest."""
+    pin: ArapPin = PINS.add_vertices(obj, vertices, name)
+    return pin
+
+
+def add_pin_group(obj: bpy.types.Object, vertex_group: str) -> ArapPin:
+    """Pins an existing vertex group. If it is pinned already, returns that pin, enabled."""
+    pin: ArapPin = PINS.add_group(obj, vertex_group)
+    return pin
+
+
+def remove_pin(obj: bpy.types.Object, index: int) -> None:
+    """Removes a pin, and its vertex group if the pin made it and nothing else uses it."""
+    PINS.remove(obj, index)

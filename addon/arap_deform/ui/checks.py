@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every operator and panel asks first: which mesh, and may it change. And what operators share."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import bpy
+
+from ..core import native, sessions
+from ..core.arrays import Ints
+from ..follow.act import PoseAct
+from ..follow.scene import is_rendering
+from ..scene import meshes, owners, pose_key
+
+Execute = Callable[[Any, bpy.types.Context], set[str]]
+
+
+def posed_object(context: bpy.types.Context) -> bpy.types.Object:
+    """As find_posed_object(). Raises ValueError if there is none."""
+    obj = find_posed_object(context)
+    if obj is None:
+        raise ValueError("Select a mesh first")
+    return obj
+
+
+def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
+    """The mesh that panels and operators work on, None if there is none.
+
+    The first of: the active mesh, unless it is only a handle of a mesh that is being posed; the mesh that the active
+    object moves, so the panel stays when an empty or an armature is picked; the only mesh that is being posed; the only
+    selected mesh.
+    """
+    active = context.object
+    found = [_local_object(context.view_layer, name) for name in sessions.acts]
+    posed = [obj for obj in found if obj is not None]  # the others are in another scene, or renamed
+    if active is not None and active.type == "MESH":
+        if active.arap.pins or active.arap.handles:
+            return active
+        return next((obj for obj in posed if owners.is_moved_by(obj, active)), active)
+    if active is not None:
+        for obj in (*posed, active.parent):
+            if obj is not None and owners.is_moved_by(obj, active):
+                return obj
+        owner = owners.find(context.view_layer, active)
+        if owner is not None:
+            return owner
+    if len(posed) == 1:
+        return posed[0]
+    chosen = [obj for obj in context.selected_objects if obj.type == "MESH"]
+    return chosen[0] if len(chosen) == 1 else None
+
+
+def find_drawn_object(context: bpy.types.Context) -> bpy.types.Object | None:
+    """As find_posed_object(). None too if this 3D view hides the mesh or all overlays."""
+    space = context.space_data
+    if space is None or not space.overlay.show_overlays:
+        return None
+    obj = find_posed_object(context)
+    return obj if obj is not None and obj.visible_in_viewport_get(space) else None
+
+
+def _local_object(view_layer: bpy.types.ViewLayer, name: str) -> bpy.types.Object | None:
+    """The object of that name in this file. A linked object may have the same name."""
+    obj = view_layer.objects.get(name)
+    if obj is None or obj.library is None:
+        return obj
+    return next((other for other in view_layer.objects if other.name_full == name), None)
+
+
+def why_no_mesh(context: bpy.types.Context) -> str:
+    """Why there is no mesh to work on, '' if there is one."""
+    obj = find_posed_object(context)
+    if obj is None:
+        return "Select a mesh first"
+    if obj.library is not None or obj.data.library is not None:
+        return "This mesh is linked from another file: make it local first (Object > Relations > Make Local)"
+    if meshes.is_override(obj) or meshes.is_override(obj.data):
+        return (
+            "This mesh is a library override, in which a pose is not saved: make it local first "
+            "(Object > Relations > Make Local)"
+        )
+    return ""
+
+
+def why_not_idle(context: bpy.types.Context) -> str:
+    """As why_no_mesh(). The mesh must be in Object Mode, and no act and no render may be using it."""
+    reason = why_no_mesh(context)
+    if reason:
+        return reason
+    obj = posed_object(context)
+    return why_not_object_mode(obj) or why_busy(obj) or ("Wait until the render ends" if is_rendering() else "")
+
+
+def why_not_object_mode(obj: bpy.types.Object) -> str:
+    """How to go to Object Mode, '' if the object is in it."""
+    if obj.mode == "OBJECT":
+        return ""
+    if obj.mode == "EDIT":
+        return "Go to Object Mode first (Tab)"
+    return "Go to Object Mode first, in the menu at the top left of the view"
+
+
+def why_busy(obj: bpy.types.Object) -> str:
+    """Which act is using the mesh, and how to end it, '' if none is."""
+    act = sessions.acts.get(obj.name_full)
+    if isinstance(act, PoseAct):
+        if act.is_drag:
+            return "The mesh is being pulled: wait until it settles, or press Esc"
+        return "End the pose first: Enter keeps it, Esc cancels it"
+    # From another window, or from a script.
+    return f"Wait for the mesh: {act.doing}" if act is not None else ""
+
+
+def is_posed(obj: bpy.types.Object) -> bool:
+    """Whether a posing act is using the mesh. A drag of its surface is none."""
+    return _posing_act(obj) is not None
+
+
+def _posing_act(obj: bpy.types.Object) -> PoseAct | None:
+    act = sessions.acts.get(obj.name_full)
+    return act if isinstance(act, PoseAct) and not act.is_drag else None
+
+
+def why_busy_but_posed(obj: bpy.types.Object) -> str:
+    """As why_busy(), for acts that are allowed while posing."""
+    act = _posing_act(obj)
+    if act is None:
+        return why_busy(obj)
+    return "Wait: the pose is being kept" if act.is_keeping else ""
+
+
+def why_not_changeable(context: bpy.types.Context) -> str:
+    """As why_no_mesh(). No act but posing may be using the mesh: posing follows pins, handles and stiffness."""
+    return why_no_mesh(context) or why_busy_but_posed(posed_object(context))
+
+
+def why_no_pose(context: bpy.types.Context) -> str:
+    """As why_not_idle(). The mesh must have a pose."""
+    reason = why_not_idle(context)
+    if reason or pose_key.find(posed_object(context)) is not None:
+        return reason
+    return "There is no pose yet: press Pose or Solve first"
+
+
+def why_not_solvable(context: bpy.types.Context) -> str:
+    """As why_not_idle(). There must be a solver, and a handle."""
+    return why_not_idle(context) or native.problem() or _why_nothing_moves(posed_object(context))
+
+
+def why_not_live(context: bpy.types.Context) -> str:
+    """As why_no_mesh(). There must be a solver, and a handle."""
+    return why_no_mesh(context) or native.problem() or _why_nothing_moves(posed_object(context))
+
+
+def _why_nothing_moves(obj: bpy.types.Object) -> str:
+    if any(handle.is_enabled for handle in obj.arap.handles):
+        return ""
+    return "Add a handle first: nothing moves the mesh yet"
+
+
+def why_no_reset(context: bpy.types.Context) -> str:
+    """As why_no_pose(). Live must be off: it would pose the mesh again."""
+    obj = find_posed_object(context)
+    if obj is not None and obj.arap.is_live:
+        return "Live would pose the mesh again at once: use Reset Handles, or switch Live off"
+    return why_no_pose(context)
+
+
+def why_not_pullable(context: bpy.types.Context) -> str:
+    """As why_not_idle(). There must be a solver, Live must be off, and the mesh must be visible."""
+    reason = why_not_idle(context) or native.problem()
+    if reason:
+        return reason
+    obj = posed_object(context)
+    if obj.arap.is_live:
+        return "Live would take the mesh back to its handles: switch Live off first, or move the handles"
+    space = context.space_data
+    if not obj.visible_get(viewport=space if isinstance(space, bpy.types.SpaceView3D) else None):
+        return "This mesh is hidden here: show it first (Alt H, its collection, or leave Local View)"
+    return ""
+
+
+def check_visible(obj: bpy.types.Object) -> None:
+    """Raises ValueError if the mesh is hidden: Blender does not let it into other modes."""
+    if not obj.visible_get():
+        raise ValueError(f"'{obj.name}' is hidden: show it first (Alt H, its collection, or leave Local View)")
+
+
+def selected_vertices(obj: bpy.types.Object, lack: str) -> Ints:
+    """(k,) int32, of a mesh in Edit Mode. Raises ValueError(lack) if none are selected."""
+    vertices = meshes.selected_vertices(obj)
+    if not len(vertices):
+        raise ValueError(lack)
+    return vertices
+
+
+def allow(cls: Any, reason: str) -> bool:
+    """For poll(): True without a reason. With one the button is grey, and its tooltip gives the reason."""
+    if reason:
+        cls.poll_message_set(reason)
+    return not reason
+
+
+def reports_errors(execute: Execute) -> Execute:
+    """Turns a ValueError or RuntimeError into a report to the user and {'CANCELLED'}."""
+
+    @functools.wraps(execute)
+    def wrapper(self: Any, context: bpy.types.Context) -> set[str]:
+        try:
+            return execute(self, context)
+        except (ValueError, RuntimeError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+
+    return wrapper
+
+
+class ArapOperator:
+    """An operator that works on find_posed_object() at once.
+
+    The button is grey if why_not() gives a reason. act() does the work and may raise ValueError or RuntimeError.
+    """
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    @staticmethod
+    def why_not(context: bpy.types.Context) -> str:
+        return why_not_changeable(context)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return allow(cls, cls.why_not(context))
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        self.act(context, posed_object(context))
+        return {"FINISHED"}
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        raise NotImplementedError
+
+
+@contextmanager
+def one_step(obj: bpy.types.Object, name: str) -> Iterator[None]:
+    """As object_mode(). All changes inside are one step of undo, also in Edit Mode.
+
+    Blender's own steps in Edit Mode hold only the mesh: undo would leave pins, handles and stiffness in their lists. So
+    the step is made in Object Mode, and an operator that uses this does not have the option UNDO.
+    """
+    with object_mode(obj):
+        yield
+        if bpy.ops.ed.undo_push.poll():  # not without a window
+            bpy.ops.ed.undo_push(message=name)
+
+
+@contextmanager
+def object_mode(obj: bpy.types.Object) -> Iterator[None]:
+    """Leaves Edit Mode for a while: Blender cannot write vertex groups in it."""
+    was_in_edit_mode = obj.mode == "EDIT"
+    if was_in_edit_mode:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    try:
+        yield
+    finally:
+        if was_in_edit_mode:
+            bpy.ops.object.mode_set(mode="EDIT")

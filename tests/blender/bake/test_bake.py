@@ -1,0 +1,408 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baking an animation: every baked frame shows exactly its pose, and nothing else changes."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from support import (
+    TOP,
+    SceneTest,
+    animated,
+    bpy,
+    data_of,
+    empty_at,
+    key_positions,
+    mesh_object,
+    module,
+    posable,
+    rest_positions,
+    shown_positions,
+)
+
+CANCELLED = "The bake of 'Tube' was cancelled; nothing has changed"
+IN_THE_TAB = "(in the tab: Advanced > Shape Key)"
+
+
+def key_names(obj):
+    return [key.name for key in obj.data.shape_keys.key_blocks]
+
+
+class BakeTest(SceneTest):
+    def shown_at(self, frame, obj):
+        self.scene.frame_set(frame)
+        return shown_positions(obj)
+
+    def test_every_baked_frame_shows_exactly_its_pose(self):
+        obj = animated()
+        names = self.api.bake_animation(obj, 1, 21, 5)
+        self.assertEqual(names, ["ARAP_0001", "ARAP_0006", "ARAP_0011", "ARAP_0016", "ARAP_0021"])
+        poses = [key_positions(obj, name) for name in names]
+        for pose, frame in zip(poses, (1, 6, 11, 16, 21), strict=True):
+            self.assert_close(self.shown_at(frame, obj), pose, 1e-6)
+            # The vertices of the handle tell the true place at that frame.
+            motion = module("scene.handle_motion").handle_matrices(obj)[1]
+            self.assert_close(pose[TOP], rest_positions(obj)[TOP] @ motion[:3, :3].T + motion[:3, 3], 1e-5)
+        self.assertGreater(np.abs(poses[2] - poses[0]).max(), 1.0)
+
+    def test_a_follower_gets_every_solved_shape(self):
+        obj = animated()
+        job, taken = module("bake.keys").BakeJob(obj, 1, 21, 10), []
+        job.takers.append(lambda shape: taken.append(shape.copy()))
+        names = module("core.job").run_job(job)
+        self.assertEqual(len(taken), 3)
+        for name, shape in zip(names, taken, strict=True):
+            self.assert_close(key_positions(obj, name), shape, 0.0)
+
+    def test_frames_in_between_blend_linearly_and_outside_the_ends_hold(self):
+        obj = animated()
+        first, second, third = (key_positions(obj, name) for name in self.api.bake_animation(obj, 1, 21, 10))
+        blends = ((4, 0.7 * first + 0.3 * second), (16, 0.5 * second + 0.5 * third), (-5, first), (40, third))
+        for frame, expected in blends:
+            self.assert_close(self.shown_at(frame, obj), expected, 1e-5)
+
+    def test_the_same_file_gives_the_same_bake(self):
+        obj = animated()
+        first = [key_positions(obj, name) for name in self.api.bake_animation(obj, 1, 11, 5)]
+        self.scene.frame_set(17)
+        for name, expected in zip(self.api.bake_animation(obj, 1, 11, 5), first, strict=True):
+            self.assert_close(key_positions(obj, name), expected, 0.0)
+
+    def test_one_frame_and_negative_frames(self):
+        obj = animated()
+        self.assertEqual(self.api.bake_animation(obj, -2, -2), ["ARAP_-002"])
+        self.assert_close(self.shown_at(15, obj), key_positions(obj, "ARAP_-002"), 1e-6)
+        self.api.bake_animation(obj, -1200, -1200)
+        self.assertEqual(key_names(obj), ["Basis", "ARAP_-1200"])
+
+    def test_a_bake_replaces_the_one_before_and_nothing_else(self):
+        obj = animated()
+        self.api.bake_animation(obj, 1, 21, 5)
+        self.api.bake_animation(obj, 1, 5, 4, prefix="Walk ")
+        kept = obj.shape_key_add(name="ARAP_mine")
+        kept.value = 0.5
+        kept.keyframe_insert("value", frame=3)
+        names = self.api.bake_animation(obj, 3, 9, 3)
+        self.assertEqual(set(key_names(obj)), {"Basis", "ARAP_mine", "Walk 0001", "Walk 0005", *names})
+        self.assertEqual(len(module("scene.fcurves").fcurves_of(obj.data.shape_keys)), len(names) + 3)
+
+    def test_a_bake_that_was_pushed_to_the_nla_is_replaced(self):
+        obj = animated()
+        names = self.api.bake_animation(obj, 1, 21, 10)
+        shown = {frame: self.shown_at(frame, obj) for frame in (1, 6, 11, 21)}
+        animation = obj.data.shape_keys.animation_data
+        strip = animation.nla_tracks.new().strips.new("Bake", 1, animation.action)
+        animation.action = None
+        self.assertEqual(self.api.bake_animation(obj, 1, 21, 10), names)
+        self.assertEqual(key_names(obj), ["Basis", *names])
+        of_strip = list(module("scene.fcurves").all_fcurves_of(obj.data.shape_keys))[len(names) :]
+        self.assertEqual(of_strip, [], "the F-curves of removed keys are gone too")
+        self.assertNotEqual(strip.action, animation.action)
+        for frame, positions in shown.items():
+            self.assert_close(self.shown_at(frame, obj), positions, 1e-5)
+
+    def test_a_key_that_no_bake_made_stays(self):
+        obj = animated()
+        self.scene.frame_set(11)
+        self.api.solve(obj)
+        self.api.bake_pose(obj, "ARAP_2024")
+        posed = key_positions(obj, "ARAP_2024")
+        self.api.bake_animation(obj, 1, 5, 4)
+        names = self.api.bake_animation(obj, 3, 9, 3)
+        self.assertEqual(set(key_names(obj)), {"Basis", "ARAP", "ARAP_2024", *names})
+        self.assert_close(key_positions(obj, "ARAP_2024"), posed, 0.0)
+        message = f"No bake has made shape key 'ARAP_2024': rename it, or choose another prefix {IN_THE_TAB}"
+        self.assert_error(ValueError, message, self.api.bake_animation, obj, 2020, 2030)
+
+    def test_the_active_key_stays(self):
+        obj = animated()
+        self.api.bake_animation(obj, 1, 9, 4)
+        obj.shape_key_add(name="Smile").value = 0.0
+        for name in ("Smile", "ARAP_0005", "Basis"):
+            obj.active_shape_key_index = key_names(obj).index(name)
+            self.api.bake_animation(obj, 1, 9, 4)
+            self.assertEqual(obj.active_shape_key.name, name)
+
+    def test_the_live_key_does_not_add_to_the_baked_ones(self):
+        obj = animated()
+        self.scene.frame_set(11)
+        self.api.solve(obj)
+        live = key_positions(obj)
+        for _ in range(2):  # the second time with the live key muted
+            names = self.api.bake_animation(obj, 1, 21, 10)
+        self.assertTrue(obj.data.shape_keys.key_blocks["ARAP"].mute)
+        self.assert_close(key_positions(obj), live, 0.0)
+        self.assert_close(self.shown_at(21, obj), key_positions(obj, names[-1]), 1e-6)
+
+    def test_other_keys_and_the_frame_stay(self):
+        obj = animated()
+        obj.shape_key_add(name="Basis")
+        smile = obj.shape_key_add(name="Smile")
+        for point in smile.data:
+            point.co.x += 0.25
+        smile.value = 1.0
+        self.scene.frame_set(7, subframe=0.25)
+        names = self.api.bake_animation(obj, 1, 21, 10)
+        self.assertEqual((self.scene.frame_current, self.scene.frame_subframe), (7, 0.25))
+        self.assertEqual(smile.value, 1.0)
+        self.assert_close(self.shown_at(11, obj), np.add(key_positions(obj, names[1]), (0.25, 0.0, 0.0)), 1e-5)
+
+    def test_each_frame_is_solved_to_the_end_also_under_an_animated_scale(self):
+        """The first frame from rest, each other one from the one before: the result is that of a solve."""
+        for scales in ((1.0, 1.0), (1.0, 2.0)):
+            with self.subTest(scales=scales):
+                self.setUp()
+                obj = animated()
+                for frame, z in zip((6, 11), scales, strict=True):
+                    obj.scale.z = z
+                    obj.keyframe_insert("scale", frame=frame)
+                obj.arap.accuracy, obj.arap.max_iterations = 1e-7, 5000
+                names = self.api.bake_animation(obj, 6, 11, 5)
+                for name in names:
+                    obj.data.shape_keys.key_blocks[name].mute = True
+                for name, frame in zip(names, (6, 11), strict=True):
+                    self.scene.frame_set(frame)
+                    self.api.solve(obj)
+                    self.assert_close(key_positions(obj, name), key_positions(obj), 2e-3)
+
+    def test_another_scene_can_be_baked(self):
+        obj = animated()
+        other = bpy.data.scenes.new("Other")
+        for item in (obj, obj.arap.handles[0].target):
+            other.collection.objects.link(item)
+            self.scene.collection.objects.unlink(item)
+        names = self.api.bake_animation(obj, 1, 11, 10, scene=other)
+        self.assertGreater(np.abs(key_positions(obj, names[1]) - rest_positions(obj)).max(), 1.0)
+
+
+class CancelTest(SceneTest):
+    def test_a_cancelled_bake_leaves_nothing(self):
+        obj = animated()
+        self.api.bake_animation(obj, 1, 5, 2)
+        obj.data.shape_keys.key_blocks["ARAP_0003"].name = "Mine"
+        before = data_of(obj)
+        fractions = []
+
+        def stop_half_way(fraction):
+            fractions.append(fraction)
+            return fraction < 0.5
+
+        self.assert_error(self.api.Cancelled, CANCELLED, self.api.bake_animation, obj, 1, 21, 2, stop_half_way)
+        self.assertEqual(data_of(obj), before)
+        self.assertTrue(0.5 <= fractions[-1] < 1.0)
+        self.assertEqual(fractions, sorted(fractions))
+
+    def test_changes_without_a_keyframe_of_anything_animated_survive_a_bake(self):
+        """A change of frame would overwrite them: those of the handle and of everything else."""
+        obj = animated()
+        target = obj.arap.handles[0].target
+        goal = empty_at((0.0, 0.0, 4.0), "Goal")
+        target.constraints.new("COPY_LOCATION").target = goal
+        goal["swing"], goal['sway "a"'] = 0.5, [1.0, 2.0]
+        rig = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
+        self.scene.collection.objects.link(rig)
+        bpy.context.view_layer.objects.active = rig
+        bpy.ops.object.mode_set(mode="EDIT")
+        rig.data.edit_bones.new("Bone").tail = (0.0, 0.0, 1.0)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        material = bpy.data.materials.new("Paint")
+        material.use_nodes = True
+        shader = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+        smile = obj.shape_key_add(name="Basis") and obj.shape_key_add(name="Smile")
+        other = empty_at((0.0, 0.0, 0.0), "Other")
+        other.keyframe_insert("rotation_euler", index=0, frame=1)
+        goal.animation_data_create().nla_tracks.new().strips.new("Strip", 1, other.animation_data.action)
+        animated_items = [
+            (target, "location", (0.75, 2.0, 3.0)),
+            (goal, "location", (1.0, 2.0, 3.0)),
+            (goal, "hide_render", True),
+            (goal, '["swing"]', 0.75),
+            (goal, '["sway \\"a\\""]', [3.0, 4.0]),
+            (rig.pose.bones["Bone"], "rotation_quaternion", (0.5, 0.5, 0.5, 0.5)),
+            (material.node_tree, f'nodes["{shader.name}"].inputs[0].default_value', (0.0, 1.0, 0.0, 1.0)),
+            (smile, "value", 0.25),
+            (self.scene.view_settings, "exposure", 1.5),
+        ]
+        for item, path, _ in animated_items:
+            item.keyframe_insert(path, frame=1)
+        self.scene.frame_set(3)
+
+        def change(item, path, value):
+            if path.startswith("["):
+                item[path[2:-2].replace("\\", "")] = value
+            elif path.endswith("default_value"):
+                shader.inputs[0].default_value = value
+            else:
+                setattr(item, path, value)
+
+        def now():
+            values = [item.path_resolve(path) for item, path, _ in animated_items]
+            values.append(goal.rotation_euler.x)
+            return [tuple(value) if hasattr(value, "__len__") else value for value in values]
+
+        before = now()
+        for item, path, value in animated_items:
+            change(item, path, value)
+        goal.rotation_euler.x = 0.3
+        changed = now()
+        self.assertFalse([i for i, (a, b) in enumerate(zip(before, changed, strict=True)) if a == b])
+        for _ in range(2):  # while it binds, then with the session that was made meanwhile
+            stop = self.api.bake_animation, obj, 1, 21, 10, lambda _: False
+            self.assert_error(self.api.Cancelled, CANCELLED, *stop)
+            self.assertEqual(now(), changed)
+            module("follow.update").prepare_session(obj)
+        for _ in range(2):
+            names = self.api.bake_animation(obj, 1, 21, 10)
+            self.assertEqual(now(), changed)
+        # The keys of the bake itself are as animated, though those of the former one had other values.
+        self.assertEqual(round(obj.data.shape_keys.key_blocks[names[0]].value, 6), 0.8)
+        self.api.bake_animation(obj, 1, 5, 4)
+        self.assertEqual(round(obj.data.shape_keys.key_blocks[names[0]].value, 6), 0.5)
+        bpy.data.objects.remove(rig)
+
+    def test_a_bake_that_fails_half_way_leaves_nothing(self):
+        obj = animated()
+        target = obj.arap.handles[0].target
+        target.keyframe_insert("hide_viewport", frame=1)
+        target.hide_viewport = True
+        target.keyframe_insert("hide_viewport", frame=9)
+        self.scene.frame_set(2)
+        before = data_of(obj)
+        with self.assertRaisesRegex(ValueError, "'Head' is disabled in viewports"):
+            self.api.bake_animation(obj, 1, 21, 4)
+        self.assertEqual(data_of(obj), before)
+
+    def test_a_job_binds_first(self):
+        """The bind runs in a thread; a cancel drops it, and its error ends the job."""
+        obj = animated()
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        self.assertIsNotNone(job.bind_fraction)
+        job.cancel()
+        self.assertIsNone(module("core.sessions").get("Tube"))
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        while job.bind_fraction is not None:
+            self.assertTrue(job.step())
+        self.assertEqual(job.fraction, 0.0)
+        job.cancel()
+        again = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        self.assertIsNone(again.bind_fraction)
+        again.cancel()
+        obj.data.vertices[9].co.x = float("nan")
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        with self.assertRaisesRegex(ValueError, "9"):
+            while job.step():
+                pass
+        job.cancel()
+
+    def test_a_job_goes_in_steps(self):
+        obj = animated()
+        obj.arap.accuracy = 1e-9
+        self.scene.frame_set(3)
+        before = data_of(obj)
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        steps = 0
+        while job.step(time_limit_s=1e-6):
+            steps += 1
+            self.assertIn(job.frame, (1, 11, 21))
+        self.assertGreater(steps, 20)  # many small steps for each frame
+        self.assertEqual(job.fraction, 1.0)
+        job.cancel()
+        self.assertEqual(data_of(obj), before)
+        whole = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        message = "The bake of 'Tube' is not done: call step() until it returns False"
+        self.assert_error(RuntimeError, message, whole.finish)
+        while whole.step(time_limit_s=60.0):
+            pass
+        for at_once, in_steps in zip(whole.readouts, job.readouts, strict=True):  # each step starts its search again
+            self.assertLessEqual(at_once.iterations, in_steps.iterations)
+            self.assertAlmostEqual(at_once.energy, in_steps.energy, delta=1e-6 * in_steps.energy)
+        self.assertEqual(whole.finish(), ["ARAP_0001", "ARAP_0011", "ARAP_0021"])
+
+    def test_a_job_whose_object_or_mesh_goes_says_so(self):
+        obj = animated()
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        obj.data.vertices.add(1)
+        message = "The mesh of 'Tube' has changed (136 vertices, now 137): the bake has ended"
+        self.assert_error(RuntimeError, message, job.step)
+        bpy.data.objects.remove(obj)
+        self.assert_error(RuntimeError, "'Tube' is gone: the bake has ended", job.step)
+        self.scene.name = "Other"
+        self.assert_error(RuntimeError, "Scene 'Scene' is gone: the bake has ended", job.step)
+        job.cancel()
+
+    def test_live_session_goes_on_where_it_was(self):
+        obj = animated()
+        prepare_session = module("follow.update").prepare_session
+        self.scene.frame_set(11)
+        self.api.solve(obj)
+        session = prepare_session(obj)
+        before = session.positions.copy()
+        self.api.bake_animation(obj, 1, 5, 2)
+        self.assertIs(prepare_session(obj), session)
+        self.assert_close(session.positions, before, 0.0)
+
+
+class RefusalTest(SceneTest):
+    def assert_refused(self, message, *arguments, **keywords):
+        self.assert_error(ValueError, message, self.api.bake_animation, *arguments, **keywords)
+
+    def test_arguments_are_checked(self):
+        obj = posable()
+        for percent in (-1.0, 101.0, float("nan")):
+            message = f"fewest_keys_percent = {percent}, must be between 0 and 100"
+            self.assert_refused(message, obj, 1, 5, fewest_keys_percent=percent)
+        self.assert_refused("step = 0, must be 1 or more", obj, 1, 5, 0)
+        prefix = "x" * 60
+        message = f"Prefix '{prefix}' is too long for the name of a shape key: choose a shorter one {IN_THE_TAB}"
+        self.assert_refused(message, obj, 1, 2, prefix=prefix)
+        obj.arap.key_name = "ARAP_0001"
+        message = f"A bake with prefix 'ARAP_' would replace shape key 'ARAP_0001': choose another prefix {IN_THE_TAB}"
+        self.assert_refused(message, obj, 1, 2, prefix="ARAP_")
+
+    def test_objects_outside_the_scene_are_refused(self):
+        other = bpy.data.scenes.new("Other")
+        self.assert_refused("'Tube' is not in scene 'Other': choose one of its objects", posable(), 1, 2, scene=other)
+        self.assert_refused("'Nothing' is not in scene 'Scene': choose one of its objects", None, 1, 2)
+
+    def test_linked_animation_of_the_keys_is_refused(self):
+        obj = posable()
+        self.api.solve(obj)
+        obj.shape_key_add(name="Other").keyframe_insert("value", frame=1)
+        animation = obj.data.shape_keys.animation_data
+        action = animation.action
+        action.name = "Linked"
+        with tempfile.TemporaryDirectory() as folder:
+            path = str(Path(folder) / "library.blend")
+            bpy.data.libraries.write(path, {action})
+            bpy.data.actions.remove(action)
+            with bpy.data.libraries.load(path, link=True) as (_, data):
+                data.actions = ["Linked"]
+            animation.action = bpy.data.actions["Linked"]
+            message = (
+                "The animation of the shape keys of 'Tube', action 'Linked', is linked from another file: "
+                "make it local or take it off"
+            )
+            self.assert_refused(message, obj, 1, 2)
+
+    def test_a_shared_action_of_the_keys_is_refused(self):
+        obj = animated()
+        self.api.bake_animation(obj, 1, 5, 4)
+        action = obj.data.shape_keys.animation_data.action
+        action.name = "Shared"
+        action.use_fake_user = True
+        self.api.bake_animation(obj, 1, 5, 4)
+        other = mesh_object("Other")
+        other.shape_key_add(name="Basis")
+        animation = other.data.shape_keys.animation_data_create()
+        animation.action = action
+        if hasattr(animation, "action_slot"):
+            animation.action_slot = obj.data.shape_keys.animation_data.action_slot
+        message = (
+            "The animation of the shape keys of 'Tube', action 'Shared', moves other data too, which would change: "
+            "make the action single-user"
+        )
+        before = data_of(obj)
+        self.assert_refused(message, obj, 1, 2)
+        self.assertEqual(data_of(obj), before)
+        animation.action = None
+        self.api.bake_animation(obj, 1, 2)

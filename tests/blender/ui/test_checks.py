@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which mesh operators and panels work on, and why an operator is grey."""
+
+from unittest import mock
+
+from support import BOTTOM, FakeAct, SceneTest, bpy, linked_back, mesh_object, module, posable
+
+OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"))
+
+
+class ClaimTest(SceneTest):
+    def claim(self, name, act):
+        sessions = module("core.sessions")
+        sessions.claim(name, act)
+        self.addCleanup(sessions.release, name, act)
+
+
+class ReasonTest(ClaimTest):
+    def reason(self, name: str) -> str:
+        """Why an operator is grey."""
+        operator = getattr(bpy.ops.arap, name)
+        self.assertFalse(operator.poll(), name)
+        with self.assertRaises(RuntimeError) as caught:
+            operator()
+        return str(caught.exception).partition("failed, context is incorrect")[0].partition("poll() ")[2].strip()
+
+    def test_each_operator_says_what_it_lacks(self):
+        """In an empty scene; then with a mesh alone."""
+        for name in OPERATORS:
+            self.assertGreater(len(self.reason(name)), 10, name)
+        bpy.context.view_layer.objects.active = mesh_object()
+        for name, wanted in (
+            ("solve", "Add a handle first: nothing moves the mesh yet"),
+            ("bake_pose", "There is no pose yet: press Pose or Solve first"),
+            ("pin_add", "Select vertices in Edit Mode (Tab) to pin them"),
+            ("handle_add", "Select vertices in Edit Mode (Tab) to give them a handle"),
+            ("handle_remove", "Add a handle first: nothing moves the mesh yet"),
+            ("reset_handles", "Add a handle first: nothing moves the mesh yet"),
+            ("pin_remove", "Add a pin first: nothing is pinned yet"),
+            ("stiffness_remove", "Add stiffness first: the list is empty"),
+            ("select_unheld", "Add a pin or a handle first: nothing holds the mesh yet"),
+        ):
+            self.assertIn(wanted, self.reason(name))
+
+    def test_a_mesh_that_is_busy_is_left_alone(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        self.claim(obj.name, FakeAct("it is solved"))
+        followed = ("handle_remove", "pin_add", "pin_remove", "stiffness_add", "reset_handles", "poses_store")
+        for name in ("solve", "bake_animation", "edit_mesh", "select_unheld", *followed):
+            self.assertIn("Wait for the mesh: it is solved", self.reason(name))
+        self.doCleanups()
+        self.claim(obj.name, module("follow.act").PoseAct(None))
+        for name in followed:
+            self.assertTrue(getattr(bpy.ops.arap, name).poll(), f"{name}: posing follows")
+        self.assertIn("End the pose first: Enter keeps it, Esc cancels it", self.reason("solve"))
+
+    def test_what_changes_the_pose_waits_for_a_render(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        self.api.store_pose(obj, "Pose")
+        self.api.solve(obj)
+        acts = (
+            "solve",
+            "bake_animation",
+            "export_mesh_cache",
+            "poses_to_keys",
+            "bake_pose",
+            "poses_apply",
+            "reset_pose",
+        )
+        for name in acts:
+            self.assertTrue(getattr(bpy.ops.arap, name).poll(), name)
+        with mock.patch.object(module("ui.checks"), "is_rendering", return_value=True):
+            for name in acts:
+                self.assertIn("Wait until the render ends", self.reason(name))
+
+    def test_an_act_of_a_renamed_mesh_does_not_hide_the_selected_one(self):
+        obj = mesh_object()
+        bpy.context.view_layer.objects.active = None
+        obj.select_set(True)
+        self.claim("Former", FakeAct("it is solved"))
+        self.assertEqual(module("ui.checks").find_posed_object(bpy.context), obj)
+
+    def test_a_handle_that_is_a_mesh_shows_its_own_panel_unless_the_other_is_posed(self):
+        obj, mover = posable(), mesh_object("Mover")
+        obj.arap.handles[0].target = mover
+        bpy.context.view_layer.objects.active = mover
+        find = module("ui.checks").find_posed_object
+        self.assertEqual(find(bpy.context), mover)
+        self.claim(obj.name, FakeAct("it is posed"))
+        self.assertEqual(find(bpy.context), obj)
+        self.api.add_pin(mover, BOTTOM)
+        self.assertEqual(find(bpy.context), mover)
+
+
+class LinkedTwinTest(ClaimTest):
+    """A linked object that has the name of a local one is another object."""
+
+    def setUp(self):
+        super().setUp()
+        other = mesh_object()
+        other.scale = (5.0, 5.0, 5.0)
+        self.api.add_pin(other, BOTTOM, name="Feet")
+        other.vertex_groups["Feet"].remove(BOTTOM)
+        bpy.context.view_layer.update()
+        (self.linked,) = linked_back(other, "Tube")
+        bpy.context.scene.collection.objects.link(self.linked)
+        self.obj = posable()
+        self.assertEqual((self.obj.name, self.linked.name), ("Tube", "Tube"))
+
+    def test_what_is_remembered_of_one_is_not_told_of_the_other(self):
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        size, is_empty = module("scene.mesh_size").diagonal, module("scene.empty_groups").is_empty
+        seen = module("pull.seen_mesh").read
+        for obj in (self.obj, self.linked):  # the first is remembered where the second is asked for
+            size(obj, depsgraph), is_empty(obj, "Feet"), seen(obj, depsgraph)
+        self.assertFalse(is_empty(self.obj, "Feet"))
+        self.assertTrue(is_empty(self.linked, "Feet"))
+        self.assert_close(seen(self.linked, depsgraph).positions, 5.0 * seen(self.obj, depsgraph).positions, 1e-5)
+        self.obj.data.update_tag()
+        self.obj.update_tag()
+        bpy.context.view_layer.update()
+        known = module("scene.mesh_size")._known
+        self.assertEqual((self.obj.name_full in known, self.linked.name_full in known), (False, True))
+
+    def test_an_act_and_a_readout_are_of_the_local_one(self):
+        self.api.solve(self.obj)
+        self.assertIsNotNone(module("core.sessions").readout(self.obj.name_full))
+        self.assertIsNone(module("core.sessions").readout(self.linked.name_full))
+        self.claim("Tube", FakeAct("it is solved"))
+        common = module("ui.checks")
+        self.assertEqual(common.why_busy(self.linked), "")
+        self.assertEqual(common.why_busy(self.obj), "Wait for the mesh: it is solved")
+        self.assertFalse(module("ui.panels").is_following(self.linked))
+        bpy.context.view_layer.objects.active = None
+        self.assertEqual(common.find_posed_object(bpy.context), self.obj)

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Frames, sizes and errors of a bake, as numbers and as text."""
+
+import pytest
+from arap_deform.bake.estimate import BakeEstimate, Fit, frames_of
+
+
+def test_the_last_frame_is_always_baked():
+    assert frames_of(1, 10, 4) == [1, 5, 9, 10]
+    assert frames_of(-3, 1, 2) == [-3, -1, 1]
+    assert frames_of(7, 7, 1) == [7]
+
+
+@pytest.mark.parametrize(
+    ("frames", "message"),
+    [((1, 5, 0), "step = 0, must be 1 or more"), ((5, 1, 1), "The last frame 1 is before the first, 5: swap them")],
+)
+def test_ranges_without_frames_are_refused(frames, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        frames_of(*frames)
+
+
+@pytest.mark.parametrize(
+    ("n_keys", "n_vertices", "text"),
+    [
+        (2, 4, "2 keys, 96 B in the file, 192 B in memory"),
+        (48, 136, "48 keys, 78 kB in the file, 157 kB in memory"),
+        (1, 1_000_000, "1 key, 12 MB in the file, 24 MB in memory"),
+        (250, 1_000_000, "250 keys, 3.0 GB in the file, 6.0 GB in memory"),
+    ],
+)
+def test_estimates(n_keys, n_vertices, text):
+    assert str(BakeEstimate(n_keys, n_vertices)) == text
+
+
+def test_fits():
+    assert str(Fit(21, 21, 0.0, 1.0)) == "21 keys"
+    assert str(Fit(48, 9, 0.002, 2.0)) == "9 keys for 48 frames, largest error 0.100 % of the size"
