@@ -124,4 +124,4 @@ def move_each_turn(ui: Ui, place: Callable[[int], tuple[int, int]], is_done: Cal
         return 0.0
 
     bpy.app.timers.register(turn, first_interval=0.0)
-    yield from ui.until(is_done, "all frames are drawn", 600.0)
+    yield from ui.until(is_done, "all frames are drawn")

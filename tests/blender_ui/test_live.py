@@ -141,6 +141,7 @@ def test_live_playback_of_two(ui: Ui) -> Steps:
     animate(bpy.data.objects["Other"], reach=-1.0)
     bpy.context.scene.frame_end = 30
     bpy.context.scene.frame_set(1)
+    ui.change(ui.live_run, "HEAVY_STEP_S", float("inf"))  # or a slow machine leaves frames out
     yield from settle(ui, "Bar", "Second")
     played: list[int] = []
 
@@ -149,8 +150,8 @@ def test_live_playback_of_two(ui: Ui) -> Steps:
 
     bpy.app.handlers.frame_change_post.append(check)
     ui.call(bpy.ops.screen.animation_play, "EXEC_DEFAULT", True)
-    for frame in (8, 20):
-        yield from ui.until(lambda frame=frame: bpy.context.scene.frame_current >= frame, f"frame {frame} is played")
+    for n_frames in (3, 6):
+        yield from ui.until(lambda n=n_frames: len(set(played)) >= n, f"{n_frames} frames are played")
         for name in ("Bar", "Second"):
             assert_followed(ui, name)
         assert ui.window.screen.is_animation_playing
@@ -158,7 +159,6 @@ def test_live_playback_of_two(ui: Ui) -> Steps:
     ui.call(bpy.ops.screen.animation_play, "EXEC_DEFAULT", True)
     yield from settle(ui, "Bar", "Second")
     bpy.app.handlers.frame_change_post.remove(check)
-    assert len(set(played)) > 5, played
     frame = bpy.context.scene.frame_current
     stopped = {name: scenes.shown_positions(bar(name)) for name in ("Bar", "Second")}
     for other in (1, 30, frame):
