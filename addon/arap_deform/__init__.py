@@ -4,6 +4,7 @@
 Modules are imported in register(), so that those without bpy (session, the posing act) load in a plain Python too.
 """
 
+import importlib
 import sys
 from types import ModuleType
 
@@ -17,36 +18,17 @@ bl_info = {
     "category": "Animation",
 }
 
+# The rooms that register something. A room imports only from itself and from rooms before it.
+ROOMS = ("props", "scene", "ui", "setup", "live", "show", "pose", "pull", "bake", "poses", "tab")
 
-def _modules() -> tuple[ModuleType, ...]:
-    from . import (
-        bake_panel,
-        cli,
-        first_pose_panel,
-        handlers,
-        handles_panel,
-        live,
-        live_panel,
-        menus,
-        operators,
-        overlay,
-        overlay_panel,
-        panels,
-        pins_panel,
-        pose_panel,
-        poses_panel,
-        preferences,
-        properties,
-        pull_draw,
-        settings_panel,
-        stiffness_panel,
-        translations,
-    )
 
-    acts = (handlers, operators, live, pull_draw, overlay)
-    on_mesh = (first_pose_panel, pins_panel, handles_panel, stiffness_panel, pose_panel)
-    on_result = (poses_panel, live_panel, bake_panel, overlay_panel, settings_panel)
-    return (translations, preferences, properties, *acts, panels, *on_mesh, *on_result, menus, cli)
+def _module(name: str) -> ModuleType:
+    return importlib.import_module(f"{__name__}.{name}")
+
+
+def _modules() -> list[ModuleType]:
+    in_rooms = [_module(f"{room}.{name}") for room in ROOMS for name in _module(room).MODULES]
+    return [*in_rooms, _module("handlers"), _module("cli")]
 
 
 def register() -> None:
@@ -57,7 +39,7 @@ def register() -> None:
 def unregister() -> None:
     for module in reversed(_modules()):
         module.unregister()
-    # Blender reloads this file alone when a new version is installed: the rest must be imported anew.
+    # Blender reloads this file alone when a new version is installed: the rest must be imported again.
     for name in [name for name in sys.modules if name.startswith(f"{__name__}.")]:
         del sys.modules[name]
         # "from . import x" takes the package's attribute before it looks for a module: the old one would come back.

@@ -25,20 +25,16 @@ crash Blender meanwhile: call ``wait_for_binds()`` first.
 ``progress`` is called with the fraction done, 0 to 1; it stops the call by returning False.
 """
 
-from .api_bake import BakeEstimate, BakeJob, bake_animation, begin_bake, estimate_bake
-from .api_handles import (
-    add_handle,
-    add_handle_for,
-    add_handles_for,
-    handle_problem,
-    remove_handle,
-    set_handle_group,
-    set_handle_target,
-    update_handle_display,
-)
-from .api_mesh_cache import MeshCacheJob, add_mesh_cache_modifier, begin_mesh_cache, export_mesh_cache
-from .api_pins import add_pin, add_pin_group, remove_pin
-from .api_pose import (
+from .bake.cache import MeshCacheJob, add_mesh_cache_modifier, begin_mesh_cache, export_mesh_cache
+from .bake.keys import BakeEstimate, BakeJob, bake_animation, begin_bake, estimate_bake
+from .bake.shapes_job import ShapesJob
+from .core.job import Job, run_job
+from .core.native import problem as native_problem
+from .core.session import Cancelled, Session
+from .core.session_data import Readout
+from .core.sessions import SessionInput
+from .core.worker import wait_for_binds
+from .follow.update import (
     adopt_session,
     build_session,
     check_live,
@@ -50,20 +46,24 @@ from .api_pose import (
     sync_session,
     update_pose,
 )
-from .api_result import PoseState, apply_pose_as_rest, bake_pose, capture_state, reset_pose, restore_state
-from .api_solve import SolveJob, begin_solve, solve
-from .api_stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness, soften_group
-from .binding import wait_for_binds
-from .handle_io import handle_matrices
-from .handle_placing import reset_handles
-from .job import Job, run_job
-from .native import problem as native_problem
-from .pose_keys import PoseKeysJob, begin_pose_keys, poses_to_keys
-from .pose_library import NOW, REST, Placement, apply_pose, blend_poses, delete_pose, mirror_pose, store_pose
-from .session import Cancelled, Session
-from .session_data import Readout
-from .sessions import SessionInput
-from .shapes_job import ShapesJob
+from .pose.result import PoseState, apply_pose_as_rest, bake_pose, capture_state, reset_pose, restore_state
+from .pose.solve import SolveJob, begin_solve, solve
+from .poses.keys import PoseKeysJob, begin_pose_keys, poses_to_keys
+from .poses.library import NOW, REST, Placement, apply_pose, blend_poses, delete_pose, mirror_pose, store_pose
+from .scene.handle_motion import handle_matrices
+from .scene.placing import reset_handles
+from .setup.handles import (
+    add_handle,
+    add_handle_for,
+    add_handles_for,
+    handle_problem,
+    remove_handle,
+    set_handle_group,
+    set_handle_target,
+    update_handle_display,
+)
+from .setup.pins import add_pin, add_pin_group, remove_pin
+from .setup.stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness, soften_group
 
 __all__ = [
     "NOW",

@@ -18,7 +18,8 @@ from typing import Any, NoReturn
 
 import bpy
 
-from . import api, shape_key
+from . import api
+from .scene import shape_keys
 
 COMMAND = "arap"
 
@@ -188,7 +189,7 @@ def _bake(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Names
     if options.frame is not None:
         line = _pose(obj, scene, options)
         prefix = options.prefix or f"{obj.arap.key_name}_"
-        return f"{line}, key '{api.bake_pose(obj, shape_key.frame_key_name(prefix, options.frame)).name}'"
+        return f"{line}, key '{api.bake_pose(obj, shape_keys.frame_key_name(prefix, options.frame)).name}'"
     start = scene.frame_start if options.start is None else options.start
     end = scene.frame_end if options.end is None else options.end
     if options.cache is not None:

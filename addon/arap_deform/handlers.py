@@ -6,7 +6,9 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from . import app_handlers, empty_groups, handle_owner, mesh_size, older_files, pull_draw, seen_mesh, sessions
+from .core import sessions
+from .pull import draw, seen_mesh
+from .scene import app_handlers, empty_groups, mesh_size, owners
 
 
 def _is_there(name: str) -> bool:
@@ -16,29 +18,27 @@ def _is_there(name: str) -> bool:
 def _forget_looks() -> None:
     """Nothing that is remembered of the scene is to be believed."""
     empty_groups.clear()
-    handle_owner.clear()
+    owners.clear()
     mesh_size.clear()
     seen_mesh.clear()
-    pull_draw.clear()
+    draw.clear()
 
 
 @persistent
 def _on_load(*_: object) -> None:
     # The sessions are live's to forget: its runs have to end first.
     _forget_looks()
-    older_files.upgrade_all()
 
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    older_files.upgrade_updated(depsgraph)
     # What only moves or deforms, as in a drag, is neither gone nor renamed: a look-up takes long in a large scene.
     if depsgraph.id_type_updated("SCENE") or not all(
         update.is_updated_geometry or update.is_updated_transform for update in depsgraph.updates
     ):
         sessions.forget_missing(_is_there)
     empty_groups.forget_updated(depsgraph)
-    handle_owner.forget_updated(depsgraph)
+    owners.forget_updated(depsgraph)
     mesh_size.forget_updated(depsgraph, sessions.acts)
     seen_mesh.forget_updated(depsgraph)
 
@@ -64,15 +64,10 @@ _HANDLERS = (
 
 
 def register() -> None:
-    # Enabled while a file is open; in here that cannot be looked at. Persistent: Blender never lets go of the function
-    # of another timer that a loaded file has dropped.
-    bpy.app.timers.register(older_files.upgrade_all, persistent=True)
     app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
     app_handlers.remove(_HANDLERS)
-    if bpy.app.timers.is_registered(older_files.upgrade_all):
-        bpy.app.timers.unregister(older_files.upgrade_all)
     sessions.clear()
     _forget_looks()

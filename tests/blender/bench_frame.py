@@ -93,8 +93,8 @@ def act_frames(package: str, obj) -> Milliseconds:
     import bpy
 
     api = importlib.import_module(f"{package}.api")
-    pose = importlib.import_module(f"{package}.operators.pose")
-    pose_act = importlib.import_module(f"{package}.operators.pose_act")
+    pose = importlib.import_module(f"{package}.pose.operators")
+    pose_act = importlib.import_module(f"{package}.follow.act")
     obj.arap.property_unset("iterations_per_update")
     api.prepare_session(obj)
     scene = pose.BlenderPoseScene(obj)

@@ -59,12 +59,12 @@ class Stopwatch:
     def watch_session(self, package: str, session) -> None:
         """Times what every frame does, whichever act asks for it: "solve" and so on."""
         session._solver = NativeProxy(session._solver)
-        for module in ("handle_io", "api"):
+        for module in ("scene.handle_motion", "api"):
             self.watch(importlib.import_module(f"{package}.{module}"), "handle_matrices", "read handles")
         self.watch(session._map, "targets", "map to targets")
         self.watch(session._solver, "solve", "solve")
         self.watch(session, "_unstretch_solved", "convert")
-        self.watch(importlib.import_module(f"{package}.shape_key"), "write", "write key")
+        self.watch(importlib.import_module(f"{package}.scene.shape_keys"), "write", "write key")
 
     def has(self, name: str) -> bool:
         """Whether the frame has this step by now."""

@@ -10,11 +10,14 @@ NAME: only tests whose full name contains it. Ends with unittest's summary, a li
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shutil
 import sys
 import tempfile
 import traceback
+import unittest
+from collections.abc import Iterator
 from pathlib import Path
 
 USER_FOLDER = "ARAP_TEST_USER_FOLDER"
@@ -51,9 +54,20 @@ def install(zip_path: Path) -> str:
     return "arap_deform"
 
 
-def run(zip_path: Path, name: str) -> int:
-    import unittest
+def found(folder: Path) -> Iterator[unittest.TestCase]:
+    """All tests in this folder and in those of its rooms. Two rooms may have files of one name."""
+    import support
 
+    for path in sorted(folder.rglob("test_*.py")):
+        name = ".".join(path.relative_to(folder).with_suffix("").parts)
+        spec = importlib.util.spec_from_file_location(name, path)
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        spec.loader.exec_module(module)
+        yield from support.flattened(unittest.defaultTestLoader.loadTestsFromModule(module))
+
+
+def run(zip_path: Path, name: str) -> int:
     package = install(zip_path)
     if package not in sys.modules:
         raise RuntimeError(f"{zip_path} was installed, but its package {package} was not enabled")
@@ -62,12 +76,7 @@ def run(zip_path: Path, name: str) -> int:
 
     support.ZIP = zip_path
     support.PACKAGE = package
-    loader = unittest.TestLoader()
-    suite = unittest.TestSuite(
-        test
-        for test in support.flattened(loader.discover(str(Path(__file__).parent), pattern="test_*.py"))
-        if name in test.id()
-    )
+    suite = unittest.TestSuite(test for test in found(Path(__file__).parent) if name in test.id())
     result = unittest.TextTestRunner(stream=sys.stdout, verbosity=2).run(suite)
     n_failed = len(result.failures) + len(result.errors) + len(result.unexpectedSuccesses)
     n_skipped = len(result.skipped)

@@ -53,7 +53,7 @@ class SceneTest(unittest.TestCase):
     """Every test starts in an empty scene without live sessions."""
 
     def setUp(self) -> None:
-        module("binding").wait_for_binds()  # of a test that dropped one: this one may override the context
+        module("core.worker").wait_for_binds()  # of a test that dropped one: this one may override the context
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         self.api = module("api")
         self.scene = bpy.context.scene
@@ -165,3 +165,23 @@ def edge_lengths(obj: bpy.types.Object, positions: np.ndarray) -> np.ndarray:
     ends = np.array([edge.vertices[:] for edge in obj.data.edges])
     world = in_world(obj, positions)
     return np.linalg.norm(world[ends[:, 0]] - world[ends[:, 1]], axis=1)
+
+
+def animate(obj, start=1, end=21):
+    """The handle moves, turns and comes half way back, with Blender's own easing."""
+    target = obj.arap.handles[0].target
+    for frame, y, turn in ((start, 0.0, 0.0), ((start + end) // 2, 1.5, -1.2), (end, 0.6, -0.3)):
+        target.location.y, target.rotation_euler.x = y, turn
+        target.keyframe_insert("location", frame=frame)
+        target.keyframe_insert("rotation_euler", frame=frame)
+    obj.arap.accuracy = 1e-4
+    obj.arap.max_iterations = 200
+
+
+def data_of(obj):
+    """Everything a cancelled bake must not have changed."""
+    keys = obj.data.shape_keys
+    blocks = [(key.name, key.value, key.mute) for key in keys.key_blocks] if keys else []
+    positions = [key_positions(obj, name).tolist() for name, _, _ in blocks]
+    action = keys.animation_data.action if keys and keys.animation_data else None
+    return blocks, positions, action, bpy.context.scene.frame_current

@@ -13,7 +13,7 @@ POSED = {"bar": ("Bar bend", "Bar twist"), "cactus": ("Cactus",), "creature": ("
 def hard_vertices(obj, group):
     """Vertices of weight 1 in that group and in no other pin or handle."""
     names = [pin.name for pin in obj.arap.pins] + [handle.vertex_group for handle in obj.arap.handles]
-    weights = module("mesh_io").read_weights(obj, names)
+    weights = module("scene.meshes").read_weights(obj, names)
     others = sum(weights[name] for name in names if name != group)
     return np.flatnonzero((weights[group] == 1.0) & (others == 0.0))
 

@@ -194,7 +194,7 @@ class CliTest(SceneTest):
 
     def test_an_add_on_that_is_not_enabled_fails(self):
         self.save_scene()
-        properties = module("properties")
+        properties = module("props.object")
         properties.unregister()
         self.addCleanup(properties.register)
         message = "the add-on is not enabled: tick it in Preferences or add --addons arap_deform"

@@ -141,7 +141,7 @@ def pull(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Millisecon
     for i in range(1, 5):
         yield from ui.move_mouse(start[0] + 5 * i, start[1])
     yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].readout is not None, "it is bound")
-    run = importlib.import_module(f"{MODULE}.operators.pull").current[0]
+    run = ui.pull.runs[0]
     loop = MainLoop(ui, lambda: run.act.readout.iterations)
     loop.watch_act(run, "move", "tick", "show_status")
     loop.watch_evaluation(run.scene)
@@ -154,7 +154,7 @@ def pull(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Millisecon
 def point(ui: Ui, n: int) -> Generator[None, None, list[float]]:
     """What the circle and the patch under the mouse take, for so many places of the mouse."""
     watch, spent = Stopwatch(), []
-    draw = importlib.import_module(f"{MODULE}.pull_draw")
+    draw = importlib.import_module(f"{MODULE}.pull.draw")
     draw_cursor = draw.draw_cursor
     watch.watch(draw, "draw_cursor", "point")
     around = circle(ui.mouse)

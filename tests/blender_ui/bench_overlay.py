@@ -46,7 +46,7 @@ def test_overlay_cost(ui: Ui) -> Steps:
     ui.select(grid)
     show_all(grid)
     yield from redraw(ui)
-    overlay = module("overlay")
+    overlay = module("show.overlay")
     load = os.getloadavg()[0]
     ms = {}
     for what, call in measured(overlay, grid, drawn()["Grid"]).items():

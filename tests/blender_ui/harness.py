@@ -66,7 +66,7 @@ class Ui:
         """Takes back what the test has changed outside of the file, and loads the home file."""
         while self._at_end:
             self._at_end.pop()()
-        self.binding.wait_for_binds()
+        self.worker.wait_for_binds()
         bpy.ops.wm.read_homefile(use_factory_startup=True)
         yield
         assert not self.running, f"still under way in a new file: {self.running}"
@@ -82,16 +82,16 @@ class Ui:
     def find_modules(self) -> None:
         """The add-on's own modules; again after it was disabled and enabled."""
         self.api: Any = importlib.import_module(f"{MODULE}.api")
-        self.binding: Any = importlib.import_module(f"{MODULE}.binding")
-        self.following: Any = importlib.import_module(f"{MODULE}.following")
-        self.live: Any = importlib.import_module(f"{MODULE}.live")
-        self.live_run: Any = importlib.import_module(f"{MODULE}.live_run")
-        self.mesh_io: Any = importlib.import_module(f"{MODULE}.mesh_io")
-        self.overlay: Any = importlib.import_module(f"{MODULE}.overlay")
-        self.pull: Any = importlib.import_module(f"{MODULE}.operators.pull")
-        self.sessions: Any = importlib.import_module(f"{MODULE}.sessions")
-        self.solving: Any = importlib.import_module(f"{MODULE}.api_solve")
-        self.shapes_job: Any = importlib.import_module(f"{MODULE}.shapes_job")
+        self.following: Any = importlib.import_module(f"{MODULE}.core.following")
+        self.sessions: Any = importlib.import_module(f"{MODULE}.core.sessions")
+        self.worker: Any = importlib.import_module(f"{MODULE}.core.worker")
+        self.meshes: Any = importlib.import_module(f"{MODULE}.scene.meshes")
+        self.live: Any = importlib.import_module(f"{MODULE}.live.runs")
+        self.live_run: Any = importlib.import_module(f"{MODULE}.live.run")
+        self.overlay: Any = importlib.import_module(f"{MODULE}.show.overlay")
+        self.solve: Any = importlib.import_module(f"{MODULE}.pose.solve")
+        self.pull: Any = importlib.import_module(f"{MODULE}.pull.run")
+        self.shapes_job: Any = importlib.import_module(f"{MODULE}.bake.shapes_job")
         self.running: Any = self.sessions.acts
 
     @contextlib.contextmanager
@@ -102,7 +102,7 @@ class Ui:
 
     def held_thread(self, *, after: float = 0.0, holds_dropped: bool = False) -> AbstractContextManager[Gate]:
         """As gate.held_thread()."""
-        return self._held(gate.held_thread(self.binding.Binding, after=after, holds_dropped=holds_dropped))
+        return self._held(gate.held_thread(self.worker.Binding, after=after, holds_dropped=holds_dropped))
 
     def held_shapes(self) -> AbstractContextManager[Gate]:
         """As gate.held_shapes()."""
@@ -177,7 +177,7 @@ class Ui:
         Before Blender 5.1 the work of a bind in its thread must not go on meanwhile; later it may, and does here.
         """
         if sys.version_info < (3, 12):
-            while self.binding.is_any_running() and not (self._gate is not None and self._gate.is_holding):
+            while self.worker.is_any_running() and not (self._gate is not None and self._gate.is_holding):
                 time.sleep(0.001)
         members = members or {"window": self.window, "area": self.view, "region": self.region()}
         with bpy.context.temp_override(**members):
@@ -288,7 +288,7 @@ def steps_of(ui: Ui, module: str, names: Sequence[str]) -> Steps:
         try:
             yield from getattr(tests, name)(ui)
             yield from ui.end()
-        except BaseException:  # noqa: BLE001 - whatever it is, the test has failed
+        except Exception:  # noqa: BLE001 - whatever it is, the test has failed
             traceback.print_exc()
             yield from ui.screenshot("failed")
             print(FAILED, name, flush=True)
@@ -305,8 +305,12 @@ def run(module: str, screenshots: str, names: Sequence[str]) -> None:
     def tick() -> float:
         nonlocal ticks
         ticks += 1
-        if ticks % TICKS_A_STEP == 0 and next(steps, "end") == "end":
-            sys.exit(0)
+        try:
+            if ticks % TICKS_A_STEP == 0 and next(steps, "end") == "end":
+                sys.exit(0)
+        except Exception:  # noqa: BLE001 - a timer that raises is no more called
+            traceback.print_exc()
+            sys.exit(1)
         return 0.0
 
     bpy.app.timers.register(tick, first_interval=0.1, persistent=True)

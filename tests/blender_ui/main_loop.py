@@ -16,7 +16,7 @@ from pathlib import Path
 import bpy
 from harness import MODULE, Steps, Ui
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "blender"))
+sys.path.append(str(Path(__file__).resolve().parents[1] / "blender"))
 from frame_times import Milliseconds, Stopwatch
 
 HANDLE = "Blender evaluates the handle"

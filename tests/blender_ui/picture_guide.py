@@ -48,7 +48,7 @@ def group(creature: bpy.types.Object, name: str) -> np.ndarray:
 
 def select_in_edit_mode(creature: bpy.types.Object, *groups: np.ndarray) -> None:
     bpy.ops.object.mode_set(mode="OBJECT")
-    mesh_io = importlib.import_module(f"{MODULE}.mesh_io")
+    mesh_io = importlib.import_module(f"{MODULE}.scene.meshes")
     mesh_io.select_vertices(creature, np.concatenate(groups), shows_hidden=True)
     bpy.ops.object.mode_set(mode="EDIT")
 

@@ -78,7 +78,7 @@ def test_esc_while_a_bake_binds(ui: Ui) -> Steps:
     yield from ui.move_mouse_to_view()
     with ui.held_thread():
         ui.call(bpy.ops.arap.bake_animation, "EXEC_DEFAULT", True, frame_start=1, frame_end=2)
-        assert not ui.binding.is_any_running()
+        assert not ui.worker.is_any_running()
         yield from ui.until_held()
         yield from ui.screenshot("binding")
         yield from ui.key("ESC")

@@ -161,7 +161,7 @@ def test_first_pose_by_its_buttons(ui: Ui) -> Steps:
 
 def select_in_edit_mode(ui: Ui, obj: bpy.types.Object, vertices: list[int]) -> None:
     bpy.ops.object.mode_set(mode="OBJECT")
-    ui.mesh_io.select_vertices(obj, np.array(vertices), shows_hidden=True)
+    ui.meshes.select_vertices(obj, np.array(vertices), shows_hidden=True)
     bpy.ops.object.mode_set(mode="EDIT")
 
 
@@ -195,7 +195,7 @@ def test_select_is_one_step_of_undo(ui: Ui) -> Steps:
     yield from ui.move_mouse_to_view()
     yield from ui.key("TAB")
     assert obj.mode == "EDIT"
-    mesh_io = ui.mesh_io
+    mesh_io = ui.meshes
     ui.call(bpy.ops.mesh.select_all, "EXEC_DEFAULT", True, action="SELECT")
     assert ui.call(bpy.ops.arap.group_select, "EXEC_DEFAULT", True, vertex_group="Bottom") == {"FINISHED"}
     yield
@@ -217,7 +217,7 @@ def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
     bpy.ops.ed.undo_push(message="scene")
     yield from ui.open_tab()
     acts = ui.running
-    for after in (0.0, ui.solving.BIND_SHARE):  # Esc while the mesh is bound, then while it is solved
+    for after in (0.0, ui.solve.BIND_SHARE):  # Esc while the mesh is bound, then while it is solved
         with ui.held_thread(after=after):
             ui.call(bpy.ops.arap.solve)
             job = acts["Grid"]

@@ -443,7 +443,7 @@ def test_esc_while_binding(ui: Ui) -> Steps:
     # The dropped bind takes a while to end. An undo passes over the act all the same, and over nothing else.
     with ui.held_thread(holds_dropped=True):
         ui.call(bpy.ops.arap.pose)
-        assert not ui.binding.is_any_running(), "Blender may crash if a thread runs beside an overridden context"
+        assert not ui.worker.is_any_running(), "Blender may crash if a thread runs beside an overridden context"
         act = ui.running["Grid"]
         yield from ui.until_held()
         assert act.bind_fraction > 0.0
@@ -452,7 +452,7 @@ def test_esc_while_binding(ui: Ui) -> Steps:
         yield from ui.until_free()
         assert obj.data.shape_keys is None
         yield from ui.key("Z", ctrl=True)
-        assert ui.binding.is_any_running()
+        assert ui.worker.is_any_running()
     yield from ui.until(lambda: bpy.data.objects["Grid"].arap.pose_act == 0, "the undo has passed over the act")
     assert bpy.context.scene["step"] == 2
     yield from ui.key("Z", ctrl=True)

@@ -138,7 +138,7 @@ def test_pull_solves_each_move_once(ui: Ui) -> Steps:
     yield from press(ui, (0.3, 0.0, 0.0))
     yield from drag_to(ui, (0.35, 0.0, 0.0))
     yield from ui.until(lambda: bool(ui.running) and ui.running["Grid"].is_settled, "the mesh has bound and follows")
-    run = ui.pull.current[0]
+    run = ui.pull.runs[0]
     update, tick, steps = run.scene.update, run.tick, []
 
     def noted_update(matrices: object, iterations: int | None, time_limit_s: float | None) -> object:
@@ -625,7 +625,7 @@ ACTS = (*["drag"] * 3, *["click"] * 2, "let go", *["undo"] * 2, "redo", "radius"
 
 
 def is_dragging(ui: Ui) -> bool:
-    return any(not run.is_released for run in ui.pull.current)
+    return any(not run.is_released for run in ui.pull.runs)
 
 
 def test_pull_storm(ui: Ui) -> Steps:

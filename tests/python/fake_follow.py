@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from arap_deform.session_data import Readout
+from arap_deform.core.session_data import Readout
 
 
 def readout(stop_reason: str = "max_iterations", iterations: int = 4) -> Readout:

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from arap_deform.mesh_graph import connected_labels
+from arap_deform.core.graph import connected_labels
 from scenes.bar import bar
 from scenes.creature import DEFAULT_VERTICES, creature, creature_groups
 

@@ -67,7 +67,7 @@ def picture(name: str) -> str:
 
 
 def draw(results: dict[str, Any], peers: dict[str, Any], images: Path) -> None:
-    from . import plots
+    from . import plots  # noqa: PLC0415 - needs matplotlib, which the tables do without
 
     images.mkdir(parents=True, exist_ok=True)
     if "native" in results:
@@ -83,7 +83,7 @@ def read_json(path: Path) -> dict[str, Any]:
 
 def draw_quality(quality: dict[str, Any], folder: Path, images: Path) -> None:
     """The pictures that Blender rendered of the samples' poses and of the kinds of meshes."""
-    from . import plots
+    from . import plots  # noqa: PLC0415 - needs matplotlib, which the tables do without
 
     for name, entry in quality["poses"].items():
         rows = tables_quality.panels(name, entry, folder)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Solving frame after frame of a scene; what becomes of the shapes, the bake or the export says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import bpy
+
+from ..core import sessions
+from ..scene import frame_state, handle_motion, meshes
+from .shapes_job import Result, ShapesJob, depsgraph_of
+
+
+class FramesJob(ShapesJob[Result]):
+    """A ShapesJob of frames: the first one starts from rest, each other one from the one before.
+
+    The current frame changes meanwhile.
+    """
+
+    def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, frames: Sequence[int]) -> None:
+        self._frames = list(frames)
+        self._frame_before = (scene.frame_current, scene.frame_subframe)
+        self._values_before = frame_state.capture()
+        super().__init__(obj, scene, len(self._frames))
+
+    @property
+    def frame(self) -> int:
+        """The frame being solved."""
+        return self._frames[min(self._n_done, self._n_shapes - 1)]
+
+    def _shape_name(self) -> str:
+        return f"frame {self.frame}"
+
+    def _begin_shape(self) -> None:
+        assert self._session is not None
+        scene = self._scene()
+        scene.frame_set(self.frame)
+        obj = self._object()
+        depsgraph = depsgraph_of(scene)
+        stretch = meshes.read_stretch(obj, depsgraph)
+        if not sessions.is_same_stretch(self._session.stretch, stretch):
+            # An animated scale: what is rigid as seen is another thing in this frame.
+            self._begin_bind(replace(self._inputs, stretch=stretch))
+        else:
+            self._matrices = handle_motion.handle_matrices(obj, depsgraph)
+
+    def _is_from_rest(self) -> bool:
+        return self._n_done == 0
+
+    def _go_back(self) -> None:
+        scene = bpy.data.scenes.get(self._scene_name)
+        if scene is not None:
+            frame, subframe = self._frame_before
+            scene.frame_set(frame, subframe=subframe)
+            frame_state.restore(self._values_before)
+        super()._go_back()
+
+
+def check_range(start: int, end: int, step: int) -> None:
+    """Raises ValueError where there are no frames to solve."""
+    if step < 1:
+        raise ValueError(f"step = {step}, must be 1 or more")
+    if end < start:
+        raise ValueError(f"The last frame {end} is before the first, {start}: swap them")

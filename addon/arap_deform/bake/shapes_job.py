@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Solving several shapes of a mesh, one after the other, in steps: what all bakes share."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from types import GenericAlias
+from typing import Any, Generic, TypeVar
+
+import bpy
+
+from ..core import sessions
+from ..core.arrays import Float32s, Floats
+from ..core.job import STEP_S
+from ..core.session import Session
+from ..core.session_data import Readout, readout_of_whole
+from ..core.sessions import SessionInput
+from ..core.worker import Binding
+from ..follow import mesh
+from ..follow.update import build_session, session_input
+from ..scene import meshes
+
+Result = TypeVar("Result")
+
+
+class ShapesJob(ABC, Generic[Result]):
+    """A Job of many solves.
+
+    First the mesh is bound, in a thread of its own, where no live session fits. Nothing in the file changes before
+    finish(), except what a kind of job says of itself; cancel() brings that back. Where step() or finish() raises,
+    call cancel(). Holds names, no Blender data.
+    """
+
+    __class_getitem__: Any = classmethod(GenericAlias)  # see Binding
+
+    noun = "job"  # for messages: what has ended
+    doing: str  # to the mesh
+
+    def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, n_shapes: int) -> None:
+        """Of a checked object. Raises RuntimeError where another act has it."""
+        sessions.check_free(obj.name)
+        self._object_name: str = obj.name
+        self._scene_name = scene.name
+        self._n_shapes = n_shapes
+        self._n_done = 0
+        self._is_done = False
+        self._parts: list[Readout] = []  # of the shape being solved
+        self._matrices: Floats | None = None
+        self._live_session: Session | None = None
+        self._live_positions: Float32s | None = None
+        self._session: Session | None = None
+        self._bind: Binding[Session] | None = None
+        self.readouts: list[Readout] = []
+        """One for each shape done."""
+        self._inputs = session_input(obj, depsgraph_of(scene))
+        session = mesh.fitting(obj, self._inputs)
+        if session is None:
+            self._begin_bind(self._inputs)
+        else:
+            self._take_live(session)
+        sessions.claim(obj.name, self)
+
+    @property
+    def fraction(self) -> float:
+        """Fraction of the shapes that is solved, 0 to 1."""
+        return self._n_done / self._n_shapes
+
+    @property
+    def object_name(self) -> str:
+        return self._object_name
+
+    @property
+    def n_shapes(self) -> int:
+        """How many shapes are solved in all."""
+        return self._n_shapes
+
+    @property
+    def n_unsettled(self) -> int:
+        """How many of the shapes done have met the limit of iterations before the accuracy."""
+        return sum(readout.stop_reason != "converged" for readout in self.readouts)
+
+    @property
+    def bind_fraction(self) -> float | None:
+        """How far the mesh is bound, None while shapes are solved."""
+        return None if self._bind is None else self._bind.fraction
+
+    @property
+    def status(self) -> str:
+        """What is being done, for the status bar."""
+        if self._bind is not None:
+            return f"preparing the mesh, {self._bind.fraction:.0%}"
+        return f"{self._shape_name()}, {self.fraction:.0%} done"
+
+    def step(self, time_limit_s: float = STEP_S) -> bool:
+        """Works for about ``time_limit_s`` seconds; True while there is more to do. Call finish() after the last.
+
+        Raises:
+            ValueError, RuntimeError: a handle, the object or the scene went missing, the mesh changed or cannot be
+                used, or the solver failed.
+        """
+        is_solved = self._n_done == self._n_shapes
+        if not is_solved:
+            self._work(time_limit_s)
+        is_more = self._n_done < self._n_shapes or self._conclude(time_limit_s if is_solved else 0.0)
+        self._is_done = not is_more
+        return is_more
+
+    def finish(self) -> Result:
+        """Writes the result, and brings all else back to where it was at the start.
+
+        Raises:
+            ValueError, RuntimeError: as step(), or the result cannot be written; nothing is written then.
+        """
+        if not self._is_done:
+            raise RuntimeError(
+                f"The {self.noun} of '{self._object_name}' is not done: call step() until it returns False"
+            )
+        result = self._write(self._object())
+        sessions.set_readout(self._object_name, self.readouts[-1])
+        self._go_back()
+        return result
+
+    def cancel(self) -> None:
+        """Everything as before the job."""
+        if self._bind is not None:
+            self._bind.drop()
+        self._go_back()
+
+    @abstractmethod
+    def _shape_name(self) -> str:
+        """Of the shape being solved, for the status bar."""
+
+    @abstractmethod
+    def _begin_shape(self) -> None:
+        """Sets the matrices of the handles for the next shape, or begins a bind where the mesh needs one for it."""
+
+    @abstractmethod
+    def _is_from_rest(self) -> bool:
+        """Whether the next shape starts at rest, and not at the one before."""
+
+    @abstractmethod
+    def _take(self, shape: Float32s) -> None:
+        """A shape is solved; the array is written over by the next one."""
+
+    @abstractmethod
+    def _write(self, obj: bpy.types.Object) -> Result:
+        """All shapes are solved: writes the result."""
+
+    def _conclude(self, _time_limit_s: float) -> bool:
+        """A step of what there is to do after the last shape; True while there is more."""
+        return False
+
+    def _work(self, time_limit_s: float) -> None:
+        if self._bind is None and self._matrices is None:
+            self._begin_shape()
+        if self._bind is None:
+            self._solve(time_limit_s)
+        else:
+            self._bind.start()  # not when the job is made: that may be within an operator, see Binding
+            self._bind.wait(time_limit_s)
+            if self._bind.is_done:
+                self._end_bind(self._bind.result())
+
+    def _begin_bind(self, inputs: SessionInput) -> None:
+        self._bind = Binding(lambda progress: build_session(inputs, progress))
+
+    def _end_bind(self, session: Session) -> None:
+        if self._session is None:
+            self._scene()
+            mesh.adopt(self._object(), self._inputs, session)
+            self._take_live(session)
+        else:
+            session.set_positions(self._session.positions)
+            self._session = session
+        self._bind = None
+
+    def _take_live(self, session: Session) -> None:
+        self._session = self._live_session = session
+        self._live_positions = session.positions.copy()
+
+    def _solve(self, time_limit_s: float) -> None:
+        assert self._session is not None
+        assert self._matrices is not None
+        left = self._inputs.settings.max_iterations - sum(part.iterations for part in self._parts)
+        if self._is_from_rest() and not self._parts:
+            part = mesh.solve_from_rest(self._session, self._matrices, time_limit_s=time_limit_s)
+        else:
+            part = self._session.update(
+                self._matrices, iterations=left, initial_guess="previous", time_limit_s=time_limit_s
+            )
+        self._parts.append(part)
+        if part.stop_reason != "time_limit" or part.iterations >= left:
+            self._end_shape(self._session)
+
+    def _end_shape(self, session: Session) -> None:
+        self._take(session.positions)
+        self.readouts.append(readout_of_whole(self._parts))
+        self._parts = []
+        self._matrices = None
+        self._n_done += 1
+
+    def _go_back(self) -> None:
+        if self._live_session is not None and self._live_positions is not None:
+            self._live_session.set_positions(self._live_positions)
+        sessions.release(self._object_name, self)
+
+    def _scene(self) -> bpy.types.Scene:
+        scene = bpy.data.scenes.get(self._scene_name)
+        if scene is None:
+            raise RuntimeError(f"Scene '{self._scene_name}' is not there any more: the {self.noun} has ended")
+        return scene
+
+    def _object(self) -> bpy.types.Object:
+        obj = bpy.data.objects.get(self._object_name)
+        if obj is None:
+            raise RuntimeError(f"'{self._object_name}' is not there any more: the {self.noun} has ended")
+        meshes.check_mesh(obj)
+        n = len(obj.data.vertices)
+        if n != self._inputs.signature.counts[0]:
+            raise RuntimeError(
+                f"The mesh of '{obj.name}' has changed ({self._inputs.signature.counts[0]} vertices, now {n}): "
+                f"the {self.noun} has ended"
+            )
+        return obj
+
+
+def check_in_scene(obj: bpy.types.Object | None, scene: bpy.types.Scene) -> None:
+    """Raises ValueError where the job's object is not one of the scene."""
+    if obj is None or scene not in obj.users_scene:
+        raise ValueError(f"'{obj.name if obj else 'Nothing'}' is not in scene '{scene.name}': choose an object of it")
+
+
+def depsgraph_of(scene: bpy.types.Scene) -> bpy.types.Depsgraph:
+    """The scene, evaluated."""
+    if scene == bpy.context.scene:
+        return bpy.context.evaluated_depsgraph_get()
+    view_layer = scene.view_layers[0]
+    view_layer.update()
+    return view_layer.depsgraph

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Loads arap_native, and says exactly why where it cannot. No bpy.
+
+An extension's wheel is installed by Blender, so a plain import finds it. The legacy zip carries the module inside
+the package, one folder for each Python; it is loaded from there by its path, and sys.path stays as it is.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import platform
+import sys
+from pathlib import Path
+from types import ModuleType
+
+VERSION = "0.1.0"  # of this add-on, and of the module it needs
+MODULE = "arap_native"
+LEGACY_FOLDER = Path(__file__).resolve().parents[1] / "native_modules"
+
+_module: ModuleType | None = None
+_problem: str | None = None
+
+
+def load() -> ModuleType:
+    """The module arap_native.
+
+    Raises:
+        RuntimeError: problem().
+    """
+    if problem() or _module is None:
+        raise RuntimeError(problem())
+    return _module
+
+
+def problem() -> str:
+    """Why the native module cannot be used, one sentence that says what to do; '' where it can."""
+    global _module, _problem  # noqa: PLW0603 - loaded once, at first use
+    if _problem is None:
+        try:
+            _module = _load(LEGACY_FOLDER)
+            _problem = ""
+        except RuntimeError as error:
+            _problem = str(error)
+    return _problem
+
+
+def _load(legacy_folder: Path) -> ModuleType:
+    loaded = sys.modules.get(MODULE)
+    if loaded is not None:
+        _check_version(loaded, "Blender still runs solver module", "save your work and restart Blender")
+        return loaded
+    module = _from_folder(legacy_folder) if legacy_folder.is_dir() else _from_wheel()
+    try:
+        _check_version(module, "the installed solver module is", "remove the add-on and install its zip again")
+    except RuntimeError:
+        sys.modules.pop(MODULE, None)
+        raise
+    return module
+
+
+def _check_version(module: ModuleType, what: str, remedy: str) -> None:
+    found = getattr(module, "__version__", "without a version")
+    if found != VERSION:
+        place = getattr(module, "__file__", None) or "an unknown place"
+        raise RuntimeError(f"ARAP Deform is {VERSION}, but {what} {found} ({place}): {remedy}")
+
+
+def _from_wheel() -> ModuleType:
+    try:
+        return importlib.import_module(MODULE)
+    except ModuleNotFoundError as error:
+        if error.name != MODULE:
+            raise _cannot_load("its wheel", error) from error
+        raise RuntimeError(
+            f"The solver module is missing for {_here()}: install the zip that was built for this Blender and platform"
+        ) from error
+    except ImportError as error:
+        raise _cannot_load("its wheel", error) from error
+
+
+def _from_folder(folder: Path) -> ModuleType:
+    tag = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    init = folder / tag / MODULE / "__init__.py"
+    if not init.is_file():
+        others = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_dir())) or "nothing"
+        raise RuntimeError(
+            f"The solver module is missing for {_here()}: {folder} holds {others}, not {tag}; "
+            "install the zip that was built for this Blender and platform"
+        )
+    spec = importlib.util.spec_from_file_location(MODULE, init, submodule_search_locations=[str(init.parent)])
+    if spec is None or spec.loader is None:
+        raise RuntimeError(f"The solver module at {init} cannot be read: remove the add-on and install its zip again")
+    module = importlib.util.module_from_spec(spec)
+    before = set(sys.modules)
+    sys.modules[MODULE] = module
+    try:
+        spec.loader.exec_module(module)
+    except ImportError as error:
+        for name in [name for name in sys.modules if name not in before and name.split(".")[0] == MODULE]:
+            del sys.modules[name]
+        raise _cannot_load(str(init.parent), error) from error
+    return module
+
+
+def _cannot_load(place: str, error: ImportError) -> RuntimeError:
+    reason = " ".join(str(error).split())
+    return RuntimeError(
+        f"The solver module in {place} cannot be loaded by {_here()} ({reason}): "
+        "install the zip that was built for this Blender and platform"
+    )
+
+
+def _here() -> str:
+    return f"Python {sys.version_info.major}.{sys.version_info.minor} on {platform.system()} {platform.machine()}"

@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Handles, matrices, solver: what a handle's matrix means for vertices. No bpy.
+
+Everything outside is object space. The solver works in object space times the stretch, where rigid means rigid as
+seen; only its own unit is visible outside: energies are in the square of world units.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import Floats, Ints
+from .patches import patch_around, reaches_of_points, surface_diagonal
+from .session_data import Readout, SessionMesh, SessionSettings
+from .targets import HandleMap, HandleSpec, Patch, check_specs
+from .transforms import map_points
+
+if TYPE_CHECKING:
+    import arap_native
+
+Progress = Callable[[float], "bool | None"]
+
+
+class Cancelled(RuntimeError):
+    """``progress`` stopped the work; everything is as it was before the call."""
+
+
+class Session:
+    """The live session of one mesh. Serves one thread at a time."""
+
+    def __init__(
+        self,
+        native: Any,
+        mesh: SessionMesh,
+        stretch: Floats,
+        settings: SessionSettings,
+        stiffness: Floats | None = None,
+        rigid_regions: Ints | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds.
+
+        Args:
+            native: the module arap_native.
+            mesh: at rest.
+            stretch: (3, 3) symmetric factor of the polar decomposition of matrix_world; see rigid_fit.stretch_of().
+            settings: see SessionSettings.
+            stiffness: (n,) > 0, or None.
+            rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
+            progress: may stop the bind by returning False.
+
+        Raises:
+            ValueError: the mesh cannot be used; the message says where.
+            Cancelled: ``progress`` returned False.
+        """
+        self._native = native
+        self._stretch = np.ascontiguousarray(stretch, dtype=np.float64)
+        self._unstretch: Floats = np.asarray(np.linalg.inv(self._stretch), dtype=np.float64)
+        self._is_stretched = not np.array_equal(self._stretch, np.eye(3))
+        self._rest = np.ascontiguousarray(mesh.rest_positions, dtype=np.float64)
+        self._settings = settings
+        self._map: HandleMap | None = None
+        self._specs: tuple[HandleSpec, ...] = ()
+        self._point_patches: dict[int, Patch] = {}
+        self._positions = self._rest.astype(np.float32)
+        # The solver writes single precision into memory that is there already: a frame allocates nothing.
+        self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
+        self._factor_ms = 0.0
+
+        options = native.Options(
+            energy=settings.energy,
+            rigidity_radius=settings.rigidity_radius,
+            weights=settings.weights,
+            threads=settings.threads,
+            join_seams=settings.join_seams,
+        )
+        seen = self._to_solver(self._rest)
+        self._diagonal = surface_diagonal(seen, mesh.corner_vertices)
+        start = time.perf_counter()
+        with _Cancellation(native, "Binding"):
+            self._solver: arap_native.SurfaceArap = native.SurfaceArap(
+                seen,
+                np.ascontiguousarray(mesh.corner_vertices, dtype=np.int32),
+                np.ascontiguousarray(mesh.face_sizes, dtype=np.int32),
+                options,
+                stiffness=stiffness,
+                rigid_regions=rigid_regions,
+                progress=progress,
+            )
+        self._bind_ms = _ms_since(start)
+
+    @property
+    def n_vertices(self) -> int:
+        return len(self._rest)
+
+    @property
+    def stretch(self) -> Floats:
+        """(3, 3) float64."""
+        return self._stretch
+
+    @property
+    def settings(self) -> SessionSettings:
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: SessionSettings) -> None:
+        if settings.of_bind != self._settings.of_bind:
+            raise ValueError("Energy, rigidity, weights, threads and seams are fixed at bind: make a new session")
+        self._settings = settings
+
+    @property
+    def positions(self) -> NDArray[np.float32]:
+        """(n, 3) float32, contiguous, object space: where the mesh is now. Written over by the next update."""
+        return self._positions
+
+    @property
+    def n_factorizations(self) -> int:
+        """Numeric factorizations since the bind."""
+        return self._solver.n_factorizations
+
+    @property
+    def patches(self) -> Mapping[int, Patch]:
+        """What the point handles hold, by index of the handle."""
+        return self._point_patches
+
+    def set_handles(self, specs: Sequence[HandleSpec], progress: Progress | None = None) -> None:
+        """Makes ``specs`` the handles; factorizes only where vertices or strengths changed.
+
+        Raises:
+            ValueError: a vertex out of range, or nothing is held or moved. Cancelled, RuntimeError. The former
+                handles stay in each case.
+        """
+        if self._map is not None and _are_same(self._specs, specs):
+            if any(spec.base is not former.base for spec, former in zip(specs, self._specs, strict=True)):
+                based = {i: self._based(patch, specs[i]) for i, patch in self._point_patches.items()}
+                self._point_patches = based
+                self._map = HandleMap(specs, self._rest, self._stretch, self._point_patches)
+            self._specs = tuple(specs)
+            return
+        start = time.perf_counter()
+        patches = self._patches_of(specs)
+        handle_map = HandleMap(specs, self._rest, self._stretch, patches)
+        with _Cancellation(self._native, "Preparing the handles"):
+            self._solver.set_constraints(
+                handle_map.vertices, handle_map.strengths, handle_map.patches, progress=progress
+            )
+        self._factor_ms = _ms_since(start)
+        self._map = handle_map
+        self._specs = tuple(specs)
+        self._point_patches = patches
+
+    def _patches_of(self, specs: Sequence[HandleSpec]) -> dict[int, Patch]:
+        if not self._settings.has_radius:
+            return {}
+        check_specs(specs, self.n_vertices)
+        reaches = reaches_of_points(
+            specs,
+            self._rest,
+            self._stretch,
+            self._settings.rigidity_radius * self._diagonal,
+            self._solver.loose_vertices,
+        )
+        patches = {}
+        for i, reach in reaches.items():
+            patch = patch_around(self._solver, specs[i].vertices, reach / self._diagonal, self._unstretch)
+            if patch is not None:
+                patches[i] = self._based(patch, specs[i])
+        return patches
+
+    def _based(self, patch: Patch, spec: HandleSpec) -> Patch:
+        base = self._rest if spec.base is None else spec.base
+        return replace(patch, centre=patch.weights @ base[patch.vertices].astype(np.float64))
+
+    def update(
+        self,
+        matrices: Floats,
+        *,
+        iterations: int | None = None,
+        initial_guess: str | None = None,
+        to_convergence: bool = False,
+        time_limit_s: float | None = None,
+        sufficient_accuracy: float = 0.0,
+        progress: Progress | None = None,
+    ) -> Readout:
+        """Moves the mesh after its handles.
+
+        Args:
+            matrices: (h, 4, 4) float64 object-space motion of each handle, in the order of set_handles():
+                (O_now^-1 M_now)(O_rest^-1 M_rest)^-1; identity for pins.
+            iterations: at most so many; None: settings.iterations_per_update, or with ``to_convergence``
+                settings.max_iterations.
+            initial_guess: None: settings.initial_guess.
+            to_convergence: see ``iterations``.
+            time_limit_s: stops before the iteration that would pass it, but after one; None: no limit.
+            sufficient_accuracy: where the settings ask for more, this much is enough.
+            progress: may stop the update by returning False; the mesh is then where it was.
+
+        Raises:
+            ValueError: no handles yet, wrong shape, or a matrix that is not finite. RuntimeError: the solver
+                failed. Cancelled. The mesh stays where it was in each case.
+        """
+        if self._map is None:
+            raise ValueError("The session has no handles: call set_handles first")
+        settings = self._settings
+        guess = initial_guess or settings.initial_guess
+        at_most = settings.max_iterations if to_convergence else settings.iterations_per_update
+        options = {
+            "initial_guess": guess,
+            "max_iterations": at_most if iterations is None else iterations,
+            "accuracy": max(settings.accuracy, sufficient_accuracy),
+        }
+        if time_limit_s is not None:
+            options["time_limit_s"] = time_limit_s
+        start = time.perf_counter()
+        result = self._solver.solve(
+            self._map.targets(matrices),
+            self._native.SolveOptions(**options),
+            rotations=self._map.rotations(matrices) if guess == "handle_rotations" else None,
+            progress=progress,
+            out=self._solved,
+        )
+        if result.stop_reason == "cancelled":
+            raise Cancelled("Solving was cancelled; the pose is as it was")
+        self._unstretch_solved()
+        return Readout(
+            vertices=self.n_vertices,
+            free_vertices=self.n_vertices - len(self._map.vertices),
+            last_ms=_ms_since(start),
+            iterations=result.iterations,
+            energy=result.energy_after,
+            energy_before=result.energy_before,
+            step=result.step,
+            stop_reason=result.stop_reason,
+            parts_at_rest=len(result.parts_at_rest),
+            loose_vertices=len(result.loose_vertices),
+            bind_ms=self._bind_ms,
+            factor_ms=self._factor_ms,
+        )
+
+    def set_positions(self, positions: NDArray[np.floating]) -> None:
+        """Goes on from ``positions``, (n, 3), object space.
+
+        Raises:
+            ValueError: wrong shape or not finite; the mesh stays where it was.
+        """
+        if positions.shape != self._rest.shape:
+            raise ValueError(f"positions have shape {positions.shape}, expected {self._rest.shape}")
+        self._solver.set_positions(self._to_solver(np.ascontiguousarray(positions, dtype=np.float64)))
+        self._positions[...] = positions
+
+    def reset(self) -> None:
+        """Back to rest; the handles stay."""
+        self._solver.reset()
+        self._positions[...] = self._rest
+
+    def _to_solver(self, positions: Floats) -> Floats:
+        return np.ascontiguousarray(positions @ self._stretch.T) if self._is_stretched else positions
+
+    def _unstretch_solved(self) -> None:
+        if self._is_stretched:
+            map_points(self._solved, self._unstretch.astype(np.float32), self._positions)
+
+
+class _Cancellation:
+    """Turns the native module's Cancelled into ours."""
+
+    def __init__(self, native: Any, act: str) -> None:
+        self._native_cancelled = native.Cancelled
+        self._act = act
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, _kind: object, error: BaseException | None, _traceback: object) -> None:
+        if isinstance(error, self._native_cancelled):
+            raise Cancelled(f"{self._act} was cancelled; nothing has changed") from None
+
+
+def _are_same(former: Sequence[HandleSpec], specs: Sequence[HandleSpec]) -> bool:
+    return len(former) == len(specs) and all(a.is_same_as(b) for a, b in zip(former, specs, strict=True))
+
+
+def _ms_since(start: float) -> float:
+    return 1e3 * (time.perf_counter() - start)

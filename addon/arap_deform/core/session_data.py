@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a session is made of and what it tells: plain data. No bpy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from .arrays import Floats, Ints
+
+
+@dataclass(frozen=True)
+class SessionMesh:
+    """A mesh at rest, in object space.
+
+    Attributes:
+        rest_positions: (n, 3) float64.
+        corner_vertices: (c,) int32, the faces' vertices, one face after the other.
+        face_sizes: (f,) int32.
+    """
+
+    rest_positions: Floats
+    corner_vertices: Ints
+    face_sizes: Ints
+
+
+@dataclass(frozen=True)
+class SessionSettings:
+    """The settings of ``Object.arap``, and of the preferences, that the solver sees; see there for what they mean."""
+
+    energy: str = "rotation_nodes"
+    rigidity_radius: float = 0.02  # a fraction of the mesh's diagonal as seen
+    weights: str = "cotangent"
+    initial_guess: str = "previous"
+    iterations_per_update: int = 4
+    max_iterations: int = 1000
+    accuracy: float = 1e-6
+    threads: int = 0
+    join_seams: bool = False
+
+    @property
+    def of_bind(self) -> tuple[object, ...]:
+        """The settings that only a new session can take."""
+        radius = self.rigidity_radius if self.has_radius else None
+        return self.energy, radius, self.weights, self.threads, self.join_seams
+
+    @property
+    def has_radius(self) -> bool:
+        """Whether the energy is one that the rigidity radius belongs to."""
+        return self.energy == "rotation_nodes"
+
+
+@dataclass(frozen=True)
+class Readout:
+    """What the last solve did.
+
+    Attributes:
+        energy, energy_before: in the square of world units.
+        step: last iteration's largest movement, as a fraction of the size.
+        stop_reason: "converged", "max_iterations" or "time_limit".
+        last_ms, bind_ms, factor_ms: milliseconds of this solve, of the bind and of the last factorization.
+        parts_at_rest: number of connected parts that nothing holds or moves.
+    """
+
+    vertices: int
+    free_vertices: int
+    last_ms: float
+    iterations: int
+    energy: float
+    energy_before: float
+    step: float
+    stop_reason: str
+    parts_at_rest: int
+    loose_vertices: int
+    bind_ms: float
+    factor_ms: float
+
+
+def readout_of_whole(parts: Sequence[Readout]) -> Readout:
+    """One readout for a solve that was done in several updates."""
+    return replace(
+        parts[-1],
+        energy_before=parts[0].energy_before,
+        iterations=sum(part.iterations for part in parts),
+        last_ms=sum(part.last_ms for part in parts),
+    )

@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the matrices of handles to the targets of vertices. No bpy.
+
+Solver space is object space times the stretch: X = S x. A handle's motion T acts in object space, so a vertex's
+target is S T x = A x + b. Everything that does not depend on T is computed once per set of handles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arrays import Floats, Ints
+from .transforms import map_points, nearest_rotations
+
+
+@dataclass(frozen=True)
+class HandleSpec:
+    """A group of vertices that follows one matrix. A pin is a handle that never moves.
+
+    Attributes:
+        name: for messages.
+        vertices: (k,) int32.
+        weights: (k,) float64; 1 is hard, between 0 and 1 soft, 0 free.
+        is_exact: holds its vertices, however few; else it may be a point: see point_handles.
+        base: (n, 3) where the whole mesh stands while the handle has not moved; None: at rest.
+    """
+
+    name: str
+    vertices: Ints
+    weights: Floats
+    is_exact: bool = True
+    base: NDArray[np.floating] | None = None
+
+    def is_same_as(self, other: HandleSpec) -> bool:
+        """Whether both hold the same, wherever."""
+        return (
+            self.is_exact == other.is_exact
+            and np.array_equal(self.vertices, other.vertices)
+            and np.array_equal(self.weights, other.weights)
+        )
+
+
+@dataclass(frozen=True)
+class Patch:
+    """What a handle holds that is a point: the weighted average of a piece of the surface.
+
+    Attributes:
+        vertices: (m,) int32.
+        weights: (m,) float64, of sum 1.
+        centre: (3,) float64 the average while the handle has not moved, object space.
+    """
+
+    vertices: Ints
+    weights: Floats
+    centre: Floats
+
+
+NO_PATCHES: Mapping[int, Patch] = MappingProxyType({})
+
+
+def check_specs(specs: Sequence[HandleSpec], n_vertices: int) -> None:
+    """Raises ValueError where a handle's vertices are out of range, or not as many as its weights."""
+    for spec in specs:
+        vertices, weights = np.asarray(spec.vertices), np.asarray(spec.weights)
+        if vertices.shape != weights.shape or vertices.ndim != 1:
+            raise ValueError(
+                f"Handle '{spec.name}' has vertices of shape {vertices.shape} but weights of shape "
+                f"{weights.shape}: give one weight per vertex"
+            )
+        if vertices.size and (vertices.min() < 0 or vertices.max() >= n_vertices):
+            raise ValueError(f"Handle '{spec.name}' has a vertex outside 0 to {n_vertices - 1}: check its vertex group")
+
+
+class HandleMap:
+    """Rows of targets for a set of handles.
+
+    First the vertices of one handle each, by handle, then the shared ones, then the patches.
+
+    Attributes:
+        vertices: (k,) int32 constrained vertices, each once.
+        strengths: (k,) float64 in (0, 1]: the largest weight of each vertex.
+        patches: (offsets, vertices, weights) of the p patches, one after the other; None without any.
+    """
+
+    def __init__(
+        self,
+        specs: Sequence[HandleSpec],
+        rest_positions: Floats,
+        stretch: Floats,
+        patches: Mapping[int, Patch] = NO_PATCHES,
+    ) -> None:
+        """Prepares the map.
+
+        Args:
+            specs: the handles, in the order of the matrices that targets() takes.
+            rest_positions: (n, 3) float64, object space.
+            stretch: (3, 3) float64, symmetric.
+            patches: by index of the handle, for those that hold a patch in place of their vertices.
+
+        Raises:
+            ValueError: a vertex out of range, or no weight above 0 anywhere.
+        """
+        check_specs(specs, len(rest_positions))
+        self._specs = tuple(specs)
+        self._stretch = stretch
+        self._set_patches(patches)
+        handle, vertex, weight = self._entries(patches)
+        unique, inverse, counts = np.unique(vertex, return_inverse=True, return_counts=True)
+        is_shared = counts[inverse] > 1
+
+        singles = np.flatnonzero(~is_shared)  # entries are by handle already
+        shared = np.flatnonzero(is_shared)[np.argsort(vertex[is_shared], kind="stable")]
+        shared_vertices = unique[counts > 1]
+        self.vertices: Ints = np.concatenate([vertex[singles], shared_vertices]).astype(np.int32)
+
+        starts = np.cumsum(counts[counts > 1]) - counts[counts > 1]
+        largest = np.maximum.reduceat(weight[shared], starts) if len(starts) else np.empty(0)
+        self.strengths: Floats = np.concatenate([weight[singles], largest])
+
+        base = self._base_of(handle, vertex, rest_positions)
+        bounds = np.searchsorted(handle[singles], np.arange(len(self._specs) + 1))
+        self._blocks = [slice(int(a), int(b)) for a, b in pairwise(bounds)]
+        self._single_base = np.ascontiguousarray(base[singles])
+        self._single_handles = handle[singles]
+
+        self._shared_base = base[shared]
+        self._shared_handles = handle[shared]
+        self._shared_starts = starts
+        totals = np.add.reduceat(weight[shared], starts) if len(starts) else np.empty(0)
+        self._shared_shares = weight[shared] / np.repeat(totals, counts[counts > 1])
+
+        self._matrices: Floats = np.full((len(self._specs), 4, 4), np.nan)
+        self._targets = np.empty((len(self.vertices) + len(patches), 3))
+
+    def _set_patches(self, patches: Mapping[int, Patch]) -> None:
+        self._patch_handles = np.array(sorted(patches), dtype=np.intp)
+        ordered = [patches[int(h)] for h in self._patch_handles]
+        self._centres = np.array([patch.centre for patch in ordered]).reshape(-1, 3)
+        self.patches: tuple[Ints, Ints, Floats] | None = None
+        if ordered:
+            self.patches = (
+                np.cumsum([0, *(len(patch.vertices) for patch in ordered)], dtype=np.int32),
+                np.concatenate([patch.vertices for patch in ordered]).astype(np.int32),
+                np.concatenate([patch.weights for patch in ordered]).astype(np.float64),
+            )
+
+    def _entries(self, patches: Mapping[int, Patch]) -> tuple[NDArray[np.intp], Ints, Floats]:
+        """Handle, vertex and weight of every weight above 0, ordered by handle; without those that hold a patch."""
+        nothing = np.empty(0, np.intp), np.empty(0, np.int32), np.empty(0)
+        parts: list[tuple[NDArray[np.intp], Ints, Floats]] = [nothing]
+        for i, spec in enumerate(self._specs):
+            if i not in patches:
+                vertices = np.asarray(spec.vertices, dtype=np.int32)
+                weights = np.asarray(spec.weights, dtype=np.float64)
+                used = weights > 0.0
+                parts.append((np.full(used.sum(), i), vertices[used], np.minimum(weights[used], 1.0)))
+        handle, vertex, weight = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        if not len(vertex) and not patches:
+            raise ValueError("No vertex is pinned or has a handle: add a pin or a handle, or give its group weight")
+        return handle, vertex, weight
+
+    def _base_of(self, handle: NDArray[np.intp], vertex: Ints, rest_positions: Floats) -> Floats:
+        """Where each entry's vertex stands while its handle has not moved."""
+        base = rest_positions[vertex]
+        for i, spec in enumerate(self._specs):
+            if spec.base is not None:
+                mine = handle == i
+                base[mine] = spec.base[vertex[mine]]
+        return base
+
+    @property
+    def n_handles(self) -> int:
+        return len(self._specs)
+
+    def targets(self, matrices: Floats) -> Floats:
+        """(k + p, 3) float64 targets in solver space, a row for each vertex and patch; valid until the next call.
+
+        Args:
+            matrices: (h, 4, 4) float64 object-space motion of each handle.
+
+        Raises:
+            ValueError: wrong shape, or a matrix that is not finite (names the handle).
+        """
+        matrices = self._checked(matrices)
+        moved = (matrices != self._matrices).any(axis=(1, 2))
+        if not moved.any():
+            return self._targets
+        linear = self._stretch @ matrices[:, :3, :3]
+        offset = matrices[:, :3, 3] @ self._stretch.T
+        for h in np.flatnonzero(moved):
+            block = self._blocks[h]
+            rows = self._targets[block]
+            map_points(self._single_base[block], linear[h], rows)
+            rows += offset[h]
+        n_single, n_vertices = len(self._single_base), len(self.vertices)
+        if len(self._shared_starts) and moved[self._shared_handles].any():
+            self._targets[n_single:n_vertices] = self._shared_targets(linear, offset)
+        of_patch = self._patch_handles
+        self._targets[n_vertices:] = np.matmul(linear[of_patch], self._centres[:, :, None])[:, :, 0] + offset[of_patch]
+        self._matrices = matrices.copy()
+        return self._targets
+
+    def _shared_targets(self, linear: Floats, offset: Floats) -> Floats:
+        moved = np.matmul(linear[self._shared_handles], self._shared_base[:, :, None])[:, :, 0]
+        moved += offset[self._shared_handles]
+        moved *= self._shared_shares[:, None]
+        return np.asarray(np.add.reduceat(moved, self._shared_starts, axis=0))
+
+    def rotations(self, matrices: Floats) -> Floats:
+        """(k + p, 3, 3) float64 rotation of the handle of each vertex and patch in solver space.
+
+        Shared vertices take the mean.
+        """
+        matrices = self._checked(matrices)
+        seen = self._stretch @ matrices[:, :3, :3] @ np.linalg.inv(self._stretch)
+        rotations = nearest_rotations(seen)
+        result = np.empty((len(self._targets), 3, 3))
+        n_single, n_vertices = len(self._single_base), len(self.vertices)
+        result[:n_single] = rotations[self._single_handles]
+        if len(self._shared_starts):
+            weighted = rotations[self._shared_handles] * self._shared_shares[:, None, None]
+            result[n_single:n_vertices] = nearest_rotations(np.add.reduceat(weighted, self._shared_starts, axis=0))
+        result[n_vertices:] = rotations[self._patch_handles]
+        return result
+
+    def _checked(self, matrices: Floats) -> Floats:
+        matrices = np.asarray(matrices, dtype=np.float64)
+        if matrices.shape != (len(self._specs), 4, 4):
+            raise ValueError(f"matrices have shape {matrices.shape}, expected ({len(self._specs)}, 4, 4)")
+        finite = np.isfinite(matrices).all(axis=(1, 2))
+        if not finite.all():
+            name = self._specs[int(np.flatnonzero(~finite)[0])].name
+            raise ValueError(f"Handle '{name}' has a transform that is not finite: reset it")
+        return matrices

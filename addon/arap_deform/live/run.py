@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live of one object: the mesh follows its handles all the time. No bpy: Blender comes through LiveScene.
+
+Handlers say that the scene was evaluated, a timer goes on where that was not enough. While the artist moves a handle
+and during playback each solve goes on from the one before; after a change of frame it starts from rest, so that a
+frame looks the same whichever way one comes to it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from enum import Enum, auto
+from typing import Protocol
+
+from ..core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene
+from ..core.session_data import Readout
+
+# A mesh whose step takes longer than this lets Blender work for as long before its next one.
+HEAVY_STEP_S = 0.03
+MOST_STEPS_OF_BINDING = 6  # two binds: a mesh that does not fit after them never will
+
+
+class NotNow(Exception):
+    """The mesh cannot follow until something changes, a few words; Live stays on."""
+
+
+class When(Enum):
+    """What has evaluated the scene."""
+
+    UPDATE = auto()  # somebody has changed something
+    FRAME = auto()  # another frame, not in playback
+    PLAYBACK = auto()
+
+
+class LiveScene(FollowScene, Protocol):
+    """What Live needs of Blender, for one object."""
+
+    def why_paused(self) -> str:
+        """Why the mesh cannot follow for now, a few words; '' while it can."""
+
+    def look_again(self) -> None:
+        """Anything may have changed: another mode, for example."""
+
+    def undone(self) -> None:
+        """As look_again(), and all data has another address."""
+
+    def switch_off(self, error: Exception) -> None:
+        """Live cannot go on: switches it off and says why."""
+
+
+class LiveRun:
+    """From the moment that Live is switched on until ``is_over``. No method raises."""
+
+    def __init__(self, scene: LiveScene, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._scene = scene
+        self._clock = clock
+        self._follower = Follower(scene, clock)
+        self._is_busy = False
+        self._is_resuming = True  # goes on from what the key shows, not from what was solved last
+        self._is_from_rest = False  # the next step starts there
+        self._is_behind = False  # a handler had to leave a step to the timer
+        self._is_played = False  # what is shown is of a playback
+        self._free_at = 0.0
+        self.pause = ""
+        self.is_over = False
+
+    @property
+    def is_binding(self) -> bool:
+        return self._follower.is_binding
+
+    @property
+    def bind_fraction(self) -> float:
+        return self._follower.bind_fraction
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether there is nothing left to do until something changes."""
+        is_busy = self.is_binding or self._is_resuming or self._is_behind or self._is_played
+        return self._follower.is_settled and not is_busy
+
+    @property
+    def readout(self) -> Readout | None:
+        return self._follower.readout
+
+    @property
+    def wants_timer(self) -> bool:
+        return not self.is_over and (bool(self.pause) or not self.is_settled)
+
+    def scene_changed(self, when: When, time_limit_s: float | None = FOLLOW_TIME_LIMIT_S) -> None:
+        """Follows the handles where they have moved. None: binds if need be, and goes on until all is settled."""
+        if when is When.FRAME:
+            self._is_from_rest = True
+        if time_limit_s is None:
+            self._guarded(self._settle)
+        else:
+            self._guarded(lambda: self._follow_in_time(when, time_limit_s))
+
+    def tick(self, *, is_playing: bool, time_limit_s: float = REFINE_TIME_LIMIT_S) -> None:
+        """Goes on binding, following and refining; during playback only binding."""
+        self._guarded(lambda: self._tick(time_limit_s, is_playing=is_playing))
+
+    def undone(self) -> None:
+        """All data is another: goes on from what undo or redo has brought."""
+        self._is_resuming = True
+        self._scene.undone()
+
+    def end(self) -> None:
+        """Switched off, or the object is gone."""
+        self.is_over = True
+        self._follower.drop()
+
+    def _guarded(self, step: Callable[[], object]) -> None:
+        # Reading evaluated matrices evaluates the scene, which calls scene_changed() within tick().
+        if self.is_over or self._is_busy:
+            return
+        self._is_busy = True
+        try:
+            self.pause = self._scene.why_paused()
+            if not self.pause:
+                step()
+        except NotNow as reason:
+            self.pause = str(reason)
+        except Exception as error:  # noqa: BLE001 - once is enough: no stream of errors, whatever it is
+            self.end()
+            self._scene.switch_off(error)
+        finally:
+            self._is_busy = False
+        if self.pause:
+            self._is_resuming = True
+            self._scene.look_again()
+
+    def _follow_in_time(self, when: When, time_limit_s: float) -> None:
+        self._is_behind = self._clock() < self._free_at or not self._follower.is_ready()
+        if self._is_behind or self._timed(lambda: self._follow(time_limit_s)):
+            self._is_played = self._is_played or when is When.PLAYBACK
+
+    def _tick(self, time_limit_s: float, *, is_playing: bool) -> None:
+        if self._clock() < self._free_at or not self._follower.prepare() or is_playing:
+            return
+        if self._is_played:
+            self._is_played, self._is_from_rest = False, True
+            self._follower.forget_place()
+        self._is_behind = False
+        self._timed(lambda: self._follow_or_refine(time_limit_s))
+
+    def _follow_or_refine(self, time_limit_s: float) -> bool:
+        has_moved = self._follow(FOLLOW_TIME_LIMIT_S)
+        if not has_moved:
+            self._follower.refine(time_limit_s)
+        return has_moved
+
+    def _settle(self) -> None:
+        for _ in range(MOST_STEPS_OF_BINDING):
+            if self._follower.prepare():
+                self._is_from_rest = True  # nobody drags anything here
+                self._follow(None)
+                self._is_played = False
+                return
+        raise RuntimeError("The mesh changes each time it has been prepared")
+
+    def _follow(self, time_limit_s: float | None) -> bool:
+        if self._is_resuming:
+            self._is_resuming = False
+            self._follower.go_on_from_shown()
+        is_from_rest, self._is_from_rest = self._is_from_rest, False
+        return self._follower.follow(time_limit_s, is_from_rest=is_from_rest)
+
+    def _timed(self, step: Callable[[], bool]) -> bool:
+        """Does a step, and sees to it that a heavy one is followed by as long a time without any."""
+        start = self._clock()
+        has_moved = step()
+        end = self._clock()
+        self._free_at = end + (end - start) if end - start > HEAVY_STEP_S else 0.0
+        return has_moved

@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live: which objects have it, and what calls them: handlers, and a timer while there is work left.
+
+No modal operator: one that runs all the time would keep Blender from saving automatically.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..core import sessions
+from ..core.following import FOLLOW_TIME_LIMIT_S
+from ..follow.scene import is_rendering
+from ..props import hooks, preferences
+from ..scene import app_handlers, meshes, redraw
+from .run import LiveRun, When
+from .scene import BlenderLiveScene
+
+TIMER_S = 0.02
+SLOW_TIMER_S = 0.2  # while there is nothing to do but to wait for an end: of a pause, of a playback, of a render
+
+NOT_RENDERED = "Rendered without Live: the mesh kept one shape. Bake the animation before rendering it"
+
+
+class Run(LiveRun):
+    """The run of one object, and its scene."""
+
+    def __init__(self, obj: bpy.types.Object) -> None:
+        self.scene = BlenderLiveScene(obj)
+        super().__init__(self.scene)
+
+
+_runs: dict[str, Run] = {}
+_render_frame: int | None = None  # the first one of a render under way
+_has_rendered_without = False
+
+
+def run_of(obj: bpy.types.Object) -> Run | None:
+    """The object's run, None where it is not live."""
+    return _runs.get(obj.name_full)
+
+
+def render_notice() -> str:
+    """What there is to say about the last render, '' where it showed what it should."""
+    return NOT_RENDERED if _has_rendered_without else ""
+
+
+def toggled(obj: bpy.types.Object) -> None:
+    """The object's toggle was changed, by hand or by a script."""
+    obj.arap.live_problem = ""
+    if obj.arap.is_live:
+        _begin(obj)
+        obj.update_tag()  # so that a script that evaluates the scene next finds it followed
+    elif obj.name in _runs:
+        _runs.pop(obj.name).end()
+
+
+def give_up(obj: bpy.types.Object) -> None:
+    """To be called before an act without Live: undoing the act must not try again what Live has given up."""
+    if obj.arap.live_problem:
+        obj.arap.live_problem = ""
+        if bpy.ops.ed.undo_push.poll():  # not without a window
+            bpy.ops.ed.undo_push(message="ARAP Live Off")
+
+
+def _begin(obj: bpy.types.Object) -> None:
+    if obj.name not in _runs and _is_own(obj) and obj.type == "MESH":
+        _runs[obj.name] = Run(obj)
+        _wake()
+
+
+def _is_own(obj: bpy.types.Object) -> bool:
+    """Whether it may be changed: an object of a library, or an override of one, shows what was saved."""
+    return obj.library is None and not meshes.is_override(obj)
+
+
+def _find(objects: Iterable[bpy.types.Object]) -> None:
+    """Ends the runs whose object is gone or renamed, and begins one for each object that is live."""
+    for name in list(_runs):
+        obj = bpy.data.objects.get((name, None))
+        if obj is None or not obj.arap.is_live:
+            _runs.pop(name).end()
+            if obj is None:
+                sessions.drop(name)
+    for obj in objects:
+        if obj.arap.is_live:
+            _begin(obj)
+
+
+def _changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, when: When) -> None:
+    runs = [run for name, run in _runs.items() if scene.objects.get(name) is not None]
+    n_moving = sum(not (run.is_settled or run.pause) for run in runs)
+    limit = None if bpy.app.background else FOLLOW_TIME_LIMIT_S / max(1, n_moving)
+    for run in runs:
+        with run.scene.evaluated(depsgraph, is_frame=when is not When.UPDATE):
+            run.scene_changed(when, limit)
+    _wake()
+
+
+@persistent
+def _on_update(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    if is_rendering() or _render_frame is not None:
+        return
+    updated = (update.id.original for update in depsgraph.updates if isinstance(update.id, bpy.types.Object))
+    _find(updated)
+    if _runs:
+        _changed(scene, depsgraph, When.UPDATE)
+
+
+@persistent
+def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    global _has_rendered_without  # noqa: PLW0603 - set by one handler and read by the panel
+    if is_rendering() or _render_frame is not None:
+        if _runs and scene.frame_current != _render_frame and not _has_rendered_without:
+            _has_rendered_without = True
+            print(f"ARAP: {NOT_RENDERED}")
+    elif _runs:
+        _changed(scene, depsgraph, When.PLAYBACK if _is_playing() else When.FRAME)
+
+
+@persistent
+def _on_undo(*_: object) -> None:
+    for obj in bpy.data.objects:
+        # What was wrong may be gone, and undo leaves data alone that did not change in its step, like this toggle.
+        if obj.arap.live_problem and _is_own(obj):
+            obj.arap.is_live = True
+    _find(bpy.data.objects)
+    for run in _runs.values():
+        run.undone()
+    _wake()
+
+
+@persistent
+def _on_load(*_: object) -> None:
+    global _render_frame, _has_rendered_without
+    _render_frame, _has_rendered_without = None, False
+    for run in _runs.values():
+        run.end()
+    _runs.clear()
+    sessions.clear()  # not before: a run that ends while it binds gives its former session back
+    _find(bpy.data.objects)
+
+
+@persistent
+def _on_render_begin(scene: bpy.types.Scene, *_: object) -> None:
+    global _render_frame, _has_rendered_without
+    _render_frame, _has_rendered_without = scene.frame_current, False
+
+
+@persistent
+def _on_render_end(*_: object) -> None:
+    global _render_frame  # noqa: PLW0603 - as above
+    _render_frame = None
+
+
+def _is_playing() -> bool:
+    return any(window.screen.is_animation_playing for window in bpy.context.window_manager.windows)
+
+
+def _wake() -> None:
+    if any(run.wants_timer for run in _runs.values()) and not bpy.app.timers.is_registered(_on_timer):
+        bpy.app.timers.register(_on_timer, first_interval=0.0, persistent=True)
+
+
+def _on_timer() -> float | None:
+    if is_rendering() or _render_frame is not None:
+        return SLOW_TIMER_S
+    _find(())
+    start = time.perf_counter()
+    shown = _shown()
+    is_playing = _is_playing()
+    runs = [run for run in _runs.values() if run.wants_timer]
+    for run in runs:
+        run.tick(is_playing=is_playing, time_limit_s=preferences.refine_time_s() / len(runs))
+    if _shown() != shown:
+        redraw.tag_panels()
+    left = [run for run in _runs.values() if run.wants_timer]
+    if not left:
+        return None
+    if all(run.pause or (is_playing and not run.is_binding) for run in left):
+        return SLOW_TIMER_S
+    return max(TIMER_S, time.perf_counter() - start)  # half of the time is Blender's
+
+
+def _shown() -> list[tuple[object, ...]]:
+    """What a panel shows of the runs."""
+    return [
+        (name, run.pause, run.is_settled, run.is_binding, f"{run.bind_fraction:.0%}", run.readout)
+        for name, run in _runs.items()
+    ]
+
+
+_HANDLERS = (
+    ("depsgraph_update_post", _on_update),
+    ("frame_change_post", _on_frame),
+    ("undo_post", _on_undo),
+    ("redo_post", _on_undo),
+    ("load_post", _on_load),
+    ("render_init", _on_render_begin),
+    ("render_complete", _on_render_end),
+    ("render_cancel", _on_render_end),
+)
+
+
+def register() -> None:
+    hooks.live_toggled.append(toggled)
+    app_handlers.add(_HANDLERS)
+
+
+def unregister() -> None:
+    app_handlers.remove(_HANDLERS)
+    hooks.live_toggled.remove(toggled)
+    if bpy.app.timers.is_registered(_on_timer):
+        bpy.app.timers.unregister(_on_timer)
+    for run in _runs.values():
+        run.end()
+    _runs.clear()

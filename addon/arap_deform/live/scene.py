@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The LiveScene of an object in Blender: when it cannot follow for now, and how Live is switched off."""
+
+from __future__ import annotations
+
+import traceback
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import sessions
+from ..core.session_data import Readout
+from ..core.sessions import SessionInput
+from ..follow.bind import SessionBinding
+from ..follow.scene import BlenderFollowScene
+from ..follow.update import session_input
+from ..scene import meshes, pose_key
+from .run import NotNow
+
+PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
+
+
+class BlenderLiveScene(BlenderFollowScene):
+    """Reads from what a handler was called for, or from the window that shows the object."""
+
+    _lack = ""  # what is wrong while weights are painted: the next stroke may mend it
+
+    def __init__(self, obj: bpy.types.Object) -> None:
+        super().__init__(obj)
+        self._key = pose_key.KeyFollower(obj)
+
+    def why_paused(self) -> str:
+        obj = self._obj()
+        act = sessions.claimed_by(self.name)
+        if act:
+            return f"Paused while {act}"
+        self._follow_key(obj)  # in every mode: keys are renamed in Edit Mode, too
+        if self._lack and self._is_in_weight_paint():
+            return self._lack
+        if obj.mode in PAUSING_MODES or obj.data.is_editmode:
+            return "Paused in {}".format(PAUSING_MODES.get(obj.mode, "Edit Mode"))
+        if not meshes.is_evaluated(obj, self._depsgraph()):
+            return "Paused: this mesh is disabled, excluded or in another scene"
+        return ""
+
+    def _note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
+        super()._note_change(depsgraph)
+        self._lack = ""
+
+    def _follow_key(self, obj: bpy.types.Object) -> None:
+        reason = self._key.why_left(obj)
+        if reason:
+            raise ValueError(reason)  # to go on would show the pose in both keys
+        self._key.follow(obj)  # one that was removed is made again with the next pose
+
+    def look_again(self) -> None:
+        self._is_suspect = True
+
+    def undone(self) -> None:
+        self._key.forget_address()
+        self.look_again()
+
+    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
+        readout = super().update(matrices, iterations, time_limit_s)
+        self._key.note(self._obj())
+        return readout
+
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
+        readout = super().update_from_rest(matrices, time_limit_s)
+        self._key.note(self._obj())
+        return readout
+
+    def begin_bind(self) -> SessionBinding:
+        try:
+            binding = super().begin_bind()
+        except ValueError as error:
+            if not self._is_in_weight_paint():
+                raise
+            self._lack = f"Paused: {error}"
+            raise NotNow(self._lack) from None
+        if bpy.app.background:  # there are no timers: somebody waits for the mesh
+            binding.start()
+            binding.wait()
+        return binding
+
+    def switch_off(self, error: Exception) -> None:
+        if not isinstance(error, (ValueError, RuntimeError)):
+            traceback.print_exception(error)  # a fault of ours: the report on it needs more than a sentence
+        obj = self.obj
+        if obj is not None:
+            obj.arap.is_live = False
+            obj.arap.live_problem = f"{error}: Live is off"
+            if bpy.app.background:
+                print(f"ARAP: {obj.arap.live_problem}")
+
+    def _read_inputs(self) -> SessionInput:
+        # Within a handler nothing may be added to the scene.
+        use_nodes = False if self.depsgraph is not None else None
+        return session_input(self._obj(), self._depsgraph(), use_nodes=use_nodes)
+
+    def _depsgraph(self) -> bpy.types.Depsgraph:
+        if self.depsgraph is not None:
+            return self.depsgraph
+        for window in bpy.context.window_manager.windows:
+            if window.scene != bpy.context.scene and window.view_layer.objects.get(self.name) == self.obj:
+                window.view_layer.update()
+                return window.view_layer.depsgraph
+        return super()._depsgraph()

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Stored poses -> shape keys: each one solved to the end from rest, and written as a key of its name."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from ..bake.shapes_job import ShapesJob, check_in_scene
+from ..bake.store import ShapeStore
+from ..core.arrays import Float32s, Floats
+from ..core.job import run_job
+from ..core.session import Progress
+from ..scene import meshes, pose_key, shape_keys
+from . import library
+
+if TYPE_CHECKING:
+    from ..props.poses import ArapStoredPose
+
+
+class PoseKeysJob(ShapesJob[list[str]]):
+    """Makes shape keys of stored poses; see begin_pose_keys(). finish() returns the keys' names."""
+
+    noun = "making of shape keys"
+    doing = "shape keys are made of its poses"
+
+    def __init__(self, obj: bpy.types.Object, scene: bpy.types.Scene, names: list[str]) -> None:
+        self._names = names
+        self._pose_matrices = [matrices_of(obj, name) for name in names]
+        self._shapes = ShapeStore(len(obj.data.vertices))
+        super().__init__(obj, scene, len(names))
+
+    def cancel(self) -> None:
+        super().cancel()
+        self._shapes.close()
+
+    def _shape_name(self) -> str:
+        return f"pose '{self._names[min(self._n_done, self._n_shapes - 1)]}'"
+
+    def _begin_shape(self) -> None:
+        self._object()
+        self._matrices = self._pose_matrices[self._n_done]
+
+    def _is_from_rest(self) -> bool:
+        return True
+
+    def _take(self, shape: Float32s) -> None:
+        self._shapes.append(shape)
+
+    def _write(self, obj: bpy.types.Object) -> list[str]:
+        shape_keys.check_writable(obj)
+        pose_key.forget_removed(obj)  # or a key of ours would be taken for one that was removed
+        poses = [library.find(obj, name) for name in self._names]
+        own = [_own_key(obj, pose) for pose in poses]
+        # New keys first: for them memory may run out, and then they are taken back.
+        new = [i for i, key in enumerate(own) if key is None]
+        active = shape_keys.active_name(obj)
+        made = dict(zip(new, shape_keys.add_all(obj, "arap_pose", (self._shapes[i] for i in new)), strict=True))
+        names = []
+        for i, pose in enumerate(poses):
+            key = shape_keys.find(obj, made[i]) if i in made else own[i]
+            assert key is not None
+            if i not in made:
+                shape_keys.write(obj, key, self._shapes[i])
+            if key.name != pose.name:
+                key.name = pose.name  # Blender numbers it where another key has the name
+            pose.key_name, pose.key_check = key.name, _checksum(key)
+            names.append(key.name)
+        shape_keys.make_active(obj, active)
+        self._shapes.close()
+        return names
+
+
+def begin_pose_keys(
+    obj: bpy.types.Object, names: Sequence[str] | None = None, scene: bpy.types.Scene | None = None
+) -> PoseKeysJob:
+    """Checks everything and returns the job, which begins to bind where needed. Arguments as poses_to_keys()."""
+    scene = scene or bpy.context.scene
+    check_in_scene(obj, scene)
+    meshes.check_mesh(obj)
+    names = [pose.name for pose in obj.arap.poses] if names is None else list(names)
+    if not names:
+        raise ValueError(f"'{obj.name}' has no stored poses: store one first")
+    return PoseKeysJob(obj, scene, names)
+
+
+def poses_to_keys(
+    obj: bpy.types.Object,
+    names: Sequence[str] | None = None,
+    progress: Progress | None = None,
+    scene: bpy.types.Scene | None = None,
+) -> list[str]:
+    """Makes a shape key of each stored pose, value 0, with the pose's name; the handles do not move.
+
+    Each pose is solved from rest to the accuracy; handles that it does not know are at rest. The key that was made of
+    the same pose before takes the new shape. A key of anybody else's is left alone, and so is one that somebody has
+    changed since: the new key's name is numbered then.
+
+    Args:
+        obj: the mesh.
+        names: of the poses; None: all.
+        progress: see the module's text.
+        scene: the scene of ``obj``; None takes the current one.
+
+    Returns:
+        The names of the keys.
+
+    Raises:
+        ValueError: no such pose or none at all, linked or shared mesh data, and as solve() does.
+        Cancelled: ``progress`` returned False; nothing has changed.
+    """
+    return run_job(begin_pose_keys(obj, names, scene), progress)
+
+
+def matrices_of(obj: bpy.types.Object, name: str) -> Floats:
+    """(h, 4, 4) of a stored pose, as handle_motion.handle_matrices(); what it does not know is at rest."""
+    motions, _ = library.motions_of(obj, name)
+    n_pins = sum(pin.is_enabled for pin in obj.arap.pins)
+    enabled = [i for i, handle in enumerate(obj.arap.handles) if handle.is_enabled]
+    result = np.tile(np.eye(4), (n_pins + len(enabled), 1, 1))
+    for row, index in enumerate(enabled):
+        result[n_pins + row] = motions.get(index, result[n_pins + row])
+    return result
+
+
+def _own_key(obj: bpy.types.Object, pose: ArapStoredPose) -> bpy.types.ShapeKey | None:
+    """The key that was made of the pose, None where there is none, or somebody has changed it."""
+    key = shape_keys.find(obj, pose.key_name) if pose.key_name else None
+    if key is None or key == obj.data.shape_keys.reference_key or _checksum(key) != pose.key_check:
+        return None
+    return key
+
+
+def _checksum(key: bpy.types.ShapeKey) -> str:
+    return f"{zlib.crc32(shape_keys.read(key).tobytes()):08x}"

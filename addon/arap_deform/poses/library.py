@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Stored poses of an object's handles: storing, applying, blending, mirroring, deleting. The mesh follows by solving.
+
+A pose is what each handle has done since rest, relative to the mesh object: the motion that the solver takes, so a
+handle whose empty or bone is another one by now does the same to the mesh. A handle is known by a number that it gets
+when it is first stored, whatever its name is later; one that was made anew takes the place of a lost one of its name.
+"""
+
+from __future__ import annotations
+
+import secrets
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from ..core import naming
+from ..core.arrays import Floats
+from ..core.patches import diagonal_of
+from ..props import hooks
+from ..scene import handle_motion, meshes, placing
+from . import blend
+
+if TYPE_CHECKING:
+    from ..props.poses import ArapStoredPose
+
+PARTNER_REACH = 0.01  # how far from its mirrored place at rest a partner may be, as a fraction of the diagonal
+
+Motions = dict[int, Floats]  # (4, 4) object-space motions since rest, by index of the handle
+
+
+class Standing(Enum):
+    """Poses that are always there."""
+
+    REST = "the rest pose"
+    NOW = "the handles as they are"
+
+
+REST, NOW = Standing.REST, Standing.NOW
+
+PoseRef = str | Standing  # a stored pose by its name, or REST or NOW
+
+
+@dataclass(frozen=True)
+class Placement:
+    """What has become of a pose.
+
+    Attributes:
+        gone: names, when it was stored, of handles that are not there any more, or cannot be moved.
+        others: names of handles that it does not know; they stay where they are.
+        held: names of handles that something else holds away from where they were to go.
+    """
+
+    gone: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """One sentence, '' where all handles are where they were to go."""
+        parts = [
+            part.format(", ".join(names))
+            for part, names in (
+                ("not there any more or unusable: {}", self.gone),
+                ("not in the pose, so left where they are: {}", self.others),
+                ("held by animation, a constraint, a driver or a sheared parent: {}", self.held),
+            )
+            if names
+        ]
+        return f"Not every handle took part; {'; '.join(parts)}" if parts else ""
+
+
+def find(obj: bpy.types.Object, name: str) -> ArapStoredPose:
+    """Raises ValueError where there is no such pose."""
+    pose: ArapStoredPose | None = obj.arap.poses.get(name)
+    if pose is None:
+        raise ValueError(f"'{obj.name}' has no stored pose '{name}': choose one of its list")
+    return pose
+
+
+def store_pose(obj: bpy.types.Object, name: str = "Pose", *, replace: bool = False) -> ArapStoredPose:
+    """Stores where the handles are now, as evaluated, enabled or not.
+
+    Args:
+        obj: the mesh.
+        name: of the pose; numbered where another pose has it.
+        replace: gives the pose of that name, if there is one, this content instead.
+
+    Raises:
+        ValueError: no name, or no handle that works.
+    """
+    meshes.check_mesh(obj)
+    if not name:
+        raise ValueError("The pose needs a name: type one, for example Smile")
+    motions = _motions_now(obj)
+    if not motions:
+        raise ValueError(f"'{obj.name}' has no handle that works: add one, or mend those it has")
+    poses = obj.arap.poses
+    pose = poses.get(name) if replace else None
+    return _write(obj, poses.add() if pose is None else pose, name, motions)
+
+
+def delete_pose(obj: bpy.types.Object, name: str) -> None:
+    """Takes a pose out of the library; the shape key that was made of it stays."""
+    find(obj, name)
+    poses = obj.arap.poses
+    poses.remove(poses.find(name))
+    obj.arap.active_pose_index = max(0, min(obj.arap.active_pose_index, len(poses) - 1))
+
+
+def apply_pose(obj: bpy.types.Object, name: str) -> Placement:
+    """Moves the handles to where they were when the pose was stored, relative to the mesh. Solving is another call."""
+    return blend_poses(obj, REST, name, 1.0)
+
+
+def blend_poses(obj: bpy.types.Object, first: PoseRef, second: PoseRef, factor: float) -> Placement:
+    """Moves the handles to between two poses, as rigidly as possible: see blend. Solving is another call.
+
+    Args:
+        obj: the mesh.
+        first, second: names of stored poses, REST or NOW.
+        factor: 0 is the first one, 1 the second; a little beyond goes on the same way.
+
+    Raises:
+        ValueError: no such pose, or a handle is flat or turned inside out in one of them. Nothing has moved then.
+    """
+    meshes.check_mesh(obj)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    first_motions, first_gone = motions_of(obj, first)
+    second_motions, second_gone = motions_of(obj, second)
+    indices = sorted(first_motions.keys() & second_motions.keys())
+    motions = _between(obj, first_motions, second_motions, indices, factor, depsgraph)
+    held = placing.place_handles(obj, motions)
+    others = [obj.arap.handles[i].name for i in placing.working_handles(obj, depsgraph) if i not in motions]
+    return Placement(tuple(dict.fromkeys((*first_gone, *second_gone))), tuple(others), tuple(held))
+
+
+def mirror_pose(obj: bpy.types.Object, name: str, axis: int = 0) -> ArapStoredPose:
+    """Stores the mirror image of a pose, across the plane where the object's own ``axis`` is 0.
+
+    A handle's partner is the one of its name with the other side (Hand.L and Hand.R), or else the one that is at its
+    mirrored place at rest; a handle in the middle is its own. The new pose has the name with the other side, too.
+
+    Raises:
+        ValueError: no such pose, or a handle of it has no partner.
+    """
+    meshes.check_mesh(obj)
+    pose = find(obj, name)
+    motions, _ = motions_of(obj, name)
+    handles = obj.arap.handles
+    indices = placing.working_handles(obj, bpy.context.evaluated_depsgraph_get())
+    names = [handles[i].name for i in indices]
+    partners = blend.partners(
+        names,
+        [bpy.utils.flip_name(handle_name) for handle_name in names],
+        np.array([handles[i].rest.translation for i in indices], dtype=np.float64).reshape(-1, 3),
+        axis,
+        PARTNER_REACH * diagonal_of(meshes.read_rest(obj)),
+        {row for row, index in enumerate(indices) if index in motions},
+    )
+    images = {
+        indices[partners[row]]: blend.mirrored(motions[index], axis)
+        for row, index in enumerate(indices)
+        if index in motions
+    }
+    if not images:
+        raise ValueError(f"None of the handles of pose '{name}' is there any more: there is nothing to mirror")
+    flipped = bpy.utils.flip_name(pose.name)
+    return _write(obj, obj.arap.poses.add(), flipped if flipped != name else f"{name} mirrored", images)
+
+
+def motions_of(obj: bpy.types.Object, pose: PoseRef) -> tuple[Motions, list[str]]:
+    """What each working handle of a pose does, and the stored names of those that are not there or do not work."""
+    if pose is NOW:
+        return _motions_now(obj), []
+    working = set(placing.working_handles(obj, bpy.context.evaluated_depsgraph_get()))
+    if isinstance(pose, Standing):
+        return {i: np.eye(4) for i in working}, []
+    stored = find(obj, pose).motions
+    handles = obj.arap.handles
+    index_of = {handle.pose_id: i for i, handle in enumerate(handles) if handle.pose_id}
+    matched = [index_of.get(item.handle_id, -1) for item in stored]
+    motions: Motions = {}
+    gone = []
+    for item, match in zip(stored, matched, strict=True):
+        by_name = handles.find(item.name)
+        index = by_name if match < 0 and by_name not in matched else match
+        if index in working:
+            motions[index] = np.array(item.motion, dtype=np.float64).reshape(4, 4)
+        else:
+            gone.append(item.name)
+    return motions, gone
+
+
+def make_name_unique(obj: bpy.types.Object, pose: ArapStoredPose) -> None:
+    """Numbers the name of a pose where another one has it, and gives it one where it has none."""
+    others = {other.name for other in obj.arap.poses if other != pose}
+    unique = naming.unique(pose.name or "Pose", others)
+    if pose.name != unique:
+        pose.name = unique
+
+
+def _write(obj: bpy.types.Object, pose: ArapStoredPose, name: str, motions: Motions) -> ArapStoredPose:
+    pose.motions.clear()
+    for index, motion in motions.items():
+        handle = obj.arap.handles[index]
+        if not handle.pose_id:
+            handle.pose_id = 1 + secrets.randbelow(2**31 - 2)
+        item = pose.motions.add()
+        item.name = handle.name
+        item.handle_id = handle.pose_id
+        item.motion = motion.ravel().tolist()
+    if pose.name != name:
+        pose.name = name
+    obj.arap.active_pose_index = obj.arap.poses.find(pose.name)
+    return pose
+
+
+def _motions_now(obj: bpy.types.Object) -> Motions:
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return {
+        i: handle_motion.motion_of(obj, obj.arap.handles[i], depsgraph) for i in placing.working_handles(obj, depsgraph)
+    }
+
+
+def _between(
+    obj: bpy.types.Object,
+    first: Motions,
+    second: Motions,
+    indices: list[int],
+    factor: float,
+    depsgraph: bpy.types.Depsgraph,
+) -> Motions:
+    # The ends as they are stored, whatever they are: nothing has to be between.
+    if factor in {0.0, 1.0} or not indices:
+        return {i: (second if factor else first)[i] for i in indices}
+    handles = [obj.arap.handles[i] for i in indices]
+    blended = blend.blended(
+        [handle.name for handle in handles],
+        np.array([first[i] for i in indices]),
+        np.array([second[i] for i in indices]),
+        factor,
+        np.array([handle.rest.translation for handle in handles], dtype=np.float64),
+        meshes.read_stretch(obj, depsgraph),
+    )
+    return dict(zip(indices, blended, strict=True))
+
+
+def register() -> None:
+    hooks.pose_renamed.append(make_name_unique)
+
+
+def unregister() -> None:
+    hooks.pose_renamed.remove(make_name_unique)

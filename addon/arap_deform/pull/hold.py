@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pulling: what a session holds while a piece of the surface is dragged, and how that moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import bpy
+import numpy as np
+
+from ..core.arrays import Float32s, Floats, Ints
+from ..core.sessions import Hold, SessionInput
+from ..core.targets import HandleSpec
+from ..core.transforms import best_rigid_fit, transformed
+from ..scene import handle_motion, meshes, pose_key, shape_keys
+from ..scene.inputs import read_input
+from . import pins, seen_mesh
+from .region import Grab, hold_of_rest
+
+
+@dataclass(frozen=True)
+class Pull:
+    """What a session is made from for one drag, and what the drag moves in it; no Blender data.
+
+    Attributes:
+        inputs: pins and handles of the object, temporary pins, ``grabs`` and where nobody has set a pin the rest of
+            the mesh, all held where they are shown.
+        grabs: the piece under the mouse, then its mirror images.
+        shown: (n, 3) float32 the pose when the drag began.
+        to_seen: (4, 4) object-space motion that takes the piece from the pose to where it is seen: what modifiers and
+            other shape keys do there.
+    """
+
+    inputs: SessionInput
+    grabs: tuple[Grab, ...]
+    shown: Float32s
+    to_seen: Floats
+
+    @property
+    def holds(self) -> tuple[Hold, ...]:
+        return self.inputs.holds
+
+    def matrices(self, motion: Floats, world: Floats) -> Floats:
+        """(h, 4, 4) object-space motions of all that is held.
+
+        Args:
+            motion: (4, 4) in the world, of what is seen of the piece under the mouse.
+            world: (4, 4) of the object.
+        """
+        result: Floats = np.tile(np.eye(4), (len(self.inputs.specs), 1, 1))
+        to_world = world @ self.to_seen
+        grabbed = np.linalg.inv(to_world) @ motion @ to_world
+        first = next(i for i, spec in enumerate(self.inputs.specs) if spec.vertices is self.grabs[0].vertices)
+        for i, grab in enumerate(self.grabs):
+            result[first + i] = grab.motion(grabbed, self._centre, self.inputs.stretch)
+        return result
+
+    @cached_property
+    def _centre(self) -> Floats:
+        """(3,) of the piece under the mouse."""
+        centre: Floats = self.shown[self.grabs[0].vertices].mean(axis=0, dtype=np.float64)
+        return centre
+
+
+def begin_pull(
+    obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, grabs: Sequence[Grab], begun: Pull | None = None
+) -> Pull:
+    """Reads what a drag of ``grabs`` needs. Main thread only.
+
+    Args:
+        obj: the mesh.
+        depsgraph: for where it is seen.
+        grabs: the piece under the mouse, then its mirror images.
+        begun: the drag that goes on with these grabs; None: it begins here.
+
+    Raises:
+        ValueError: as session_input(), but pins and handles may be missing; the key would not show the pose; or one of
+            ``grabs`` is held already.
+    """
+    inputs = read_input(obj, depsgraph, needs_holds=False)
+    key = pose_key.find(obj)
+    if key is not None:
+        shape_keys.check_shown(obj, key)
+    shown = begun.shown if begun else handle_motion.shown_positions(obj, inputs.mesh.rest_positions.astype(np.float32))
+    grabs = _without_held(obj, grabs, inputs.specs)
+    grabbed = np.concatenate([grab.vertices for grab in grabs])
+    others = _without(pins.grabs_of(obj), grabbed)
+    specs = [
+        *inputs.specs,
+        *(_spec_of(f"Pull Pin {i + 1}", pin) for i, pin in enumerate(others)),
+        *(_spec_of(f"Pull {i + 1}", grab) for i, grab in enumerate(grabs)),
+    ]
+    if not pins.has_set_pins(obj) and all(grab.reach > 0.0 for grab in grabs):
+        rest = hold_of_rest(inputs.mesh.rest_positions @ inputs.stretch.T, meshes.read_edges(obj), [*others, *grabs])
+        specs.append(rest)
+    n_own = len(inputs.specs)
+    holds = (*inputs.holds, *((spec.name, spec.is_exact) for spec in specs[n_own:]))
+    based = tuple(replace(spec, base=shown) for spec in specs)
+    to_seen = begun.to_seen if begun else _to_seen(obj, depsgraph, grabs[0], shown)
+    return Pull(replace(inputs, specs=based, holds=holds), grabs, shown, to_seen)
+
+
+def _spec_of(name: str, grab: Grab) -> HandleSpec:
+    return HandleSpec(name, grab.vertices, np.ones(len(grab.vertices)), is_exact=False)
+
+
+def _without(grabs: Sequence[Grab], vertices: Ints) -> tuple[Grab, ...]:
+    """What is left of the grabs without these vertices."""
+    left = (replace(grab, vertices=np.setdiff1d(grab.vertices, vertices)) for grab in grabs)
+    return tuple(grab for grab in left if len(grab.vertices))
+
+
+def _without_held(obj: bpy.types.Object, grabs: Sequence[Grab], specs: Sequence[HandleSpec]) -> tuple[Grab, ...]:
+    held = [spec.vertices[spec.weights >= 1.0] for spec in specs]
+    left = _without(grabs, np.concatenate([np.empty(0, dtype=np.int32), *held]))
+    if len(left) < len(grabs):
+        raise ValueError(f"This part of '{obj.name}' is held by a pin or handle: pull elsewhere, or move the handle")
+    return left
+
+
+def _to_seen(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, grab: Grab, shown: Float32s) -> Floats:
+    world = meshes.read_matrix(obj, depsgraph)
+    seen = seen_mesh.read(obj, depsgraph).positions[grab.vertices]
+    in_object = transformed(np.asarray(np.linalg.inv(world), dtype=np.float64), seen)
+    posed = shown[grab.vertices].astype(np.float64)
+    size = np.abs(shown).max()
+    if np.abs(in_object - posed).max() <= 1e-6 * size:
+        return np.eye(4)
+    return best_rigid_fit(posed, in_object, meshes.read_stretch(obj, depsgraph))

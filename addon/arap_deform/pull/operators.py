@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""ARAP Pull: drag the surface itself. A click pins, Ctrl and a click lets go."""
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..follow.act import Ending, Phase
+from ..scene import app_handlers, redraw, shape_keys
+from ..ui.checks import allow, find_posed_object, posed_object, reports_errors, why_not_idle, why_not_pullable
+from . import pins, tool
+from .region import Grab
+from .run import Grip, PullRun, find_grip, mirrored, remove_pins_at, runs
+from .view import Mode
+
+CONFIRM = {"LEFTMOUSE", "RET", "NUMPAD_ENTER"}
+CANCEL = {"ESC", "RIGHTMOUSE"}
+AXES = {"X": 0, "Y": 1, "Z": 2}
+WHEEL = {"WHEELUPMOUSE": 1.1, "WHEELDOWNMOUSE": 1.0 / 1.1}
+MOVES = {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "NONE"}
+
+
+class ARAP_OT_pull(bpy.types.Operator):
+    bl_idname = "arap.pull"
+    bl_label = "ARAP Pull"
+    bl_description = (
+        "Drag the surface under the mouse and the mesh follows. A click pins it where it is, Ctrl-click lets it go"
+    )
+    bl_options = {"UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if bpy.app.background:
+            return allow(cls, "Pulling needs a window: use handles and Solve")
+        if context.region_data is None:
+            return allow(cls, "Pull in a 3D view")
+        return allow(cls, "" if find_posed_object(context) is not None else "Select a mesh first")
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        self._mouse = (event.mouse_region_x, event.mouse_region_y)
+        self._is_ctrl = event.ctrl
+        self._is_held = event.type == "LEFTMOUSE"  # else called by a key or from a menu: a click ends it
+        self._run: PullRun | None = None
+        return self._begin(context)
+
+    @reports_errors
+    def _begin(self, context: bpy.types.Context) -> set[str]:
+        obj = posed_object(context)
+        reason = why_not_pullable(context)
+        if reason:  # not in poll(): a key whose operator cannot run says nothing and does something else
+            raise ValueError(reason)
+        shape_keys.check_writable(obj)
+        pins.forget_stale(obj)
+        grip = find_grip(context, obj, context.region, context.region_data, self._mouse)
+        if grip is None:
+            if not self._is_held:
+                raise ValueError(f"'{obj.name}' is not under the mouse: point at what to pull")
+            return {"PASS_THROUGH"}
+        self._grip: Grip = grip
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        mouse = (event.mouse_region_x, event.mouse_region_y)
+        if self._run is None:
+            return self._before_drag(context, event, mouse)
+        run = self._run
+        answer = self._settling(event) if run.is_released else self._dragging(context, event, mouse)
+        if event.type == "TIMER":
+            run.tick()
+        run.show_status(context)
+        if run.is_over:
+            return self._end() | (answer & {"PASS_THROUGH"})
+        return answer
+
+    def cancel(self, _context: bpy.types.Context) -> None:
+        """Blender ends the operator: file load, closed window."""
+        if self._run is not None:
+            self._run.act.cancel()
+            self._run.finish()
+
+    def _before_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
+        if event.type in CANCEL and event.value == "PRESS":
+            return {"CANCELLED"}
+        if event.type == "LEFTMOUSE" and event.value == ("RELEASE" if self._is_held else "PRESS"):
+            return self._click(context)
+        threshold = context.preferences.inputs.drag_threshold_mouse
+        is_drag = max(abs(mouse[0] - self._mouse[0]), abs(mouse[1] - self._mouse[1])) >= threshold
+        if event.type != "MOUSEMOVE" or not is_drag:
+            return {"RUNNING_MODAL"}
+        return self._begin_drag(context, event, mouse)
+
+    def _begin_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
+        obj = bpy.data.objects.get(self._grip.object_name)
+        try:
+            if obj is None:
+                raise ValueError(f"'{self._grip.object_name}' was deleted or renamed: the pull has ended")
+            self._run = PullRun(context, obj, self._grip)
+        except (ValueError, RuntimeError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self._run.drag.set_mode(_mode_of(event))
+        self._run.move(mouse)
+        return {"RUNNING_MODAL"}
+
+    @reports_errors
+    def _click(self, context: bpy.types.Context) -> set[str]:
+        obj = posed_object(context)
+        pick = self._grip.pick
+        if self._is_ctrl:
+            if not remove_pins_at(obj, pick):
+                raise ValueError("There is no pin of ARAP Pull here: point at one of its dots")
+        else:
+            there = pins.find(obj, pick.seeds)
+            vertices = obj.arap.pull_pins[there[0]].vertices if there else pick.vertices
+            pins.add(obj, mirrored(obj, Grab(vertices)))
+            tool.watch()
+        redraw.tag_views()
+        return {"FINISHED"}
+
+    def _dragging(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
+        run = self._run
+        assert run is not None
+        if event.type == "MOUSEMOVE":
+            run.drag.set_mode(_mode_of(event))  # other events may still have the modifier keys of before
+            run.move(mouse)
+        elif event.type in CONFIRM and event.value == ("RELEASE" if self._is_held else "PRESS"):
+            run.move(mouse)
+            run.is_released = True
+        elif event.value != "PRESS":
+            pass
+        elif event.type in CANCEL:
+            run.act.cancel()
+        elif event.type in AXES:
+            run.drag.toggle_axis(AXES[event.type])
+            run.move(mouse)
+        elif event.type in WHEEL:
+            settings = context.window_manager.arap_pull
+            settings.radius = max(1, round(settings.radius * WHEEL[event.type]))
+            run.resize(context)
+        return {"RUNNING_MODAL"}
+
+    def _settling(self, event: bpy.types.Event) -> set[str]:
+        """Blender is the artist's again; whatever is pressed ends the settling, so that undo has this drag first."""
+        run = self._run
+        assert run is not None
+        if event.value == "PRESS" and event.type not in MOVES and not event.type.startswith("TIMER"):
+            if run.act.phase is not Phase.BINDING:
+                run.act.keep(is_settling=False)
+            elif event.type == "ESC" or _is_undo(event):  # there is nothing of this drag yet that undo could take back
+                run.act.cancel()
+                return {"RUNNING_MODAL"}
+        return {"PASS_THROUGH"}
+
+    def _end(self) -> set[str]:
+        assert self._run is not None
+        end = self._run.finish()
+        tool.watch()
+        redraw.tag_views()
+        if end.message:
+            self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
+        # A step of undo after an undo would take redo away.
+        return {"CANCELLED"} if end.how is Ending.RESTORE or self._run.is_undone else {"FINISHED"}
+
+
+def _mode_of(event: bpy.types.Event) -> Mode:
+    if event.shift:
+        return Mode.TURN
+    return Mode.NORMAL if event.ctrl else Mode.MOVE
+
+
+def _is_undo(event: bpy.types.Event) -> bool:
+    return event.type == "Z" and (event.ctrl or event.oskey) and not event.shift
+
+
+class ARAP_OT_pull_make_real(bpy.types.Operator):
+    bl_idname = "arap.pull_make_real"
+    bl_label = "Make ARAP Handles of Pulls"
+    bl_description = "Turn what has moved into handles with empties, and what is at rest into pins. The mesh stays"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return allow(cls, why_no_pull(context))
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        n_handles, n_pins = pins.make_real(posed_object(context), context.evaluated_depsgraph_get())
+        self.report({"INFO"}, f"Made {n_handles} handles and {n_pins} pins")
+        redraw.tag_views()
+        return {"FINISHED"}
+
+
+class ARAP_OT_pull_release(bpy.types.Operator):
+    bl_idname = "arap.pull_release"
+    bl_label = "Release ARAP Pulls"
+    bl_description = "Let go of everything that was pulled or clicked with the tool. The mesh stays as it is"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return allow(cls, why_no_pull(context))
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        posed_object(context).arap.pull_pins.clear()
+        redraw.tag_views()
+        return {"FINISHED"}
+
+
+def why_no_pull(context: bpy.types.Context) -> str:
+    """As why_not_idle(), and something must have been pulled or pinned with the tool."""
+    reason = why_not_idle(context)
+    if reason or posed_object(context).arap.pull_pins:
+        return reason
+    return "Pull the mesh with ARAP Pull first, or click it: nothing is pulled or pinned yet"
+
+
+class ARAP_OT_pull_tool(bpy.types.Operator):
+    bl_idname = "arap.pull_tool"
+    bl_label = "ARAP Pull Tool"
+    bl_description = "Take the tool ARAP Pull: drag the surface itself, click to pin it"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return allow(cls, why_not_pullable(context))
+
+    def execute(self, _context: bpy.types.Context) -> set[str]:
+        bpy.ops.wm.tool_set_by_id(name=tool.IDNAME)
+        return {"FINISHED"}
+
+
+@persistent
+def _on_undo(*_: object) -> None:
+    for run in runs:
+        run.undone()
+
+
+_HANDLERS = (("undo_post", _on_undo), ("redo_post", _on_undo))
+CLASSES = (ARAP_OT_pull, ARAP_OT_pull_make_real, ARAP_OT_pull_release, ARAP_OT_pull_tool)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    app_handlers.add(_HANDLERS)
+
+
+def unregister() -> None:
+    app_handlers.remove(_HANDLERS)
+    for run in list(runs):  # Blender drops running operators without a word when their class goes
+        run.act.cancel("The add-on was disabled")
+        run.finish()
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""ARAP Pull in the toolbar: its keys, its cursor, its settings in the header, and what goes when it is put down."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import bl_ui.space_toolsystem_common
+import bpy
+from bpy.app.handlers import persistent
+
+from ..scene import app_handlers
+from ..ui.checks import find_posed_object
+from . import draw, pins
+
+IDNAME = "arap.pull"
+LOOK_S = 0.25  # how often is looked whether the tool is still on, while there are temporary pins
+
+RADIUS = "window_manager.arap_pull.radius"
+
+
+class ArapPullTool(bpy.types.WorkSpaceTool):
+    bl_space_type = "VIEW_3D"
+    bl_context_mode = "OBJECT"
+    bl_idname = IDNAME
+    bl_label = "ARAP Pull"
+    bl_description = (
+        "Drag the surface and the mesh follows.\n"
+        "\u2022 Click: pin it where it is. Ctrl-click: let go.\n"
+        "\u2022 Shift: turn. Ctrl: along the normal. X, Y, Z: axis.\n"
+        "\u2022 F, [ and ]: radius. Ctrl H: make handles and pins of it."
+    )
+    bl_icon = str(Path(__file__).resolve().parent.parent / "icons" / "arap.pull")
+    bl_cursor = "PAINT_CROSS"
+    bl_keymap = (
+        ("arap.pull", {"type": "LEFTMOUSE", "value": "PRESS"}, None),
+        ("arap.pull", {"type": "LEFTMOUSE", "value": "PRESS", "shift": True}, None),
+        ("arap.pull", {"type": "LEFTMOUSE", "value": "PRESS", "ctrl": True}, None),
+        ("wm.radial_control", {"type": "F", "value": "PRESS"}, {"properties": [("data_path_primary", RADIUS)]}),
+        (
+            "wm.context_scale_int",
+            {"type": "LEFT_BRACKET", "value": "PRESS", "repeat": True},
+            {"properties": [("data_path", RADIUS), ("value", 0.9)]},
+        ),
+        (
+            "wm.context_scale_int",
+            {"type": "RIGHT_BRACKET", "value": "PRESS", "repeat": True},
+            {"properties": [("data_path", RADIUS), ("value", 1.0 / 0.9)]},
+        ),
+        ("arap.pull_make_real", {"type": "H", "value": "PRESS", "ctrl": True}, None),
+    )
+
+    @staticmethod
+    def draw_settings(context: bpy.types.Context, layout: bpy.types.UILayout, _tool: Any) -> None:
+        settings = context.window_manager.arap_pull
+        layout.prop(settings, "radius")
+        layout.prop(settings, "falloff")
+        obj = find_posed_object(context)
+        if obj is not None:
+            row = layout.row(align=True)
+            row.label(text="Mirror")
+            for axis in "xyz":
+                row.prop(obj.data, f"use_mirror_{axis}", text=axis.upper(), toggle=True)
+        layout.operator("arap.pull_make_real", text="Make Handles")
+        layout.operator("arap.pull_release", text="Release")
+
+    @staticmethod
+    def draw_cursor(context: bpy.types.Context, _tool: Any, xy: tuple[int, int]) -> None:
+        draw.draw_cursor(context, xy)
+
+
+def is_on() -> bool:
+    """Whether the tool is the one in hand, in any window."""
+    for window in bpy.context.window_manager.windows:
+        tool = window.workspace.tools.from_space_view3d_mode("OBJECT", create=False)
+        if tool is not None and tool.idname == IDNAME:
+            return True
+    return False
+
+
+def watch() -> None:
+    """Lets the temporary pins go once the tool is put down, or the mesh is edited."""
+    if not bpy.app.background and not bpy.app.timers.is_registered(_look):
+        bpy.app.timers.register(_look, first_interval=LOOK_S, persistent=True)
+
+
+def _look() -> float | None:
+    objects = pins.objects_with_pins()
+    has_tool = is_on()
+    for obj in objects:
+        if not has_tool or obj.mode != "OBJECT":
+            obj.arap.pull_pins.clear()
+        else:
+            pins.forget_stale(obj)
+    return LOOK_S if has_tool and objects else None
+
+
+@persistent
+def _on_change(*_: object) -> None:
+    if pins.objects_with_pins():
+        watch()
+
+
+_HANDLERS = (("undo_post", _on_change), ("redo_post", _on_change), ("load_post", _on_change))
+
+
+def register() -> None:
+    if not bpy.app.background:  # there is no toolbar
+        bpy.utils.register_tool(ArapPullTool, after={"builtin.transform"}, separator=True)
+    app_handlers.add(_HANDLERS)
+
+
+def unregister() -> None:
+    app_handlers.remove(_HANDLERS)
+    if bpy.app.timers.is_registered(_look):
+        bpy.app.timers.unregister(_look)
+    if not bpy.app.background:
+        if is_on():  # or Blender goes on drawing its cursor
+            bl_ui.space_toolsystem_common.activate_by_id(bpy.context, "VIEW_3D", "builtin.select_box")
+        bpy.utils.unregister_tool(ArapPullTool)

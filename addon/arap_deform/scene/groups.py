@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Vertex groups of an object: made, checked, written in bulk, removed. Not in Edit Mode, where Blender refuses it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.arrays import Floats, Ints
+from . import versions
+
+VertexIndices = Sequence[int] | NDArray[np.integer]
+
+# One call of Blender writes one weight to many vertices, so weights are written in steps: as fine as its fields show.
+WEIGHT_STEPS = 1000
+
+
+def checked_indices(obj: bpy.types.Object, vertices: VertexIndices) -> Ints:
+    """(k,) int32 ascending. Raises ValueError where there are none, or one that the mesh does not have."""
+    indices: NDArray[np.integer] = np.unique(np.asarray(vertices))
+    n = len(obj.data.vertices)
+    if not indices.size:
+        raise ValueError(f"No vertices of '{obj.name}' were given: select some")
+    if indices.dtype.kind not in "iu":
+        raise ValueError(f"Vertices of '{obj.name}' must be whole numbers, not {indices.dtype}")
+    if indices[0] < 0 or indices[-1] >= n:
+        wrong = indices[0] if indices[0] < 0 else indices[-1]
+        raise ValueError(f"'{obj.name}' has no vertex {wrong}: its vertices are 0 to {n - 1}")
+    return indices.astype(np.int32)
+
+
+def check(obj: bpy.types.Object, name: str) -> None:
+    """Raises ValueError where the object has no such group."""
+    if name not in obj.vertex_groups:
+        raise ValueError(f"'{obj.name}' has no vertex group '{name}': choose one of its groups")
+
+
+def new(obj: bpy.types.Object, indices: Ints, name: str) -> str:
+    """A new group of these vertices, weight 1; its name, which Blender may have numbered."""
+    group = obj.vertex_groups.new(name=name)
+    group.add(indices.tolist(), 1.0, "REPLACE")
+    return str(group.name)
+
+
+def write(obj: bpy.types.Object, name: str, vertices: Ints, weights: Floats) -> None:
+    """Gives (k,) ``vertices`` these weights, in steps of 1 / WEIGHT_STEPS; 0 takes them out of the group.
+
+    What is below 1 stays below: a vertex that is held exactly is another thing than a soft one.
+    """
+    if not len(vertices):
+        return
+    group = obj.vertex_groups[name]
+    steps = np.rint(weights * WEIGHT_STEPS).astype(np.int64)
+    steps[weights < 1.0] = np.minimum(steps[weights < 1.0], WEIGHT_STEPS - 1)
+    order = np.argsort(steps, kind="stable")
+    levels, starts = np.unique(steps[order], return_index=True)
+    for level, of_level in zip(levels.tolist(), np.split(vertices[order], starts[1:]), strict=True):
+        if level:
+            group.add(of_level.tolist(), level / WEIGHT_STEPS, "REPLACE")
+        else:
+            group.remove(of_level.tolist())
+    obj.data.update_tag()
+
+
+def remove_unused(obj: bpy.types.Object, name: str) -> None:
+    """Removes a group that nothing of the object uses any more; '' is none."""
+    group = obj.vertex_groups.get(name) if name else None
+    if group is None:
+        return
+    settings = obj.arap
+    keys = obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
+    used = {pin.name for pin in settings.pins} | {handle.vertex_group for handle in settings.handles}
+    used |= {entry.name for entry in settings.stiffness} | {key.vertex_group for key in keys}
+    for modifier in obj.modifiers:
+        used.update(_groups_of_modifier(modifier))
+    if name not in used:
+        obj.vertex_groups.remove(group)
+
+
+def _groups_of_modifier(modifier: bpy.types.Modifier) -> Iterator[str]:
+    """Names of the groups that a modifier uses: itself, in its settings (cloth), as its particles or its nodes."""
+    yield from _group_fields(modifier)
+    for name, field in modifier.bl_rna.properties.items():
+        settings = getattr(modifier, name) if field.type == "POINTER" and name != "rna_type" else None
+        if settings is not None and not isinstance(settings, bpy.types.ID):
+            yield from _group_fields(settings)
+    if modifier.type == "NODES":
+        yield from versions.node_attributes(modifier)
+
+
+def _group_fields(data: bpy.types.bpy_struct) -> Iterator[str]:
+    for name, field in data.bl_rna.properties.items():
+        if field.type == "STRING" and "vertex_group" in name:
+            yield getattr(data, name)

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Handles in the scene -> matrices: where they stand, what they have done since rest, why one cannot work."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.arrays import Floats
+from ..core.sessions import Hold
+from ..core.transforms import best_rigid_fit
+from . import meshes, pose_key, shape_keys
+
+if TYPE_CHECKING:
+    from ..props.handles import ArapHandle
+
+SMALLEST_VOLUME = 1e-24  # determinant of a handle's rest matrix; below, its motion since rest cannot be told
+
+
+def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> NDArray[np.float64]:
+    """(h, 4, 4) float64 object-space motion of each enabled pin (identity), then of each enabled handle.
+
+    (O_now^-1 M_now)(O_rest^-1 M_rest)^-1, of evaluated matrices. The order is that of the session's handles.
+
+    Raises:
+        ValueError: a handle's object, bone or group is missing, or its object is not kept up to date by Blender.
+    """
+    depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
+    check_handles(obj, depsgraph)
+    n_pins = sum(pin.is_enabled for pin in obj.arap.pins)
+    handles = [handle for handle in obj.arap.handles if handle.is_enabled]
+    result = np.tile(np.eye(4), (n_pins + len(handles), 1, 1))
+    if handles:
+        now = np.array([target_matrix(h.target, h.bone, depsgraph) for h in handles])
+        rest = np.array([h.rest_matrix[:] for h in handles], dtype=np.float64).reshape(-1, 4, 4)
+        result[n_pins:] = np.linalg.inv(object_matrix(obj, depsgraph)) @ now @ np.linalg.inv(rest)
+    return result
+
+
+def motion_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> Floats:
+    """(4, 4) object-space motion of one handle, enabled or not."""
+    now = target_matrix(handle.target, handle.bone, depsgraph)
+    rest = np.array(handle.rest, dtype=np.float64)
+    return np.asarray(np.linalg.inv(object_matrix(obj, depsgraph)) @ now @ np.linalg.inv(rest))
+
+
+def enabled_holds(obj: bpy.types.Object, besides: ArapHandle | None = None) -> tuple[Hold, ...]:
+    """Of the enabled pins, then of the enabled handles but one: the order of the session's handles."""
+    pins = [(pin.name, True) for pin in obj.arap.pins if pin.is_enabled]
+    handles = (handle for handle in obj.arap.handles if handle.is_enabled and handle != besides)
+    return (*pins, *((handle.vertex_group, handle.is_exact) for handle in handles))
+
+
+def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
+    """Raises ValueError where an enabled pin or handle, or the object itself, cannot work."""
+    if not meshes.is_evaluated(obj, depsgraph):
+        raise ValueError(
+            f"'{obj.name}' is disabled in viewports or excluded from the view layer: enable it, or hide it with the eye"
+        )
+    for pin in obj.arap.pins:
+        if pin.is_enabled and pin.name not in obj.vertex_groups:
+            raise ValueError(
+                f"Pin '{pin.name}' of '{obj.name}': there is no vertex group of that name; choose one or remove the pin"
+            )
+    for handle in obj.arap.handles:
+        reason = problem_of(obj, handle, depsgraph) if handle.is_enabled else ""
+        if reason:
+            raise ValueError(reason)
+
+
+def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> str:
+    whose = f"Handle '{handle.name}' of '{obj.name}': "
+    reason = target_problem(obj, handle.target, handle.bone, depsgraph)
+    if reason:
+        return whose + reason
+    if not any(handle.rest_matrix):
+        return (
+            f"{whose}'{obj.name}' was scaled to nothing when '{handle.target.name}' was chosen; "
+            "give the mesh a scale and choose it again"
+        )
+    if abs(handle.rest.determinant()) < SMALLEST_VOLUME:
+        return f"{whose}'{handle.target.name}' was scaled to nothing at rest; give it a scale and choose it again"
+    if handle.vertex_group not in obj.vertex_groups:
+        return f"{whose}there is no vertex group '{handle.vertex_group}'; choose one or remove the handle"
+    return ""
+
+
+def no_weights(obj: bpy.types.Object, handle: ArapHandle) -> str:
+    return (
+        f"Handle '{handle.name}' of '{obj.name}': vertex group '{handle.vertex_group}' has no weights; "
+        "assign vertices to it or remove the handle"
+    )
+
+
+def target_problem(
+    obj: bpy.types.Object, target: bpy.types.Object | None, bone: str, depsgraph: bpy.types.Depsgraph
+) -> str:
+    if target is None:
+        return "it has no object; choose one or remove the handle"
+    if target == obj:
+        return f"'{target.name}' is the mesh itself; choose another object"
+    if not meshes.is_evaluated(target, depsgraph):
+        if depsgraph.scene.objects.get(target.name) != target:
+            return f"'{target.name}' is not in the scene any more; choose another object or remove the handle"
+        return (
+            f"'{target.name}' is disabled in viewports or excluded from the view layer, so it does not move; "
+            "enable it, or hide it with the eye"
+        )
+    if not bone:
+        return ""
+    if target.type != "ARMATURE":
+        return f"'{target.name}' is not an armature and has no bones; clear the bone"
+    if bone not in target.pose.bones:
+        return f"armature '{target.name}' has no bone '{bone}'; choose another bone"
+    return ""
+
+
+def object_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Floats:
+    meshes.read_stretch(obj, depsgraph)  # refuses what has no inverse
+    return meshes.read_matrix(obj, depsgraph)
+
+
+def target_matrix(target: bpy.types.Object, bone: str, depsgraph: bpy.types.Depsgraph) -> Floats:
+    matrix = meshes.read_matrix(target, depsgraph)
+    if bone:
+        matrix = matrix @ np.array(target.evaluated_get(depsgraph).pose.bones[bone].matrix, dtype=np.float64)
+    return matrix
+
+
+def pose_key_of(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
+    """The live key where it shows something."""
+    key = pose_key.find(obj)
+    return None if key is None or key.mute or key.value == 0.0 else key
+
+
+def shown_positions(obj: bpy.types.Object, rest: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(n, 3) float32 the pose shown by the live key, without other keys and modifiers."""
+    key = pose_key_of(obj)
+    if key is not None and key.value == 1.0:
+        return shape_keys.read(key)  # to the last bit
+    return rest if key is None else np.asarray(rest + key.value * (shape_keys.read(key) - rest), dtype=np.float32)
+
+
+def fit_to_pose(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    indices: NDArray[np.integer],
+    rest: NDArray[np.float32],
+    weights: Floats | None = None,
+) -> Floats:
+    """(4, 4) object-space motion, rigid as seen, of the vertices from rest to the pose shown: see best_rigid_fit()."""
+    shown = shown_positions(obj, rest)
+    if shown is rest or np.array_equal(shown[indices], rest[indices]):
+        return np.eye(4)
+    stretch = meshes.read_stretch(obj, depsgraph)
+    return best_rigid_fit(rest[indices].astype(np.float64), shown[indices].astype(np.float64), stretch, weights)

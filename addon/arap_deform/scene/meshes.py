@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Object -> arrays. Blender's data comes in, numpy goes out; nothing is changed but what is selected and hidden."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.session_data import SessionMesh
+from ..core.transforms import stretch_of
+from . import versions
+
+
+def check_mesh(obj: bpy.types.Object) -> None:
+    """Raises ValueError where ``obj`` has no mesh that can be posed, and says what to do."""
+    if obj is None or obj.type != "MESH":
+        raise ValueError(f"'{obj.name if obj else 'Nothing'}' is not a mesh: choose a mesh object")
+    if obj.data.is_editmode or obj.mode in {"EDIT", "SCULPT"}:
+        mode = "Sculpt Mode" if obj.mode == "SCULPT" else "Edit Mode"
+        raise ValueError(f"'{obj.name}' is in {mode}: go back to Object Mode first")
+    if not len(obj.data.polygons):
+        raise ValueError(f"'{obj.name}' has no faces: there is nothing to deform")
+
+
+def is_override(data: bpy.types.ID) -> bool:
+    """Whether it is a library override: what Blender does not save of it is the library's again after a load."""
+    return data.override_library is not None
+
+
+def read_rest(obj: bpy.types.Object) -> NDArray[np.float32]:
+    """(n, 3) float32 rest positions, object space: the reference key, or the mesh where there are no keys."""
+    keys = obj.data.shape_keys
+    # mesh.vertices is not kept in step with the reference key.
+    return versions.read_key(keys.reference_key) if keys else versions.read_positions(obj.data)
+
+
+def read_mesh(obj: bpy.types.Object) -> SessionMesh:
+    """The mesh at rest. Call check_mesh() before."""
+    mesh = obj.data
+    face_sizes = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("loop_total", face_sizes)
+    return SessionMesh(
+        rest_positions=read_rest(obj).astype(np.float64),
+        corner_vertices=versions.read_corner_vertices(mesh),
+        face_sizes=face_sizes,
+    )
+
+
+def read_weights(
+    obj: bpy.types.Object, names: Sequence[str], *, use_nodes: bool | None = None
+) -> dict[str, NDArray[np.float64]]:
+    """(n,) float64 weights of each of the groups, which must exist. See versions.read_group_weights()."""
+    weights = versions.read_group_weights(obj, names, use_nodes)
+    return {name: values.astype(np.float64) for name, values in weights.items()}
+
+
+def read_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> NDArray[np.float64]:
+    """(4, 4) float64 evaluated world matrix: parents, constraints, drivers and animation count."""
+    # The original's matrix_world is a step behind, and zero after an undo until it is evaluated.
+    return np.array(obj.evaluated_get(depsgraph).matrix_world, dtype=np.float64)
+
+
+def is_evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether Blender keeps the evaluated object up to date: hidden by the eye it does, disabled or excluded not."""
+    view_layer = depsgraph.view_layer
+    if obj.visible_get(view_layer=view_layer):
+        return True
+    if obj.hide_viewport or view_layer.objects.get(obj.name) != obj:
+        return False
+    enabled = set(enabled_collections(view_layer.layer_collection))
+    return any(collection in enabled for collection in obj.users_collection)
+
+
+def enabled_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.Collection]:
+    """The collections below ``layer``, and itself, whose objects Blender evaluates in its view layer."""
+    if not layer.exclude and not layer.collection.hide_viewport:
+        yield layer.collection
+        for child in layer.children:
+            yield from enabled_collections(child)
+
+
+def read_stretch(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> NDArray[np.float64]:
+    """(3, 3) float64 stretch of the object's world matrix. Raises ValueError where it is singular."""
+    try:
+        return stretch_of(read_matrix(obj, depsgraph))
+    except ValueError as error:
+        raise ValueError(f"'{obj.name}' {error}") from None
+
+
+def selected_vertices(obj: bpy.types.Object) -> NDArray[np.int32]:
+    """(k,) int32 vertices selected in Edit Mode, now or when it was left."""
+    if obj.mode == "EDIT":
+        obj.update_from_editmode()
+    is_selected = np.empty(len(obj.data.vertices), dtype=bool)
+    obj.data.vertices.foreach_get("select", is_selected)
+    return np.flatnonzero(is_selected).astype(np.int32)
+
+
+def select_vertices(obj: bpy.types.Object, vertices: NDArray[np.int32], *, shows_hidden: bool) -> None:
+    """Selects these alone, outside of Edit Mode; hidden ones are shown, or left out."""
+    mesh = obj.data
+    is_selected = np.zeros(len(mesh.vertices), dtype=bool)
+    is_selected[vertices] = True
+    is_hidden = np.empty(len(mesh.vertices), dtype=bool)
+    mesh.vertices.foreach_get("hide", is_hidden)
+    if shows_hidden:
+        mesh.vertices.foreach_set("hide", is_hidden & ~is_selected)
+    else:
+        is_selected &= ~is_hidden
+    mesh.vertices.foreach_set("select", is_selected)
+    # In vertex mode Blender selects edges and faces by their vertices when it enters Edit Mode; what is left from
+    # before would stay.
+    for items in (mesh.edges, mesh.polygons):
+        items.foreach_set("select", np.zeros(len(items), dtype=bool))
+    mesh.update()
+
+
+def read_edges(obj: bpy.types.Object) -> NDArray[np.int32]:
+    """(e, 2) int32 vertices of each edge."""
+    return versions.read_edges(obj.data)

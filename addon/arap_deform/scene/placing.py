@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Moves the objects and bones of handles to where a motion since rest takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from ..core.arrays import Floats
+from . import handle_motion, mesh_size, meshes
+
+if TYPE_CHECKING:
+    from ..props.handles import ArapHandle
+
+# How far a motion may be from the one that was wanted, and its shift, as seen, as a fraction of the diagonal.
+AT_PLACE = 1e-4
+
+
+def reset_handles(obj: bpy.types.Object) -> list[str]:
+    """Puts every handle's object or bone back to where it is at rest.
+
+    Returns:
+        Names of the handles that something else (animation, a constraint, a driver) holds away from there.
+    """
+    meshes.check_mesh(obj)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return place_handles(obj, {i: np.eye(4) for i in working_handles(obj, depsgraph)})
+
+
+def working_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[int]:
+    """Indices of the handles that can be moved, enabled or not."""
+    return [i for i, handle in enumerate(obj.arap.handles) if not handle_motion.problem_of(obj, handle, depsgraph)]
+
+
+def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[str]:
+    """Moves the objects and bones of handles.
+
+    Args:
+        obj: the mesh.
+        motions: (4, 4) object-space motion since rest, by index of the handle; of working handles.
+
+    Returns:
+        Names of the handles that something else (animation, a constraint, a driver, a sheared parent) holds away
+        from there.
+    """
+    by_depth: dict[int, list[int]] = {}
+    for index in motions:
+        handle = obj.arap.handles[index]
+        by_depth.setdefault(_depth(handle.target, handle.bone), []).append(index)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    # Parents first: a child's new transform is relative to where its parent stands by then.
+    for depth in sorted(by_depth):
+        world = handle_motion.object_matrix(obj, depsgraph)
+        for index in by_depth[depth]:
+            handle = obj.arap.handles[index]
+            _move(handle, world @ motions[index] @ np.array(handle.rest, dtype=np.float64), depsgraph)
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+    if not motions:
+        return []
+    stretch, tolerance = meshes.read_stretch(obj, depsgraph), AT_PLACE * mesh_size.diagonal(obj, depsgraph)
+    held = []
+    for index, motion in motions.items():
+        handle = obj.arap.handles[index]
+        if not _is_same(handle_motion.motion_of(obj, handle, depsgraph), motion, handle, stretch, tolerance):
+            held.append(handle.name)
+    return held
+
+
+def _move(handle: ArapHandle, matrix: Floats, depsgraph: bpy.types.Depsgraph) -> None:
+    """To a (4, 4) world matrix."""
+    if handle.bone:
+        armature = meshes.read_matrix(handle.target, depsgraph)
+        handle.target.pose.bones[handle.bone].matrix = Matrix(np.linalg.inv(armature) @ matrix)
+    else:
+        handle.target.matrix_world = Matrix(matrix)
+
+
+def _depth(target: bpy.types.Object, bone: str) -> int:
+    """How many things it hangs on: bones on those before them and on their armature, objects on their parents."""
+    depth = 1 + len(target.pose.bones[bone].parent_recursive) if bone else 0
+    if target.parent is None:
+        return depth
+    on_bone = target.parent_bone if target.parent_type == "BONE" and target.parent.pose else ""
+    return depth + 1 + _depth(target.parent, on_bone if on_bone and on_bone in target.parent.pose.bones else "")
+
+
+def _is_same(motion: Floats, wanted: Floats, handle: ArapHandle, stretch: Floats, tolerance: float) -> bool:
+    if np.abs(motion - wanted)[:3, :3].max() > AT_PLACE * max(1.0, np.abs(wanted[:3, :3]).max()):
+        return False
+    place = np.array([*handle.rest.translation, 1.0])
+    return bool(np.abs(stretch @ ((motion - wanted) @ place)[:3]).max() <= tolerance)

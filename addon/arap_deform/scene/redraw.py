@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is drawn anew. An evaluation of the scene alone draws nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import bpy
+
+from ..props import hooks
+
+
+def tag_panels() -> None:
+    """The sidebars of all 3D views."""
+    _tag_regions("UI")
+
+
+def tag_meshes() -> None:
+    """What all 3D views show, without their headers and sidebars."""
+    _tag_regions("WINDOW")
+
+
+def tag_views() -> None:
+    """All 3D views with their headers and sidebars."""
+    for area in _views():
+        area.tag_redraw()
+
+
+def _tag_regions(kind: str) -> None:
+    for area in _views():
+        for region in area.regions:
+            if region.type == kind:
+                region.tag_redraw()
+
+
+def _views() -> Iterator[bpy.types.Area]:
+    for window in bpy.context.window_manager.windows:
+        yield from (area for area in window.screen.areas if area.type == "VIEW_3D")
+
+
+def register() -> None:
+    hooks.views_changed.append(tag_views)
+
+
+def unregister() -> None:
+    hooks.views_changed.remove(tag_views)

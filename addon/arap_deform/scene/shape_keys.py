@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Arrays -> shape keys and their keyframes. The only file that writes coordinates."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+
+import bpy
+
+from ..core import naming
+from ..core.arrays import Float32s
+from . import fcurves, meshes, versions
+
+FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the prefix
+
+
+def check_writable(obj: bpy.types.Object) -> None:
+    """Raises ValueError where shape keys of this mesh must not be written, and says what to do."""
+    mesh = obj.data
+    if obj.library is not None:
+        raise ValueError(f"'{obj.name}' is linked from another file: make it local (Object > Relations > Make Local)")
+    if mesh.library is not None:
+        raise ValueError(
+            f"The mesh of '{obj.name}' is linked from another file: make it local (Object > Relations > Make Local)"
+        )
+    if meshes.is_override(obj) or meshes.is_override(mesh):
+        raise ValueError(
+            f"'{obj.name}' is a library override, in which a pose is not saved: make it local "
+            "(Object > Relations > Make Local)"
+        )
+    # Users count more than objects (a fake user, a pointer of another add-on), so look only where there are several.
+    if mesh.users > 1 and sum(other.data == mesh for other in bpy.data.objects) > 1:
+        raise ValueError(
+            f"The mesh of '{obj.name}' is shared with other objects, which would deform too: make it single-user "
+            "(Object > Relations > Make Single User > Object & Data)"
+        )
+    if mesh.shape_keys is not None and not mesh.shape_keys.use_relative:
+        raise ValueError(f"The shape keys of '{obj.name}' are absolute: turn on Relative in the shape keys panel")
+
+
+def check_animatable(obj: bpy.types.Object) -> None:
+    """Raises ValueError where the values of shape keys cannot take keyframes, and says what to do."""
+    animation = obj.data.shape_keys.animation_data if obj.data.shape_keys else None
+    if animation and animation.action and animation.action.library:
+        raise ValueError(
+            f"The animation of the shape keys of '{obj.name}', action '{animation.action.name}', is linked from "
+            "another file: make it local or take it off"
+        )
+    if animation and animation.action and fcurves.is_action_shared(obj.data.shape_keys):
+        raise ValueError(
+            f"The animation of the shape keys of '{obj.name}', action '{animation.action.name}', moves other data too, "
+            "which would change: make the action single-user"
+        )
+
+
+def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
+    """Raises ValueError where what is written to ``key`` would not be what is seen, and says what to do."""
+    keys = obj.data.shape_keys
+    if key.mute:
+        raise ValueError(
+            f"Shape key '{key.name}' of '{obj.name}' is muted (a bake does that), so the pose would not show: "
+            "unmute it, and mute or remove the baked keys"
+        )
+    cache = next((modifier for modifier in obj.modifiers if _hides_keys(modifier)), None)
+    if cache is not None:
+        raise ValueError(
+            f"Modifier '{cache.name}' of '{obj.name}' shows a cache in place of the pose: switch it off in viewports"
+        )
+    if obj.show_only_shape_key and obj.active_shape_key != key:
+        raise ValueError(f"'{obj.name}' shows another shape key alone: turn off Shape Key Lock (the pin icon)")
+    if key.relative_key != keys.reference_key:
+        raise ValueError(
+            f"Shape key '{key.name}' of '{obj.name}' is relative to '{key.relative_key.name}': "
+            f"set Relative To to '{keys.reference_key.name}'"
+        )
+    if key.vertex_group:
+        raise ValueError(
+            f"Shape key '{key.name}' of '{obj.name}' is limited to vertex group '{key.vertex_group}': clear that field"
+        )
+    if fcurves.is_animated(keys, value_path(key)):
+        raise ValueError(
+            f"The value of shape key '{key.name}' of '{obj.name}' is animated: delete its keyframes or driver"
+        )
+
+
+def _hides_keys(modifier: bpy.types.Modifier) -> bool:
+    """Whether a modifier puts every vertex where a file has it."""
+    return bool(
+        modifier.type == "MESH_CACHE"
+        and modifier.show_viewport
+        and modifier.deform_mode == "OVERWRITE"
+        and modifier.factor == 1.0
+        and modifier.filepath
+        and not getattr(modifier, "vertex_group", "")
+    )
+
+
+def find(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey | None:
+    """The key of that name, None where there is none."""
+    keys = obj.data.shape_keys
+    return keys.key_blocks.get(name) if keys else None
+
+
+def free_name(obj: bpy.types.Object, name: str) -> str:
+    """The first of name.001, name.002 ... that no key of the mesh has."""
+    keys = obj.data.shape_keys
+    return naming.numbered(re.sub(r"\.\d+$", "", name), keys.key_blocks.keys() if keys else ())
+
+
+def add(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
+    """A new key at rest, with Basis where the mesh has no keys."""
+    ensure_reference(obj)
+    return new(obj, name, read_reference(obj))
+
+
+def ensure_reference(obj: bpy.types.Object) -> None:
+    """Makes Basis where the mesh has no keys."""
+    if obj.data.shape_keys is None:
+        obj.shape_key_add(name="Basis", from_mix=False)
+
+
+def new(obj: bpy.types.Object, name: str, positions: Float32s) -> bpy.types.ShapeKey:
+    """A new key, relative to the rest shape, value 0. Blender may make the name unique."""
+    key = obj.shape_key_add(name=name, from_mix=False)
+    key.value = 0.0  # 5.0 and later start at 1
+    key.relative_key = obj.data.shape_keys.reference_key
+    versions.write_key(key, positions)
+    obj.data.update_tag()
+    return key
+
+
+def add_all(obj: bpy.types.Object, name: str, shapes: Iterable[Float32s]) -> list[str]:
+    """A new key for each shape, as new(), with Basis where the mesh has no keys; returns their names.
+
+    Where Blender runs out of memory half way, or there is no further shape, the new keys are removed again.
+    """
+    had_keys = obj.data.shape_keys is not None
+    ensure_reference(obj)
+    made: list[str] = []
+    try:
+        for shape in shapes:
+            made.append(new(obj, name, shape).name)  # noqa: PERF401 - what is made so far must be known
+    except BaseException:
+        for key in made:
+            remove(obj, key)
+        if not had_keys:
+            remove_lone_reference(obj)
+        raise
+    return made
+
+
+def read_reference(obj: bpy.types.Object) -> Float32s:
+    """(n, 3) float32 of the reference key; there must be keys."""
+    return versions.read_key(obj.data.shape_keys.reference_key)
+
+
+def read(key: bpy.types.ShapeKey) -> Float32s:
+    """(n, 3) float32."""
+    return versions.read_key(key)
+
+
+def write(obj: bpy.types.Object, key: bpy.types.ShapeKey, positions: Float32s) -> None:
+    """Writes (n, 3) contiguous float32 and has Blender show it."""
+    versions.write_key(key, positions)
+    obj.data.update_tag()
+
+
+def show(key: bpy.types.ShapeKey) -> None:
+    """Sets the slider to 1."""
+    if key.value != 1.0:
+        key.slider_max = max(key.slider_max, 1.0)
+        key.value = 1.0
+
+
+def remove(obj: bpy.types.Object, name: str) -> None:
+    """Removes a key and its F-curve, if there is such a key."""
+    key = find(obj, name)
+    if key is not None:
+        fcurves.remove_fcurve(obj.data.shape_keys, value_path(key))
+        with _active_kept(obj):
+            obj.shape_key_remove(key)
+
+
+@contextmanager
+def _active_kept(obj: bpy.types.Object) -> Iterator[None]:
+    """Leaves the active key the same one, by name, whatever keys come and go."""
+    name = active_name(obj)
+    try:
+        yield
+    finally:
+        make_active(obj, name)
+
+
+def remove_lone_reference(obj: bpy.types.Object) -> None:
+    """Removes the reference key where it is the only one."""
+    keys = obj.data.shape_keys
+    if keys is not None and len(keys.key_blocks) == 1:
+        obj.shape_key_remove(keys.reference_key)
+
+
+def active_name(obj: bpy.types.Object) -> str:
+    """Name of the key chosen in the list, '' where there is none."""
+    key = obj.active_shape_key
+    return key.name if key is not None else ""
+
+
+def make_active(obj: bpy.types.Object, name: str) -> None:
+    """Chooses the key of that name in the list, if there is one."""
+    keys = obj.data.shape_keys
+    index = keys.key_blocks.find(name) if keys else -1
+    if index >= 0:
+        obj.active_shape_key_index = index
+
+
+def value_path(key: bpy.types.ShapeKey) -> str:
+    """Path of the key's value from the shape keys' data-block."""
+    return f'key_blocks["{bpy.utils.escape_identifier(key.name)}"].value'
+
+
+def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) -> None:
+    """Makes ``shape`` the rest shape and the shape of ``pose``; other keys keep their offsets.
+
+    Args:
+        obj: the mesh.
+        pose: the live key.
+        shape: (n, 3) contiguous float32.
+    """
+    keys = obj.data.shape_keys
+    shift_of_pose = shape - read(pose)
+    shift = shape - read(keys.reference_key)
+    for key in keys.key_blocks:
+        if key not in (pose, keys.reference_key):
+            # Keys relative to the pose go with it, wherever it goes.
+            is_on_pose = _root_of(key, keys.reference_key, pose) == pose
+            versions.write_key(key, read(key) + (shift_of_pose if is_on_pose else shift))
+    versions.write_key(pose, shape)
+    versions.write_key(keys.reference_key, shape)
+    versions.write_positions(obj.data, shape)
+    obj.data.update_tag()
+
+
+def _root_of(
+    key: bpy.types.ShapeKey, reference: bpy.types.ShapeKey, pose: bpy.types.ShapeKey
+) -> bpy.types.ShapeKey | None:
+    """The pose or the reference, whichever the chain of relative keys meets first; None where it runs in a circle."""
+    seen: list[bpy.types.ShapeKey] = []
+    while key not in seen:
+        if key in (reference, pose):
+            return key
+        seen.append(key)
+        key = key.relative_key
+    return None
+
+
+def frame_key_name(prefix: str, frame: int) -> str:
+    """Name of the key of a baked frame."""
+    return f"{prefix}{frame:04d}"
+
+
+def frame_keys(obj: bpy.types.Object, prefix: str) -> Iterator[str]:
+    """Names of the keys that an earlier bake with this prefix made: their values have keyframes."""
+    keys = obj.data.shape_keys
+    pattern = re.compile(re.escape(prefix) + FRAME_PATTERN)
+    for key in keys.key_blocks if keys else ():
+        if pattern.fullmatch(key.name) and fcurves.has_fcurve(keys, value_path(key)):
+            yield key.name
+
+
+def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], shapes: Iterable[Float32s]) -> list[str]:
+    """One key for each frame, keyframed so that at each frame only its key shows, fully, and neighbours blend linearly.
+
+    Keys of an earlier bake with the same prefix are replaced.
+    """
+    made = add_all(obj, "arap_bake", shapes)
+    active = active_name(obj)
+    for name in list(frame_keys(obj, prefix)):
+        remove(obj, name)
+    keys = obj.data.shape_keys
+    names = []
+    for i, frame in enumerate(frames):
+        key = keys.key_blocks[made[i]]
+        key.name = frame_key_name(prefix, frame)
+        names.append(key.name)
+        around = [(frames[i - 1], 0.0)] if i > 0 else []
+        around += [(frame, 1.0)]
+        around += [(frames[i + 1], 0.0)] if i + 1 < len(frames) else []
+        fcurves.insert_linear_keyframes(keys, key, value_path(key), around)
+    make_active(obj, active)
+    return names

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The differences between Blender 3.4 and 5.2 that the add-on meets.
+
+But for those of animation (fcurves) and of commands of the command line (cli).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import blf
+import bpy
+import gpu
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.arrays import Float32s
+from ..core.worker import wait_for_binds
+
+# Below this many vertices a plain pass over the vertices' groups is faster than setting up the node tree.
+NODES_PAY_FROM = 5_000
+
+
+def read_key(key: bpy.types.ShapeKey) -> Float32s:
+    """(n, 3) float32 coordinates of a shape key."""
+    points = _key_points(key)
+    result = np.empty((len(points), 3), dtype=np.float32)
+    points.foreach_get("co", result.ravel())
+    return result
+
+
+def write_key(key: bpy.types.ShapeKey, positions: Float32s) -> None:
+    """Writes (n, 3) contiguous float32 coordinates; the caller tags the mesh."""
+    _key_points(key).foreach_set("co", positions.ravel())
+
+
+def _key_points(key: bpy.types.ShapeKey) -> Any:
+    # 4.1: key.points is an array; key.data goes through one wrapper for each point, 200 times slower.
+    return key.points if hasattr(key, "points") else key.data
+
+
+def read_positions(mesh: bpy.types.Mesh) -> Float32s:
+    """(n, 3) float32 coordinates of the mesh itself, without shape keys."""
+    source, name = _positions_source(mesh)
+    result = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+    source.foreach_get(name, result.ravel())
+    return result
+
+
+def write_positions(mesh: bpy.types.Mesh, positions: Float32s) -> None:
+    """Writes (n, 3) contiguous float32 coordinates to the mesh itself; the caller tags the mesh."""
+    source, name = _positions_source(mesh)
+    source.foreach_set(name, positions.ravel())
+
+
+def _positions_source(mesh: bpy.types.Mesh) -> tuple[Any, str]:
+    # 3.5: the attribute; since then mesh.vertices is the slow way.
+    attribute = mesh.attributes.get("position")
+    return (mesh.vertices, "co") if attribute is None else (attribute.data, "vector")
+
+
+def read_corner_vertices(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
+    """(c,) int32 vertex of each face corner."""
+    result = np.empty(len(mesh.loops), dtype=np.int32)
+    attribute = mesh.attributes.get(".corner_vert")  # 3.6
+    if attribute is None:
+        mesh.loops.foreach_get("vertex_index", result)
+    else:
+        attribute.data.foreach_get("value", result)
+    return result
+
+
+def read_edges(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
+    """(e, 2) int32 vertices of each edge."""
+    result = np.empty((len(mesh.edges), 2), dtype=np.int32)
+    attribute = mesh.attributes.get(".edge_verts")  # 3.6
+    if attribute is None:
+        mesh.edges.foreach_get("vertices", result.ravel())
+    else:
+        attribute.data.foreach_get("value", result.ravel())
+    return result
+
+
+def read_group_weights(
+    obj: bpy.types.Object, names: Sequence[str], use_nodes: bool | None = None
+) -> dict[str, Float32s]:
+    """(n,) float32 weight of every vertex in each of the groups; 0 where it is not in the group.
+
+    Args:
+        obj: a mesh object in Object Mode that has these groups.
+        names: the groups.
+        use_nodes: which way; None: the faster one. Both give the same.
+    """
+    if not names:
+        return {}
+    if use_nodes is None:
+        use_nodes = bpy.app.version >= (4, 0, 0) and len(obj.data.vertices) >= NODES_PAY_FROM
+    return _weights_by_nodes(obj, names) if use_nodes else _weights_by_pass(obj, names)
+
+
+def _weights_by_pass(obj: bpy.types.Object, names: Sequence[str]) -> dict[str, Float32s]:
+    """One pass over every vertex's groups: 30-110 ms for 100,000 vertices, most of it for vertices in no group."""
+    entries = [(v.index, g.group, g.weight) for v in obj.data.vertices for g in v.groups]
+    table = np.array(entries, dtype=np.float64).reshape(-1, 3)
+    result: dict[str, Float32s] = {}
+    for name in names:
+        mine = table[table[:, 1] == obj.vertex_groups[name].index]
+        weights = np.zeros(len(obj.data.vertices), dtype=np.float32)
+        weights[mine[:, 0].astype(np.int64)] = mine[:, 2]
+        result[name] = weights
+    return result
+
+
+def _weights_by_nodes(obj: bpy.types.Object, names: Sequence[str]) -> dict[str, Float32s]:
+    """Geometry nodes copy the groups to attributes, which are read in bulk: 4 ms for 100,000 vertices.
+
+    The nodes sit on a second object with the same mesh, in a scene of its own, so nothing of the file is evaluated
+    and nothing of it changes.
+    """
+    tree = _group_reader([(name, f"arap_{i}") for i, name in enumerate(names)])
+    reader = bpy.data.objects.new("arap_group_reader", obj.data)
+    scene = bpy.data.scenes.new("arap_group_reader")
+    try:
+        reader.show_only_shape_key = True  # no shape is needed: the first key alone is the least work
+        reader.modifiers.new("groups", "NODES").node_group = tree
+        scene.collection.objects.link(reader)
+        view_layer = scene.view_layers[0]
+        view_layer.update()
+        attributes = reader.evaluated_get(view_layer.depsgraph).data.attributes
+        result: dict[str, Float32s] = {}
+        for i, name in enumerate(names):
+            weights = np.empty(len(obj.data.vertices), dtype=np.float32)
+            attributes[f"arap_{i}"].data.foreach_get("value", weights)
+            result[name] = weights
+        return result
+    finally:
+        bpy.data.scenes.remove(scene)
+        bpy.data.objects.remove(reader)
+        bpy.data.node_groups.remove(tree)
+
+
+def _group_reader(names: Sequence[tuple[str, str]]) -> bpy.types.NodeTree:
+    """A node group that stores each vertex group as a float attribute: (group, attribute) names."""
+    tree = bpy.data.node_groups.new("arap_group_reader", "GeometryNodeTree")
+    if hasattr(tree, "interface"):  # 4.0
+        tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+        tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    else:
+        tree.inputs.new("NodeSocketGeometry", "Geometry")
+        tree.outputs.new("NodeSocketGeometry", "Geometry")
+    geometry = tree.nodes.new("NodeGroupInput").outputs[0]
+    for group, attribute in names:
+        read = tree.nodes.new("GeometryNodeInputNamedAttribute")
+        read.data_type = "FLOAT"
+        read.inputs[0].default_value = group
+        store = tree.nodes.new("GeometryNodeStoreNamedAttribute")
+        store.data_type = "FLOAT"
+        store.domain = "POINT"
+        store.inputs["Name"].default_value = attribute
+        # Before 4.x a node has one socket of each name for every data type; the enabled one is ours.
+        value = next(socket for socket in store.inputs if socket.name == "Value" and socket.enabled)
+        weight = next(socket for socket in read.outputs if socket.name == "Attribute" and socket.enabled)
+        tree.links.new(weight, value)
+        tree.links.new(geometry, store.inputs[0])
+        geometry = store.outputs[0]
+    tree.links.new(geometry, tree.nodes.new("NodeGroupOutput").inputs[0])
+    return tree
+
+
+def move_modifier_first(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> None:
+    """Puts a modifier before all others."""
+    index = obj.modifiers.find(modifier.name)
+    if hasattr(obj.modifiers, "move"):  # not in 3.4
+        obj.modifiers.move(index, 0)
+    else:
+        wait_for_binds()
+        with bpy.context.temp_override(object=obj, active_object=obj):
+            bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
+
+
+def node_attributes(modifier: bpy.types.NodesModifier) -> list[str]:
+    """Names of attributes, which may be vertex groups, in the fields of a Geometry Nodes modifier."""
+    if hasattr(modifier, "properties"):  # 5.2
+        inputs = modifier.properties.inputs
+        fields = (getattr(inputs, field.identifier) for field in inputs.bl_rna.properties)
+        return [getattr(field, "attribute_name", "") for field in fields]
+    return [str(value) for key, value in modifier.items() if key.endswith("_attribute_name")]
+
+
+def is_painting() -> bool | None:
+    """Whether a stroke of a brush is under way in some window; before 4.2 nobody can tell: None."""
+    if "modal_operators" not in bpy.types.Window.bl_rna.properties:
+        return None
+    windows = bpy.context.window_manager.windows
+    return any(op.bl_idname.startswith("PAINT_OT") for window in windows for op in window.modal_operators)
+
+
+def gpu_shader(name: str) -> Any:
+    """A built-in shader of the gpu module, by its name of today: before 4.0 those in space have a prefix."""
+    try:
+        return gpu.shader.from_builtin(name)
+    except ValueError:
+        return gpu.shader.from_builtin(f"3D_{name}")
+
+
+# 4.5: points have a shader of their own, which not every graphics API can do without.
+POINT_SHADER = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"
+
+
+def set_text_size(font: int, size: float) -> None:
+    """Size of text drawn by blf, in pixels."""
+    if bpy.app.version >= (4, 0, 0):
+        blf.size(font, size)
+    else:
+        blf.size(font, int(size), 72)
+
+
+def draw_progress(layout: bpy.types.UILayout, text: str, fraction: float) -> None:
+    """A bar with a text that is translated already; before 4.0 the text alone."""
+    if bpy.app.version >= (4, 0, 0):
+        layout.progress(text=text, translate=False, factor=fraction)
+    else:
+        layout.label(text=text, translate=False, icon="SORTTIME")
+
+
+def length_text(scene: bpy.types.Scene, length: float) -> str:
+    """A length in scene units as Blender's own fields show it."""
+    units = scene.unit_settings
+    return str(bpy.utils.units.to_string(units.system, "LENGTH", length * units.scale_length, precision=3))

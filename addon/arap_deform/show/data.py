@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the overlay shows of an object, as arrays: read when something has changed, never at a mere redraw."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.arrays import Float32s
+from ..scene import handle_motion, meshes, versions
+from .strain import EdgeStrain, colors_of
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What stays while the mesh is posed.
+
+    Attributes:
+        rest: (n, 3) float32.
+        triangles: (t, 3) int32.
+    """
+
+    rest: Float32s
+    triangles: NDArray[np.int32]
+    strain: EdgeStrain
+
+    @classmethod
+    def read(cls, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Surface:
+        """Of a mesh in any mode but Edit Mode. Raises ValueError where the object is scaled to nothing."""
+        mesh = obj.data
+        mesh.calc_loop_triangles()
+        triangles = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
+        mesh.loop_triangles.foreach_get("vertices", triangles.ravel())
+        rest = meshes.read_rest(obj)
+        strain = EdgeStrain(rest, meshes.read_edges(obj), meshes.read_stretch(obj, depsgraph))
+        return cls(rest, triangles, strain)
+
+    def fits(self, obj: bpy.types.Object) -> bool:
+        return len(obj.data.vertices) == len(self.rest)
+
+
+def read_pinned(obj: bpy.types.Object) -> NDArray[np.int32]:
+    """(p,) int32 vertices of the enabled pins."""
+    names = [pin.name for pin in obj.arap.pins if pin.is_enabled and pin.name in obj.vertex_groups]
+    # Nodes would add to the scene, which nobody may do while drawing.
+    weights = meshes.read_weights(obj, names, use_nodes=False)
+    is_pinned = np.zeros(len(obj.data.vertices), dtype=bool)
+    for values in weights.values():
+        is_pinned |= values > 0.0
+    return np.flatnonzero(is_pinned).astype(np.int32)
+
+
+def positions_now(obj: bpy.types.Object, surface: Surface, depsgraph: bpy.types.Depsgraph) -> Float32s:
+    """(n, 3) float32 as seen, object space; where modifiers make other vertices of them, the pose before those."""
+    evaluated = obj.evaluated_get(depsgraph).data
+    if len(evaluated.vertices) == len(surface.rest):
+        return versions.read_positions(evaluated)
+    return handle_motion.shown_positions(obj, surface.rest)
+
+
+def strain_colors(obj: bpy.types.Object, surface: Surface) -> Float32s:
+    """(n, 4) float32 of the pose alone, without other shape keys and modifiers."""
+    shown = handle_motion.shown_positions(obj, surface.rest)
+    return colors_of(surface.strain.of(shown), obj.arap.overlay.strain_limit / 100.0)
+
+
+def handle_lines(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Float32s:
+    """(2 h, 3) float32, world space: each enabled handle that works, at rest and now."""
+    matrix = meshes.read_matrix(obj, depsgraph)
+    ends = []
+    for handle in obj.arap.handles:
+        if handle.is_enabled and not handle_motion.problem_of(obj, handle, depsgraph):
+            at_rest = matrix @ np.array(handle.rest, dtype=np.float64)
+            now = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
+            ends += [at_rest[:3, 3], now[:3, 3]]
+    return np.array(ends, dtype=np.float32).reshape(-1, 3)

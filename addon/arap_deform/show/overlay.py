@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The overlay in the 3D view, for the mesh that the panel shows: pins, handles and their way from rest, strain.
+
+Batches are made when something has changed and drawn as they are otherwise.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import gpu
+import numpy as np
+from bpy.app.handlers import persistent
+from mathutils import Matrix
+
+from ..core import sessions
+from ..core.arrays import Float32s, Ints
+from ..core.session_data import Readout
+from ..scene import app_handlers, pose_key, versions
+from ..ui import batches, colors
+from ..ui.checks import find_drawn_object
+from . import data
+from .legend import draw_legend
+
+PIN_SIZE = 5.0
+REST_SIZE = 7.0
+LINE_WIDTH = 1.5
+
+
+class Drawn:
+    """The batches of one object, and what they were made from."""
+
+    def __init__(self, surface: data.Surface) -> None:
+        self.surface = surface
+        self.indices = batches.index_buffer(surface.triangles)
+        self.has_pinned = False  # those read last are those of now
+        self.pinned: Ints = np.empty(0, dtype=np.int32)
+        self._stamp: tuple[Any, ...] = ()
+        self._readout: Readout | None = None
+        self.heat: gpu.types.GPUBatch | None = None
+        self.pins: gpu.types.GPUBatch | None = None
+        self.lines: gpu.types.GPUBatch | None = None
+        self.rests: gpu.types.GPUBatch | None = None
+        self.ends: Float32s = np.empty((0, 3), dtype=np.float32)
+
+    def update(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
+        """Makes anew what has changed."""
+        self._update_lines(obj, depsgraph)
+        settings = obj.arap.overlay
+        if settings.show_pins and not self.has_pinned and not versions.is_painting():
+            self.pinned, self.has_pinned, self._stamp = data.read_pinned(obj), True, ()
+        stamp = (_changes, settings.show_strain, settings.show_pins, settings.strain_limit)
+        if stamp == self._stamp and self.is_of(obj):
+            return
+        self._stamp, self._readout = stamp, sessions.readout(obj.name_full)
+        self.heat = self.pins = None
+        surface = self.surface
+        if settings.show_strain or settings.show_pins:
+            positions = data.positions_now(obj, surface, depsgraph)
+        if settings.show_strain and len(surface.triangles):
+            self.heat = batches.surface_batch(positions, data.strain_colors(obj, surface), self.indices)
+        if settings.show_pins and len(self.pinned):
+            self.pins = batches.plain_batch("POINTS", positions[self.pinned])
+
+    def is_of(self, obj: bpy.types.Object) -> bool:
+        """Whether the object was not solved since."""
+        return self._readout is sessions.readout(obj.name_full)
+
+    def _update_lines(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
+        ends = data.handle_lines(obj, depsgraph) if obj.arap.overlay.show_handles else self.ends[:0]
+        if np.array_equal(ends, self.ends):
+            return
+        self.ends = ends
+        self.lines = batches.plain_batch("LINES", ends) if len(ends) else None
+        self.rests = batches.plain_batch("POINTS", np.ascontiguousarray(ends[::2])) if len(ends) else None
+
+    def draw(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
+        matrix = obj.evaluated_get(depsgraph).matrix_world
+        if self.heat is not None:
+            batches.draw_surface(self.heat, matrix)
+        if self.pins is not None:
+            color = colors.of_pins()
+            batches.draw_points(self.pins, matrix, color, PIN_SIZE, is_hidden_behind=True)
+        if self.lines is not None and self.rests is not None:
+            color = colors.of_handles()
+            batches.draw_lines(self.lines, color, LINE_WIDTH)
+            batches.draw_points(self.rests, Matrix(), color, REST_SIZE, is_hidden_behind=False)
+
+
+_drawn: dict[str, Drawn] = {}
+"""What was drawn last, by the full name of its object; at most one."""
+_changes = 0  # grows with every evaluation that may have changed what is drawn
+
+
+def shown_object(context: bpy.types.Context) -> bpy.types.Object | None:
+    """The object whose overlay is to be drawn in this view, None where there is none."""
+    obj = find_drawn_object(context)
+    if obj is None or not _shows_anything(obj) or obj.mode in {"EDIT", "SCULPT"} or obj.data.is_editmode:
+        return None
+    return obj
+
+
+def _shows_anything(obj: bpy.types.Object) -> bool:
+    overlay = obj.arap.overlay
+    if not (obj.arap.pins or obj.arap.handles) and pose_key.find(obj) is None:  # ARAP Pull needs neither
+        return False
+    return bool(overlay.show_pins or overlay.show_handles or overlay.show_strain)
+
+
+def _draw_in_space() -> None:
+    context = bpy.context
+    obj = shown_object(context)
+    if obj is None:
+        return
+    depsgraph = context.evaluated_depsgraph_get()
+    drawn = _drawn.get(obj.name_full)
+    if drawn is None or not drawn.surface.fits(obj):
+        _drawn.clear()
+        try:
+            drawn = _drawn[obj.name_full] = Drawn(data.Surface.read(obj, depsgraph))
+        except ValueError:  # scaled to nothing: nothing of it is seen
+            return
+    drawn.update(obj, depsgraph)
+    drawn.draw(obj, depsgraph)
+
+
+def _draw_on_screen() -> None:
+    obj = shown_object(bpy.context)
+    if obj is not None and obj.arap.overlay.show_strain:
+        draw_legend(bpy.context, obj.arap.overlay.strain_limit)
+
+
+@persistent
+def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    global _changes  # noqa: PLW0603 - counted by handlers, compared when drawing
+    for name, drawn in list(_drawn.items()):
+        updated = [update.id.original for update in depsgraph.updates if update.is_updated_geometry]
+        obj = next((item for item in updated if isinstance(item, bpy.types.Object) and item.name_full == name), None)
+        if obj is not None:
+            _changes += 1
+            if obj.data in updated and drawn.is_of(obj):
+                # No solve has done that: faces, rest shape or groups may be others.
+                if obj.mode == "WEIGHT_PAINT":
+                    drawn.has_pinned = False  # groups alone, and at each step of a stroke
+                else:
+                    _drawn.clear()
+
+
+@persistent
+def _on_frame(*_: object) -> None:
+    global _changes  # noqa: PLW0603 - as above
+    _changes += 1
+
+
+@persistent
+def _forget(*_: object) -> None:
+    _drawn.clear()
+
+
+_HANDLERS = (
+    ("depsgraph_update_post", _on_update),
+    ("frame_change_post", _on_frame),
+    ("undo_post", _forget),
+    ("redo_post", _forget),
+    ("load_post", _forget),
+)
+_draw_handles: list[Any] = []
+
+
+def register() -> None:
+    app_handlers.add(_HANDLERS)
+    space = bpy.types.SpaceView3D
+    _draw_handles.append(space.draw_handler_add(_draw_in_space, (), "WINDOW", "POST_VIEW"))
+    _draw_handles.append(space.draw_handler_add(_draw_on_screen, (), "WINDOW", "POST_PIXEL"))
+
+
+def unregister() -> None:
+    for handle in _draw_handles:
+        bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
+    _draw_handles.clear()
+    app_handlers.remove(_HANDLERS)
+    _drawn.clear()

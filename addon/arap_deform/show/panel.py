@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sub-panel "Show": what the overlay draws."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..ui.checks import posed_object
+from ..ui.panels import ArapSubPanel, draw_text, split_column
+
+
+class ARAP_PT_overlay(ArapSubPanel, bpy.types.Panel):
+    """Toggles of the overlay."""
+
+    bl_idname = "ARAP_PT_overlay"
+    bl_label = "Show"
+    bl_order = 80
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        settings = posed_object(context).arap.overlay
+        column = layout.column(align=True)
+        column.prop(settings, "show_pins", icon="PINNED")
+        column.prop(settings, "show_handles", icon="EMPTY_AXIS")
+        column.prop(settings, "show_strain", icon="MOD_MESHDEFORM")
+        limit = split_column(layout)
+        limit.active = settings.show_strain
+        limit.prop(settings, "strain_limit")
+        if not context.space_data.overlay.show_overlays:
+            draw_text(context, layout, "Overlays are off in this view", "INFO")
+
+
+def register() -> None:
+    bpy.utils.register_class(ARAP_PT_overlay)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(ARAP_PT_overlay)

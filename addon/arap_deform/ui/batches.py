@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Arrays -> batches of Blender's gpu module, and how each kind is drawn."""
+
+from __future__ import annotations
+
+import bpy
+import gpu
+import numpy as np
+from mathutils import Matrix
+from numpy.typing import NDArray
+
+from ..core.arrays import Float32s, Floats
+from ..scene import versions
+from .colors import Color
+
+NEARER = 1e-3  # of the distance: what lies on the surface is drawn before it, not half in it
+
+
+def index_buffer(triangles: NDArray[np.int32]) -> gpu.types.GPUIndexBuf:
+    return gpu.types.GPUIndexBuf(type="TRIS", seq=triangles)
+
+
+def surface_batch(positions: Float32s, colors: Float32s, indices: gpu.types.GPUIndexBuf) -> gpu.types.GPUBatch:
+    """Triangles with a colour at each vertex, for draw_surface()."""
+    form = gpu.types.GPUVertFormat()
+    form.attr_add(id="pos", comp_type="F32", len=3, fetch_mode="FLOAT")
+    form.attr_add(id="color", comp_type="F32", len=4, fetch_mode="FLOAT")
+    vertices = gpu.types.GPUVertBuf(format=form, len=len(positions))
+    vertices.attr_fill("pos", positions)
+    vertices.attr_fill("color", colors)
+    return gpu.types.GPUBatch(type="TRIS", buf=vertices, elem=indices)
+
+
+def plain_batch(kind: str, positions: Float32s) -> gpu.types.GPUBatch:
+    """POINTS, LINES, LINE_STRIP or TRIS of one colour."""
+    form = gpu.types.GPUVertFormat()
+    form.attr_add(id="pos", comp_type="F32", len=3, fetch_mode="FLOAT")
+    vertices = gpu.types.GPUVertBuf(format=form, len=len(positions))
+    vertices.attr_fill("pos", positions)
+    return gpu.types.GPUBatch(type=kind, buf=vertices)
+
+
+def draw_surface(batch: gpu.types.GPUBatch, matrix: Matrix) -> None:
+    with _On(matrix, is_hidden_behind=True):
+        batch.draw(versions.gpu_shader("SMOOTH_COLOR"))
+
+
+def draw_points(
+    batch: gpu.types.GPUBatch, matrix: Matrix, color: Color, size: float, *, is_hidden_behind: bool
+) -> None:
+    shader = versions.gpu_shader(versions.POINT_SHADER)
+    with _On(matrix, is_hidden_behind=is_hidden_behind):
+        gpu.state.point_size_set(size)
+        shader.bind()
+        shader.uniform_float("color", color)
+        batch.draw(shader)
+        gpu.state.point_size_set(1.0)
+
+
+def draw_lines(batch: gpu.types.GPUBatch, color: Color, width: float) -> None:
+    """World space, over everything."""
+    shader = versions.gpu_shader("POLYLINE_UNIFORM_COLOR")
+    with _On(Matrix(), is_hidden_behind=False):
+        shader.bind()
+        shader.uniform_float("color", color)
+        shader.uniform_float("lineWidth", width)
+        shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
+        batch.draw(shader)
+
+
+def draw_pixels(kind: str, pixels: Floats, color: Color) -> None:
+    """Over the finished picture: (k, 2) corners of TRIS or points of a LINE_STRIP. Nothing where one is no number."""
+    if not len(pixels) or not np.isfinite(pixels).all():
+        return
+    points = np.zeros((len(pixels), 3), dtype=np.float32)
+    points[:, :2] = pixels
+    shader = versions.gpu_shader("UNIFORM_COLOR")
+    gpu.state.blend_set("ALPHA")
+    shader.bind()
+    shader.uniform_float("color", color)
+    plain_batch(kind, points).draw(shader)
+    gpu.state.blend_set("NONE")
+
+
+class _On:
+    """The state of the gpu module for one drawing; afterwards what Blender expects."""
+
+    def __init__(self, matrix: Matrix, *, is_hidden_behind: bool) -> None:
+        self._matrix = matrix
+        self._is_hidden_behind = is_hidden_behind
+
+    def __enter__(self) -> None:
+        gpu.state.blend_set("ALPHA")
+        gpu.state.depth_test_set("LESS_EQUAL" if self._is_hidden_behind else "NONE")
+        gpu.state.depth_mask_set(False)
+        gpu.matrix.push()
+        gpu.matrix.load_matrix(_nearer() @ gpu.matrix.get_model_view_matrix() @ self._matrix)
+
+    def __exit__(self, *_: object) -> None:
+        gpu.matrix.pop()
+        gpu.state.depth_test_set("NONE")
+        gpu.state.blend_set("NONE")
+
+
+def _nearer() -> Matrix:
+    """Takes things a little nearer to the viewer without moving them on the screen."""
+    view = bpy.context.region_data
+    if view.is_perspective:
+        return Matrix.Diagonal((1.0 - NEARER, 1.0 - NEARER, 1.0 - NEARER, 1.0))
+    return Matrix.Translation((0.0, 0.0, NEARER * view.view_distance))

@@ -1,0 +1,337 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live sessions: small updates, what ends them, and what goes on."""
+
+import numpy as np
+from support import (
+    BOTTOM,
+    MIDDLE,
+    TOP,
+    SceneTest,
+    bend,
+    bpy,
+    key_positions,
+    mesh_object,
+    module,
+    move,
+    posable,
+    rest_positions,
+)
+
+
+class LiveTest(SceneTest):
+    def test_updates_reach_what_a_solve_reaches(self):
+        obj, other = posable(), posable("Other")
+        for item in (obj, other):
+            bend(item)
+        self.api.prepare_session(obj)
+        obj.arap.iterations_per_update = 7
+        first = self.api.update_pose(obj)
+        self.assertEqual((first.iterations, first.stop_reason), (7, "max_iterations"))
+        for _ in range(1000):
+            last = self.api.update_pose(obj)
+            if last.stop_reason == "converged":
+                break
+        self.assertEqual(last.stop_reason, "converged")
+        self.assertEqual(self.api.readout(obj), last)
+        self.assertEqual(self.api.readout("Tube"), last)
+        self.api.solve(other)
+        self.assert_close(key_positions(obj), key_positions(other), 2e-3)
+
+    def test_the_time_limit_and_the_guess_can_be_given(self):
+        obj = posable()
+        bend(obj)
+        self.api.prepare_session(obj)
+        done = self.api.update_pose(obj, iterations=50, initial_guess="handle_rotations", time_limit_s=1e-9)
+        self.assertEqual((done.iterations, done.stop_reason), (1, "time_limit"))
+
+    def test_a_session_starts_from_the_pose_shown(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        posed = key_positions(obj)
+        self.api.end_session(obj)
+        session = self.api.prepare_session(obj)
+        self.assert_close(session.positions, posed, 1e-6)
+
+    def test_moving_a_handle_never_factorizes_and_new_groups_do_without_a_bind(self):
+        obj = posable()
+        session = self.api.prepare_session(obj)
+        before = session.n_factorizations
+        for step in range(3):
+            move(obj.arap.handles[0].target, (0.0, 0.1 * step, 0.0))
+            self.api.update_pose(obj)
+        self.assertEqual(session.n_factorizations, before)
+        self.api.add_pin(obj, MIDDLE)
+        self.assertIs(self.api.prepare_session(obj), session)
+        self.assertEqual(session.n_factorizations, before + 1)
+
+    def test_settings_that_need_no_bind_take_effect_at_once(self):
+        obj = posable()
+        bend(obj)
+        session = self.api.prepare_session(obj)
+        obj.arap.iterations_per_update = 3
+        self.assertEqual(self.api.update_pose(obj).iterations, 3)
+        obj.arap.accuracy = 0.1
+        self.assertEqual(self.api.update_pose(obj).stop_reason, "converged")
+        self.assertIs(self.api.prepare_session(obj), session)
+
+    def check_ended(self, obj, reason, *, is_thorough=False):
+        self.assertEqual(self.api.check_live(obj, is_thorough=is_thorough), reason)
+        before = key_positions(obj) if obj.data.shape_keys else None
+        if not is_thorough:
+            self.assert_error(RuntimeError, f"{reason}: start posing again", self.api.update_pose, obj)
+            self.assertEqual(self.api.check_live(obj), f"'{obj.name}' is not being posed")
+            if before is not None:
+                self.assert_close(key_positions(obj), before, 0.0)
+        self.api.prepare_session(obj)
+        self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+
+    def test_without_a_session(self):
+        obj = posable()
+        message = "'Tube' is not being posed: start posing again"
+        self.assert_error(RuntimeError, message, self.api.update_pose, obj)
+
+    def test_changed_topology_ends_a_session_and_writes_nothing(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        n, faces = len(obj.data.vertices), len(obj.data.polygons)
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.mesh.subdivide()
+        self.assertEqual(self.api.check_live(obj), "'Tube' is in Edit Mode: go back to Object Mode first")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        now = len(obj.data.vertices), len(obj.data.polygons)
+        self.check_ended(
+            obj, f"The mesh of 'Tube' has changed ({n} vertices and {faces} faces, now {now[0]} and {now[1]})"
+        )
+        self.api.solve(obj)
+
+    def test_other_faces_of_the_same_number_are_noticed(self):
+        obj = posable()
+        self.api.prepare_session(obj)
+        obj.data.flip_normals()
+        self.assertEqual(self.api.check_live(obj), "")
+        self.check_ended(obj, "The faces of 'Tube' have changed", is_thorough=True)
+
+    def test_a_changed_rest_shape_is_noticed(self):
+        obj = posable()
+        self.api.solve(obj)
+        obj.data.shape_keys.reference_key.data[5].co.x += 0.1
+        self.check_ended(obj, "The rest shape of 'Tube' has changed", is_thorough=True)
+
+    def test_painted_weights_are_noticed(self):
+        obj = posable()
+        self.api.prepare_session(obj)
+        obj.vertex_groups["Head"].add([TOP[0]], 0.5, "REPLACE")
+        self.check_ended(obj, "The pins or handles of 'Tube' have changed", is_thorough=True)
+
+    def test_changed_groups_settings_and_scale_end_a_session(self):
+        obj = posable()
+        self.api.prepare_session(obj)
+        obj.arap.pins[0].is_enabled = False
+        self.check_ended(obj, "The pins or handles of 'Tube' have changed")
+        obj.arap.energy = "spokes"
+        self.check_ended(obj, "Energy, rigidity, weights, threads or seams of 'Tube' have changed")
+        self.api.add_stiffness_group(obj, "Head")
+        self.check_ended(obj, "The stiffness of 'Tube' has changed")
+        obj.scale.x = 2.0
+        bpy.context.view_layer.update()
+        self.check_ended(obj, "The scale of 'Tube' has changed")
+
+    def test_another_key_ends_a_session_and_the_act_before_it_is_written(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        act = module("pose.operators").BlenderPoseScene(obj)
+        self.assertEqual(act.why_over(), "")
+        obj.arap.key_name = "Bent"
+        changed = "The pose of 'Tube' has another shape key now"
+        self.assertEqual(act.why_over(), f"{changed}, and is kept in 'ARAP': posing has ended")
+        self.assertEqual(self.api.check_live(obj, is_thorough=True), changed)
+        self.assert_error(RuntimeError, f"{changed}: start posing again", self.api.update_pose, obj)
+        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])
+        self.api.prepare_session(obj)
+        self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+
+    def test_a_renamed_key_is_followed_and_a_removed_one_ends_the_act(self):
+        obj = posable()
+        act = module("pose.operators").BlenderPoseScene(obj)
+        self.api.prepare_session(obj)
+        for name in ("ARAP", "Bent", "Bowed"):
+            if obj.data.shape_keys is not None:
+                obj.data.shape_keys.key_blocks[obj.arap.key_name].name = name
+            self.assertEqual(act.why_over(), "")
+            bend(obj)
+            act.update(act.matrices(), None, 1.0)
+            self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", name])
+            self.assertEqual(obj.arap.key_name, name)
+            self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+        obj.shape_key_remove(obj.data.shape_keys.key_blocks["Bowed"])
+        self.assertEqual(act.why_over(), "Shape key 'Bowed' of 'Tube' was removed: posing has ended")
+
+    def test_an_end_that_restores_gives_the_key_its_name_back(self):
+        obj = posable()
+        self.api.solve(obj)
+        before = key_positions(obj)
+        act = module("pose.operators").BlenderPoseScene(obj)
+        self.api.prepare_session(obj)
+        self.assertEqual(act.why_over(), "")
+        obj.data.shape_keys.key_blocks["ARAP"].name = "Bent"
+        self.assertEqual(act.why_over(), "")
+        bend(obj)
+        act.update(act.matrices(), None, 1.0)
+        act.restore(obj)
+        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])
+        self.assertEqual((obj.arap.key_name, [key.name for key in obj.arap.made_keys]), ("ARAP", ["ARAP"]))
+        self.assert_close(key_positions(obj), before, 0.0)
+
+    def test_painted_stiffness_is_noticed(self):
+        obj = posable()
+        obj.vertex_groups.new(name="Stiff")
+        self.api.add_stiffness_group(obj, "Stiff")
+        self.api.prepare_session(obj)
+        obj.vertex_groups["Stiff"].add(MIDDLE, 0.5, "REPLACE")
+        self.check_ended(obj, "The stiffness of 'Tube' has changed", is_thorough=True)
+
+    def test_turning_the_object_ends_nothing(self):
+        obj = posable()
+        session = self.api.prepare_session(obj)
+        for turn in (0.3, 1.0, 2.5):
+            obj.rotation_euler = (turn, 0.5 * turn, -turn)
+            bpy.context.view_layer.update()
+            self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+            self.assertIs(self.api.prepare_session(obj), session)
+
+    def test_inputs_are_read_before_and_adopted_after_a_bind_in_a_thread(self):
+        import threading
+
+        obj = posable()
+        bend(obj)
+        inputs = self.api.session_input(obj)
+        built = []
+        fractions = []
+        thread = threading.Thread(
+            target=lambda: built.append(self.api.build_session(inputs, fractions.append)), daemon=True
+        )
+        thread.start()
+        thread.join()
+        self.assertEqual(fractions, sorted(fractions))
+        self.api.adopt_session(obj, inputs, built[0])
+        self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+        self.api.update_pose(obj)
+        obj.data.vertices.add(1)
+        n, faces = len(obj.data.vertices), len(obj.data.polygons)
+        message = (
+            f"The mesh of 'Tube' has changed ({n - 1} vertices and {faces} faces, now {n} and {faces}) "
+            "while it was being prepared: start again"
+        )
+        self.assert_error(RuntimeError, message, self.api.adopt_session, obj, inputs, built[0])
+
+    def test_sync_goes_on_from_what_the_key_shows(self):
+        """As after an undo: the data is another, the names are the same."""
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        session = self.api.prepare_session(obj)
+        key = obj.data.shape_keys.key_blocks["ARAP"]
+        key.data.foreach_set("co", rest_positions(obj).astype(np.float32).ravel())
+        self.api.sync_session(obj)
+        self.assert_close(session.positions, rest_positions(obj), 1e-6)
+        obj.shape_key_remove(key)
+        self.api.sync_session(obj)
+        self.assert_close(session.positions, rest_positions(obj), 1e-6)
+        self.api.sync_session(mesh_object("Other"))
+
+    def test_undo_replaces_the_data_and_the_session_goes_on(self):
+        obj = posable()
+        bpy.ops.ed.undo_push(message="before")
+        bend(obj)
+        self.api.solve(obj)
+        posed = key_positions(obj)
+        bpy.ops.ed.undo_push(message="posed")
+        move(obj.arap.handles[0].target, (0.0, 1.0, 0.0))
+        self.api.solve(obj)
+        bpy.ops.ed.undo_push(message="moved")
+        bpy.ops.ed.undo()
+        obj = bpy.data.objects["Tube"]
+        self.api.sync_session(obj)
+        self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+        self.assert_close(key_positions(obj), posed, 0.0)
+        self.api.update_pose(obj)
+        self.assert_close(key_positions(obj), posed, 1e-4)
+
+    def test_a_file_load_forgets_sessions_and_readouts(self):
+        obj = posable()
+        self.api.solve(obj)
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.assertIsNone(self.api.readout("Tube"))
+        self.assertIsNone(module("core.sessions").get("Tube"))
+
+    def test_a_new_object_has_nothing_of_one_that_had_its_name(self):
+        def delete(obj):
+            bpy.data.objects.remove(obj)
+
+        def rename(obj):
+            obj.name = "Body"
+
+        for leave in (delete, rename):
+            with self.subTest(leave.__name__):
+                obj = posable()
+                self.api.solve(obj)
+                self.assertIsNotNone(self.api.readout(obj))
+                leave(obj)
+                bpy.context.view_layer.update()
+                obj = mesh_object()
+                self.assertEqual(obj.name, "Tube")
+                self.assertIsNone(self.api.readout(obj))
+                self.assertIsNone(module("core.sessions").get("Tube"))
+                bpy.data.objects.remove(obj)
+
+    def test_cancelled_solves_and_binds_change_nothing(self):
+        obj = posable()
+        bend(obj)
+        for text in ("Binding was cancelled; nothing has changed", "Solving was cancelled; the pose is as it was"):
+            self.assert_error(self.api.Cancelled, text, self.api.solve, obj, progress=lambda _: False)
+            self.assertIsNone(obj.data.shape_keys)
+            self.api.prepare_session(obj)
+        self.api.solve(obj)
+        posed = key_positions(obj)
+        move(obj.arap.handles[0].target, (0.0, 1.0, 0.0))
+        self.assert_error(
+            self.api.Cancelled,
+            "Solving was cancelled; the pose is as it was",
+            self.api.solve,
+            obj,
+            progress=lambda _: False,
+        )
+        self.assert_close(key_positions(obj), posed, 0.0)
+        self.assert_close(self.api.prepare_session(obj).positions, posed, 1e-6)
+
+    def test_progress_grows_from_bind_to_end(self):
+        obj = posable()
+        bend(obj)
+        fractions = []
+        self.api.solve(obj, progress=fractions.append)
+        self.assertEqual(fractions, sorted(fractions))
+        self.assertLess(fractions[0], 0.2)
+        self.assertLessEqual(fractions[-1], 1.0)
+
+    def test_handles_with_broken_matrices_are_named(self):
+        obj = posable()
+        target = obj.arap.handles[0].target
+        target.location.x = float("nan")
+        with self.assertRaises(ValueError) as caught:
+            self.api.solve(obj)
+        self.assertEqual(str(caught.exception), "Handle 'Head' has a transform that is not finite: reset it")
+
+    def test_positions_that_are_not_finite_are_refused(self):
+        obj = mesh_object()
+        positions = rest_positions(obj)
+        positions[9, 1] = np.inf
+        obj.data.vertices.foreach_set("co", positions.astype(np.float32).ravel())
+        self.api.add_pin(obj, BOTTOM)
+        with self.assertRaises(ValueError) as caught:
+            self.api.solve(obj)
+        self.assertIn("9", str(caught.exception))

@@ -1,0 +1,504 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live: the mesh follows its handles by itself. Without a window each evaluation is followed to the end."""
+
+import contextlib
+import io
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import support
+from support import (
+    BOTTOM,
+    MIDDLE,
+    TOP,
+    FakeAct,
+    SceneTest,
+    bend,
+    bpy,
+    key_positions,
+    mesh_object,
+    module,
+    move,
+    posable,
+    rest_positions,
+    shown_positions,
+)
+
+SAME = 2e-3  # of a mesh 4 long: what two ways to one pose may differ by, at the accuracy below
+
+
+def live_tube(name="Tube"):
+    obj = posable(name)
+    obj.arap.is_live = True
+    bpy.context.view_layer.update()
+    return obj
+
+
+def animate(obj, start=1, end=21, turn=-1.2):
+    target = obj.arap.handles[0].target
+    for frame, y, angle in ((start, 0.0, 0.0), ((start + end) // 2, 1.5, turn), (end, 0.6, 0.3 * turn)):
+        target.location.y, target.rotation_euler.x = y, angle
+        target.keyframe_insert("location", frame=frame)
+        target.keyframe_insert("rotation_euler", frame=frame)
+
+
+def top_as_handled(obj):
+    """Where the handle says that the top shall be."""
+    motion = module("api").handle_matrices(obj)[1]
+    return rest_positions(obj)[TOP] @ motion[:3, :3].T + motion[:3, 3]
+
+
+class LiveToggleTest(SceneTest):
+    def setUp(self):
+        super().setUp()
+        self.live = module("live.runs")
+        self.sessions = module("core.sessions")
+
+    def count_updates(self, obj):
+        """How often the object's session has been asked to solve, from now on, in a list of one number."""
+        session = self.sessions.get(obj.name).session
+        plain, count = session.update, [0]
+
+        def update(*args, **keywords):
+            count[0] += 1
+            return plain(*args, **keywords)
+
+        session.update = update
+        return count
+
+    def assert_followed(self, obj):
+        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+        shown = shown_positions(obj)
+        self.assertTrue(np.isfinite(shown).all())
+        self.assert_close(shown[TOP], top_as_handled(obj), 1e-5)
+        self.assert_close(shown[BOTTOM], rest_positions(obj)[BOTTOM], 1e-5)
+
+    def assert_off(self, obj, reason):
+        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (False, f"{reason}: Live is off"))
+        self.assertIsNone(self.live.run_of(obj))
+
+    def assert_solved(self, obj):
+        """The pose is that of Solve: the defined start, to the accuracy."""
+        shown = key_positions(obj)
+        obj.arap.is_live = False
+        self.api.solve(obj)
+        self.assert_close(shown, key_positions(obj), SAME)
+
+    # ------------------------------------------------------------------------------------------------- following
+
+    def test_a_moved_handle_is_followed_to_the_end(self):
+        obj = live_tube()
+        self.assertTrue(self.live.run_of(obj).is_settled)
+        bend(obj)
+        self.assert_followed(obj)
+        self.assert_solved(obj)
+
+    def test_drivers_parents_and_constraints_are_followed(self):
+        obj = live_tube()
+        boss = bpy.data.objects.new("Boss", None)
+        self.scene.collection.objects.link(boss)
+        target = obj.arap.handles[0].target
+        target.constraints.new("COPY_LOCATION").target = boss
+        boss.location = (0.0, 0.5, 4.5)
+        driver = target.driver_add("rotation_euler", 0).driver
+        driver.expression = "0.5"
+        bpy.context.view_layer.update()
+        self.assert_followed(obj)
+        self.assertGreater(np.abs(shown_positions(obj)[TOP] - rest_positions(obj)[TOP]).max(), 0.4)
+
+    def test_playback_and_scrubbing_follow_and_a_frame_looks_the_same_whichever_way_one_comes(self):
+        obj = live_tube()
+        animate(obj)
+        seen = {}
+        for frame in (*range(1, 22), 7, 20, 3, 11, 15, 1, 21, 2):
+            self.scene.frame_set(frame)
+            self.assert_followed(obj)
+            shown = shown_positions(obj)
+            self.assert_close(shown, seen.setdefault(frame, shown), 0.0)
+        self.assertGreater(np.abs(seen[11] - seen[1]).max(), 1.0)
+        self.scene.frame_set(11)
+        self.assert_solved(obj)
+
+    def test_what_did_not_change_is_not_solved(self):
+        obj = live_tube()
+        bend(obj)
+        bystander = mesh_object("Bystander")
+        count = self.count_updates(obj)
+        for step in range(3):
+            bystander.location.x += 1.0
+            bpy.context.view_layer.update()
+            obj.location.y += 1.0  # the empties are its children
+            bpy.context.view_layer.update()
+            self.scene.frame_set(step + 5)
+        self.assertEqual(count, [0])
+        self.assert_followed(obj)
+        bend(obj)
+        self.assertEqual(count, [1])
+
+    def test_several_objects_follow_their_own_handles(self):
+        objects = [live_tube(f"Tube {i}") for i in range(3)]
+        for i, obj in enumerate(objects):
+            animate(obj, turn=0.4 * i)
+        for frame in (5, 11, 21):
+            self.scene.frame_set(frame)
+            for obj in objects:
+                self.assert_followed(obj)
+        counts = [self.count_updates(obj) for obj in objects]
+        move(objects[1].arap.handles[0].target, (0.1, 0.0, 0.0))
+        self.assertEqual(counts, [[0], [1], [0]])
+
+    # -------------------------------------------------------------------------------------- files, renders, other acts
+
+    def test_saved_with_the_file_and_at_work_after_load(self):
+        obj = live_tube()
+        animate(obj)
+        self.scene.frame_set(11)
+        shown = shown_positions(obj)
+        with tempfile.TemporaryDirectory() as folder:
+            path = str(Path(folder) / "live.blend")
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+            self.assertEqual(self.live._runs, {})
+            bpy.ops.wm.open_mainfile(filepath=path)
+            obj = bpy.data.objects["Tube"]
+            self.assertTrue(obj.arap.is_live)
+            self.assert_close(shown_positions(obj), shown, 1e-6)
+            bpy.context.scene.frame_set(21)
+            self.assert_followed(obj)
+            bpy.context.scene.frame_set(11)
+            self.assert_close(shown_positions(obj), shown, SAME)
+
+    def test_a_bind_that_a_file_load_ends_gives_no_session_to_the_new_file(self):
+        obj = live_tube()
+        former = self.sessions.get("Tube")
+        self.sessions.drop("Tube")  # it is bound anew, and the thread has not begun
+        self.live.run_of(obj)._follower.drop = lambda: self.sessions.put("Tube", former)
+        for function in list(bpy.app.handlers.load_post):  # what Blender does next is to evaluate: one would be bound
+            if function.__module__.startswith(support.PACKAGE):
+                function("")
+        self.assertIsNone(self.sessions.get("Tube"))
+
+    def test_appended_it_works_and_linked_it_shows_what_was_saved(self):
+        obj = live_tube()
+        bend(obj)
+        shown = key_positions(obj)
+        with tempfile.TemporaryDirectory() as folder:
+            path = str(Path(folder) / "live.blend")
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            for is_linked in (False, True):
+                bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+                with bpy.data.libraries.load(path, link=is_linked) as (source, wanted):
+                    wanted.objects = source.objects
+                for item in wanted.objects:
+                    bpy.context.scene.collection.objects.link(item)
+                bpy.context.view_layer.update()
+                obj = bpy.data.objects["Tube"]
+                self.assertEqual(self.live.run_of(obj) is None, is_linked)
+                self.assert_close(shown_positions(obj), shown, SAME)
+                self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+                if not is_linked:
+                    move(obj.arap.handles[0].target, (0.2, 0.0, 0.0))
+                    self.assert_followed(obj)
+
+    def test_a_handle_that_was_not_appended_into_the_scene_says_so(self):
+        obj = live_tube()
+        with tempfile.TemporaryDirectory() as folder:
+            path = str(Path(folder) / "live.blend")
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+            with bpy.data.libraries.load(path, link=False) as (_, wanted):
+                wanted.objects = ["Tube"]
+            obj = wanted.objects[0]
+            bpy.context.scene.collection.objects.link(obj)
+            self.update_quietly()
+            self.assert_off(
+                obj,
+                "Handle 'Head' of 'Tube': 'Head' is not in the scene any more; choose another object or remove the "
+                "handle",
+            )
+
+    def update_quietly(self):
+        """Evaluates the scene; what is printed without a window is one line."""
+        with contextlib.redirect_stdout(io.StringIO()) as said:
+            bpy.context.view_layer.update()
+            bpy.context.view_layer.update()
+            self.scene = bpy.context.scene
+            self.scene.frame_set(self.scene.frame_current + 1)
+        self.assertEqual(said.getvalue().count("\n"), 1, said.getvalue())
+        self.assertTrue(said.getvalue().startswith("ARAP: "))
+
+    def test_off_while_rendering_and_says_so(self):
+        obj = live_tube()
+        animate(obj)
+        self.scene.frame_set(11)
+        shown = shown_positions(obj)
+        camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+        self.scene.collection.objects.link(camera)
+        self.scene.camera = camera
+        self.scene.render.engine = "BLENDER_WORKBENCH"
+        self.scene.render.resolution_x = self.scene.render.resolution_y = 16
+        self.scene.frame_start, self.scene.frame_end = 20, 21
+        count = self.count_updates(obj)
+        with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as said:
+            self.scene.render.filepath = str(Path(folder) / "frame_")
+            in_render = []
+            bpy.app.handlers.render_post.append(lambda *_: in_render.append(tuple(count)))
+            bpy.ops.render.render(animation=True)
+            bpy.app.handlers.render_post.pop()
+        self.assertEqual(in_render, [(0,), (0,)])
+        notice = "Rendered without Live: the mesh kept one shape. Bake the animation before rendering it"
+        self.assertEqual(self.live.render_notice(), notice)
+        self.assertEqual(said.getvalue().count(f"ARAP: {notice}"), 1)
+        self.assertEqual(self.scene.frame_current, 11)
+        self.assert_close(shown_positions(obj), shown, 0.0)
+        self.scene.frame_set(5)
+        self.assert_followed(obj)
+        bpy.ops.render.render()
+        self.assertEqual(self.live.render_notice(), "", "a still shows the pose of its frame")
+
+    def test_waits_while_the_object_is_posed_or_baked(self):
+        obj = live_tube()
+        act = FakeAct("it is posed")
+        self.sessions.claim("Tube", act)
+        count = self.count_updates(obj)
+        bend(obj)
+        self.assertEqual((count, self.live.run_of(obj).pause), ([0], "Paused while it is posed"))
+        self.sessions.release("Tube", act)
+        bpy.context.view_layer.update()
+        self.scene.frame_set(2)
+        self.assert_followed(obj)
+
+    def test_a_bake_has_the_mesh_for_itself_and_mutes_the_pose(self):
+        obj = live_tube()
+        animate(obj)
+        other = live_tube("Other")
+        animate(other)
+        job = self.api.begin_bake(obj, 1, 11, 5)
+        count = self.count_updates(other)
+        while job.step():
+            self.assertIn(self.sessions.claimed_by("Tube"), "it is baked")
+        self.assertGreater(count[0], 0, "another one follows meanwhile")
+        job.finish()
+        self.assertEqual(self.sessions.claimed_by("Tube"), "")
+        self.update_quietly()
+        self.assert_off(
+            obj,
+            "Shape key 'ARAP' of 'Tube' is muted (a bake does that), so the pose would not show: "
+            "unmute it, and mute or remove the baked keys",
+        )
+        self.assert_followed(other)
+        job = self.api.begin_bake(other, 1, 11, 5)
+        job.cancel()
+        self.assertEqual(self.sessions.claimed_by("Other"), "")
+
+    # ------------------------------------------------------------------------------------------ what happens to a scene
+
+    def test_a_missing_handle_switches_off_once_and_keeps_the_pose(self):
+        obj = live_tube()
+        bend(obj)
+        posed = key_positions(obj)
+        bpy.data.objects.remove(obj.arap.handles[0].target)
+        self.update_quietly()
+        self.assert_off(obj, "Handle 'Head' of 'Tube': it has no object; choose one or remove the handle")
+        self.assert_close(key_positions(obj), posed, 0.0)
+        obj.arap.is_live = False
+        self.assertEqual(obj.arap.live_problem, "", "a toggle by hand takes the reason away")
+
+    def test_a_transform_that_is_not_finite_switches_off_and_writes_nothing(self):
+        obj = live_tube()
+        bend(obj)
+        posed = key_positions(obj)
+        obj.arap.handles[0].target.location.x = float("nan")
+        self.update_quietly()
+        self.assert_off(obj, "Handle 'Head' has a transform that is not finite: reset it")
+        self.assert_close(key_positions(obj), posed, 0.0)
+
+    def test_an_unforeseen_error_switches_off_too(self):
+        obj = live_tube()
+        self.sessions.get("Tube").session.update = None
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            bend(obj)
+            bend(obj)
+        self.assertEqual(said.getvalue().count("Traceback"), 1)
+        self.assert_off(obj, "'NoneType' object is not callable")
+
+    def test_edit_mode_pauses_and_another_mesh_is_taken_up(self):
+        obj = live_tube()
+        bend(obj)
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.context.view_layer.update()
+        self.assertEqual(self.live.run_of(obj).pause, "Paused in Edit Mode")
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.mesh.subdivide()
+        move(obj.arap.handles[0].target, (0.0, 0.3, 0.0))
+        bpy.ops.object.mode_set(mode="OBJECT")
+        bpy.context.view_layer.update()
+        self.assertEqual((self.live.run_of(obj).pause, obj.arap.live_problem), ("", ""))
+        self.assert_followed(obj)
+        self.assertEqual(len(shown_positions(obj)), len(obj.data.vertices))
+
+    def test_weights_settings_pins_and_scale_take_effect(self):
+        obj = live_tube()
+        bend(obj)
+        group = obj.vertex_groups.new(name="Waist")
+        group.add(MIDDLE, 1.0, "REPLACE")
+        self.api.add_pin_group(obj, "Waist")
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(obj)[MIDDLE], rest_positions(obj)[MIDDLE], 1e-5)
+        group.remove(MIDDLE[:4])
+        bpy.context.view_layer.update()
+        self.assertGreater(np.abs(shown_positions(obj) - rest_positions(obj))[MIDDLE[:4]].max(), 1e-3)
+        obj.arap.pins[1].is_enabled = False
+        obj.scale.z = 1.5
+        bpy.context.view_layer.update()
+        self.assert_followed(obj)
+        self.assert_solved(obj)
+
+    def test_excluded_it_waits_and_comes_back(self):
+        obj = live_tube()
+        obj.hide_viewport = True
+        bpy.context.view_layer.update()
+        move(obj.arap.handles[0].target, (0.0, 0.5, 0.0))
+        self.assertEqual(self.live.run_of(obj).pause, "Paused: this mesh is disabled, excluded or in another scene")
+        obj.hide_viewport = False
+        bpy.context.view_layer.update()
+        self.assert_followed(obj)
+
+    def test_renamed_it_goes_on_and_deleted_it_is_forgotten(self):
+        obj = live_tube()
+        obj.name = "Pipe"
+        bpy.context.view_layer.update()
+        bend(obj)
+        self.assert_followed(obj)
+        self.assertEqual(list(self.live._runs), ["Pipe"])
+        self.assertIsNone(self.sessions.get("Tube"))
+        bpy.data.objects.remove(obj)
+        bpy.context.view_layer.update()
+        self.assertEqual((list(self.live._runs), self.sessions.get("Pipe")), ([], None))
+
+    def keys(self, obj):
+        return [(key.name, key.value) for key in obj.data.shape_keys.key_blocks if key.name != "Basis"]
+
+    def test_a_renamed_key_stays_the_pose_also_where_it_is_renamed_in_edit_mode(self):
+        obj = live_tube()
+        bpy.context.view_layer.objects.active = obj
+        for mode, name in (("OBJECT", "Grip"), ("EDIT", "Grab"), ("OBJECT", "Hold")):
+            bend(obj)
+            bpy.ops.object.mode_set(mode=mode)
+            obj.data.shape_keys.key_blocks[obj.arap.key_name].name = name
+            bpy.ops.object.mode_set(mode="OBJECT")
+            move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+            self.assert_followed(obj)
+            self.assertEqual(self.keys(obj), [(name, 1.0)])
+            self.assertEqual((obj.arap.key_name, [key.name for key in obj.arap.made_keys]), (name, [name]))
+
+    def test_after_an_undo_of_a_renaming_the_key_is_still_the_pose(self):
+        obj = live_tube()
+        bend(obj)
+        bpy.ops.ed.undo_push(message="bent")
+        obj.data.shape_keys.key_blocks["ARAP"].name = "Grip"
+        move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+        bpy.ops.ed.undo_push(message="renamed")
+        for act, name in ((bpy.ops.ed.undo, "ARAP"), (bpy.ops.ed.redo, "Grip")):
+            act()
+            obj = bpy.data.objects["Tube"]
+            bpy.context.view_layer.update()
+            move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+            self.assert_followed(obj)
+            self.assertEqual([key for key, _ in self.keys(obj)], [name])
+
+    def test_a_removed_key_is_made_again_and_no_other_one_is_taken_for_it(self):
+        obj = live_tube()
+        bend(obj)
+        obj.shape_key_remove(obj.data.shape_keys.key_blocks["ARAP"])
+        bpy.context.view_layer.update()
+        obj.shape_key_add(name="Mine", from_mix=False).value = 0.0
+        move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+        self.assert_followed(obj)
+        self.assertEqual(sorted(self.keys(obj)), [("ARAP", 1.0), ("Mine", 0.0)])
+
+    def test_a_key_with_a_former_name_of_a_removed_one_is_the_artists(self):
+        obj = live_tube()
+        bend(obj)
+        obj.data.shape_keys.key_blocks["ARAP"].name = "Grip"
+        bpy.context.view_layer.update()
+        own = obj.shape_key_add(name="ARAP", from_mix=False)
+        own.value, own.data[0].co.x = 0.0, 7.0
+        bpy.context.view_layer.update()
+        obj.shape_key_remove(obj.data.shape_keys.key_blocks["Grip"])
+        bpy.context.view_layer.update()
+        move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+        self.assertEqual(sorted(self.keys(obj)), [("ARAP", 0.0), ("Grip", 1.0)])
+        self.assertEqual(obj.data.shape_keys.key_blocks["ARAP"].data[0].co.x, 7.0)
+        self.assertEqual([key.name for key in obj.arap.made_keys], ["Grip"])
+
+    def test_another_name_for_the_key_switches_off_before_the_pose_shows_twice(self):
+        obj = live_tube()
+        bend(obj)
+        posed = shown_positions(obj)
+        obj.arap.key_name = "Bent"
+        with contextlib.redirect_stdout(io.StringIO()):
+            bend(obj)
+        self.assert_off(obj, "The pose of 'Tube' has another shape key now, and is kept in 'ARAP'")
+        self.assert_close(shown_positions(obj), posed, 0.0)
+
+    def test_a_copy_follows_the_same_handles_with_a_mesh_of_its_own(self):
+        obj = live_tube()
+        copy = obj.copy()
+        copy.data = obj.data.copy()
+        self.scene.collection.objects.link(copy)
+        bpy.context.view_layer.update()
+        bend(obj)
+        self.assert_followed(obj)
+        self.assert_followed(copy)
+
+    def test_a_shared_mesh_switches_off(self):
+        obj = live_tube()
+        twin = obj.copy()
+        self.scene.collection.objects.link(twin)
+        with contextlib.redirect_stdout(io.StringIO()):
+            bend(obj)
+        for item in (obj, twin):
+            self.assert_off(
+                item,
+                f"The mesh of '{item.name}' is shared with other objects, which would deform too: make it single-user "
+                "(Object > Relations > Make Single User > Object & Data)",
+            )
+
+    def test_undo_and_redo_go_on_from_what_they_bring(self):
+        obj = live_tube()
+        bpy.ops.ed.undo_push(message="live")
+        bend(obj)
+        posed = shown_positions(obj)
+        bpy.ops.ed.undo_push(message="bent")
+        bpy.ops.ed.undo()
+        obj = bpy.data.objects["Tube"]
+        bpy.context.view_layer.update()
+        self.assert_followed(obj)
+        self.assert_close(shown_positions(obj), rest_positions(obj), 1e-5)
+        bpy.ops.ed.redo()
+        obj = bpy.data.objects["Tube"]
+        bpy.context.view_layer.update()
+        self.assert_followed(obj)
+        self.assert_close(shown_positions(obj), posed, SAME)
+        move(obj.arap.handles[0].target, (0.2, 0.0, 0.0))
+        self.assert_followed(obj)
+
+    def test_reset_pose_is_refused(self):
+        obj = live_tube()
+        bpy.context.view_layer.objects.active = obj
+        self.assertFalse(bpy.ops.arap.reset_pose.poll())
+        obj.arap.is_live = False
+        self.assertTrue(bpy.ops.arap.reset_pose.poll())
+
+    def test_apply_pose_as_rest_goes_on_from_the_new_rest(self):
+        obj = live_tube()
+        bend(obj)
+        posed = shown_positions(obj)
+        self.api.apply_pose_as_rest(obj)
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(obj), posed, 1e-5)
+        move(obj.arap.handles[0].target, (0.3, 0.0, 0.0))
+        self.assert_followed(obj)

@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rotation nodes in Blender: Rigidity, its readout, point handles and Exact, for posing, bakes and the command line."""
+
+from __future__ import annotations
+
+import itertools
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from mathutils import Matrix
+from support import (
+    PLACED,
+    SceneTest,
+    bpy,
+    empty_at,
+    in_world,
+    key_positions,
+    mesh_object,
+    module,
+    move,
+    posable,
+    rest_positions,
+    shown_positions,
+)
+
+SIDE = 41  # vertices along an edge of the sheet, which is 2 wide
+CENTRE = SIDE * SIDE // 2
+LARGEST = 5.0  # percent; the edges of the sheet are 1.8 percent of its diagonal
+
+
+def sheet(matrix: Matrix | None = None) -> bpy.types.Object:
+    """A square sheet, its rim pinned, Rigidity a few edges."""
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=SIDE - 1, y_subdivisions=SIDE - 1)
+    obj = bpy.context.object
+    obj.name = "Sheet"
+    if len(obj.data.vertices) != SIDE * SIDE:
+        raise AssertionError(f"the grid has {len(obj.data.vertices)} vertices")
+    if matrix is not None:
+        obj.matrix_world = matrix
+    rim = np.flatnonzero(np.abs(rest_positions(obj)[:, :2]).max(axis=1) > 0.99)
+    module("api").add_pin(obj, rim, name="Rim")
+    obj.arap.rigidity = LARGEST
+    obj.arap.accuracy = 1e-6
+    obj.arap.max_iterations = 2000
+    bpy.context.view_layer.update()
+    return obj
+
+
+def patch_of(obj: bpy.types.Object, index: int = 1):
+    """What the live session holds for the handle of that index; pins come first."""
+    return module("core.sessions").get(obj.name).session.patches.get(index)
+
+
+def average(patch, positions: np.ndarray) -> np.ndarray:
+    return patch.weights @ positions[patch.vertices]
+
+
+class RigidityTest(SceneTest):
+    def test_the_default_is_two_percent_of_rotation_nodes(self):
+        obj = posable()
+        self.assertEqual((obj.arap.energy, obj.arap.rigidity), ("rotation_nodes", 2.0))
+        settings = module("scene.inputs").settings_of(obj)
+        self.assertEqual((settings.energy, settings.rigidity_radius), ("rotation_nodes", 0.02))
+
+    def test_energies_keep_the_numbers_that_files_have(self):
+        """Files store the number: those of the classics are older than rotation nodes."""
+        numbers = {item.identifier: item.value for item in mesh_object().arap.bl_rna.properties["energy"].enum_items}
+        self.assertEqual(numbers, {"spokes_and_rims": 0, "spokes": 1, "rotation_nodes": 2})
+
+    def test_settings_and_exact_survive_a_save(self):
+        obj = posable()
+        self.api.add_handle(obj, [7], name="Point", is_exact=True)
+        obj.arap.energy = "spokes"
+        obj.arap.rigidity = 3.5
+        with tempfile.TemporaryDirectory() as folder:
+            path = str(Path(folder) / "saved.blend")
+            bpy.ops.wm.save_as_mainfile(filepath=path)
+            bpy.ops.wm.open_mainfile(filepath=path)
+        obj = bpy.data.objects["Tube"]
+        self.assertEqual((obj.arap.energy, obj.arap.rigidity), ("spokes", 3.5))
+        self.assertEqual([handle.is_exact for handle in obj.arap.handles], [False, True])
+
+    def test_more_rigidity_is_stiffer_and_each_energy_is_its_own(self):
+        obj = sheet()
+        move(self.api.add_handle(obj, [CENTRE], is_exact=True).target, (0.0, 0.0, 0.4))
+        energies = []
+        for energy, rigidity in (("spokes_and_rims", 2.0), *(("rotation_nodes", r) for r in (4.0, 8.0, 16.0))):
+            obj.arap.energy, obj.arap.rigidity = energy, rigidity
+            energies.append(self.api.solve(obj).energy)
+        self.assertTrue(all(b > 1.1 * a for a, b in itertools.pairwise(energies)), energies)
+
+    def test_changed_rigidity_ends_a_session_of_rotation_nodes_alone(self):
+        obj = posable()
+        self.api.prepare_session(obj)
+        obj.arap.rigidity = 4.0
+        changed = "Energy, rigidity, weights, threads or seams of 'Tube' have changed"
+        self.assertEqual(self.api.check_live(obj), changed)
+        obj.arap.energy = "spokes"
+        self.api.prepare_session(obj)
+        obj.arap.rigidity = 5.0
+        self.assertEqual(self.api.check_live(obj), "")
+
+    def test_the_size_for_the_readout_is_that_of_the_rest_shape_as_seen(self):
+        obj = posable(matrix=PLACED)
+        size = module("scene.mesh_size").diagonal
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+
+        def check():
+            bpy.context.view_layer.update()
+            stretch = module("core.transforms").stretch_of(np.array(obj.matrix_world))
+            expected = np.linalg.norm(np.ptp(rest_positions(obj) @ stretch.T, axis=0))
+            self.assertAlmostEqual(size(obj, depsgraph), expected, delta=1e-4 * expected)
+            return expected
+
+        before = check()
+        move(obj.arap.handles[0].target, (0.0, 0.0, 20.0))
+        self.api.solve(obj)
+        self.assertAlmostEqual(check(), before, delta=1e-5 * before)  # not that of the pose
+        obj.scale = obj.scale * 3.0
+        self.assertAlmostEqual(check(), 3.0 * before, delta=1e-4 * before)
+        obj.scale = (1.0, 1.0, 1.0)
+        check()
+        for point in obj.data.shape_keys.reference_key.data:
+            point.co.z *= 2.0
+        obj.data.update_tag()
+        check()
+
+    def test_lengths_are_in_the_units_of_the_scene(self):
+        text = module("scene.versions").length_text
+        units = self.scene.unit_settings
+        units.system, units.scale_length = "METRIC", 1.0
+        self.assertEqual(text(self.scene, 0.085), "8.5 cm")
+        units.scale_length = 0.01
+        self.assertEqual(text(self.scene, 8.5), "8.5 cm")
+        units.system, units.scale_length = "NONE", 1.0
+        self.assertEqual(float(text(self.scene, 0.085)), 0.085)
+
+
+class PointHandleTest(SceneTest):
+    def test_a_point_is_a_patch_and_its_empty_stands_at_the_average(self):
+        for matrix in (Matrix(), PLACED):
+            with self.subTest(matrix):
+                obj = sheet(matrix)
+                handle = self.api.add_handle(obj, [CENTRE + 1], name="Point")
+                bpy.context.view_layer.update()
+                self.api.prepare_session(obj)
+                patch = patch_of(obj)
+                self.assertGreater(len(patch.vertices), 20)
+                self.assert_close(
+                    handle.target.matrix_world.translation, in_world(obj, average(patch, rest_positions(obj))[None])[0]
+                )
+
+    def test_the_average_follows_the_handle_and_the_hill_is_round(self):
+        obj = sheet()
+        handle = self.api.add_handle(obj, [CENTRE], name="Point")
+        move(handle.target, (0.0, 0.0, 0.5))
+        self.api.solve(obj)
+        hill = key_positions(obj)
+        patch = patch_of(obj)
+        self.assert_close(average(patch, hill), average(patch, rest_positions(obj)) + np.array([0.0, 0.0, 0.5]))
+        beside = [CENTRE - 1, CENTRE + 1, CENTRE - SIDE, CENTRE + SIDE]
+        self.assertLess(np.ptp(hill[beside, 2]), 0.02)
+        handle.is_exact = True
+        self.api.solve(obj)
+        spike = key_positions(obj)
+        self.assert_close(spike[CENTRE], (0.0, 0.0, 0.5))
+        self.assertLess(spike[beside, 2].max() / spike[CENTRE, 2], hill[beside, 2].min() / hill[CENTRE, 2] - 0.05)
+
+    def test_points_on_a_rigid_piece_hold_it_where_they_stand(self):
+        obj = sheet()
+        rest = rest_positions(obj)
+        piece = np.flatnonzero(np.linalg.norm(rest, axis=1) < 0.5)
+        self.api.add_rigid(obj, piece, name="Piece")
+        handles = [self.api.add_handle(obj, [v], name="Point") for v in (CENTRE, CENTRE + 8, CENTRE + 8 * SIDE)]
+        for _ in range(3):
+            self.api.solve(obj)
+            self.assert_close(key_positions(obj), rest)
+        for handle in handles:
+            move(handle.target, (0.0, 0.0, 0.2))
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj)[piece], rest[piece] + np.array([0.0, 0.0, 0.2]))
+
+    def test_a_region_is_exact_and_stands_at_its_centroid(self):
+        obj = sheet()
+        rest = rest_positions(obj)
+        region = np.flatnonzero((np.linalg.norm(rest, axis=1) < 0.3) & (rest[:, 0] >= 0.0))
+        handle = self.api.add_handle(obj, region, name="Region")
+        move(handle.target, (0.0, 0.0, 0.3), (0.4, 0.0, 0.0))
+        self.api.solve(obj)
+        self.assertIsNone(patch_of(obj))
+        motion = self.api.handle_matrices(obj)[1]
+        self.assert_close(key_positions(obj)[region], rest[region] @ motion[:3, :3].T + motion[:3, 3])
+
+    def test_exact_and_classic_handles_stand_at_their_vertices(self):
+        obj = sheet()
+        place = in_world(obj, rest_positions(obj)[[SIDE + 1]])[0]
+        for name, energy, is_exact in (("A", "rotation_nodes", True), ("B", "spokes", False)):
+            obj.arap.energy = energy
+            handle = self.api.add_handle(obj, [SIDE + 1], name=name, is_exact=is_exact)
+            bpy.context.view_layer.update()
+            self.assert_close(handle.target.matrix_world.translation, place)
+
+    def test_a_patch_beside_the_pinned_rim_ends_there_and_the_empty_knows(self):
+        obj = sheet()
+        vertex = SIDE * (SIDE // 2) + 2
+        handle = self.api.add_handle(obj, [vertex], name="Point")
+        bpy.context.view_layer.update()
+        self.api.prepare_session(obj)
+        patch = patch_of(obj)
+        rim = np.flatnonzero(np.abs(rest_positions(obj)[:, :2]).max(axis=1) > 0.99)
+        self.assertFalse(set(patch.vertices.tolist()) & set(rim.tolist()))
+        self.assert_close(handle.target.matrix_world.translation, average(patch, rest_positions(obj)))
+
+    def test_adding_a_point_to_a_posed_mesh_never_moves_it(self):
+        for matrix in (Matrix(), PLACED):
+            with self.subTest(matrix):
+                obj = sheet(matrix)
+                first = self.api.add_handle(obj, [CENTRE - 8], name="First")
+                move(first.target, (0.1, 0.1, 0.3))
+                self.api.solve(obj)
+                posed = key_positions(obj)
+                handle = self.api.add_handle(obj, [CENTRE + 5], name="Second")
+                bpy.context.view_layer.update()
+                self.api.solve(obj)
+                shown = in_world(obj, average(patch_of(obj, 2), posed)[None])[0]
+                self.assert_close(handle.target.matrix_world.translation, shown, 1e-4)
+                self.assert_close(in_world(obj, key_positions(obj)), in_world(obj, posed), 5e-3)
+
+    def test_a_handle_made_before_keeps_its_motion(self):
+        """From a file of the classics: nothing moves while it is at rest, and the average takes the motion it has."""
+        obj = sheet()
+        obj.arap.energy = "spokes_and_rims"
+        handle = self.api.add_handle(obj, [CENTRE + 3], name="Point")
+        rest_matrix = handle.rest.copy()
+        bpy.context.view_layer.update()
+        obj.arap.energy = "rotation_nodes"
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), rest_positions(obj), 4e-6)
+        self.assertEqual(handle.rest, rest_matrix)
+        move(handle.target, (0.0, 0.0, 0.25), (0.0, 0.0, 0.5))
+        self.api.solve(obj)
+        patch, motion = patch_of(obj), self.api.handle_matrices(obj)[1]
+        expected = motion[:3, :3] @ average(patch, rest_positions(obj)) + motion[:3, 3]
+        self.assert_close(average(patch, key_positions(obj)), expected)
+
+    def test_a_new_target_takes_over_where_it_stands(self):
+        obj = sheet()
+        move(self.api.add_handle(obj, [CENTRE], name="Point").target, (0.0, 0.1, 0.4))
+        self.api.solve(obj)
+        posed = key_positions(obj)
+        obj.arap.handles[0].target = empty_at((7.0, 8.0, 9.0))
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), posed, 1e-3)
+
+    def test_exact_is_noticed_at_once(self):
+        obj = sheet()
+        handle = self.api.add_handle(obj, [CENTRE], name="Point")
+        self.api.prepare_session(obj)
+        handle.is_exact = True
+        self.assertEqual(self.api.check_live(obj), "The pins or handles of 'Sheet' have changed")
+        self.api.prepare_session(obj)
+        self.assertIsNone(patch_of(obj))
+
+    def test_bakes_hold_the_average_too(self):
+        obj = sheet()
+        target = self.api.add_handle(obj, [CENTRE], name="Point").target
+        for frame, z in ((1, 0.0), (3, 0.4)):
+            target.location.z = z
+            target.keyframe_insert("location", frame=frame)
+        self.api.bake_animation(obj, 1, 3)
+        patch = patch_of(obj)
+        self.scene.frame_set(3)
+        moved = average(patch, shown_positions(obj)) - average(patch, rest_positions(obj))
+        self.assert_close(moved, (0.0, 0.0, 0.4))
+
+    def test_a_bake_is_as_settled_as_a_solve(self):
+        """A frame of a bake goes to the accuracy, whatever a frame of posing does."""
+        obj = sheet()
+        obj.arap.iterations_per_update = 1
+        target = self.api.add_handle(obj, [CENTRE], name="Point").target
+        for frame, z in ((1, 0.0), (2, 0.6)):
+            target.location.z = z
+            target.keyframe_insert("location", frame=frame)
+        self.api.bake_animation(obj, 1, 2)
+        baked = key_positions(obj, "ARAP_0002")
+        self.scene.frame_set(2)
+        for key in list(obj.data.shape_keys.key_blocks[1:]):
+            obj.shape_key_remove(key)
+        self.assertEqual(self.api.solve(obj).stop_reason, "converged")
+        self.assert_close(baked, key_positions(obj), 1e-3)

@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Stiffness: the list, what its entries do to the pose, rigid parts in one click, and files from before the list."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+from mathutils import Matrix
+from support import (
+    MIDDLE,
+    SEGMENTS,
+    TOP,
+    SceneTest,
+    bend,
+    bpy,
+    key_positions,
+    mesh_object,
+    module,
+    posable,
+    rest_positions,
+)
+
+BELLY = list(range(6 * SEGMENTS, 9 * SEGMENTS))
+CHEST = list(range(10 * SEGMENTS, 13 * SEGMENTS))
+
+
+def out_of_shape(obj, part) -> float:
+    """How far the distances within some vertices are from those at rest, at most."""
+    at_rest, now = (
+        np.linalg.norm(p[:, None] - p[None], axis=2) for p in (rest_positions(obj)[part], key_positions(obj)[part])
+    )
+    return float(np.abs(now - at_rest).max())
+
+
+def entries(obj) -> list[tuple[str, bool, float]]:
+    return [(entry.name, entry.is_rigid, entry.factor) for entry in obj.arap.stiffness]
+
+
+class StiffnessTest(SceneTest):
+    def solved(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        return obj
+
+    def test_a_stiff_group_bends_the_less_the_stiffer_it_is(self):
+        obj = self.solved()
+        for energy in ("rotation_nodes", "spokes_and_rims"):
+            obj.arap.energy = energy
+            self.api.solve(obj)
+            bent = [out_of_shape(obj, BELLY)]
+            entry = self.api.add_stiffness(obj, BELLY, name="Belly")
+            for factor in (3.0, 100.0):
+                entry.factor = factor
+                self.api.solve(obj)
+                bent.append(out_of_shape(obj, BELLY))
+            self.assertLess(bent[1], 0.8 * bent[0])
+            self.assertLess(bent[2], 0.5 * bent[1])
+            entry.is_enabled = False
+            self.api.solve(obj)
+            self.assertAlmostEqual(out_of_shape(obj, BELLY), bent[0], delta=1e-3)
+            self.api.remove_stiffness(obj, 0)
+
+    def test_pieces_of_a_rigid_group_are_bodies_of_their_own(self):
+        obj = self.solved()
+        both = [*BELLY, *CHEST]
+        entry = self.api.add_rigid(obj, both, name="Armor")
+        self.api.solve(obj)
+        for part in (BELLY, CHEST):
+            self.assertLess(out_of_shape(obj, part), 1e-5)
+        self.assertGreater(out_of_shape(obj, both), 0.05)
+        entry.is_one_body = True
+        self.api.solve(obj)
+        self.assertLess(out_of_shape(obj, both), 1e-5)
+
+    def test_entries_side_by_side_are_joined_by_a_hinge(self):
+        obj = self.solved()
+        upper = list(range(9 * SEGMENTS, 12 * SEGMENTS))
+        self.api.add_rigid(obj, BELLY)
+        self.api.add_rigid(obj, upper)
+        self.api.solve(obj)
+        self.assertLess(max(out_of_shape(obj, BELLY), out_of_shape(obj, upper)), 1e-5)
+        self.assertGreater(out_of_shape(obj, [*BELLY, *upper]), 0.01)
+
+    def test_one_body_takes_along_a_part_that_nothing_else_holds(self):
+        obj, shell = posable(), mesh_object("Shell")
+        n = len(obj.data.vertices)
+        shell.data.transform(Matrix.Translation((0.0, 2.0, 0.0)))
+        with bpy.context.temp_override(active_object=obj, selected_editable_objects=[obj, shell]):
+            bpy.ops.object.join()
+        bpy.context.view_layer.update()
+        helmet = [*TOP, *range(n, 2 * n)]
+        entry = self.api.add_rigid(obj, helmet, name="Helmet")
+        bend(obj)
+        self.assertEqual(self.api.solve(obj).parts_at_rest, 1)
+        entry.is_one_body = True
+        self.assertEqual(self.api.solve(obj).parts_at_rest, 0)
+        self.assertLess(out_of_shape(obj, helmet), 1e-5)
+        self.assertGreater(np.abs(key_positions(obj) - rest_positions(obj))[n:].min(axis=0).max(), 0.1)
+
+    def test_live_and_painted_stiffness(self):
+        obj = self.solved()
+        obj.arap.is_live = True
+        bpy.context.view_layer.update()
+        bent = out_of_shape(obj, BELLY)
+        group = obj.vertex_groups.new(name="Belly")
+        self.api.add_stiffness_group(obj, "Belly")
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.object.mode_set(mode="WEIGHT_PAINT")
+        group.add(BELLY, 1.0, "REPLACE")
+        obj.data.update_tag()
+        bpy.context.view_layer.update()
+        self.assertLess(out_of_shape(obj, BELLY), 0.5 * bent)
+        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+        obj.arap.stiffness[0].is_rigid = True
+        obj.update_tag()
+        bpy.context.view_layer.update()
+        self.assertLess(out_of_shape(obj, BELLY), 1e-5)
+
+    # ------------------------------------------------------------------------------------------------ the list
+
+    def test_remove_takes_the_group_that_was_made_and_no_other(self):
+        obj = mesh_object()
+        obj.vertex_groups.new(name="Mine")
+        self.api.add_stiffness_group(obj, "Mine")
+        self.api.add_stiffness(obj, BELLY, name="Made")
+        self.api.add_rigid(obj, CHEST, name="Shared")
+        self.api.add_pin_group(obj, "Shared")
+        self.api.add_stiffness(obj, TOP, name="Other").name = "Mine"  # chosen in the panel
+        self.assertEqual(obj.arap.active_stiffness_index, 3)
+        for _ in range(4):
+            self.api.remove_stiffness(obj, 0)
+        self.assertEqual(sorted(group.name for group in obj.vertex_groups), ["Mine", "Other", "Shared"])
+        self.assertEqual((len(obj.arap.stiffness), obj.arap.active_stiffness_index), (0, 0))
+
+    def test_a_pin_with_another_group_does_not_take_that_away(self):
+        obj = mesh_object()
+        obj.vertex_groups.new(name="Mine")
+        self.api.add_pin(obj, BELLY, name="Made").name = "Mine"
+        self.api.remove_pin(obj, 0)
+        self.assertIn("Mine", obj.vertex_groups)
+
+    def test_a_group_twice_gives_one_entry(self):
+        obj = mesh_object()
+        self.api.add_stiffness(obj, BELLY, name="Belly").is_enabled = False
+        self.assertTrue(self.api.add_stiffness_group(obj, "Belly").is_enabled)
+        self.assertEqual(entries(obj), [("Belly", False, 100.0)])
+
+    def test_misuse_is_refused(self):
+        obj = posable()
+        add = self.api.add_stiffness
+        for factor in (0.5, 101.0, float("nan")):
+            self.assert_error(ValueError, f"factor = {factor}, must be 1 to 100", add, obj, BELLY, "Belly", factor)
+        self.assert_error(ValueError, "No vertices of 'Tube' were given: select some", add, obj, [])
+        message = "'Tube' has no vertex group 'Tail': choose one of its groups"
+        self.assert_error(ValueError, message, self.api.add_stiffness_group, obj, "Tail")
+        message = "'Tube' has no stiffness 0: it has 0"
+        self.assert_error(ValueError, message, self.api.remove_stiffness, obj, 0)
+        self.api.add_stiffness(obj, BELLY, name="Belly").name = "Tail"
+        message = (
+            "Stiffness 'Tail' of 'Tube': there is no vertex group of that name; choose one or remove it from the list"
+        )
+        self.assert_error(ValueError, message, self.api.solve, obj)
+        obj.arap.stiffness[0].is_enabled = False
+        self.api.solve(obj)
+
+
+class OperatorTest(SceneTest):
+    def setUp(self):
+        super().setUp()
+        self.obj = posable()
+        bpy.context.view_layer.objects.active = self.obj
+        self.obj.select_set(True)
+
+    def select(self, vertices):
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_mode(type="VERT")
+        bpy.ops.mesh.select_all(action="DESELECT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        for vertex in vertices:
+            self.obj.data.vertices[vertex].select = True
+        bpy.ops.object.mode_set(mode="EDIT")
+
+    def test_rigid_in_one_click(self):
+        why = module("setup.stiffness_operators").why_not_rigid
+        self.assertEqual(why(bpy.context), "Select vertices in Edit Mode (Tab) to make them rigid")
+        self.select([])
+        self.assertEqual(why(bpy.context), "Select the vertices that shall keep their shape first")
+        self.assertFalse(bpy.ops.arap.rigid_add.poll())
+        self.select(BELLY)
+        self.assertEqual(bpy.ops.arap.rigid_add(), {"FINISHED"})
+        self.assertEqual((self.obj.mode, entries(self.obj)), ("EDIT", [("Rigid", True, 100.0)]))
+        bpy.ops.object.mode_set(mode="OBJECT")
+        weights = module("scene.meshes").read_weights(self.obj, ["Rigid"])["Rigid"]
+        self.assertEqual(np.flatnonzero(weights == 1.0).tolist(), BELLY)
+
+    def test_what_is_made_in_edit_mode_is_one_step_of_undo(self):
+        """Edit Mode's own steps have the mesh alone: the entry of the list would stay."""
+        makers = (bpy.ops.arap.rigid_add, bpy.ops.arap.stiffness_add, bpy.ops.arap.pin_add, bpy.ops.arap.handle_add)
+        self.select(BELLY)
+        bpy.ops.ed.undo_push(message="selected")
+        for make in makers:
+            self.assertEqual(make(), {"FINISHED"})
+            self.assertEqual(self.obj.mode, "EDIT")
+            self.assertEqual(self.counts(), (3, 3))
+            bpy.ops.ed.undo()
+            self.obj = bpy.data.objects["Tube"]
+            self.assertEqual((self.counts(), self.obj.mode), ((2, 2), "EDIT"))
+            self.assertEqual(module("scene.meshes").selected_vertices(self.obj).tolist(), BELLY)
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    def counts(self):
+        """Entries of all lists and vertex groups, with objects."""
+        settings = self.obj.arap
+        n_entries = len(settings.pins) + len(settings.handles) + len(settings.stiffness)
+        return n_entries, len(self.obj.vertex_groups)
+
+    def test_the_dialog_has_the_active_group_unless_that_is_stiff_already(self):
+        invoke = module("setup.stiffness_operators").ARAP_OT_stiffness_add.invoke
+        context = SimpleNamespace(
+            object=self.obj,
+            active_object=self.obj,
+            view_layer=bpy.context.view_layer,
+            window_manager=SimpleNamespace(invoke_props_dialog=lambda _: {"RUNNING_MODAL"}),
+        )
+        self.obj.vertex_groups.active_index = self.obj.vertex_groups.find("Head")
+        for expected in ("Head", ""):
+            dialog = SimpleNamespace(vertex_group="")
+            self.assertEqual(invoke(dialog, context, None), {"RUNNING_MODAL"})
+            self.assertEqual(dialog.vertex_group, expected)
+            self.api.add_stiffness_group(self.obj, "Head")
+
+    def test_add_takes_the_selection_a_group_or_a_new_one_to_paint(self):
+        self.select(MIDDLE)
+        self.assertEqual(bpy.ops.arap.stiffness_add(name="Belly"), {"FINISHED"})
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assertEqual(bpy.ops.arap.stiffness_add(vertex_group="Head"), {"FINISHED"})
+        bpy.ops.object.mode_set(mode="WEIGHT_PAINT")
+        self.assertEqual(bpy.ops.arap.stiffness_add(name="Painted"), {"FINISHED"})
+        self.assertEqual([entry.name for entry in self.obj.arap.stiffness], ["Belly", "Head", "Painted"])
+        self.assertEqual(self.obj.vertex_groups.active.name, "Painted")
+        for _ in range(3):
+            self.assertEqual(bpy.ops.arap.stiffness_remove(), {"FINISHED"})
+        self.assertEqual(sorted(group.name for group in self.obj.vertex_groups), ["Feet", "Head"])
+        self.assertFalse(bpy.ops.arap.stiffness_remove.poll())
+
+    def test_what_refuses_the_mesh_leaves_no_group(self):
+        """Sculpt Mode, and a mesh without faces: the button is there, and says what to do."""
+        bpy.ops.object.mode_set(mode="SCULPT")
+        with self.assertRaisesRegex(RuntimeError, "'Tube' is in Sculpt Mode: go back to Object Mode first"):
+            bpy.ops.arap.stiffness_add()
+        self.assertEqual(self.obj.vertex_groups.keys(), ["Feet", "Head"])
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.obj.data.clear_geometry()  # of its groups, too
+        with self.assertRaisesRegex(RuntimeError, "'Tube' has no faces: there is nothing to deform"):
+            bpy.ops.arap.stiffness_add()
+        self.assertEqual(self.obj.vertex_groups.keys(), [])

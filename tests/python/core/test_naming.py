@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Names that nobody has yet."""
+
+from arap_deform.core.naming import NAME_BYTES, numbered, unique
+
+
+def test_a_free_name_stays():
+    assert unique("Hand", {"Foot"}) == "Hand"
+
+
+def test_a_taken_name_takes_the_first_free_number():
+    assert unique("Hand", {"Hand"}) == "Hand.001"
+    assert unique("Hand", {"Hand", "Hand.001", "Hand.003"}) == "Hand.002"
+    assert numbered("Hand", set()) == "Hand.001"
+
+
+def test_a_long_name_is_cut_between_letters_so_that_the_number_stays():
+    long = "ä" * 40
+    found = unique(long, {long})
+    assert found == "ä" * 28 + ".001"
+    assert len(found.encode()) <= NAME_BYTES

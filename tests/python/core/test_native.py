@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Loading the native module, and what is said where that fails."""
+
+import re
+import sys
+import types
+from pathlib import Path
+
+import pytest
+from arap_deform.core import native
+
+ROOT = Path(__file__).resolve().parents[3]
+TAG = f"cp{sys.version_info.major}{sys.version_info.minor}"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A package folder of a legacy add-on; no arap_native is loaded yet, and what a test loads is forgotten."""
+    for name in [name for name in sys.modules if name.split(".")[0] == native.MODULE]:
+        monkeypatch.delitem(sys.modules, name)
+    before = set(sys.modules)
+    modules = tmp_path / "native_modules"
+    modules.mkdir()
+    yield modules
+    for name in set(sys.modules) - before:
+        if name.split(".")[0] == native.MODULE:
+            del sys.modules[name]
+
+
+def put_module(folder, text, tag=TAG):
+    package = folder / tag / native.MODULE
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text(text)
+    return package
+
+
+def test_version_is_the_projects():
+    match = re.search(r"project\(arap VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text())
+    assert match[1] == native.VERSION
+
+
+def test_the_installed_module_is_found():
+    assert native.problem() == ""
+    assert native.load().__version__ == native.VERSION
+
+
+def test_the_legacy_folder_is_used_without_touching_the_path(folder):
+    package = put_module(folder, f"from ._native import thing\n__version__ = {native.VERSION!r}\n")
+    (package / "_native.py").write_text("thing = 7\n")
+    path = list(sys.path)
+    module = native._load(folder)
+    assert module.thing == 7
+    assert Path(module.__file__).parent == package
+    assert sys.path == path
+
+
+def test_a_module_for_another_python_is_named(folder):
+    put_module(folder, "", "cp27")
+    with pytest.raises(RuntimeError) as error:
+        native._load(folder)
+    here = f"Python {sys.version_info.major}.{sys.version_info.minor} on "
+    assert str(error.value).startswith(f"The solver module is missing for {here}")
+    assert str(error.value).endswith(
+        f"{folder} holds cp27, not {TAG}; install the zip that was built for this Blender and platform"
+    )
+
+
+def test_a_module_that_the_system_cannot_load_gives_its_reason(folder):
+    package = put_module(folder, "from . import _native\n")
+    (package / "_native.py").write_text("raise ImportError('GLIBC_2.99 not found')\n")
+    with pytest.raises(RuntimeError) as error:
+        native._load(folder)
+    assert re.fullmatch(
+        rf"The solver module in {re.escape(str(package))} cannot be loaded by Python \S+ on \S+ \S+ "
+        r"\(GLIBC_2\.99 not found\): install the zip that was built for this Blender and platform",
+        str(error.value),
+    )
+    assert not [name for name in sys.modules if name.split(".")[0] == native.MODULE]
+
+
+def test_a_missing_wheel_is_named(folder, monkeypatch):
+    monkeypatch.setattr(sys, "path", [])
+    with pytest.raises(RuntimeError) as error:
+        native._load(folder / "none")
+    assert re.fullmatch(
+        r"The solver module is missing for Python \S+ on \S+ \S+: "
+        r"install the zip that was built for this Blender and platform",
+        str(error.value),
+    )
+
+
+def test_a_wheel_that_cannot_be_loaded_gives_its_reason(folder, monkeypatch):
+    put_module(folder, "import a_library_that_is_not_there\n", "wheel")
+    monkeypatch.syspath_prepend(folder / "wheel")
+    with pytest.raises(
+        RuntimeError, match=r"^The solver module in its wheel cannot be loaded by .*a_library_that_is_not"
+    ):
+        native._load(folder / "none")
+
+
+def test_an_old_module_in_memory_asks_for_a_restart(folder, monkeypatch):
+    old = types.ModuleType(native.MODULE)
+    old.__version__ = "0.0.1"
+    old.__file__ = "old.so"
+    monkeypatch.setitem(sys.modules, native.MODULE, old)
+    with pytest.raises(RuntimeError) as error:
+        native._load(folder)
+    assert str(error.value) == (
+        f"ARAP Deform is {native.VERSION}, but Blender still runs solver module 0.0.1 (old.so): "
+        "save your work and restart Blender"
+    )
+
+
+def test_an_old_module_on_disk_asks_for_a_new_installation(folder):
+    package = put_module(folder, "__version__ = '0.0.1'\n")
+    with pytest.raises(RuntimeError) as error:
+        native._load(folder)
+    assert str(error.value) == (
+        f"ARAP Deform is {native.VERSION}, but the installed solver module is 0.0.1 ({package / '__init__.py'}): "
+        "remove the add-on and install its zip again"
+    )
+    assert native.MODULE not in sys.modules
+
+
+def test_load_raises_what_problem_says(monkeypatch):
+    monkeypatch.setattr(native, "_problem", "because")
+    with pytest.raises(RuntimeError, match=r"^because$"):
+        native.load()

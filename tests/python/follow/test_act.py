@@ -1,0 +1,488 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The posing act without Blender: a fake scene stands for it."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from arap_deform.core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
+from arap_deform.core.session_data import Readout
+from arap_deform.core.worker import Binding, is_any_running, wait_for_binds
+from arap_deform.follow.act import KEEP_TIME_LIMIT_S, End, Ending, Phase, PoseAct, restored, status_text
+from fake_follow import FakeBind, readout
+
+
+@dataclass
+class FakeScene:
+    """Counts what the act does; ``place`` is where the one handle stands."""
+
+    is_fit: bool = True
+    is_painted: bool = False
+    n_settled: int = 0
+    reason: str = ""
+    place: float = 0.0
+    needed_updates: int = 3
+    limit: int = 200
+    error: Exception | None = None
+    calls: list[str] = field(default_factory=list)
+    limits: list[tuple[int | None, float | None]] = field(default_factory=list)
+    binds: list[FakeBind] = field(default_factory=list)
+
+    def why_over(self) -> str:
+        return self.reason
+
+    def has_to_wait(self) -> bool:
+        return self.is_painted
+
+    def is_bound(self) -> bool:
+        return self.is_fit
+
+    def begin_bind(self) -> FakeBind:
+        if self.error is not None:
+            raise self.error
+        self.binds.append(FakeBind(self))
+        return self.binds[-1]
+
+    def go_on_from_shown(self) -> None:
+        self.calls.append("go on")
+
+    def matrices(self) -> np.ndarray:
+        matrix = np.eye(4)
+        matrix[0, 3] = self.place
+        return matrix[None]
+
+    def update_from_rest(self, _matrices: np.ndarray, _time_limit_s: float | None) -> Readout:
+        raise AssertionError("an act goes on from the pose shown")
+
+    def update(self, matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
+        if self.error is not None:
+            raise self.error
+        self.calls.append("follow" if iterations is None else "refine")
+        self.limits.append((iterations, time_limit_s))
+        self.needed_updates -= 1
+        return readout("max_iterations" if self.needed_updates > 0 else "converged")
+
+    def iteration_limit(self) -> int:
+        return self.limit
+
+    def settled(self) -> None:
+        self.n_settled += 1
+
+
+def begun(scene: FakeScene) -> PoseAct:
+    """An act that has followed once."""
+    act = PoseAct(scene)
+    act.begin()
+    act.tick()
+    scene.calls.clear()
+    return act
+
+
+def test_refines_until_settled_and_then_rests() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    assert not act.is_settled
+    for _ in range(5):
+        act.tick()
+    assert scene.calls == ["refine", "refine"]
+    assert act.is_settled
+
+
+def test_a_moved_handle_is_followed_at_once_and_refined_later() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.place = 1.0
+    scene.needed_updates = 2
+    act.scene_changed()
+    act.scene_changed()
+    assert scene.calls == ["follow"]
+    act.tick()
+    assert scene.calls == ["follow", "refine"]
+    assert act.is_settled
+
+
+def test_refining_ends_at_the_iteration_limit() -> None:
+    scene = FakeScene(needed_updates=1000, limit=12)
+    act = begun(scene)
+    for _ in range(10):
+        act.tick()
+    assert scene.calls == ["refine", "refine"]  # 4 iterations each, and 4 in the first update
+    assert act.is_settled
+
+
+def test_following_takes_the_setting_within_a_frame_and_refining_all_that_is_left() -> None:
+    scene = FakeScene(limit=12)
+    act = begun(scene)
+    act.tick()
+    assert scene.limits == [(None, FOLLOW_TIME_LIMIT_S), (8, REFINE_TIME_LIMIT_S)]  # 4 were done in the first
+
+
+def test_a_session_that_fits_goes_on_from_the_pose_shown() -> None:
+    scene = FakeScene()
+    act = PoseAct(scene)
+    act.begin()
+    assert scene.calls == ["go on"]
+    assert act.phase is Phase.FOLLOWING
+
+
+def test_binds_first_where_needed() -> None:
+    scene = FakeScene(is_fit=False)
+    act = PoseAct(scene)
+    act.begin()
+    assert act.phase is Phase.BINDING
+    assert not scene.binds[0].has_started, "the operator that begins the act has not returned yet"
+    act.tick()
+    assert scene.binds[0].has_started
+    act.scene_changed()
+    assert scene.calls == []
+    assert act.bind_fraction == 0.5
+    scene.binds[0].is_done = True
+    act.tick()
+    act.tick()
+    assert act.phase is Phase.FOLLOWING
+    assert scene.calls == ["follow"]
+
+
+def test_begin_raises_where_the_scene_cannot_be_posed() -> None:
+    act = PoseAct(FakeScene(is_fit=False, error=ValueError("no handles")))
+    with pytest.raises(ValueError, match="no handles"):
+        act.begin()
+
+
+@pytest.mark.parametrize("end", ["keep", "cancel"])
+def test_ending_while_binding_drops_the_bind_and_restores(end: str) -> None:
+    scene = FakeScene(is_fit=False)
+    act = PoseAct(scene)
+    act.begin()
+    getattr(act, end)()
+    assert scene.binds[0].is_dropped
+    assert act.end is not None
+    assert act.end.how is Ending.RESTORE
+
+
+def test_a_failed_bind_restores_and_says_why() -> None:
+    scene = FakeScene(is_fit=False)
+    act = PoseAct(scene)
+    act.begin()
+    scene.binds[0].is_done = True
+    scene.binds[0].error = ValueError("vertex 7 is not finite")
+    act.tick()
+    assert act.end is not None
+    assert act.end.how is Ending.RESTORE
+    assert "vertex 7 is not finite" in act.end.message
+
+
+def test_changed_groups_bind_again_and_the_pose_goes_on() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_fit = False
+    act.scene_changed()
+    assert scene.calls == []
+    act.tick()
+    assert act.phase is Phase.BINDING
+    scene.binds[0].is_done = True
+    act.tick()
+    act.tick()
+    assert scene.calls == ["follow"]
+    assert act.end is None
+
+
+def test_keep_while_binding_again_waits_for_it() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_fit = False
+    act.tick()
+    act.keep()
+    assert act.end is None
+    scene.binds[0].is_done = True
+    act.tick()
+    act.tick()
+    assert scene.calls == ["follow", "refine"]
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+    assert not scene.binds[0].is_dropped
+
+
+def test_keep_asked_again_does_not_wait() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    assert not act.is_keeping
+    scene.is_fit = False
+    act.tick()
+    act.keep()
+    assert act.is_keeping
+    assert "keeping the pose" in status_text(act)
+    act.keep()
+    assert not act.is_keeping
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+    assert scene.binds[0].is_dropped
+
+
+@pytest.mark.parametrize("is_keeping", [True, False])
+def test_an_act_that_nobody_ticks_any_more_keeps_what_it_was_told_to(is_keeping: bool) -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_fit = False
+    act.tick()
+    if is_keeping:
+        act.keep()
+    act.end_now("over")
+    assert act.end is not None
+    assert act.end.how is (Ending.KEEP if is_keeping else Ending.RESTORE)
+    assert act.end.message == ("" if is_keeping else "over")
+
+
+def test_cancel_while_keep_waits_restores() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_fit = False
+    act.tick()
+    act.keep()
+    act.cancel()
+    assert act.end is not None
+    assert act.end.how is Ending.RESTORE
+    assert scene.binds[0].is_dropped
+
+
+def test_keep_waits_for_the_end_of_a_stroke() -> None:
+    scene = FakeScene(needed_updates=1)
+    act = begun(scene)
+    scene.is_painted = True
+    act.keep()
+    act.tick()
+    assert act.end is None
+    scene.is_painted, scene.place = False, 1.0
+    act.tick()
+    assert scene.calls == ["follow"]
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+
+
+def test_keep_sees_what_only_following_has_shown() -> None:
+    """The evaluation that a step causes tells of a stroke which ended just before."""
+    scene = FakeScene()
+    act = begun(scene)
+    plain = scene.matrices
+
+    def matrices_that_tell() -> np.ndarray:
+        scene.is_fit, scene.matrices = False, plain  # type: ignore[method-assign]
+        return plain()
+
+    scene.matrices = matrices_that_tell  # type: ignore[method-assign]
+    act.keep()
+    assert act.end is None
+    act.tick()
+    scene.binds[0].is_done = True
+    act.tick()
+    act.tick()
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+
+
+def test_what_cannot_be_bound_again_leaves_the_pose() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_fit = False
+    scene.error = ValueError("Nothing holds or moves 'Bar'")
+    act.tick()
+    assert act.end is not None
+    assert act.end.how is Ending.LEAVE
+    assert act.end.message.startswith("Nothing holds or moves 'Bar'")
+
+
+def test_keep_follows_a_last_time_and_settles() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.place = 1.0
+    act.keep()
+    assert scene.calls == ["follow", "refine"]
+    assert scene.limits[-1] == (scene.limit - 4, KEEP_TIME_LIMIT_S)
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+
+
+def test_keep_of_a_settled_pose_does_nothing_more() -> None:
+    scene = FakeScene(needed_updates=1)
+    act = begun(scene)
+    act.keep()
+    assert scene.calls == []
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+
+
+def test_a_scene_that_is_over_ends_without_a_touch() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.place = 1.0
+    scene.reason = "'Bar' is no longer there"
+    act.scene_changed()
+    act.keep()
+    act.tick()
+    assert scene.calls == []
+    assert act.end is not None
+    assert act.end.how is Ending.LEAVE
+    assert act.end.message == scene.reason
+
+
+def test_an_exception_restores_and_is_told() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    scene.place = 1.0
+    scene.error = ZeroDivisionError("a fault of ours")
+    act.scene_changed()
+    assert act.end is not None
+    assert act.end.how is Ending.RESTORE
+    assert act.end.error is scene.error
+    assert "a fault of ours" in act.end.message
+
+
+def test_the_first_end_counts() -> None:
+    act = begun(FakeScene())
+    act.cancel("first")
+    act.keep()
+    act.leave("later")
+    assert act.end is not None
+    assert (act.end.how, act.end.message) == (Ending.RESTORE, "first")
+    assert act.phase is Phase.ENDED
+
+
+def test_undo_goes_on_from_what_it_brought() -> None:
+    scene = FakeScene(needed_updates=1)
+    act = begun(scene)
+    act.undone()
+    act.tick()
+    assert scene.calls == ["go on", "follow"]
+
+
+def test_evaluation_within_a_step_does_not_start_another() -> None:
+    scene = FakeScene()
+    act = begun(scene)
+    plain = scene.matrices
+
+    def matrices_that_evaluate() -> np.ndarray:
+        act.scene_changed()
+        return plain()
+
+    scene.matrices = matrices_that_evaluate  # type: ignore[method-assign]
+    scene.place = 1.0
+    act.tick()
+    assert scene.calls == ["follow"]
+
+
+def test_status_says_state_and_keys() -> None:
+    scene = FakeScene(is_fit=False)
+    act = PoseAct(scene)
+    act.begin()
+    assert "preparing the mesh, 50%" in status_text(act)
+    assert "Esc: cancel" in status_text(act)
+    act = begun(FakeScene(needed_updates=1))
+    assert "settled" in status_text(act)
+    for key in ("G, R, S", "Ctrl Z", "Enter: keep", "Esc: cancel"):
+        assert key in status_text(act)
+
+
+def test_binding_runs_beside_and_gives_its_result() -> None:
+    binding = Binding(lambda progress: progress(0.25) and "bound")
+    binding.start()
+    binding.wait(10.0)
+    assert binding.is_done
+    assert binding.fraction == 0.25
+    assert binding.result() == "bound"
+
+
+def test_binding_raises_what_the_work_raised() -> None:
+    def work(_progress: object) -> None:
+        raise ValueError("no faces")
+
+    binding = Binding(work)
+    binding.start()
+    binding.wait(10.0)
+    with pytest.raises(ValueError, match="no faces"):
+        binding.result()
+
+
+def test_dropped_binding_stops_the_work() -> None:
+    def work(progress: object) -> str:
+        while progress(0.5):  # type: ignore[operator]
+            pass
+        return "stopped"
+
+    binding = Binding(work)
+    binding.start()
+    assert not binding.is_done
+    assert is_any_running()
+    binding.drop()
+    binding.wait(10.0)
+    assert binding.is_done
+    assert not is_any_running()
+
+
+def test_wait_for_binds_ends_with_the_work() -> None:
+    may_end = threading.Event()
+    binding = Binding(lambda _progress: may_end.wait(10.0))
+    wait_for_binds()  # nothing to wait for
+    binding.start()
+    threading.Timer(0.05, may_end.set).start()
+    wait_for_binds()
+    assert may_end.is_set()
+    assert binding.is_done
+    assert not is_any_running()
+
+
+def test_binding_waits_for_its_start_and_does_not_begin_once_dropped() -> None:
+    calls: list[object] = []
+    binding = Binding(calls.append)
+    assert not binding.is_done
+    binding.drop()
+    binding.start()
+    assert (binding.is_done, is_any_running(), calls) == (False, False, [])
+
+
+def test_keep_without_settling_takes_the_pose_as_it_is() -> None:
+    scene = FakeScene(needed_updates=50)
+    act = begun(scene)
+    act.keep(is_settling=False)
+    assert scene.calls == []
+    assert act.end is not None
+    assert act.end.how is Ending.KEEP
+
+
+def test_unsettled_until_a_step_has_looked() -> None:
+    scene = FakeScene(needed_updates=1)
+    act = begun(scene)
+    assert act.is_settled
+    act.unsettle()
+    assert not act.is_settled
+    act.tick()
+    assert scene.calls == ["refine"]
+    assert act.is_settled
+
+
+def test_what_cannot_be_restored_is_said() -> None:
+    def refuse() -> None:
+        raise ValueError("the shape key stays")
+
+    end = End(Ending.RESTORE, "Gone")
+    assert restored(end, lambda: None) is end
+    told = restored(end, refuse)
+    assert told.message == "Gone the shape key stays"
+    assert isinstance(told.error, ValueError)
+    former = RuntimeError("first")
+    assert restored(End(Ending.RESTORE, "", former), refuse).error is former
+
+
+def test_a_stroke_is_waited_for_and_then_the_mesh_is_bound_again():
+    scene = FakeScene()
+    act = begun(scene)
+    scene.is_painted, scene.is_fit = True, False
+    act.scene_changed()
+    act.tick()
+    assert not scene.binds
+    scene.is_painted = False
+    act.tick()
+    assert len(scene.binds) == 1
+    assert act.phase is Phase.BINDING

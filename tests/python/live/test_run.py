@@ -1,0 +1,333 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live of one object without Blender: a fake scene and a fake clock stand for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from arap_deform.core.following import FOLLOW_TIME_LIMIT_S
+from arap_deform.core.session_data import Readout
+from arap_deform.live.run import HEAVY_STEP_S, LiveRun, NotNow, When
+from fake_follow import FakeBind, readout
+
+
+@dataclass
+class FakeScene:
+    """Counts what the run does; ``place`` is where the one handle stands, ``now`` the time."""
+
+    is_fit: bool = True
+    is_painted: bool = False
+    n_settled: int = 0
+    pause: str = ""
+    place: float = 0.0
+    needed_updates: int = 1
+    step_s: float = 0.001
+    now: float = 0.0
+    error: Exception | None = None
+    calls: list[str] = field(default_factory=list)
+    limits: list[float | None] = field(default_factory=list)
+    binds: list[FakeBind] = field(default_factory=list)
+    off: list[str] = field(default_factory=list)
+
+    def clock(self) -> float:
+        return self.now
+
+    def why_paused(self) -> str:
+        return self.pause
+
+    def look_again(self) -> None:
+        self.calls.append("look again")
+
+    def undone(self) -> None:
+        self.calls.append("undone")
+
+    def switch_off(self, error: Exception) -> None:
+        self.off.append(str(error))
+
+    def has_to_wait(self) -> bool:
+        return self.is_painted
+
+    def is_bound(self) -> bool:
+        return self.is_fit
+
+    def begin_bind(self) -> FakeBind:
+        self.binds.append(FakeBind(self))
+        return self.binds[-1]
+
+    def go_on_from_shown(self) -> None:
+        self.calls.append("go on")
+
+    def matrices(self) -> np.ndarray:
+        matrix = np.eye(4)
+        matrix[0, 3] = self.place
+        return matrix[None]
+
+    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
+        return self.step("follow" if iterations is None else "refine", time_limit_s)
+
+    def update_from_rest(self, _matrices: np.ndarray, time_limit_s: float | None) -> Readout:
+        return self.step("from rest", time_limit_s)
+
+    def step(self, call: str, time_limit_s: float | None) -> Readout:
+        if self.error is not None:
+            raise self.error
+        self.calls.append(call)
+        self.limits.append(time_limit_s)
+        self.now += self.step_s
+        self.needed_updates -= 1
+        done = readout("max_iterations" if self.needed_updates > 0 else "converged")
+        return replace(done, last_ms=1e3 * self.step_s)
+
+    def iteration_limit(self) -> int:
+        return 200
+
+    def settled(self) -> None:
+        self.n_settled += 1
+
+
+def begun(scene: FakeScene) -> LiveRun:
+    """A run that has followed once and settled."""
+    run = LiveRun(scene, scene.clock)
+    run.tick(is_playing=False)
+    assert not run.wants_timer
+    scene.calls.clear()
+    return run
+
+
+def test_begins_with_the_pose_shown() -> None:
+    scene = FakeScene()
+    run = LiveRun(scene, scene.clock)
+    assert run.wants_timer
+    run.tick(is_playing=False)
+    assert scene.calls == ["go on", "follow"]
+    assert not run.wants_timer
+
+
+def test_what_did_not_change_is_not_solved() -> None:
+    scene = FakeScene()
+    run = begun(scene)
+    for when in (When.UPDATE, When.FRAME, When.UPDATE, When.PLAYBACK):
+        run.scene_changed(when)
+    run.scene_changed(When.UPDATE, None)
+    assert (scene.calls, run.wants_timer) == ([], False)
+
+
+def test_a_moved_handle_is_followed_at_once_and_refined_by_the_timer() -> None:
+    scene = FakeScene()
+    run = begun(scene)
+    scene.place, scene.needed_updates = 1.0, 2
+    run.scene_changed(When.UPDATE)
+    assert (scene.calls, run.wants_timer) == (["follow"], True)
+    run.tick(is_playing=False)
+    run.tick(is_playing=False)
+    assert (scene.calls, run.wants_timer) == (["follow", "refine"], False)
+
+
+def test_another_frame_starts_from_rest() -> None:
+    scene = FakeScene()
+    run = begun(scene)
+    scene.place = 1.0
+    run.scene_changed(When.FRAME)
+    scene.place = 2.0
+    run.scene_changed(When.UPDATE)
+    assert scene.calls == ["from rest", "follow"]
+
+
+def test_playback_goes_on_from_the_frame_before_and_its_last_frame_starts_from_rest() -> None:
+    scene = FakeScene()
+    run = begun(scene)
+    for place in (1.0, 2.0):
+        scene.place, scene.needed_updates = place, 9
+        run.scene_changed(When.PLAYBACK)
+        run.tick(is_playing=True)  # nothing is refined between the frames
+    assert scene.calls == ["follow", "follow"]
+    assert run.wants_timer
+    scene.needed_updates = 1
+    run.tick(is_playing=False)
+    assert scene.calls == ["follow", "follow", "from rest"]
+    assert not run.wants_timer
+
+
+def test_a_heavy_mesh_slows_itself() -> None:
+    """A step of a second is followed by a second without any; the timer then does what was left."""
+    scene = FakeScene()
+    run = begun(scene)
+    scene.step_s = 1.0
+    scene.place = 1.0
+    run.scene_changed(When.UPDATE)
+    scene.now += 0.5
+    scene.place = 2.0
+    run.scene_changed(When.UPDATE)
+    run.tick(is_playing=False)
+    assert (scene.calls, run.wants_timer) == (["follow"], True)
+    scene.now += 0.6
+    run.tick(is_playing=False)
+    assert (scene.calls, run.wants_timer) == (["follow", "follow"], False)
+
+
+def test_a_light_mesh_follows_every_evaluation() -> None:
+    scene = FakeScene()
+    run = begun(scene)
+    scene.step_s = 0.9 * HEAVY_STEP_S
+    for place in (1.0, 2.0, 3.0):
+        scene.place = place
+        run.scene_changed(When.UPDATE)
+    assert scene.calls == ["follow"] * 3
+    assert scene.limits[1:] == [FOLLOW_TIME_LIMIT_S] * 3
+
+
+def test_a_frame_that_a_heavy_mesh_missed_still_starts_from_rest() -> None:
+    scene = FakeScene()
+    run = begun(scene)
+    scene.step_s = 1.0
+    for place in (1.0, 2.0):
+        scene.place = place
+        run.scene_changed(When.FRAME)
+    scene.now += 2.0
+    run.tick(is_playing=False)
+    assert scene.calls == ["from rest", "from rest"]
+
+
+def test_a_pause_ends_with_a_look_at_everything() -> None:
+    scene = FakeScene()
+    run = begun(scene)
+    scene.pause, scene.place = "Paused in Edit Mode", 1.0
+    run.scene_changed(When.UPDATE)
+    assert (run.pause, run.wants_timer, scene.calls) == ("Paused in Edit Mode", True, ["look again"])
+    scene.pause = ""
+    run.tick(is_playing=False)
+    assert (run.pause, scene.calls) == ("", ["look again", "go on", "follow"])
+    assert not run.wants_timer
+
+
+def test_binds_by_the_timer_and_never_in_a_handler() -> None:
+    scene = FakeScene(is_fit=False)
+    run = LiveRun(scene, scene.clock)
+    run.scene_changed(When.UPDATE)
+    assert scene.binds == []
+    run.tick(is_playing=False)
+    run.tick(is_playing=True)
+    assert (run.is_binding, run.bind_fraction, scene.binds[0].has_started) == (True, 0.5, True)
+    scene.binds[0].is_done = True
+    run.tick(is_playing=False)
+    run.tick(is_playing=False)
+    assert (run.is_binding, scene.calls) == (False, ["go on", "follow"])
+
+
+def test_without_a_window_all_is_done_at_once() -> None:
+    scene = FakeScene()
+    run = begun(scene)
+    scene.place = 1.0
+    run.scene_changed(When.UPDATE, None)
+    assert (scene.calls, scene.limits[-1]) == (["from rest"], None)
+
+
+def test_a_mesh_that_never_fits_ends_instead_of_binding_for_ever() -> None:
+    scene = FakeScene(is_fit=False)
+
+    plain = scene.begin_bind
+
+    def begin_bind() -> FakeBind:
+        bind = plain()
+        bind.is_done = True
+        bind.adopt = lambda: None  # type: ignore[method-assign]
+        return bind
+
+    scene.begin_bind = begin_bind  # type: ignore[method-assign]
+    run = LiveRun(scene, scene.clock)
+    run.scene_changed(When.UPDATE, None)
+    assert scene.off == ["The mesh changes each time it has been prepared"]
+    assert run.is_over
+
+
+def test_an_error_ends_it_once() -> None:
+    scene = FakeScene()
+    run = begun(scene)
+    scene.place, scene.error = 1.0, ZeroDivisionError("a fault of ours")
+    for _ in range(3):
+        run.scene_changed(When.UPDATE)
+        run.tick(is_playing=False)
+    assert (scene.off, run.is_over, run.wants_timer) == (["a fault of ours"], True, False)
+
+
+def test_the_end_drops_a_bind() -> None:
+    scene = FakeScene(is_fit=False)
+    run = LiveRun(scene, scene.clock)
+    run.tick(is_playing=False)
+    run.end()
+    assert scene.binds[0].is_dropped
+
+
+def test_undo_looks_at_everything_and_goes_on_from_what_it_brought() -> None:
+    scene = FakeScene()
+    run = begun(scene)
+    run.undone()
+    assert run.wants_timer
+    run.tick(is_playing=False)
+    assert scene.calls == ["undone", "go on", "follow"]
+
+
+def test_evaluation_within_a_step_does_not_start_another() -> None:
+    scene = FakeScene()
+    run = begun(scene)
+    plain = scene.matrices
+
+    def matrices_that_evaluate() -> np.ndarray:
+        run.scene_changed(When.UPDATE)
+        return plain()
+
+    scene.matrices = matrices_that_evaluate  # type: ignore[method-assign]
+    scene.place = 1.0
+    run.tick(is_playing=False)
+    assert scene.calls == ["follow"]
+
+
+def test_a_stroke_is_waited_for_and_then_all_is_looked_at():
+    scene = FakeScene(needed_updates=1)
+    run = begun(scene)
+    scene.is_painted, scene.is_fit = True, False
+    run.scene_changed(When.UPDATE)
+    assert run.wants_timer
+    for _ in range(3):
+        run.tick(is_playing=False)
+    assert not scene.binds
+    assert not scene.calls
+    scene.is_painted = False
+    run.tick(is_playing=False)
+    assert len(scene.binds) == 1
+
+
+def test_a_bind_that_is_under_way_when_a_stroke_begins_is_still_taken():
+    scene = FakeScene(is_fit=False)
+    run = LiveRun(scene, scene.clock)
+    run.tick(is_playing=False)
+    scene.is_painted = True
+    scene.binds[0].is_done = True
+    run.tick(is_playing=False)
+    assert scene.is_fit
+    run.tick(is_playing=False)
+    assert not scene.calls
+    scene.is_painted = False
+    run.tick(is_playing=False)
+    assert scene.calls == ["go on", "follow"]
+
+
+def test_what_cannot_be_for_now_pauses_and_does_not_switch_off():
+    scene = FakeScene(error=NotNow("Paused: nothing is painted yet"))
+    run = LiveRun(scene, scene.clock)
+    run.tick(is_playing=False)
+    assert (run.pause, scene.off, run.is_over) == ("Paused: nothing is painted yet", [], False)
+    assert run.wants_timer
+    scene.error = None
+    run.tick(is_playing=False)
+    assert (run.pause, scene.calls[-1]) == ("", "follow")
+
+
+def test_the_scene_hears_when_all_is_settled():
+    scene = FakeScene(needed_updates=2)
+    run = LiveRun(scene, scene.clock)
+    run.tick(is_playing=False)
+    assert scene.n_settled == 0
+    run.tick(is_playing=False)
+    assert scene.n_settled == 1

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The installed package: stub, docstrings, version, licences, the README's example."""
+
+import ast
+import importlib.metadata
+import inspect
+import pydoc
+import re
+import sys
+from pathlib import Path
+
+import arap_native
+import numpy as np
+import pytest
+from sample_meshes import ends, tube, twisted_ends
+
+ROOT = Path(__file__).parents[3]
+PACKAGE = Path(arap_native.__file__).parent
+CLASSES = ["Options", "SolveOptions", "SolveResult", "SurfaceArap"]
+
+
+@pytest.fixture(scope="module")
+def stub() -> ast.Module:
+    return ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
+
+
+def stub_names(node: ast.Module | ast.ClassDef) -> set[str]:
+    defined = {s.name for s in node.body if isinstance(s, ast.FunctionDef | ast.ClassDef)}
+    return defined | {s.target.id for s in node.body if isinstance(s, ast.AnnAssign)}
+
+
+def stub_class(stub: ast.Module, name: str) -> ast.ClassDef:
+    return next(node for node in stub.body if isinstance(node, ast.ClassDef) and node.name == name)
+
+
+def test_the_package_is_typed():
+    assert (PACKAGE / "py.typed").is_file()
+
+
+def test_the_stub_names_what_is_there(stub):
+    assert stub_names(stub) == set(arap_native.__all__)
+    assert all(hasattr(arap_native, name) for name in arap_native.__all__)
+    for name in CLASSES:
+        public = {member for member in vars(getattr(arap_native, name)) if not member.startswith("_")}
+        assert stub_names(stub_class(stub, name)) - {"__init__"} == public
+
+
+def test_the_compiled_objects_have_the_stubs_docstrings(stub):
+    assert arap_native.__doc__ == ast.get_docstring(stub)
+    for node in stub.body:
+        if not isinstance(node, ast.ClassDef):
+            continue
+        compiled = getattr(arap_native, node.name)
+        assert compiled.__doc__ == ast.get_docstring(node)
+        for member in node.body:
+            if isinstance(member, ast.FunctionDef):
+                assert getattr(compiled, member.name).__doc__ == ast.get_docstring(member)
+
+
+def test_every_public_member_is_described():
+    for name in CLASSES:
+        for member, value in vars(getattr(arap_native, name)).items():
+            assert member.startswith("_") or value.__doc__, f"{name}.{member}"
+
+
+def test_help_shows_names_and_arguments():
+    text = pydoc.plain(pydoc.render_doc(arap_native.SurfaceArap))
+    assert "class SurfaceArap" in text
+    assert "solve(self, targets, options=None, *, rotations=None, progress=None, out=None)" in text
+    assert "Moves the mesh towards the targets." in text
+    assert "(n,) int32, connected part of each vertex" in text
+
+
+def test_signatures_have_the_defaults_in_use():
+    for options in (arap_native.Options, arap_native.SolveOptions):
+        made = options()
+        for name, parameter in inspect.signature(options).parameters.items():
+            assert parameter.default == getattr(made, name)
+    assert list(inspect.signature(arap_native.SurfaceArap).parameters) == [
+        "rest_positions",
+        "corner_vertices",
+        "face_sizes",
+        "options",
+        "stiffness",
+        "rigid_regions",
+        "progress",
+    ]
+
+
+def test_names_are_public_ones():
+    assert repr(arap_native.SurfaceArap) == "<class 'arap_native.SurfaceArap'>"
+    assert repr(arap_native.Cancelled) == "<class 'arap_native.Cancelled'>"
+    assert arap_native.Cancelled.__mro__[1] is RuntimeError
+
+
+def test_the_version_is_that_of_the_wheel():
+    assert arap_native.__version__ == importlib.metadata.version("arap-native")
+
+
+def test_the_licences_of_everything_inside_are_in_the_wheel():
+    files = importlib.metadata.files("arap-native")
+    texts = {file.name: file.read_text(encoding="utf-8") for file in files if "licenses" in file.parts}
+    assert "GNU GENERAL PUBLIC LICENSE" in texts["LICENSE"]
+    notices = texts["THIRD_PARTY_LICENSES.txt"]
+    for title in (
+        "Mozilla Public License Version 2.0",
+        "Wenzel Jakob",
+        "GCC RUNTIME LIBRARY EXCEPTION",
+    ):
+        assert title in notices
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems' wheels bring other libraries")
+def test_the_wheel_brings_the_libraries_whose_licences_it_names():
+    files = importlib.metadata.files("arap-native")
+    brought = {re.match("[a-z]+", file.name).group() for file in files if file.parts[0] == "arap_native.libs"}
+    assert brought == {"libgomp"}
+
+
+def test_the_readmes_example_works_as_written():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    section = readme.split("## Without Blender\n")[1].split("From C++")[0]
+    lines = [line.removeprefix("    ") for line in section.splitlines() if line.startswith("    ")]
+    assert len(lines) == 2
+    mesh = tube()
+    names = mesh._asdict() | {
+        "arap_native": arap_native,
+        "rest_positions": mesh.positions,
+        "vertices": ends(mesh),
+        "strengths": np.ones(len(ends(mesh))),
+        "targets": twisted_ends(mesh),
+    }
+    del names["positions"]
+    exec("\n".join(lines), names)
+    assert names["positions"][ends(mesh)] == pytest.approx(twisted_ends(mesh))

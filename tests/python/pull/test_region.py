@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which vertices a pull takes along and holds, and their mirror images."""
+
+import numpy as np
+import pytest
+from arap_deform.pull.region import (
+    ITSELF,
+    Grab,
+    connected_within,
+    hold_of_rest,
+    mirror_images,
+    mirror_signs,
+    symmetric_grabs,
+)
+from arap_deform.pull.view import rotation_about
+from sample_meshes import rotation_z
+
+N = 21
+
+
+def grid():
+    """(n, 3) points of a flat grid two units wide, and its edges along x and y."""
+    line = np.linspace(-1.0, 1.0, N)
+    points = np.array([(x, y, 0.0) for y in line for x in line])
+    index = np.arange(N * N).reshape(N, N)
+    along = np.concatenate([np.stack([a.ravel(), b.ravel()], 1) for a, b in (
+        (index[:, :-1], index[:, 1:]), (index[:-1], index[1:]))])  # fmt: skip
+    return points, along.astype(np.int32)
+
+
+POINTS, EDGES = grid()
+MIDDLE = N * N // 2
+
+
+def at(x, y):
+    return np.array([np.linalg.norm(POINTS - (x, y, 0.0), axis=1).argmin()], dtype=np.int32)
+
+
+def disc(x, y, radius):
+    return connected_within(POINTS, EDGES, at(x, y), np.array([x, y, 0.0]), radius)
+
+
+def test_a_patch_is_the_ball_where_all_is_joined():
+    expected = np.flatnonzero(np.linalg.norm(POINTS, axis=1) <= 0.35)
+    np.testing.assert_array_equal(disc(0.0, 0.0, 0.35), expected)
+
+
+def test_a_patch_does_not_jump_over_a_gap():
+    """Two sheets, one above the other: near each other, and not joined."""
+    points = np.concatenate([POINTS, np.add(POINTS, (0.0, 0.0, 0.05))])
+    edges = np.concatenate([EDGES, EDGES + len(POINTS)])
+    found = connected_within(points, edges, np.array([MIDDLE]), points[MIDDLE], 0.3)
+    np.testing.assert_array_equal(found, disc(0.0, 0.0, 0.3))
+
+
+def test_a_patch_smaller_than_a_face_is_the_nearest_corner():
+    corners = np.array([MIDDLE, MIDDLE + 1, MIDDLE + N, MIDDLE + N + 1], dtype=np.int32)
+    found = connected_within(POINTS, EDGES, corners, np.array([0.06, 0.06, 0.0]), 0.01)
+    assert found.tolist() == [MIDDLE + N + 1]
+
+
+def test_the_rest_is_free_near_the_grab_held_beyond_and_softly_in_between():
+    grab = Grab(disc(0.0, 0.0, 0.21), reach=0.5)  # 0.2 would be on the edge of rounding
+    hold = hold_of_rest(POINTS, EDGES, [grab])
+    weights = np.zeros(len(POINTS))
+    weights[hold.vertices] = hold.weights
+    distance = np.linalg.norm(POINTS, axis=1)
+    assert (weights[distance < 0.4 * 0.5 + 0.2] == 0.0).all()
+    assert (weights[distance > 0.71] == 1.0).all()
+    ring = weights[(distance > 0.45) & (distance < 0.65)]
+    assert ((ring > 0.0) & (ring < 1.0)).all()
+    order = np.argsort(distance)[: np.count_nonzero(distance < 0.65)]
+    assert (np.diff(weights[order]) >= -1e-12).all(), "the farther the firmer"
+    assert hold.is_exact
+
+
+def test_two_grabs_free_what_either_frees():
+    grabs = [Grab(disc(-0.5, 0.0, 0.1), 0.3), Grab(disc(0.5, 0.0, 0.1), 0.3)]
+    held = [set(hold_of_rest(POINTS, EDGES, [grab]).vertices.tolist()) for grab in grabs]
+    assert set(hold_of_rest(POINTS, EDGES, grabs).vertices.tolist()) == held[0] & held[1]
+
+
+@pytest.mark.parametrize(("axes", "n"), [((True, False, False), 1), ((True, False, True), 3), ((True, True, True), 7)])
+def test_mirror_signs_are_all_images_but_the_thing_itself(axes, n):
+    signs = list(mirror_signs(axes))
+    assert len(set(signs)) == len(signs) == n
+    assert ITSELF not in signs
+
+
+def test_mirror_images_are_where_the_mirror_says():
+    vertices = disc(0.5, 0.3, 0.2)
+    images = mirror_images(POINTS, EDGES, vertices, (-1.0, 1.0, 1.0))
+    expected = {tuple(place) for place in np.round(POINTS[vertices] * (-1.0, 1.0, 1.0), 6)}
+    assert {tuple(place) for place in np.round(POINTS[images], 6)} == expected
+
+
+def test_mirror_images_bear_noise_far_below_the_size_of_faces():
+    noisy = POINTS + np.random.default_rng(3).uniform(-1e-5, 1e-5, POINTS.shape)
+    vertices = disc(0.5, 0.3, 0.2)
+    np.testing.assert_array_equal(
+        mirror_images(noisy, EDGES, vertices, (-1.0, 1.0, 1.0)),
+        mirror_images(POINTS, EDGES, vertices, (-1.0, 1.0, 1.0)),
+    )
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_of_surfaces_that_touch_the_image_is_on_the_one_that_was_grabbed(side):
+    """Two sheets that have the row y = -1 in common: the other turns up from there, and no edge joins them."""
+    sheets = POINTS, np.column_stack([POINTS[:, 0], np.full(N * N, -1.0), POINTS[:, 1] + 1.0])
+    points, edges = np.concatenate(sheets), np.concatenate([EDGES, EDGES + N * N])
+    seed = np.flatnonzero((points == (0.5, -1.0, 0.0)).all(axis=1))[side : side + 1]
+    vertices = connected_within(points, edges, seed, points[seed[0]], 0.25)
+    images = mirror_images(points, edges, vertices, (-1.0, 1.0, 1.0))
+    mirrored = vertices // N * N + N - 1 - vertices % N
+    np.testing.assert_array_equal(images, np.sort(mirrored))
+
+
+def test_a_mesh_without_mirror_images_is_refused():
+    lopsided = POINTS * np.where(POINTS[:, :1] > 0.0, 1.07, 1.0)
+    with pytest.raises(ValueError, match=r"^is not symmetric here: turn off Mirror X$"):
+        symmetric_grabs(lopsided, EDGES, disc(0.5, 0.3, 0.2), 1.0, (True, False, False))
+
+
+def motion(shift=(0.0, 0.0, 0.0), turn=None):
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.eye(3) if turn is None else turn
+    matrix[:3, 3] = shift
+    return matrix
+
+
+def test_an_image_moves_as_the_mirror_image_does():
+    vertices = disc(0.5, 0.3, 0.2)
+    grabs = symmetric_grabs(POINTS, EDGES, vertices, 1.0, (True, False, False))
+    assert [len(grab.vertices) for grab in grabs] == [len(vertices)] * 2
+    wanted = motion((0.1, 0.2, 0.3), rotation_z(0.4))
+    own, image = (grab.motion(wanted, POINTS[vertices].mean(axis=0), np.eye(3)) for grab in grabs)
+    np.testing.assert_array_equal(own, wanted)
+    flip = np.array([-1.0, 1.0, 1.0])
+    for point in POINTS[vertices]:
+        np.testing.assert_allclose((image @ [*(point * flip), 1.0])[:3], (own @ [*point, 1.0])[:3] * flip, atol=1e-12)
+
+
+@pytest.mark.parametrize("stretch", [np.eye(3), np.diag([2.0, 1.0, 0.5])])
+def test_what_lies_on_the_plane_stays_on_it(stretch):
+    vertices = disc(0.1, 0.3, 0.25)
+    (grab,) = symmetric_grabs(POINTS, EDGES, vertices, 1.0, (True, False, False))
+    assert set(vertices.tolist()) < set(grab.vertices.tolist())
+    centre = POINTS[grab.vertices].mean(axis=0)
+    unstretch = np.linalg.inv(stretch)
+    turn = unstretch @ rotation_about(np.array([0.6, 0.0, 0.8]), 0.7) @ stretch
+    done = grab.motion(motion((0.3, 0.2, 0.1), turn), centre, stretch)
+    flip = np.diag([-1.0, 1.0, 1.0, 1.0])
+    np.testing.assert_allclose(flip @ done @ flip, done, atol=1e-12)
+    seen = stretch @ done[:3, :3] @ unstretch
+    np.testing.assert_allclose(seen @ seen.T, np.eye(3), atol=1e-12)
+
+
+def test_on_one_plane_of_two_there_is_one_image_more():
+    grabs = symmetric_grabs(POINTS, EDGES, disc(0.0, 0.5, 0.2), 1.0, (True, True, False))
+    assert len(grabs) == 2
+    assert (POINTS[grabs[1].vertices][:, 1] < 0.0).all()
