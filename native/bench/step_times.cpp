@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "local_global.h"
+#include "models/surface_arap/surface_model.h"
+#include "optimize/local_global.h"
 #include "process.h"
-#include "surface_model.h"
 
 namespace arap::bench {
 
