@@ -14,6 +14,8 @@ from arap_deform.core.worker import Binding, is_any_running, wait_for_binds
 from arap_deform.follow.act import KEEP_TIME_LIMIT_S, End, Ending, Phase, PoseAct, restored, status_text
 from fake_follow import FakeBind, readout
 
+HANG_LIMIT_S = 600.0
+
 
 @dataclass
 class FakeScene:
@@ -388,7 +390,7 @@ def test_status_says_state_and_keys() -> None:
 def test_binding_runs_beside_and_gives_its_result() -> None:
     binding = Binding(lambda progress: progress(0.25) and "bound")
     binding.start()
-    binding.wait(10.0)
+    binding.wait(HANG_LIMIT_S)
     assert binding.is_done
     assert binding.fraction == 0.25
     assert binding.result() == "bound"
@@ -400,7 +402,7 @@ def test_binding_raises_what_the_work_raised() -> None:
 
     binding = Binding(work)
     binding.start()
-    binding.wait(10.0)
+    binding.wait(HANG_LIMIT_S)
     with pytest.raises(ValueError, match="no faces"):
         binding.result()
 
@@ -416,14 +418,14 @@ def test_dropped_binding_stops_the_work() -> None:
     assert not binding.is_done
     assert is_any_running()
     binding.drop()
-    binding.wait(10.0)
+    binding.wait(HANG_LIMIT_S)
     assert binding.is_done
     assert not is_any_running()
 
 
 def test_wait_for_binds_ends_with_the_work() -> None:
     may_end = threading.Event()
-    binding = Binding(lambda _progress: may_end.wait(10.0))
+    binding = Binding(lambda _progress: may_end.wait(HANG_LIMIT_S))
     wait_for_binds()  # nothing to wait for
     binding.start()
     threading.Timer(0.05, may_end.set).start()

@@ -138,8 +138,7 @@ def is_at_work(solver: arap_native.SurfaceArap) -> bool:
     """Whether another thread solves; it has to let go of Python's lock for that, or nobody could ask."""
     try:
         solver.n_factorizations  # noqa: B018 - refused while the solver is at work
-    except RuntimeError as error:
-        assert str(error) == BUSY
+    except RuntimeError:
         return True
     return False
 
