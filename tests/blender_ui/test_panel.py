@@ -114,6 +114,8 @@ def draw_creature(ui: Ui) -> Steps:
     yield
     creature = next(obj for obj in bpy.context.scene.objects if obj.type == "MESH" and obj.arap.handles)
     ui.select(creature)
+    overlay = creature.arap.overlay
+    overlay.show_pins = overlay.show_handles = overlay.show_strain = True
     bpy.context.scene.frame_set(24)
     assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
     ui.call(bpy.ops.view3d.view_selected)

@@ -105,68 +105,6 @@ def test_poses_while_posing(ui: Ui) -> Steps:
     yield from ui.until(lambda: np.abs(scenes.key_positions(bar()) - straight).max() < 10 * NEAR, "Live has followed")
 
 
-def test_esc_while_poses_become_keys(ui: Ui) -> Steps:
-    """Esc in the middle leaves no key."""
-    add_poses(ui)
-    yield from ui.move_mouse_to_view()
-    with ui.held_shapes():
-        ui.call(bpy.ops.arap.poses_to_keys, "EXEC_DEFAULT", True)
-        yield from ui.until_held()
-        yield from ui.screenshot("under_way")
-        yield from ui.key("ESC")
-        yield from ui.until_free()
-    assert key_names() == ["Basis", "ARAP"]
-    yield from ui.key("TAB")
-    assert bar().mode == "EDIT", "keys are Blender's own again"
-
-
-def test_export_mesh_cache(ui: Ui) -> Steps:
-    """The export shows its progress, Esc leaves no file; done, the modifier shows the last frame."""
-    animate(ui, 9)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "bar.mdd"
-        yield from ui.move_mouse_to_view()
-        with ui.held_shapes():
-            ui.call(
-                bpy.ops.arap.export_mesh_cache, "EXEC_DEFAULT", True, filepath=str(path), frame_start=1, frame_end=9
-            )
-            yield from ui.until_held()
-            assert list(Path(folder).iterdir()) != []
-            yield from ui.screenshot("exporting")
-            yield from ui.key("ESC")
-            yield from ui.until_free()
-        assert list(Path(folder).iterdir()) == []
-        assert bpy.context.scene.frame_current == 3
-        assert not bar().modifiers
-        bpy.ops.ed.undo_push(message="scene")
-        ui.call(bpy.ops.arap.export_mesh_cache, "EXEC_DEFAULT", True, filepath=str(path), frame_start=1, frame_end=9)
-        yield from ui.until_free()
-        assert path.is_file()
-        assert [modifier.type for modifier in bar().modifiers] == ["MESH_CACHE"]
-        bpy.context.scene.frame_set(9)
-        moved = scenes.shown_positions(bar())[scenes.top()] - scenes.key_positions(bar())[scenes.top()]
-        np.testing.assert_allclose(moved[:, 0], moved[0, 0], atol=NEAR)
-        yield from ui.screenshot("exported")
-        bpy.context.scene.frame_set(3)
-        yield from ui.key("Z", ctrl=True)
-        yield
-        assert not bar().modifiers
-
-
-def test_fewest_keys_dialog(ui: Ui) -> Steps:
-    """The dialog of Bake Animation with Fewest Keys: a straight move needs two."""
-    animate(ui, 30)
-    ui.api.remove_pin(bar(), 0)
-    yield from ui.move_mouse_to_view()
-    ui.call(bpy.ops.arap.bake_animation, "INVOKE_DEFAULT", True, use_fewest_keys=True, fewest_keys_percent=1.0)
-    yield from ui.screenshot("dialog")
-    yield from ui.key("RET")
-    yield from ui.until(lambda: len(key_names()) > 2, "the bake is done")
-    assert key_names()[1] == "ARAP_0001"
-    assert key_names()[-1] == "ARAP_0030"
-    assert len(key_names()) < 12
-
-
 def test_blend_is_dragged(ui: Ui) -> Steps:
     """The mesh follows the mouse; a click keeps it, one undo takes it back, and so does Esc in between."""
     bent = add_poses(ui)

@@ -52,34 +52,6 @@ def test_renamed_mesh_within(ui: Ui) -> Steps:
     np.testing.assert_allclose(top, posed[scenes.top()] + [1.0, 0.0, 0.0], atol=NEAR)
 
 
-def test_renamed_groups_within(ui: Ui) -> Steps:
-    """A handle whose group has another name by now ends the act; the pose is kept, and one click mends it."""
-    yield from begin_moved(ui)
-    rest = scenes.key_positions(bar(), "Basis")
-    bar().vertex_groups["Top"].name = "Head"
-    handle().location.x += 1.0
-    yield from ui.until_free()
-    assert_followed(rest, (1.0, 0.0, 0.0))
-    bar().arap.handles[0].vertex_group = "Head"
-    bpy.context.view_layer.update()
-    yield from begin(ui)
-    yield from drag(ui, "G", "X", "1")
-    yield from settle(ui)
-    yield from ui.key("RET")
-    assert np.isfinite(scenes.shown_positions(bar())).all()
-
-
-def test_renamed_group_of_a_live_mesh(ui: Ui) -> Steps:
-    """Live says which group is missing, once, and stays where it is."""
-    yield from test_live.begin(ui)
-    posed = scenes.shown_positions(bar())
-    bar().vertex_groups["Bottom"].name = "Feet"
-    handle().location.x += 1.0
-    yield from ui.until(lambda: not bar().arap.is_live, "Live is off")
-    assert "there is no vertex group of that name" in bar().arap.live_problem
-    np.testing.assert_allclose(scenes.shown_positions(bar()), posed, atol=NEAR)
-
-
 def test_append_and_link(ui: Ui) -> Steps:
     """An appended mesh brings its pins, handles and pose; a linked one is refused with what to do."""
     scenes.add_bar_with_handle(ui.api)
