@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs the window tests: real Blender windows under Xvfb, driven by simulated events, one Blender for each file.
 
-Usage: run.py --blender BLENDER --zip ZIP --screenshots DIR [--only NAME] [--hang-limit S] [--files F] [--at-once N]
+Usage: run.py --blender BLENDER --zip ZIP --screenshots DIR [--only NAME] [--files F] [--size WxH] ...
 
 The zip is installed once, into a throw-away user folder, as a user would; each file has a copy of that. A test is a
 generator function test_* in a test_*.py beside this file; see harness.py. It fails on an exception of its own, on any
@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-WINDOW = (1280, 800)
+WINDOW = "960x640"  # software OpenGL draws it in half of the time that 1280x800 takes
 HANG_LIMIT_S = 900
 AT_ONCE = 2
 BEGINS, PASSED, FAILED = "UI TEST BEGINS", "UI TEST PASSED", "UI TEST FAILED"
@@ -48,10 +48,10 @@ def find_tests(files: str, only: str) -> dict[str, list[str]]:
 
 
 @contextmanager
-def display() -> Iterator[str]:
+def display(size: str) -> Iterator[str]:
     """An X server of our own; yields its name."""
     read_end, write_end = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", f"{WINDOW[0]}x{WINDOW[1]}x24", "-nolisten", "tcp"]
+    command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", f"{size}x24", "-nolisten", "tcp"]
     server = subprocess.Popen(command, pass_fds=[write_end], stderr=subprocess.DEVNULL)
     os.close(write_end)
     try:
@@ -108,25 +108,19 @@ class Outcome:
     wrong: str
 
 
-def run_file(
-    blender: str, file: str, tests: list[str], env: dict[str, str], screenshots: Path, limit_s: float
-) -> Iterator[Outcome]:
+def run_file(command: list[str], tests: list[str], env: dict[str, str], limit_s: float) -> Iterator[Outcome]:
     """Runs all tests of a file, in as few Blenders as that takes."""
     left = tests
     while left:
         n_done = 0
-        for outcome in run_blender(blender, file, left, env, screenshots, limit_s):
+        for outcome in run_blender([*command, *left], left, env, limit_s):
             yield outcome
             n_done += 1
         left = left[n_done:]
 
 
-def run_blender(
-    blender: str, file: str, tests: list[str], env: dict[str, str], screenshots: Path, limit_s: float
-) -> Iterator[Outcome]:
+def run_blender(command: list[str], tests: list[str], env: dict[str, str], limit_s: float) -> Iterator[Outcome]:
     """Runs tests in one Blender, up to the first one that ends it: at least one."""
-    command = blender_command(blender, "--", "run", file, str(screenshots), *tests)
-    command[1:1] = ["--enable-event-simulate", "--window-geometry", "0", "0", *map(str, WINDOW)]
     process = subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     n_ended, has_failed, said, start = 0, False, "", time.monotonic()
     hang = begin_hang_limit(process, limit_s)
@@ -174,6 +168,7 @@ def main() -> int:
     parser.add_argument("--only", default="", help="run the tests whose names contain this")
     parser.add_argument("--hang-limit", type=float, default=HANG_LIMIT_S, help="seconds, of each test")
     parser.add_argument("--files", default="test_*.py", help="the files of the tests, for example bench_*.py")
+    parser.add_argument("--size", default=WINDOW, help="of the window, in pixels")
     parser.add_argument("--at-once", type=int, default=AT_ONCE, help="files at a time; 1 where time is measured")
     args = parser.parse_args()
     tests = find_tests(args.files, args.only)
@@ -183,11 +178,11 @@ def main() -> int:
 
         def run_and_tell(file: str) -> list[Outcome]:
             outcomes = []
-            with display() as display_name, copied(Path(folder)) as user_folder:
+            command = blender_command(args.blender, "--", "run", file, str(args.screenshots.resolve()))
+            command[1:1] = ["--enable-event-simulate", "--window-geometry", "0", "0", *args.size.split("x")]
+            with display(args.size) as display_name, copied(Path(folder)) as user_folder:
                 env = environment(user_folder) | {"DISPLAY": display_name}
-                for outcome in run_file(
-                    args.blender, file, tests[file], env, args.screenshots.resolve(), args.hang_limit
-                ):
+                for outcome in run_file(command, tests[file], env, args.hang_limit):
                     outcomes.append(outcome)
                     state = "FAIL" if outcome.wrong else "ok  "
                     print(f"{state} {outcome.test} ({outcome.seconds:.1f} s)\n{outcome.wrong}", end="", flush=True)

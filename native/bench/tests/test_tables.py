@@ -2,7 +2,7 @@
 """Results as Markdown, and where they go in the document."""
 
 import pytest
-from measure import tables, tables_native, tables_peers, tables_quality, tables_report, tables_window
+from measure import tables, tables_native, tables_peers, tables_quality
 from measure.render import replace_section, sections
 
 MACHINE = {"processor": "P", "cores": 2, "memory_gib": 8, "system": "Linux", "load": 0.1, "day": "2026-01-02"}
@@ -46,10 +46,6 @@ PEERS = {
 )  # fmt: skip
 def test_numbers_have_three_digits_and_no_exponent(value, text):
     assert tables.number(value) == text
-
-
-def test_markdown_aligns_words_left_and_numbers_right():
-    assert tables.markdown(("a", "b"), [("x", "1")]) == "| a | b |\n| --- | ---: |\n| x | 1 |"
 
 
 def test_the_ratio_is_the_median_of_the_rounds():
@@ -114,59 +110,6 @@ def test_times_to_a_minimum_that_was_not_reached_are_marked():
     assert "| 9.00* | - |" in tables_native.native(native_data(is_converged=False))
 
 
-def test_frames_are_columns():
-    results = [
-        {"blender": v, "vertices": 7, "load": 0.5 * ms, "ms": {"write": {"best": 1.0, "median": ms}}}
-        for v, ms in (("4.5", 2.0), ("5.2", 3.0))
-    ]
-    assert "| load before the run | 1.0 | 1.5 |" in tables_native.frame(results)
-    assert "| write | 2.00 | 3.00 |" in tables_native.frame(results)
-    assert tables_native.frame([]) == ""
-
-
-def test_drags_are_columns_of_their_blender_by_act_and_size():
-    def row(blender, act, vertices, **ms):
-        return {"blender": blender, "act": act, "vertices": vertices, "load": 1.5, "ms": ms}
-
-    solve = {"best": 1.0, "median": 2.0}
-    text = tables_window.drag(
-        [row("3.4.1", "pull", 7, solve=solve), row("3.4.1", "pose", 90, read=solve), row("5.2.0", "blend", 7)]
-    )
-    assert "### Blender 3.4.1\n\n| ms | Pose, 90 | ARAP Pull, 7 |" in text
-    assert "| read | 2.00 | - |" in text
-    assert "| solve | - | 2.00 |" in text
-    assert "### Blender 5.2.0\n\n| ms | Blend, 7 |" in text
-    assert "| load before the run | 1.5 | 1.5 |" in text
-
-
-def test_overlays_are_columns():
-    results = [{"blender": v, "load": 1.0, "ms": {"draw": {"best": 1.0, "median": 3.0}}} for v in ("3.4.1", "4.3.2")]
-    assert "| ms | Blender 3.4.1 | Blender 4.3.2 |" in tables_window.overlay(results)
-    assert "| draw | 3.00 | 3.00 |" in tables_window.overlay(results)
-
-
-def test_report_tables_name_what_was_not_run():
-    run = {"bind_s": 0.1, "total_s": 0.5, "energy": 0.25}
-    late = {"not_run": "solve 200 took longer than 9 s"}
-    data = {
-        "machine": MACHINE,
-        "cores": 2,
-        "times": [
-            {"mesh": "dino", "n_vertices": 9, "one": run, "all": run, "own": run},
-            {"mesh": "armadillo_1k", "not_run": "its file is not in ARAP_BENCH_MESHES"},
-        ],
-        "solvers": [{"mesh": "dino", "n_vertices": 9, "solver": "sparse_qr", **late}],
-        "energies": [{"mesh": "armadillo_1k", "n_vertices": 9, "small": run, "medium": run, "large": late}],
-        "guesses": [{"mesh": "dino", "n_vertices": 9, **dict.fromkeys(tables_report.GUESSES, run)}],
-    }
-    text = tables_report.report(data)
-    assert "| dino, 9 | 64.22 | 51.19 | 0.500 | 0.500 | 0.500 |" in text
-    assert "| armadillo_1k | 1.38 | 0.93 | not run: its file is not in ARAP_BENCH_MESHES | - | - |" in text
-    assert "| sparse_qr | 21.23 | not run: solve 200 took longer than 9 s |" in text
-    assert "| armadillo_1k, 9 | 0.2500 | 0.2500 | not run: solve 200 took longer than 9 s |" in text
-    assert "| armadillo_10k | - | - | - |" in text
-
-
 def test_a_section_is_replaced_between_its_markers_alone():
     document = "a\n<!-- measured: x -->\nold\n<!-- end of x -->\nb <!-- measured: y --><!-- end of y -->\n"
     new = replace_section(document, "x", r"new \1")
@@ -209,23 +152,9 @@ QUALITY = {
             },
         }
     },
-    "kinds": {
-        "bar_slivers": {
-            "name": "slivers",
-            "rows": {"plain": quality_row(100, off=0.0123), "nodes": quality_row(100)},
-        }
-    },
-    "drag": {
-        "plain": {
-            "n_vertices": 9,
-            "load": 0.5,
-            "frame_ms": 14.0,
-            "iterations": [2, 3],
-            "behind": [0.01, 0.03],
-            "behind_of_iterations": {"1": [0.02, 0.04]},
-        },
-    },
-    "symmetry": {"plain": {"n_vertices": 9, "distances": [[1e-10, 2.3e-13]], "moved": 0.2}},
+    "kinds": {},
+    "drag": {},
+    "symmetry": {},
 }
 
 
@@ -237,45 +166,6 @@ def test_a_pose_has_a_line_for_each_density():
     assert "- Not run: rotation nodes: no such energy" in text
 
 
-def test_documents_show_no_pictures_of_others_meshes():
-    entry = QUALITY["poses"]["bar_bend"]
-    assert "(images/quality-bar_bend.webp)" in tables_quality.pose(("bar_bend", entry))
-    assert "images/" not in tables_quality.pose(("bar_bend", entry | {"is_sample": False}))
-
-
-def test_a_kind_has_a_line_for_each_model():
-    text = tables_quality.sections(QUALITY)["quality-kinds"]
-    assert "| slivers, plain | 100 | 70 | 2 | 1 | 1.2 |\n| slivers, rotation nodes | 100 | 70 | 2 | 1 | - |" in text
-
-
-def test_walls_steps_drags_and_symmetry_have_tables():
-    found = tables_quality.sections(QUALITY)
-    assert "| bend, plain | 1600 | 10 | 0.75 |" in found["quality-walls"]
-    assert "| bend, plain | 400 | 0.20 |" in found["quality-steps"]
-    assert "| plain | 9 | 14.0 | 2.5 | 2.0 | 3.0 | 0.50 |" in found["quality-drag"]
-    assert "| plain | 9 | - | 1 | 3.0 | 4.0 | - |" in found["quality-drag"]
-    assert "| plain | 9 | 1e-10 | 2e-13 | 0.20 |" in found["quality-symmetry"]
-
-
 def test_parts_that_were_not_measured_leave_their_sections_alone():
-    found = tables_quality.sections(QUALITY | {"kinds": {}, "drag": {}, "symmetry": {}})
+    found = tables_quality.sections(QUALITY)
     assert list(found) == ["quality-poses", "quality-walls", "quality-steps"]
-
-
-def test_panels_are_the_pictures_that_are_there(tmp_path):
-    entry = QUALITY["poses"]["bar_bend"]
-    assert tables_quality.panels("bar_bend", entry, tmp_path) == []
-    (tmp_path / "bar_bend-plain-1.png").write_bytes(b"")
-    assert tables_quality.panels("bar_bend", entry, tmp_path) == [
-        ("plain", [("400", tmp_path / "bar_bend-plain-1.png")])
-    ]
-
-
-def test_panels_of_kinds_are_in_pairs_of_rows(tmp_path):
-    assert tables_quality.kind_panels(QUALITY["kinds"], tmp_path) == []
-    for model in ("plain", "nodes"):
-        (tmp_path / f"bar_slivers-{model}.png").write_bytes(b"")
-    assert tables_quality.kind_panels(QUALITY["kinds"], tmp_path) == [
-        ("plain", [("slivers", tmp_path / "bar_slivers-plain.png")]),
-        ("rotation nodes", [("slivers", tmp_path / "bar_slivers-nodes.png")]),
-    ]
