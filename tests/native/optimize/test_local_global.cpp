@@ -320,7 +320,7 @@ TEST(StopReason, TimeLimitWhenTimeIsUpAndAtLeastOneIterationIsDone) {
 }
 
 TEST(StopReason, TimeLimitCountsWallClock) {
-  // Sleeping in the callback makes the iterations slow, not busy.
+  // Sleeping in the callback takes no processor time. test_time_budget.cpp has a clock that goes on when told to.
   const MeshData mesh = bar(2, Faces::kTriangles);
   const Task task = bend_task(mesh, default_bend(mesh));
   SurfaceArap solver(mesh.mesh());
@@ -328,29 +328,11 @@ TEST(StopReason, TimeLimitCountsWallClock) {
   SolveOptions options = iterations(100000);
   options.time_limit_s = .05;
   const SolveResult result = solver.solve(task.targets, options, {}, [](double) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
     return true;
   });
   EXPECT_EQ(result.stop_reason, StopReason::kTimeLimit);
-  EXPECT_LE(result.iterations, 11);
-}
-
-TEST(StopReason, TimeLimitEndsBeforeTheIterationThatWouldPassIt) {
-  const MeshData mesh = bar(2, Faces::kTriangles);
-  const Task task = bend_task(mesh, default_bend(mesh));
-  for (const InitialGuess guess : {InitialGuess::kPrevious, InitialGuess::kRest}) {
-    SurfaceArap solver(mesh.mesh());
-    solver.set_constraints(task.constraints);
-    SolveOptions options = iterations(100000);
-    options.initial_guess = guess;
-    options.time_limit_s = .05;
-    const SolveResult result = solver.solve(task.targets, options, {}, [](double) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(30));  // or longer: a second one does not fit
-      return true;
-    });
-    EXPECT_EQ(result.stop_reason, StopReason::kTimeLimit);
-    EXPECT_EQ(result.iterations, 1);
-  }
+  EXPECT_EQ(result.iterations, 1);
 }
 
 TEST(Solve, GoesOnAsIfThereHadBeenNoEnd) {
