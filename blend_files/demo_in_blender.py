@@ -11,7 +11,6 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import bpy
@@ -30,13 +29,13 @@ Pixels = NDArray[np.float32]
 
 
 def main(zip_path: Path, scene_path: Path, out: Path, has_opengl: bool) -> None:
-    api = install(zip_path)
+    install(zip_path)
     bpy.ops.wm.open_mainfile(filepath=str(scene_path))
     scene = bpy.context.scene
     obj = next(o for o in scene.objects if o.type == "MESH" and len(o.arap.handles))
 
     say("Baking")
-    job = api.begin_bake(obj, scene.frame_start, scene.frame_end)
+    job = importlib.import_module(f"{MODULE}.bake.keys").begin_bake(obj, scene.frame_start, scene.frame_end)
     while job.step():
         pass
     keys = job.finish()
@@ -50,8 +49,8 @@ def main(zip_path: Path, scene_path: Path, out: Path, has_opengl: bool) -> None:
     say(f"Wrote {posed.name}, {', '.join(pictures)}, summary.json")
 
 
-def install(zip_path: Path) -> ModuleType:
-    """Installs the add-on as a user would, and returns its api."""
+def install(zip_path: Path) -> None:
+    """Installs the add-on as a user would."""
     if IS_EXTENSION:
         bpy.ops.extensions.package_install_files(filepath=str(zip_path), repo="user_default", enable_on_install=True)
     else:
@@ -59,7 +58,6 @@ def install(zip_path: Path) -> ModuleType:
         bpy.ops.preferences.addon_enable(module=MODULE)
     if MODULE not in bpy.context.preferences.addons:
         raise RuntimeError(f"The add-on of {zip_path.name} cannot be enabled")
-    return importlib.import_module(f"{MODULE}.api")
 
 
 def summary(obj: bpy.types.Object, readouts: Sequence[Any], keys: Sequence[str]) -> dict[str, Any]:

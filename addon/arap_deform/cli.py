@@ -18,8 +18,15 @@ from typing import Any, NoReturn
 
 import bpy
 
-from . import api
-from .scene import shape_keys
+from .bake.cache import begin_mesh_cache
+from .bake.keys import begin_bake
+from .bake.shapes_job import ShapesJob
+from .core.job import run_job
+from .core.native import problem as native_problem
+from .pose.result import bake_pose
+from .pose.solve import solve
+from .poses.keys import begin_pose_keys
+from .scene import pose_key, shape_keys
 
 COMMAND = "arap"
 
@@ -119,7 +126,7 @@ def _run(options: argparse.Namespace) -> None:
         bpy.ops.wm.open_mainfile(filepath=str(options.file.resolve()), load_ui=False)
     elif not bpy.data.filepath:
         raise ValueError("No .blend to work on: name one")
-    problem = api.native_problem()
+    problem = native_problem()
     if problem:
         raise RuntimeError(problem)
     scene = bpy.context.scene
@@ -179,7 +186,7 @@ def _objects(scene: bpy.types.Scene, names: Sequence[str] | None) -> list[bpy.ty
 
 
 def _pose(obj: bpy.types.Object, _scene: bpy.types.Scene, _options: argparse.Namespace) -> str:
-    done = api.solve(obj)
+    done = solve(obj)
     return (
         f"{obj.name}: {done.vertices} vertices, {done.iterations} iterations, {done.stop_reason}, {done.last_ms:.0f} ms"
     )
@@ -188,30 +195,30 @@ def _pose(obj: bpy.types.Object, _scene: bpy.types.Scene, _options: argparse.Nam
 def _bake(obj: bpy.types.Object, scene: bpy.types.Scene, options: argparse.Namespace) -> str:
     if options.frame is not None:
         line = _pose(obj, scene, options)
-        prefix = options.prefix or f"{obj.arap.key_name}_"
-        return f"{line}, key '{api.bake_pose(obj, shape_keys.frame_key_name(prefix, options.frame)).name}'"
+        prefix = options.prefix or f"{pose_key.wanted_name(obj)}_"
+        return f"{line}, key '{bake_pose(obj, shape_keys.frame_key_name(prefix, options.frame)).name}'"
     start = scene.frame_start if options.start is None else options.start
     end = scene.frame_end if options.end is None else options.end
     if options.cache is not None:
-        export = api.begin_mesh_cache(
+        export = begin_mesh_cache(
             obj, options.cache.resolve(), start, end, options.step, scene=scene, add_modifier=True
         )
-        path = api.run_job(export)
+        path = run_job(export)
         return f"{obj.name}: {export.n_shapes} frames in {path}{_unsettled(export)}"
-    job = api.begin_bake(
+    job = begin_bake(
         obj, start, end, options.step, prefix=options.prefix, scene=scene, fewest_keys_percent=options.fewest_keys
     )
-    names = api.run_job(job)
+    names = run_job(job)
     return f"{obj.name}: {job.fit}, '{names[0]}' to '{names[-1]}'{_unsettled(job)}"
 
 
 def _keys(obj: bpy.types.Object, scene: bpy.types.Scene, _options: argparse.Namespace) -> str:
-    job = api.begin_pose_keys(obj, scene=scene)
-    names = api.run_job(job)
+    job = begin_pose_keys(obj, scene=scene)
+    names = run_job(job)
     return f"{obj.name}: keys {', '.join(repr(name) for name in names)}{_unsettled(job)}"
 
 
-def _unsettled(job: api.ShapesJob[Any]) -> str:
+def _unsettled(job: ShapesJob[Any]) -> str:
     return f", {job.n_unsettled} before the accuracy was reached" if job.n_unsettled else ""
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender tells the add-on: another file was loaded, the scene was evaluated, an undo has replaced all data."""
+"""What the add-on forgets after a load, an evaluation, a new frame, or an undo."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def _is_there(name: str) -> bool:
 
 
 def _forget_looks() -> None:
-    """Nothing that is remembered of the scene is to be believed."""
+    """Forgets everything read from the scene."""
     empty_groups.clear()
     owners.clear()
     mesh_size.clear()
@@ -26,13 +26,13 @@ def _forget_looks() -> None:
 
 @persistent
 def _on_load(*_: object) -> None:
-    # The sessions are live's to forget: its runs have to end first.
+    # live forgets the sessions: its runs must end first.
     _forget_looks()
 
 
 @persistent
 def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    # What only moves or deforms, as in a drag, is neither gone nor renamed: a look-up takes long in a large scene.
+    # Objects that only move or deform, as in a drag, are still there. The look-up takes long in a large scene.
     if depsgraph.id_type_updated("SCENE") or not all(
         update.is_updated_geometry or update.is_updated_transform for update in depsgraph.updates
     ):

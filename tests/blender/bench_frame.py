@@ -60,10 +60,10 @@ def watched_frames(package: str, obj, iterations: int) -> Milliseconds:
     """Frames of so many iterations, each step timed."""
     import bpy
 
-    api, watch = importlib.import_module(f"{package}.api"), Stopwatch()
+    update, watch = importlib.import_module(f"{package}.follow.update"), Stopwatch()
     obj.arap.iterations_per_update = iterations
     start = time.perf_counter()
-    session = api.prepare_session(obj)
+    session = update.prepare_session(obj)
     bind = 1e3 * (time.perf_counter() - start)
     watch.watch_session(package, session)
     outside = ("Blender evaluates the handle", "Blender evaluates the mesh")
@@ -73,7 +73,7 @@ def watched_frames(package: str, obj, iterations: int) -> Milliseconds:
         with watch.frame(outside=outside, rest="checks, the rest", total="whole frame"):
             with watch.step(outside[0]):
                 bpy.context.view_layer.update()
-            api.update_pose(obj)
+            update.update_pose(obj)
             with watch.step(outside[1]):
                 bpy.context.view_layer.update()
 
@@ -83,7 +83,7 @@ def watched_frames(package: str, obj, iterations: int) -> Milliseconds:
     repeat(frame, WARM_UP)
     watch.rows.clear()
     repeat(frame, len(drags))
-    api.end_session(obj)
+    importlib.import_module(f"{package}.core.sessions").drop(obj.name)
     solve = f"solve, {plural(iterations, 'iteration')}"
     return first | {solve if name == "solve" else name: times for name, times in watch.rows.items()}
 
@@ -92,11 +92,11 @@ def act_frames(package: str, obj) -> Milliseconds:
     """Frames as the posing act does them: within its limit of time."""
     import bpy
 
-    api = importlib.import_module(f"{package}.api")
+    update = importlib.import_module(f"{package}.follow.update")
     pose = importlib.import_module(f"{package}.pose.operators")
     pose_act = importlib.import_module(f"{package}.follow.act")
     obj.arap.property_unset("iterations_per_update")
-    api.prepare_session(obj)
+    update.prepare_session(obj)
     scene = pose.BlenderPoseScene(obj)
     act = pose_act.PoseAct(scene)
     act.begin()
@@ -119,7 +119,7 @@ def act_frames(package: str, obj) -> Milliseconds:
     repeat(frame, WARM_UP)
     rows.clear()
     repeat(frame, len(drags))
-    api.end_session(obj)
+    importlib.import_module(f"{package}.core.sessions").drop(obj.name)
     return rows
 
 

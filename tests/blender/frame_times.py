@@ -58,11 +58,10 @@ class Stopwatch:
 
     def watch_session(self, package: str, session) -> None:
         """Times what every frame does, whichever act asks for it: "solve" and so on."""
-        session._solver = NativeProxy(session._solver)
-        for module in ("scene.handle_motion", "api"):
-            self.watch(importlib.import_module(f"{package}.{module}"), "handle_matrices", "read handles")
+        session._model = NativeProxy(session._model)
+        self.watch(importlib.import_module(f"{package}.scene.handle_motion"), "motions", "read handles")
         self.watch(session._map, "targets", "map to targets")
-        self.watch(session._solver, "solve", "solve")
+        self.watch(session._model, "solve", "solve")
         self.watch(session, "_unstretch_solved", "convert")
         self.watch(importlib.import_module(f"{package}.scene.shape_keys"), "write", "write key")
 

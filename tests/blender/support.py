@@ -143,6 +143,11 @@ def key_positions(obj: bpy.types.Object, name: str = "ARAP") -> np.ndarray:
     return np.array([point.co[:] for point in obj.data.shape_keys.key_blocks[name].data])
 
 
+def unfit(obj: bpy.types.Object, **keywords) -> str:
+    """Why the live session does not fit the scene, '' if it does."""
+    return module("follow.frame").Frame(obj, bpy.context.evaluated_depsgraph_get(), **keywords).problem
+
+
 def rest_positions(obj: bpy.types.Object) -> np.ndarray:
     keys = obj.data.shape_keys
     points = keys.reference_key.data if keys else obj.data.vertices

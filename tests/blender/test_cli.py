@@ -234,7 +234,7 @@ class CliTest(SceneTest):
 
     def test_faults_of_ours_are_failures_too(self):
         self.save_scene()
-        with unittest.mock.patch.object(module("api"), "solve", side_effect=KeyError("x")):
+        with unittest.mock.patch.object(module("cli"), "solve", side_effect=KeyError("x")):
             message = "internal error, please report it: KeyError: 'x'"
             self.assert_failed(message, "pose", self.input, "-o", self.output)
 

@@ -85,6 +85,7 @@ class Ui:
         self.following: Any = importlib.import_module(f"{MODULE}.core.following")
         self.sessions: Any = importlib.import_module(f"{MODULE}.core.sessions")
         self.worker: Any = importlib.import_module(f"{MODULE}.core.worker")
+        self.handle_motion: Any = importlib.import_module(f"{MODULE}.scene.handle_motion")
         self.meshes: Any = importlib.import_module(f"{MODULE}.scene.meshes")
         self.live: Any = importlib.import_module(f"{MODULE}.live.runs")
         self.live_run: Any = importlib.import_module(f"{MODULE}.live.run")

@@ -69,7 +69,7 @@ def assert_followed(ui: Ui, name: str = "Bar") -> None:
     obj = bar(name)
     shown = scenes.shown_positions(obj)
     rest = scenes.key_positions(obj, "Basis")
-    motion = ui.api.handle_matrices(obj)[1]
+    motion = ui.handle_motion.handle_matrices(obj)[1]
     assert np.isfinite(shown).all()
     assert obj.arap.is_live, obj.arap.live_problem
     top = rest[scenes.top()] @ motion[:3, :3].T + motion[:3, 3]

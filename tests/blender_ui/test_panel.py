@@ -134,7 +134,10 @@ def test_search_finds_the_acts(ui: Ui) -> Steps:
     yield from ui.screenshot("search")
     handle().location.x = 1.0
     yield from ui.key("RET")
-    yield from ui.until(lambda: ui.api.readout(bar()) is not None, "the search has run ARAP Solve")
+    yield from ui.until(
+        lambda: ui.sessions.readout(bar().name) is not None,
+        "the search has run ARAP Solve",
+    )
 
 
 def test_first_pose_by_its_buttons(ui: Ui) -> Steps:
@@ -181,7 +184,7 @@ def test_parts_that_nothing_holds_are_shown_and_selected(ui: Ui) -> Steps:
     ui.change(bpy.context.preferences.view, "ui_scale", 0.75)  # so that all of the tab is in the picture
     yield from ui.open_tab()
     assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
-    assert ui.api.readout(obj).parts_at_rest == 1
+    assert ui.sessions.readout(obj.name).parts_at_rest == 1
     ui.region("UI").tag_redraw()
     yield from ui.screenshot("report")
     assert ui.call(bpy.ops.arap.select_unheld) == {"FINISHED"}
@@ -230,10 +233,10 @@ def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
             yield from ui.key("ESC")
             yield from ui.until_free()
         assert obj.data.shape_keys is None
-        assert ui.api.readout(obj) is None
+        assert ui.sessions.readout(obj.name) is None
     ui.call(bpy.ops.arap.solve)
     yield from ui.until_free()
-    assert ui.api.readout(obj) is not None
+    assert ui.sessions.readout(obj.name) is not None
     np.testing.assert_allclose(scenes.shown_positions(obj)[-20:, 2], 1.0, atol=1e-4)
     yield
     yield from ui.key("Z", ctrl=True)

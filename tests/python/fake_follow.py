@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 from arap_deform.core.session_data import Readout
 
 
@@ -37,3 +38,49 @@ class FakeBind:
         if self.error is not None:
             raise self.error
         self.scene.is_fit = True
+
+
+@dataclass
+class FakeFollowScene:
+    """Counts what is done with it. ``place`` is the place of its one handle."""
+
+    is_fit: bool = True
+    is_painted: bool = False
+    n_settled: int = 0
+    place: float = 0.0
+    needed_updates: int = 1
+    limit: int = 200
+    error: Exception | None = None
+    calls: list[str] = field(default_factory=list)
+    binds: list[FakeBind] = field(default_factory=list)
+
+    def has_to_wait(self) -> bool:
+        return self.is_painted
+
+    def is_bound(self) -> bool:
+        return self.is_fit
+
+    def begin_bind(self) -> FakeBind:
+        self.binds.append(FakeBind(self))
+        return self.binds[-1]
+
+    def go_on_from_shown(self) -> None:
+        self.calls.append("go on")
+
+    def matrices(self) -> np.ndarray:
+        matrix = np.eye(4)
+        matrix[0, 3] = self.place
+        return matrix[None]
+
+    def solved(self, call: str) -> Readout:
+        if self.error is not None:
+            raise self.error
+        self.calls.append(call)
+        self.needed_updates -= 1
+        return readout("max_iterations" if self.needed_updates > 0 else "converged")
+
+    def iteration_limit(self) -> int:
+        return self.limit
+
+    def settled(self) -> None:
+        self.n_settled += 1

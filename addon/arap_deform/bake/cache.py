@@ -9,7 +9,7 @@ import bpy
 
 from ..core.arrays import Float32s
 from ..core.job import run_job
-from ..core.session import Progress
+from ..core.models import Progress
 from ..scene import meshes, versions
 from .cache_file import CacheWriter, format_of
 from .frames_job import FramesJob, check_range

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import bpy
 
-from ..core import sessions
+from ..core.session_input import is_same_stretch
 from ..scene import frame_state, handle_motion, meshes
 from .shapes_job import Result, ShapesJob, depsgraph_of
 
@@ -40,7 +40,7 @@ class FramesJob(ShapesJob[Result]):
         obj = self._object()
         depsgraph = depsgraph_of(scene)
         stretch = meshes.read_stretch(obj, depsgraph)
-        if not sessions.is_same_stretch(self._session.stretch, stretch):
+        if not is_same_stretch(self._session.stretch, stretch):
             # An animated scale: what is rigid as seen is another thing in this frame.
             self._begin_bind(replace(self._inputs, stretch=stretch))
         else:

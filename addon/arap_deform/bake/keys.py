@@ -10,9 +10,9 @@ import bpy
 
 from ..core.arrays import Float32s
 from ..core.job import run_job
+from ..core.models import Progress
 from ..core.naming import NAME_BYTES
 from ..core.patches import surface_diagonal
-from ..core.session import Progress
 from ..scene import frame_state, meshes, pose_key, shape_keys
 from .fewest_keys import KeySearch
 from .frames_job import FramesJob, check_range
@@ -159,7 +159,7 @@ def begin_bake(
     check_in_scene(obj, scene)
     if fewest_keys_percent is not None and not 0.0 <= fewest_keys_percent <= 100.0:
         raise ValueError(f"fewest_keys_percent = {fewest_keys_percent}, must be between 0 and 100")
-    prefix = prefix or f"{obj.arap.key_name}_"
+    prefix = prefix or f"{pose_key.wanted_name(obj)}_"
     meshes.check_mesh(obj)
     _check_prefix(obj, prefix, frames)
     shape_keys.check_animatable(obj)
@@ -230,7 +230,7 @@ def _check_prefix(obj: bpy.types.Object, prefix: str, frames: list[int]) -> None
         raise ValueError(
             f"Prefix '{prefix}' is too long for the names of shape keys: take a shorter one ({IN_THE_TAB})"
         )
-    taken = {obj.arap.key_name}
+    taken = {pose_key.wanted_name(obj)}
     if obj.data.shape_keys is not None:
         taken.add(obj.data.shape_keys.reference_key.name)
     for name in taken:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from types import GenericAlias
 from typing import Any, Generic, TypeVar
 
@@ -14,11 +15,11 @@ from ..core.arrays import Float32s, Floats
 from ..core.job import STEP_S
 from ..core.session import Session
 from ..core.session_data import Readout, readout_of_whole
-from ..core.sessions import SessionInput
+from ..core.session_input import SessionInput
 from ..core.worker import Binding
 from ..follow import mesh
-from ..follow.update import build_session, session_input
 from ..scene import meshes
+from ..scene.inputs import read_input
 
 Result = TypeVar("Result")
 
@@ -50,9 +51,11 @@ class ShapesJob(ABC, Generic[Result]):
         self._live_positions: Float32s | None = None
         self._session: Session | None = None
         self._bind: Binding[Session] | None = None
+        self.takers: list[Callable[[Float32s], None]] = [self._take]
+        """Called with each shape that is solved, (n, 3); the array is written over by the next one."""
         self.readouts: list[Readout] = []
         """One for each shape done."""
-        self._inputs = session_input(obj, depsgraph_of(scene))
+        self._inputs = read_input(obj, depsgraph_of(scene))
         session = mesh.fitting(obj, self._inputs)
         if session is None:
             self._begin_bind(self._inputs)
@@ -140,7 +143,7 @@ class ShapesJob(ABC, Generic[Result]):
 
     @abstractmethod
     def _take(self, shape: Float32s) -> None:
-        """A shape is solved; the array is written over by the next one."""
+        """A shape of the mesh itself is solved: see ``takers``."""
 
     @abstractmethod
     def _write(self, obj: bpy.types.Object) -> Result:
@@ -162,7 +165,7 @@ class ShapesJob(ABC, Generic[Result]):
                 self._end_bind(self._bind.result())
 
     def _begin_bind(self, inputs: SessionInput) -> None:
-        self._bind = Binding(lambda progress: build_session(inputs, progress))
+        self._bind = Binding(lambda progress: sessions.build(inputs, progress))
 
     def _end_bind(self, session: Session) -> None:
         if self._session is None:
@@ -193,7 +196,8 @@ class ShapesJob(ABC, Generic[Result]):
             self._end_shape(self._session)
 
     def _end_shape(self, session: Session) -> None:
-        self._take(session.positions)
+        for take in self.takers:
+            take(session.positions)
         self.readouts.append(readout_of_whole(self._parts))
         self._parts = []
         self._matrices = None
@@ -216,9 +220,9 @@ class ShapesJob(ABC, Generic[Result]):
             raise RuntimeError(f"'{self._object_name}' is not there any more: the {self.noun} has ended")
         meshes.check_mesh(obj)
         n = len(obj.data.vertices)
-        if n != self._inputs.signature.counts[0]:
+        if n != self._inputs.counts[0]:
             raise RuntimeError(
-                f"The mesh of '{obj.name}' has changed ({self._inputs.signature.counts[0]} vertices, now {n}): "
+                f"The mesh of '{obj.name}' has changed ({self._inputs.counts[0]} vertices, now {n}): "
                 f"the {self.noun} has ended"
             )
         return obj

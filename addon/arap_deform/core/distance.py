@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Distances along a surface, and weights that fade with them. No bpy."""
+"""Distances along a surface, and weights that fade with them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .arrays import Floats, Ints
 
-SETTLED = 1e-5  # a vertex that comes nearer by less, as a fraction of the radius, tells nobody
+SETTLED = 1e-5  # a change of distance below this fraction of the radius is not passed on
 
 
 def distances_within(
@@ -19,8 +19,8 @@ def distances_within(
     """(n,) distance of each vertex from the nearest of ``sources``, along the faces; infinite beyond ``radius``.
 
     The distance at a corner of a triangle is the least over the points of the opposite side: the distance there,
-    linear between its ends, and straight on to the corner (Hopf-Lax). So it is not bound to the edges: on a plane it
-    is straight up to how the faces are cut.
+    linear between its ends, plus the straight way to the corner (Hopf-Lax). So a way is not bound to the edges. On a
+    plane it is straight, but for how the faces are cut.
 
     Args:
         points: (n, 3).
@@ -37,7 +37,7 @@ def distances_within(
     band = float(steps.side.mean()) if len(steps.side) else 0.0
     has_changed = np.isfinite(distances)
     while has_changed.any():
-        # The nearest first, so that few have to tell others more than once.
+        # The nearest first, so that few vertices are passed on more than once.
         changed = np.flatnonzero(has_changed)
         changed = changed[distances[changed] <= distances[changed].min() + band]
         has_changed[changed] = False
@@ -66,8 +66,8 @@ class _Steps:
     Attributes:
         first, second, target: (m,) vertices: the ends of the side, and the corner.
         side: (m,) length of the side.
-        along, across: (m,) where the corner is: along the side from its first end, and off it.
-        rows, offsets: (2 m,) the ways from each vertex, and (n + 1,) where those of a vertex begin.
+        along, across: (m,) place of the corner: along the side from its first end, and off it.
+        rows, offsets: (2 m,) the ways from each vertex, and (n + 1,) the first of each vertex.
     """
 
     first: Ints
@@ -81,7 +81,7 @@ class _Steps:
 
     @classmethod
     def over(cls, triangles: Ints, points: Floats) -> _Steps:
-        """Args: (t, 3) triangles; those with a side of no length lead nowhere."""
+        """Args: (t, 3) triangles; a triangle with a side of no length is left out."""
         ways = np.concatenate([triangles, triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]])
         ways = ways[np.argsort(ways[:, 2], kind="stable")]
         start, to_end = points[ways[:, 0]], points[ways[:, 1]] - points[ways[:, 0]]
@@ -108,7 +108,7 @@ class _Steps:
         is_known = np.isfinite(at_first) & np.isfinite(at_second)
         slope = np.zeros(len(rows))
         slope[is_known] = (at_second[is_known] - at_first[is_known]) / side[is_known]
-        # Where the way to the corner leaves the side: its angle with the side has the cosine slope.
+        # The place at which the way to the corner leaves the side: its angle with the side has the cosine slope.
         is_inside = is_known & (np.abs(slope) < 1.0)
         crossing = np.where(is_inside, along - across * slope / np.sqrt(np.where(is_inside, 1.0 - slope**2, 1.0)), -1.0)
         is_inside &= (crossing > 0.0) & (crossing < side)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a mesh is kept to its handles: bind, follow, refine until settled. No bpy: Blender comes through FollowScene.
+"""How a mesh is kept to its handles: bind, follow, refine until settled. FollowScene stands for Blender.
 
-The posing act and Live share it; what begins and ends them is theirs.
+The posing act, Pull and Live share it. Each of them decides when it begins and ends.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from .session_data import Readout
 
-# What an update may take while a handle moves: with all else of a frame about sixty frames a second. The solve gets
-# what checks and writing the key, which is slow before Blender 4.1, leave of it. It does one iteration at least, so
-# that a mesh too heavy for that still follows.
+# An update may take this long while a handle moves: with the rest of a frame that gives about sixty frames a second.
+# The solve gets what the checks and writing the key (slow before Blender 4.1) leave of it. It does at least one
+# iteration, so a mesh that is too heavy for that still follows.
 FOLLOW_TIME_LIMIT_S = 0.014
 LEAST_TIME_LIMIT_S = 1e-4
 # A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
@@ -32,24 +32,24 @@ class Bind(Protocol):
     @property
     def is_done(self) -> bool: ...
     def start(self) -> None:
-        """Does nothing where it has started."""
+        """Does nothing if it has started."""
 
     def drop(self) -> None: ...
     def adopt(self) -> None:
-        """Makes the result the live session; raises what the bind raised. Only when done."""
+        """Makes the result the live session. Raises what the bind raised. Only if it is done."""
 
 
 class FollowScene(Protocol):
     """What following needs of Blender, for one object."""
 
     def has_to_wait(self) -> bool:
-        """True while somebody is painting weights: what they will be is known once the stroke has ended."""
+        """True while weights are painted: they are known when the stroke has ended."""
 
     def is_bound(self) -> bool:
-        """True while the live session fits the mesh, groups and settings."""
+        """Looks at the scene: True while the live session fits mesh, groups and settings. Every step begins with it."""
 
     def begin_bind(self) -> Bind:
-        """Reads the scene for a bind in a worker thread. Raises ValueError where the scene cannot be posed."""
+        """Reads the scene for a bind in a worker thread. Raises ValueError if the scene cannot be posed."""
 
     def go_on_from_shown(self) -> None:
         """Starts the live session from the pose that the key shows now."""
@@ -58,19 +58,19 @@ class FollowScene(Protocol):
         """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
 
     def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
-        """Solves for handles that have moved so, and writes the key: at most so many iterations, None: the setting.
+        """Solves for these motions of the handles and writes the key. Only if is_bound() was true in this step.
 
-        Only where is_bound() was true just now.
+        ``iterations`` is a limit; None: that of the settings.
         """
 
     def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
-        """As update(), from the defined start and to convergence; None: however long that takes."""
+        """As update(), but from rest and to convergence. No time limit: however long that takes."""
 
     def iteration_limit(self) -> int:
-        """Iterations at most for one place of the handles."""
+        """The most iterations for one place of the handles."""
 
     def settled(self) -> None:
-        """Nothing will be written from here on until something changes."""
+        """The mesh has settled: nothing is written until something changes."""
 
 
 class Follower:
@@ -96,14 +96,14 @@ class Follower:
         return self._bind.fraction if self._bind is not None else 1.0
 
     def begin(self) -> None:
-        """Binds where that is needed, else goes on from the pose shown."""
+        """Binds if the session does not fit, else goes on from the pose shown."""
         if self._scene.is_bound():
             self._scene.go_on_from_shown()
         else:
             self._bind = self._scene.begin_bind()
 
     def prepare(self) -> bool:
-        """A step of binding, for a timer; True where there is none to do."""
+        """A step of binding, for a timer. True if there is nothing to bind."""
         if self._bind is None and self._scene.has_to_wait():
             return False
         if self._bind is None and self._scene.is_bound():
@@ -123,9 +123,9 @@ class Follower:
         return self._bind is None and not self._scene.has_to_wait() and self._scene.is_bound()
 
     def follow(self, time_limit_s: float | None, *, is_from_rest: bool = False) -> bool:
-        """Follows the handles where they have moved; False where they have not, and nothing is done.
+        """Follows the handles if they have moved. False if they have not; then nothing is done.
 
-        ``time_limit_s``: of the whole update, as far as the last one tells how much of it is not the solve.
+        ``time_limit_s`` is for the whole update. The last update tells how much of it is not the solve.
         """
         matrices = self._scene.matrices()
         self.has_followed = True
@@ -144,17 +144,17 @@ class Follower:
         return True
 
     def refine(self, time_limit_s: float) -> None:
-        """Goes on at the place that was followed last, where that changes anything."""
+        """Goes on iterating at the place that was followed last, unless the mesh has settled there."""
         if not self.is_settled and self._matrices is not None:
             left = self._scene.iteration_limit() - self._iterations_here
             self._take(self._scene.update(self._matrices, max(1, left), time_limit_s))
 
     def forget_place(self) -> None:
-        """The next step follows the handles anew, wherever they are."""
+        """The next step follows the handles even if they have not moved."""
         self._matrices = None
 
     def go_on_from_shown(self) -> None:
-        """Takes the pose that the key shows now, and follows anew."""
+        """Goes on from the pose that the key shows now. The next step follows the handles."""
         self.forget_place()
         if self._bind is None:
             self._scene.go_on_from_shown()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is joined to what: the sides of faces, connected pieces. No bpy."""
+"""Sides of faces, and connected pieces."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def connected_labels(n: int, first: Ints, second: Ints) -> NDArray[np.int64]:
         if not differ.any():
             return labels
         first, second = first[differ], second[differ]
-        # Roots hang themselves on a lower one, whichever is written last; then everybody looks up his root.
+        # Each root is hung on a lower one, whichever is written last. Then every vertex looks up its root.
         labels[np.maximum(one, other)[differ]] = np.minimum(one, other)[differ]
         above = labels[labels]
         while not np.array_equal(above, labels):

@@ -1,22 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work that is done in steps, so that an operator can show progress and take Esc in between. No bpy."""
+"""Work in steps, so that an operator can show progress and take Esc between them."""
 
 from __future__ import annotations
 
 from typing import Protocol, TypeVar
 
-from .session import Cancelled, Progress
+from .models import Progress
+from .session import Cancelled
 
-STEP_S = 0.1  # of a step where nobody says how long it may take
+STEP_S = 0.1  # default length of a step
 
 Result_co = TypeVar("Result_co", covariant=True)
 
 
 class Job(Protocol[Result_co]):
-    """Where step() or finish() raises, cancel() brings everything back."""
+    """If step() or finish() raises, call cancel(): it brings everything back."""
 
     noun: str
-    """For messages: what has ended."""
+    """For messages, for example 'bake'."""
 
     @property
     def object_name(self) -> str:
@@ -28,10 +29,10 @@ class Job(Protocol[Result_co]):
 
     @property
     def status(self) -> str:
-        """What is being done, translated."""
+        """What is being done, for the status bar."""
 
     def step(self, time_limit_s: float = STEP_S) -> bool:
-        """Works for about so long; True while there is more to do."""
+        """Works for about ``time_limit_s``. True while there is more to do."""
 
     def finish(self) -> Result_co:
         """Writes the result, once step() has returned False."""

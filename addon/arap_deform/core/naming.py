@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names that nobody has yet, numbered as Blender numbers them. No bpy."""
+"""Names that are still free, numbered as Blender numbers them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ BASE_BYTES = 57  # of these, before .001 or .00001
 
 
 def unique(name: str, taken: Container[str]) -> str:
-    """``name``, numbered where it is taken."""
+    """``name``, numbered if it is taken."""
     return numbered(name, taken) if name in taken else name
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Loads arap_native, and says exactly why where it cannot. No bpy.
+"""Loads arap_native, or says exactly why it cannot.
 
 An extension's wheel is installed by Blender, so a plain import finds it. The legacy zip carries the module inside
 the package, one folder for each Python; it is loaded from there by its path, and sys.path stays as it is.
@@ -34,7 +34,7 @@ def load() -> ModuleType:
 
 
 def problem() -> str:
-    """Why the native module cannot be used, one sentence that says what to do; '' where it can."""
+    """Why the native module cannot be used, one sentence that says what to do; '' if it can."""
     global _module, _problem  # noqa: PLW0603 - loaded once, at first use
     if _problem is None:
         try:

@@ -1,33 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Point handles: which handles are too small to hold vertices, and how far their patches may reach. No bpy.
+"""Point handles: which handles are too small to hold vertices, and how far their patches may reach.
 
-A handle smaller than the rigidity radius pulls a spike out of a dense mesh where it holds its vertices. So it holds the
-weighted average of a round patch about them, and the mesh rises in a smooth hill, the same one at every density.
+A handle that is smaller than the rigidity radius would pull a spike out of a dense mesh if it held its vertices. So it
+holds the weighted average of a round patch around them. The mesh then rises in a smooth hill, alike at every density.
 
-"Seen" is solver space: object space times the stretch.
+"Seen" means solver space: object space times the stretch.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Floats, Ints
+from .models import Model, ModelInput, make
+from .session_data import SessionMesh, SessionSettings
 from .targets import HandleSpec, Patch
-
-if TYPE_CHECKING:
-    import arap_native
 
 PATCH_REACH = 1.5  # how far a patch reaches beyond the handle's vertices, in rigidity radii
 
 
 @dataclass(frozen=True)
 class Ball:
-    """About a handle's vertices, as seen."""
+    """A ball around a handle's vertices, as seen."""
 
     centre: Floats
     radius: float
@@ -43,16 +42,16 @@ def reaches_of_points(
 ) -> dict[int, float]:
     """How far the patch of each point handle reaches beyond its vertices, as seen, by index of the handle.
 
-    A point is a hard handle that is not exact and whose vertices lie within ``radius`` of their centre. Its patch ends
-    before what another handle or pin holds hard, so that no two of them want different things of the same vertices; a
-    handle that has another one's vertices within it is no point.
+    A point handle is hard, is not exact, and has its vertices within ``radius`` of their centre. Its patch ends before
+    the vertices that another handle or pin holds hard, so no vertex is pulled to two places. A handle with vertices of
+    another one inside it is no point handle.
 
     Args:
         specs: all handles and pins.
         rest_positions: (n, 3) object space.
         stretch: (3, 3).
         radius: the rigidity radius as seen.
-        faceless: vertices in no face: nothing lies around them.
+        faceless: vertices in no face.
     """
     seen = [rest_positions[spec.vertices] @ stretch.T for spec in specs]
     hard = [points[spec.weights >= 1.0] for spec, points in zip(specs, seen, strict=True)]
@@ -88,7 +87,7 @@ class Neighbourhood:
 
 
 def neighbourhood(seen: Floats, corner_vertices: Ints, face_sizes: Ints, vertices: Ints, reach: float) -> Neighbourhood:
-    """All faces that have a vertex within ``reach`` of ``vertices``: what a patch of that reach depends on.
+    """All faces with a vertex within ``reach`` of ``vertices``. A patch of that reach depends on no others.
 
     Args:
         seen: (n, 3) positions of the whole mesh.
@@ -102,16 +101,16 @@ def neighbourhood(seen: Floats, corner_vertices: Ints, face_sizes: Ints, vertice
     return Neighbourhood(inside, local.astype(np.int32), face_sizes[is_face_near].astype(np.int32))
 
 
-def patch_around(solver: arap_native.SurfaceArap, vertices: Ints, reach: float, unstretch: Floats) -> Patch | None:
-    """The patch of a point handle, None where no other vertex is within ``reach``: the handle's own are as good.
+def patch_around(model: Model, vertices: Ints, reach: float, unstretch: Floats) -> Patch | None:
+    """The patch of a point handle, None if no other vertex is within ``reach``.
 
     Args:
-        solver: of the mesh as seen.
+        model: of the mesh, in solver space.
         vertices: (k,) of the handle, each in a face.
         reach: a fraction of the diagonal.
         unstretch: (3, 3), from what is seen to object space.
     """
-    found, weights, centre = solver.patch_around(np.ascontiguousarray(vertices, dtype=np.int32), reach)
+    found, weights, centre = model.patch_around(np.ascontiguousarray(vertices, dtype=np.int32), reach)
     return Patch(found, weights, unstretch @ centre) if len(found) > len(vertices) else None
 
 
@@ -136,11 +135,9 @@ def local_patch(
     vertices: Ints,
     reach: float,
     stretch: Floats,
-    *,
-    weights: str,
-    join_seams: bool,
+    settings: SessionSettings,
 ) -> Patch | None:
-    """As patch_around(), without a solver of the whole mesh.
+    """As patch_around(), without a model of the whole mesh.
 
     Args:
         native: the module arap_native.
@@ -149,12 +146,12 @@ def local_patch(
         vertices: (k,) of the handle, each in a face.
         reach: as seen.
         stretch: (3, 3).
-        weights, join_seams: as the whole mesh is bound.
+        settings: as the whole mesh is bound.
     """
-    seen = np.ascontiguousarray(rest_positions[part.vertices] @ stretch.T)
-    options = native.Options(energy="spokes_and_rims", weights=weights, join_seams=join_seams, threads=1)
-    solver = native.SurfaceArap(seen, part.corner_vertices, part.face_sizes, options)
+    seen = SessionMesh(rest_positions[part.vertices] @ stretch.T, part.corner_vertices, part.face_sizes)
+    # The patch is the same with every energy, and this one is bound the fastest.
+    model = make(native, ModelInput(seen, replace(settings, energy="spokes_and_rims", threads=1)))
     local = np.searchsorted(part.vertices, vertices).astype(np.int32)
     unstretch = np.asarray(np.linalg.inv(stretch), dtype=np.float64)
-    patch = patch_around(solver, local, reach / diagonal_of(seen), unstretch)
+    patch = patch_around(model, local, reach / diagonal_of(seen.rest_positions), unstretch)
     return None if patch is None else replace(patch, vertices=part.vertices[patch.vertices].astype(np.int32))

@@ -1,30 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handles, matrices, solver: what a handle's matrix means for vertices. No bpy.
+"""One bound mesh: handles' matrices in, positions out.
 
-Everything outside is object space. The solver works in object space times the stretch, where rigid means rigid as
-seen; only its own unit is visible outside: energies are in the square of world units.
+Callers work in object space. The model works in solver space, object space times the stretch: there rigid means rigid
+as seen. Only energies show it: they are in the square of world units.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from . import models
 from .arrays import Floats, Ints
+from .models import Progress
 from .patches import patch_around, reaches_of_points, surface_diagonal
 from .session_data import Readout, SessionMesh, SessionSettings
 from .targets import HandleMap, HandleSpec, Patch, check_specs
 from .transforms import map_points
-
-if TYPE_CHECKING:
-    import arap_native
-
-Progress = Callable[[float], "bool | None"]
 
 
 class Cancelled(RuntimeError):
@@ -49,7 +46,7 @@ class Session:
         Args:
             native: the module arap_native.
             mesh: at rest.
-            stretch: (3, 3) symmetric factor of the polar decomposition of matrix_world; see rigid_fit.stretch_of().
+            stretch: (3, 3) symmetric factor of the polar decomposition of matrix_world; see transforms.stretch_of().
             settings: see SessionSettings.
             stiffness: (n,) > 0, or None.
             rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
@@ -73,26 +70,11 @@ class Session:
         self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
         self._factor_ms = 0.0
 
-        options = native.Options(
-            energy=settings.energy,
-            rigidity_radius=settings.rigidity_radius,
-            weights=settings.weights,
-            threads=settings.threads,
-            join_seams=settings.join_seams,
-        )
-        seen = self._to_solver(self._rest)
-        self._diagonal = surface_diagonal(seen, mesh.corner_vertices)
+        seen = replace(mesh, rest_positions=self._to_solver(self._rest))
+        self._diagonal = surface_diagonal(seen.rest_positions, mesh.corner_vertices)
         start = time.perf_counter()
         with _Cancellation(native, "Binding"):
-            self._solver: arap_native.SurfaceArap = native.SurfaceArap(
-                seen,
-                np.ascontiguousarray(mesh.corner_vertices, dtype=np.int32),
-                np.ascontiguousarray(mesh.face_sizes, dtype=np.int32),
-                options,
-                stiffness=stiffness,
-                rigid_regions=rigid_regions,
-                progress=progress,
-            )
+            self._model = models.make(native, models.ModelInput(seen, settings, stiffness, rigid_regions), progress)
         self._bind_ms = _ms_since(start)
 
     @property
@@ -110,7 +92,7 @@ class Session:
 
     @settings.setter
     def settings(self, settings: SessionSettings) -> None:
-        if settings.of_bind != self._settings.of_bind:
+        if settings != self._settings and settings.of_bind != self._settings.of_bind:
             raise ValueError("Energy, rigidity, weights, threads and seams are fixed at bind: make a new session")
         self._settings = settings
 
@@ -122,7 +104,7 @@ class Session:
     @property
     def n_factorizations(self) -> int:
         """Numeric factorizations since the bind."""
-        return self._solver.n_factorizations
+        return self._model.n_factorizations
 
     @property
     def patches(self) -> Mapping[int, Patch]:
@@ -130,11 +112,11 @@ class Session:
         return self._point_patches
 
     def set_handles(self, specs: Sequence[HandleSpec], progress: Progress | None = None) -> None:
-        """Makes ``specs`` the handles; factorizes only where vertices or strengths changed.
+        """Makes ``specs`` the handles; factorizes only if vertices or strengths have changed.
 
         Raises:
             ValueError: a vertex out of range, or nothing is held or moved. Cancelled, RuntimeError. The former
-                handles stay in each case.
+                handles then stay.
         """
         if self._map is not None and _are_same(self._specs, specs):
             if any(spec.base is not former.base for spec, former in zip(specs, self._specs, strict=True)):
@@ -147,7 +129,7 @@ class Session:
         patches = self._patches_of(specs)
         handle_map = HandleMap(specs, self._rest, self._stretch, patches)
         with _Cancellation(self._native, "Preparing the handles"):
-            self._solver.set_constraints(
+            self._model.set_constraints(
                 handle_map.vertices, handle_map.strengths, handle_map.patches, progress=progress
             )
         self._factor_ms = _ms_since(start)
@@ -164,11 +146,11 @@ class Session:
             self._rest,
             self._stretch,
             self._settings.rigidity_radius * self._diagonal,
-            self._solver.loose_vertices,
+            self._model.loose_vertices,
         )
         patches = {}
         for i, reach in reaches.items():
-            patch = patch_around(self._solver, specs[i].vertices, reach / self._diagonal, self._unstretch)
+            patch = patch_around(self._model, specs[i].vertices, reach / self._diagonal, self._unstretch)
             if patch is not None:
                 patches[i] = self._based(patch, specs[i])
         return patches
@@ -193,12 +175,12 @@ class Session:
         Args:
             matrices: (h, 4, 4) float64 object-space motion of each handle, in the order of set_handles():
                 (O_now^-1 M_now)(O_rest^-1 M_rest)^-1; identity for pins.
-            iterations: at most so many; None: settings.iterations_per_update, or with ``to_convergence``
+            iterations: the limit; None: settings.iterations_per_update, or with ``to_convergence``
                 settings.max_iterations.
             initial_guess: None: settings.initial_guess.
             to_convergence: see ``iterations``.
-            time_limit_s: stops before the iteration that would pass it, but after one; None: no limit.
-            sufficient_accuracy: where the settings ask for more, this much is enough.
+            time_limit_s: stops before the iteration that would pass it, but not before the first; None: no limit.
+            sufficient_accuracy: enough even if the settings ask for more.
             progress: may stop the update by returning False; the mesh is then where it was.
 
         Raises:
@@ -218,7 +200,7 @@ class Session:
         if time_limit_s is not None:
             options["time_limit_s"] = time_limit_s
         start = time.perf_counter()
-        result = self._solver.solve(
+        result = self._model.solve(
             self._map.targets(matrices),
             self._native.SolveOptions(**options),
             rotations=self._map.rotations(matrices) if guess == "handle_rotations" else None,
@@ -251,12 +233,12 @@ class Session:
         """
         if positions.shape != self._rest.shape:
             raise ValueError(f"positions have shape {positions.shape}, expected {self._rest.shape}")
-        self._solver.set_positions(self._to_solver(np.ascontiguousarray(positions, dtype=np.float64)))
+        self._model.set_positions(self._to_solver(np.ascontiguousarray(positions, dtype=np.float64)))
         self._positions[...] = positions
 
     def reset(self) -> None:
         """Back to rest; the handles stay."""
-        self._solver.reset()
+        self._model.reset()
         self._positions[...] = self._rest
 
     def _to_solver(self, positions: Floats) -> Floats:
@@ -268,7 +250,7 @@ class Session:
 
 
 class _Cancellation:
-    """Turns the native module's Cancelled into ours."""
+    """Turns Cancelled of the native module into the add-on's."""
 
     def __init__(self, native: Any, act: str) -> None:
         self._native_cancelled = native.Cancelled

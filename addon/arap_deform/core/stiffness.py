@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How stiff each vertex is, and which ones move as one body, from the entries of the list Stiffness. No bpy."""
+"""How stiff each vertex is, and which vertices move as one body, from the entries of the list Stiffness."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .graph import connected_labels, face_edges
 if TYPE_CHECKING:
     from .session_data import SessionMesh
 
-RIGID_WEIGHT = 0.5  # from here on a vertex belongs to a rigid body
+RIGID_WEIGHT = 0.5  # a vertex with this weight or more belongs to a rigid body
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class StiffGroup:
         group: the vertex group.
         factor: stiffness at weight 1, normal is 1.
         is_rigid: the group moves as a body; ``factor`` does not count.
-        is_one_body: all of it is one body, joined or not; else each connected piece is one.
+        is_one_body: the whole group is one body, joined or not; else each connected piece is one.
     """
 
     group: str
@@ -36,10 +36,10 @@ class StiffGroup:
 
 
 def stiffness_of(entries: Sequence[StiffGroup], weights: Mapping[str, Floats]) -> Floats | None:
-    """(n,) stiffness of each vertex, None where no entry sets any.
+    """(n,) stiffness of each vertex, None if no entry sets any.
 
-    It is factor^weight, so that each step of weight multiplies, which looks even. In several entries a vertex takes the
-    largest: painted over each other twice they are no stiffer than the stiffest.
+    It is factor^weight, so each step of weight multiplies, which looks even. A vertex in several entries takes the
+    largest.
 
     Args:
         entries: of the list.
@@ -50,10 +50,10 @@ def stiffness_of(entries: Sequence[StiffGroup], weights: Mapping[str, Floats]) -
 
 
 def regions_of(entries: Sequence[StiffGroup], weights: Mapping[str, Floats], mesh: SessionMesh) -> Ints | None:
-    """(n,) int32 rigid region of each vertex, -1 for none; None where no entry is rigid.
+    """(n,) int32 rigid region of each vertex, -1 for none; None if no entry is rigid.
 
-    Each connected piece of an entry is a region of its own, or the whole entry where it is one body. Entries that lie
-    side by side stay two bodies, with a hinge between them; entries that share a vertex are one.
+    Each connected piece of an entry is a region of its own, or the whole entry if it is one body. Entries that lie
+    side by side stay two bodies with a hinge between them. Entries that share a vertex are one body.
 
     Args:
         entries: of the list.

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the matrices of handles to the targets of vertices. No bpy.
+"""From the matrices of handles to the targets of vertices.
 
 Solver space is object space times the stretch: X = S x. A handle's motion T acts in object space, so a vertex's
-target is S T x = A x + b. Everything that does not depend on T is computed once per set of handles.
+target is S T x = A x + b. What does not depend on T is computed once for a set of handles.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ class HandleSpec:
         name: for messages.
         vertices: (k,) int32.
         weights: (k,) float64; 1 is hard, between 0 and 1 soft, 0 free.
-        is_exact: holds its vertices, however few; else it may be a point: see point_handles.
-        base: (n, 3) where the whole mesh stands while the handle has not moved; None: at rest.
+        is_exact: holds its vertices, however few. Else it may be a point handle, see patches.
+        base: (n, 3) the whole mesh while the handle has not moved; None: at rest.
     """
 
     name: str
@@ -38,7 +38,7 @@ class HandleSpec:
     base: NDArray[np.floating] | None = None
 
     def is_same_as(self, other: HandleSpec) -> bool:
-        """Whether both hold the same, wherever."""
+        """Whether both hold the same vertices in the same way, from whatever place."""
         return (
             self.is_exact == other.is_exact
             and np.array_equal(self.vertices, other.vertices)
@@ -48,12 +48,12 @@ class HandleSpec:
 
 @dataclass(frozen=True)
 class Patch:
-    """What a handle holds that is a point: the weighted average of a piece of the surface.
+    """What a point handle holds: the weighted average of a piece of the surface.
 
     Attributes:
         vertices: (m,) int32.
         weights: (m,) float64, of sum 1.
-        centre: (3,) float64 the average while the handle has not moved, object space.
+        centre: (3,) float64 that average while the handle has not moved, object space.
     """
 
     vertices: Ints
@@ -65,7 +65,7 @@ NO_PATCHES: Mapping[int, Patch] = MappingProxyType({})
 
 
 def check_specs(specs: Sequence[HandleSpec], n_vertices: int) -> None:
-    """Raises ValueError where a handle's vertices are out of range, or not as many as its weights."""
+    """Raises ValueError if a handle's vertices are out of range, or not as many as its weights."""
     for spec in specs:
         vertices, weights = np.asarray(spec.vertices), np.asarray(spec.weights)
         if vertices.shape != weights.shape or vertices.ndim != 1:
@@ -80,7 +80,7 @@ def check_specs(specs: Sequence[HandleSpec], n_vertices: int) -> None:
 class HandleMap:
     """Rows of targets for a set of handles.
 
-    First the vertices of one handle each, by handle, then the shared ones, then the patches.
+    First the vertices of a single handle, ordered by handle, then the shared ones, then the patches.
 
     Attributes:
         vertices: (k,) int32 constrained vertices, each once.
@@ -101,7 +101,7 @@ class HandleMap:
             specs: the handles, in the order of the matrices that targets() takes.
             rest_positions: (n, 3) float64, object space.
             stretch: (3, 3) float64, symmetric.
-            patches: by index of the handle, for those that hold a patch in place of their vertices.
+            patches: by index of the handle, for the point handles.
 
         Raises:
             ValueError: a vertex out of range, or no weight above 0 anywhere.
@@ -151,7 +151,7 @@ class HandleMap:
             )
 
     def _entries(self, patches: Mapping[int, Patch]) -> tuple[NDArray[np.intp], Ints, Floats]:
-        """Handle, vertex and weight of every weight above 0, ordered by handle; without those that hold a patch."""
+        """Handle, vertex and weight of every weight above 0, ordered by handle; without point handles."""
         nothing = np.empty(0, np.intp), np.empty(0, np.int32), np.empty(0)
         parts: list[tuple[NDArray[np.intp], Ints, Floats]] = [nothing]
         for i, spec in enumerate(self._specs):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work in a thread of its own that tells how far it is and can be dropped. No bpy."""
+"""Work in a thread of its own. It tells how far it is, and it can be dropped."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from types import GenericAlias
 from typing import Any, Generic, TypeVar
 
-from .session import Progress
+from .models import Progress
 
 Result = TypeVar("Result")
 
@@ -21,9 +21,9 @@ def is_any_running() -> bool:
 
 
 def wait_for_binds() -> None:
-    """Waits until no work is under way, in the main thread, before it calls an operator under a context override.
+    """Waits until no work is under way. Call it in the main thread before an operator under a context override.
 
-    See Binding for what happens otherwise. What was dropped ends soon; a bind of a million vertices takes seconds.
+    Binding says why. Dropped work ends soon; a bind of a million vertices takes seconds.
     """
     for thread in _threads():
         thread.join()
@@ -38,14 +38,15 @@ class Binding(Generic[Result]):
 
     ``work`` must not touch Blender's data: only the main thread may.
 
-    Start it from a timer or from a function that then waits for it, never in an operator that returns while it runs:
-    with Python before 3.12 Blender crashes where an operator that a script has called under a context override looks
-    at its context while another thread holds Python's lock. It takes that thread's lock for its own. Whoever overrides
-    the context calls wait_for_binds() before.
+    Start it from a timer, or from a function that then waits for it, never in an operator that returns while it runs.
+    With Python before 3.12 Blender crashes if a script calls an operator under a context override and that operator
+    looks at its context while another thread holds Python's lock: it takes that lock for its own. So call
+    wait_for_binds() before you override the context.
     """
 
-    # typing never forgets a class that was subscripted, nor what its module holds, the module bpy for one. Where bpy is
-    # a module of Python, Blender ends when that one goes: else Python ends it in the middle of its work, and it hangs.
+    # The module typing never forgets a class that was subscripted, and so keeps its module and bpy alive. If bpy is a
+    # module of Python, Blender ends when bpy is freed. If it is never freed, Python ends Blender in the middle of its
+    # work, and it hangs.
     __class_getitem__: Any = classmethod(GenericAlias)
 
     def __init__(self, work: Callable[[Progress], Result]) -> None:
@@ -55,12 +56,12 @@ class Binding(Generic[Result]):
         self._result: Result | None = None
         self._error: BaseException | None = None
         # No daemon: Python would kill it inside the native code when Blender quits, and that aborts. Quitting ends the
-        # act first, which drops the work, so there is little to wait for.
+        # act before, and that drops the work, so there is little to wait for.
         self._thread = threading.Thread(target=self._run, name=THREAD_NAME, daemon=False)
         self._has_started = False
 
     def start(self) -> None:
-        """Begins the work; again, or once it is dropped, it does nothing."""
+        """Begins the work. Does nothing if it has begun or was dropped."""
         if not self._has_started and not self._is_dropped:
             self._has_started = True
             self._thread.start()
@@ -79,11 +80,11 @@ class Binding(Generic[Result]):
         return self._has_started and not self._thread.is_alive()
 
     def drop(self) -> None:
-        """Asks the work to stop and does not wait for it; its result is thrown away."""
+        """Asks the work to stop and does not wait for it. Its result is thrown away."""
         self._is_dropped = True
 
     def wait(self, timeout_s: float | None = None) -> None:
-        """Waits until it is done, or for so long; only once it has started."""
+        """Waits until it is done, or for that long. Only after start()."""
         self._thread.join(timeout_s)
 
     def result(self) -> Result:

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The posing act as a state machine. No bpy: what it needs of Blender comes through PoseScene, tests fake it.
+"""The posing act as a state machine. PoseScene stands for Blender; tests fake it.
 
     BINDING --bound--> FOLLOWING --end--> ENDED
        ^                   |
        +----out of date----+
 
-However the act ends, ``end`` says how and why, once; after that nothing in here touches the scene any more.
+``end`` says how and why the act has ended. After that nothing here touches the scene.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Protocol
 from ..core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene
 from ..core.session_data import Readout
 
-# What is kept is settled, where that takes no longer than somebody waits for Enter.
+# Keep settles the pose first, but not for longer than an artist waits for Enter.
 KEEP_TIME_LIMIT_S = 2.0
 
 
@@ -32,12 +32,12 @@ class Phase(Enum):
 class Ending(Enum):
     KEEP = auto()  # the pose stays
     RESTORE = auto()  # key, slider and handles as they were before the act
-    LEAVE = auto()  # the scene is left as it is: what the act posed has gone or changed
+    LEAVE = auto()  # the scene stays as it is: the posed mesh has gone or changed
 
 
 @dataclass(frozen=True)
 class End:
-    """How an act ended. ``message`` is for the user, '' where there is nothing to say."""
+    """How an act ended. ``message`` is for the user, '' if there is nothing to say."""
 
     how: Ending
     message: str = ""
@@ -54,13 +54,13 @@ class PoseScene(FollowScene, Protocol):
 class PoseAct:
     """One posing act of one object, from begin() until ``end`` is set.
 
-    tick() is called by a timer, scene_changed() after each evaluation of the scene, undone() after an undo or redo;
-    cancel(), leave() and fail() end the act, keep() does so now or in a later tick(). None of them raises. A ValueError
-    of the scene once there is a pose leaves it as it is; any other exception restores everything.
+    A timer calls tick(). scene_changed() is called after each evaluation of the scene, undone() after an undo or redo.
+    cancel(), leave() and fail() end the act; keep() ends it now or in a later tick(). None of them raises. If the scene
+    raises ValueError once there is a pose, the pose stays; any other exception restores everything.
     """
 
     def __init__(self, scene: PoseScene, *, is_drag: bool = False) -> None:
-        """Prepares it; ``is_drag``: it lasts for one drag, so panels have nothing to offer meanwhile."""
+        """Prepares it. ``is_drag``: it lasts for one drag, so panels offer nothing meanwhile."""
         self._scene = scene
         self.is_drag = is_drag
         self._follower = Follower(scene)
@@ -70,7 +70,7 @@ class PoseAct:
 
     @property
     def doing(self) -> str:
-        """For Live, which waits, and for those who ask in vain."""
+        """What Live waits for, and what a refused call says."""
         return "it is pulled" if self.is_drag else "it is posed"
 
     @property
@@ -81,7 +81,7 @@ class PoseAct:
 
     @property
     def is_keeping(self) -> bool:
-        """Whether it ends by itself as soon as the mesh has followed."""
+        """Whether keep() was called and the act ends when the mesh has followed."""
         return self._is_keeping and self.end is None
 
     @property
@@ -97,31 +97,31 @@ class PoseAct:
         return self._follower.is_settled
 
     def begin(self) -> None:
-        """Binds where that is needed. Raises ValueError where the scene cannot be posed: then no act has begun."""
+        """Binds if the session does not fit. Raises ValueError if the scene cannot be posed: then no act has begun."""
         self._follower.begin()
 
     def tick(self, refine_time_s: float = REFINE_TIME_LIMIT_S) -> None:
-        """Goes on binding, or follows and refines; nothing where all is settled."""
+        """A step of binding, following or refining. Nothing if the mesh has settled."""
         self._guarded(lambda: self._tick(refine_time_s))
 
     def scene_changed(self) -> None:
-        """Follows the handles where they moved."""
+        """Follows the handles if they have moved."""
         if not self._follower.is_binding:
             self._guarded(self._follow_if_ready)
 
     def unsettle(self) -> None:
-        """The scene wants something else from here on, even where no step has looked yet."""
+        """The scene wants another pose, even if no step has seen that yet."""
         self._follower.is_settled = False
 
     def undone(self) -> None:
-        """Goes on from what undo or redo has brought; the next step follows the handles anew."""
+        """Goes on from the pose that undo or redo has brought. The next step follows the handles."""
         self._guarded(self._follower.go_on_from_shown)
 
     def keep(self, *, is_settling: bool = True) -> None:
-        """Ends the act with the pose, settled first; where there is none yet, everything is restored.
+        """Settles the pose and ends the act with it. If there is no pose yet, everything is restored.
 
-        A mesh that has to be bound again first, as after a stroke of weights, is waited for: a later tick() ends it.
-        Asked again, it does not wait.
+        If the mesh must be bound again first, as after a stroke of weights, a later tick() ends the act. A second call
+        does not wait for that.
         """
         if not self._follower.has_followed:
             self.cancel()
@@ -132,7 +132,7 @@ class PoseAct:
             self._finish(End(Ending.KEEP))
 
     def end_now(self, message: str = "") -> None:
-        """Nobody will call tick() again: ends with the pose where keep() was asked for, else as cancel()."""
+        """For when tick() is called no more: ends with the pose if keep() was called, else as cancel()."""
         if self._is_keeping:
             self._finish(End(Ending.KEEP))
         else:
@@ -158,7 +158,7 @@ class PoseAct:
                 self.leave(reason)
             else:
                 step()
-        except ValueError as error:  # the scene is at fault: say so, and do not throw the artist's work away
+        except ValueError as error:  # the scene is at fault: say so and keep the artist's work
             if self._follower.has_followed:
                 self.leave(f"{error}. The pose is kept and posing has ended")
             else:
@@ -184,7 +184,7 @@ class PoseAct:
         if self._follower.is_ready():
             self._follower.follow(FOLLOW_TIME_LIMIT_S)
             self._follower.refine(KEEP_TIME_LIMIT_S)
-            # To look is to evaluate the scene, and only that may tell of a stroke that ended just now.
+            # Looking evaluates the scene, and that may tell of a stroke that has just ended.
             if self._follower.is_ready():
                 self._finish(End(Ending.KEEP))
 
@@ -196,7 +196,7 @@ class PoseAct:
 
 
 def restored(end: End, restore: Callable[[], object]) -> End:
-    """Calls ``restore``; the end, which says too why that could not be done where it could not."""
+    """Calls ``restore`` and returns the end. If restoring fails, the end also says why."""
     try:
         restore()
     except (ValueError, RuntimeError) as error:
@@ -205,7 +205,7 @@ def restored(end: End, restore: Callable[[], object]) -> End:
 
 
 def print_fault(end: End) -> None:
-    """Prints where a fault of ours comes from: the report on it needs more than a sentence."""
+    """Prints the traceback of a fault in the add-on: a report on it needs more than a sentence."""
     if end.error is not None and not isinstance(end.error, (ValueError, RuntimeError)):
         traceback.print_exception(end.error)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The FollowScene of an object in Blender: names instead of references, for undo replaces all data."""
+"""The FollowScene of an object in Blender. It keeps names, not references: undo replaces all data."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.session_data import Readout
-from ..core.sessions import SessionInput
+from ..core.session_input import SessionInput
 from ..scene import redraw, versions
-from ..scene.handle_motion import handle_matrices
+from ..scene.inputs import read_input
 from . import mesh
 from .bind import SessionBinding
-from .update import session_input
+from .frame import Frame
 
-# A stroke of a brush tags the mesh at every step. Where Blender does not say whether one is under way, it has ended
-# once there was none for this time.
+# A stroke of a brush tags the mesh at every step. Before 4.2 Blender does not tell of strokes: then a stroke has ended
+# when no tag has come for this time.
 STROKE_PAUSE_S = 0.15
-# Of updates that somebody waits for, as a fraction of the mesh's size. Nearer, the solver goes on in double precision,
-# and makes what that needs first: on a large mesh that takes seconds, and nobody sees the difference.
+# Accuracy of updates with a time limit, as a fraction of the mesh's size. For more the solver goes on in double
+# precision and prepares that first: on a large mesh that takes seconds, for a difference that cannot be seen.
 ACCURACY = 1e-4
 
 
@@ -40,20 +40,21 @@ class BlenderFollowScene:
     def __init__(self, obj: bpy.types.Object) -> None:
         self.name = obj.name
         self.depsgraph: bpy.types.Depsgraph | None = None
-        self._has_written = False  # what is evaluated next is of our own making
-        self._is_suspect = True  # somebody else may have changed the mesh
-        self._changed_at = -STROKE_PAUSE_S  # when somebody did so last
+        self._frame: Frame | None = None  # of this step, from is_bound() on
+        self._has_written = False  # the next change of the mesh is the add-on's own
+        self._is_suspect = True  # something else may have changed the mesh
+        self._changed_at = -STROKE_PAUSE_S  # when something else changed it last
 
     @property
     def obj(self) -> bpy.types.Object | None:
-        """The object, None where it is gone."""
+        """The object, None if it is gone."""
         return bpy.data.objects.get((self.name, None))
 
     @contextmanager
     def evaluated(self, depsgraph: bpy.types.Depsgraph, *, is_frame: bool) -> Iterator[None]:
-        """While a handler runs: what was evaluated, because of an update or for another frame.
+        """To be used while a handler runs, which has this depsgraph: after an update, or for another frame.
 
-        What a handler writes is evaluated without another call of a handler, in both cases.
+        In both cases Blender evaluates what the handler writes without calling handlers again.
         """
         if not is_frame:
             self._note_change(depsgraph)
@@ -64,7 +65,7 @@ class BlenderFollowScene:
             self.depsgraph = before
 
     def _note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
-        """Looks whether somebody else has changed the mesh; a modifier that moves updates the object alone."""
+        """Notes whether something else has changed the mesh. A modifier that moves updates the object alone."""
         obj = self.obj
         for update in depsgraph.updates:
             if update.is_updated_geometry and obj is not None and update.id.original == obj.data:
@@ -77,7 +78,7 @@ class BlenderFollowScene:
         if bpy.app.background or not self._is_in_weight_paint():
             return False
         if self.depsgraph is not None:
-            return self._is_suspect  # the timer looks: reading weights at every step of a stroke would make it stutter
+            return self._is_suspect  # the timer reads the weights: at every step they would make the stroke stutter
         is_painting = versions.is_painting()
         if is_painting:
             self._is_suspect = True
@@ -86,7 +87,7 @@ class BlenderFollowScene:
         return is_painting
 
     def settled(self) -> None:
-        # A stroke that began while the mesh still moved may have shown up in no update but those of our own writes.
+        # If a stroke began while the mesh still moved, its updates may have looked like the add-on's own.
         if self._is_in_weight_paint():
             self._is_suspect = True
 
@@ -96,27 +97,27 @@ class BlenderFollowScene:
 
     def is_bound(self) -> bool:
         use_nodes = None if self.depsgraph is None else False  # within a handler nothing may be added to the scene
-        depsgraph = self._depsgraph()  # first: to evaluate the scene may make the mesh suspect
-        if mesh.problem(self._obj(), depsgraph, is_thorough=self._is_suspect, use_nodes=use_nodes):
-            return False  # and suspect still, until it is bound again
+        depsgraph = self._depsgraph()  # first: evaluating the scene may make the mesh suspect
+        self._frame = Frame(self._obj(), depsgraph, is_thorough=self._is_suspect, use_nodes=use_nodes)
+        if self._frame.problem:
+            return False  # the mesh stays suspect until it is bound
         self._is_suspect = False
         return True
 
     def begin_bind(self) -> SessionBinding:
         inputs = self._read_inputs()
-        self._is_suspect = False  # all is read anew here
+        self._is_suspect = False  # everything was just read
         return SessionBinding(self._obj(), inputs)
 
     def go_on_from_shown(self) -> None:
         mesh.sync(self._obj())
 
     def matrices(self) -> NDArray[np.float64]:
-        return handle_matrices(self._obj(), self._depsgraph())
+        return self._this_frame().matrices()
 
     def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
         self._announce_write()
-        return mesh.update(
-            self._obj(),
+        return self._this_frame().solve(
             matrices,
             iterations=iterations,
             initial_guess=self.initial_guess,
@@ -126,8 +127,7 @@ class BlenderFollowScene:
 
     def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
         self._announce_write()
-        return mesh.update(
-            self._obj(),
+        return self._this_frame().solve(
             matrices,
             time_limit_s=time_limit_s,
             sufficient_accuracy=_sufficient(time_limit_s),
@@ -138,7 +138,7 @@ class BlenderFollowScene:
         return int(self._obj().arap.max_iterations)
 
     def _read_inputs(self) -> SessionInput:
-        return session_input(self._obj(), self._depsgraph())
+        return read_input(self._obj(), self._depsgraph())
 
     def _obj(self) -> bpy.types.Object:
         obj = self.obj
@@ -149,13 +149,16 @@ class BlenderFollowScene:
     def _depsgraph(self) -> bpy.types.Depsgraph:
         return self.depsgraph or bpy.context.evaluated_depsgraph_get()
 
+    def _this_frame(self) -> Frame:
+        assert self._frame is not None
+        return self._frame
+
     def _announce_write(self) -> None:
-        """The next change of the mesh is ours, and to be drawn."""
-        self._depsgraph()  # first: it evaluates the last one, which is somebody else's
+        """The next change of the mesh is the add-on's own and must be drawn. is_bound() has evaluated earlier ones."""
         self._has_written = self.depsgraph is None
         redraw.tag_meshes()
 
 
 def is_rendering() -> bool:
-    """Whether this is called for a render, whose data must not change under it: it may be in a thread of its own."""
+    """Whether a render runs, or calls this from its own thread: its data must not change."""
     return threading.current_thread() is not threading.main_thread() or bpy.app.is_job_running("RENDER")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Live of one object: the mesh follows its handles all the time. No bpy: Blender comes through LiveScene.
+"""Live of one object: the mesh follows its handles all the time. LiveScene stands for Blender.
 
-Handlers say that the scene was evaluated, a timer goes on where that was not enough. While the artist moves a handle
-and during playback each solve goes on from the one before; after a change of frame it starts from rest, so that a
-frame looks the same whichever way one comes to it.
+Handlers tell that the scene was evaluated. A timer goes on if that was not enough. While the artist moves a handle, and
+during playback, each solve goes on from the one before. After a change of frame it starts from rest: so a frame looks
+the same from whichever frame one comes.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from ..core.session_data import Readout
 
 # A mesh whose step takes longer than this lets Blender work for as long before its next one.
 HEAVY_STEP_S = 0.03
-MOST_STEPS_OF_BINDING = 6  # two binds: a mesh that does not fit after them never will
+MOST_STEPS_OF_BINDING = 6  # two binds: if the session does not fit then, it never will
 
 
 class NotNow(Exception):
-    """The mesh cannot follow until something changes, a few words; Live stays on."""
+    """The mesh cannot follow until something changes. Says why in a few words. Live stays on."""
 
 
 class When(Enum):
     """What has evaluated the scene."""
 
-    UPDATE = auto()  # somebody has changed something
+    UPDATE = auto()  # something has changed
     FRAME = auto()  # another frame, not in playback
     PLAYBACK = auto()
 
@@ -37,13 +37,13 @@ class LiveScene(FollowScene, Protocol):
     """What Live needs of Blender, for one object."""
 
     def why_paused(self) -> str:
-        """Why the mesh cannot follow for now, a few words; '' while it can."""
+        """Why the mesh cannot follow now, in a few words; '' while it can."""
 
     def look_again(self) -> None:
-        """Anything may have changed: another mode, for example."""
+        """Anything may have changed, for example the mode."""
 
     def undone(self) -> None:
-        """As look_again(), and all data has another address."""
+        """As look_again(), and all data has new addresses."""
 
     def switch_off(self, error: Exception) -> None:
         """Live cannot go on: switches it off and says why."""
@@ -57,10 +57,10 @@ class LiveRun:
         self._clock = clock
         self._follower = Follower(scene, clock)
         self._is_busy = False
-        self._is_resuming = True  # goes on from what the key shows, not from what was solved last
-        self._is_from_rest = False  # the next step starts there
+        self._is_resuming = True  # the next step begins with the pose that the key shows
+        self._is_from_rest = False  # the next step starts from rest
         self._is_behind = False  # a handler had to leave a step to the timer
-        self._is_played = False  # what is shown is of a playback
+        self._is_played = False  # the pose shown was solved during playback
         self._free_at = 0.0
         self.pause = ""
         self.is_over = False
@@ -88,7 +88,7 @@ class LiveRun:
         return not self.is_over and (bool(self.pause) or not self.is_settled)
 
     def scene_changed(self, when: When, time_limit_s: float | None = FOLLOW_TIME_LIMIT_S) -> None:
-        """Follows the handles where they have moved. None: binds if need be, and goes on until all is settled."""
+        """Follows the handles if they have moved. Without a time limit it binds if it must and solves to the end."""
         if when is When.FRAME:
             self._is_from_rest = True
         if time_limit_s is None:
@@ -97,11 +97,11 @@ class LiveRun:
             self._guarded(lambda: self._follow_in_time(when, time_limit_s))
 
     def tick(self, *, is_playing: bool, time_limit_s: float = REFINE_TIME_LIMIT_S) -> None:
-        """Goes on binding, following and refining; during playback only binding."""
+        """A step of binding, following or refining. During playback only of binding."""
         self._guarded(lambda: self._tick(time_limit_s, is_playing=is_playing))
 
     def undone(self) -> None:
-        """All data is another: goes on from what undo or redo has brought."""
+        """Goes on from the pose that undo or redo has brought. All data is new."""
         self._is_resuming = True
         self._scene.undone()
 
@@ -121,7 +121,7 @@ class LiveRun:
                 step()
         except NotNow as reason:
             self.pause = str(reason)
-        except Exception as error:  # noqa: BLE001 - once is enough: no stream of errors, whatever it is
+        except Exception as error:  # noqa: BLE001 - whatever it is, say it once and not at every step
             self.end()
             self._scene.switch_off(error)
         finally:
@@ -153,7 +153,7 @@ class LiveRun:
     def _settle(self) -> None:
         for _ in range(MOST_STEPS_OF_BINDING):
             if self._follower.prepare():
-                self._is_from_rest = True  # nobody drags anything here
+                self._is_from_rest = True  # without a time limit there is no drag
                 self._follow(None)
                 self._is_played = False
                 return
@@ -167,7 +167,7 @@ class LiveRun:
         return self._follower.follow(time_limit_s, is_from_rest=is_from_rest)
 
     def _timed(self, step: Callable[[], bool]) -> bool:
-        """Does a step, and sees to it that a heavy one is followed by as long a time without any."""
+        """Does a step. After a heavy one Blender has as much time before the next."""
         start = self._clock()
         has_moved = step()
         end = self._clock()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Live: which objects have it, and what calls them: handlers, and a timer while there is work left.
+"""Which objects are live, and what drives them: handlers, and a timer while there is work left.
 
-No modal operator: one that runs all the time would keep Blender from saving automatically.
+No modal operator: while one runs, Blender does not save automatically.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .run import LiveRun, When
 from .scene import BlenderLiveScene
 
 TIMER_S = 0.02
-SLOW_TIMER_S = 0.2  # while there is nothing to do but to wait for an end: of a pause, of a playback, of a render
+SLOW_TIMER_S = 0.2  # while it only waits for the end of a pause, a playback or a render
 
 NOT_RENDERED = "Rendered without Live: the mesh kept one shape. Bake the animation before rendering it"
 
@@ -40,12 +40,12 @@ _has_rendered_without = False
 
 
 def run_of(obj: bpy.types.Object) -> Run | None:
-    """The object's run, None where it is not live."""
+    """The object's run, None if it is not live."""
     return _runs.get(obj.name_full)
 
 
 def render_notice() -> str:
-    """What there is to say about the last render, '' where it showed what it should."""
+    """What the panel says about the last render, '' if the render was right."""
     return NOT_RENDERED if _has_rendered_without else ""
 
 
@@ -54,13 +54,13 @@ def toggled(obj: bpy.types.Object) -> None:
     obj.arap.live_problem = ""
     if obj.arap.is_live:
         _begin(obj)
-        obj.update_tag()  # so that a script that evaluates the scene next finds it followed
+        obj.update_tag()  # so that the next evaluation, of a script for example, makes the mesh follow
     elif obj.name in _runs:
         _runs.pop(obj.name).end()
 
 
 def give_up(obj: bpy.types.Object) -> None:
-    """To be called before an act without Live: undoing the act must not try again what Live has given up."""
+    """Call it before an act without Live: undoing the act must not try again what Live has given up."""
     if obj.arap.live_problem:
         obj.arap.live_problem = ""
         if bpy.ops.ed.undo_push.poll():  # not without a window
@@ -74,7 +74,7 @@ def _begin(obj: bpy.types.Object) -> None:
 
 
 def _is_own(obj: bpy.types.Object) -> bool:
-    """Whether it may be changed: an object of a library, or an override of one, shows what was saved."""
+    """Whether it may be changed: not an object of a library, nor an override of one."""
     return obj.library is None and not meshes.is_override(obj)
 
 
@@ -125,7 +125,7 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 @persistent
 def _on_undo(*_: object) -> None:
     for obj in bpy.data.objects:
-        # What was wrong may be gone, and undo leaves data alone that did not change in its step, like this toggle.
+        # The problem may be gone. Undo does not restore this toggle: it did not change in the undone step.
         if obj.arap.live_problem and _is_own(obj):
             obj.arap.is_live = True
     _find(bpy.data.objects)
@@ -141,7 +141,7 @@ def _on_load(*_: object) -> None:
     for run in _runs.values():
         run.end()
     _runs.clear()
-    sessions.clear()  # not before: a run that ends while it binds gives its former session back
+    sessions.clear()  # after the runs: one that ends while it binds gives its former session back
     _find(bpy.data.objects)
 
 
@@ -183,7 +183,7 @@ def _on_timer() -> float | None:
         return None
     if all(run.pause or (is_playing and not run.is_binding) for run in left):
         return SLOW_TIMER_S
-    return max(TIMER_S, time.perf_counter() - start)  # half of the time is Blender's
+    return max(TIMER_S, time.perf_counter() - start)  # Blender gets half of the time
 
 
 def _shown() -> list[tuple[object, ...]]:

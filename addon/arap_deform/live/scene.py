@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The LiveScene of an object in Blender: when it cannot follow for now, and how Live is switched off."""
+"""The LiveScene of an object in Blender: when it pauses, and how Live is switched off."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from numpy.typing import NDArray
 
 from ..core import sessions
 from ..core.session_data import Readout
-from ..core.sessions import SessionInput
+from ..core.session_input import SessionInput
 from ..follow.bind import SessionBinding
 from ..follow.scene import BlenderFollowScene
-from ..follow.update import session_input
 from ..scene import meshes, pose_key
+from ..scene.inputs import read_input
 from .run import NotNow
 
 PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
 
 
 class BlenderLiveScene(BlenderFollowScene):
-    """Reads from what a handler was called for, or from the window that shows the object."""
+    """Reads from the depsgraph of the handler that runs, or of the window that shows the object."""
 
-    _lack = ""  # what is wrong while weights are painted: the next stroke may mend it
+    _lack = ""  # why it cannot follow while weights are painted; the next stroke may change that
 
     def __init__(self, obj: bpy.types.Object) -> None:
         super().__init__(obj)
@@ -35,7 +35,7 @@ class BlenderLiveScene(BlenderFollowScene):
         act = sessions.claimed_by(self.name)
         if act:
             return f"Paused while {act}"
-        self._follow_key(obj)  # in every mode: keys are renamed in Edit Mode, too
+        self._follow_key(obj)  # in every mode: keys can be renamed in Edit Mode too
         if self._lack and self._is_in_weight_paint():
             return self._lack
         if obj.mode in PAUSING_MODES or obj.data.is_editmode:
@@ -51,8 +51,8 @@ class BlenderLiveScene(BlenderFollowScene):
     def _follow_key(self, obj: bpy.types.Object) -> None:
         reason = self._key.why_left(obj)
         if reason:
-            raise ValueError(reason)  # to go on would show the pose in both keys
-        self._key.follow(obj)  # one that was removed is made again with the next pose
+            raise ValueError(reason)  # else both keys would show the pose
+        self._key.follow(obj)  # if it was removed, the next pose makes a new one
 
     def look_again(self) -> None:
         self._is_suspect = True
@@ -79,14 +79,14 @@ class BlenderLiveScene(BlenderFollowScene):
                 raise
             self._lack = f"Paused: {error}"
             raise NotNow(self._lack) from None
-        if bpy.app.background:  # there are no timers: somebody waits for the mesh
+        if bpy.app.background:  # there are no timers, so wait for it
             binding.start()
             binding.wait()
         return binding
 
     def switch_off(self, error: Exception) -> None:
         if not isinstance(error, (ValueError, RuntimeError)):
-            traceback.print_exception(error)  # a fault of ours: the report on it needs more than a sentence
+            traceback.print_exception(error)  # a fault in the add-on: a report on it needs more than a sentence
         obj = self.obj
         if obj is not None:
             obj.arap.is_live = False
@@ -97,7 +97,7 @@ class BlenderLiveScene(BlenderFollowScene):
     def _read_inputs(self) -> SessionInput:
         # Within a handler nothing may be added to the scene.
         use_nodes = False if self.depsgraph is not None else None
-        return session_input(self._obj(), self._depsgraph(), use_nodes=use_nodes)
+        return read_input(self._obj(), self._depsgraph(), use_nodes=use_nodes)
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
         if self.depsgraph is not None:

@@ -12,10 +12,9 @@ from bpy.props import BoolProperty
 from ..core import sessions
 from ..core.arrays import Floats
 from ..core.session_data import Readout
-from ..core.sessions import SessionInput
+from ..core.session_input import SessionInput
 from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 from ..follow.scene import BlenderFollowScene, is_rendering
-from ..follow.update import end_session
 from ..live import runs
 from ..props import preferences
 from ..scene import app_handlers, pose_key, redraw
@@ -59,7 +58,7 @@ class BlenderPoseScene(BlenderFollowScene):
             return text.format(self.name)
         reason = self.key.why_left(obj)
         if not reason and not self.key.follow(obj):
-            reason = f"Shape key '{obj.arap.key_name}' of '{obj.name}' was removed"
+            reason = f"Shape key '{pose_key.wanted_name(obj)}' of '{obj.name}' was removed"
         if reason:
             return f"{reason}: posing has ended"
         for index, handle in enumerate(obj.arap.handles):
@@ -122,7 +121,7 @@ class Run:
         _remove(self)
         obj = self.scene.obj
         if obj is None:
-            end_session(self.scene.name)
+            sessions.drop(self.scene.name)
         elif end.how is Ending.RESTORE:
             end = restored(end, lambda: self.scene.restore(obj))
         undo.finish(self.scene.name, self.scene.number, as_one_step=end.how is not Ending.LEAVE)

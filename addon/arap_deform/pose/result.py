@@ -11,7 +11,6 @@ import bpy
 from numpy.typing import NDArray
 
 from ..core import sessions
-from ..follow.update import end_session
 from ..scene import handle_motion, meshes, pose_key, rest, shape_keys
 
 Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone ('': the object)
@@ -81,7 +80,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     rests = rest.rest_matrices(obj)
     rest.set_rest_here(obj, depsgraph)
     rest.follow_new_rest(obj, rests)
-    end_session(obj)
+    sessions.drop(obj.name)
 
 
 def capture_state(obj: bpy.types.Object) -> PoseState:

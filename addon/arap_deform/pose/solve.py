@@ -7,13 +7,17 @@ import bpy
 
 from ..core import sessions
 from ..core.job import STEP_S
-from ..core.session import Progress, Session
+from ..core.models import Progress
+from ..core.session import Session
 from ..core.session_data import Readout
+from ..core.session_input import difference_of_bind
 from ..core.sessions import Bound
 from ..core.worker import Binding
 from ..follow import mesh
-from ..follow.update import part, prepare_session, rebuild_session, session_input
+from ..follow.frame import Frame, write_pose
+from ..follow.update import prepare_session
 from ..scene import handle_motion, meshes, pose_key, shape_keys
+from ..scene.inputs import read_input
 
 BIND_SHARE = 0.3  # of the progress that a solve shows, where it has to bind first
 
@@ -26,17 +30,16 @@ def solve(
     Starts from rest with the guess from the handles' rotations: the same file gives the same result.
 
     Raises:
-        As session_input() and build_session(); ValueError where the key would not show the pose; RuntimeError where an
+        As read_input() and sessions.build(); ValueError where the key would not show the pose; RuntimeError where an
         act has the mesh for itself. The mesh stays as it was in each case.
     """
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
     _check(obj)
-    is_bound = not mesh.problem(obj, depsgraph, is_thorough=False)
-    session = prepare_session(obj, depsgraph, part(progress, 0.0, 0.0 if is_bound else BIND_SHARE))
-    result = mesh.solve_from_rest(
-        session, handle_motion.handle_matrices(obj, depsgraph), part(progress, 0.0 if is_bound else BIND_SHARE, 1.0)
-    )
-    mesh.write_pose(obj, mesh.writable_key(obj), session, result)
+    share = BIND_SHARE if Frame(obj, depsgraph).problem else 0.0
+    session = prepare_session(obj, depsgraph, sessions.part(progress, 0.0, share))
+    matrices = handle_motion.handle_matrices(obj, depsgraph)
+    result = mesh.solve_from_rest(session, matrices, sessions.part(progress, share, 1.0))
+    write_pose(obj, pose_key.writable(obj), session, result)
     return result
 
 
@@ -59,10 +62,10 @@ class SolveJob:
     def __init__(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
         """Of a checked object: see begin_solve()."""
         self.object_name: str = obj.name
-        self._inputs = session_input(obj, depsgraph)
+        self._inputs = read_input(obj, depsgraph)
         self._matrices = handle_motion.handle_matrices(obj, depsgraph)
         self._former = sessions.get(obj.name)
-        self._is_bound = self._former is not None and not sessions.difference_of_bind(self._former.inputs, self._inputs)
+        self._is_bound = self._former is not None and not difference_of_bind(self._former.inputs, self._inputs)
         self._session: Session | None = None
         self._work = Binding(self._run)
         sessions.drop(obj.name)  # busy from here on
@@ -99,7 +102,7 @@ class SolveJob:
         if reason:
             raise RuntimeError(f"{reason} while it was solved: solve again")
         sessions.put(self.object_name, Bound(self._session, self._inputs))
-        mesh.write_pose(obj, mesh.writable_key(obj), self._session, result)
+        write_pose(obj, pose_key.writable(obj), self._session, result)
         sessions.release(self.object_name, self)
         return result
 
@@ -119,9 +122,9 @@ class SolveJob:
 
     def _run(self, progress: Progress) -> Readout:
         share = 0.0 if self._is_bound else BIND_SHARE
-        session = rebuild_session(self._inputs, self._former, part(progress, 0.0, share))
+        session = sessions.rebuild(self._inputs, self._former, sessions.part(progress, 0.0, share))
         self._session = session
-        return mesh.solve_from_rest(session, self._matrices, part(progress, share, 1.0))
+        return mesh.solve_from_rest(session, self._matrices, sessions.part(progress, share, 1.0))
 
 
 def _check(obj: bpy.types.Object) -> None:

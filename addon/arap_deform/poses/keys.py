@@ -14,7 +14,7 @@ from ..bake.shapes_job import ShapesJob, check_in_scene
 from ..bake.store import ShapeStore
 from ..core.arrays import Float32s, Floats
 from ..core.job import run_job
-from ..core.session import Progress
+from ..core.models import Progress
 from ..scene import meshes, pose_key, shape_keys
 from . import library
 

@@ -25,3 +25,6 @@ pose_renamed: list[Callable[[bpy.types.Object, Any], None]] = []
 
 views_changed: list[Callable[[], None]] = []
 """The 3D views must be drawn again."""
+
+posed: list[Callable[[bpy.types.Object], None]] = []
+"""The mesh has another pose: a frame of posing, Live or Pull, or a solve, has written its shape key."""

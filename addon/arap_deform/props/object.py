@@ -20,7 +20,7 @@ from bpy.props import (
 )
 
 from ..core.naming import NAME_BYTES
-from . import hooks, preferences
+from . import hooks
 from .handles import ArapHandle, ArapPin
 from .overlay import ArapOverlay
 from .poses import CLASSES as POSE_CLASSES
@@ -53,14 +53,6 @@ HANDLE_SHAPES = (
     ("SINGLE_ARROW", "Single Arrow", ""),
     ("CONE", "Cone", ""),
 )
-
-
-def _key_name(settings: bpy.types.PropertyGroup) -> str:
-    return str(settings.own_key_name or preferences.key_name())
-
-
-def _set_key_name(settings: bpy.types.PropertyGroup, name: str) -> None:
-    settings.own_key_name = name.encode()[:NAME_BYTES].decode(errors="ignore")
 
 
 def _on_display_changed(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
@@ -185,14 +177,10 @@ class ArapObject(bpy.types.PropertyGroup):
     key_name: StringProperty(
         name="Shape Key",
         description=(
-            "Shape key that takes the pose; made where missing, numbered where another key has the name. "
+            "Shape key that takes the pose. It is made if it is missing, and numbered if another key has the name. "
             "Empty: the name in the add-on's preferences"
         ),
-        get=_key_name,
-        set=_set_key_name,  # which cuts: Blender 5 complains where ``maxlen`` would
-    )
-    own_key_name: StringProperty(
-        options={"HIDDEN"}, description="The name of the shape key; empty: that of the preferences", maxlen=NAME_BYTES
+        maxlen=NAME_BYTES,
     )
     made_keys: CollectionProperty(
         type=ArapMadeKey,

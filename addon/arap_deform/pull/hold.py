@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Float32s, Floats, Ints
-from ..core.sessions import Hold, SessionInput
+from ..core.session_input import GroupHold, Hold, SessionInput
 from ..core.targets import HandleSpec
 from ..core.transforms import best_rigid_fit, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys
@@ -76,7 +76,7 @@ def begin_pull(
         begun: the drag that goes on with these grabs; None: it begins here.
 
     Raises:
-        ValueError: as session_input(), but pins and handles may be missing; the key would not show the pose; or one of
+        ValueError: as read_input(), but pins and handles may be missing; the key would not show the pose; or one of
             ``grabs`` is held already.
     """
     inputs = read_input(obj, depsgraph, needs_holds=False)
@@ -96,7 +96,7 @@ def begin_pull(
         rest = hold_of_rest(inputs.mesh.rest_positions @ inputs.stretch.T, meshes.read_edges(obj), [*others, *grabs])
         specs.append(rest)
     n_own = len(inputs.specs)
-    holds = (*inputs.holds, *((spec.name, spec.is_exact) for spec in specs[n_own:]))
+    holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in specs[n_own:]))
     based = tuple(replace(spec, base=shown) for spec in specs)
     to_seen = begun.to_seen if begun else _to_seen(obj, depsgraph, grabs[0], shown)
     return Pull(replace(inputs, specs=based, holds=holds), grabs, shown, to_seen)

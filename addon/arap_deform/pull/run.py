@@ -12,7 +12,6 @@ import numpy as np
 from ..core import sessions
 from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored
 from ..follow.scene import is_rendering
-from ..follow.update import end_session
 from ..live.runs import give_up
 from ..pose.result import restore_state
 from ..props import preferences
@@ -157,7 +156,7 @@ class PullRun:
         sessions.release(self.scene.name, self.act)
         obj = self.scene.obj
         if obj is None:
-            end_session(self.scene.name)
+            sessions.drop(self.scene.name)
         elif end.how is Ending.RESTORE:
             end = restored(end, lambda: restore_state(obj, self.scene.state))
         elif end.how is Ending.KEEP:

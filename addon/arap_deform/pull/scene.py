@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ..core import sessions
 from ..core.arrays import Floats
 from ..core.session_data import Readout
-from ..follow import mesh
 from ..follow.bind import SessionBinding
+from ..follow.frame import Frame
 from ..follow.scene import BlenderFollowScene
 from ..pose.result import capture_state
 from ..scene import meshes, pose_key
@@ -58,8 +58,8 @@ class PullScene(BlenderFollowScene):
         bound = sessions.get(self.name)
         if bound is None or self._binding is None or bound.session is not self._binding.result():
             return False
-        depsgraph = bpy.context.evaluated_depsgraph_get()
-        return not mesh.problem(self._obj(), depsgraph, is_thorough=False, holds=self.pull.holds)
+        self._frame = Frame(self._obj(), bpy.context.evaluated_depsgraph_get(), holds=self.pull.holds)
+        return not self._frame.problem
 
     def begin_bind(self) -> SessionBinding:
         self._binding = SessionBinding(self._obj(), self.pull.inputs, self._start)

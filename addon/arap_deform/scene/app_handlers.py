@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import bpy
 
-Handlers = Sequence[tuple[str, Callable[..., None]]]  # the name of a list, and what it is to call
+Handlers = Sequence[tuple[str, Callable[..., None]]]  # the name of a list, and a function for it
 
 
 def add(handlers: Handlers) -> None:
@@ -16,7 +16,7 @@ def add(handlers: Handlers) -> None:
 
 
 def remove(handlers: Handlers) -> None:
-    """Takes out those that are still there: loading a file has cleared the lists of what is not persistent."""
+    """Takes them out again. Loading a file may have done so: it keeps only persistent functions."""
     for event, function in handlers:
         functions = getattr(bpy.app.handlers, event)
         if function in functions:

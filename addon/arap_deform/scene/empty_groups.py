@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which vertex groups have no weights, for panels: looked up once, and again after the mesh has changed."""
+"""Which vertex groups have no weights, for panels. The answer is kept until the mesh changes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import bpy
 
 from . import versions
 
-# Above, looking takes longer than a panel may: then preparing the pose says it.
+# With more vertices the look takes longer than a panel may. Then preparing the pose tells of empty groups.
 MOST_VERTICES = 20_000
 
 _has_weights: dict[str, dict[str, bool]] = {}
@@ -15,14 +15,14 @@ _has_weights: dict[str, dict[str, bool]] = {}
 
 
 def is_empty(obj: bpy.types.Object, group: str) -> bool:
-    """Whether no vertex has weight in that group of ``obj``; False too where it cannot be told in milliseconds.
+    """Whether no vertex has weight in that group of ``obj``; False too if the look would take more than milliseconds.
 
-    Right once Blender has evaluated the scene after a change, as it has before it draws.
+    It is right after Blender has evaluated the scene, as it does before it draws.
     """
     if obj.mode != "OBJECT" or group not in obj.vertex_groups or len(obj.data.vertices) > MOST_VERTICES:
         return False
     if group not in _has_weights.get(obj.name_full, {}):
-        # All at once; nodes would add to the scene, which nobody may do while drawing.
+        # All groups at once. Not by nodes: they add to the scene, and drawing must not.
         weights = versions.read_group_weights(obj, obj.vertex_groups.keys(), use_nodes=False)
         _has_weights[obj.name_full] = {name: bool(values.any()) for name, values in weights.items()}
     return not _has_weights[obj.name_full][group]

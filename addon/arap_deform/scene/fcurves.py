@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""F-curves of data, wherever Blender 3.4 to 5.2 keep them: in an action, in its slot, in strips of the NLA."""
+"""F-curves of data: in an action, in its slot (from Blender 4.4 on), in strips of the NLA."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import bpy
 
 
 def fcurves_of(data: bpy.types.ID) -> Any:
-    """The collection of F-curves that animate ``data``, or None: before 4.4 the action's, since then its slot's."""
+    """The collection of F-curves that animate ``data``, or None: the action's, from 4.4 on the slot's."""
     animation = data.animation_data
     return _fcurves_in(animation.action, getattr(animation, "action_slot", None)) if animation else None
 
 
 def all_fcurves_of(data: bpy.types.ID) -> Iterator[bpy.types.FCurve]:
-    """The F-curves that animate ``data``, those of its NLA strips too."""
+    """The F-curves that animate ``data``, also in its NLA strips."""
     for fcurves in _all_fcurve_lists(data):
         yield from fcurves
 
@@ -49,7 +49,7 @@ def has_fcurve(data: bpy.types.ID, data_path: str) -> bool:
 
 
 def is_action_shared(data: bpy.types.ID) -> bool:
-    """Whether the action of ``data`` animates other data as well: before 4.4 the whole of it, since then its slot."""
+    """Whether the action of ``data`` animates other data too, from 4.4 on whether its slot does."""
     animation = data.animation_data
     if hasattr(animation, "action_slot"):
         users = animation.action_slot.users() if animation.action_slot else ()
@@ -64,7 +64,7 @@ def is_animated(data: bpy.types.ID, data_path: str) -> bool:
 
 
 def remove_fcurve(data: bpy.types.ID, data_path: str) -> None:
-    """Removes the F-curves of ``data_path``; those of an NLA strip only where nobody else uses its action."""
+    """Removes the F-curves of ``data_path``. In an NLA strip only if nothing else uses the strip's action."""
     for fcurves in _all_fcurve_lists(data):
         fcurve = fcurves.find(data_path)
         action = fcurve.id_data if fcurve is not None else None

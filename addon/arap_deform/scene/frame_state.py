@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the artist has changed since the frame was set, and a change of frame would lose.
+"""Values of animated properties, which a change of frame would lose.
 
-Blender writes the value of every F-curve over what it animates when the frame changes: a move of an animated object
-that has no keyframe yet is gone. Whatever visits other frames captures before and restores after.
+When the frame changes, Blender writes the value of every F-curve to its property. A move of an animated object that has
+no keyframe yet is then lost. So code that visits other frames calls capture() before and restore() after.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def capture() -> AnimatedValues:
 
 
 def drop(values: AnimatedValues, data: bpy.types.ID, data_paths: set[str]) -> None:
-    """Takes these paths of a data-block out: they are not to be restored."""
+    """Takes these paths of a data-block out, so that restore() leaves them alone."""
     for (_, name, _), channels in values.items():
         if name == data.name:
             for channel in [channel for channel in channels if channel[0] in data_paths]:
@@ -45,7 +45,7 @@ def drop(values: AnimatedValues, data: bpy.types.ID, data_paths: set[str]) -> No
 
 
 def restore(values: AnimatedValues) -> None:
-    """Sets what is different now; call it in the frame where the values were captured. What is gone is passed over."""
+    """Sets what is different now. Call it in the frame of capture(). Data that is gone is passed over."""
     for place, channels in values.items():
         data = _data_at(place)
         if data is None:
@@ -53,7 +53,7 @@ def restore(values: AnimatedValues) -> None:
         for channel, value in channels.items():
             now = _value(data, channel)
             if now is not None and now != value:
-                with suppress(AttributeError, TypeError, ValueError):  # read-only by now: Blender passes it over too
+                with suppress(AttributeError, TypeError, ValueError):  # now read-only: Blender passes it over too
                     _set_value(data, channel, value)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Vertex groups of an object: made, checked, written in bulk, removed. Not in Edit Mode, where Blender refuses it."""
+"""Vertex groups of an object: made, checked, written in bulk, removed. Blender refuses all this in Edit Mode."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from . import versions
 
 VertexIndices = Sequence[int] | NDArray[np.integer]
 
-# One call of Blender writes one weight to many vertices, so weights are written in steps: as fine as its fields show.
+# One call of Blender writes one weight to many vertices. So weights are written in steps as fine as its fields show.
 WEIGHT_STEPS = 1000
 
 
 def checked_indices(obj: bpy.types.Object, vertices: VertexIndices) -> Ints:
-    """(k,) int32 ascending. Raises ValueError where there are none, or one that the mesh does not have."""
+    """(k,) int32 ascending. Raises ValueError if there are none, or one that the mesh does not have."""
     indices: NDArray[np.integer] = np.unique(np.asarray(vertices))
     n = len(obj.data.vertices)
     if not indices.size:
@@ -33,7 +33,7 @@ def checked_indices(obj: bpy.types.Object, vertices: VertexIndices) -> Ints:
 
 
 def check(obj: bpy.types.Object, name: str) -> None:
-    """Raises ValueError where the object has no such group."""
+    """Raises ValueError if the object has no such group."""
     if name not in obj.vertex_groups:
         raise ValueError(f"'{obj.name}' has no vertex group '{name}': choose one of its groups")
 
@@ -48,7 +48,7 @@ def new(obj: bpy.types.Object, indices: Ints, name: str) -> str:
 def write(obj: bpy.types.Object, name: str, vertices: Ints, weights: Floats) -> None:
     """Gives (k,) ``vertices`` these weights, in steps of 1 / WEIGHT_STEPS; 0 takes them out of the group.
 
-    What is below 1 stays below: a vertex that is held exactly is another thing than a soft one.
+    A weight below 1 stays below 1: weight 1 holds a vertex exactly, less holds it softly.
     """
     if not len(vertices):
         return
@@ -66,7 +66,7 @@ def write(obj: bpy.types.Object, name: str, vertices: Ints, weights: Floats) -> 
 
 
 def remove_unused(obj: bpy.types.Object, name: str) -> None:
-    """Removes a group that nothing of the object uses any more; '' is none."""
+    """Removes a group if nothing of the object uses it any more. Does nothing for ''."""
     group = obj.vertex_groups.get(name) if name else None
     if group is None:
         return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handles in the scene -> matrices: where they stand, what they have done since rest, why one cannot work."""
+"""Handles in the scene to matrices: their motion since rest, and why one cannot work."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
-from ..core.sessions import Hold
 from ..core.transforms import best_rigid_fit
 from . import meshes, pose_key, shape_keys
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
 
-SMALLEST_VOLUME = 1e-24  # determinant of a handle's rest matrix; below, its motion since rest cannot be told
+SMALLEST_VOLUME = 1e-24  # of a handle's rest matrix, as its determinant; below, its motion since rest is unknown
 
 
 def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> NDArray[np.float64]:
@@ -29,6 +28,11 @@ def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None
         ValueError: a handle's object, bone or group is missing, or its object is not kept up to date by Blender.
     """
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
+    return motions(obj, depsgraph, object_matrix(obj, depsgraph))
+
+
+def motions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, world: Floats) -> NDArray[np.float64]:
+    """As handle_matrices(), for an object whose evaluated (4, 4) ``world`` matrix has an inverse."""
     check_handles(obj, depsgraph)
     n_pins = sum(pin.is_enabled for pin in obj.arap.pins)
     handles = [handle for handle in obj.arap.handles if handle.is_enabled]
@@ -36,7 +40,7 @@ def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None
     if handles:
         now = np.array([target_matrix(h.target, h.bone, depsgraph) for h in handles])
         rest = np.array([h.rest_matrix[:] for h in handles], dtype=np.float64).reshape(-1, 4, 4)
-        result[n_pins:] = np.linalg.inv(object_matrix(obj, depsgraph)) @ now @ np.linalg.inv(rest)
+        result[n_pins:] = np.linalg.inv(world) @ now @ np.linalg.inv(rest)
     return result
 
 
@@ -47,15 +51,8 @@ def motion_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.De
     return np.asarray(np.linalg.inv(object_matrix(obj, depsgraph)) @ now @ np.linalg.inv(rest))
 
 
-def enabled_holds(obj: bpy.types.Object, besides: ArapHandle | None = None) -> tuple[Hold, ...]:
-    """Of the enabled pins, then of the enabled handles but one: the order of the session's handles."""
-    pins = [(pin.name, True) for pin in obj.arap.pins if pin.is_enabled]
-    handles = (handle for handle in obj.arap.handles if handle.is_enabled and handle != besides)
-    return (*pins, *((handle.vertex_group, handle.is_exact) for handle in handles))
-
-
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
-    """Raises ValueError where an enabled pin or handle, or the object itself, cannot work."""
+    """Raises ValueError if an enabled pin or handle, or the object itself, cannot work."""
     if not meshes.is_evaluated(obj, depsgraph):
         raise ValueError(
             f"'{obj.name}' is disabled in viewports or excluded from the view layer: enable it, or hide it with the eye"
@@ -131,7 +128,7 @@ def target_matrix(target: bpy.types.Object, bone: str, depsgraph: bpy.types.Deps
 
 
 def pose_key_of(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
-    """The live key where it shows something."""
+    """The live key if it shows something."""
     key = pose_key.find(obj)
     return None if key is None or key.mute or key.value == 0.0 else key
 
@@ -151,7 +148,7 @@ def fit_to_pose(
     rest: NDArray[np.float32],
     weights: Floats | None = None,
 ) -> Floats:
-    """(4, 4) object-space motion, rigid as seen, of the vertices from rest to the pose shown: see best_rigid_fit()."""
+    """(4, 4) object-space motion of the vertices from rest to the pose shown, rigid as seen: see best_rigid_fit()."""
     shown = shown_positions(obj, rest)
     if shown is rest or np.array_equal(shown[indices], rest[indices]):
         return np.eye(4)

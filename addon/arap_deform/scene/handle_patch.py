@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The patch that a point handle of the scene holds, before there is a session that knows it."""
+"""The patch of a point handle, before there is a session that knows it."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ..core import native
 from ..core.patches import local_patch, neighbourhood, reaches_of_points, surface_diagonal
 from ..core.targets import HandleSpec, Patch
-from . import handle_motion, meshes
-from .inputs import settings_of, spec_of
+from . import meshes
+from .inputs import enabled_holds, settings_of, spec_of
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -27,13 +27,13 @@ def find_patch(
     *,
     use_nodes: bool | None = None,
 ) -> Patch | None:
-    """What a handle that is not exact would hold in place of ``vertices``; None: the vertices themselves.
+    """The patch that a handle of these vertices would hold if it is not exact. None: it holds the vertices.
 
     Args:
         obj: the mesh.
         depsgraph: for its scale.
         vertices: (k,), all of weight 1.
-        besides: the handle of these vertices, where there is one already.
+        besides: the handle of these vertices, if there is one already.
         use_nodes: see versions.read_group_weights().
     """
     settings = settings_of(obj)
@@ -63,12 +63,11 @@ def find_patch(
         vertices,
         reach,
         stretch,
-        weights=settings.weights,
-        join_seams=settings.join_seams,
+        settings,
     )
 
 
 def _other_specs(obj: bpy.types.Object, besides: ArapHandle | None, use_nodes: bool | None) -> list[HandleSpec]:
-    holds = [hold for hold in handle_motion.enabled_holds(obj, besides) if hold[0] in obj.vertex_groups]
-    weights = meshes.read_weights(obj, sorted({group for group, _ in holds}), use_nodes=use_nodes)
-    return [spec_of(hold, weights[hold[0]]) for hold in holds]
+    holds = [hold for hold in enabled_holds(obj, besides) if hold.group in obj.vertex_groups]
+    weights = meshes.read_weights(obj, sorted({hold.group for hold in holds}), use_nodes=use_nodes)
+    return [spec_of(hold, weights[hold.group]) for hold in holds]

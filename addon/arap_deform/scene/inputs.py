@@ -1,18 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a session is made from, read from the scene: mesh, groups, settings."""
+"""Reads what a session is made from: mesh, groups, settings."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
 from ..core.arrays import Floats
 from ..core.session_data import SessionSettings
-from ..core.sessions import Counts, Hold, MeshSignature, SessionInput
+from ..core.session_input import Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
 from ..core.stiffness import StiffGroup, regions_of, stiffness_of
 from ..core.targets import HandleSpec
 from ..props import preferences
 from . import handle_motion, meshes, pose_key, shape_keys
+
+if TYPE_CHECKING:
+    from ..props.handles import ArapHandle
 
 
 def settings_of(obj: bpy.types.Object) -> SessionSettings:
@@ -32,10 +37,28 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
 
 
 def spec_of(hold: Hold, weights: Floats) -> HandleSpec:
-    """What is held of a group with these (n,) weights."""
+    """What a hold means for the vertices. ``weights``: (n,) of its group."""
     vertices = np.flatnonzero(weights > 0.0).astype(np.int32)
-    name, is_exact = hold
-    return HandleSpec(name, vertices, weights[vertices], is_exact)
+    return HandleSpec(hold.group, vertices, weights[vertices], hold.is_exact)
+
+
+def read_state(obj: bpy.types.Object, stretch: Floats, key_name: str) -> SceneState:
+    """What a frame compares with the session.
+
+    Args:
+        obj: a mesh that can be posed.
+        stretch: (3, 3) of its evaluated matrix.
+        key_name: the shape key that takes the pose.
+    """
+    return SceneState(
+        object_name=obj.name,
+        counts=counts_of(obj),
+        stretch=stretch,
+        settings=settings_of(obj),
+        holds=enabled_holds(obj),
+        stiff_groups=enabled_stiffness(obj),
+        key_name=key_name,
+    )
 
 
 def read_input(
@@ -45,38 +68,37 @@ def read_input(
     use_nodes: bool | None = None,
     needs_holds: bool = True,
 ) -> SessionInput:
-    """As api.session_input().
+    """Reads mesh, groups and settings. Main thread only.
 
     Args:
         obj: the mesh.
         depsgraph: for its scale.
         use_nodes: see versions.read_group_weights().
         needs_holds: refuse a mesh without pins and handles.
+
+    Raises:
+        ValueError: not a mesh, in Edit Mode, linked or shared data, absolute keys, singular scale, a pin or handle
+            without its group or object, a handle whose group has no weights, nothing pinned or handled.
     """
     meshes.check_mesh(obj)
+    state = read_state(obj, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
     shape_keys.check_writable(obj)
     pose_key.check_name(obj)
     handle_motion.check_handles(obj, depsgraph)
-    holds = handle_motion.enabled_holds(obj)
-    if needs_holds and not holds:
+    if needs_holds and not state.holds:
         raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
     check_stiffness(obj)
-    stiff_groups = enabled_stiffness(obj)
-    wanted = sorted({*(group for group, _ in holds), *(entry.group for entry in stiff_groups)})
+    wanted = sorted({*(hold.group for hold in state.holds), *(entry.group for entry in state.stiff_groups)})
     weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
     _check_handle_weights(obj, weights)
     mesh = meshes.read_mesh(obj)
-    stiffness, regions = stiffness_of(stiff_groups, weights), regions_of(stiff_groups, weights, mesh)
+    stiffness = stiffness_of(state.stiff_groups, weights)
+    regions = regions_of(state.stiff_groups, weights, mesh)
     return SessionInput(
-        object_name=obj.name,
+        **vars(state),
         mesh=mesh,
-        stretch=meshes.read_stretch(obj, depsgraph),
-        settings=settings_of(obj),
-        specs=tuple(spec_of(hold, weights[hold[0]]) for hold in holds),
-        holds=holds,
-        signature=MeshSignature.of(counts_of(obj), mesh, (stiffness, regions)),
-        stiff_groups=stiff_groups,
-        key_name=pose_key.name_of(obj),
+        specs=tuple(spec_of(hold, weights[hold.group]) for hold in state.holds),
+        signature=MeshSignature.of(mesh, (stiffness, regions)),
         stiffness=stiffness,
         rigid_regions=regions,
     )
@@ -94,8 +116,15 @@ def counts_of(obj: bpy.types.Object) -> Counts:
     return len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)
 
 
+def enabled_holds(obj: bpy.types.Object, besides: ArapHandle | None = None) -> tuple[Hold, ...]:
+    """Of the enabled pins, then of the enabled handles but one: the order of the session's handles."""
+    pins = [GroupHold(pin.name) for pin in obj.arap.pins if pin.is_enabled]
+    handles = (handle for handle in obj.arap.handles if handle.is_enabled and handle != besides)
+    return (*pins, *(GroupHold(handle.vertex_group, handle.is_exact) for handle in handles))
+
+
 def enabled_stiffness(obj: bpy.types.Object) -> tuple[StiffGroup, ...]:
-    """What the list says, without what is switched off."""
+    """The enabled entries of the list Stiffness."""
     return tuple(
         StiffGroup(entry.name, entry.factor, entry.is_rigid, entry.is_one_body)
         for entry in obj.arap.stiffness
@@ -104,7 +133,7 @@ def enabled_stiffness(obj: bpy.types.Object) -> tuple[StiffGroup, ...]:
 
 
 def check_stiffness(obj: bpy.types.Object) -> None:
-    """Raises ValueError where an enabled entry has no vertex group."""
+    """Raises ValueError if an enabled entry has no vertex group."""
     for entry in enabled_stiffness(obj):
         if entry.group not in obj.vertex_groups:
             raise ValueError(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How large a mesh is at rest, as seen: looked up once, and again after it or its scale has changed."""
+"""How large a mesh is at rest, as seen. The answer is kept until the mesh or its scale changes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
 
 
 def forget_updated(depsgraph: bpy.types.Depsgraph, posed: Container[str]) -> None:
-    """After an evaluation: forgets what has changed, but the ``posed`` objects, whose rest shape stays."""
+    """After an evaluation: forgets what has changed, except the ``posed`` objects: their rest shape stays."""
     if _known:
         for update in depsgraph.updates:
             # Acts have objects of this file, whose full name is their name.

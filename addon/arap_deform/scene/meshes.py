@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Object -> arrays. Blender's data comes in, numpy goes out; nothing is changed but what is selected and hidden."""
+"""Mesh objects to arrays. Nothing in Blender is changed, except what is selected and hidden."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from . import versions
 
 
 def check_mesh(obj: bpy.types.Object) -> None:
-    """Raises ValueError where ``obj`` has no mesh that can be posed, and says what to do."""
+    """Raises ValueError if ``obj`` has no mesh that can be posed, and says what to do."""
     if obj is None or obj.type != "MESH":
         raise ValueError(f"'{obj.name if obj else 'Nothing'}' is not a mesh: choose a mesh object")
     if obj.data.is_editmode or obj.mode in {"EDIT", "SCULPT"}:
@@ -26,12 +26,12 @@ def check_mesh(obj: bpy.types.Object) -> None:
 
 
 def is_override(data: bpy.types.ID) -> bool:
-    """Whether it is a library override: what Blender does not save of it is the library's again after a load."""
+    """Whether it is a library override. What Blender does not save of an override is lost with the next load."""
     return data.override_library is not None
 
 
 def read_rest(obj: bpy.types.Object) -> NDArray[np.float32]:
-    """(n, 3) float32 rest positions, object space: the reference key, or the mesh where there are no keys."""
+    """(n, 3) float32 rest positions, object space: the reference key, or the mesh if there are no keys."""
     keys = obj.data.shape_keys
     # mesh.vertices is not kept in step with the reference key.
     return versions.read_key(keys.reference_key) if keys else versions.read_positions(obj.data)
@@ -64,7 +64,7 @@ def read_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> NDArra
 
 
 def is_evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
-    """Whether Blender keeps the evaluated object up to date: hidden by the eye it does, disabled or excluded not."""
+    """Whether Blender keeps the evaluated object up to date: if it is hidden by the eye, but not if it is disabled."""
     view_layer = depsgraph.view_layer
     if obj.visible_get(view_layer=view_layer):
         return True
@@ -83,9 +83,14 @@ def enabled_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.
 
 
 def read_stretch(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> NDArray[np.float64]:
-    """(3, 3) float64 stretch of the object's world matrix. Raises ValueError where it is singular."""
+    """(3, 3) float64 stretch of the object's world matrix. Raises ValueError if it is singular."""
+    return stretch_in(obj, read_matrix(obj, depsgraph))
+
+
+def stretch_in(obj: bpy.types.Object, world: NDArray[np.float64]) -> NDArray[np.float64]:
+    """As read_stretch(), for a (4, 4) world matrix that is known."""
     try:
-        return stretch_of(read_matrix(obj, depsgraph))
+        return stretch_of(world)
     except ValueError as error:
         raise ValueError(f"'{obj.name}' {error}") from None
 
@@ -100,7 +105,7 @@ def selected_vertices(obj: bpy.types.Object) -> NDArray[np.int32]:
 
 
 def select_vertices(obj: bpy.types.Object, vertices: NDArray[np.int32], *, shows_hidden: bool) -> None:
-    """Selects these alone, outside of Edit Mode; hidden ones are shown, or left out."""
+    """Selects only these vertices, outside of Edit Mode. Hidden ones are shown, or left out."""
     mesh = obj.data
     is_selected = np.zeros(len(mesh.vertices), dtype=bool)
     is_selected[vertices] = True
@@ -111,8 +116,8 @@ def select_vertices(obj: bpy.types.Object, vertices: NDArray[np.int32], *, shows
     else:
         is_selected &= ~is_hidden
     mesh.vertices.foreach_set("select", is_selected)
-    # In vertex mode Blender selects edges and faces by their vertices when it enters Edit Mode; what is left from
-    # before would stay.
+    # In vertex mode Blender selects edges and faces by their vertices when it enters Edit Mode. An older selection of
+    # edges and faces would stay.
     for items in (mesh.edges, mesh.polygons):
         items.foreach_set("select", np.zeros(len(items), dtype=bool))
     mesh.update()

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which mesh an object moves as a handle: looked up once, and again after handles or the scene's objects have changed.
+"""Which mesh an object moves as a handle.
 
-Panels, polls and drawing ask many times a redraw, and only a look at every object of the scene can say "none".
+The answer is kept until handles or the objects of the scene change: panels, polls and drawing ask many times in each
+redraw, and only a look at every object of the scene can say "none".
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import bpy
 from ..props import hooks
 
 _owners: dict[tuple[str, str, str], str] = {}
-"""Name of the mesh, '' where there is none, by names of scene, view layer and moving object."""
+"""Name of the mesh, '' if there is none, by names of scene, view layer and moving object."""
 
 
 def is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
@@ -20,9 +21,9 @@ def is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
 
 
 def find(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.types.Object | None:
-    """A mesh in the view layer that ``target`` moves, None where there is none.
+    """A mesh in the view layer that ``target`` moves, None if there is none.
 
-    Right once Blender has evaluated the scene after objects have come into it, as it has before it draws.
+    It is right after Blender has evaluated the scene, as it does before it draws.
     """
     key = (view_layer.id_data.name_full, view_layer.name, target.name_full)
     name = _owners.get(key)
@@ -36,7 +37,7 @@ def find(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.types
 
 
 def forget_updated(depsgraph: bpy.types.Depsgraph) -> None:
-    """After an evaluation: forgets all where objects may have come into the scene, or been renamed."""
+    """After an evaluation: forgets everything if objects may have come into the scene or have other names."""
     if _owners and any(map(_may_change_owners, depsgraph.updates)):
         _owners.clear()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Moves the objects and bones of handles to where a motion since rest takes them."""
+"""Moves the objects and bones of handles by a motion since rest."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from . import handle_motion, mesh_size, meshes
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
 
-# How far a motion may be from the one that was wanted, and its shift, as seen, as a fraction of the diagonal.
+# How far a motion may be from the wanted one. For its shift: as seen, as a fraction of the diagonal.
 AT_PLACE = 1e-4
 
 
 def reset_handles(obj: bpy.types.Object) -> list[str]:
-    """Puts every handle's object or bone back to where it is at rest.
+    """Puts every handle's object or bone back to its place at rest.
 
     Returns:
-        Names of the handles that something else (animation, a constraint, a driver) holds away from there.
+        Names of the handles that something else (animation, a constraint, a driver) keeps elsewhere.
     """
     meshes.check_mesh(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -44,15 +44,15 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
         motions: (4, 4) object-space motion since rest, by index of the handle; of working handles.
 
     Returns:
-        Names of the handles that something else (animation, a constraint, a driver, a sheared parent) holds away
-        from there.
+        Names of the handles that something else (animation, a constraint, a driver, a sheared parent) keeps
+        elsewhere.
     """
     by_depth: dict[int, list[int]] = {}
     for index in motions:
         handle = obj.arap.handles[index]
         by_depth.setdefault(_depth(handle.target, handle.bone), []).append(index)
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    # Parents first: a child's new transform is relative to where its parent stands by then.
+    # Parents first: a child's new transform is relative to the new place of its parent.
     for depth in sorted(by_depth):
         world = handle_motion.object_matrix(obj, depsgraph)
         for index in by_depth[depth]:
@@ -80,7 +80,7 @@ def _move(handle: ArapHandle, matrix: Floats, depsgraph: bpy.types.Depsgraph) ->
 
 
 def _depth(target: bpy.types.Object, bone: str) -> int:
-    """How many things it hangs on: bones on those before them and on their armature, objects on their parents."""
+    """How many parents it has: bones count the bones above them and their armature, objects their parents."""
     depth = 1 + len(target.pose.bones[bone].parent_recursive) if bone else 0
     if target.parent is None:
         return depth

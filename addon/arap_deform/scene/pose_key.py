@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The live key: the shape key that takes the pose of an object. Which one it is, and what Esc gives back.
 
-It has the name in ``obj.arap`` and is one that the add-on has made (``made_keys``): a key of the artist's own that has
-the name by chance is left alone, and the live key takes the next free name, as Blender names things.
+The add-on has made it (``made_keys``), and it has the name in ``obj.arap``. If a key of the artist's own has that name,
+it is left alone, and the live key takes the next free name, as Blender numbers names.
 """
 
 from __future__ import annotations
@@ -13,19 +13,21 @@ import bpy
 
 from ..core import sessions
 from ..core.arrays import Float32s
+from ..core.session_input import key_differs
+from ..props import preferences
 from . import shape_keys
 
 
 @dataclass(frozen=True)
 class KeyState:
-    """What restore() brings back; no Blender data.
+    """What restore() brings back. No Blender data.
 
     Attributes:
         name: of the live key, or the one it would have had.
-        setting: the name in ``obj.arap``, '' where it is that of the preferences.
+        setting: the name in ``obj.arap``, '' for that of the preferences.
         has_keys: whether the mesh had any shape key, Basis included.
-        positions: (n, 3) float32 of the key, None where there was none.
-        active: the key chosen in the list, '' where there was none.
+        positions: (n, 3) float32 of the key, None if there was none.
+        active: the key chosen in the list, '' if there was none.
     """
 
     name: str
@@ -37,39 +39,71 @@ class KeyState:
     active: str = ""
 
 
+def wanted_name(obj: bpy.types.Object) -> str:
+    """The name that is set for the live key: the object's own, or that of the preferences."""
+    return str(obj.arap.key_name) or preferences.key_name()
+
+
 def check_name(obj: bpy.types.Object) -> None:
-    """Raises ValueError where the name in ``obj.arap`` cannot be the live key's."""
-    name = obj.arap.key_name
+    """Raises ValueError if the name in ``obj.arap`` cannot be the live key's."""
+    name = wanted_name(obj)
     keys = obj.data.shape_keys
     if keys is not None and keys.reference_key.name == name:
         raise ValueError(f"Shape key '{name}' of '{obj.name}' is its rest shape: choose another name for the pose")
 
 
+@dataclass(frozen=True)
+class PoseKey:
+    """The live key, None if there is none yet, and its name or the one it will have."""
+
+    name: str
+    key: bpy.types.ShapeKey | None
+
+
+def look(obj: bpy.types.Object) -> PoseKey:
+    """Finds the live key. Its name is the wanted one, numbered if a key of the artist's own has that."""
+    name = wanted_name(obj)
+    is_ours = _is_made(obj, name)
+    key = shape_keys.find(obj, name)
+    if key is None or is_ours:
+        return PoseKey(name, key)
+    return PoseKey(shape_keys.free_name(obj, name), None)
+
+
 def find(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:
-    """The live key, None where there is none yet."""
-    name = obj.arap.key_name
-    return shape_keys.find(obj, name) if _is_made(obj, name) else None
+    """The live key, None if there is none yet."""
+    return look(obj).key
 
 
 def name_of(obj: bpy.types.Object) -> str:
-    """The live key's name, or the one it will have: that in ``obj.arap``, numbered where another key has it."""
-    name = str(obj.arap.key_name)
-    if shape_keys.find(obj, name) is None or _is_made(obj, name):
-        return name
-    return shape_keys.free_name(obj, name)
+    """The live key's name, or the one it will have."""
+    return look(obj).name
 
 
-def ensure(obj: bpy.types.Object) -> bpy.types.ShapeKey:
-    """The live key, made at rest (value 0) where missing, with Basis where the mesh has no keys."""
-    key = find(obj)
-    if key is None:
-        key = shape_keys.add(obj, name_of(obj))
-        _mark(obj, key.name)
+def ensure(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.ShapeKey:
+    """The live key, made at rest (value 0) if there is none, with Basis if the mesh has no keys.
+
+    ``found``: what look() has found, if somebody has looked already.
+    """
+    found = found or look(obj)
+    if found.key is not None:
+        return found.key
+    key = shape_keys.add(obj, found.name)
+    _mark(obj, key.name)
+    return key
+
+
+def writable(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.ShapeKey:
+    """As ensure(). Raises ValueError if the key would not show what is written to it."""
+    shape_keys.check_writable(obj)
+    check_name(obj)
+    key = ensure(obj, found)
+    shape_keys.check_shown(obj, key)
     return key
 
 
 def forget_removed(obj: bpy.types.Object) -> None:
-    """Forgets keys that somebody has removed or renamed in Blender's list: another of that name is not ours."""
+    """Forgets keys that were removed or renamed in Blender's list: another key of that name is not the add-on's."""
     made = obj.arap.made_keys
     for index in reversed(range(len(made))):
         if shape_keys.find(obj, made[index].name) is None:
@@ -80,17 +114,17 @@ def capture(obj: bpy.types.Object) -> KeyState:
     """The state of the live key."""
     key = find(obj)
     keys = obj.data.shape_keys
-    state = KeyState(name_of(obj), obj.arap.own_key_name, keys is not None, active=shape_keys.active_name(obj))
+    state = KeyState(name_of(obj), obj.arap.key_name, keys is not None, active=shape_keys.active_name(obj))
     if key is None:
         return state
     return replace(state, positions=shape_keys.read(key), value=key.value, slider_max=key.slider_max)
 
 
 def restore(obj: bpy.types.Object, state: KeyState) -> None:
-    """Back to ``state``: keys that were not there go.
+    """Back to ``state``. Keys that were not there are removed.
 
     Raises:
-        ValueError: the mesh has another number of vertices by now; nothing is written.
+        ValueError: the mesh has another number of vertices now; nothing is written.
     """
     if state.positions is None:
         if _is_made(obj, state.name):
@@ -98,7 +132,7 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
             _unmark(obj, state.name)
         if not state.has_keys:
             shape_keys.remove_lone_reference(obj)
-        obj.arap.own_key_name = state.setting
+        obj.arap.key_name = state.setting
         shape_keys.make_active(obj, state.active)
         obj.data.update_tag()
         return
@@ -106,7 +140,7 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
         raise ValueError(
             f"'{obj.name}' has {len(obj.data.vertices)} vertices, but had {len(state.positions)}: its shape key stays"
         )
-    obj.arap.own_key_name = state.setting
+    obj.arap.key_name = state.setting
     key = ensure(obj)
     key.slider_max = state.slider_max
     key.value = state.value
@@ -115,9 +149,9 @@ def restore(obj: bpy.types.Object, state: KeyState) -> None:
 
 
 class KeyFollower:
-    """Keeps to the live key during a posing act or Live, also where somebody renames it in Blender's list.
+    """Stays with the live key during a posing act or Live, also if it is renamed in Blender's list.
 
-    Holds names and an address to compare with, no Blender data.
+    Keeps names and an address to compare with, no Blender data.
     """
 
     def __init__(self, obj: bpy.types.Object) -> None:
@@ -127,19 +161,19 @@ class KeyFollower:
         self._address = 0
 
     def why_left(self, obj: bpy.types.Object) -> str:
-        """Why the pose is no longer of the key that was followed, without a full stop; '' while it is."""
+        """Why the pose has left the key that was followed, without a full stop; '' while it has not."""
         key = find(obj)
-        if self._name in {"", obj.arap.key_name} or (key is not None and key.as_pointer() == self._address):
+        if self._name in {"", wanted_name(obj)} or (key is not None and key.as_pointer() == self._address):
             return ""
-        return f"{sessions.key_differs(obj.name)}, and is kept in '{self._name}'"
+        return f"{key_differs(obj.name)}, and is kept in '{self._name}'"
 
     def follow(self, obj: bpy.types.Object) -> bool:
-        """Goes along where somebody has renamed the key; False where it was removed."""
-        setting = obj.arap.key_name
+        """Takes the new name if the key was renamed. False if it was removed."""
+        setting = wanted_name(obj)
         if find(obj) is None and _is_made(obj, setting):
             key = self._renamed(obj)
             if key is None:
-                # The next key that is made may have its address, and one of the names is the artist's to give again.
+                # The next new key may get its address, and the artist may give its names to other keys.
                 self.forget_address()
                 self._names.clear()
                 _unmark(obj, setting)
@@ -150,14 +184,14 @@ class KeyFollower:
         return True
 
     def note(self, obj: bpy.types.Object) -> None:
-        """Remembers the key as it is now; to be called once it may have been made."""
+        """Remembers the key as it is now. Call it when it may have been made."""
         key = find(obj)
         if key is not None:
             self._name, self._address = key.name, key.as_pointer()
             self._names.add(key.name)
 
     def forget_address(self) -> None:
-        """After an undo: everything has another address then, and the key the name it had at that step."""
+        """After an undo: everything has another address, and the key has the name of that step."""
         self._name, self._address = "", 0
 
     def give_name_back(self, obj: bpy.types.Object) -> None:
@@ -172,13 +206,13 @@ class KeyFollower:
         keys = obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
         if self._address:
             return next((key for key in keys if key.as_pointer() == self._address), None)
-        # Undo has gone to the step of the renaming itself, which the add-on saw only after it.
+        # Undo has gone to the step of the renaming. The add-on saw the new name only after that step.
         return next((key for key in keys if key.name in self._names), None)
 
 
 def keep_name(obj: bpy.types.Object) -> None:
-    """Saves the name with the object, also where it is that of the preferences, which may be another one tomorrow."""
-    _set_name(obj, obj.arap.key_name)
+    """Saves the name with the object, also if it comes from the preferences: that one may change."""
+    _set_name(obj, wanted_name(obj))
 
 
 def adopt(obj: bpy.types.Object, name: str) -> None:
@@ -205,8 +239,8 @@ def _mark(obj: bpy.types.Object, name: str) -> None:
 
 
 def _set_name(obj: bpy.types.Object, name: str) -> None:
-    if obj.arap.own_key_name != name:
-        obj.arap.own_key_name = name
+    if obj.arap.key_name != name:
+        obj.arap.key_name = name
 
 
 def _unmark(obj: bpy.types.Object, name: str) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is drawn anew. An evaluation of the scene alone draws nothing."""
+"""Asks Blender to draw again: evaluating the scene alone draws nothing."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def tag_panels() -> None:
 
 
 def tag_meshes() -> None:
-    """What all 3D views show, without their headers and sidebars."""
+    """The scene in all 3D views, without headers and sidebars."""
     _tag_regions("WINDOW")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where handles stand while the mesh is at rest, and what changes when that is elsewhere."""
+"""The places of handles while the mesh is at rest, and what changes when those change."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def set_rest_here(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None
 
 
 def follow_new_rest(obj: bpy.types.Object, former: dict[int, Floats]) -> None:
-    """Keeps the places that handles have in stored poses where they are at rest elsewhere from now on.
+    """Lets stored poses put the handles to the same places as before, now that these are at rest elsewhere.
 
     Args:
         obj: the mesh, with its new rest matrices.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arrays -> shape keys and their keyframes. The only file that writes coordinates."""
+"""Arrays to shape keys and their keyframes. Only this file writes coordinates."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the p
 
 
 def check_writable(obj: bpy.types.Object) -> None:
-    """Raises ValueError where shape keys of this mesh must not be written, and says what to do."""
+    """Raises ValueError if shape keys of this mesh must not be written, and says what to do."""
     mesh = obj.data
     if obj.library is not None:
         raise ValueError(f"'{obj.name}' is linked from another file: make it local (Object > Relations > Make Local)")
@@ -30,7 +30,7 @@ def check_writable(obj: bpy.types.Object) -> None:
             f"'{obj.name}' is a library override, in which a pose is not saved: make it local "
             "(Object > Relations > Make Local)"
         )
-    # Users count more than objects (a fake user, a pointer of another add-on), so look only where there are several.
+    # Users are not only objects (a fake user, a pointer of another add-on), so look if there are several.
     if mesh.users > 1 and sum(other.data == mesh for other in bpy.data.objects) > 1:
         raise ValueError(
             f"The mesh of '{obj.name}' is shared with other objects, which would deform too: make it single-user "
@@ -41,7 +41,7 @@ def check_writable(obj: bpy.types.Object) -> None:
 
 
 def check_animatable(obj: bpy.types.Object) -> None:
-    """Raises ValueError where the values of shape keys cannot take keyframes, and says what to do."""
+    """Raises ValueError if the values of shape keys cannot take keyframes, and says what to do."""
     animation = obj.data.shape_keys.animation_data if obj.data.shape_keys else None
     if animation and animation.action and animation.action.library:
         raise ValueError(
@@ -56,7 +56,7 @@ def check_animatable(obj: bpy.types.Object) -> None:
 
 
 def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
-    """Raises ValueError where what is written to ``key`` would not be what is seen, and says what to do."""
+    """Raises ValueError if Blender would not show what is written to ``key``, and says what to do."""
     keys = obj.data.shape_keys
     if key.mute:
         raise ValueError(
@@ -86,7 +86,7 @@ def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
 
 
 def _hides_keys(modifier: bpy.types.Modifier) -> bool:
-    """Whether a modifier puts every vertex where a file has it."""
+    """Whether a modifier takes the place of every vertex from a file."""
     return bool(
         modifier.type == "MESH_CACHE"
         and modifier.show_viewport
@@ -98,7 +98,7 @@ def _hides_keys(modifier: bpy.types.Modifier) -> bool:
 
 
 def find(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey | None:
-    """The key of that name, None where there is none."""
+    """The key of that name, None if there is none."""
     keys = obj.data.shape_keys
     return keys.key_blocks.get(name) if keys else None
 
@@ -110,13 +110,13 @@ def free_name(obj: bpy.types.Object, name: str) -> str:
 
 
 def add(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
-    """A new key at rest, with Basis where the mesh has no keys."""
+    """A new key at rest, with Basis if the mesh has no keys."""
     ensure_reference(obj)
     return new(obj, name, read_reference(obj))
 
 
 def ensure_reference(obj: bpy.types.Object) -> None:
-    """Makes Basis where the mesh has no keys."""
+    """Makes Basis if the mesh has no keys."""
     if obj.data.shape_keys is None:
         obj.shape_key_add(name="Basis", from_mix=False)
 
@@ -132,9 +132,9 @@ def new(obj: bpy.types.Object, name: str, positions: Float32s) -> bpy.types.Shap
 
 
 def add_all(obj: bpy.types.Object, name: str, shapes: Iterable[Float32s]) -> list[str]:
-    """A new key for each shape, as new(), with Basis where the mesh has no keys; returns their names.
+    """A new key for each shape, as new(), with Basis if the mesh has no keys; returns their names.
 
-    Where Blender runs out of memory half way, or there is no further shape, the new keys are removed again.
+    If Blender runs out of memory half way, or ``shapes`` raises, the new keys are removed again.
     """
     had_keys = obj.data.shape_keys is not None
     ensure_reference(obj)
@@ -185,7 +185,7 @@ def remove(obj: bpy.types.Object, name: str) -> None:
 
 @contextmanager
 def _active_kept(obj: bpy.types.Object) -> Iterator[None]:
-    """Leaves the active key the same one, by name, whatever keys come and go."""
+    """Keeps the active key, by name, while other keys come and go."""
     name = active_name(obj)
     try:
         yield
@@ -194,14 +194,14 @@ def _active_kept(obj: bpy.types.Object) -> Iterator[None]:
 
 
 def remove_lone_reference(obj: bpy.types.Object) -> None:
-    """Removes the reference key where it is the only one."""
+    """Removes the reference key if it is the only one."""
     keys = obj.data.shape_keys
     if keys is not None and len(keys.key_blocks) == 1:
         obj.shape_key_remove(keys.reference_key)
 
 
 def active_name(obj: bpy.types.Object) -> str:
-    """Name of the key chosen in the list, '' where there is none."""
+    """Name of the key chosen in the list, '' if there is none."""
     key = obj.active_shape_key
     return key.name if key is not None else ""
 
@@ -232,7 +232,7 @@ def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) 
     shift = shape - read(keys.reference_key)
     for key in keys.key_blocks:
         if key not in (pose, keys.reference_key):
-            # Keys relative to the pose go with it, wherever it goes.
+            # Keys relative to the pose go with it.
             is_on_pose = _root_of(key, keys.reference_key, pose) == pose
             versions.write_key(key, read(key) + (shift_of_pose if is_on_pose else shift))
     versions.write_key(pose, shape)
@@ -244,7 +244,7 @@ def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) 
 def _root_of(
     key: bpy.types.ShapeKey, reference: bpy.types.ShapeKey, pose: bpy.types.ShapeKey
 ) -> bpy.types.ShapeKey | None:
-    """The pose or the reference, whichever the chain of relative keys meets first; None where it runs in a circle."""
+    """The pose or the reference, the first that the chain of relative keys meets; None if the chain is a circle."""
     seen: list[bpy.types.ShapeKey] = []
     while key not in seen:
         if key in (reference, pose):
@@ -269,7 +269,7 @@ def frame_keys(obj: bpy.types.Object, prefix: str) -> Iterator[str]:
 
 
 def write_animation(obj: bpy.types.Object, prefix: str, frames: Sequence[int], shapes: Iterable[Float32s]) -> list[str]:
-    """One key for each frame, keyframed so that at each frame only its key shows, fully, and neighbours blend linearly.
+    """One key for each frame. At its frame only this key shows, with value 1, and neighbours blend linearly.
 
     Keys of an earlier bake with the same prefix are replaced.
     """

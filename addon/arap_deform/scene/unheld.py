@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which vertices nothing holds or moves: parts of the mesh without a pin or handle, and loose ones."""
+"""Which vertices do not move: parts of the mesh without a pin or handle, and loose vertices."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ import numpy as np
 from ..core.arrays import Floats, Ints
 from ..core.graph import connected_labels, face_edges
 from . import handle_motion, meshes
+from .inputs import enabled_holds
 
 
 def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, int]:
     """The vertices, (k,) int32 ascending, and how many parts of the mesh they are, loose ones not counted.
 
     Raises:
-        ValueError: as session_input(), where the mesh cannot be used or nothing holds or moves any of it.
+        ValueError: as read_input(), if the mesh cannot be used or has no pin and no handle.
     """
     meshes.check_mesh(obj)
     handle_motion.check_handles(obj, depsgraph)
-    names = sorted({group for group, _ in handle_motion.enabled_holds(obj)})
+    names = sorted({hold.group for hold in enabled_holds(obj)})
     if not names:
         raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
     is_held = np.any([weights > 0.0 for weights in meshes.read_weights(obj, names).values()], axis=0)
@@ -38,6 +39,6 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
 
 
 def _same_places(positions: Floats) -> Ints:
-    """(n,) a vertex at the same place, the same one for all there."""
+    """(n,) one vertex for each place: all vertices at a place have the same."""
     _, first, inverse = np.unique(positions, axis=0, return_index=True, return_inverse=True)
     return first[inverse.reshape(-1)].astype(np.int32)

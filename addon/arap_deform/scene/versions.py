@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The differences between Blender 3.4 and 5.2 that the add-on meets.
+"""The differences between Blender 3.4 and 5.2.
 
-But for those of animation (fcurves) and of commands of the command line (cli).
+Two are elsewhere: animation (fcurves) and commands of the command line (cli).
 """
 
 from __future__ import annotations
@@ -85,12 +85,12 @@ def read_edges(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
 def read_group_weights(
     obj: bpy.types.Object, names: Sequence[str], use_nodes: bool | None = None
 ) -> dict[str, Float32s]:
-    """(n,) float32 weight of every vertex in each of the groups; 0 where it is not in the group.
+    """(n,) float32 weight of every vertex in each of the groups; 0 if it is not in the group.
 
     Args:
         obj: a mesh object in Object Mode that has these groups.
         names: the groups.
-        use_nodes: which way; None: the faster one. Both give the same.
+        use_nodes: whether geometry nodes read them; None: the faster way. Both give the same.
     """
     if not names:
         return {}
@@ -115,14 +115,14 @@ def _weights_by_pass(obj: bpy.types.Object, names: Sequence[str]) -> dict[str, F
 def _weights_by_nodes(obj: bpy.types.Object, names: Sequence[str]) -> dict[str, Float32s]:
     """Geometry nodes copy the groups to attributes, which are read in bulk: 4 ms for 100,000 vertices.
 
-    The nodes sit on a second object with the same mesh, in a scene of its own, so nothing of the file is evaluated
-    and nothing of it changes.
+    The nodes are on a second object with the same mesh, in a scene of its own. So nothing of the file is evaluated or
+    changes.
     """
     tree = _group_reader([(name, f"arap_{i}") for i, name in enumerate(names)])
     reader = bpy.data.objects.new("arap_group_reader", obj.data)
     scene = bpy.data.scenes.new("arap_group_reader")
     try:
-        reader.show_only_shape_key = True  # no shape is needed: the first key alone is the least work
+        reader.show_only_shape_key = True  # the shape does not matter, and the first key alone is the least work
         reader.modifiers.new("groups", "NODES").node_group = tree
         scene.collection.objects.link(reader)
         view_layer = scene.view_layers[0]
@@ -189,7 +189,7 @@ def node_attributes(modifier: bpy.types.NodesModifier) -> list[str]:
 
 
 def is_painting() -> bool | None:
-    """Whether a stroke of a brush is under way in some window; before 4.2 nobody can tell: None."""
+    """Whether a stroke of a brush is under way in some window. None before Blender 4.2, which cannot tell."""
     if "modal_operators" not in bpy.types.Window.bl_rna.properties:
         return None
     windows = bpy.context.window_manager.windows
@@ -197,7 +197,7 @@ def is_painting() -> bool | None:
 
 
 def gpu_shader(name: str) -> Any:
-    """A built-in shader of the gpu module, by its name of today: before 4.0 those in space have a prefix."""
+    """A built-in shader of the gpu module by its present name. Before 4.0 shaders in space have a prefix."""
     try:
         return gpu.shader.from_builtin(name)
     except ValueError:
@@ -217,7 +217,7 @@ def set_text_size(font: int, size: float) -> None:
 
 
 def draw_progress(layout: bpy.types.UILayout, text: str, fraction: float) -> None:
-    """A bar with a text that is translated already; before 4.0 the text alone."""
+    """A bar with a text; before 4.0 the text alone."""
     if bpy.app.version >= (4, 0, 0):
         layout.progress(text=text, translate=False, factor=fraction)
     else:

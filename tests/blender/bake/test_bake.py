@@ -30,7 +30,7 @@ class BakeTest(SceneTest):
             self.scene.frame_set(frame)
             self.assert_close(shown_positions(obj), pose, 1e-6)
             # The handle's own vertices tell the true place at that frame.
-            motion = self.api.handle_matrices(obj)[1]
+            motion = module("scene.handle_motion").handle_matrices(obj)[1]
             expected = rest_positions(obj)[TOP] @ motion[:3, :3].T + motion[:3, 3]
             self.assert_close(pose[TOP], expected, 1e-5)
         self.assertGreater(np.abs(poses[2] - poses[0]).max(), 1.0)
@@ -206,7 +206,7 @@ class BakeTest(SceneTest):
     def test_estimate(self):
         obj = mesh_object()
         n = len(obj.data.vertices)
-        estimate = self.api.estimate_bake(obj, 1, 48)
+        estimate = module("bake.keys").estimate_bake(obj, 1, 48)
         self.assertEqual((estimate.n_keys, estimate.n_vertices), (48, n))
         self.assertEqual((estimate.bytes_in_file, estimate.bytes_in_memory), (48 * n * 12, 96 * n * 12))
         self.assertEqual(str(estimate), "48 keys, 78 kB in the file, 157 kB in memory")
@@ -250,7 +250,7 @@ class CancelTest(SceneTest):
         for _ in range(2):  # while it binds, then with the session that was made meanwhile
             self.assert_error(self.api.Cancelled, "The bake of 'Tube' was cancelled; nothing has changed", *stop)
             self.assertEqual(target.matrix_basis, before)
-            self.api.prepare_session(obj)
+            module("follow.update").prepare_session(obj)
         self.api.bake_animation(obj, 1, 21, 10)
         self.assertEqual(target.matrix_basis, before)
 
@@ -342,20 +342,20 @@ class CancelTest(SceneTest):
         """The bind runs in a thread of its own; a cancel drops it, and a step waits no longer than told."""
         obj = posable()
         animate(obj)
-        job = self.api.begin_bake(obj, 1, 21, 10)
+        job = module("bake.keys").begin_bake(obj, 1, 21, 10)
         self.assertIsNotNone(job.bind_fraction)
         job.cancel()
         self.assertIsNone(module("core.sessions").get("Tube"))
-        job = self.api.begin_bake(obj, 1, 21, 10)
+        job = module("bake.keys").begin_bake(obj, 1, 21, 10)
         while job.bind_fraction is not None:
             self.assertTrue(job.step())
         self.assertEqual(job.fraction, 0.0)
         job.cancel()
-        again = self.api.begin_bake(obj, 1, 21, 10)
+        again = module("bake.keys").begin_bake(obj, 1, 21, 10)
         self.assertIsNone(again.bind_fraction)
         again.cancel()
         obj.data.vertices[9].co.x = float("nan")
-        job = self.api.begin_bake(obj, 1, 21, 10)
+        job = module("bake.keys").begin_bake(obj, 1, 21, 10)
         with self.assertRaises(ValueError) as caught:
             while job.step():
                 pass
@@ -368,7 +368,7 @@ class CancelTest(SceneTest):
         obj.arap.accuracy = 1e-9
         self.scene.frame_set(3)
         before = data_of(obj)
-        job = self.api.begin_bake(obj, 1, 21, 10)
+        job = module("bake.keys").begin_bake(obj, 1, 21, 10)
         steps = 0
         while job.step(time_limit_s=1e-6):
             steps += 1
@@ -377,7 +377,7 @@ class CancelTest(SceneTest):
         self.assertEqual(job.fraction, 1.0)
         job.cancel()
         self.assertEqual(data_of(obj), before)
-        whole = self.api.begin_bake(obj, 1, 21, 10)
+        whole = module("bake.keys").begin_bake(obj, 1, 21, 10)
         while whole.step(time_limit_s=60.0):
             pass
         for at_once, in_steps in zip(whole.readouts, job.readouts, strict=True):  # each step searches anew
@@ -388,7 +388,7 @@ class CancelTest(SceneTest):
     def test_an_unfinished_job_writes_nothing(self):
         obj = posable()
         animate(obj)
-        job = self.api.begin_bake(obj, 1, 21, 10)
+        job = module("bake.keys").begin_bake(obj, 1, 21, 10)
         message = "The bake of 'Tube' is not done: call step() until it returns False"
         self.assert_error(RuntimeError, message, job.finish)
         job.cancel()
@@ -396,7 +396,7 @@ class CancelTest(SceneTest):
     def test_a_job_whose_object_or_mesh_goes_says_so(self):
         obj = posable()
         animate(obj)
-        job = self.api.begin_bake(obj, 1, 21, 10)
+        job = module("bake.keys").begin_bake(obj, 1, 21, 10)
         n = len(obj.data.vertices)
         obj.data.vertices.add(1)
         message = f"The mesh of 'Tube' has changed ({n} vertices, now {n + 1}): the bake has ended"
@@ -412,17 +412,17 @@ class CancelTest(SceneTest):
         animate(obj)
         self.scene.frame_set(11)
         self.api.solve(obj)
-        session = self.api.prepare_session(obj)
+        session = module("follow.update").prepare_session(obj)
         before = session.positions.copy()
         self.api.bake_animation(obj, 1, 5, 2)
-        self.assertIs(self.api.prepare_session(obj), session)
+        self.assertIs(module("follow.update").prepare_session(obj), session)
         self.assert_close(session.positions, before, 0.0)
 
 
 class RefusalTest(SceneTest):
     def test_arguments_are_checked(self):
         obj = posable()
-        for function in (self.api.bake_animation, self.api.estimate_bake):
+        for function in (self.api.bake_animation, module("bake.keys").estimate_bake):
             self.assert_error(ValueError, "step = 0, must be 1 or more", function, obj, 1, 5, 0)
             self.assert_error(ValueError, "The last frame 1 is before the first, 5: swap them", function, obj, 5, 1)
         prefix = "x" * 60

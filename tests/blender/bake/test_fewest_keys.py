@@ -39,8 +39,8 @@ def largest_distances(obj, scene, true_names, frames) -> list[float]:
 class FewestKeysTest(SceneTest):
     def check_within(self, obj, percent, fewest_than):
         true_names = self.api.bake_animation(obj, 1, 21, prefix="True ")
-        job = self.api.begin_bake(obj, 1, 21, fewest_keys_percent=percent)
-        names = self.api.run_job(job)
+        job = module("bake.keys").begin_bake(obj, 1, 21, fewest_keys_percent=percent)
+        names = module("core.job").run_job(job)
         off = max(largest_distances(obj, self.scene, true_names, range(1, 22)))
         self.assertLessEqual(off, percent / 100.0 * size_of(obj) + 2e-6)
         self.assertLess(len(names), fewest_than)
@@ -77,7 +77,7 @@ class FewestKeysTest(SceneTest):
         obj = posable()
         animate(obj)
         before = data_of(obj)
-        job = self.api.begin_bake(obj, 1, 21, fewest_keys_percent=1.0)
+        job = module("bake.keys").begin_bake(obj, 1, 21, fewest_keys_percent=1.0)
         while job.fraction < 1.0:
             self.assertTrue(job.step())
         message = "The bake of 'Tube' is not done: call step() until it returns False"
@@ -94,7 +94,9 @@ class FewestKeysTest(SceneTest):
         obj = posable()
         for percent in (-1.0, 101.0, float("nan")):
             message = f"fewest_keys_percent = {percent}, must be between 0 and 100"
-            self.assert_error(ValueError, message, self.api.begin_bake, obj, 1, 5, fewest_keys_percent=percent)
+            self.assert_error(
+                ValueError, message, module("bake.keys").begin_bake, obj, 1, 5, fewest_keys_percent=percent
+            )
 
     def test_the_operator_says_how_many(self):
         obj = posable()

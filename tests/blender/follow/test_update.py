@@ -15,6 +15,7 @@ from support import (
     move,
     posable,
     rest_positions,
+    unfit,
 )
 
 
@@ -23,25 +24,27 @@ class LiveTest(SceneTest):
         obj, other = posable(), posable("Other")
         for item in (obj, other):
             bend(item)
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         obj.arap.iterations_per_update = 7
-        first = self.api.update_pose(obj)
+        first = module("follow.update").update_pose(obj)
         self.assertEqual((first.iterations, first.stop_reason), (7, "max_iterations"))
         for _ in range(1000):
-            last = self.api.update_pose(obj)
+            last = module("follow.update").update_pose(obj)
             if last.stop_reason == "converged":
                 break
         self.assertEqual(last.stop_reason, "converged")
-        self.assertEqual(self.api.readout(obj), last)
-        self.assertEqual(self.api.readout("Tube"), last)
+        self.assertEqual(module("core.sessions").readout(obj.name_full), last)
+        self.assertEqual(module("core.sessions").readout("Tube"), last)
         self.api.solve(other)
         self.assert_close(key_positions(obj), key_positions(other), 2e-3)
 
     def test_the_time_limit_and_the_guess_can_be_given(self):
         obj = posable()
         bend(obj)
-        self.api.prepare_session(obj)
-        done = self.api.update_pose(obj, iterations=50, initial_guess="handle_rotations", time_limit_s=1e-9)
+        module("follow.update").prepare_session(obj)
+        done = module("follow.update").update_pose(
+            obj, iterations=50, initial_guess="handle_rotations", time_limit_s=1e-9
+        )
         self.assertEqual((done.iterations, done.stop_reason), (1, "time_limit"))
 
     def test_a_session_starts_from_the_pose_shown(self):
@@ -49,47 +52,47 @@ class LiveTest(SceneTest):
         bend(obj)
         self.api.solve(obj)
         posed = key_positions(obj)
-        self.api.end_session(obj)
-        session = self.api.prepare_session(obj)
+        module("core.sessions").drop(obj.name)
+        session = module("follow.update").prepare_session(obj)
         self.assert_close(session.positions, posed, 1e-6)
 
     def test_moving_a_handle_never_factorizes_and_new_groups_do_without_a_bind(self):
         obj = posable()
-        session = self.api.prepare_session(obj)
+        session = module("follow.update").prepare_session(obj)
         before = session.n_factorizations
         for step in range(3):
             move(obj.arap.handles[0].target, (0.0, 0.1 * step, 0.0))
-            self.api.update_pose(obj)
+            module("follow.update").update_pose(obj)
         self.assertEqual(session.n_factorizations, before)
         self.api.add_pin(obj, MIDDLE)
-        self.assertIs(self.api.prepare_session(obj), session)
+        self.assertIs(module("follow.update").prepare_session(obj), session)
         self.assertEqual(session.n_factorizations, before + 1)
 
     def test_settings_that_need_no_bind_take_effect_at_once(self):
         obj = posable()
         bend(obj)
-        session = self.api.prepare_session(obj)
+        session = module("follow.update").prepare_session(obj)
         obj.arap.iterations_per_update = 3
-        self.assertEqual(self.api.update_pose(obj).iterations, 3)
+        self.assertEqual(module("follow.update").update_pose(obj).iterations, 3)
         obj.arap.accuracy = 0.1
-        self.assertEqual(self.api.update_pose(obj).stop_reason, "converged")
-        self.assertIs(self.api.prepare_session(obj), session)
+        self.assertEqual(module("follow.update").update_pose(obj).stop_reason, "converged")
+        self.assertIs(module("follow.update").prepare_session(obj), session)
 
     def check_ended(self, obj, reason, *, is_thorough=False):
-        self.assertEqual(self.api.check_live(obj, is_thorough=is_thorough), reason)
+        self.assertEqual(unfit(obj, is_thorough=is_thorough), reason)
         before = key_positions(obj) if obj.data.shape_keys else None
         if not is_thorough:
-            self.assert_error(RuntimeError, f"{reason}: start posing again", self.api.update_pose, obj)
-            self.assertEqual(self.api.check_live(obj), f"'{obj.name}' is not being posed")
+            self.assert_error(RuntimeError, f"{reason}: start posing again", module("follow.update").update_pose, obj)
+            self.assertEqual(unfit(obj), f"'{obj.name}' is not being posed")
             if before is not None:
                 self.assert_close(key_positions(obj), before, 0.0)
-        self.api.prepare_session(obj)
-        self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+        module("follow.update").prepare_session(obj)
+        self.assertEqual(unfit(obj, is_thorough=True), "")
 
     def test_without_a_session(self):
         obj = posable()
         message = "'Tube' is not being posed: start posing again"
-        self.assert_error(RuntimeError, message, self.api.update_pose, obj)
+        self.assert_error(RuntimeError, message, module("follow.update").update_pose, obj)
 
     def test_changed_topology_ends_a_session_and_writes_nothing(self):
         obj = posable()
@@ -100,7 +103,7 @@ class LiveTest(SceneTest):
         bpy.ops.object.mode_set(mode="EDIT")
         bpy.ops.mesh.select_all(action="SELECT")
         bpy.ops.mesh.subdivide()
-        self.assertEqual(self.api.check_live(obj), "'Tube' is in Edit Mode: go back to Object Mode first")
+        self.assertEqual(unfit(obj), "'Tube' is in Edit Mode: go back to Object Mode first")
         bpy.ops.object.mode_set(mode="OBJECT")
         now = len(obj.data.vertices), len(obj.data.polygons)
         self.check_ended(
@@ -110,9 +113,9 @@ class LiveTest(SceneTest):
 
     def test_other_faces_of_the_same_number_are_noticed(self):
         obj = posable()
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         obj.data.flip_normals()
-        self.assertEqual(self.api.check_live(obj), "")
+        self.assertEqual(unfit(obj), "")
         self.check_ended(obj, "The faces of 'Tube' have changed", is_thorough=True)
 
     def test_a_changed_rest_shape_is_noticed(self):
@@ -123,13 +126,13 @@ class LiveTest(SceneTest):
 
     def test_painted_weights_are_noticed(self):
         obj = posable()
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         obj.vertex_groups["Head"].add([TOP[0]], 0.5, "REPLACE")
         self.check_ended(obj, "The pins or handles of 'Tube' have changed", is_thorough=True)
 
     def test_changed_groups_settings_and_scale_end_a_session(self):
         obj = posable()
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         obj.arap.pins[0].is_enabled = False
         self.check_ended(obj, "The pins or handles of 'Tube' have changed")
         obj.arap.energy = "spokes"
@@ -144,58 +147,58 @@ class LiveTest(SceneTest):
         obj = posable()
         obj.vertex_groups.new(name="Stiff")
         self.api.add_stiffness_group(obj, "Stiff")
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         obj.vertex_groups["Stiff"].add(MIDDLE, 0.5, "REPLACE")
         self.check_ended(obj, "The stiffness of 'Tube' has changed", is_thorough=True)
 
     def test_turning_the_object_ends_nothing(self):
         obj = posable()
-        session = self.api.prepare_session(obj)
+        session = module("follow.update").prepare_session(obj)
         for turn in (0.3, 1.0, 2.5):
             obj.rotation_euler = (turn, 0.5 * turn, -turn)
             bpy.context.view_layer.update()
-            self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
-            self.assertIs(self.api.prepare_session(obj), session)
+            self.assertEqual(unfit(obj, is_thorough=True), "")
+            self.assertIs(module("follow.update").prepare_session(obj), session)
 
     def test_inputs_are_read_before_and_adopted_after_a_bind_in_a_thread(self):
         import threading
 
         obj = posable()
         bend(obj)
-        inputs = self.api.session_input(obj)
+        inputs = module("scene.inputs").read_input(obj, bpy.context.evaluated_depsgraph_get())
         built = []
         fractions = []
         thread = threading.Thread(
-            target=lambda: built.append(self.api.build_session(inputs, fractions.append)), daemon=True
+            target=lambda: built.append(module("core.sessions").build(inputs, fractions.append)), daemon=True
         )
         thread.start()
         thread.join()
         self.assertEqual(fractions, sorted(fractions))
-        self.api.adopt_session(obj, inputs, built[0])
-        self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
-        self.api.update_pose(obj)
+        module("follow.mesh").adopt(obj, inputs, built[0])
+        self.assertEqual(unfit(obj, is_thorough=True), "")
+        module("follow.update").update_pose(obj)
         obj.data.vertices.add(1)
         n, faces = len(obj.data.vertices), len(obj.data.polygons)
         message = (
             f"The mesh of 'Tube' has changed ({n - 1} vertices and {faces} faces, now {n} and {faces}) "
             "while it was being prepared: start again"
         )
-        self.assert_error(RuntimeError, message, self.api.adopt_session, obj, inputs, built[0])
+        self.assert_error(RuntimeError, message, module("follow.mesh").adopt, obj, inputs, built[0])
 
     def test_sync_goes_on_from_what_the_key_shows(self):
         """As after an undo: the data is another, the names are the same."""
         obj = posable()
         bend(obj)
         self.api.solve(obj)
-        session = self.api.prepare_session(obj)
+        session = module("follow.update").prepare_session(obj)
         key = obj.data.shape_keys.key_blocks["ARAP"]
         key.data.foreach_set("co", rest_positions(obj).astype(np.float32).ravel())
-        self.api.sync_session(obj)
+        module("follow.mesh").sync(obj)
         self.assert_close(session.positions, rest_positions(obj), 1e-6)
         obj.shape_key_remove(key)
-        self.api.sync_session(obj)
+        module("follow.mesh").sync(obj)
         self.assert_close(session.positions, rest_positions(obj), 1e-6)
-        self.api.sync_session(mesh_object("Other"))
+        module("follow.mesh").sync(mesh_object("Other"))
 
     def test_undo_replaces_the_data_and_the_session_goes_on(self):
         obj = posable()
@@ -209,17 +212,17 @@ class LiveTest(SceneTest):
         bpy.ops.ed.undo_push(message="moved")
         bpy.ops.ed.undo()
         obj = bpy.data.objects["Tube"]
-        self.api.sync_session(obj)
-        self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+        module("follow.mesh").sync(obj)
+        self.assertEqual(unfit(obj, is_thorough=True), "")
         self.assert_close(key_positions(obj), posed, 0.0)
-        self.api.update_pose(obj)
+        module("follow.update").update_pose(obj)
         self.assert_close(key_positions(obj), posed, 1e-4)
 
     def test_a_file_load_forgets_sessions_and_readouts(self):
         obj = posable()
         self.api.solve(obj)
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        self.assertIsNone(self.api.readout("Tube"))
+        self.assertIsNone(module("core.sessions").readout("Tube"))
         self.assertIsNone(module("core.sessions").get("Tube"))
 
     def test_a_new_object_has_nothing_of_one_that_had_its_name(self):
@@ -233,12 +236,12 @@ class LiveTest(SceneTest):
             with self.subTest(leave.__name__):
                 obj = posable()
                 self.api.solve(obj)
-                self.assertIsNotNone(self.api.readout(obj))
+                self.assertIsNotNone(module("core.sessions").readout(obj.name_full))
                 leave(obj)
                 bpy.context.view_layer.update()
                 obj = mesh_object()
                 self.assertEqual(obj.name, "Tube")
-                self.assertIsNone(self.api.readout(obj))
+                self.assertIsNone(module("core.sessions").readout(obj.name_full))
                 self.assertIsNone(module("core.sessions").get("Tube"))
                 bpy.data.objects.remove(obj)
 
@@ -248,7 +251,7 @@ class LiveTest(SceneTest):
         for text in ("Binding was cancelled; nothing has changed", "Solving was cancelled; the pose is as it was"):
             self.assert_error(self.api.Cancelled, text, self.api.solve, obj, progress=lambda _: False)
             self.assertIsNone(obj.data.shape_keys)
-            self.api.prepare_session(obj)
+            module("follow.update").prepare_session(obj)
         self.api.solve(obj)
         posed = key_positions(obj)
         move(obj.arap.handles[0].target, (0.0, 1.0, 0.0))
@@ -260,7 +263,7 @@ class LiveTest(SceneTest):
             progress=lambda _: False,
         )
         self.assert_close(key_positions(obj), posed, 0.0)
-        self.assert_close(self.api.prepare_session(obj).positions, posed, 1e-6)
+        self.assert_close(module("follow.update").prepare_session(obj).positions, posed, 1e-6)
 
     def test_progress_grows_from_bind_to_end(self):
         obj = posable()

@@ -45,7 +45,7 @@ def animate(obj, start=1, end=21, turn=-1.2):
 
 def top_as_handled(obj):
     """Where the handle says that the top shall be."""
-    motion = module("api").handle_matrices(obj)[1]
+    motion = module("scene.handle_motion").handle_matrices(obj)[1]
     return rest_positions(obj)[TOP] @ motion[:3, :3].T + motion[:3, 3]
 
 
@@ -274,7 +274,7 @@ class LiveToggleTest(SceneTest):
         animate(obj)
         other = live_tube("Other")
         animate(other)
-        job = self.api.begin_bake(obj, 1, 11, 5)
+        job = module("bake.keys").begin_bake(obj, 1, 11, 5)
         count = self.count_updates(other)
         while job.step():
             self.assertIn(self.sessions.claimed_by("Tube"), "it is baked")
@@ -288,7 +288,7 @@ class LiveToggleTest(SceneTest):
             "unmute it, and mute or remove the baked keys",
         )
         self.assert_followed(other)
-        job = self.api.begin_bake(other, 1, 11, 5)
+        job = module("bake.keys").begin_bake(other, 1, 11, 5)
         job.cancel()
         self.assertEqual(self.sessions.claimed_by("Other"), "")
 

@@ -4,7 +4,7 @@
 from typing import Any
 
 import bmesh
-from support import SceneTest, bend, bpy, key_positions, module, posable
+from support import SceneTest, bend, bpy, key_positions, module, posable, unfit
 
 
 class PoseSceneTest(SceneTest):
@@ -42,7 +42,7 @@ class PoseSceneTest(SceneTest):
 
     def test_vertices_in_another_order_are_not_bound_again(self):
         obj = posable()
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         act = self.act(obj)
         mesh = bmesh.new()
         mesh.from_mesh(obj.data)
@@ -62,25 +62,26 @@ class PoseSceneTest(SceneTest):
         obj.arap.key_name = "Bent"
         changed = "The pose of 'Tube' has another shape key now"
         self.assertEqual(act.why_over(), f"{changed}, and is kept in 'ARAP': posing has ended")
-        self.assertEqual(self.api.check_live(obj, is_thorough=True), changed)
-        self.assert_error(RuntimeError, f"{changed}: start posing again", self.api.update_pose, obj)
+        self.assertEqual(unfit(obj, is_thorough=True), changed)
+        self.assert_error(RuntimeError, f"{changed}: start posing again", module("follow.update").update_pose, obj)
         self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])
-        self.api.prepare_session(obj)
-        self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+        module("follow.update").prepare_session(obj)
+        self.assertEqual(unfit(obj, is_thorough=True), "")
 
     def test_a_renamed_key_is_followed_and_a_removed_one_ends_the_act(self):
         obj = posable()
         act = self.act(obj)
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         for name in ("ARAP", "Bent", "Bowed"):
             if obj.data.shape_keys is not None:
                 obj.data.shape_keys.key_blocks[obj.arap.key_name].name = name
             self.assertEqual(act.why_over(), "")
             bend(obj)
+            self.assertTrue(act.is_bound())
             act.update(act.matrices(), None, 1.0)
             self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", name])
             self.assertEqual(obj.arap.key_name, name)
-            self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+            self.assertEqual(unfit(obj, is_thorough=True), "")
         obj.shape_key_remove(obj.data.shape_keys.key_blocks["Bowed"])
         self.assertEqual(act.why_over(), "Shape key 'Bowed' of 'Tube' was removed: posing has ended")
 
@@ -89,11 +90,12 @@ class PoseSceneTest(SceneTest):
         self.api.solve(obj)
         before = key_positions(obj)
         act = self.act(obj)
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         self.assertEqual(act.why_over(), "")
         obj.data.shape_keys.key_blocks["ARAP"].name = "Bent"
         self.assertEqual(act.why_over(), "")
         bend(obj)
+        self.assertTrue(act.is_bound())
         act.update(act.matrices(), None, 1.0)
         act.restore(obj)
         self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])

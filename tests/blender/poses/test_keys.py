@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stored poses as shape keys: solved to the end, named, and nobody else's key touched."""
 
-from support import MIDDLE, SceneTest, bend, bpy, data_of, key_positions, move, posable, rest_positions
+from support import MIDDLE, SceneTest, bend, bpy, data_of, key_positions, module, move, posable, rest_positions
 
 
 def key_names(obj) -> list[str]:
@@ -24,13 +24,13 @@ class PoseKeysTest(SceneTest):
 
     def test_each_pose_is_a_key_as_solve_makes_it(self):
         obj, truth = self.with_poses()
-        handles = self.api.handle_matrices(obj)
+        handles = module("scene.handle_motion").handle_matrices(obj)
         self.assertEqual(self.api.poses_to_keys(obj), ["Bent", "Turned"])
         self.assertEqual(key_names(obj), ["Basis", "Bent", "Turned"])
         for name, shape in truth.items():
             self.assert_close(key_positions(obj, name), shape, 1e-5)
             self.assertEqual(obj.data.shape_keys.key_blocks[name].value, 0.0)
-        self.assert_close(self.api.handle_matrices(obj), handles, 0.0)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj), handles, 0.0)
 
     def test_some_of_them(self):
         obj, truth = self.with_poses()
@@ -123,7 +123,7 @@ class PoseKeysTest(SceneTest):
     def test_a_cancel_leaves_nothing(self):
         obj, _ = self.with_poses()
         self.api.solve(obj)
-        session = self.api.prepare_session(obj)
+        session = module("follow.update").prepare_session(obj)
         positions = session.positions.copy()
         before = data_of(obj)
         message = "The making of shape keys of 'Tube' was cancelled; nothing has changed"
@@ -141,7 +141,7 @@ class PoseKeysTest(SceneTest):
         other = bpy.data.scenes.new("Other")
         message = "'Tube' is not in scene 'Other': choose an object of it"
         self.assert_error(ValueError, message, self.api.poses_to_keys, obj, scene=other)
-        job = self.api.begin_pose_keys(obj)
+        job = module("poses.keys").begin_pose_keys(obj)
         self.api.delete_pose(obj, "Pose")
         while job.step():
             pass

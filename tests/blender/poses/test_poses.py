@@ -174,12 +174,12 @@ class ApplyTest(SceneTest):
         obj = posable()
         bend(obj)
         self.api.store_pose(obj, "Bent")
-        before = self.api.handle_matrices(obj)
+        before = module("scene.handle_motion").handle_matrices(obj)
         self.api.reset_handles(obj)
         obj.matrix_world = Matrix.Translation((5.0, 1.0, 0.0)) @ Matrix.Rotation(1.0, 4, "X") @ Matrix.Scale(2.0, 4)
         bpy.context.view_layer.update()
         self.assertEqual(str(self.api.apply_pose(obj, "Bent")), "")
-        self.assert_close(self.api.handle_matrices(obj), before, 2e-5)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj), before, 2e-5)
 
     def test_a_handle_with_another_object_does_the_same_to_the_mesh(self):
         obj = posable()
@@ -189,7 +189,7 @@ class ApplyTest(SceneTest):
         self.api.store_pose(obj, "Bent")
         self.api.reset_handles(obj)
         self.api.solve(obj)
-        self.api.set_handle_target(obj, 0, empty_at((2.0, 2.0, 2.0), "Other"))
+        module("setup.handles").set_handle_target(obj, 0, empty_at((2.0, 2.0, 2.0), "Other"))
         self.assertEqual(str(self.api.apply_pose(obj, "Bent")), "")
         self.api.solve(obj)
         self.assert_close(key_positions(obj), shape, 1e-3)
@@ -341,7 +341,7 @@ class LibraryTest(SceneTest):
     def test_saved_with_the_file_and_copied_with_the_object(self):
         obj = posable()
         bend(obj)
-        stored = self.api.handle_matrices(obj)
+        stored = module("scene.handle_motion").handle_matrices(obj)
         self.api.store_pose(obj, "Bent")
         self.api.reset_handles(obj)
         with tempfile.TemporaryDirectory() as folder:
@@ -356,7 +356,7 @@ class LibraryTest(SceneTest):
         bpy.context.view_layer.update()
         for one in (obj, copy):
             self.assertEqual(str(self.api.apply_pose(one, "Bent")), "")
-            self.assert_close(self.api.handle_matrices(one), stored, 1e-5)
+            self.assert_close(module("scene.handle_motion").handle_matrices(one), stored, 1e-5)
 
 
 class BlendTest(SceneTest):
@@ -462,13 +462,13 @@ class MirrorTest(SceneTest):
     def test_twice_is_the_pose_itself(self):
         obj = self.symmetric()
         move(obj.arap.handles[1].target, (0.4, 0.3, 0.2), (0.2, 0.3, 0.4))
-        there = self.api.handle_matrices(obj)
+        there = module("scene.handle_motion").handle_matrices(obj)
         self.api.store_pose(obj, "Out")
         self.assertEqual(self.api.mirror_pose(obj, "Out").name, "Out mirrored")
         self.api.mirror_pose(obj, "Out mirrored")
         self.api.reset_handles(obj)
         self.api.apply_pose(obj, "Out mirrored mirrored")
-        self.assert_close(self.api.handle_matrices(obj), there, 1e-5)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj), there, 1e-5)
 
     def test_a_missing_partner_is_refused(self):
         obj = self.symmetric()
@@ -539,7 +539,7 @@ class OperatorTest(SceneTest):
         self.obj.arap.handles[0].is_enabled = False
         self.assertEqual(poses.why_not_applicable(context), "Add a handle first: nothing moves the mesh yet")
         self.obj.arap.handles[0].is_enabled = True
-        job = self.api.begin_pose_keys(self.obj)
+        job = module("poses.keys").begin_pose_keys(self.obj)
         self.assertEqual(poses.why_not_storable(context), "Wait for the mesh: shape keys are made of its poses")
         job.cancel()
         bpy.ops.object.mode_set(mode="EDIT")

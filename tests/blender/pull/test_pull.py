@@ -20,6 +20,7 @@ from support import (
     posable,
     rest_positions,
     shown_positions,
+    unfit,
 )
 
 SIZE = (400, 300)
@@ -53,13 +54,14 @@ class PullTest(SceneTest):
     def pull(self, obj, grab, shift):
         """A whole drag, without a mouse."""
         begun = self.api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [grab])
-        session = self.api.build_session(begun.inputs)
-        self.api.adopt_session(obj, begun.inputs, session)
+        session = module("core.sessions").build(begun.inputs)
+        module("follow.mesh").adopt(obj, begun.inputs, session)
         motion = np.eye(4)
         motion[:3, 3] = shift
         matrices = begun.matrices(motion, np.array(obj.matrix_world))
         for _ in range(300):
-            done = module("follow.mesh").update(obj, matrices, initial_guess="previous")
+            frame = module("follow.frame").Frame(obj, bpy.context.evaluated_depsgraph_get(), holds=begun.holds)
+            done = frame.solve(matrices, initial_guess="previous")
             if done.stop_reason == "converged":
                 break
         self.pull_pins.add(obj, begun.grabs)
@@ -267,9 +269,9 @@ class DragTest(PullTest):
 
     def test_a_bind_dropped_before_it_has_begun_leaves_the_former_session(self):
         obj = posable()
-        former = self.api.prepare_session(obj)
+        former = module("follow.update").prepare_session(obj)
         sessions, session_binding = module("core.sessions"), module("follow.bind")
-        inputs = self.api.session_input(obj)
+        inputs = module("scene.inputs").read_input(obj, bpy.context.evaluated_depsgraph_get())
         binding = session_binding.SessionBinding(obj, inputs)
         self.assertIsNone(sessions.get("Tube"), "it is the bind's")
         binding.drop()
@@ -355,15 +357,15 @@ class DragTest(PullTest):
 
     def test_posing_with_handles_again_needs_no_bind(self):
         obj = posable()
-        session = self.api.prepare_session(obj)
+        session = module("follow.update").prepare_session(obj)
         begun = self.api_pull.begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [self.grab(MIDDLE)])
         former = module("core.sessions").get(obj.name)
-        again = self.api.rebuild_session(begun.inputs, former)
+        again = module("core.sessions").rebuild(begun.inputs, former)
         self.assertIs(again, session)
-        self.api.adopt_session(obj, begun.inputs, again)
-        self.assertEqual(self.api.check_live(obj), "The pins or handles of 'Tube' have changed")
-        self.assertIs(self.api.prepare_session(obj), session)
-        self.assertEqual(self.api.check_live(obj, is_thorough=True), "")
+        module("follow.mesh").adopt(obj, begun.inputs, again)
+        self.assertEqual(unfit(obj), "The pins or handles of 'Tube' have changed")
+        self.assertIs(module("follow.update").prepare_session(obj), session)
+        self.assertEqual(unfit(obj, is_thorough=True), "")
 
 
 class PinsTest(PullTest):
@@ -426,7 +428,7 @@ class PinsTest(PullTest):
                     bpy.context.view_layer.update()
                     self.assertEqual(obj.arap.live_problem, "")
                 else:
-                    self.api.run_job(self.api.begin_bake(obj, 1, 1))
+                    module("core.job").run_job(module("bake.keys").begin_bake(obj, 1, 1))
                     bpy.context.view_layer.update()
                 self.assert_close(shown_positions(obj)[TOP], posed[TOP], 1e-3)
                 bpy.data.objects.remove(obj)
@@ -455,7 +457,7 @@ class PinsTest(PullTest):
         obj = posable()
         bpy.context.view_layer.objects.active = obj
         common, pose_act = module("ui.checks"), module("follow.act")
-        job = self.api.begin_bake(obj, 1, 2)
+        job = module("bake.keys").begin_bake(obj, 1, 2)
         self.assertEqual(common.why_not_pullable(bpy.context), "Wait for the mesh: it is baked")
         job.cancel()
         self.assertEqual(common.why_not_pullable(bpy.context), "")

@@ -12,9 +12,11 @@ from support import (
     empty_at,
     in_world,
     key_positions,
+    module,
     move,
     posable,
     rest_positions,
+    unfit,
 )
 
 PLACED = Matrix.Translation((3.0, -2.0, 1.0)) @ Matrix.Rotation(0.7, 4, "Y") @ Matrix.Rotation(-0.4, 4, "X")
@@ -55,14 +57,14 @@ class SpaceTest(SceneTest):
         """Also where the handle is no child of the object."""
         obj = posable()
         free = empty_at((0.0, 0.0, 4.0))
-        self.api.set_handle_target(obj, 0, free)
+        module("setup.handles").set_handle_target(obj, 0, free)
         move(free, (0.0, 0.8, -0.3), (-0.5, 0.0, 0.0))
         self.api.solve(obj)
         posed = key_positions(obj)
         obj.matrix_world = PLACED @ obj.matrix_world
         free.matrix_world = PLACED @ free.matrix_world
         bpy.context.view_layer.update()
-        self.assert_close(self.api.handle_matrices(obj)[0], np.eye(4), 1e-6)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj)[0], np.eye(4), 1e-6)
         self.api.solve(obj)
         self.assert_close(key_positions(obj), posed, 2e-4)
 
@@ -90,7 +92,7 @@ class SpaceTest(SceneTest):
             with self.subTest(way.__name__):
                 target = empty_at((0.0, 0.0, 4.0))
                 self.api.reset_pose(obj)
-                self.api.set_handle_target(obj, 0, target)
+                module("setup.handles").set_handle_target(obj, 0, target)
                 before = np.array(target.matrix_world)
                 way(target)
                 bpy.context.view_layer.update()
@@ -129,11 +131,11 @@ class SpaceTest(SceneTest):
         obj = posable()
         bend(obj)
         self.api.solve(obj)
-        session = self.api.prepare_session(obj)
+        session = module("follow.update").prepare_session(obj)
         obj.scale = (1.0, 1.0, 1.5)
         bpy.context.view_layer.update()
-        self.assertEqual(self.api.check_live(obj), "The scale of 'Tube' has changed")
-        self.assertIsNot(self.api.prepare_session(obj), session)
+        self.assertEqual(unfit(obj), "The scale of 'Tube' has changed")
+        self.assertIsNot(module("follow.update").prepare_session(obj), session)
 
     def test_an_object_scaled_to_nothing_is_refused(self):
         obj = posable()

@@ -158,7 +158,7 @@ class HandleTest(SceneTest):
         handle = self.api.add_handle(obj, TOP, location=(1.0, 2.0, 3.0))
         bpy.context.view_layer.update()
         self.assert_close(handle.target.matrix_world.translation, (1.0, 2.0, 3.0))
-        self.assert_close(self.api.handle_matrices(obj)[0], np.eye(4), 1e-5)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj)[0], np.eye(4), 1e-5)
 
     def test_the_empty_is_put_where_it_is_evaluated(self):
         """Of the mesh's collections that may be an excluded one, one of another scene, or none."""
@@ -177,7 +177,7 @@ class HandleTest(SceneTest):
             handle = self.api.add_handle(obj, TOP)
             self.assertEqual(list(handle.target.users_collection), [expected])
             bpy.context.view_layer.update()
-            self.assertEqual(self.api.handle_problem(obj, len(obj.arap.handles) - 1), "")
+            self.assertEqual(module("setup.handles").handle_problem(obj, len(obj.arap.handles) - 1), "")
             if expected == enabled:
                 enabled.objects.unlink(obj)
 
@@ -252,8 +252,8 @@ class HandleTest(SceneTest):
     def test_what_a_handle_made_goes_with_it_also_where_a_script_gives_it_the_same_again(self):
         obj = posable()
         handle = obj.arap.handles[0]
-        self.api.set_handle_target(obj, 0, handle.target)
-        self.api.set_handle_group(obj, 0, handle.vertex_group)
+        module("setup.handles").set_handle_target(obj, 0, handle.target)
+        module("setup.handles").set_handle_group(obj, 0, handle.vertex_group)
         self.api.remove_handle(obj, 0)
         self.assertNotIn("Head", bpy.data.objects)
         self.assertNotIn("Head", obj.vertex_groups)
@@ -264,7 +264,7 @@ class HandleTest(SceneTest):
         self.api.solve(obj)
         posed = key_positions(obj)
         obj.vertex_groups.new(name="Other").add(TOP, 1.0, "REPLACE")
-        self.api.set_handle_group(obj, 0, "Other")
+        module("setup.handles").set_handle_group(obj, 0, "Other")
         self.api.solve(obj)
         self.assert_close(key_positions(obj), posed, 1e-3)
 
@@ -273,7 +273,7 @@ class HandleTest(SceneTest):
         world = in_world(obj, rest_positions(obj))
         near, far = empty_at(world[TOP].mean(axis=0), "Near"), empty_at(world[BOTTOM[0]] + 30.0, "Far")
         radius = 1.5
-        handles = self.api.add_handles_for(obj, [(near, ""), (far, "")], radius=radius)
+        handles = module("setup.handles").add_handles_for(obj, [(near, ""), (far, "")], radius=radius)
         centre = np.array(near.matrix_world.translation)
         within = np.flatnonzero(np.linalg.norm(world - centre, axis=1) <= radius)
         self.assertGreater(len(within), 4)
@@ -283,7 +283,7 @@ class HandleTest(SceneTest):
         self.assertEqual([handle.name for handle in handles], ["Near", "Far"])
         self.assertIs(handles[0].target, near)
         self.assertIsNone(near.parent)
-        self.assert_close(self.api.handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
 
     def test_of_what_is_selected_empties_and_bones_become_handles_and_nothing_else(self):
         obj = mesh_object()
@@ -341,9 +341,11 @@ class HandleTest(SceneTest):
         rig.pose.bones["Upper"].location = (0.3, 0.2, 0.1)
         move(obj.arap.handles[2].target, (1.0, 1.0, 1.0), (0.5, 0.4, 0.3))
         move(child, (1.0, 0.0, 0.0))
-        self.assertGreater(np.abs(self.api.handle_matrices(obj) - np.eye(4)).max(axis=(1, 2)).min(), 0.1)
+        self.assertGreater(
+            np.abs(module("scene.handle_motion").handle_matrices(obj) - np.eye(4)).max(axis=(1, 2)).min(), 0.1
+        )
         self.assertEqual(self.api.reset_handles(obj), [])
-        self.assert_close(self.api.handle_matrices(obj), np.tile(np.eye(4), (4, 1, 1)), 1e-5)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj), np.tile(np.eye(4), (4, 1, 1)), 1e-5)
 
     def test_reset_names_the_handles_that_something_holds(self):
         obj = posable()
@@ -402,7 +404,7 @@ class RefusalTest(SceneTest):
         self.assert_error(ValueError, "'Tube' has no handle 4: it has 1", self.api.remove_handle, obj, 4)
         message = "'Tube' has no vertex group 'Tail': choose one of its groups"
         self.assert_error(ValueError, message, self.api.add_pin_group, obj, "Tail")
-        self.assert_error(ValueError, message, self.api.set_handle_group, obj, 0, "Tail")
+        self.assert_error(ValueError, message, module("setup.handles").set_handle_group, obj, 0, "Tail")
 
     def test_targets_are_checked(self):
         obj = posable()
@@ -417,20 +419,20 @@ class RefusalTest(SceneTest):
             message = f"'Tube' cannot take the handle: {reason}"
             self.assert_error(ValueError, message, self.api.add_handle_for, obj, target, bone)
             message = f"Handle 'Head' of 'Tube' cannot take it: {reason}"
-            self.assert_error(ValueError, message, self.api.set_handle_target, obj, 0, target, bone)
+            self.assert_error(ValueError, message, module("setup.handles").set_handle_target, obj, 0, target, bone)
         message = "'Tube' has no objects to take as handles: select some besides the mesh"
-        self.assert_error(ValueError, message, self.api.add_handles_for, obj, [])
+        self.assert_error(ValueError, message, module("setup.handles").add_handles_for, obj, [])
         message = "'Tube' cannot take the handle: 'Tube' is the mesh itself; choose another object"
-        self.assert_error(ValueError, message, self.api.add_handles_for, obj, [(empty, ""), (obj, "")])
+        self.assert_error(ValueError, message, module("setup.handles").add_handles_for, obj, [(empty, ""), (obj, "")])
         self.assertEqual((len(obj.arap.handles), len(obj.vertex_groups)), (1, 2), "all or none")
 
     def test_what_went_missing_is_named(self):
         obj = posable()
-        self.assertEqual(self.api.handle_problem(obj, 0), "")
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
 
         def check(reason):
             message = f"Handle 'Head' of 'Tube': {reason}"
-            self.assertEqual(self.api.handle_problem(obj, 0), message)
+            self.assertEqual(module("setup.handles").handle_problem(obj, 0), message)
             self.assert_error(ValueError, message, self.api.solve, obj)
 
         target = obj.arap.handles[0].target
@@ -462,7 +464,7 @@ class RefusalTest(SceneTest):
         message = "Handle 'Empty' of 'Tube': 'Empty' was scaled to nothing at rest; give it a scale and choose it again"
         self.assert_error(ValueError, message, self.api.solve, obj)
         empty.scale = (1.0, 1.0, 1.0)
-        self.api.set_handle_target(obj, 0, empty)
+        module("setup.handles").set_handle_target(obj, 0, empty)
         self.api.solve(obj)
 
     def test_targets_of_an_excluded_collection_are_refused(self):
@@ -475,10 +477,10 @@ class RefusalTest(SceneTest):
         self.api.solve(obj)
         layer = bpy.context.view_layer.layer_collection.children["Handles"]
         layer.hide_viewport = True
-        self.assertEqual(self.api.handle_problem(obj, 0), "")
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
         for switch_off in (lambda: setattr(layer, "exclude", True), lambda: setattr(collection, "hide_viewport", True)):
             switch_off()
-            self.assertIn("is disabled in viewports or excluded", self.api.handle_problem(obj, 0))
+            self.assertIn("is disabled in viewports or excluded", module("setup.handles").handle_problem(obj, 0))
             layer.exclude = False
 
     def test_a_disabled_mesh_is_refused(self):
@@ -513,7 +515,7 @@ class RefusalTest(SceneTest):
 
     def test_a_mesh_that_moves_the_posed_one_shows_its_panel(self):
         obj, mover = posable(), mesh_object("Mover")
-        self.api.set_handle_target(obj, 0, mover)
+        module("setup.handles").set_handle_target(obj, 0, mover)
         bpy.context.view_layer.objects.active = mover
         common = module("ui.checks")
         self.assertEqual(common.find_posed_object(bpy.context), mover)
@@ -628,10 +630,10 @@ class TakeOverTest(SceneTest):
             "Handle 'Head' of 'Tube': 'Tube' was scaled to nothing when 'Other' was chosen; "
             "give the mesh a scale and choose it again"
         )
-        self.assertEqual(self.api.handle_problem(obj, 0), message)
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), message)
         self.assert_error(ValueError, message, self.api.solve, obj)
         handle.target = target
-        self.assertEqual(self.api.handle_problem(obj, 0), "")
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
         self.api.solve(obj)
 
     def test_choosing_step_by_step_takes_over_in_the_end(self):

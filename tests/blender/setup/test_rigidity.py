@@ -22,6 +22,7 @@ from support import (
     posable,
     rest_positions,
     shown_positions,
+    unfit,
 )
 
 SIDE = 41  # vertices along an edge of the sheet, which is 2 wide
@@ -92,14 +93,14 @@ class RigidityTest(SceneTest):
 
     def test_changed_rigidity_ends_a_session_of_rotation_nodes_alone(self):
         obj = posable()
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         obj.arap.rigidity = 4.0
         changed = "Energy, rigidity, weights, threads or seams of 'Tube' have changed"
-        self.assertEqual(self.api.check_live(obj), changed)
+        self.assertEqual(unfit(obj), changed)
         obj.arap.energy = "spokes"
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         obj.arap.rigidity = 5.0
-        self.assertEqual(self.api.check_live(obj), "")
+        self.assertEqual(unfit(obj), "")
 
     def test_the_size_for_the_readout_is_that_of_the_rest_shape_as_seen(self):
         obj = posable(matrix=PLACED)
@@ -144,7 +145,7 @@ class PointHandleTest(SceneTest):
                 obj = sheet(matrix)
                 handle = self.api.add_handle(obj, [CENTRE + 1], name="Point")
                 bpy.context.view_layer.update()
-                self.api.prepare_session(obj)
+                module("follow.update").prepare_session(obj)
                 patch = patch_of(obj)
                 self.assertGreater(len(patch.vertices), 20)
                 self.assert_close(
@@ -189,7 +190,7 @@ class PointHandleTest(SceneTest):
         move(handle.target, (0.0, 0.0, 0.3), (0.4, 0.0, 0.0))
         self.api.solve(obj)
         self.assertIsNone(patch_of(obj))
-        motion = self.api.handle_matrices(obj)[1]
+        motion = module("scene.handle_motion").handle_matrices(obj)[1]
         self.assert_close(key_positions(obj)[region], rest[region] @ motion[:3, :3].T + motion[:3, 3])
 
     def test_exact_and_classic_handles_stand_at_their_vertices(self):
@@ -206,7 +207,7 @@ class PointHandleTest(SceneTest):
         vertex = SIDE * (SIDE // 2) + 2
         handle = self.api.add_handle(obj, [vertex], name="Point")
         bpy.context.view_layer.update()
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         patch = patch_of(obj)
         rim = np.flatnonzero(np.abs(rest_positions(obj)[:, :2]).max(axis=1) > 0.99)
         self.assertFalse(set(patch.vertices.tolist()) & set(rim.tolist()))
@@ -240,7 +241,7 @@ class PointHandleTest(SceneTest):
         self.assertEqual(handle.rest, rest_matrix)
         move(handle.target, (0.0, 0.0, 0.25), (0.0, 0.0, 0.5))
         self.api.solve(obj)
-        patch, motion = patch_of(obj), self.api.handle_matrices(obj)[1]
+        patch, motion = patch_of(obj), module("scene.handle_motion").handle_matrices(obj)[1]
         expected = motion[:3, :3] @ average(patch, rest_positions(obj)) + motion[:3, 3]
         self.assert_close(average(patch, key_positions(obj)), expected)
 
@@ -256,10 +257,10 @@ class PointHandleTest(SceneTest):
     def test_exact_is_noticed_at_once(self):
         obj = sheet()
         handle = self.api.add_handle(obj, [CENTRE], name="Point")
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         handle.is_exact = True
-        self.assertEqual(self.api.check_live(obj), "The pins or handles of 'Sheet' have changed")
-        self.api.prepare_session(obj)
+        self.assertEqual(unfit(obj), "The pins or handles of 'Sheet' have changed")
+        module("follow.update").prepare_session(obj)
         self.assertIsNone(patch_of(obj))
 
     def test_bakes_hold_the_average_too(self):

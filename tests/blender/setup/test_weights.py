@@ -87,7 +87,7 @@ class WeightTest(SceneTest):
 
         def problem():
             bpy.context.view_layer.update()
-            return self.api.handle_problem(obj, 0, with_weights=True)
+            return module("setup.handles").handle_problem(obj, 0, with_weights=True)
 
         self.assertEqual(problem(), "")
         obj.arap.handles[0].vertex_group = "Empty"
@@ -108,14 +108,14 @@ class WeightTest(SceneTest):
 
     def test_an_undo_brings_the_weights_back_for_the_panel_too(self):
         obj = posable()
-        self.assertEqual(self.api.handle_problem(obj, 0, with_weights=True), "")
+        self.assertEqual(module("setup.handles").handle_problem(obj, 0, with_weights=True), "")
         bpy.ops.ed.undo_push(message="weights")
         obj.vertex_groups["Head"].remove(TOP)
         bpy.context.view_layer.update()
-        self.assertIn("has no weights", self.api.handle_problem(obj, 0, with_weights=True))
+        self.assertIn("has no weights", module("setup.handles").handle_problem(obj, 0, with_weights=True))
         bpy.ops.ed.undo_push(message="none")
         bpy.ops.ed.undo()
-        self.assertEqual(self.api.handle_problem(bpy.data.objects["Tube"], 0, with_weights=True), "")
+        self.assertEqual(module("setup.handles").handle_problem(bpy.data.objects["Tube"], 0, with_weights=True), "")
 
     def test_live_takes_weights_without_a_bind_in_weight_paint_too(self):
         sessions = module("core.sessions")

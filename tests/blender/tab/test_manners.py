@@ -6,7 +6,20 @@ from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
-from support import BOTTOM, TOP, FakeAct, SceneTest, bpy, key_positions, linked_back, mesh_object, module, move, posable
+from support import (
+    BOTTOM,
+    TOP,
+    FakeAct,
+    SceneTest,
+    bpy,
+    key_positions,
+    linked_back,
+    mesh_object,
+    module,
+    move,
+    posable,
+    unfit,
+)
 
 OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"))
 NOT_IN_THE_MENU = {"pull": "the tool's own key", "pose_end": "a button while a mesh is posed"}
@@ -150,9 +163,9 @@ class ReasonTest(SceneTest):
         sessions.claim(obj.name, act)
         for begin in (
             lambda: self.api.begin_solve(obj),
-            lambda: self.api.begin_bake(obj, 1, 2),
-            lambda: self.api.begin_pose_keys(obj),
-            lambda: self.api.begin_mesh_cache(obj, "tube.mdd", 1, 2),
+            lambda: module("bake.keys").begin_bake(obj, 1, 2),
+            lambda: module("poses.keys").begin_pose_keys(obj),
+            lambda: module("bake.cache").begin_mesh_cache(obj, "tube.mdd", 1, 2),
         ):
             self.assert_error(RuntimeError, "Wait for 'Tube': it is posed", begin)
         self.assertIs(sessions.acts["Tube"], act)
@@ -169,27 +182,27 @@ class ReasonTest(SceneTest):
         move(obj.arap.handles[0].target, (0.5, 0.2, -0.3))
         self.api.solve(obj)
         self.api.store_pose(obj, "Pose")
-        shown, inputs, state = key_positions(obj), self.api.session_input(obj), self.api.capture_state(obj)
-        session = self.api.build_session(inputs)
+        shown, state = key_positions(obj), module("pose.result").capture_state(obj)
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         for doing, begin in (
             ("it is solved", lambda: self.api.begin_solve(obj)),
-            ("it is baked", lambda: self.api.begin_bake(obj, 1, 2)),
-            ("shape keys are made of its poses", lambda: self.api.begin_pose_keys(obj)),
-            ("its frames are exported", lambda: self.api.begin_mesh_cache(obj, f"{folder.name}/tube.mdd", 1, 2)),
+            ("it is baked", lambda: module("bake.keys").begin_bake(obj, 1, 2)),
+            ("shape keys are made of its poses", lambda: module("poses.keys").begin_pose_keys(obj)),
+            (
+                "its frames are exported",
+                lambda: module("bake.cache").begin_mesh_cache(obj, f"{folder.name}/tube.mdd", 1, 2),
+            ),
         ):
             job = begin()
             job.step(0.001)
             for act in (
                 self.api.solve,
-                self.api.prepare_session,
-                lambda tube: self.api.adopt_session(tube, inputs, session),
-                self.api.sync_session,
-                self.api.update_pose,
+                module("follow.update").prepare_session,
+                module("follow.update").update_pose,
                 self.api.reset_pose,
                 self.api.apply_pose_as_rest,
-                lambda tube: self.api.restore_state(tube, state),
+                lambda tube: module("pose.result").restore_state(tube, state),
             ):
                 self.assert_error(RuntimeError, f"Wait for 'Tube': {doing}", act, obj)
             while job.step():
@@ -240,8 +253,8 @@ class LinkedTwinTest(SceneTest):
 
     def test_an_act_and_a_readout_are_of_the_local_one(self):
         self.api.solve(self.obj)
-        self.assertIsNotNone(self.api.readout(self.obj))
-        self.assertIsNone(self.api.readout(self.linked))
+        self.assertIsNotNone(module("core.sessions").readout(self.obj.name_full))
+        self.assertIsNone(module("core.sessions").readout(self.linked.name_full))
         act = FakeAct("it is solved")
         module("core.sessions").claim("Tube", act)
         self.addCleanup(module("core.sessions").release, "Tube", act)
@@ -467,11 +480,11 @@ class PreferencesTest(SceneTest):
     def test_threads_are_those_of_the_session_and_another_number_binds_again(self):
         obj = posable()
         self.values.threads = 2
-        first = self.api.prepare_session(obj)
+        first = module("follow.update").prepare_session(obj)
         self.assertEqual(first.settings.threads, 2)
-        self.assertIs(self.api.prepare_session(obj), first)
+        self.assertIs(module("follow.update").prepare_session(obj), first)
         self.values.threads = 1
-        second = self.api.prepare_session(obj)
+        second = module("follow.update").prepare_session(obj)
         self.assertEqual((second.settings.threads, second is first), (1, False))
 
     def test_the_name_of_the_key_is_for_meshes_that_have_none_of_their_own(self):
@@ -487,15 +500,9 @@ class PreferencesTest(SceneTest):
         self.api.solve(obj)
         self.assertEqual(obj.arap.key_name, "Posed", "the pose stays in the key that it has")
         self.assertEqual(len(obj.data.shape_keys.key_blocks), 2)
-        self.assertEqual(posable("New").arap.key_name, "Later")
+        self.assertEqual(module("scene.pose_key").name_of(posable("New")), "Later")
         self.values.key_name = ""
-        self.assertEqual(mesh_object("Newer").arap.key_name, "ARAP")
-
-    def test_an_emptied_name_is_the_default_one_again(self):
-        obj = mesh_object()
-        obj.arap.key_name = "Mine"
-        obj.arap.key_name = ""
-        self.assertEqual(obj.arap.key_name, "ARAP")
+        self.assertEqual(module("scene.pose_key").name_of(mesh_object("Newer")), "ARAP")
 
     def test_colors_are_the_themes_or_the_chosen_ones(self):
         colors = module("ui.colors")
@@ -521,7 +528,7 @@ class PreferencesTest(SceneTest):
         following.refine = lambda _self, limit: limits.append(limit)
         self.addCleanup(setattr, following, "refine", original)
         obj = posable()
-        self.api.prepare_session(obj)
+        module("follow.update").prepare_session(obj)
         act = module("follow.act").PoseAct(module("pose.operators").BlenderPoseScene(obj))
         act.begin()
         act.tick(self.preferences.refine_time_s())
@@ -553,7 +560,7 @@ class SolveJobTest(SceneTest):
         self.assertEqual((done.iterations, done.stop_reason), (readout.iterations, "converged"))
         np.testing.assert_array_equal(key_positions(other), key_positions(obj))
         self.assertEqual(module("core.sessions").claimed_by("Other"), "")
-        self.assertEqual(self.api.check_live(other, is_thorough=True), "")
+        self.assertEqual(unfit(other, is_thorough=True), "")
         self.assertEqual(self.run_job(self.api.begin_solve(other)).iterations, readout.iterations, "bound already")
 
     def test_cancelled_it_leaves_everything_and_the_bind(self):

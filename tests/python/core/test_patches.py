@@ -223,7 +223,7 @@ def test_the_faces_around_a_handle_are_enough_to_find_its_patch(stretch, weights
     reach = PATCH_REACH * settings.rigidity_radius * float(np.linalg.norm(np.ptp(seen, axis=0)))
     part = neighbourhood(seen, mesh.corner_vertices, mesh.face_sizes, group, reach)
     assert len(part.vertices) < len(rest) // 4
-    local = local_patch(arap_native, rest, part, group, reach, stretch, weights=weights, join_seams=join_seams)
+    local = local_patch(arap_native, rest, part, group, reach, stretch, settings)
     order = np.argsort(local.vertices), np.argsort(whole.vertices)
     assert np.array_equal(local.vertices[order[0]], whole.vertices[order[1]])
     np.testing.assert_allclose(local.weights[order[0]], whole.weights[order[1]], atol=1e-6)

@@ -3,75 +3,39 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 from arap_deform.core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
 from arap_deform.core.session_data import Readout
-from arap_deform.core.worker import Binding, is_any_running, wait_for_binds
 from arap_deform.follow.act import KEEP_TIME_LIMIT_S, End, Ending, Phase, PoseAct, restored, status_text
-from fake_follow import FakeBind, readout
-
-HANG_LIMIT_S = 600.0
+from fake_follow import FakeBind, FakeFollowScene
 
 
 @dataclass
-class FakeScene:
-    """Counts what the act does; ``place`` is where the one handle stands."""
+class FakeScene(FakeFollowScene):
+    """The scene of an act."""
 
-    is_fit: bool = True
-    is_painted: bool = False
-    n_settled: int = 0
     reason: str = ""
-    place: float = 0.0
     needed_updates: int = 3
-    limit: int = 200
-    error: Exception | None = None
-    calls: list[str] = field(default_factory=list)
     limits: list[tuple[int | None, float | None]] = field(default_factory=list)
-    binds: list[FakeBind] = field(default_factory=list)
 
     def why_over(self) -> str:
         return self.reason
 
-    def has_to_wait(self) -> bool:
-        return self.is_painted
-
-    def is_bound(self) -> bool:
-        return self.is_fit
-
     def begin_bind(self) -> FakeBind:
         if self.error is not None:
             raise self.error
-        self.binds.append(FakeBind(self))
-        return self.binds[-1]
-
-    def go_on_from_shown(self) -> None:
-        self.calls.append("go on")
-
-    def matrices(self) -> np.ndarray:
-        matrix = np.eye(4)
-        matrix[0, 3] = self.place
-        return matrix[None]
+        return super().begin_bind()
 
     def update_from_rest(self, _matrices: np.ndarray, _time_limit_s: float | None) -> Readout:
         raise AssertionError("an act goes on from the pose shown")
 
-    def update(self, matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
-        if self.error is not None:
-            raise self.error
-        self.calls.append("follow" if iterations is None else "refine")
+    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
+        done = self.solved("follow" if iterations is None else "refine")
         self.limits.append((iterations, time_limit_s))
-        self.needed_updates -= 1
-        return readout("max_iterations" if self.needed_updates > 0 else "converged")
-
-    def iteration_limit(self) -> int:
-        return self.limit
-
-    def settled(self) -> None:
-        self.n_settled += 1
+        return done
 
 
 def begun(scene: FakeScene) -> PoseAct:
@@ -385,63 +349,6 @@ def test_status_says_state_and_keys() -> None:
     assert "settled" in status_text(act)
     for key in ("G, R, S", "Ctrl Z", "Enter: keep", "Esc: cancel"):
         assert key in status_text(act)
-
-
-def test_binding_runs_beside_and_gives_its_result() -> None:
-    binding = Binding(lambda progress: progress(0.25) and "bound")
-    binding.start()
-    binding.wait(HANG_LIMIT_S)
-    assert binding.is_done
-    assert binding.fraction == 0.25
-    assert binding.result() == "bound"
-
-
-def test_binding_raises_what_the_work_raised() -> None:
-    def work(_progress: object) -> None:
-        raise ValueError("no faces")
-
-    binding = Binding(work)
-    binding.start()
-    binding.wait(HANG_LIMIT_S)
-    with pytest.raises(ValueError, match="no faces"):
-        binding.result()
-
-
-def test_dropped_binding_stops_the_work() -> None:
-    def work(progress: object) -> str:
-        while progress(0.5):  # type: ignore[operator]
-            pass
-        return "stopped"
-
-    binding = Binding(work)
-    binding.start()
-    assert not binding.is_done
-    assert is_any_running()
-    binding.drop()
-    binding.wait(HANG_LIMIT_S)
-    assert binding.is_done
-    assert not is_any_running()
-
-
-def test_wait_for_binds_ends_with_the_work() -> None:
-    may_end = threading.Event()
-    binding = Binding(lambda _progress: may_end.wait(HANG_LIMIT_S))
-    wait_for_binds()  # nothing to wait for
-    binding.start()
-    threading.Timer(0.05, may_end.set).start()
-    wait_for_binds()
-    assert may_end.is_set()
-    assert binding.is_done
-    assert not is_any_running()
-
-
-def test_binding_waits_for_its_start_and_does_not_begin_once_dropped() -> None:
-    calls: list[object] = []
-    binding = Binding(calls.append)
-    assert not binding.is_done
-    binding.drop()
-    binding.start()
-    assert (binding.is_done, is_any_running(), calls) == (False, False, [])
 
 
 def test_keep_without_settling_takes_the_pose_as_it_is() -> None:

@@ -9,25 +9,17 @@ import numpy as np
 from arap_deform.core.following import FOLLOW_TIME_LIMIT_S
 from arap_deform.core.session_data import Readout
 from arap_deform.live.run import HEAVY_STEP_S, LiveRun, NotNow, When
-from fake_follow import FakeBind, readout
+from fake_follow import FakeBind, FakeFollowScene
 
 
 @dataclass
-class FakeScene:
-    """Counts what the run does; ``place`` is where the one handle stands, ``now`` the time."""
+class FakeScene(FakeFollowScene):
+    """The scene of a run, with a clock: ``now``."""
 
-    is_fit: bool = True
-    is_painted: bool = False
-    n_settled: int = 0
     pause: str = ""
-    place: float = 0.0
-    needed_updates: int = 1
     step_s: float = 0.001
     now: float = 0.0
-    error: Exception | None = None
-    calls: list[str] = field(default_factory=list)
     limits: list[float | None] = field(default_factory=list)
-    binds: list[FakeBind] = field(default_factory=list)
     off: list[str] = field(default_factory=list)
 
     def clock(self) -> float:
@@ -45,24 +37,6 @@ class FakeScene:
     def switch_off(self, error: Exception) -> None:
         self.off.append(str(error))
 
-    def has_to_wait(self) -> bool:
-        return self.is_painted
-
-    def is_bound(self) -> bool:
-        return self.is_fit
-
-    def begin_bind(self) -> FakeBind:
-        self.binds.append(FakeBind(self))
-        return self.binds[-1]
-
-    def go_on_from_shown(self) -> None:
-        self.calls.append("go on")
-
-    def matrices(self) -> np.ndarray:
-        matrix = np.eye(4)
-        matrix[0, 3] = self.place
-        return matrix[None]
-
     def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
         return self.step("follow" if iterations is None else "refine", time_limit_s)
 
@@ -70,20 +44,10 @@ class FakeScene:
         return self.step("from rest", time_limit_s)
 
     def step(self, call: str, time_limit_s: float | None) -> Readout:
-        if self.error is not None:
-            raise self.error
-        self.calls.append(call)
+        done = self.solved(call)
         self.limits.append(time_limit_s)
         self.now += self.step_s
-        self.needed_updates -= 1
-        done = readout("max_iterations" if self.needed_updates > 0 else "converged")
         return replace(done, last_ms=1e3 * self.step_s)
-
-    def iteration_limit(self) -> int:
-        return 200
-
-    def settled(self) -> None:
-        self.n_settled += 1
 
 
 def begun(scene: FakeScene) -> LiveRun:

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The models that a session can be bound to. Only this file names their classes in arap_native."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from .arrays import Floats, Ints
+from .session_data import SessionMesh, SessionSettings
+
+if TYPE_CHECKING:
+    import arap_native
+
+Model: TypeAlias = "arap_native.SurfaceArap"
+Progress = Callable[[float], "bool | None"]
+"""Is called with the fraction done, 0 to 1; stops the work by returning False."""
+
+
+@dataclass(frozen=True)
+class ModelInput:
+    """What a model is bound to.
+
+    Attributes:
+        mesh: at rest, in solver space.
+        settings: of the object.
+        stiffness: (n,) > 0, or None.
+        rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
+    """
+
+    mesh: SessionMesh
+    settings: SessionSettings
+    stiffness: Floats | None = None
+    rigid_regions: Ints | None = None
+
+
+def make(native: Any, inputs: ModelInput, progress: Progress | None = None) -> Model:
+    """Binds a model.
+
+    Args:
+        native: the module arap_native.
+        inputs: see ModelInput.
+        progress: may stop the bind by returning False.
+
+    Raises:
+        ValueError: the mesh cannot be used. native.Cancelled: ``progress`` returned False.
+    """
+    mesh, settings = inputs.mesh, inputs.settings
+    model: Model = native.SurfaceArap(
+        np.ascontiguousarray(mesh.rest_positions, dtype=np.float64),
+        np.ascontiguousarray(mesh.corner_vertices, dtype=np.int32),
+        np.ascontiguousarray(mesh.face_sizes, dtype=np.int32),
+        native.Options(
+            energy=settings.energy,
+            rigidity_radius=settings.rigidity_radius,
+            weights=settings.weights,
+            threads=settings.threads,
+            join_seams=settings.join_seams,
+        ),
+        stiffness=inputs.stiffness,
+        rigid_regions=inputs.rigid_regions,
+        progress=progress,
+    )
+    return model

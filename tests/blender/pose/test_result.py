@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What becomes of a pose: a key of its own, the new rest shape, nothing; and the way back on Esc."""
+
+import numpy as np
+from support import (
+    SceneTest,
+    bend,
+    bpy,
+    key_positions,
+    module,
+    move,
+    posable,
+    rest_positions,
+    shown_positions,
+)
+
+
+class ResultTest(SceneTest):
+    def test_bake_pose_keeps_a_copy_at_value_zero(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        posed = key_positions(obj)
+        key = self.api.bake_pose(obj, name="Wave")
+        self.assertEqual((key.name, key.value), ("Wave", 0.0))
+        self.assert_close(key_positions(obj, "Wave"), posed, 0.0)
+        self.assertEqual(self.api.bake_pose(obj, name="Wave").name, "Wave.001")
+        self.api.reset_handles(obj)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj, "Wave"), posed, 0.0)
+        self.assert_error(
+            ValueError, "The baked pose needs a name: type one, for example Pose", self.api.bake_pose, obj, ""
+        )
+
+    def test_what_becomes_of_a_pose_is_what_is_shown(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        rest, posed = rest_positions(obj), key_positions(obj)
+        key = obj.data.shape_keys.key_blocks["ARAP"]
+        key.mute = True
+        message = (
+            "Shape key 'ARAP' of 'Tube' is muted (a bake does that), so the pose would not show: "
+            "unmute it, and mute or remove the baked keys"
+        )
+        for function in (self.api.bake_pose, self.api.apply_pose_as_rest):
+            self.assert_error(ValueError, message, function, obj)
+        key.mute = False
+        key.value = 0.5
+        half = rest + 0.5 * (posed - rest)
+        on_pose = obj.shape_key_add(name="On pose")
+        on_pose.value = 0.0
+        on_pose.relative_key = key
+        for point, place in zip(on_pose.data, posed, strict=True):
+            point.co = place
+            point.co.y += 0.5
+        self.api.bake_pose(obj, name="Half")
+        self.assert_close(key_positions(obj, "Half"), half, 1e-6)
+        self.assert_close(shown_positions(obj), half, 1e-6)
+        self.api.apply_pose_as_rest(obj)
+        self.assert_close(key_positions(obj, "Basis"), half, 1e-6)
+        self.assert_close(key_positions(obj), half, 1e-6)
+        self.assert_close(shown_positions(obj), half, 1e-6)
+        self.assert_close(key_positions(obj, "On pose"), half + np.array([0.0, 0.5, 0.0]), 1e-5)
+
+    def test_what_needs_a_pose_says_so(self):
+        obj = posable()
+        message = "'Tube' has no pose yet: pose it first"
+        self.assert_error(ValueError, message, self.api.bake_pose, obj)
+        self.assert_error(ValueError, message, self.api.apply_pose_as_rest, obj)
+        self.api.reset_pose(obj)
+        self.assertIsNone(obj.data.shape_keys)
+
+    def test_reset_pose_goes_back_to_rest_and_leaves_the_handles(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        place = obj.arap.handles[0].target.matrix_world.copy()
+        self.api.reset_pose(obj)
+        self.assert_close(key_positions(obj), rest_positions(obj), 0.0)
+        self.assertEqual(obj.arap.handles[0].target.matrix_world, place)
+        self.assert_close(module("follow.update").prepare_session(obj).positions, rest_positions(obj), 1e-6)
+
+    def test_apply_pose_as_rest(self):
+        obj = posable()
+        smile = obj.shape_key_add(name="Basis") and obj.shape_key_add(name="Smile")
+        for point in smile.data:
+            point.co.x += 0.25
+        smile.value = 0.0
+        bend(obj)
+        self.api.solve(obj)
+        on_pose = self.api.bake_pose(obj, name="On pose")
+        on_pose.relative_key = obj.data.shape_keys.key_blocks["ARAP"]
+        for point in on_pose.data:
+            point.co.y += 0.5
+        posed = key_positions(obj)
+        shown = shown_positions(obj)
+        self.api.apply_pose_as_rest(obj)
+        self.assert_close(key_positions(obj, "Basis"), posed, 0.0)
+        self.assert_close(key_positions(obj), posed, 0.0)
+        self.assert_close(key_positions(obj, "Smile"), posed + np.array([0.25, 0.0, 0.0]), 1e-5)
+        self.assert_close(key_positions(obj, "On pose"), posed + np.array([0.0, 0.5, 0.0]), 1e-5)
+        self.assert_close(shown_positions(obj), shown, 1e-5)
+        self.assert_close(module("scene.versions").read_positions(obj.data), posed, 0.0)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-6)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), posed, 4e-6)
+        self.api.reset_handles(obj)
+        self.assert_close(module("scene.handle_motion").handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
+
+    def test_state_brings_back_key_slider_and_handles(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        key = obj.data.shape_keys.key_blocks["ARAP"]
+        key.slider_max = 0.5
+        key.value = 0.4
+        target = obj.arap.handles[0].target
+        parent = bpy.data.objects.new("Parent", None)
+        self.scene.collection.objects.link(parent)
+        target.parent = parent
+        state = module("pose.result").capture_state(obj)
+        before = key_positions(obj), target.matrix_basis.copy(), parent.matrix_basis.copy()
+        move(target, (1.0, 1.0, 1.0), (0.3, 0.2, 0.1))
+        parent.location = (1.0, 2.0, 3.0)
+        bpy.context.view_layer.update()
+        self.api.solve(obj)
+        module("pose.result").restore_state(obj, state)
+        self.assert_close(key_positions(obj), before[0], 0.0)
+        self.assertAlmostEqual(key.value, 0.4, places=6)
+        self.assertEqual(key.slider_max, 0.5)
+        self.assertEqual((target.matrix_basis, parent.matrix_basis), before[1:])
+        self.assert_close(module("follow.update").prepare_session(obj).positions, before[0], 1e-6)
+
+    def test_state_without_a_key_leaves_none(self):
+        for has_keys in (False, True):
+            obj = posable(f"Tube{has_keys}")
+            rest = rest_positions(obj)
+            if has_keys:
+                obj.shape_key_add(name="Basis")
+            state = module("pose.result").capture_state(obj)
+            bend(obj)
+            self.api.solve(obj)
+            module("pose.result").restore_state(obj, state)
+            keys = obj.data.shape_keys
+            self.assertEqual([key.name for key in keys.key_blocks] if keys else None, ["Basis"] if has_keys else None)
+            self.assert_close(shown_positions(obj), rest, 1e-6)
+
+    def test_state_brings_back_the_active_key(self):
+        obj = posable()
+        for name in ("Basis", "Smile", "Frown"):
+            obj.shape_key_add(name=name).value = 0.0
+        for name in ("Smile", "Frown"):
+            obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find(name)
+            for _ in range(2):  # without the live key, then with it
+                state = module("pose.result").capture_state(obj)
+                self.api.solve(obj)
+                obj.active_shape_key_index = obj.data.shape_keys.key_blocks.find("ARAP")
+                module("pose.result").restore_state(obj, state)
+                self.assertEqual(obj.active_shape_key.name, name)
+                self.api.solve(obj)
+            module("scene.shape_keys").remove(obj, "ARAP")
+            self.assertEqual(obj.active_shape_key.name, name)
+
+    def test_state_of_another_mesh_is_refused_but_the_handles_go_back(self):
+        obj = posable()
+        self.api.solve(obj)
+        state = module("pose.result").capture_state(obj)
+        target = obj.arap.handles[0].target
+        before = target.matrix_basis.copy()
+        bend(obj)
+        obj.shape_key_clear()
+        obj.data.clear_geometry()
+        message = "'Tube' has 0 vertices, but had 136: its shape key stays"
+        self.assert_error(ValueError, message, module("pose.result").restore_state, obj, state)
+        self.assertEqual(target.matrix_basis, before)
+
+    def test_state_passes_over_what_is_gone(self):
+        obj = posable()
+        state = module("pose.result").capture_state(obj)
+        bpy.data.objects.remove(obj.arap.handles[0].target)
+        module("pose.result").restore_state(obj, state)
