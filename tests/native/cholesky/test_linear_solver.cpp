@@ -234,7 +234,7 @@ struct System {
   SparseMatrix K;
   std::vector<char> is_fixed;
   Eigen::VectorXd soft_diagonal;
-  std::vector<arap::Average> averages;
+  std::vector<arap::LinearRow> averages;
 
   System() {
     const MeshData mesh = join(bumpy_sphere(2), bumpy_sphere(1));
@@ -254,12 +254,14 @@ struct System {
     const auto n = static_cast<int>(K.rows());
     const Positions b = Random(84).noise(n, 1);
     const Positions targets = Random(85).noise(static_cast<int>(averages.size()), 1);
-    const ConstrainedSystem system(*arap::make_linear_solver(K, kind), K, arap::connected_components(K), is_fixed,
-                                   soft_diagonal, averages, {});
+    const ConstrainedSystem system(*arap::make_linear_solver(K, kind), kind, K, arap::connected_components(K),
+                                   {is_fixed, soft_diagonal, averages, {}, {}}, {});
     Positions x = Random(86).noise(n, 1);
     Positions multipliers;
     for (int step = 0; step < 6; ++step) {
-      Positions residual = b - system.matrix() * x;
+      Positions residual;
+      system.multiply(x, residual);
+      residual = b - residual;
       Positions gaps = targets;
       for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= averages[k].of(x);
       system.correct(residual, gaps, multipliers, residual);
