@@ -76,7 +76,7 @@ class Stopwatch:
 
     @contextlib.contextmanager
     def frame(self, *, outside: tuple[str, ...], rest: str, total: str) -> Iterator[None]:
-        """One frame: the steps add up to ``total``, with what nobody has timed in ``rest``."""
+        """One frame: the steps add up to ``total``, with the untimed part in ``rest``."""
         self._frame = {}
         start = time.perf_counter()
         yield

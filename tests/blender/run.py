@@ -5,7 +5,7 @@
     python tests/blender/run.py -- ZIP [NAME]                                                   (a Python with bpy)
 
 NAME: only tests whose full name contains it. Ends with unittest's summary, a line 'N passed, N failed' and exit code
-1 where a test failed.
+1 if a test failed.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def install(zip_path: Path) -> str:
 
 
 def found(folder: Path) -> Iterator[unittest.TestCase]:
-    """All tests in this folder and in those of its rooms. Two rooms may have files of one name."""
+    """All tests in this folder and its rooms. Two rooms may have files of one name."""
     import support
 
     for path in sorted(folder.rglob("test_*.py")):

@@ -120,7 +120,7 @@ def difference_of_scene(old: SceneState, new: SceneState) -> str:
         return counts_differ(new.object_name, old.counts, new.counts)
     if old.holds != new.holds:
         return groups_differ(new.object_name)
-    if old.settings.of_bind != new.settings.of_bind:
+    if old.settings != new.settings and old.settings.of_bind != new.settings.of_bind:
         return settings_differ(new.object_name)
     if old.stiff_groups != new.stiff_groups:
         return stiffness_differs(new.object_name)

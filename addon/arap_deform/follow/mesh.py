@@ -30,7 +30,8 @@ def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None
     reason = counts_problem(obj, inputs)
     if reason:
         raise RuntimeError(f"{reason} while it was being prepared: start again")
-    sessions.put(obj.name, Bound(session, inputs))
+    # Keep the stretch of the bind: differences below the tolerance must not add up.
+    sessions.put(obj.name, Bound(session, replace(inputs, stretch=session.stretch)))
     sync(obj)
 
 
@@ -47,20 +48,13 @@ def sync(obj: bpy.types.Object) -> None:
         bound.session.set_positions(shape_keys.read(key))
 
 
-def refresh(obj: bpy.types.Object, bound: Bound, inputs: SessionInput) -> None:
-    """Brings a session up to date whose bind and handles fit ``inputs``. It starts from the pose shown."""
-    bound.session.settings = inputs.settings
-    # Keep the stretch of the bind: differences below the tolerance must not add up.
-    bound.inputs = replace(inputs, stretch=bound.inputs.stretch)
-    sync(obj)
-
-
 def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
     """The object's live session, brought up to date, if ``inputs`` need no bind and no factorization; else None."""
     bound = sessions.get(obj.name)
     if bound is None or difference(bound.inputs, inputs):
         return None
-    refresh(obj, bound, inputs)
+    bound.session.settings = inputs.settings
+    adopt(obj, inputs, bound.session)
     return bound.session
 
 

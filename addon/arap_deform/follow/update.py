@@ -9,7 +9,6 @@ from ..core import sessions
 from ..core.models import Progress
 from ..core.session import Session
 from ..core.session_data import Readout
-from ..core.session_input import difference_of_bind
 from ..scene import meshes
 from ..scene.inputs import read_input
 from . import mesh
@@ -31,15 +30,9 @@ def prepare_session(
     meshes.check_mesh(obj)
     sessions.check_free(obj.name)
     inputs = read_input(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
-    bound = sessions.get(obj.name)
-    if bound is None or difference_of_bind(bound.inputs, inputs):
-        mesh.adopt(obj, inputs, sessions.build(inputs, progress))
-    else:
-        bound.session.set_handles(inputs.specs, progress)
-        mesh.refresh(obj, bound, inputs)
-    fresh = sessions.get(obj.name)
-    assert fresh is not None
-    return fresh.session
+    session = sessions.rebuild(inputs, sessions.get(obj.name), progress)
+    mesh.adopt(obj, inputs, session)
+    return session
 
 
 def update_pose(

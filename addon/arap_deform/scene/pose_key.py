@@ -80,25 +80,28 @@ def name_of(obj: bpy.types.Object) -> str:
     return look(obj).name
 
 
-def ensure(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.ShapeKey:
-    """The live key, made at rest (value 0) if there is none, with Basis if the mesh has no keys.
-
-    ``found``: what look() has found, if somebody has looked already.
-    """
-    found = found or look(obj)
-    if found.key is not None:
-        return found.key
-    key = shape_keys.add(obj, found.name)
-    _mark(obj, key.name)
-    return key
+def ensure(obj: bpy.types.Object) -> bpy.types.ShapeKey:
+    """The live key, made at rest (value 0) if there is none, with Basis if the mesh has no keys."""
+    found = look(obj)
+    return found.key or _make(obj, found.name)
 
 
 def writable(obj: bpy.types.Object, found: PoseKey | None = None) -> bpy.types.ShapeKey:
-    """As ensure(). Raises ValueError if the key would not show what is written to it."""
-    shape_keys.check_writable(obj)
+    """As ensure(). Raises ValueError if the key would not show what is written to it.
+
+    ``found``: from look(), if that was called before.
+    """
+    found = found or look(obj)
     check_name(obj)
-    key = ensure(obj, found)
+    shape_keys.check_writable(obj)
+    key = found.key or _make(obj, found.name)
     shape_keys.check_shown(obj, key)
+    return key
+
+
+def _make(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
+    key = shape_keys.add(obj, name)
+    _mark(obj, key.name)
     return key
 
 

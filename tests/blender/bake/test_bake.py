@@ -35,6 +35,16 @@ class BakeTest(SceneTest):
             self.assert_close(pose[TOP], expected, 1e-5)
         self.assertGreater(np.abs(poses[2] - poses[0]).max(), 1.0)
 
+    def test_a_follower_gets_every_solved_shape(self):
+        obj = posable()
+        animate(obj)
+        job, taken = module("bake.keys").begin_bake(obj, 1, 21, 10), []
+        job.takers.append(lambda shape: taken.append(shape.copy()))
+        names = module("core.job").run_job(job)
+        self.assertEqual(len(taken), 3)
+        for name, shape in zip(names, taken, strict=True):
+            self.assert_close(key_positions(obj, name), shape, 0.0)
+
     def test_frames_in_between_blend_linearly_and_outside_the_ends_hold(self):
         obj = posable()
         animate(obj)

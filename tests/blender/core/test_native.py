@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The native module: found where it was installed; where it is missing the add-on still registers and says why."""
+"""The native module is found in its place. If it is missing, the add-on still registers and says why."""
 
 import gc
 import json

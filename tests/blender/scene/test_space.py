@@ -54,7 +54,7 @@ class SpaceTest(SceneTest):
         self.assert_close(key_positions(obj), posed, 2e-4)
 
     def test_object_and_handles_moved_together_change_nothing(self):
-        """Also where the handle is no child of the object."""
+        """Even if the handle is no child of the object."""
         obj = posable()
         free = empty_at((0.0, 0.0, 4.0))
         module("setup.handles").set_handle_target(obj, 0, free)

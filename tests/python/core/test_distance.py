@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Distances along a surface, where they are known: planes, what is bent without stretching, what is not joined."""
+"""Distances along surfaces with known distances: planes, bent planes, parts that are not joined."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Following without Blender: what is left for the solve."""
+"""Following without Blender: the time that is left for the solve."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_the_solve_gets_what_the_rest_of_the_last_update_leaves() -> None:
     assert scene.limits == pytest.approx([0.014, 0.006, 0.006, 0.006, 0.012])
 
 
-def test_where_nothing_is_left_it_still_asks_for_an_iteration() -> None:
+def test_it_asks_for_an_iteration_even_if_no_time_is_left() -> None:
     scene = SlowScene(besides_s=0.05)
     follower = Follower(scene, scene.clock)  # type: ignore[arg-type]
     for limit_s in (0.014, 0.014, None):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names that nobody has yet."""
+"""Names that are still free."""
 
 from arap_deform.core.naming import NAME_BYTES, numbered, unique
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Loading the native module, and what is said where that fails."""
+"""Loading the native module, and the reason if that fails."""
 
 import re
 import sys

@@ -122,7 +122,7 @@ def test_vertices_of_two_handles_are_held_exactly():
     assert dict(session.patches) == {}
 
 
-def test_patches_end_where_another_handle_or_a_pin_begins():
+def test_patches_end_before_another_handle_or_a_pin():
     near = POINT + 3
     session = new_session(hold(POINT), hold(near))
     first, second = session.patches[1], session.patches[2]

@@ -137,7 +137,7 @@ def test_an_update_goes_on_from_the_last_one():
     whole = at_once.update(matrices, iterations=30)
     assert [readout.iterations for readout in readouts] == [1] * 30
     assert whole.iterations == 30
-    assert readouts[-1].energy == pytest.approx(whole.energy, rel=1e-9), "the search goes on where it ended"
+    assert readouts[-1].energy == pytest.approx(whole.energy, rel=1e-9), "the search goes on from its end"
     energies = [readout.energy for readout in readouts]
     assert all(later <= earlier * (1 + 1e-9) for earlier, later in pairwise(energies))
     together = readout_of_whole(readouts)
@@ -172,7 +172,7 @@ def test_a_time_limit_stops_and_the_next_update_goes_on():
     np.testing.assert_allclose(session.positions, whole.positions, atol=1e-5)
 
 
-def test_less_accuracy_is_enough_where_that_is_said():
+def test_less_accuracy_is_enough_if_asked_for():
     matrices = np.array([NO_MOTION, BEND])
     whole = new_session().update(matrices, to_convergence=True)
     followed = new_session().update(matrices, to_convergence=True, sufficient_accuracy=1e-4)

@@ -55,7 +55,7 @@ def test_one_body_takes_pieces_that_are_not_joined():
 
 
 @pytest.mark.parametrize(("upper_from", "n_bodies"), [(2.1, 2), (1.5, 1)])
-def test_entries_side_by_side_are_two_bodies_and_one_where_they_overlap(upper_from, n_bodies):
+def test_entries_side_by_side_are_two_bodies_and_one_if_they_overlap(upper_from, n_bodies):
     weights = {"Lower": (Z < 2.1).astype(float), "Upper": (upper_from < Z).astype(float)}
     regions = regions_of([rigid("Lower"), rigid("Upper")], weights, MESH)
     is_rigid = np.maximum(*weights.values()) > 0.0

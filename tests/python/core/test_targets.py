@@ -129,7 +129,7 @@ def test_bad_matrices_are_refused():
         handle_map.targets(np.array([NONE * np.nan, NONE]))
 
 
-def test_a_base_is_where_vertices_stand_while_their_handle_has_not_moved():
+def test_vertices_are_at_their_base_while_their_handle_has_not_moved():
     base = np.add(REST, (0.0, 0.0, 3.0))
     based = HandleSpec("Pull", np.array([2, 3], dtype=np.int32), np.ones(2), base=base)
     handle_map = HandleMap([spec([3, 1]), based], REST, STRETCH)

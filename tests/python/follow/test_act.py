@@ -94,7 +94,7 @@ def test_a_session_that_fits_goes_on_from_the_pose_shown() -> None:
     assert act.phase is Phase.FOLLOWING
 
 
-def test_binds_first_where_needed() -> None:
+def test_binds_first_if_the_session_does_not_fit() -> None:
     scene = FakeScene(is_fit=False)
     act = PoseAct(scene)
     act.begin()
@@ -112,7 +112,7 @@ def test_binds_first_where_needed() -> None:
     assert scene.calls == ["follow"]
 
 
-def test_begin_raises_where_the_scene_cannot_be_posed() -> None:
+def test_begin_raises_if_the_scene_cannot_be_posed() -> None:
     act = PoseAct(FakeScene(is_fit=False, error=ValueError("no handles")))
     with pytest.raises(ValueError, match="no handles"):
         act.begin()
@@ -189,7 +189,7 @@ def test_keep_asked_again_does_not_wait() -> None:
 
 
 @pytest.mark.parametrize("is_keeping", [True, False])
-def test_an_act_that_nobody_ticks_any_more_keeps_what_it_was_told_to(is_keeping: bool) -> None:
+def test_an_act_without_ticks_keeps_the_pose_only_if_keep_was_called(is_keeping: bool) -> None:
     scene = FakeScene()
     act = begun(scene)
     scene.is_fit = False
