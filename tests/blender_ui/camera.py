@@ -127,6 +127,27 @@ def open_creature(ui: Ui) -> Steps:
     return creature
 
 
+def begin_pull(ui: Ui) -> Generator[None, None, bpy.types.Object]:
+    """The sample creature without its handles, seen from the front, and the tool in hand."""
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "creature.blend"))
+    yield
+    creature = next(obj for obj in bpy.data.objects if obj.type == "MESH")
+    for obj in [obj for obj in bpy.data.objects if obj.type in {"EMPTY", "ARMATURE"}]:
+        bpy.data.objects.remove(obj)
+    creature.arap.handles.clear()
+    creature.arap.pins.clear()
+    creature.animation_data_clear()
+    creature.shape_key_clear()
+    ui.select(creature)
+    ui.view.spaces.active.shading.type = "SOLID"
+    ui.call(bpy.ops.view3d.view_axis, type="FRONT")
+    ui.call(bpy.ops.view3d.view_selected)
+    yield
+    assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
+    yield
+    return creature
+
+
 def look(ui: Ui, *, right: float = 0.0, up: float = 0.0, closer: float = 1.0) -> None:
     """From its left, turned by radians; ``closer``: less than 1 is nearer."""
     with ui.override():

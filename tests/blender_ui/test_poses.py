@@ -194,21 +194,6 @@ def test_export_mesh_cache_browser(ui: Ui) -> Steps:
     assert not bar().modifiers
 
 
-def test_mesh_changed_within_a_blend(ui: Ui) -> Steps:
-    """A script gives the mesh another vertex: the drag ends, by Esc or by itself before, and the handles go back."""
-    bent = add_poses(ui)
-    place = handle().matrix_world.copy()
-    yield from ui.move_mouse_to_view()
-    ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, pose="Straight")
-    yield from ui.move_mouse(ui.mouse[0] + 300, ui.mouse[1])
-    yield from ui.until(lambda: np.abs(scenes.key_positions(bar()) - bent).max() > 0.3, "the mesh follows")
-    bar().data.vertices.add(1)
-    ui.press("ESC")
-    yield from ui.until_free()
-    yield
-    np.testing.assert_allclose(np.array(handle().matrix_world), np.array(place), atol=NEAR)
-
-
 def test_undo_of_an_act_leaves_live_off(ui: Ui) -> Steps:
     """What Live has given up is not tried again by the undo of a later act."""
     bent = add_poses(ui)

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """ARAP Pull, as an artist does it: with the mouse and keys, in a window."""
 
-from collections.abc import Generator
 from itertools import pairwise
-from pathlib import Path
 from random import Random
 
 import bpy
@@ -338,25 +336,6 @@ def test_pull_mirrored(ui: Ui) -> Steps:
     yield from ui.screenshot("mirrored")
 
 
-def test_pull_through_what_is_seen(ui: Ui) -> Steps:
-    """Another shape key and Subdivision are on: what is seen under the mouse goes with the mouse."""
-    yield from begin(ui)
-    obj = sheet()
-    rest = scenes.key_positions(obj)
-    obj.shape_key_add(name="Basis", from_mix=False)
-    key = obj.shape_key_add(name="Aside", from_mix=False)
-    key.data.foreach_set("co", np.add(rest, (0.5, 0.0, 0.0)).astype(np.float32).ravel())
-    key.value = 1.0
-    obj.modifiers.new("Subdivision", "SUBSURF").levels = 1
-    bpy.ops.ed.undo_push(message="seen")
-    yield
-    yield from pull(ui, (0.5, 0.0, 0.0), (0.5, 0.25, 0.0))
-    middle = nearest(rest, (0.0, 0.0, 0.0))
-    np.testing.assert_allclose(scenes.key_positions(obj)[middle], (0.0, 0.25, 0.0), atol=0.02)
-    np.testing.assert_allclose(scenes.shown_positions(obj)[middle], (0.5, 0.25, 0.0), atol=0.04)
-    yield from ui.screenshot("seen")
-
-
 def test_pull_interrupted_settling(ui: Ui) -> Steps:
     """A press while the mesh still settles ends that, and means what it means: undo, or the next drag."""
     yield from begin(ui)
@@ -572,53 +551,6 @@ def test_pull_bad_cases(ui: Ui) -> Steps:
     yield from ui.key("TAB")
     yield from pull(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
     assert np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.1
-
-
-def begin_creature(ui: Ui) -> Generator[None, None, bpy.types.Object]:
-    """The sample creature without its handles, seen from the front, and the tool in hand."""
-    bpy.ops.wm.open_mainfile(filepath=str(Path(__file__).resolve().parents[2] / "blend_files" / "creature.blend"))
-    yield
-    creature = next(obj for obj in bpy.data.objects if obj.type == "MESH")
-    for obj in [obj for obj in bpy.data.objects if obj.type in {"EMPTY", "ARMATURE"}]:
-        bpy.data.objects.remove(obj)
-    creature.arap.handles.clear()
-    creature.arap.pins.clear()
-    creature.animation_data_clear()
-    creature.shape_key_clear()
-    ui.select(creature)
-    ui.view.spaces.active.shading.type = "SOLID"
-    ui.call(bpy.ops.view3d.view_axis, type="FRONT")
-    ui.call(bpy.ops.view3d.view_selected)
-    yield
-    assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
-    yield
-    return creature
-
-
-def test_pull_creature(ui: Ui) -> Steps:
-    """The sample creature: a click on the body, a pull at its head."""
-    creature = yield from begin_creature(ui)
-    creature.data.use_mirror_x = True
-    rest = scenes.key_positions(creature)
-    left = nearest(rest, (0.5, 0.0, 1.75))
-    right = nearest(rest, rest[left] * (-1.0, 1.0, 1.0))
-    for height in (0.05, 0.6):
-        yield from click(ui, (0.2, 0.0, height))
-    ear = (0.42, 0.0, 1.6)
-    yield from press(ui, ear)
-    yield from drag_to(ui, (0.8, 0.0, 1.5))
-    yield from ui.until(lambda: scenes.shown_positions(creature)[left][0] > rest[left][0] + 0.25, "the ear follows")
-    yield from ui.screenshot("dragging")
-    yield from release(ui)
-    yield from press(ui, (0.0, 0.0, 1.0))
-    yield from drag_to(ui, (0.15, 0.0, 1.12))
-    yield from release(ui)
-    yield from ui.screenshot("pulled")
-    posed = scenes.shown_positions(creature)
-    assert np.isfinite(posed).all()
-    np.testing.assert_allclose(posed[right], posed[left] * (-1.0, 1.0, 1.0), atol=0.02)
-    feet = rest[:, 2] < 0.02
-    assert np.abs(posed[feet] - rest[feet]).max() < 0.1, "the feet are pinned, and the hind ones hang on the body"
 
 
 ACTS = (*["drag"] * 3, *["click"] * 2, "let go", *["undo"] * 2, "redo", "radius", "mirror")
