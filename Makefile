@@ -3,17 +3,18 @@
 
 export CCACHE_DIR ?= $(CURDIR)/build/ccache
 
-.PHONY: help demo pictures test bench bench-peers bench-report bench-quality performance wheel zip lint format asan tsan clang clean
+.PHONY: help demo pictures test test-all bench bench-test bench-peers bench-report bench-quality performance wheel zip lint format asan tsan clang clean
 
 help:
 	@echo "make demo    poses and bakes the sample creature in a real Blender; pictures in build/demo"
 	@echo "make pictures  takes the pictures of the README and the user guide in windows of Blender; docs/images"
 	@echo "make test    native, Python, headless Blender and window tests; BLENDERS=\"path ...\" adds more Blenders"
+	@echo "make test-all   the same in every bpy of PyPI that is supported, not only in the newest"
 	@echo "make bench   times of bind, set_constraints, iteration and of a frame in Blender; build/bench/results.json"
 	@echo "make bench-peers    ours beside libigl, Open3D and CGAL       make bench-report   a student report's tables"
 	@echo "make bench-quality  how poses look at three densities, plain beside rotation nodes; build/bench/quality.json"
 	@echo "             all take OPTIONS=..., and meshes from ARAP_BENCH_MESHES: OFF files and folders, with colons between"
-	@echo "make performance    writes what was measured into docs/performance.md and docs/quality.md"
+	@echo "make bench-test     tests of what measures          make performance    writes what was measured into docs/performance.md and docs/quality.md"
 	@echo "make wheel   wheels of arap-native for the Pythons found; build/dist/wheels"
 	@echo "make zip     the add-on: legacy zip and extension zip; build/dist"
 	@echo "make lint    clang-format, clang-tidy, ruff, mypy          make format   formats everything"
@@ -27,13 +28,20 @@ pictures:
 	@.ci/pictures
 
 test:
+	@command -v python3 >/dev/null || .ci/setup native
 	@.ci/test
+
+test-all:
+	@.ci/test --all
 
 bench:
 	@.ci/bench $(OPTIONS)
 
 bench-peers bench-report bench-quality:
 	@.ci/$@ $(OPTIONS)
+
+bench-test:
+	@.ci/bench-test
 
 performance:
 	@.ci/performance

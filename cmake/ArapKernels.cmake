@@ -14,6 +14,7 @@ function(arap_add_kernels target)
     set(kernels ${target}_kernels_${isa})
     add_library(${kernels} OBJECT ${ARGN})
     arap_target_flags(${kernels})
+    target_include_directories(${kernels} PRIVATE ${PROJECT_SOURCE_DIR}/native/src)
     target_compile_definitions(${kernels} PRIVATE ARAP_ISA_NAMESPACE=${isa})
     # Kernels are slow to the point of uselessness without inlining, whatever the build type.
     # Vectors wider than the instruction set's never leave a source, so it does not matter how they would be passed.

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "block_ldlt.h"
+#include "base/eigen_compat.h"
 #include "bumpy_torus.h"
-#include "eigen_all.h"
-#include "multifrontal.h"
-#include "simplicial_ldlt.h"
+#include "cholesky/block_ldlt.h"
+#include "cholesky/multifrontal.h"
+#include "cholesky/references/simplicial_ldlt.h"
 
 namespace {
 

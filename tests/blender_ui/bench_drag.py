@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a frame costs in a window: the sample creature at three sizes, a handle, the surface or a blend being dragged.
 
-tests/blender_ui/run.py --blender BLENDER --zip ZIP --screenshots DIR --files "bench_*.py" --at-once 1 --time-limit 900
+tests/blender_ui/run.py --blender BLENDER --zip ZIP --screenshots DIR --files "bench_*.py" --size 1280x800 --at-once 1
 
 Each test writes drag-ACT-SIZE.json into the folder of the screenshots.
 """
@@ -24,7 +24,6 @@ LARGE = 500_000  # vertices from which fewer frames will do
 PIXELS = 60  # radius of the circle that the mouse goes
 TURNS = 40  # of the main loop, once around
 GRIP = (0.0, -1.0, 1.0)  # in front of the creature's head
-PATIENCE_S = 300.0
 NAME = "Creature"
 
 Act = Callable[[Ui, bpy.types.Object], Generator[None, None, Milliseconds]]
@@ -35,7 +34,7 @@ def measure(ui: Ui, act: Act, name: str, size: int, *, has_handles: bool = True)
     load = os.getloadavg()[0]
     yield from ui.move_mouse(*pixel(ui, GRIP))
     rows = yield from act(ui, creature)
-    yield from ui.until(lambda: not ui.running, "the act has ended", PATIENCE_S)
+    yield from ui.until_free()
     result = {
         "blender": bpy.app.version_string,
         "act": name,
@@ -96,7 +95,7 @@ def pose(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Millisecon
     """The head's handle is moved by G, within a posing act."""
     ui.select(bpy.data.objects["Head"])
     assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
-    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].readout is not None, "it is bound", PATIENCE_S)
+    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].readout is not None, "it is bound")
     act = ui.running[NAME]
     loop = MainLoop(ui, lambda: act.readout.iterations)
     loop.watch_act(act, "_guarded")
@@ -121,7 +120,7 @@ def blend(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Milliseco
     yield
     ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, start="REST", pose="Moved")
     run = ui.running[NAME]
-    yield from ui.until(lambda: run.is_ready and run._follower.readout is not None, "it is bound", PATIENCE_S)
+    yield from ui.until(lambda: run.is_ready and run._follower.readout is not None, "it is bound")
     loop = MainLoop(ui, lambda: run._follower.readout.iterations)
     loop.watch_step(run, "set_factor", "place handles")
     loop.watch_act(run, "set_factor", "tick")
@@ -141,8 +140,8 @@ def pull(ui: Ui, creature: bpy.types.Object) -> Generator[None, None, Millisecon
     yield
     for i in range(1, 5):
         yield from ui.move_mouse(start[0] + 5 * i, start[1])
-    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].readout is not None, "it is bound", PATIENCE_S)
-    run = importlib.import_module(f"{MODULE}.pull.run").runs[0]
+    yield from ui.until(lambda: NAME in ui.running and ui.running[NAME].readout is not None, "it is bound")
+    run = ui.pull.runs[0]
     loop = MainLoop(ui, lambda: run.act.readout.iterations)
     loop.watch_act(run, "move", "tick", "show_status")
     loop.watch_evaluation(run.scene)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a redraw with the overlay costs at 100,000 vertices: all of it on, with and without a change of the pose.
 
-tests/blender_ui/run.py --blender BLENDER --zip ZIP --screenshots DIR --files "bench_*.py" --at-once 1
+tests/blender_ui/run.py --blender BLENDER --zip ZIP --screenshots DIR --files "bench_*.py" --size 1280x800 --at-once 1
 
 Writes overlay.json into the folder of the screenshots.
 """
@@ -16,7 +16,7 @@ import bpy
 import numpy as np
 import scenes
 from harness import Steps, Ui
-from test_overlay import drawn, module, redraw, show_all
+from test_overlay import drawn, redraw, show_all
 
 SIDE = 317
 TIMES = 30
@@ -46,10 +46,10 @@ def test_overlay_cost(ui: Ui) -> Steps:
     ui.select(grid)
     show_all(grid)
     yield from redraw(ui)
-    overlay = module("show.overlay")
+    overlay = ui.overlay
     load = os.getloadavg()[0]
     ms = {}
-    for what, call in measured(overlay, grid, drawn()["Grid"]).items():
+    for what, call in measured(overlay, grid, drawn(ui)["Grid"]).items():
         with ui.override():
             ms[what] = best_and_median(spent_ms(call))
     spent: list[float] = []

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from harness import Steps, Ui
+from harness import Steps, Ui, register_again, sub_panels
 
 SAMPLES = Path(__file__).resolve().parents[2] / "blend_files"
 STEPS_UNTIL_DRAWN = 8  # soft edges come in several passes
@@ -39,15 +39,12 @@ class Camera:
 
     def open_panels(self) -> Steps:
         """Opens the tab with all its sub-panels open."""
-        for cls in _sub_panels():
-            bpy.utils.unregister_class(cls)
-            cls.bl_options = set()  # Blender asks for it where it has not drawn the panel before
-            bpy.utils.register_class(cls)
+        register_again({cls: set() for cls in sub_panels()})
         yield from self._ui.open_tab()
 
     def panel(self, name: str, *panels: str) -> Steps:
         """The tab with these sub-panels alone, and without what stands above them; the whole of that for none."""
-        children = _sub_panels()
+        children = sub_panels()
         for cls in reversed(children):
             bpy.utils.unregister_class(cls)
         chosen = [cls for cls in children if cls.__name__ in panels]
@@ -110,13 +107,6 @@ def _output(*command: str) -> str:
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
-def _sub_panels() -> list[type]:
-    """All of the tab's, parents first."""
-    found = [cls for cls in bpy.types.Panel.__subclasses__() if hasattr(cls, "bl_parent_id") and cls.is_registered]
-    found = [cls for cls in found if getattr(cls, "bl_category", "") == "ARAP"]
-    return sorted(found, key=lambda cls: cls.bl_parent_id != "ARAP_PT_main")
-
-
 def tidy_up(space: bpy.types.SpaceView3D) -> None:
     """Nothing but what is meant: no floor, no cursor, no texts."""
     space.show_region_toolbar = space.show_region_header = space.show_region_tool_header = False
@@ -134,6 +124,27 @@ def open_creature(ui: Ui) -> Steps:
     ui.select(creature)
     shading = ui.view.spaces.active.shading
     shading.type, shading.color_type = "SOLID", "VERTEX"
+    return creature
+
+
+def begin_pull(ui: Ui) -> Generator[None, None, bpy.types.Object]:
+    """The sample creature without its handles, seen from the front, and the tool in hand."""
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "creature.blend"))
+    yield
+    creature = next(obj for obj in bpy.data.objects if obj.type == "MESH")
+    for obj in [obj for obj in bpy.data.objects if obj.type in {"EMPTY", "ARMATURE"}]:
+        bpy.data.objects.remove(obj)
+    creature.arap.handles.clear()
+    creature.arap.pins.clear()
+    creature.animation_data_clear()
+    creature.shape_key_clear()
+    ui.select(creature)
+    ui.view.spaces.active.shading.type = "SOLID"
+    ui.call(bpy.ops.view3d.view_axis, type="FRONT")
+    ui.call(bpy.ops.view3d.view_selected)
+    yield
+    assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
+    yield
     return creature
 
 

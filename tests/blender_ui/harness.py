@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs inside Blender: installs the zip, or runs one test in a real window.
+"""Runs inside Blender: installs the zip, or runs tests of one file in a real window, one after the other.
 
 A test is a generator function of one argument, the Ui. Each ``yield`` lets Blender handle the events simulated so far
-and draw: TICKS_A_STEP turns of its main loop.
+and draw: TICKS_A_STEP turns of its main loop. Each test begins in the factory's home file. Blender tells the runner on
+its standard output which test begins and how it ended. A test that failed ends Blender: nobody knows what it has left
+behind.
 """
 
 from __future__ import annotations
@@ -13,15 +15,21 @@ import subprocess
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 import bpy
 
 HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+import gate  # noqa: E402 - Blender runs this file from elsewhere
+from gate import Gate  # noqa: E402
+
 TICKS_A_STEP = 4  # an event takes up to this many turns of the main loop until everything has seen it
-PASSED = "UI TEST PASSED"
+HANG_LIMIT_S = 300.0  # nothing that a test waits for takes nearly as long, on any machine
+BEGINS, PASSED, FAILED = "UI TEST BEGINS", "UI TEST PASSED", "UI TEST FAILED"
 IS_EXTENSION = bpy.app.version >= (4, 2, 0)
 MODULE = "bl_ext.user_default.arap_deform" if IS_EXTENSION else "arap_deform"
 
@@ -41,19 +49,69 @@ def install(zip_path: str) -> None:
 class Ui:
     """The window as a test sees it: events in, pictures out. Coordinates are pixels from the lower left corner."""
 
-    def __init__(self, screenshots: Path, test: str) -> None:
+    def __init__(self, screenshots: Path) -> None:
         self.screenshots = screenshots
-        self._test = test
         self.mouse = (0, 0)
+        self._test = ""
+        self._at_end: list[Callable[[], object]] = []
+        self._gate: Gate | None = None
         self.find_modules()
+
+    def begin(self, test: str) -> None:
+        self._test = test
+        self._at_end.clear()
+        prepare_window()
+
+    def end(self) -> Steps:
+        """Takes back what the test has changed outside of the file, and loads the home file."""
+        while self._at_end:
+            self._at_end.pop()()
+        self.worker.wait_for_binds()
+        bpy.ops.wm.read_homefile(use_factory_startup=True)
+        yield
+        assert not self.running, f"still under way in a new file: {self.running}"
+
+    def change(self, owner: Any, name: str, value: object) -> None:
+        """Sets a preference, or something of the add-on's code, until the end of the test."""
+        before = getattr(owner, name)
+        if isinstance(before, bpy.types.bpy_prop_array):
+            before = tuple(before)
+        self._at_end.append(lambda: setattr(owner, name, before))
+        setattr(owner, name, value)
 
     def find_modules(self) -> None:
         """The add-on's own modules; again after it was disabled and enabled."""
         self.api: Any = importlib.import_module(f"{MODULE}.api")
-        self.binding: Any = importlib.import_module(f"{MODULE}.core.worker")
-        self.live: Any = importlib.import_module(f"{MODULE}.live.runs")
+        self.following: Any = importlib.import_module(f"{MODULE}.core.following")
         self.sessions: Any = importlib.import_module(f"{MODULE}.core.sessions")
+        self.worker: Any = importlib.import_module(f"{MODULE}.core.worker")
+        self.handle_motion: Any = importlib.import_module(f"{MODULE}.scene.handle_motion")
+        self.meshes: Any = importlib.import_module(f"{MODULE}.scene.meshes")
+        self.live: Any = importlib.import_module(f"{MODULE}.live.runs")
+        self.live_run: Any = importlib.import_module(f"{MODULE}.live.run")
+        self.overlay: Any = importlib.import_module(f"{MODULE}.show.overlay")
+        self.solve: Any = importlib.import_module(f"{MODULE}.pose.solve")
+        self.pull: Any = importlib.import_module(f"{MODULE}.pull.run")
+        self.shapes_job: Any = importlib.import_module(f"{MODULE}.bake.shapes_job")
         self.running: Any = self.sessions.acts
+
+    @contextlib.contextmanager
+    def _held(self, holding: AbstractContextManager[Gate]) -> Iterator[Gate]:
+        with holding as self._gate:
+            yield self._gate
+        self._gate = None
+
+    def held_thread(self, *, after: float = 0.0, holds_dropped: bool = False) -> AbstractContextManager[Gate]:
+        """As gate.held_thread()."""
+        return self._held(gate.held_thread(self.worker.Binding, after=after, holds_dropped=holds_dropped))
+
+    def held_shapes(self) -> AbstractContextManager[Gate]:
+        """As gate.held_shapes()."""
+        return self._held(gate.held_shapes(self.shapes_job.ShapesJob))
+
+    def held_settling(self) -> AbstractContextManager[Gate]:
+        """As gate.held_settling()."""
+        return self._held(gate.held_settling(self.following.Follower))
 
     @property
     def window(self) -> bpy.types.Window:
@@ -97,13 +155,21 @@ class Ui:
         region = self.region()
         yield from self.move_mouse(region.x + region.width // 3, region.y + region.height // 2)
 
-    def until(self, is_true: Callable[[], bool], what: str, time_limit_s: float = 60.0) -> Steps:
+    def until(self, is_true: Callable[[], bool], what: str) -> Steps:
         """Waits until something is true."""
-        end = time.monotonic() + time_limit_s
+        end = time.monotonic() + HANG_LIMIT_S
         while not is_true():
             if time.monotonic() > end:
-                raise AssertionError(f"{what}: not after {time_limit_s} s")
+                raise AssertionError(f"{what}: not after {HANG_LIMIT_S:g} s")
             yield
+
+    def until_free(self) -> Steps:
+        """Waits until no act has a mesh for itself."""
+        yield from self.until(lambda: not self.running, "all acts have ended")
+
+    def until_held(self) -> Steps:
+        """Waits until the gate holds some work."""
+        yield from self.until(lambda: self._gate is not None and self._gate.is_holding, "the work is under way")
 
     @contextlib.contextmanager
     def override(self, **members: Any) -> Iterator[None]:
@@ -112,7 +178,8 @@ class Ui:
         Before Blender 5.1 the work of a bind in its thread must not go on meanwhile; later it may, and does here.
         """
         if sys.version_info < (3, 12):
-            self.binding.wait_for_binds()
+            while self.worker.is_any_running() and not (self._gate is not None and self._gate.is_holding):
+                time.sleep(0.001)
         members = members or {"window": self.window, "area": self.view, "region": self.region()}
         with bpy.context.temp_override(**members):
             yield
@@ -133,6 +200,12 @@ class Ui:
         for obj in bpy.context.view_layer.objects:
             obj.select_set(obj in objects)
         bpy.context.view_layer.objects.active = objects[-1]
+
+    def open_panels(self, *names: str) -> None:
+        """Of the tab, which has not been drawn yet, these sub-panels are open, and no other ones."""
+        before = {cls: getattr(cls, "bl_options", set()) for cls in sub_panels()}
+        self._at_end.append(lambda: register_again(before))
+        register_again({cls: set() if cls.__name__ in names else {"DEFAULT_CLOSED"} for cls in before})
 
     def open_tab(self) -> Steps:
         """Opens the sidebar on the add-on's tab, and sees that its panel is drawn."""
@@ -161,7 +234,7 @@ class Ui:
         panel.draw = draw
         yield from self.move_mouse_to_view()
 
-    def turn_view_into_preferences(self) -> Steps:
+    def turn_view_into_preferences(self) -> Generator[None, None, bpy.types.Area]:
         """Shows the add-on's page of preferences where the 3D view was; returns the area."""
         area = self.view
         bpy.context.window_manager.addon_search = "ARAP"
@@ -182,6 +255,22 @@ class Ui:
 DIGITS = ("ZERO", "ONE", "TWO", "THREE", "FOUR", "FIVE", "SIX", "SEVEN", "EIGHT", "NINE")
 
 
+def sub_panels() -> list[Any]:
+    """All of the tab's, parents first."""
+    found = [cls for cls in bpy.types.Panel.__subclasses__() if hasattr(cls, "bl_parent_id") and cls.is_registered]
+    found = [cls for cls in found if getattr(cls, "bl_category", "") == "ARAP"]
+    return sorted(found, key=lambda cls: cls.bl_parent_id != "ARAP_PT_main")
+
+
+def register_again(options: dict[Any, set[str]]) -> None:
+    """Registers panels, parents first, with other options: Blender asks for them when it first draws a panel."""
+    for cls in reversed(options):
+        bpy.utils.unregister_class(cls)
+    for cls, its_options in options.items():
+        cls.bl_options = its_options
+        bpy.utils.register_class(cls)
+
+
 def prepare_window() -> None:
     """Nothing that costs time or takes the first event."""
     preferences = bpy.context.preferences
@@ -191,29 +280,37 @@ def prepare_window() -> None:
     preferences.view.show_tooltips = False
 
 
-def run(module: str, function: str, screenshots: str) -> None:
+def steps_of(ui: Ui, module: str, names: Sequence[str]) -> Steps:
+    """All tests, one after the other. Where one fails, the rest is left to another Blender."""
+    tests = importlib.import_module(module)
+    for name in names:
+        print(BEGINS, name, flush=True)
+        ui.begin(name)
+        try:
+            yield from getattr(tests, name)(ui)
+            yield from ui.end()
+        except Exception:  # noqa: BLE001 - whatever it is, the test has failed
+            traceback.print_exc()
+            yield from ui.screenshot("failed")
+            print(FAILED, name, flush=True)
+            sys.exit(1)
+        print(PASSED, name, flush=True)
+
+
+def run(module: str, screenshots: str, names: Sequence[str]) -> None:
     prepare_window()
     bpy.ops.preferences.addon_enable(module=MODULE)
-    sys.path.insert(0, str(HERE))
-    test = getattr(importlib.import_module(module), function)
-    ui = Ui(Path(screenshots), function)
-    steps = test(ui)
+    steps = steps_of(Ui(Path(screenshots)), module, names)
     ticks = 0
 
     def tick() -> float:
         nonlocal ticks
         ticks += 1
-        if ticks % TICKS_A_STEP:
-            return 0.0
         try:
-            next(steps)
-        except StopIteration:
-            print(PASSED, flush=True)
-            sys.exit(0)
-        except BaseException:  # noqa: BLE001 - whatever it is, the test has failed
+            if ticks % TICKS_A_STEP == 0 and next(steps, "end") == "end":
+                sys.exit(0)
+        except Exception:  # noqa: BLE001 - a timer that raises is no more called
             traceback.print_exc()
-            for _ in ui.screenshot("failed"):
-                pass
             sys.exit(1)
         return 0.0
 
@@ -224,7 +321,7 @@ def main(arguments: Sequence[str]) -> None:
     if arguments[0] == "install":
         install(arguments[1])
     else:
-        run(*arguments[1:])
+        run(arguments[1], arguments[2], arguments[3:])
 
 
 if __name__ == "__main__":

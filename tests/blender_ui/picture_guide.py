@@ -5,11 +5,10 @@ import importlib
 
 import bpy
 import numpy as np
-from camera import Camera, look, open_creature, tidy_up
+from camera import Camera, begin_pull, look, open_creature, tidy_up
 from harness import MODULE, Steps, Ui
 from mathutils import Vector
 from test_overlay import show_all
-from test_pull import begin_creature
 
 FRAME = 24  # of the creature's animation: it looks aside, a paw up
 MIDDLE = ("-gravity", "center", "-crop", "690x0-60+0", "+repage", "-resize", "50%")
@@ -36,7 +35,7 @@ def posed_creature(ui: Ui) -> Steps:
 
 def bare_creature(ui: Ui) -> Steps:
     """The sample creature as nobody has posed it yet; returns it."""
-    creature = yield from begin_creature(ui)
+    creature = yield from begin_pull(ui)
     ui.call(bpy.ops.wm.tool_set_by_id, "EXEC_DEFAULT", True, name="builtin.select_box")
     return creature
 

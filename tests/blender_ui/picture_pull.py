@@ -8,9 +8,9 @@ import shutil
 
 import bpy
 import numpy as np
-from camera import Camera, tidy_up
+from camera import Camera, begin_pull, tidy_up
 from harness import Steps, Ui
-from test_pull import begin_creature, click, drag_to, point_at, press, release
+from test_pull import click, drag_to, point_at, press, release
 
 N_FRAMES = 12  # of a drag
 HOLD = 6
@@ -49,7 +49,7 @@ class Film:
 
 def begin(ui: Ui) -> Steps:
     """The creature from near, the tool in hand and nothing beside it; returns it."""
-    creature = yield from begin_creature(ui)
+    creature = yield from begin_pull(ui)
     tidy_up(ui.view.spaces.active)
     ui.call(bpy.ops.view3d.view_selected)
     view = ui.view.spaces.active.region_3d

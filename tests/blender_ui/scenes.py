@@ -44,6 +44,14 @@ def add_grid(n: int) -> bpy.types.Object:
     return grid
 
 
+def add_held_grid(api: Any, n: int = 20) -> bpy.types.Object:
+    """A grid whose first edge is pinned and whose opposite edge hangs on a handle."""
+    grid = add_grid(n)
+    api.add_pin(grid, list(range(n)), name="Edge")
+    api.add_handle(grid, list(range(n * n - n, n * n)), name="Other Edge")
+    return grid
+
+
 def add_bone() -> bpy.types.Object:
     """An armature of one bone that begins in the middle of the bar's top."""
     armature = bpy.data.objects.new("Armature", bpy.data.armatures.new("Armature"))

@@ -49,7 +49,7 @@ def test_bake_animation_dialog(ui: Ui) -> Steps:
 
 def test_bake_animation_esc(ui: Ui) -> Steps:
     """Esc in the dialog does nothing; Esc during the bake leaves everything as it was."""
-    animate(ui, 4000)
+    animate(ui, 9)
     yield from ui.move_mouse_to_view()
     ui.call(bpy.ops.arap.bake_animation)
     yield
@@ -58,11 +58,13 @@ def test_bake_animation_esc(ui: Ui) -> Steps:
     assert key_names() == []
     ui.call(bpy.ops.arap.bake_animation)
     yield
-    yield from ui.key("RET")
-    yield from ui.until(lambda: bpy.context.scene.frame_current > 10, "the bake is under way")
-    yield from ui.screenshot("baking")
-    yield from ui.key("ESC")
-    yield
+    with ui.held_shapes():
+        yield from ui.key("RET")
+        yield from ui.until_held()
+        assert bpy.context.scene.frame_current != 3
+        yield from ui.screenshot("baking")
+        yield from ui.key("ESC")
+        yield from ui.until_free()
     assert bpy.context.scene.frame_current == 3
     assert key_names() == []
     yield from ui.screenshot("cancelled")
@@ -70,18 +72,17 @@ def test_bake_animation_esc(ui: Ui) -> Steps:
 
 def test_esc_while_a_bake_binds(ui: Ui) -> Steps:
     """A bind that takes long leaves Blender alive, and Esc drops it."""
-    obj = scenes.add_grid(500)
-    ui.api.add_pin(obj, list(range(500)), name="Edge")
-    ui.api.add_handle(obj, [500 * 500 - 1], name="Corner")
+    obj = scenes.add_held_grid(ui.api)
     ui.select(obj)
     bpy.context.scene.frame_set(3)
     yield from ui.move_mouse_to_view()
-    ui.call(bpy.ops.arap.bake_animation, "EXEC_DEFAULT", True, frame_start=1, frame_end=2)
-    assert not ui.binding.is_any_running()
-    yield from ui.until(ui.binding.is_any_running, "the bind is under way", 10.0)
-    yield from ui.screenshot("binding")
-    assert ui.binding.is_any_running(), "the bind was over before Esc: the mesh is too small for this test"
-    yield from ui.key("ESC")
+    with ui.held_thread():
+        ui.call(bpy.ops.arap.bake_animation, "EXEC_DEFAULT", True, frame_start=1, frame_end=2)
+        assert not ui.worker.is_any_running()
+        yield from ui.until_held()
+        yield from ui.screenshot("binding")
+        yield from ui.key("ESC")
+        yield from ui.until_free()
     assert obj.data.shape_keys is None
     assert bpy.context.scene.frame_current == 3
     yield from ui.key("TAB")
@@ -97,6 +98,5 @@ def test_bake_pose_dialog(ui: Ui) -> Steps:
     ui.call(bpy.ops.arap.bake_pose)
     yield from ui.screenshot("dialog")
     yield from ui.key("RET")
-    yield
-    assert key_names() == ["Basis", "ARAP", "Pose"]
+    yield from ui.until(lambda: key_names() == ["Basis", "ARAP", "Pose"], "the pose is baked")
     np.testing.assert_array_equal(scenes.key_positions(bar(), "Pose"), scenes.key_positions(bar()))

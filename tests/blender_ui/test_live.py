@@ -1,14 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Live in a window: no act is begun, and the mesh follows whatever moves its handles."""
 
-import importlib
-import tempfile
-from pathlib import Path
-
 import bpy
 import numpy as np
 import scenes
-from harness import MODULE, Steps, Ui
+from harness import Steps, Ui
 from mathutils import Vector
 
 NEAR = 1e-5
@@ -32,7 +28,8 @@ def settle(ui: Ui, *names: str) -> Steps:
 
 
 def begin(ui: Ui) -> Steps:
-    """The bar, its top on a handle, live."""
+    """The bar, its top on a handle, live, and followed at every evaluation however slow the machine is."""
+    ui.change(ui.live_run, "HEAVY_STEP_S", float("inf"))
     scenes.add_bar_with_handle(ui.api)
     bar().arap.accuracy = 1e-6
     bar().arap.max_iterations = 2000
@@ -72,7 +69,7 @@ def assert_followed(ui: Ui, name: str = "Bar") -> None:
     obj = bar(name)
     shown = scenes.shown_positions(obj)
     rest = scenes.key_positions(obj, "Basis")
-    motion = importlib.import_module(f"{MODULE}.scene.handle_motion").handle_matrices(obj)[1]
+    motion = ui.handle_motion.handle_matrices(obj)[1]
     assert np.isfinite(shown).all()
     assert obj.arap.is_live, obj.arap.live_problem
     top = rest[scenes.top()] @ motion[:3, :3].T + motion[:3, 3]
@@ -121,19 +118,6 @@ def test_live_follows_a_drag_and_undo_and_redo(ui: Ui) -> Steps:
     np.testing.assert_allclose(scenes.shown_positions(bar()), rest, atol=SAME)
 
 
-def test_live_escaped_drag_goes_back(ui: Ui) -> Steps:
-    """Esc in G is G's own: the handle goes back, and the mesh with it."""
-    yield from begin(ui)
-    rest = scenes.key_positions(bar(), "Basis")
-    yield from ui.key("G")
-    yield from ui.key("X")
-    yield from ui.text("2")
-    yield from ui.key("ESC")
-    yield from settle(ui)
-    np.testing.assert_allclose(scenes.shown_positions(bar()), rest, atol=SAME)
-    assert bar().arap.is_live
-
-
 def test_live_playback_of_two(ui: Ui) -> Steps:
     """Both follow in each frame that is played; where it stops the pose is the one that scrubbing gives."""
     yield from begin(ui)
@@ -150,8 +134,8 @@ def test_live_playback_of_two(ui: Ui) -> Steps:
 
     bpy.app.handlers.frame_change_post.append(check)
     ui.call(bpy.ops.screen.animation_play, "EXEC_DEFAULT", True)
-    for frame in (8, 20):
-        yield from ui.until(lambda frame=frame: bpy.context.scene.frame_current >= frame, f"frame {frame} is played")
+    for n_frames in (3, 6):
+        yield from ui.until(lambda n=n_frames: len(set(played)) >= n, f"{n_frames} frames are played")
         for name in ("Bar", "Second"):
             assert_followed(ui, name)
         assert ui.window.screen.is_animation_playing
@@ -159,7 +143,6 @@ def test_live_playback_of_two(ui: Ui) -> Steps:
     ui.call(bpy.ops.screen.animation_play, "EXEC_DEFAULT", True)
     yield from settle(ui, "Bar", "Second")
     bpy.app.handlers.frame_change_post.remove(check)
-    assert len(set(played)) > 5, played
     frame = bpy.context.scene.frame_current
     stopped = {name: scenes.shown_positions(bar(name)) for name in ("Bar", "Second")}
     for other in (1, 30, frame):
@@ -187,78 +170,3 @@ def test_live_and_a_posing_act(ui: Ui) -> Steps:
     yield from drag(ui)
     yield from settle(ui)
     assert_followed(ui)
-
-
-def test_live_edit_mode_and_weights(ui: Ui) -> Steps:
-    """Edit Mode pauses; a mesh with more faces is taken up when it is left."""
-    yield from begin(ui)
-    yield from drag(ui)
-    yield from settle(ui)
-    ui.select(bar())
-    yield from ui.key("TAB")
-    yield from ui.until(lambda: ui.live.run_of(bar()).pause == "Paused in Edit Mode", "Live pauses")
-    ui.call(bpy.ops.mesh.select_all, "EXEC_DEFAULT", True, action="SELECT")
-    ui.call(bpy.ops.mesh.subdivide, "EXEC_DEFAULT", True)
-    yield from ui.key("TAB")
-    yield from settle(ui)
-    assert bar().arap.is_live, bar().arap.live_problem
-    shown, rest = scenes.shown_positions(bar()), scenes.key_positions(bar(), "Basis")
-    assert len(shown) == len(bar().data.vertices) > 4 * scenes.N_RINGS
-    np.testing.assert_allclose(shown[scenes.top()], rest[scenes.top()] + [1.0, 0.0, 0.0], atol=NEAR)
-
-
-def test_live_deleted_handle_says_why(ui: Ui) -> Steps:
-    """X on the empty: Live is off and the panel says why; undo brings both back."""
-    yield from begin(ui)
-    yield from drag(ui)
-    yield from settle(ui)
-    posed = scenes.key_positions(bar())
-    bpy.ops.ed.undo_push(message="before")
-    ui.call(bpy.ops.object.delete, "EXEC_DEFAULT", True, use_global=False)
-    yield from ui.until(lambda: not bar().arap.is_live, "Live is off")
-    ui.select(bar())
-    yield from ui.open_tab()
-    yield from ui.screenshot("problem")
-    assert bar().arap.live_problem == (
-        "Handle 'Top' of 'Bar': 'Top' is not in the scene any more; choose another object or remove the handle: "
-        "Live is off"
-    )
-    np.testing.assert_allclose(scenes.key_positions(bar()), posed, atol=NEAR)
-    yield from ui.key("Z", ctrl=True)
-    yield from settle(ui)
-    assert_followed(ui)
-
-
-def test_live_file_load_and_duplicate(ui: Ui) -> Steps:
-    """Saved, loaded again, at work; Shift-D makes one that follows the same handle; the deleted one is forgotten."""
-    yield from begin(ui)
-    yield from drag(ui)
-    yield from settle(ui)
-    shown = scenes.shown_positions(bar())
-    with tempfile.TemporaryDirectory() as folder:
-        path = str(Path(folder) / "live.blend")
-        bpy.ops.wm.save_as_mainfile(filepath=path)
-        bpy.ops.wm.read_homefile(use_factory_startup=True)
-        yield
-        bpy.ops.wm.open_mainfile(filepath=path)
-    yield from settle(ui)
-    assert_followed(ui)
-    np.testing.assert_allclose(scenes.shown_positions(bar()), shown, atol=SAME)
-    yield from ui.move_mouse_to_view()
-    ui.select(bar())
-    ui.call(bpy.ops.object.duplicate, "EXEC_DEFAULT", True)
-    yield from settle(ui, "Bar", "Bar.001")
-    ui.select(bpy.data.objects["Top"])
-    yield from drag(ui)
-    yield from settle(ui, "Bar", "Bar.001")
-    for name in ("Bar", "Bar.001"):
-        assert_followed(ui, name)
-    ui.select(bar())
-    ui.call(bpy.ops.object.delete, "EXEC_DEFAULT", True, use_global=False)
-    yield from settle(ui, "Bar.001")
-    bar("Bar.001").name = "Only"
-    yield from settle(ui, "Only")
-    ui.select(bpy.data.objects["Top"])
-    yield from drag(ui, "-1")
-    yield from settle(ui, "Only")
-    assert_followed(ui, "Only")

@@ -1,24 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The overlay: pins, handles and their way from rest, strain with its legend. Pictures are kept to be looked at."""
 
-import importlib
 from pathlib import Path
 
 import bpy
 import numpy as np
 import scenes
-from harness import MODULE, Steps, Ui
+from harness import Steps, Ui
 
 SAMPLES = Path(__file__).resolve().parents[2] / "blend_files"
 
 
-def module(name: str):
-    return importlib.import_module(f"{MODULE}.{name}")
-
-
-def drawn():
+def drawn(ui: Ui):
     """What was drawn last."""
-    return module("show.overlay")._drawn
+    return ui.overlay._drawn
 
 
 def show_all(obj: bpy.types.Object) -> None:
@@ -45,12 +40,12 @@ def redraw(ui: Ui) -> Steps:
 def test_overlay_shows_what_it_should(ui: Ui) -> Steps:
     bar = bent_bar(ui)
     yield from redraw(ui)
-    assert drawn() == {}, "nothing is on: nothing is read"
+    assert drawn(ui) == {}, "nothing is on: nothing is read"
     ui.select(bar)
     yield from ui.open_tab()
     show_all(bar)
     yield from redraw(ui)
-    found = drawn()["Bar"]
+    found = drawn(ui)["Bar"]
     assert found.heat is not None
     assert found.pins is not None
     np.testing.assert_allclose(found.ends[1], (1.2, 0.0, 3.6), atol=1e-5)
@@ -60,7 +55,7 @@ def test_overlay_shows_what_it_should(ui: Ui) -> Steps:
     bar.arap.overlay.show_strain = False
     yield from redraw(ui)
     yield from ui.screenshot("pins_and_handles")
-    assert drawn()["Bar"].heat is None
+    assert drawn(ui)["Bar"].heat is None
     ui.view.spaces.active.overlay.show_overlays = False
     yield from redraw(ui)
     yield from ui.screenshot("overlays_off")
@@ -75,7 +70,7 @@ def test_overlay_builds_only_what_changed(ui: Ui) -> Steps:
     show_all(bar)
     ui.select(bar)
     yield from redraw(ui)
-    first = drawn()["Bar"]
+    first = drawn(ui)["Bar"]
     heat, pins, lines = first.heat, first.pins, first.lines
     for _ in range(3):
         yield from redraw(ui)
@@ -86,14 +81,14 @@ def test_overlay_builds_only_what_changed(ui: Ui) -> Steps:
     assert first.lines is not lines
     ui.api.solve(bar)
     yield from redraw(ui)
-    assert drawn()["Bar"] is first, "a pose leaves faces and edges as they are"
+    assert drawn(ui)["Bar"] is first, "a pose leaves faces and edges as they are"
     assert first.heat is not heat
     bar.arap.pins[0].is_enabled = False
     bar.vertex_groups["Bottom"].remove(scenes.bottom())
     bar.vertex_groups["Bottom"].add([0], 1.0, "REPLACE")
     bar.arap.pins[0].is_enabled = True
     yield from redraw(ui)
-    np.testing.assert_array_equal(drawn()["Bar"].pinned, [0])
+    np.testing.assert_array_equal(drawn(ui)["Bar"].pinned, [0])
 
 
 def test_overlay_survives_what_happens_to_a_mesh(ui: Ui) -> Steps:
@@ -114,7 +109,7 @@ def test_overlay_survives_what_happens_to_a_mesh(ui: Ui) -> Steps:
     ui.call(bpy.ops.mesh.subdivide, "EXEC_DEFAULT", True)
     yield from ui.key("TAB")
     yield from redraw(ui)
-    assert len(drawn()["Bar"].surface.rest) == len(bpy.data.objects["Bar"].data.vertices) > 4 * scenes.N_RINGS
+    assert len(drawn(ui)["Bar"].surface.rest) == len(bpy.data.objects["Bar"].data.vertices) > 4 * scenes.N_RINGS
     for _ in range(3):
         yield from ui.key("Z", ctrl=True)
         yield from redraw(ui)
@@ -125,7 +120,7 @@ def test_overlay_survives_what_happens_to_a_mesh(ui: Ui) -> Steps:
 
 
 def test_overlay_follows_live_in_playback(ui: Ui) -> Steps:
-    """The colours are those of the frame that is shown, and a redraw without a change costs little."""
+    """What is drawn is of the frame that is shown."""
     bar = bent_bar(ui)
     show_all(bar)
     bar.arap.is_live = True
@@ -138,31 +133,6 @@ def test_overlay_follows_live_in_playback(ui: Ui) -> Steps:
         bpy.context.scene.frame_set(frame)
         yield from ui.until(lambda: ui.live.run_of(bar).is_settled, "Live settles")
         yield from redraw(ui)
-        found = drawn()["Bar"]
+        found = drawn(ui)["Bar"]
         np.testing.assert_allclose(found.ends[1][0], top.location.x, atol=1e-5)
     yield from ui.screenshot("live")
-
-
-def test_overlay_on_the_sample_creature(ui: Ui) -> Steps:
-    """The sample creature, live in one of its frames, with all of the overlay."""
-    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "creature.blend"), load_ui=False)
-    yield
-    creature = next(obj for obj in bpy.context.scene.objects if obj.type == "MESH" and obj.arap.handles)
-    ui.select(creature)
-    creature.arap.is_live = True
-    show_all(creature)
-    bpy.context.scene.frame_set(bpy.context.scene.frame_end // 2)
-    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "Live settles")
-    assert creature.arap.live_problem == ""
-    yield from ui.open_tab()
-    space = ui.view.spaces.active
-    space.show_gizmo = space.show_region_header = space.show_region_toolbar = False
-    with ui.override():
-        bpy.ops.view3d.view_axis(type="RIGHT")
-        bpy.ops.view3d.view_orbit(angle=0.5, type="ORBITRIGHT")
-        bpy.ops.view3d.view_orbit(angle=0.3, type="ORBITUP")
-        bpy.ops.view3d.view_selected()
-    yield from redraw(ui)
-    yield from ui.screenshot("window")
-    assert drawn()[creature.name].heat is not None
-    assert len(drawn()[creature.name].ends) == 2 * len(creature.arap.handles)

@@ -1,26 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The pose library in a window: its panel, its acts as steps of undo, with posing and Live, progress and Esc."""
 
-import importlib
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import bpy
 import numpy as np
 import scenes
-from harness import MODULE, Steps, Ui
+from harness import Steps, Ui
 from test_bake import animate, key_names
 from test_pose import NEAR, bar, begin, handle, settle
-
-
-def open_panel() -> None:
-    """Has the sub-panel open, and the lists above it closed: the sidebar is short."""
-    for name, options in (("ARAP_PT_poses", set()), ("ARAP_PT_pins", {"DEFAULT_CLOSED"})):
-        panel = getattr(bpy.types, name)
-        bpy.utils.unregister_class(panel)
-        panel.bl_options = options
-        bpy.utils.register_class(panel)
 
 
 def add_poses(ui: Ui) -> np.ndarray:
@@ -38,7 +27,7 @@ def add_poses(ui: Ui) -> np.ndarray:
 
 def test_poses_panel(ui: Ui) -> Steps:
     """The panel without a pose, with some, and with their keys; each act is one step of undo."""
-    open_panel()
+    ui.open_panels("ARAP_PT_poses")
     scenes.add_bar_with_handle(ui.api)
     yield from ui.open_tab()
     region = ui.region("UI")
@@ -108,83 +97,12 @@ def test_poses_while_posing(ui: Ui) -> Steps:
     np.testing.assert_allclose(scenes.key_positions(bar()), straight, atol=10 * NEAR)
     yield from ui.screenshot("applied")
     yield from ui.key("ESC")
-    yield
-    assert not ui.running
+    yield from ui.until_free()
     np.testing.assert_allclose(scenes.key_positions(bar()), bent, atol=NEAR)
     bar().arap.is_live = True
     yield
     ui.call(bpy.ops.arap.poses_apply, "EXEC_DEFAULT", True, pose="Straight")
     yield from ui.until(lambda: np.abs(scenes.key_positions(bar()) - straight).max() < 10 * NEAR, "Live has followed")
-
-
-def test_esc_while_poses_become_keys(ui: Ui) -> Steps:
-    """Esc in the middle leaves no key."""
-    add_poses(ui)
-    for i in range(200):
-        ui.api.store_pose(bar(), f"Pose {i}")
-    bar().arap.accuracy, bar().arap.max_iterations = 1e-9, 100000
-    yield from ui.move_mouse_to_view()
-    fractions = []
-    job_class = importlib.import_module(f"{MODULE}.poses.keys").PoseKeysJob
-    step = job_class.step
-
-    def noted_step(job: Any, time_limit_s: float) -> bool:
-        fractions.append(job.fraction)
-        return bool(step(job, time_limit_s))
-
-    job_class.step = noted_step
-    ui.call(bpy.ops.arap.poses_to_keys, "EXEC_DEFAULT", True)
-    yield from ui.until(lambda: bool(fractions) and fractions[-1] > 0.0, "some poses are solved")
-    yield from ui.screenshot("under_way")
-    assert fractions[-1] < 1.0, "the poses were done before Esc: they are too few for this test"
-    yield from ui.key("ESC")
-    yield
-    assert key_names() == ["Basis", "ARAP"]
-    yield from ui.key("TAB")
-    assert bar().mode == "EDIT", "keys are Blender's own again"
-
-
-def test_export_mesh_cache(ui: Ui) -> Steps:
-    """The export shows its progress, Esc leaves no file; done, the modifier shows the last frame."""
-    animate(ui, 4000)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "bar.mdd"
-        yield from ui.move_mouse_to_view()
-        ui.call(bpy.ops.arap.export_mesh_cache, "EXEC_DEFAULT", True, filepath=str(path), frame_start=1, frame_end=4000)
-        yield from ui.until(lambda: bpy.context.scene.frame_current > 10, "the export is under way")
-        yield from ui.screenshot("exporting")
-        yield from ui.key("ESC")
-        yield
-        assert list(Path(folder).iterdir()) == []
-        assert bpy.context.scene.frame_current == 3
-        assert not bar().modifiers
-        bpy.ops.ed.undo_push(message="scene")
-        ui.call(bpy.ops.arap.export_mesh_cache, "EXEC_DEFAULT", True, filepath=str(path), frame_start=1, frame_end=9)
-        yield from ui.until(path.is_file, "nine frames are exported")
-        yield
-        assert [modifier.type for modifier in bar().modifiers] == ["MESH_CACHE"]
-        bpy.context.scene.frame_set(9)
-        moved = scenes.shown_positions(bar())[scenes.top()] - scenes.key_positions(bar())[scenes.top()]
-        np.testing.assert_allclose(moved[:, 0], moved[0, 0], atol=NEAR)
-        yield from ui.screenshot("exported")
-        bpy.context.scene.frame_set(3)
-        yield from ui.key("Z", ctrl=True)
-        yield
-        assert not bar().modifiers
-
-
-def test_fewest_keys_dialog(ui: Ui) -> Steps:
-    """The dialog of Bake Animation with Fewest Keys: a straight move needs two."""
-    animate(ui, 30)
-    ui.api.remove_pin(bar(), 0)
-    yield from ui.move_mouse_to_view()
-    ui.call(bpy.ops.arap.bake_animation, "INVOKE_DEFAULT", True, use_fewest_keys=True, fewest_keys_percent=1.0)
-    yield from ui.screenshot("dialog")
-    yield from ui.key("RET")
-    yield from ui.until(lambda: len(key_names()) > 2, "the bake is done")
-    assert key_names()[1] == "ARAP_0001"
-    assert key_names()[-1] == "ARAP_0030"
-    assert len(key_names()) < 12
 
 
 def test_blend_is_dragged(ui: Ui) -> Steps:
@@ -238,14 +156,13 @@ def test_blend_is_dragged(ui: Ui) -> Steps:
     yield from ui.until(lambda: way() < 0.03, "Esc has ended the blend")
     assert ui.running, "and not the posing act"
     yield from ui.key("ESC")
-    yield
-    assert not ui.running
+    yield from ui.until_free()
 
 
 def test_export_mesh_cache_browser(ui: Ui) -> Steps:
     """The file browser opens on a name with the end of the format; Esc does nothing, its button exports."""
     animate(ui, 9)
-    bpy.context.preferences.view.filebrowser_display_type = "SCREEN"
+    ui.change(bpy.context.preferences.view, "filebrowser_display_type", "SCREEN")
     bpy.ops.ed.undo_push(message="scene")
     yield from ui.move_mouse_to_view()
 
@@ -275,61 +192,6 @@ def test_export_mesh_cache_browser(ui: Ui) -> Steps:
     yield from ui.key("Z", ctrl=True)
     yield
     assert not bar().modifiers
-
-
-def test_mesh_changed_within_a_blend(ui: Ui) -> Steps:
-    """A script gives the mesh another vertex: the drag ends, by Esc or by itself before, and the handles go back."""
-    bent = add_poses(ui)
-    place = handle().matrix_world.copy()
-    yield from ui.move_mouse_to_view()
-    ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, pose="Straight")
-    yield from ui.move_mouse(ui.mouse[0] + 300, ui.mouse[1])
-    yield from ui.until(lambda: np.abs(scenes.key_positions(bar()) - bent).max() > 0.3, "the mesh follows")
-    bar().data.vertices.add(1)
-    ui.press("ESC")
-    yield from ui.until(lambda: not ui.running, "the mesh is free again")
-    yield
-    np.testing.assert_allclose(np.array(handle().matrix_world), np.array(place), atol=NEAR)
-
-
-def test_add_on_disabled_within_a_blend(ui: Ui) -> Steps:
-    """Disabling the add-on while a blend is dragged restores handles and mesh; enabled again, it blends again."""
-    bent = add_poses(ui)
-    place = handle().matrix_world.copy()
-    yield from ui.move_mouse_to_view()
-    x, y = ui.mouse
-    whole = round(300 * bpy.context.preferences.system.ui_scale)
-    for _ in range(2):
-        ui.call(bpy.ops.arap.poses_blend, "INVOKE_DEFAULT", True, pose="Straight")
-        yield from ui.move_mouse(x + whole, y)
-        yield from ui.until(lambda: np.abs(scenes.key_positions(bar()) - bent).max() > 0.3, "the mesh follows")
-        bpy.ops.preferences.addon_disable(module=MODULE)
-        yield
-        np.testing.assert_allclose(np.array(handle().matrix_world), np.array(place), atol=NEAR)
-        np.testing.assert_array_equal(scenes.key_positions(bar()), bent)
-        bpy.ops.preferences.addon_enable(module=MODULE)
-        ui.find_modules()
-        assert not ui.running
-        yield from ui.move_mouse(x, y)
-
-
-def test_add_on_disabled_within_a_bake(ui: Ui) -> Steps:
-    """Disabling the add-on during a bake leaves everything as it was; enabled again, it bakes again."""
-    animate(ui, 4000)
-    yield from ui.move_mouse_to_view()
-    for _ in range(2):
-        ui.call(bpy.ops.arap.bake_animation, "EXEC_DEFAULT", True, frame_start=1, frame_end=4000)
-        yield from ui.until(lambda: bpy.context.scene.frame_current > 10, "the bake is under way")
-        bpy.ops.preferences.addon_disable(module=MODULE)
-        yield
-        assert bpy.context.scene.frame_current == 3
-        assert key_names() == []
-        bpy.ops.preferences.addon_enable(module=MODULE)
-        ui.find_modules()
-        yield
-        assert not ui.running
-    yield from ui.key("TAB")
-    assert bar().mode == "EDIT", "keys are Blender's own again"
 
 
 def test_undo_of_an_act_leaves_live_off(ui: Ui) -> Steps:

@@ -142,55 +142,6 @@ class LiveTest(SceneTest):
         bpy.context.view_layer.update()
         self.check_ended(obj, "The scale of 'Tube' has changed")
 
-    def test_another_key_ends_a_session_and_the_act_before_it_is_written(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
-        act = module("pose.scene").BlenderPoseScene(obj)
-        self.assertEqual(act.why_over(), "")
-        obj.arap.key_name = "Bent"
-        changed = "The pose of 'Tube' has another shape key now"
-        self.assertEqual(act.why_over(), f"{changed}, and is kept in 'ARAP': posing has ended")
-        self.assertEqual(unfit(obj, is_thorough=True), changed)
-        self.assert_error(RuntimeError, f"{changed}: start posing again", module("follow.update").update_pose, obj)
-        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])
-        module("follow.update").prepare_session(obj)
-        self.assertEqual(unfit(obj, is_thorough=True), "")
-
-    def test_a_renamed_key_is_followed_and_a_removed_one_ends_the_act(self):
-        obj = posable()
-        act = module("pose.scene").BlenderPoseScene(obj)
-        module("follow.update").prepare_session(obj)
-        for name in ("ARAP", "Bent", "Bowed"):
-            if obj.data.shape_keys is not None:
-                obj.data.shape_keys.key_blocks[obj.arap.key_name].name = name
-            self.assertEqual(act.why_over(), "")
-            bend(obj)
-            self.assertTrue(act.is_bound())
-            act.update(act.matrices(), None, 1.0)
-            self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", name])
-            self.assertEqual(obj.arap.key_name, name)
-            self.assertEqual(unfit(obj, is_thorough=True), "")
-        obj.shape_key_remove(obj.data.shape_keys.key_blocks["Bowed"])
-        self.assertEqual(act.why_over(), "Shape key 'Bowed' of 'Tube' was removed: posing has ended")
-
-    def test_an_end_that_restores_gives_the_key_its_name_back(self):
-        obj = posable()
-        self.api.solve(obj)
-        before = key_positions(obj)
-        act = module("pose.scene").BlenderPoseScene(obj)
-        module("follow.update").prepare_session(obj)
-        self.assertEqual(act.why_over(), "")
-        obj.data.shape_keys.key_blocks["ARAP"].name = "Bent"
-        self.assertEqual(act.why_over(), "")
-        bend(obj)
-        self.assertTrue(act.is_bound())
-        act.update(act.matrices(), None, 1.0)
-        act.restore(obj)
-        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])
-        self.assertEqual((obj.arap.key_name, [key.name for key in obj.arap.made_keys]), ("ARAP", ["ARAP"]))
-        self.assert_close(key_positions(obj), before, 0.0)
-
     def test_painted_stiffness_is_noticed(self):
         obj = posable()
         obj.vertex_groups.new(name="Stiff")

@@ -17,6 +17,11 @@ import pytest
 from sample_meshes import Mesh, ends, tube, twisted_ends
 
 ENDLESS = {"max_iterations": 10**9, "accuracy": 0.0}
+HANG_LIMIT_S = 600
+BUSY = (
+    "this SurfaceArap is at work in another thread or below its own progress callback: wait until that call has "
+    "returned, or use one SurfaceArap per thread"
+)
 
 
 def held_at_ends(mesh: Mesh) -> arap_native.SurfaceArap:
@@ -129,18 +134,31 @@ def heard_interrupts():
     signal.signal(signal.SIGINT, former)
 
 
+def is_at_work(solver: arap_native.SurfaceArap) -> bool:
+    """Whether another thread solves; it has to let go of Python's lock for that, or nobody could ask."""
+    try:
+        solver.n_factorizations  # noqa: B018 - refused while the solver is at work
+    except RuntimeError:
+        return True
+    return False
+
+
 @pytest.mark.usefixtures("heard_interrupts")
-def test_an_interrupt_ends_a_solve_without_progress():
+def test_other_threads_run_during_a_solve_and_an_interrupt_ends_it():
     mesh = tube(30, 20)
     solver = held_at_ends(mesh)
     main = threading.get_ident()
-    interrupt = threading.Timer(0.1, signal.pthread_kill, (main, signal.SIGINT))
-    # The limit only ends the test where the interrupt does not come through; the mesh would have moved then.
-    options = arap_native.SolveOptions(**ENDLESS, time_limit_s=20)
-    interrupt.start()
+
+    def interrupt():
+        while not is_at_work(solver):
+            time.sleep(0.001)
+        signal.pthread_kill(main, signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
     with pytest.raises(KeyboardInterrupt):
-        solver.solve(twisted_ends(mesh), options)
-    interrupt.join()
+        solver.solve(twisted_ends(mesh), arap_native.SolveOptions(**ENDLESS, time_limit_s=HANG_LIMIT_S))
+    thread.join()
     assert np.allclose(solver.positions, mesh.positions, rtol=0, atol=1e-12)
 
 
@@ -154,28 +172,6 @@ def test_an_interrupt_during_progress_ends_the_solve():
 
 
 # -------------------------------------------------------------------------------------------------------- threads
-
-
-def test_other_threads_run_during_a_solve():
-    mesh = tube(30, 20)
-    solver = held_at_ends(mesh)
-    ticks, stop = [], threading.Event()
-
-    def tick():
-        while not stop.is_set():
-            ticks.append(None)
-            time.sleep(0.001)
-
-    ticker = threading.Thread(target=tick)
-    ticker.start()
-    before = len(ticks)
-    result = solver.solve(twisted_ends(mesh), arap_native.SolveOptions(**ENDLESS, time_limit_s=0.5))
-    after = len(ticks)
-    stop.set()
-    ticker.join()
-    assert result.stop_reason == "time_limit"
-    # Holding the GIL for the half second would let the ticker in once at either end.
-    assert after - before > 3
 
 
 def test_several_solvers_in_several_threads():
@@ -192,12 +188,6 @@ def test_several_solvers_in_several_threads():
     with ThreadPoolExecutor(4) as pool:
         given = list(pool.map(pose, angles))
     assert all(np.array_equal(*pair) for pair in zip(given, expected, strict=True))
-
-
-BUSY = (
-    "this SurfaceArap is at work in another thread or below its own progress callback: wait until that call has "
-    "returned, or use one SurfaceArap per thread"
-)
 
 
 def uses(mesh: Mesh, solver: arap_native.SurfaceArap) -> list[Callable]:
@@ -221,11 +211,11 @@ def test_one_solver_in_two_threads_is_refused_and_the_first_call_goes_on():
 
     def progress(fraction):
         inside.set()
-        return may_go_on.wait(30)
+        return may_go_on.wait(HANG_LIMIT_S)
 
     with ThreadPoolExecutor(1) as pool:
         first = pool.submit(solver.solve, twisted_ends(mesh), progress=progress)
-        assert inside.wait(30)
+        assert inside.wait(HANG_LIMIT_S)
         for use in uses(mesh, solver):
             with pytest.raises(RuntimeError) as caught:
                 use()
@@ -262,7 +252,7 @@ def test_hammering_one_solver_from_many_threads_never_breaks_it():
 
 
 LEAVE_A_SOLVE_BEHIND = """
-import threading, time
+import threading
 import numpy as np
 import arap_native
 from sample_meshes import ends, tube, twisted_ends
@@ -270,10 +260,14 @@ from sample_meshes import ends, tube, twisted_ends
 mesh = tube(30, 20)
 solver = arap_native.SurfaceArap(*mesh)
 solver.set_constraints(ends(mesh), np.ones(40))
-options = arap_native.SolveOptions(max_iterations=10**9, accuracy=0, time_limit_s=60)
+options = arap_native.SolveOptions(max_iterations=10**9, accuracy=0)
 solve = lambda: solver.solve(twisted_ends(mesh), options, progress={progress})
 threading.Thread(target=solve, daemon=True).start()
-time.sleep(0.3)
+while True:
+    try:
+        solver.n_factorizations
+    except RuntimeError:  # it is at work
+        break
 """
 
 
@@ -285,7 +279,7 @@ def test_python_exits_cleanly_while_a_daemon_thread_solves(progress):
         cwd=Path(__file__).parents[1],
         capture_output=True,
         text=True,
-        timeout=50,
+        timeout=HANG_LIMIT_S,
         check=False,
     )
     assert (run.returncode, run.stderr) == (0, "")

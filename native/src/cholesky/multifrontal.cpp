@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cholesky/multifrontal.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <iterator>
+#include <memory>
+
+#include "arap/error.h"
+#include "base/aligned_buffer.h"
+#include "base/format_message.h"
+#include "base/permutation.h"
+#include "cholesky/elimination_tree.h"
+#include "cholesky/references/kept_rows.h"
+#include "parallel/first_failure.h"
+#include "parallel/team.h"
+
+namespace arap {
+
+namespace {
+
+/// A pivot below this part of the diagonal entry it came from is rounding: what is left where nothing holds a mesh.
+constexpr double kLeastPivot = 1e-13;
+
+/// Fronts with more numbers in their columns than this are worth several threads.
+constexpr size_t kSharedFront = 40'000;
+
+/// Numbers that a supernode adds to its parent: a lower triangle, column by column.
+using Update = std::unique_ptr<double[]>;
+
+struct FrontSize {
+  explicit FrontSize(const Supernode& node)
+      : n_columns(kTile * tiles_for(node.n_columns)),
+        n_rows(n_columns + kTile * tiles_for(node.n_rows)),
+        stride(n_rows + kFrontSlack) {}
+
+  [[nodiscard]] size_t n_values() const { return static_cast<size_t>(stride) * static_cast<size_t>(n_rows); }
+
+  int n_columns;
+  int n_rows;
+  int stride;
+};
+
+/// What one thread, or the team at the top, needs for a front at a time.
+struct Workspace {
+  AlignedBuffer<double> values;
+  AlignedBuffer<double> inverses;
+  AlignedBuffer<double> row_block;
+  std::vector<double> least_pivot;
+
+  /// Makes room for the largest.
+  void reserve(size_t n_values, int n_columns) {
+    const auto columns = static_cast<size_t>(n_columns);
+    if (values.size() < n_values) values = AlignedBuffer<double>(n_values);
+    if (inverses.size() < kTile * columns) inverses = AlignedBuffer<double>(kTile * columns);
+    reserve_row_block(n_columns);
+    if (least_pivot.size() < columns) least_pivot.resize(columns);
+  }
+
+  void reserve_row_block(int n_columns) {
+    const size_t size = size_t{kFrontRowBlock + 1} * static_cast<size_t>(n_columns);
+    if (row_block.size() < size) row_block = AlignedBuffer<double>(size);
+  }
+};
+
+class Factorizer {
+ public:
+  Factorizer(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels, const SparseMatrix& A,
+             const Scaling& scaling, TileFormat format, std::byte* tiles)
+      : plan_(plan),
+        fronts_(fronts),
+        kernels_(kernels),
+        A_(A),
+        scaling_(scaling),
+        store_tiles_(format == TileFormat::kHalf ? kernels.store_half_tiles : kernels.store_tiles),
+        tile_bytes_(kTileNumbers * (format == TileFormat::kHalf ? sizeof(float) / 2 : sizeof(float))),
+        tiles_(tiles),
+        updates_(plan.structure.supernodes.size()) {}
+
+  /// Returns false where a number does not fit.
+  bool run() {
+    Workspace shared;
+    run_team(plan_.n_threads, [&](const Team& team) {
+      failure_.guard([&] { eliminate_branches(); });
+      if (team.rank == 0) failure_.guard([&] { reserve(shared, plan_.partition.top); });
+      Workspace own;
+      failure_.guard([&] { own.reserve_row_block(largest_top_columns()); });
+      team.barrier();
+      for (const int s : plan_.partition.top) eliminate_in_team(team, s, shared, own);
+    });
+    failure_.rethrow();
+    if (failure_.has_happened()) fail();
+    return fits_;
+  }
+
+ private:
+  /// Says why a pivot was not positive.
+  [[noreturn]] void fail() const {
+    for (int column = 0; column < A_.cols(); ++column)
+      for (SparseMatrix::InnerIterator it(A_, column); it; ++it)
+        if (scaling_.of_each[column] != 0 && scaling_.of_each[it.row()] != 0 && !std::isfinite(it.value()))
+          refuse_entry(it.row(), column, it.value());
+    refuse_indefinite();
+  }
+
+  [[nodiscard]] const Supernode& node(int s) const { return plan_.structure.supernodes[s]; }
+  void store(int s, const Front& front, int begin, int end, Workspace& workspace) {
+    if (!store_tiles_(front, node(s).n_columns, node(s).n_rows, begin, end, workspace.row_block.data(),
+                      tiles_ + tile_bytes_ * plan_.tile_offsets[s]))
+      fits_ = false;
+  }
+
+  void eliminate_branches() {
+    const auto& branches = plan_.partition.branches;
+    Workspace workspace;
+    for (;;) {
+      const int b = next_branch_.fetch_add(1);
+      if (b >= std::ssize(branches)) return;
+      std::vector<int> supernodes;
+      for (int s = branches[b].begin; s < branches[b].end; ++s) supernodes.push_back(s);
+      reserve(workspace, supernodes);
+      for (const int s : supernodes) {
+        if (failure_.has_happened()) return;
+        eliminate(s, workspace);
+      }
+    }
+  }
+
+  void reserve(Workspace& workspace, const std::vector<int>& supernodes) const {
+    size_t n_values = 0;
+    int n_columns = 0;
+    for (const int s : supernodes) {
+      n_values = std::max(n_values, FrontSize(node(s)).n_values());
+      n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
+    }
+    workspace.reserve(n_values, n_columns);
+  }
+
+  [[nodiscard]] int largest_top_columns() const {
+    int n_columns = 0;
+    for (const int s : plan_.partition.top) n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
+    return n_columns;
+  }
+
+  /// The front of supernode s with everything added up.
+  Front assemble(int s, Workspace& workspace) {
+    const FrontSize size(node(s));
+    const Front front{workspace.values.data(), size.stride, size.n_columns, size.n_rows, workspace.inverses.data()};
+    std::fill_n(front.values, size.n_values(), 0.0);
+    add_entries(s, front, workspace.least_pivot);
+    for (int child = fronts_.first_child[s]; child >= 0; child = fronts_.next_sibling[child]) add_update(child, front);
+    const size_t n = node(s).n_rows;
+    if (n > 0) updates_[s] = std::make_unique_for_overwrite<double[]>(n * (n + 1) / 2);
+    return front;
+  }
+
+  void add_entries(int s, const Front& front, std::vector<double>& least_pivot) const {
+    const auto stride = static_cast<size_t>(front.stride);
+    const double* values = A_.valuePtr();
+    const int* rows = A_.innerIndexPtr();
+    for (int c = 0; c < front.n_columns; ++c) {
+      double* column = front.values + stride * static_cast<size_t>(c);
+      least_pivot[c] = 0;
+      const int global = node(s).first_column + c;
+      const double scale = c < node(s).n_columns
+                               ? scaling_.of_all * static_cast<double>(scaling_.of_each[plan_.structure.order[global]])
+                               : 0;
+      if (scale == 0) {
+        column[c] = 1;
+        continue;
+      }
+      for (int e = fronts_.entry_offsets[global]; e < fronts_.entry_offsets[global + 1]; ++e) {
+        const FrontPlan::Entry entry = fronts_.entries[e];
+        const double other = scaling_.of_all * static_cast<double>(scaling_.of_each[rows[entry.source]]);
+        if (other != 0) column[entry.row] = scale * values[entry.source] * other;
+      }
+      least_pivot[c] = kLeastPivot * column[c];
+    }
+  }
+
+  void add_update(int child, const Front& front) {
+    const auto stride = static_cast<size_t>(front.stride);
+    const int n = node(child).n_rows;
+    const int* rows = fronts_.parent_rows.data() + node(child).rows_offset;
+    const double* update = updates_[child].get();
+    for (int j = 0; j < n; ++j) {
+      double* column = front.values + stride * static_cast<size_t>(rows[j]);
+      for (int i = j; i < n; ++i) column[rows[i]] += *update++;
+    }
+    updates_[child].reset();
+  }
+
+  /// Columns [begin, end) of the update of s.
+  void take_update(int s, const Front& front, int begin, int end) {
+    const size_t n = node(s).n_rows;
+    for (size_t j = begin; j < static_cast<size_t>(end); ++j) {
+      const size_t stored = j * n - j * (j - 1) / 2;  // numbers in the columns before
+      const double* column = front.values + (front.n_columns + j) * front.stride + front.n_columns;
+      std::copy(column + j, column + n, updates_[s].get() + stored);
+    }
+  }
+
+  void eliminate(int s, Workspace& workspace) {
+    const Front front = assemble(s, workspace);
+    for (int begin = 0; begin < front.n_columns; begin += kFrontPanel) {
+      const int end = std::min(begin + kFrontPanel, front.n_columns);
+      if (!kernels_.factor_panel(front, begin, end, workspace.least_pivot.data())) {
+        failure_.note();
+        return;
+      }
+      kernels_.update_columns(front, begin, end, end, front.n_rows);
+    }
+    take_update(s, front, 0, node(s).n_rows);
+    store(s, front, 0, front.n_rows, workspace);
+  }
+
+  /// The same by all threads of the team, between two barriers.
+  void eliminate_in_team(const Team& team, int s, Workspace& shared, Workspace& own) {
+    const FrontSize size(node(s));
+    const bool is_shared = static_cast<size_t>(size.n_columns) * static_cast<size_t>(size.n_rows) > kSharedFront;
+    if (!is_shared) {
+      if (team.rank == 0) failure_.guard([&] { eliminate(s, shared); });
+      return;
+    }
+    if (team.rank == 0) failure_.guard([&] { assemble(s, shared); });
+    const Front front{shared.values.data(), size.stride, size.n_columns, size.n_rows, shared.inverses.data()};
+    for (int begin = 0; begin < front.n_columns; begin += kFrontPanel) {
+      const int end = std::min(begin + kFrontPanel, front.n_columns);
+      if (team.rank == 0 && !failure_.has_happened() &&
+          !kernels_.factor_panel(front, begin, end, shared.least_pivot.data()))
+        failure_.note();
+      team.barrier();
+      if (failure_.has_happened()) break;
+      // In turns, because columns get shorter.
+      constexpr int kTurn = 16;
+      for (int j = end + kTurn * team.rank; j < front.n_rows; j += kTurn * team.size)
+        kernels_.update_columns(front, begin, end, j, std::min(j + kTurn, front.n_rows));
+      team.barrier();
+    }
+    if (!failure_.has_happened()) {
+      const int n = node(s).n_rows;
+      take_update(s, front, team.begin(n), team.end(n));
+      store(s, front, team.begin(front.n_rows, kFrontRowBlock), team.end(front.n_rows, kFrontRowBlock), own);
+    }
+    team.barrier();
+  }
+
+  const TilePlan& plan_;
+  const FrontPlan& fronts_;
+  const FrontKernels& kernels_;
+  const SparseMatrix& A_;
+  const Scaling& scaling_;
+  decltype(FrontKernels::store_tiles) store_tiles_;
+  size_t tile_bytes_;
+  std::byte* tiles_;
+  std::vector<Update> updates_;  ///< of each supernode, until its parent has it
+  std::atomic<int> next_branch_ = 0;
+  FirstFailure failure_;  ///< none without an exception but of a pivot
+  std::atomic<bool> fits_ = true;
+};
+
+}  // namespace
+
+FrontPlan::FrontPlan(const SparseMatrix& pattern, const TilePlan& plan) {
+  const SupernodalStructure& structure = plan.structure;
+  const std::vector<int> new_index = inverse_permutation(structure.order);
+  const auto& supernodes = structure.supernodes;
+  std::vector<int> front_row(structure.order.size());
+  entry_offsets.reserve(structure.order.size() + 1);
+  entries.reserve((pattern.nonZeros() + pattern.rows()) / 2);
+  entry_offsets.push_back(0);
+  first_child.assign(supernodes.size(), -1);
+  next_sibling.assign(supernodes.size(), -1);
+  parent_rows.resize(structure.rows.size());
+  for (int s = 0; s < std::ssize(supernodes); ++s) {
+    const Supernode& node = supernodes[s];
+    const int* rows = structure.rows_of(node);
+    for (int c = 0; c < node.n_columns; ++c) front_row[node.first_column + c] = c;
+    for (int r = 0; r < node.n_rows; ++r) front_row[rows[r]] = kTile * tiles_for(node.n_columns) + r;
+    for (int c = node.first_column; c < node.end_column(); ++c) {
+      const int old = structure.order[c];
+      for (int k = pattern.outerIndexPtr()[old]; k < pattern.outerIndexPtr()[old + 1]; ++k) {
+        const int row = new_index[pattern.innerIndexPtr()[k]];
+        if (row >= c) entries.push_back({k, front_row[row]});
+      }
+      entry_offsets.push_back(static_cast<int>(entries.size()));
+    }
+    for (int child = first_child[s]; child >= 0; child = next_sibling[child]) {
+      const size_t offset = supernodes[child].rows_offset;
+      for (int r = 0; r < supernodes[child].n_rows; ++r)
+        parent_rows[offset + r] = front_row[structure.rows[offset + r]];
+    }
+    if (node.parent < 0) continue;
+    next_sibling[s] = first_child[node.parent];
+    first_child[node.parent] = s;
+  }
+}
+
+Scaling::Scaling(const SparseMatrix& A, const std::vector<char>& is_erased) : of_each(is_erased.size(), 0) {
+  const Eigen::VectorXd diagonal = A.diagonal();
+  const auto is_scale = [&](Eigen::Index i) { return diagonal[i] > 0 && std::isfinite(diagonal[i]); };
+  double largest = 0;
+  for (Eigen::Index i = 0; i < diagonal.size(); ++i)
+    if (is_erased[i] == 0 && is_scale(i)) largest = std::max(largest, diagonal[i]);
+  if (largest == 0) largest = 1;
+  of_all = std::exp2(-std::ilogb(largest) / 2);
+  for (Eigen::Index i = 0; i < diagonal.size(); ++i) {
+    if (is_erased[i] != 0) continue;
+    // What is not positive fails as a pivot; beyond the range of a float there are only zeros and mistakes.
+    const int exponent = is_scale(i) ? std::ilogb(diagonal[i]) + 2 * std::ilogb(of_all) : 0;
+    of_each[i] = static_cast<float>(std::exp2(std::min(-exponent / 2, 100)));
+  }
+}
+
+bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels,
+                            const SparseMatrix& A, const Scaling& scaling, TileFormat format, std::byte* tiles) {
+  return Factorizer(plan, fronts, kernels, A, scaling, format, tiles).run();
+}
+
+}  // namespace arap

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+
+#include "arap/options.h"
+#include "cholesky/linear_solver.h"
+#include "parallel/workers.h"
+
+namespace arap {
+
+/// @param pattern  symmetric, stored whole, with its diagonal
+/// @param workers  of solves; as many threads factorize
+[[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern,
+                                                               LinearSolverKind kind = LinearSolverKind::kBlockLdlt,
+                                                               const Workers& workers = Workers(1));
+
+}  // namespace arap

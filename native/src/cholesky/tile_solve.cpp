@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cholesky/tile_solve.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+namespace arap {
+
+namespace {
+
+/// Supernodes with more tiles than this, some microseconds of work, are worth sharing.
+constexpr size_t kSharedTiles = 6000;
+
+/// Parts of a shared supernode.
+constexpr int kPiecesPerThread = 4;
+
+bool is_shared(const TileSupernode& node) { return tile_count(node.n_tiles, node.n_strips) > kSharedTiles; }
+
+/// Rows of b on their way from or to another order.
+constexpr int kRows = 64;
+using Rows = std::array<double, size_t{3} * kRows>;
+
+/// Numbers below the range of a float become 0, as long as this lives: far from where b is not 0 there would be many of
+/// them, and processors are slow with them.
+class FlushToZero {
+ public:
+  FlushToZero() { set(before_ | kFlush); }
+  FlushToZero(const FlushToZero&) = delete;
+  FlushToZero& operator=(const FlushToZero&) = delete;
+  ~FlushToZero() { set(before_); }
+
+ private:
+#if defined(__SSE__)
+  static constexpr unsigned kFlush = 0x8040;  // of results, and of operands
+  static unsigned get() { return __builtin_ia32_stmxcsr(); }
+  static void set(unsigned mode) { __builtin_ia32_ldmxcsr(mode); }
+#else
+  static constexpr unsigned kFlush = 0;
+  static unsigned get() { return 0; }
+  static void set(unsigned /*mode*/) {}
+#endif
+  unsigned before_ = get();
+};
+
+}  // namespace
+
+TileFactorization::Workspace::Workspace(const TilePlan& plan)
+    : x(size_t{kTile} * static_cast<size_t>(plan.n_places)), largest(plan.partition.branches.size() + 1) {
+  int n_columns = 0;
+  for (const int s : plan.partition.top) n_columns = std::max(n_columns, plan.structure.supernodes[s].n_columns);
+  // b1 packed has 3 numbers a column, x1 by panels has 4 and is padded to panels.
+  const auto panels = static_cast<size_t>(panel_count(tiles_for(n_columns)));
+  packed = AlignedBuffer<float>(size_t{kTile} * kPanelColumns * panels);
+}
+
+TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, Workers workers, const TileKernels& kernels,
+                                     AlignedBuffer<std::byte> tiles, const Scaling& scaling)
+    : plan_(std::move(plan)),
+      workers_(std::move(workers)),
+      kernels_(kernels),
+      tiles_(std::move(tiles)),
+      scale_(scaling.of_all) {
+  const auto& supernodes = plan_->structure.supernodes;
+  supernodes_.reserve(supernodes.size());
+  for (size_t s = 0; s < supernodes.size(); ++s) {
+    const int n_tiles = tiles_for(supernodes[s].n_columns);
+    supernodes_.push_back({tiles_.data() + kernels_.number_bytes * kTileNumbers * plan_->tile_offsets[s],
+                           plan_->rows.data() + plan_->rows_offsets[s], n_tiles,
+                           n_tiles + tiles_for(supernodes[s].n_rows)});
+  }
+  scaling_.reserve(plan_->structure.order.size());
+  for (const int i : plan_->structure.order) scaling_.push_back(scaling.of_each[i]);
+}
+
+void TileFactorization::solve(const Positions& b, Positions& x) const {
+  std::unique_ptr<Workspace> work;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!idle_.empty()) {
+      work = std::move(idle_.back());
+      idle_.pop_back();
+    }
+  }
+  if (work == nullptr) work = std::make_unique<Workspace>(*plan_);
+  x.resize(b.rows(), 3);
+  solve_with(b, x, *work);
+  const std::scoped_lock lock(mutex_);
+  idle_.push_back(std::move(work));
+}
+
+void TileFactorization::solve_with(const Positions& b, Positions& x, Workspace& work) const {
+  // Nearly every b is in the middle of a float's range as it is. Others get there by powers of two, so that the digits
+  // are the same.
+  constexpr double kSmallest = 0x1p-40;
+  constexpr double kLargest = 0x1p40;
+  double into = scale_;
+  const double reached = eliminate_branches(b, into, work);
+  if (!(reached >= kSmallest && reached <= kLargest)) {
+    // 0 * x is NaN where x is not finite.
+    const double largest = b.size() == 0 ? 0 : b.cwiseAbs().maxCoeff() + (0 * b).sum();
+    if (!(largest > 0) || !std::isfinite(largest)) {
+      x.setConstant(largest == 0 ? 0 : std::numeric_limits<double>::quiet_NaN());
+      return;
+    }
+    into = std::exp2(-std::ilogb(largest));
+    static_cast<void>(eliminate_branches(b, into, work));
+  }
+  solve_top(work);
+  substitute_branches(x, scale_ * (scale_ / into), work);
+}
+
+double TileFactorization::eliminate_branches(const Positions& b, double factor, Workspace& work) const {
+  const auto n_branches = static_cast<int>(plan_->partition.branches.size());
+  workers_.run(n_branches, [&](int i) {
+    const FlushToZero mode;
+    const Branch& branch = plan_->partition.branches[i];
+    work.largest[i] = static_cast<double>(read_columns(b, factor, branch.begin, branch.end, work.x.data()));
+    forward_branch(i, work.x.data());
+  });
+  double& of_top = work.largest[n_branches] = 0;
+  for (const int s : plan_->partition.top)
+    of_top += static_cast<double>(read_columns(b, factor, s, s + 1, work.x.data()));
+  // A sum tells of the largest one as well as a maximum does, and of a NaN better.
+  return std::accumulate(work.largest.begin(), work.largest.end(), 0.0);
+}
+
+void TileFactorization::solve_top(Workspace& work) const {
+  const auto& top = plan_->partition.top;
+  if (top.empty()) return;
+  const FlushToZero mode;
+  float* x = work.x.data();
+  collect_top(x);
+  for (const int s : top) {
+    const TileSupernode& node = supernodes_[s];
+    if (is_shared(node) && workers_.threads() > 1)
+      forward_shared(node, work);
+    else
+      kernels_.forward(&node, &node + 1, x);
+  }
+  for (size_t k = top.size(); k-- > 0;) {
+    const TileSupernode& node = supernodes_[top[k]];
+    if (is_shared(node) && workers_.threads() > 1)
+      backward_shared(node, work);
+    else
+      kernels_.backward(&node, &node + 1, x);
+  }
+}
+
+void TileFactorization::substitute_branches(Positions& x, double factor, Workspace& work) const {
+  for (const int s : plan_->partition.top) write_columns(x, factor, s, s + 1, work.x.data());
+  workers_.run(static_cast<int>(plan_->partition.branches.size()), [&](int i) {
+    const FlushToZero mode;
+    const Branch& branch = plan_->partition.branches[i];
+    backward_branch(i, work.x.data());
+    write_columns(x, factor, branch.begin, branch.end, work.x.data());
+  });
+}
+
+float TileFactorization::read_columns(const Positions& b, double factor, int first, int last, float* x) const {
+  const int begin = plan_->structure.supernodes[first].first_column;
+  const int end = plan_->structure.supernodes[last - 1].end_column();
+  const float* scaling = scaling_.data();
+  if (plan_->is_in_order)
+    return kernels_.read(b.data() + 3 * static_cast<std::ptrdiff_t>(begin), scaling + begin, factor, end - begin,
+                         x + 4 * static_cast<std::ptrdiff_t>(begin));
+  float largest = 0;
+  Rows rows;
+  for (int k = begin; k < end; k += kRows) {
+    const int n = std::min(kRows, end - k);
+    for (int i = 0; i < n; ++i)
+      std::copy_n(b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]), 3,
+                  rows.data() + size_t{3} * i);
+    largest += kernels_.read(rows.data(), scaling + k, factor, n, x + 4 * static_cast<std::ptrdiff_t>(k));
+  }
+  return largest;
+}
+
+void TileFactorization::write_columns(Positions& result, double factor, int first, int last, const float* x) const {
+  const int begin = plan_->structure.supernodes[first].first_column;
+  const int end = plan_->structure.supernodes[last - 1].end_column();
+  const float* scaling = scaling_.data();
+  if (plan_->is_in_order) {
+    kernels_.write(x + 4 * static_cast<std::ptrdiff_t>(begin), scaling + begin, factor, end - begin,
+                   result.data() + 3 * static_cast<std::ptrdiff_t>(begin));
+    return;
+  }
+  Rows rows;
+  for (int k = begin; k < end; k += kRows) {
+    const int n = std::min(kRows, end - k);
+    kernels_.write(x + 4 * static_cast<std::ptrdiff_t>(k), scaling + k, factor, n, rows.data());
+    for (int i = 0; i < n; ++i)
+      std::copy_n(rows.data() + size_t{3} * i, 3,
+                  result.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]));
+  }
+}
+
+void TileFactorization::forward_branch(int b, float* x) const {
+  const TilePlan::Copies& copies = plan_->copies[b];
+  std::fill_n(x + size_t{kTile} * copies.first_place, kTile * copies.columns.size(), 0.0F);
+  std::fill_n(x + size_t{kTile} * (plan_->first_padding + 2 * (b + 1)), 2 * kTile, 0.0F);
+  const Branch& branch = plan_->partition.branches[b];
+  kernels_.forward(supernodes_.data() + branch.begin, supernodes_.data() + branch.end, x);
+}
+
+void TileFactorization::backward_branch(int b, float* x) const {
+  const TilePlan::Copies& copies = plan_->copies[b];
+  for (size_t k = 0; k < copies.columns.size(); ++k)
+    std::copy_n(x + size_t{kTile} * copies.columns[k], kTile, x + size_t{kTile} * (copies.first_place + k));
+  const Branch& branch = plan_->partition.branches[b];
+  kernels_.backward(supernodes_.data() + branch.begin, supernodes_.data() + branch.end, x);
+}
+
+void TileFactorization::collect_top(float* x) const {
+  std::fill_n(x + size_t{kTile} * plan_->first_padding, 2 * kTile, 0.0F);
+  for (const TilePlan::Copies& copies : plan_->copies) {
+    const float* from = x + size_t{kTile} * copies.first_place;
+    for (const int column : copies.columns)
+      for (int d = 0; d < kTile; ++d) x[size_t{kTile} * column + d] += *from++;
+  }
+}
+
+void TileFactorization::forward_shared(const TileSupernode& node, Workspace& work) const {
+  float* x = work.x.data();
+  kernels_.pack(node, x, work.packed.data());
+  const int pieces = std::min(node.n_strips, kPiecesPerThread * workers_.threads());
+  workers_.run(pieces, [&](int piece) {
+    const FlushToZero mode;
+    const auto begin_of = [&](int p) { return static_cast<int>(std::int64_t{node.n_strips} * p / pieces); };
+    kernels_.forward_strips(node, begin_of(piece), begin_of(piece + 1), work.packed.data(), x);
+  });
+}
+
+void TileFactorization::backward_shared(const TileSupernode& node, Workspace& work) const {
+  float* x = work.x.data();
+  float* out = work.packed.data();
+  workers_.run(panel_count(node.n_tiles), [&](int p) {
+    const FlushToZero mode;
+    kernels_.backward_panel(node, p, x, out + size_t{kTile} * kPanelColumns * p);
+  });
+  for (int c = 0; c < kTile * node.n_tiles; ++c)
+    std::copy_n(out + size_t{kTile} * c, kTile, x + size_t{kTile} * node.rows[c]);
+}
+
+}  // namespace arap

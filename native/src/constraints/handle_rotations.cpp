@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "constraints/handle_rotations.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "base/union_find.h"
+#include "geometry/rotation.h"
+
+namespace arap {
+
+namespace {
+
+/// Empty where the points lie on a line or in one place, as fewer than three always do.
+std::optional<Matrix3> best_rotation(const Positions& from, const Positions& to, const std::vector<int>& rows) {
+  if (rows.size() < 3) return std::nullopt;
+  Eigen::RowVector3d mean_from = Eigen::RowVector3d::Zero();
+  Eigen::RowVector3d mean_to = Eigen::RowVector3d::Zero();
+  for (const int k : rows) {
+    mean_from += from.row(k) / static_cast<double>(rows.size());
+    mean_to += to.row(k) / static_cast<double>(rows.size());
+  }
+  Matrix3 S = Matrix3::Zero();
+  Matrix3 scatter = Matrix3::Zero();
+  for (const int k : rows) {
+    const Eigen::RowVector3d arm = from.row(k) - mean_from;
+    S += (to.row(k) - mean_to).transpose() * arm;
+    scatter += arm.transpose() * arm;
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter, Eigen::EigenvaluesOnly);
+  constexpr double kFlat = 1e-8;  // squared: a width of 1e-4 of the length determines a rotation about it
+  if (eigen.eigenvalues()[1] <= kFlat * eigen.eigenvalues()[2]) return std::nullopt;
+  return nearest_rotation(S, Matrix3::Identity());
+}
+
+/// At most `count` of the rows, evenly.
+std::vector<int> thinned(const std::vector<int>& rows, size_t count) {
+  if (rows.size() <= count) return rows;
+  std::vector<int> result;
+  result.reserve(count);
+  for (size_t k = 0; k < count; ++k) result.push_back(rows[k * rows.size() / count]);
+  return result;
+}
+
+/// (n, 3) rotation vectors of matrices that need not be quite rotations. Where several are nearly half a turn, for
+/// which one way round is as short as the other, all of them go the same way.
+Positions rotation_vectors(std::span<const Matrix3> rotations) {
+  constexpr double kNearlyHalf = 170 * std::numbers::pi / 180;
+  Positions result(rotations.size(), 3);
+  std::optional<Vector3> way;
+  for (size_t k = 0; k < rotations.size(); ++k) {
+    const Eigen::AngleAxisd turn(nearest_rotation(rotations[k], Matrix3::Identity()));
+    double angle = turn.angle();
+    if (angle > kNearlyHalf) {
+      if (!way) way = turn.axis();
+      if (way->dot(turn.axis()) < 0) angle -= 2 * std::numbers::pi;
+    }
+    result.row(k) = angle * turn.axis().transpose();
+  }
+  return result;
+}
+
+}  // namespace
+
+HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConstraints& constraints)
+    : model_(model), constraints_(constraints) {
+  constexpr size_t kSamples = 1000;
+  const auto n = static_cast<int>(model.rest.rows());
+  const LinearRows& rows = constraints.soft_rows();
+  std::vector<int> vertex_of_row(constraints.target_sums().size(), -1);
+  std::vector<char> is_constrained(n, 0);
+  for (const PreparedConstraints::Entry& entry : constraints.entries()) {
+    if (!is_point(entry.row)) continue;
+    vertex_of_row[entry.row] = entry.vertex;
+    is_constrained[entry.vertex] = 1;
+  }
+  UnionFind joined(n);
+  for (const int v : vertex_of_row) {
+    if (v < 0) continue;
+    for (SparseMatrix::InnerIterator it(model.energy.K, v); it; ++it)
+      if (is_constrained[it.row()] != 0) joined.join(v, static_cast<int>(it.row()));
+  }
+  for (int r = 0; r < rows.size(); ++r) {
+    if (!is_point(constraints.soft_row_rows()[r])) continue;
+    const int first = rows.indices[rows.offsets[r]];
+    vertex_of_row[constraints.soft_row_rows()[r]] = first;
+    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) joined.join(first, rows.indices[k]);
+  }
+
+  std::vector<int> group_of_root(n, -1);
+  group_of_row_.assign(vertex_of_row.size(), -1);
+  part_of_row_.assign(vertex_of_row.size(), -1);
+  for (size_t k = 0; k < vertex_of_row.size(); ++k) {
+    if (vertex_of_row[k] < 0) continue;
+    part_of_row_[k] = model.part_of_vertex[vertex_of_row[k]];
+    int& group = group_of_root[joined.find(vertex_of_row[k])];
+    if (group < 0) {
+      group = static_cast<int>(rows_of_group_.size());
+      rows_of_group_.emplace_back();
+    }
+    rows_of_group_[group].push_back(static_cast<int>(k));
+    group_of_row_[k] = group;
+  }
+  for (std::vector<int>& of_group : rows_of_group_) of_group = thinned(of_group, kSamples);
+  const auto find_parts = [&](const std::vector<LinearRow>& patches, const std::vector<int>& patch_rows) {
+    for (size_t k = 0; k < patches.size(); ++k)
+      part_of_row_[patch_rows[k]] = model.part_of_vertex[patches[k].indices.front()];
+  };
+  find_parts(constraints.patches(), constraints.patch_rows());
+  find_parts(constraints.anchor_patches(), constraints.anchor_rows());
+  for (int r = 0; r < rows.size(); ++r)
+    part_of_row_[constraints.soft_row_rows()[r]] = model.part_of_vertex[rows.indices[rows.offsets[r]]];
+  for (const PreparedConstraints::Entry& entry : constraints.entries())
+    part_of_row_[entry.row] = model.part_of_vertex[entry.vertex];
+}
+
+bool HandleRotations::is_point(int row) const { return std::abs(constraints_.target_sums()[row] - 1) < 1e-9; }
+
+HandleRotations::Told HandleRotations::ask_groups(const Positions& from, const Positions& to) const {
+  Told told;
+  told.reserve(rows_of_group_.size());
+  for (const std::vector<int>& rows : rows_of_group_) told.push_back(best_rotation(from, to, rows));
+  return told;
+}
+
+Positions HandleRotations::of_rows(const Told& told) const {
+  // Part -1, that of loose vertices, comes first.
+  std::vector<Matrix3> sums(model_.n_parts + 1, Matrix3::Zero());
+  for (size_t g = 0; g < told.size(); ++g)
+    if (told[g]) sums[part_of_row_[rows_of_group_[g].front()] + 1] += *told[g];
+  std::vector<Matrix3> rotations;
+  rotations.reserve(sums.size() + told.size());
+  for (const Matrix3& sum : sums) rotations.push_back(nearest_rotation(sum, Matrix3::Identity()));
+  for (size_t g = 0; g < told.size(); ++g)
+    rotations.push_back(told[g].value_or(rotations[part_of_row_[rows_of_group_[g].front()] + 1]));
+  const Positions turns = rotation_vectors(rotations);
+  Positions result(group_of_row_.size(), 3);
+  for (size_t k = 0; k < group_of_row_.size(); ++k)
+    result.row(k) = turns.row(group_of_row_[k] >= 0 ? model_.n_parts + 1 + group_of_row_[k] : part_of_row_[k] + 1);
+  return result;
+}
+
+Positions HandleRotations::estimate(const Positions& from, const Positions& to) const {
+  const Told told = ask_groups(from, to);
+  if (std::any_of(told.begin(), told.end(), [](const auto& r) { return r.has_value(); })) return of_rows(told);
+  std::vector<int> rows;
+  for (int k = 0; k < static_cast<int>(group_of_row_.size()); ++k)
+    if (is_point(k)) rows.push_back(k);
+  const Matrix3 rotation = best_rotation(from, to, rows).value_or(Matrix3::Identity());
+  return rotation_vectors(std::array{rotation}).replicate(from.rows(), 1);
+}
+
+Positions HandleRotations::estimate_beyond(double angle, const Positions& from, const Positions& to) const {
+  const Told told = ask_groups(from, to);
+  const bool is_beyond = std::any_of(told.begin(), told.end(), [&](const std::optional<Matrix3>& rotation) {
+    return rotation && Eigen::AngleAxisd(*rotation).angle() > angle;
+  });
+  return is_beyond ? of_rows(told) : Positions(0, 3);
+}
+
+Positions HandleRotations::of_start(InitialGuess guess, const Positions& last_targets, const Positions& previous,
+                                    const Positions& targets, std::span<const Matrix3> rotations) const {
+  // Below that a global step with the former rotations starts as well.
+  constexpr double kLargeTurn = std::numbers::pi / 8;
+  if (guess == InitialGuess::kHandleRotations)
+    return rotations.empty() ? estimate(constraints_.constrained_points(model_.rest), targets)
+                             : rotation_vectors(rotations);
+  // What is held so weakly need not be near its targets: their turn is not its own.
+  if (guess != InitialGuess::kPrevious || constraints_.is_weak_hold()) return {};
+  // What is constrained softly may never be at its target, so targets are compared with targets.
+  const bool has_last = last_targets.rows() > 0;
+  if (has_last && last_targets == targets) return {};
+  return estimate_beyond(kLargeTurn, has_last ? last_targets : constraints_.constrained_points(previous), targets);
+}
+
+}  // namespace arap

@@ -1,0 +1,401 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "constraints/rigid_regions.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <utility>
+
+#include "geometry/rotation.h"
+
+namespace arap {
+
+namespace {
+
+/// s with <[w]x, A> = -<w, s> for every w.
+Vector3 twist(const Matrix3& A) { return {A(1, 2) - A(2, 1), A(2, 0) - A(0, 2), A(0, 1) - A(1, 0)}; }
+
+}  // namespace
+
+RigidRegions::RigidRegions(const std::vector<int>& region_of_vertex, const CellEnergy& energy, const Positions& rest)
+    : energy_(&energy), rest_(&rest) {
+  std::map<int, std::vector<int>> members_of_label;
+  for (size_t v = 0; v < region_of_vertex.size(); ++v)
+    if (region_of_vertex[v] >= 0) members_of_label[region_of_vertex[v]].push_back(static_cast<int>(v));
+  if (members_of_label.empty()) return;
+  unknown_of_vertex_.resize(rest.rows());
+  for (size_t v = 0; v < unknown_of_vertex_.size(); ++v) unknown_of_vertex_[v] = static_cast<int>(v);
+  for (auto& [label, members] : members_of_label) {
+    for (const int v : members) unknown_of_vertex_[v] = members.front();
+    regions_.push_back(
+        {.members = std::move(members), .border = {}, .cells = {}, .border_cells = {}, .anchors = {}, .pulls = {}});
+  }
+}
+
+void RigidRegions::read_cells() {
+  find_cells();
+  for (Region& region : regions_) find_border(region);
+}
+
+void RigidRegions::renumber(const std::vector<int>& new_of_old) {
+  std::vector<int> unknown_of_vertex(unknown_of_vertex_.size());
+  for (size_t v = 0; v < unknown_of_vertex_.size(); ++v)
+    unknown_of_vertex[new_of_old[v]] = new_of_old[unknown_of_vertex_[v]];
+  unknown_of_vertex_ = std::move(unknown_of_vertex);
+  for (Region& region : regions_)
+    for (int& v : region.members) v = new_of_old[v];
+}
+
+void RigidRegions::find_cells() {
+  if (empty()) return;
+  std::vector<int> region_of_unknown(unknown_of_vertex_.size(), -1);
+  for (size_t r = 0; r < regions_.size(); ++r) region_of_unknown[regions_[r].members.front()] = static_cast<int>(r);
+  for (int c = 0; c < energy_->n_cells(); ++c) {
+    const int home = energy_->home(c);
+    const int r = home < 0 ? -1 : region_of_unknown[unknown_of_vertex_[home]];
+    if (r < 0) continue;
+    Region& region = regions_[r];
+    region.cells.push_back(c);
+    const auto begin = energy_->cell_vertices.begin();
+    if (!std::all_of(begin + energy_->cell_offsets[c], begin + energy_->cell_offsets[c + 1],
+                     [&](int v) { return is_member(v, region); }))
+      region.border_cells.push_back(c);
+  }
+}
+
+void RigidRegions::find_border(Region& region) const {
+  for (const int v : region.members) {
+    bool reaches_out = false;
+    for (SparseMatrix::InnerIterator it(energy_->K, v); it && !reaches_out; ++it)
+      reaches_out = !is_member(static_cast<int>(it.row()), region);
+    const int begin = energy_->vertex_offsets[v];
+    const int end = energy_->vertex_offsets[v + 1];
+    for (int k = begin; k < end && !reaches_out; ++k) reaches_out = !has_cell(energy_->vertex_cells[k], region);
+    if (reaches_out) region.border.push_back(v);
+  }
+}
+
+SparseMatrix RigidRegions::reduce(const SparseMatrix& K) const {
+  if (empty()) return K;
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(K.nonZeros() + K.rows());
+  for (int v = 0; v < static_cast<int>(K.rows()); ++v) entries.emplace_back(v, v, 0.0);
+  for (int column = 0; column < static_cast<int>(K.cols()); ++column)
+    for (SparseMatrix::InnerIterator it(K, column); it; ++it)
+      entries.emplace_back(unknown_of(static_cast<int>(it.row())), unknown_of(column), it.value());
+  SparseMatrix reduced(K.rows(), K.cols());
+  reduced.setFromTriplets(entries.begin(), entries.end());
+  // The rows of K sum to 0. The sum over a whole region is rounding where 0 is meant, so its diagonal comes from the
+  // border.
+  for (const Region& region : regions_) {
+    const int unknown = region.members.front();
+    double border = 0;
+    for (SparseMatrix::InnerIterator it(reduced, unknown); it; ++it)
+      if (it.row() != unknown) border -= it.value();
+    reduced.coeffRef(unknown, unknown) = border;
+  }
+  return reduced;
+}
+
+void RigidRegions::reduce(Positions& x) const {
+  for (const Region& region : regions_)
+    for (size_t k = 1; k < region.members.size(); ++k) {
+      x.row(region.members.front()) += x.row(region.members[k]);
+      x.row(region.members[k]).setZero();
+    }
+}
+
+void RigidRegions::expand(Positions& x) const {
+  for (const Region& region : regions_)
+    for (const int v : region.members) x.row(v) = x.row(region.members.front());
+}
+
+bool RigidRegions::is_in_region(int v) const {
+  return std::any_of(regions_.begin(), regions_.end(), [&](const Region& region) { return is_member(v, region); });
+}
+
+int RigidRegions::region_of(const LinearRow& patch) const {
+  constexpr double kHalf = 0.5 + 1e-9;  // rounding does not decide whose an even patch is
+  for (int r = 0; r < size(); ++r) {
+    double share = 0;
+    for (size_t k = 0; k < patch.indices.size(); ++k)
+      if (is_member(patch.indices[k], regions_[r])) share += patch.coefficients[k];
+    if (share > kHalf) return r;
+  }
+  return -1;
+}
+
+LinearRow RigidRegions::inside_of(int region, const LinearRow& patch) const {
+  LinearRow inside;
+  double share = 0;
+  for (size_t k = 0; k < patch.indices.size(); ++k) {
+    if (!is_member(patch.indices[k], regions_[region])) continue;
+    inside.indices.push_back(patch.indices[k]);
+    inside.coefficients.push_back(patch.coefficients[k]);
+    share += patch.coefficients[k];
+  }
+  for (double& weight : inside.coefficients) weight /= share;
+  return inside;
+}
+
+void RigidRegions::set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal,
+                                   const std::vector<RegionPoint>& patches, const LinearRows& rows) {
+  for (Region& region : regions_) {
+    region.anchors.clear();
+    find_pulls(region, rows);
+    for (const int v : region.members)
+      if (is_hard[v] != 0) region.anchors.push_back({rest(v), v, -1});
+  }
+  for (int p = 0; p < std::ssize(patches); ++p) regions_[patches[p].region].anchors.push_back({patches[p].rest, -1, p});
+  for (Region& region : regions_) {
+    if (!region.anchors.empty()) find_anchor_rank(region);
+    choose_center(region, soft_diagonal);
+  }
+}
+
+void RigidRegions::find_pulls(Region& region, const LinearRows& rows) const {
+  region.pulls.clear();
+  for (int r = 0; r < rows.size(); ++r) {
+    Pull pull{.row = r, .weight = rows.weights[r], .share = 0, .moment = Vector3::Zero(), .elsewhere = {}};
+    const auto size = rows.offsets[r + 1] - rows.offsets[r];
+    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) {
+      if (is_member(rows.indices[k], region)) {
+        pull.share += rows.coefficients[k];
+        pull.moment += rows.coefficients[k] * rest(rows.indices[k]);
+      } else {
+        pull.elsewhere.indices.push_back(rows.indices[k]);
+        pull.elsewhere.coefficients.push_back(rows.coefficients[k]);
+      }
+    }
+    if (std::ssize(pull.elsewhere.indices) < size) region.pulls.push_back(std::move(pull));
+  }
+}
+
+void RigidRegions::find_anchor_rank(Region& region) {
+  const auto n = static_cast<double>(region.anchors.size());
+  Vector3 mean = Vector3::Zero();
+  for (const Anchor& anchor : region.anchors) mean += anchor.rest / n;
+  Matrix3 scatter = Matrix3::Zero();
+  for (const Anchor& anchor : region.anchors) scatter += (anchor.rest - mean) * (anchor.rest - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter);
+  const Vector3& values = eigen.eigenvalues();
+  // Below these the anchors count as one point, or as a line: 1e-6 of the mesh, which has size 1.
+  region.anchor_rank = values[2] <= 1e-12 ? 0 : (values[1] <= 1e-12 * values[2] ? 1 : 2);
+  region.anchor_axis = eigen.eigenvectors().col(2);
+}
+
+// The terms of the energy that join the region's motion (R, t) with itself are, with c the center,
+//     1/2 kappa |t|^2 + <t, R mixed>,  mixed = sum_{j,k in r} K_jk (p_j - c) + sum_j 2 omega_j (p_j - c)
+//             + sum_rows w share arm - sum_{cells in r, k in r} q_ck.
+// Rows of K and of q sum to 0, so the sums over the inside are minus those over the outside: only the border counts.
+void RigidRegions::choose_center(Region& region, const Eigen::VectorXd& soft_diagonal) const {
+  double kappa = 0;
+  Vector3 moment = Vector3::Zero();
+  Vector3 mean = Vector3::Zero();
+  for (const int v : region.border) {
+    double inside = 0;
+    for (SparseMatrix::InnerIterator it(energy_->K, v); it; ++it)
+      if (!is_member(static_cast<int>(it.row()), region)) inside -= it.value();
+    kappa += inside;
+    moment += inside * rest(v);
+  }
+  for (const int v : region.members) {
+    kappa += soft_diagonal[v];
+    moment += soft_diagonal[v] * rest(v);
+    mean += rest(v) / static_cast<double>(region.members.size());
+  }
+  for (const Pull& pull : region.pulls) {
+    kappa += pull.weight * pull.share * pull.share;
+    moment += pull.weight * pull.share * pull.moment;
+  }
+  for (const int c : region.border_cells)
+    for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k)
+      if (!is_member(energy_->cell_vertices[k], region)) moment += energy_->q.row(k).transpose();
+  if (!region.anchors.empty()) {
+    region.center.setZero();
+    for (const Anchor& anchor : region.anchors)
+      region.center += anchor.rest / static_cast<double>(region.anchors.size());
+  } else {
+    region.center = kappa > 0 ? Vector3(moment / kappa) : mean;
+  }
+  region.mixed = region.anchors.empty() ? Vector3(Vector3::Zero()) : Vector3(moment - kappa * region.center);
+}
+
+Vector3 RigidRegions::carried(const RegionPoint& point, const std::vector<Placement>& placements) const {
+  const Placement& placement = placements[point.region];
+  return placement.rotation * (point.rest - regions_[point.region].center) + placement.translation;
+}
+
+std::vector<Placement> RigidRegions::fit_placements(const Positions& positions) const {
+  std::vector<Placement> placements;
+  placements.reserve(regions_.size());
+  for (const Region& region : regions_) {
+    Vector3 mean_rest = Vector3::Zero();
+    Vector3 mean = Vector3::Zero();
+    for (const int v : region.members) {
+      mean_rest += rest(v) / static_cast<double>(region.members.size());
+      mean += positions.row(v).transpose() / static_cast<double>(region.members.size());
+    }
+    Matrix3 S = Matrix3::Zero();
+    for (const int v : region.members) S += (positions.row(v).transpose() - mean) * (rest(v) - mean_rest).transpose();
+    Placement placement;
+    placement.rotation = nearest_rotation(S, Matrix3::Identity());
+    placement.translation = mean + placement.rotation * (region.center - mean_rest);
+    placements.push_back(placement);
+  }
+  return placements;
+}
+
+void RigidRegions::place(const Region& region, const Matrix3& linear, const RegionTargets& targets,
+                         Placement& placement) {
+  if (region.anchors.empty()) {
+    placement.rotation = nearest_rotation(-linear, placement.rotation);
+    return;
+  }
+  placement.translation.setZero();
+  for (const Anchor& anchor : region.anchors)
+    placement.translation += anchor.target(targets) / static_cast<double>(region.anchors.size());
+  Matrix3 S = Matrix3::Zero();
+  for (const Anchor& anchor : region.anchors)
+    S += (anchor.target(targets) - placement.translation) * (anchor.rest - region.center).transpose();
+  const Vector3 direction = S * region.anchor_axis;
+  if (region.anchor_rank == 2)
+    placement.rotation = nearest_rotation(S, placement.rotation);
+  else if (region.anchor_rank == 1 && direction.norm() > 1e-12)
+    placement.rotation =
+        nearest_rotation_with_axis(-linear, region.anchor_axis, direction.normalized(), placement.rotation);
+  else
+    placement.rotation = nearest_rotation(-linear, placement.rotation);
+}
+
+void RigidRegions::place_anchored(const RegionTargets& targets, std::vector<Placement>& placements) const {
+  for (size_t r = 0; r < regions_.size(); ++r) {
+    if (regions_[r].anchors.empty()) continue;
+    const Matrix3 keep = -placements[r].rotation;
+    place(regions_[r], keep, targets, placements[r]);
+  }
+}
+
+void RigidRegions::write(const Region& region, const Placement& placement, Positions& positions) const {
+  for (const int v : region.members)
+    positions.row(v) = (placement.rotation * (rest(v) - region.center) + placement.translation).transpose();
+}
+
+void RigidRegions::write(const std::vector<Placement>& placements, Positions& positions) const {
+  for (size_t r = 0; r < regions_.size(); ++r) write(regions_[r], placements[r], positions);
+}
+
+void RigidRegions::read_translations(std::vector<Placement>& placements, const Positions& positions) const {
+  for (size_t r = 0; r < regions_.size(); ++r) {
+    const int v = regions_[r].members.front();
+    placements[r].translation = positions.row(v).transpose() - placements[r].rotation * (rest(v) - regions_[r].center);
+  }
+}
+
+// L with E = <R, L> + terms without R; see the header. Soft constraints and patches are added by the caller.
+Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placement, const Positions& positions,
+                                  const Rotations& rotations) const {
+  Matrix3 L = placement.translation * region.mixed.transpose();
+  for (const int v : region.border) {
+    Vector3 pull = Vector3::Zero();
+    for (SparseMatrix::InnerIterator it(energy_->K, v); it; ++it)
+      if (!is_member(static_cast<int>(it.row()), region)) pull += it.value() * positions.row(it.row()).transpose();
+    const int begin = energy_->vertex_offsets[v];
+    const int end = energy_->vertex_offsets[v + 1];
+    for (int k = begin; k < end; ++k) {
+      const int cell = energy_->vertex_cells[k];
+      if (!has_cell(cell, region)) pull -= rotations[cell] * energy_->q.row(energy_->vertex_incidences[k]).transpose();
+    }
+    L += pull * (rest(v) - region.center).transpose();
+  }
+  for (const int c : region.border_cells)
+    for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k) {
+      const int v = energy_->cell_vertices[k];
+      if (!is_member(v, region)) L -= positions.row(v).transpose() * energy_->q.row(k);
+    }
+  return L;
+}
+
+void RigidRegions::fit_rotation(int region, const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
+                                const Matrix3& pull, Placement& placement, Rotations& rotations,
+                                Positions& positions) const {
+  const Region& fitted = regions_[region];
+  Matrix3 L = linear_term(fitted, placement, positions, rotations) + pull;
+  for (const int v : fitted.members)
+    if (soft_diagonal[v] > 0)
+      L -= soft_diagonal[v] * targets.vertices.row(v).transpose() * (rest(v) - fitted.center).transpose();
+  for (const Pull& by : fitted.pulls) {
+    const Vector3 left = (targets.rows.row(by.row) - by.elsewhere.of(positions)).transpose();
+    L -= by.weight * left * by.arm(fitted.center).transpose();
+  }
+  place(fitted, L, targets, placement);
+  write(fitted, placement, positions);
+  for (const int c : fitted.cells) rotations[c] = Eigen::Quaterniond(placement.rotation);
+}
+
+Vector3 RigidRegions::arm_of(int region, const LinearRow& average) const {
+  Vector3 arm = Vector3::Zero();
+  for (size_t k = 0; k < average.indices.size(); ++k)
+    if (is_member(average.indices[k], regions_[region]))
+      arm += average.coefficients[k] * (rest(average.indices[k]) - regions_[region].center);
+  return arm;
+}
+
+Vector3 RigidRegions::pull_along(int region, const Eigen::Ref<const Eigen::VectorXd>& response) const {
+  const Region& pulled = regions_[region];
+  Vector3 pull = Vector3::Zero();
+  for (const int v : pulled.border)
+    for (SparseMatrix::InnerIterator it(energy_->K, v); it; ++it)
+      if (!is_member(static_cast<int>(it.row()), pulled))
+        pull -= it.value() * response[it.row()] * (rest(v) - pulled.center);
+  for (const Pull& by : pulled.pulls)
+    for (size_t k = 0; k < by.elsewhere.indices.size(); ++k)
+      pull -= by.weight * by.elsewhere.coefficients[k] * response[by.elsewhere.indices[k]] * by.arm(pulled.center);
+  for (const int c : pulled.border_cells)
+    for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k) {
+      const int v = energy_->cell_vertices[k];
+      if (!is_member(v, pulled)) pull += response[v] * energy_->q.row(k).transpose();
+    }
+  return pull;
+}
+
+void RigidRegions::share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const {
+  for (size_t r = 0; r < regions_.size(); ++r)
+    for (const int c : regions_[r].cells) rotations[c] = Eigen::Quaterniond(placements[r].rotation);
+}
+
+// R makes H = S R^T symmetric, S = sum_j p'_j (p_j - c)^T. Vertices that move by d_j turn it by the w of
+//     (tr(H) I - H) w = sum_j R (p_j - c) x d_j,
+// and a turn by w changes the energy by -<[w]x R, Q> = <w, twist(Q R^T)>.
+Positions RigidRegions::turn_cells(const Positions& positions, Rotations& rotations) const {
+  Positions gradient = Positions::Zero(positions.rows(), 3);
+  const RegionTargets places{positions, Positions(0, 3), Positions(0, 3)};
+  for (const Region& region : regions_) {
+    Matrix3 Q = Matrix3::Zero();
+    for (const int c : region.cells)
+      for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k)
+        Q += positions.row(energy_->cell_vertices[k]).transpose() * energy_->q.row(k);
+    // Held at all of its vertices.
+    Region held;
+    for (const int v : region.members) {
+      held.anchors.push_back({rest(v), v, -1});
+      held.center += rest(v) / static_cast<double>(region.members.size());
+    }
+    find_anchor_rank(held);
+    Placement placement;
+    place(held, -Q, places, placement);
+    const Matrix3& R = placement.rotation;
+    for (const int c : region.cells) rotations[c] = Eigen::Quaterniond(R);
+
+    Matrix3 H = Matrix3::Zero();
+    for (const int v : region.members) H += positions.row(v).transpose() * (R * (rest(v) - held.center)).transpose();
+    const Matrix3 resistance = H.trace() * Matrix3::Identity() - H;
+    const Vector3 torque = resistance.completeOrthogonalDecomposition().solve(twist(Q * R.transpose()));
+    for (const int v : region.members) gradient.row(v) = torque.cross(R * (rest(v) - held.center)).transpose();
+  }
+  return gradient;
+}
+
+}  // namespace arap

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "arap/types.h"
+#include "sparse/sparse.h"
+
+namespace arap {
+
+template <class Value>
+class SparseRows;
+
+/// The one form of every as-rigid-as-possible energy:
+///
+///     E(p', R) = 1/2 <p', K p'> - sum_c <R_c, Q_c(p')> + E_0,   Q_c(p') = sum_{j in c} p'_j q_cj^T,
+///
+/// with one rotation R_c a cell, K (n, n) symmetric positive semi-definite and rest vectors q_cj with
+/// sum_j q_cj = 0. A model is a function that fills this in; everything after knows only this.
+struct CellEnergy {
+  SparseMatrix K;
+  std::vector<int> cell_offsets;       ///< n_cells + 1: incidences of cell c are [offset c, offset c + 1)
+  std::vector<int> cell_vertices;      ///< vertex j of each incidence
+  Positions q;                         ///< q_cj of each incidence
+  double rest_energy = 0;              ///< E_0
+  std::vector<int> vertex_offsets;     ///< n + 1: the same incidences, by vertex
+  std::vector<int> vertex_incidences;  ///< index into cell_vertices and q
+  std::vector<int> vertex_cells;       ///< cell of each
+
+  [[nodiscard]] int n_vertices() const { return static_cast<int>(K.rows()); }
+  [[nodiscard]] int n_cells() const { return static_cast<int>(cell_offsets.size()) - 1; }
+
+  /// The first vertex of a cell, at which it counts where a place is asked for: a cell is in the rigid region of its
+  /// home. -1 where the cell is empty.
+  [[nodiscard]] int home(int cell) const {
+    return cell_offsets[cell] < cell_offsets[cell + 1] ? cell_vertices[cell_offsets[cell]] : -1;
+  }
+
+  /// Fills in all but K and the rest energy.
+  /// @param rows        q_cj by vertex j and cell c
+  /// @param homes       the first vertex of each cell, where the cell has any
+  /// @param new_of_old  (n,) the numbers that the vertices of rows get; cells are then numbered as their homes are.
+  ///                    Empty: all keep theirs
+  void set_cells(const SparseRows<Vector3>& rows, const std::vector<int>& homes,
+                 const std::vector<int>& new_of_old = {});
+};
+
+}  // namespace arap

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "energy/cell_passes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "base/aligned_buffer.h"
+#include "energy/cell_stream.h"
+#include "kernels/kernels.h"
+#include "parallel/parallel.h"
+
+namespace arap {
+
+namespace {
+
+/// Slices that a thread takes at once.
+constexpr int kSliceRange = 32;
+
+/// The same for slices with many groups: about as much work.
+int slice_range(int n_slices, int n_groups) {
+  constexpr int64_t kGroups = int64_t{8} * kSliceRange;
+  if (n_groups == 0) return kSliceRange;
+  return static_cast<int>(std::clamp<int64_t>(kGroups * n_slices / n_groups, 1, kSliceRange));
+}
+
+size_t whole_slices(int n) {
+  return static_cast<size_t>((n + kSliceWidth - 1) / kSliceWidth) * static_cast<size_t>(kSliceWidth);
+}
+
+template <class Real>
+const CellKernels<Real>& cell_kernels(Isa isa) {
+  if constexpr (std::is_same_v<Real, float>)
+    return kernels(isa).single_cell;
+  else
+    return kernels(isa).double_cell;
+}
+
+template <class Real>
+class CellPassesOf final : public CellPasses {
+ public:
+  CellPassesOf(const CellEnergy& energy, const Positions& rest, const Workers& workers, Isa isa)
+      : n_vertices_(energy.n_vertices()),
+        n_cells_(energy.n_cells()),
+        workers_(workers),
+        kernels_(cell_kernels<Real>(isa)),
+        stream_(energy, workers.threads()),
+        cell_range_(slice_range(stream_.cells.n_slices(), stream_.cells.n_groups())),
+        coordinates_(4 * whole_slices(n_vertices_)),
+        rotations_(4 * whole_slices(n_cells_)) {
+    std::fill_n(coordinates_.data(), coordinates_.size(), Coordinate<Real>{0});
+    reset_rotations();
+    set_positions(rest);
+    Positions residual;
+    rest_energy_ = alignment() - find_residual(residual);
+  }
+
+  void set_positions(const Positions& positions) override {
+    const double largest = store_positions(positions);
+    if constexpr (std::is_same_v<Real, float>) {
+      const double range = range_for(largest);
+      if (range == range_) return;
+      range_ = range;
+      store_positions(positions);
+    }
+  }
+
+  void set_rotations(const Rotations& rotations) override {
+    parallel_for<kSliceRange * kSliceWidth>(workers_, n_cells_, [&](int begin, int end) {
+      for (int c = begin; c < end; ++c) set_rotation(c, rotations[c]);
+    });
+  }
+
+  void reset_rotations() override {
+    // Those that fill up the last slice too: they are fitted with the others.
+    for (size_t c = 0; c < whole_slices(n_cells_); ++c) set_rotation(c, Eigen::Quaterniond::Identity());
+  }
+
+  void read_rotations(Rotations& rotations) const override {
+    rotations.resize(n_cells_);
+    parallel_for<kSliceRange * kSliceWidth>(workers_, n_cells_, [&](int begin, int end) {
+      for (int c = begin; c < end; ++c)
+        rotations[c].coeffs() = Eigen::Vector4<Real>::Map(rotations_.data() + 4L * c).template cast<double>();
+    });
+  }
+
+  double fit_rotations() override {
+    return parallel_sum(
+        workers_, stream_.cells.n_slices(),
+        [&](int begin, int end) {
+          return kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), view(), rotations_.data(),
+                                        begin, end);
+        },
+        cell_range_);
+  }
+
+  [[nodiscard]] double alignment() const override {
+    return parallel_sum(
+        workers_, stream_.cells.n_slices(),
+        [&](int begin, int end) {
+          return kernels_.alignment(stream_.cells.view(), stream_.references.data(), view(), rotations_.data(), begin,
+                                    end);
+        },
+        cell_range_);
+  }
+
+  double find_residual(Positions& residual) const override {
+    residual.resize(n_vertices_, 3);
+    return parallel_sum<kSliceRange>(workers_, stream_.incidences.n_slices(), [&](int begin, int end) {
+      return kernels_.residual(stream_.incidences.view(), stream_.springs.view(), view(), rotations_.data(),
+                               residual.data(), n_vertices_, begin, end);
+    });
+  }
+
+  [[nodiscard]] double energy_rounding() const override {
+    // Single errors of cells have any sign, so those of a sum grow with the root of their number.
+    constexpr auto kEpsilon = static_cast<double>(std::numeric_limits<Real>::epsilon());
+    return std::is_same_v<Real, float> ? 4 * kEpsilon / std::sqrt(1.0 + n_cells_) * rest_energy_
+                                       : 50 * kEpsilon * rest_energy_;
+  }
+
+  [[nodiscard]] double rest_energy() const override { return rest_energy_; }
+
+ private:
+  /// A power of two above it, and not by rounding only: `range` itself would be one unit too many. What is not finite
+  /// has no range: then all differences are not a number either.
+  static double range_for(double largest) {
+    if (!std::isfinite(largest)) return std::numeric_limits<double>::quiet_NaN();
+    int exponent = 0;
+    std::frexp(largest / 0.99, &exponent);
+    return std::ldexp(1.0, std::max(exponent, 0));
+  }
+
+  /// Returns the largest |coordinate|.
+  double store_positions(const Positions& positions) {
+    return parallel_reduce<kSliceRange * kSliceWidth>(
+        workers_, n_vertices_, 0.0,
+        [&](int begin, int end) {
+          return kernels_.store_positions(positions.data() + 3L * begin, end - begin, range_,
+                                          coordinates_.data() + 4L * begin);
+        },
+        [](double a, double b) { return a > b ? a : b + 0 * a; });
+  }
+
+  [[nodiscard]] PositionsView<Real> view() const {
+    if constexpr (std::is_same_v<Real, float>)
+      return {coordinates_.data(), static_cast<float>(range_ / kFixedPointUnits)};
+    else
+      return {coordinates_.data(), 1};
+  }
+
+  void set_rotation(size_t c, const Eigen::Quaterniond& rotation) {
+    Eigen::Vector4<Real>::Map(rotations_.data() + 4 * c) = rotation.coeffs().template cast<Real>();
+  }
+
+  int n_vertices_;
+  int n_cells_;
+  Workers workers_;
+  const CellKernels<Real>& kernels_;
+  CellStream<Real> stream_;
+  int cell_range_;
+  AlignedBuffer<Coordinate<Real>> coordinates_;  ///< (n, 4)
+  double range_ = 1;                             ///< of fixed point
+  AlignedBuffer<Real> rotations_;                ///< (n_cells, 4)
+  double rest_energy_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Positions& rest, Precision precision,
+                                             const Workers& workers, Isa isa) {
+  if (precision == Precision::kSingle) return std::make_unique<CellPassesOf<float>>(energy, rest, workers, isa);
+  return std::make_unique<CellPassesOf<double>>(energy, rest, workers, isa);
+}
+
+namespace {
+
+struct VertexHold {
+  double stiffness;
+  double longest_edge;
+};
+
+/// How stiffly its neighbours hold a vertex: the forces at it for a strain of 1, by the length of its longest
+/// edge. Slivers have large weights on short edges and so change it little. 0 for loose vertices, NaN where weights are
+/// not finite.
+VertexHold vertex_hold(const CellEnergy& energy, const Positions& rest, int v) {
+  double force = 0;
+  double longest = 0;
+  for (SparseMatrix::InnerIterator entry(energy.K, v); entry; ++entry) {
+    if (entry.row() == v || entry.value() == 0) continue;
+    const double length = (rest.row(entry.row()) - rest.row(v)).norm();
+    force += std::abs(entry.value()) * length;
+    longest = std::max(longest, length);
+  }
+  return {longest > 0 ? force / longest : force, longest};
+}
+
+}  // namespace
+
+bool fits_single_precision(const CellEnergy& energy, const Positions& rest) {
+  constexpr double kLargest = 1e12;
+  constexpr double kSmallest = 1e-12;
+  constexpr double kMostContrast = 100;
+  constexpr double kShortest = 2e-5;  // of edges, which fixed point knows to a part in 20,000 then
+  // Loose vertices may be anywhere. NaN is not near.
+  if (rest.size() > 0 && !(rest.cwiseAbs().maxCoeff() <= kSinglePrecisionReach)) return false;
+  std::vector<double> stiffnesses;
+  std::vector<double> edges;
+  for (int v = 0; v < energy.n_vertices(); ++v) {
+    const VertexHold hold = vertex_hold(energy, rest, v);
+    if (hold.stiffness == 0) continue;
+    if (!(hold.stiffness > kSmallest && hold.stiffness < kLargest)) return false;
+    stiffnesses.push_back(hold.stiffness);
+    edges.push_back(hold.longest_edge);
+  }
+  if (stiffnesses.empty()) return true;
+  // The softest one in a hundred stands for what has to bear the rounded forces in the stiffest part.
+  const auto in_a_hundred = static_cast<std::ptrdiff_t>(stiffnesses.size() / 100);
+  std::nth_element(stiffnesses.begin(), stiffnesses.begin() + in_a_hundred, stiffnesses.end());
+  std::nth_element(edges.begin(), edges.begin() + in_a_hundred, edges.end());
+  return edges[in_a_hundred] >= kShortest &&
+         *std::max_element(stiffnesses.begin(), stiffnesses.end()) <= kMostContrast * stiffnesses[in_a_hundred];
+}
+
+}  // namespace arap

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "geometry/duplicate_points.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "geometry/point_grid.h"
+#include "parallel/parallel.h"
+
+namespace arap {
+
+std::vector<int> coincident_with(const Positions& positions, double distance, int threads) {
+  const auto n = static_cast<int>(positions.rows());
+  // Large beside what is asked for, so that it is nearly always in one cell; small, so that one stray vertex far away
+  // does not put all others into one. But their indices must not overflow.
+  const double farthest = positions.cwiseAbs().maxCoeff();
+  const double cell_size = std::max({64 * distance, 1e-12 * farthest, std::numeric_limits<double>::min()});
+  const PointGrid grid(positions, cell_size, threads);
+  const auto find_before = [&](int v, const auto& is_wanted) {
+    // A ball around the cube.
+    return grid.find_near(positions.row(v), 2 * distance, [&](int u, double) {
+      return u < v && (positions.row(u) - positions.row(v)).cwiseAbs().maxCoeff() <= distance && is_wanted(u);
+    });
+  };
+  std::vector<int> lowest(n);
+  std::vector<char> has_near(n);
+  parallel_for(threads, n, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      lowest[v] = v;
+      has_near[v] = static_cast<char>(find_before(v, [](int) { return true; }) >= 0);
+    }
+  });
+  for (int v = 0; v < n; ++v) {
+    if (has_near[v] == 0) continue;
+    // One that is there by another one's leave does not count: its place may be farther.
+    const int near = find_before(v, [&](int u) { return lowest[u] == u; });
+    if (near >= 0) lowest[v] = near;
+  }
+  return lowest;
+}
+
+}  // namespace arap

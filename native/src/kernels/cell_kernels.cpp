@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Compiled once per instruction set, in the namespace ARAP_ISA_NAMESPACE.
+
+#include "kernels/cell_kernels.h"
+
+#include "geometry/fit_quaternion.h"
+#include "kernels/lanes.h"
+
+namespace arap {
+
+namespace {
+
+template <class Real>
+using Quaternion = Four<Real>;  // x, y, z, w
+
+template <class Real>
+struct Matrix {
+  Three<Real> rows[3];  // NOLINT: no std::array here, see cell_kernels.h
+  [[gnu::always_inline]] Three<Real>& operator[](int i) { return rows[i]; }
+  [[gnu::always_inline]] const Three<Real>& operator[](int i) const { return rows[i]; }
+};
+
+/// When a fit is done. Terms of third order are as small as the gradient times the square of the turn, so a Newton step
+/// by an angle t (radians) leaves an error of t^3.
+template <class Real>
+struct FitLimits;
+template <>
+struct FitLimits<double> {
+  static constexpr double kLastTurnSquared = 1e-10;
+  static constexpr double kLeastDefinite = 1e-6;  // of the norm of Q
+};
+template <>
+struct FitLimits<float> {
+  static constexpr float kLastTurnSquared = 1e-5F;
+  static constexpr float kLeastDefinite = 1e-4F;
+};
+
+/// Start of a group's lanes.
+long lanes_of(int group, int n_components) { return static_cast<long>(group) * n_components * kSliceWidth; }
+
+/// Coordinates as they are stored, in vectors of Real that only carry their bits.
+template <class Real>
+using StoredRows = Four<Real>;
+
+/// Row row_of(k) in lane k.
+template <class Real, class RowOf>
+[[gnu::always_inline]] inline StoredRows<Real> stored_rows(const Coordinate<Real>* rows, const RowOf& row_of) {
+  return components<Real>([&](int k) __attribute__((always_inline)) {
+    return __builtin_bit_cast(Vector<Real, 4>, load<Coordinate<Real>, 4>(rows + 4 * static_cast<long>(row_of(k))));
+  });
+}
+
+/// a - b, exact but for the digits that a Real has.
+template <class Real>
+[[gnu::always_inline]] inline Three<Real> differences(const StoredRows<Real>& a, const StoredRows<Real>& b) {
+  Three<Real> result{};
+  for (int i = 0; i < 3; ++i) {
+    if constexpr (sizeof(Real) == sizeof(double)) {
+      result[i] = a[i] - b[i];
+    } else {
+      using Integers = Vector<int, kLaneCount<float>>;
+      result[i] = __builtin_convertvector(__builtin_bit_cast(Integers, a[i]) - __builtin_bit_cast(Integers, b[i]),
+                                          Lanes<float>);
+    }
+  }
+  return result;
+}
+
+template <class Real>
+double store_positions(const double* positions, int n, double range, Coordinate<Real>* rows) {
+  using Row = Vector<double, 4>;
+  Row largest{};
+  Row zero{};  // not a number as soon as one of the numbers is not finite
+  const auto store_row = [&](int v, const Row& x) __attribute__((always_inline)) {
+    const Row size = x < 0 ? -x : x;
+    largest = size > largest ? size : largest;
+    zero += 0 * x;
+    if constexpr (sizeof(Real) == sizeof(double))
+      store<double, 4>(rows + 4L * v, x);
+    else  // rounded down, which moves all of them alike
+      store<int, 4>(rows + 4L * v, __builtin_convertvector((x + range) * (kFixedPointUnits / range), Vector<int, 4>));
+  };
+  for (int v = 0; v + 1 < n; ++v) store_row(v, load<double, 4>(positions + 3L * v));
+  if (n > 0) {
+    const double* last = positions + 3L * (n - 1);
+    store_row(n - 1, Row{last[0], last[1], last[2], 0});
+  }
+  double result = zero[0] + zero[1] + zero[2] + zero[3];
+  for (int i = 0; i < 4; ++i) result = largest[i] > result ? largest[i] : result;
+  return result;
+}
+
+/// R - I.
+template <class Real>
+[[gnu::always_inline]] inline Matrix<Real> turn_matrix(const Quaternion<Real>& q) {
+  const Lanes<Real> x2 = q[0] + q[0];
+  const Lanes<Real> y2 = q[1] + q[1];
+  const Lanes<Real> z2 = q[2] + q[2];
+  const Lanes<Real> xx = q[0] * x2;
+  const Lanes<Real> yy = q[1] * y2;
+  const Lanes<Real> zz = q[2] * z2;
+  const Lanes<Real> xy = q[0] * y2;
+  const Lanes<Real> xz = q[0] * z2;
+  const Lanes<Real> yz = q[1] * z2;
+  const Lanes<Real> wx = q[3] * x2;
+  const Lanes<Real> wy = q[3] * y2;
+  const Lanes<Real> wz = q[3] * z2;
+  return {{{-yy - zz, xy - wz, xz + wy}, {xy + wz, -xx - zz, yz - wx}, {xz - wy, yz + wx, -xx - yy}}};
+}
+
+template <class Real>
+[[gnu::always_inline]] inline Matrix<Real> to_matrix(const Quaternion<Real>& q) {
+  Matrix<Real> R = turn_matrix<Real>(q);
+  for (int i = 0; i < 3; ++i) R[i][i] += broadcast<Real>(1);
+  return R;
+}
+
+template <class Real>
+[[gnu::always_inline]] inline Lanes<Real> inner_product(const Matrix<Real>& a, const Matrix<Real>& b) {
+  Lanes<Real> sum = a[0][0] * b[0][0];
+  for (int i = 1; i < 9; ++i) sum += a[i / 3][i % 3] * b[i / 3][i % 3];
+  return sum;
+}
+
+/// q * (1, w / 2), normalized: the Cayley transform of w / 2 as a quaternion.
+template <class Real>
+[[gnu::always_inline]] inline Quaternion<Real> turned(const Quaternion<Real>& q, const Three<Real>& w) {
+  const Lanes<Real> half = broadcast<Real>(0.5);
+  const Lanes<Real> x = half * w[0];
+  const Lanes<Real> y = half * w[1];
+  const Lanes<Real> z = half * w[2];
+  const Quaternion<Real> r{{q[0] + q[3] * x + q[1] * z - q[2] * y, q[1] + q[3] * y + q[2] * x - q[0] * z,
+                            q[2] + q[3] * z + q[0] * y - q[1] * x, q[3] - q[0] * x - q[1] * y - q[2] * z}};
+  const Lanes<Real> scale =
+      broadcast<Real>(1) / square_root<Real>(r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + r[3] * r[3]);
+  return {{r[0] * scale, r[1] * scale, r[2] * scale, r[3] * scale}};
+}
+
+template <class Real>
+struct NewtonStep {
+  Three<Real> turn;
+  Lanes<Real> turn_squared;
+  Mask<Real> is_definite;
+};
+
+/// See refine_rotation() in rotation.cpp, whose steps these are. With M = R^T Q:  H = tr(M) I - sym(M),  H turn = vee(M
+/// - M^T).
+template <class Real>
+[[gnu::always_inline]] inline NewtonStep<Real> newton_step(const Matrix<Real>& Q, const Quaternion<Real>& q,
+                                                           const Lanes<Real>& least_pivot) {
+  const Matrix<Real> R = to_matrix<Real>(q);
+  Matrix<Real> M{};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) M[i][j] = R[0][i] * Q[0][j] + R[1][i] * Q[1][j] + R[2][i] * Q[2][j];
+  const Lanes<Real> one = broadcast<Real>(1);
+  const Lanes<Real> minus_half = broadcast<Real>(-0.5);
+  const Lanes<Real> d0 = M[1][1] + M[2][2];
+  const Lanes<Real> over_d0 = one / d0;
+  const Lanes<Real> h10 = minus_half * (M[1][0] + M[0][1]);
+  const Lanes<Real> h20 = minus_half * (M[2][0] + M[0][2]);
+  const Lanes<Real> h21 = minus_half * (M[2][1] + M[1][2]);
+  const Lanes<Real> l1 = h10 * over_d0;
+  const Lanes<Real> l2 = h20 * over_d0;
+  const Lanes<Real> d1 = M[0][0] + M[2][2] - l1 * h10;
+  const Lanes<Real> over_d1 = one / d1;
+  const Lanes<Real> l21 = (h21 - l2 * h10) * over_d1;
+  const Lanes<Real> d2 = M[0][0] + M[1][1] - l2 * h20 - l21 * l21 * d1;
+  const Lanes<Real> y0 = M[2][1] - M[1][2];
+  const Lanes<Real> y1 = M[0][2] - M[2][0] - l1 * y0;
+  const Lanes<Real> y2 = M[1][0] - M[0][1] - l2 * y0 - l21 * y1;
+  NewtonStep<Real> step{};
+  step.turn[2] = y2 / d2;
+  step.turn[1] = y1 * over_d1 - l21 * step.turn[2];
+  step.turn[0] = y0 * over_d0 - l1 * step.turn[1] - l2 * step.turn[2];
+  step.turn_squared = step.turn[0] * step.turn[0] + step.turn[1] * step.turn[1] + step.turn[2] * step.turn[2];
+  step.is_definite = (d0 > least_pivot) & (d1 > least_pivot) & (d2 > least_pivot);
+  return step;
+}
+
+/// The exact fit of one lane.
+template <class Real>
+[[gnu::noinline]] void fit_lane(const Matrix<Real>& Q, Quaternion<Real>& q, int k) {
+  double S[9];       // NOLINT
+  double former[4];  // NOLINT
+  double fitted[4];  // NOLINT
+  for (int i = 0; i < 9; ++i) S[i] = static_cast<double>(Q[i / 3][i % 3][k]);
+  for (int i = 0; i < 4; ++i) former[i] = static_cast<double>(q[i][k]);
+  fit_quaternion(S, former, fitted);
+  for (int i = 0; i < 4; ++i) q[i][k] = static_cast<Real>(fitted[i]);
+}
+
+template <class Real>
+[[gnu::always_inline]] inline Quaternion<Real> fitted(const Matrix<Real>& Q, const Quaternion<Real>& former) {
+  constexpr int kMostSteps = 4;
+  constexpr Real kLargestTurn = 1;  // radian
+  const Lanes<Real> least_pivot =
+      broadcast<Real>(FitLimits<Real>::kLeastDefinite) * square_root<Real>(inner_product<Real>(Q, Q));
+  Quaternion<Real> q = former;
+  Mask<Real> is_certain{};
+  for (int i = 0; i < kMostSteps; ++i) {
+    NewtonStep<Real> step = newton_step<Real>(Q, q, least_pivot);
+    // Lanes without a certificate go to the exact fit; until then they must stay finite.
+    for (Lanes<Real>& component : step.turn.v) component = step.is_definite ? component : Lanes<Real>{};
+    const Mask<Real> is_long = step.turn_squared > broadcast<Real>(kLargestTurn * kLargestTurn);
+    if (bits<Real>(is_long) != 0) {
+      const Lanes<Real> one = broadcast<Real>(1);
+      const Lanes<Real> shrink =
+          is_long ? broadcast<Real>(kLargestTurn) / square_root<Real>(is_long ? step.turn_squared : one) : one;
+      for (Lanes<Real>& component : step.turn.v) component *= shrink;
+    }
+    q = turned<Real>(q, step.turn);
+    is_certain = step.is_definite & (step.turn_squared <= broadcast<Real>(FitLimits<Real>::kLastTurnSquared));
+    if (all<Real>(is_certain)) return q;
+  }
+  const unsigned certain = bits<Real>(is_certain);
+  for (int k = 0; k < kLaneCount<Real>; ++k)
+    if ((certain >> k & 1U) == 0) {
+      for (int i = 0; i < 4; ++i) q[i][k] = former[i][k];
+      fit_lane<Real>(Q, q, k);
+    }
+  return q;
+}
+
+/// <R, Q> for the rotation that q is but for its length, which is 1 only to the last digit. Sums over many cells must
+/// not go through numbers next to 1: what is rounded off there has one sign.
+template <class Real>
+[[gnu::always_inline]] inline Lanes<Real> aligned(const Quaternion<Real>& q, const Matrix<Real>& Q) {
+  const Lanes<Real> turned = inner_product<Real>(turn_matrix<Real>(q), Q);
+  const Lanes<Real> excess = q[3] * q[3] - broadcast<Real>(1) + q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
+  return Q[0][0] + Q[1][1] + Q[2][2] + (turned - turned * excess);
+}
+
+/// What groups [begin, end) of a slice add to Q_c, of the cells in the lanes from `part` on.
+template <class Real>
+[[gnu::always_inline]] inline Matrix<Real> partial_covariances(const SlicedView<Real>& cells,
+                                                               const StoredRows<Real>& own,
+                                                               const Coordinate<Real>* rows, int part, int begin,
+                                                               int end) {
+  Matrix<Real> Q{};
+  for (int group = begin; group < end; ++group) {
+    const int* index = cells.indices + lanes_of(group, 1) + part;
+    const Three<Real> e = differences<Real>(stored_rows<Real>(
+                                                rows, [&](int k) __attribute__((always_inline)) { return index[k]; }),
+                                            own);
+    const Real* q = cells.values + lanes_of(group, 3) + part;
+    for (int j = 0; j < 3; ++j) {
+      const Lanes<Real> qj = load<Real, kLaneCount<Real>>(q + j * kSliceWidth);
+      for (int i = 0; i < 3; ++i) Q[i][j] += e[i] * qj;
+    }
+  }
+  return Q;
+}
+
+/// Q_c of the cells in the lanes from `part` on of a slice. Cells of thousands of vertices are summed in chunks, and
+/// what each addition of a chunk rounds off is kept for the next one.
+template <class Real>
+[[gnu::always_inline]] inline Matrix<Real> covariances(const SlicedView<Real>& cells, const int* references,
+                                                       const PositionsView<Real>& positions, int slice, int part) {
+  const int* reference = references + (static_cast<long>(slice) * kSliceWidth + part);
+  const StoredRows<Real> own = stored_rows<Real>(
+      positions.rows, [&](int k) __attribute__((always_inline)) { return reference[k]; });
+  constexpr int kChunk = 64;
+  const int end = cells.offsets[slice + 1];
+  int begin = cells.offsets[slice];
+  int next = end - begin > kChunk ? begin + kChunk : end;
+  Matrix<Real> Q = partial_covariances<Real>(cells, own, positions.rows, part, begin, next);
+  Matrix<Real> lost{};
+  while (next < end) {
+    begin = next;
+    next = end - begin > kChunk ? begin + kChunk : end;
+    const Matrix<Real> chunk = partial_covariances<Real>(cells, own, positions.rows, part, begin, next);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        const Lanes<Real> more = chunk[i][j] - lost[i][j];
+        const Lanes<Real> sum = Q[i][j] + more;
+        lost[i][j] = (sum - Q[i][j]) - more;
+        Q[i][j] = sum;
+      }
+  }
+  if constexpr (sizeof(Real) == sizeof(float))
+    for (int i = 0; i < 9; ++i) Q[i / 3][i % 3] *= broadcast<Real>(positions.unit);
+  return Q;
+}
+
+template <class Real>
+[[gnu::always_inline]] inline Quaternion<Real> load_rotations(const Real* rotations) {
+  return components<Real>([&](int k) __attribute__((always_inline)) { return load<Real, 4>(rotations + 4L * k); });
+}
+
+template <class Real>
+double fit_rotations(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
+                     Real* rotations, int begin, int end) {
+  LaneSum<Real> sum;
+  for (int slice = begin; slice < end; ++slice)
+    for (int part = 0; part < kSliceWidth; part += kLaneCount<Real>) {
+      const Matrix<Real> Q = covariances<Real>(cells, references, positions, slice, part);
+      Real* out = rotations + 4 * static_cast<long>(slice * kSliceWidth + part);
+      const Quaternion<Real> q = fitted<Real>(Q, load_rotations<Real>(out));
+      for_each_row<Real>(
+          q, [&](int k, const Vector<Real, 4>& row)
+                 __attribute__((always_inline)) { store<Real, 4>(out + 4L * k, row); });
+      sum.add(aligned<Real>(q, Q));
+    }
+  return sum.total();
+}
+
+template <class Real>
+double find_alignment(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
+                      const Real* rotations, int begin, int end) {
+  LaneSum<Real> sum;
+  for (int slice = begin; slice < end; ++slice)
+    for (int part = 0; part < kSliceWidth; part += kLaneCount<Real>) {
+      const Matrix<Real> Q = covariances<Real>(cells, references, positions, slice, part);
+      const Quaternion<Real> q = load_rotations<Real>(rotations + 4 * static_cast<long>(slice * kSliceWidth + part));
+      sum.add(aligned<Real>(q, Q));
+    }
+  return sum.total();
+}
+
+/// R q with R as a unit quaternion (u, w):  q + w t + u x t with t = 2 u x q.
+template <class Real>
+[[gnu::always_inline]] inline void add_rotated(const Quaternion<Real>& R, const Three<Real>& q, Three<Real>& sum) {
+  const Lanes<Real> cross0 = R[1] * q[2] - R[2] * q[1];
+  const Lanes<Real> cross1 = R[2] * q[0] - R[0] * q[2];
+  const Lanes<Real> cross2 = R[0] * q[1] - R[1] * q[0];
+  const Lanes<Real> t0 = cross0 + cross0;
+  const Lanes<Real> t1 = cross1 + cross1;
+  const Lanes<Real> t2 = cross2 + cross2;
+  sum[0] += q[0] + R[3] * t0 + R[1] * t2 - R[2] * t1;
+  sum[1] += q[1] + R[3] * t1 + R[2] * t0 - R[0] * t2;
+  sum[2] += q[2] + R[3] * t2 + R[0] * t1 - R[1] * t0;
+}
+
+/// Rows of three doubles from rows of four; nothing is written behind the last one.
+template <class Real>
+[[gnu::always_inline]] inline void store_rows(const Three<Real>& components, int n_rows, double* rows) {
+  for_each_row<Real>(
+      {{components[0], components[1], components[2], Lanes<Real>{}}}, [&](int k,
+                                                                          const Vector<Real, 4>&
+                                                                              row) __attribute__((always_inline)) {
+        if (k >= n_rows) return;
+        const Vector<double, 4> wide = __builtin_convertvector(row, Vector<double, 4>);
+        if (k + 1 < n_rows && k + 1 < kLaneCount<Real>)
+          store<double, 4>(rows + 3L * k, wide);  // the next one writes over the fourth number
+        else
+          for (int a = 0; a < 3; ++a) rows[3L * k + a] = wide[a];
+      });
+}
+
+template <class Real>
+double find_residual(const SlicedView<Real>& incidences, const SlicedView<Real>& springs,
+                     const PositionsView<Real>& positions, const Real* rotations, double* residual, int n_vertices,
+                     int begin, int end) {
+  constexpr int kCount = kLaneCount<Real>;
+  const Lanes<Real> unit = broadcast<Real>(positions.unit);
+  LaneSum<Real> energy;
+  for (int slice = begin; slice < end; ++slice)
+    for (int part = 0; part < kSliceWidth; part += kCount) {
+      const int first = slice * kSliceWidth + part;
+      if (first >= n_vertices) break;
+      Three<Real> sum{};
+      for (int group = incidences.offsets[slice]; group < incidences.offsets[slice + 1]; ++group) {
+        const int* index = incidences.indices + lanes_of(group, 1) + part;
+        const Quaternion<Real> R = components<Real>([&](int k) __attribute__((always_inline)) {
+          return load<Real, 4>(rotations + 4 * static_cast<long>(index[k]));
+        });
+        const Real* q = incidences.values + lanes_of(group, 3) + part;
+        add_rotated<Real>(
+            R, {{load<Real, kCount>(q), load<Real, kCount>(q + kSliceWidth), load<Real, kCount>(q + 2 * kSliceWidth)}},
+            sum);
+      }
+      const StoredRows<Real> own = stored_rows<Real>(
+          positions.rows, [&](int k) __attribute__((always_inline)) { return first + k; });
+      Three<Real> pulls{};
+      Lanes<Real> spring_energy{};
+      for (int group = springs.offsets[slice]; group < springs.offsets[slice + 1]; ++group) {
+        const int* index = springs.indices + lanes_of(group, 1) + part;
+        const Three<Real> e =
+            differences<Real>(stored_rows<Real>(
+                                  positions.rows, [&](int k) __attribute__((always_inline)) { return index[k]; }),
+                              own);
+        const Lanes<Real> w = load<Real, kCount>(springs.values + lanes_of(group, 1) + part);
+        for (int a = 0; a < 3; ++a) {
+          const Lanes<Real> pull = w * e[a];
+          pulls[a] += pull;
+          spring_energy += pull * e[a];
+        }
+      }
+      for (int a = 0; a < 3; ++a) sum[a] += unit * pulls[a];
+      energy.add(spring_energy * unit * unit);
+      store_rows<Real>(sum, n_vertices - first, residual + 3 * static_cast<long>(first));
+    }
+  return 0.25 * energy.total();
+}
+
+}  // namespace
+
+namespace ARAP_ISA_NAMESPACE {
+
+CellKernels<float> single_cell_kernels();  // declared again in kernels.cpp
+CellKernels<double> double_cell_kernels();
+CellKernels<float> single_cell_kernels() {
+  return {store_positions<float>, fit_rotations<float>, find_alignment<float>, find_residual<float>};
+}
+CellKernels<double> double_cell_kernels() {
+  return {store_positions<double>, fit_rotations<double>, find_alignment<double>, find_residual<double>};
+}
+
+}  // namespace ARAP_ISA_NAMESPACE
+}  // namespace arap

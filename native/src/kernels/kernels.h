@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "kernels/cell_kernels.h"
+#include "kernels/front_kernels.h"
+#include "kernels/isa.h"
+#include "kernels/tile_kernels.h"
+
+namespace arap {
+
+/// The inner loops, compiled for one instruction set.
+struct Kernels {
+  FrontKernels front;
+  TileKernels tile;
+  TileKernels half_tile;  ///< all null where the instruction set does not convert halves
+  CellKernels<float> single_cell;
+  CellKernels<double> double_cell;
+};
+
+[[nodiscard]] const Kernels& kernels(Isa isa);
+
+}  // namespace arap

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/surface_orientation.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <numbers>
+#include <span>
+
+#include "mesh/face_area.h"
+#include "parallel/parallel.h"
+
+namespace arap {
+
+namespace {
+
+using Row = Eigen::RowVector3d;
+
+/// The directed edges of all faces, at the lower one of their vertices.
+class Edges {
+ public:
+  Edges(const PolygonMesh& mesh, int threads) : offsets_(mesh.n_vertices() + 1, 0), has_unsound_(mesh.n_vertices(), 0) {
+    const auto for_each = [&](const auto& visit) {
+      for (int f = 0; f < mesh.n_faces(); ++f) {
+        int from = mesh.face(f).back();
+        for (const int to : mesh.face(f)) {
+          visit(std::min(from, to), static_cast<std::uint32_t>(std::max(from, to)) << 1U | (from < to ? 1U : 0U));
+          from = to;
+        }
+      }
+    };
+    for_each([&](int low, std::uint32_t) { ++offsets_[low + 1]; });
+    for (size_t v = 1; v < offsets_.size(); ++v) offsets_[v] += offsets_[v - 1];
+    entries_.resize(offsets_.back());
+    std::vector<int> next(offsets_.begin(), offsets_.end() - 1);
+    for_each([&](int low, std::uint32_t entry) { entries_[next[low]++] = entry; });
+    parallel_for(threads, mesh.n_vertices(), [&](int begin, int end) {
+      for (int v = begin; v < end; ++v) {
+        std::sort(entries_.begin() + offsets_[v], entries_.begin() + offsets_[v + 1]);
+        for_each_unsound_at(v, [&](int) { has_unsound_[v] = 1; });
+      }
+    });
+  }
+
+  /// visit(a, b)
+  template <class Visit>
+  void for_each_unsound(const Visit& visit) const {
+    for (int v = 0; v < static_cast<int>(has_unsound_.size()); ++v)
+      if (has_unsound_[v] != 0) for_each_unsound_at(v, [&](int other) { visit(v, other); });
+  }
+
+ private:
+  template <class Visit>
+  void for_each_unsound_at(int v, const Visit& visit) const {
+    for (int k = offsets_[v], end = k; k < offsets_[v + 1]; k = end) {
+      const std::uint32_t other = entries_[k] >> 1U;
+      while (end < offsets_[v + 1] && entries_[end] >> 1U == other) ++end;
+      if (end - k != 2 || entries_[k] == entries_[k + 1]) visit(static_cast<int>(other));
+    }
+  }
+
+  std::vector<int> offsets_;
+  std::vector<std::uint32_t> entries_;  ///< the higher vertex, and whether it is the edge's end
+  std::vector<char> has_unsound_;       ///< of each vertex as the lower one
+};
+
+/// Sums over a part.
+struct Part {
+  double area = 0;
+  double volume = 0;
+  double unsound_length = 0;
+  Row inner = Row::Zero();  ///< mean of the vertices: what is missing at a hole counts little from there
+  int n_vertices = 0;
+};
+
+std::vector<Part> find_parts(const PolygonMesh& mesh) {
+  std::vector<Part> parts(mesh.n_parts());
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (const int part = mesh.part_of_vertex()[v]; part >= 0) {
+      parts[part].inner += mesh.positions().row(v);
+      ++parts[part].n_vertices;
+    }
+  for (Part& part : parts) part.inner /= std::max(part.n_vertices, 1);
+  return parts;
+}
+
+/// Adds a face to its part and to the normals of its vertices.
+void add_face(const Positions& p, std::span<const int> face, Part& part, Positions& normals) {
+  const Row doubled = twice_vector_area(p, face);
+  Row middle = Row::Zero();
+  for (const int v : face) {
+    normals.row(v) += doubled;
+    middle += p.row(v);
+  }
+  part.area += doubled.norm() / 2;
+  part.volume += doubled.dot(middle / static_cast<double>(face.size()) - part.inner) / 6;
+}
+
+}  // namespace
+
+SurfaceOrientation find_orientation(const PolygonMesh& mesh, int threads) {
+  const Positions& p = mesh.positions();
+  std::vector<Part> parts = find_parts(mesh);
+  SurfaceOrientation result;
+  result.normals = Positions::Zero(mesh.n_vertices(), 3);
+  for (int f = 0; f < mesh.n_faces(); ++f)
+    add_face(p, mesh.face(f), parts[mesh.part_of_vertex()[mesh.face(f)[0]]], result.normals);
+  // Row by row: rowwise() would divide by 0 where faces cancel each other out.
+  for (auto normal : result.normals.rowwise()) normal.normalize();
+  result.is_sound.assign(mesh.n_vertices(), 1);
+  Edges(mesh, threads).for_each_unsound([&](int a, int b) {
+    result.is_sound[a] = result.is_sound[b] = 0;
+    parts[mesh.part_of_vertex()[a]].unsound_length += (p.row(a) - p.row(b)).norm();
+  });
+  for (const Part& part : parts) {
+    // No disc around which a line fits is larger than a circle of its length.
+    const double missing = part.unsound_length * part.unsound_length / (4 * std::numbers::pi);
+    result.has_inside.push_back(static_cast<char>(part.volume > 0 && missing < .01 * part.area));
+  }
+  return result;
+}
+
+}  // namespace arap

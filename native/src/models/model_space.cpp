@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "models/model_space.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "mesh/surface_box.h"
+#include "parallel/parallel.h"
+
+namespace arap {
+
+namespace {
+
+/// Rows that a thread takes at once.
+constexpr int kRows = 4096;
+
+/// Rows ahead that are fetched: the model's order is another one, so the processor cannot know what is read next.
+constexpr int kRowsAhead = 24;
+
+}  // namespace
+
+ModelSpace::ModelSpace(const PolygonMesh& mesh) : model_vertex_(mesh.n_vertices()), input_vertex_(mesh.n_vertices()) {
+  const Eigen::AlignedBox3d box = surface_box(mesh);
+  center_ = box.center().transpose();
+  const double diagonal = box.diagonal().norm();
+  if (diagonal > 0) size_ = diagonal;
+  std::iota(model_vertex_.begin(), model_vertex_.end(), 0);
+  std::iota(input_vertex_.begin(), input_vertex_.end(), 0);
+}
+
+void ModelSpace::join(const std::vector<int>& same_as) {
+  input_vertex_.clear();
+  for (int v = 0; v < n_input_vertices(); ++v) {
+    const int first = same_as[v];
+    if (first == v) {
+      model_vertex_[v] = static_cast<int>(input_vertex_.size());
+      input_vertex_.push_back(v);
+    } else {
+      model_vertex_[v] = model_vertex_[first];
+    }
+  }
+}
+
+void ModelSpace::renumber(const std::vector<int>& new_of_old) {
+  std::vector<int> renumbered(input_vertex_.size());
+  for (size_t m = 0; m < input_vertex_.size(); ++m) renumbered[new_of_old[m]] = input_vertex_[m];
+  input_vertex_ = std::move(renumbered);
+  for (int& m : model_vertex_) m = new_of_old[m];
+}
+
+Positions ModelSpace::to_model(const Positions& of_input, const Workers& workers) const {
+  Positions result(n_model_vertices(), 3);
+  parallel_for<kRows>(workers, n_model_vertices(), [&](int begin, int end) {
+    for (int m = begin; m < end; ++m) result.row(m) = (of_input.row(input_vertex_[m]) - center_) / size_;
+  });
+  return result;
+}
+
+Positions ModelSpace::to_input(const Positions& of_model, const Workers& workers) const {
+  Positions result(n_input_vertices(), 3);
+  parallel_for<kRows>(workers, n_input_vertices(), [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) result.row(v) = of_model.row(model_vertex_[v]) * size_ + center_;
+  });
+  return result;
+}
+
+bool ModelSpace::write_to_input(const Positions& of_model, const Workers& workers, std::span<float> of_input) const {
+  return parallel_all<kRows>(workers, n_input_vertices(), [&](int begin, int end) {
+    double zero = 0;  // not a number as soon as one of the numbers is not finite
+    for (int v = begin; v < end; ++v) {
+      __builtin_prefetch(of_model.data() + 3L * model_vertex_[std::min(v + kRowsAhead, end - 1)]);
+      const Eigen::RowVector3f x = (of_model.row(model_vertex_[v]) * size_ + center_).cast<float>();
+      Eigen::RowVector3f::Map(of_input.data() + 3L * v) = x;
+      // Not in single precision, whose range the sum of three finite numbers may leave.
+      zero += 0 * x.cast<double>().sum();
+    }
+    return zero == 0;
+  });
+}
+
+Positions ModelSpace::gradient_to_input(const Positions& of_model) const {
+  Positions result = Positions::Zero(n_input_vertices(), 3);
+  for (int m = 0; m < n_model_vertices(); ++m) result.row(input_vertex_[m]) = of_model.row(m) * size_;
+  return result;
+}
+
+std::vector<double> ModelSpace::to_model(const std::vector<double>& of_input) const {
+  std::vector<double> result;
+  if (of_input.empty()) return result;
+  result.reserve(input_vertex_.size());
+  for (const int v : input_vertex_) result.push_back(of_input[v]);
+  return result;
+}
+
+std::vector<int> ModelSpace::regions_to_model(const std::vector<int>& of_input) const {
+  std::vector<int> result(of_input.empty() ? 0 : input_vertex_.size(), -1);
+  for (size_t v = 0; v < of_input.size(); ++v) {
+    int& region = result[model_vertex_[v]];
+    if (of_input[v] >= 0 && (region < 0 || of_input[v] < region)) region = of_input[v];
+  }
+  return result;
+}
+
+PolygonMesh ModelSpace::to_model(const PolygonMesh& mesh) const {
+  std::vector<int> corners;
+  std::vector<int> sizes;
+  corners.reserve(mesh.n_corners());
+  sizes.reserve(mesh.n_faces());
+  for (int f = 0; f < mesh.n_faces(); ++f) {
+    for (const int v : mesh.face(f)) corners.push_back(model_vertex_[v]);
+    sizes.push_back(static_cast<int>(mesh.face(f).size()));
+  }
+  return {to_model(mesh.positions(), Workers(1)), std::move(corners), std::move(sizes)};
+}
+
+ConstraintSet ModelSpace::to_model(ConstraintSet of_input) const {
+  for (std::vector<int>* vertices : {&of_input.vertices, &of_input.patches.vertices})
+    for (int& v : *vertices) v = model_vertex_[v];
+  return of_input;
+}
+
+}  // namespace arap

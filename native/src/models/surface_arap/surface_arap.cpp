@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "arap/surface_arap.h"
+
+#include <cmath>
+#include <utility>
+
+#include "base/format_message.h"
+#include "geometry/duplicate_points.h"
+#include "models/input_checks.h"
+#include "models/model_space.h"
+#include "models/surface_arap/surface_model.h"
+#include "optimize/engine.h"
+#include "parallel/parallel.h"
+#include "sampling/surface_patch.h"
+
+namespace arap {
+
+namespace {
+
+/// Vertices closer than this part of the diagonal are at the same place.
+constexpr double kSamePlace = 1e-9;
+
+/// Radius of a patch, in rigidity radii.
+constexpr double kPatchRadius = 1.5;
+
+void require_lengths(const SurfaceArap::VertexProperties& properties, int n_vertices) {
+  const auto n = static_cast<size_t>(n_vertices);
+  if (!properties.stiffness.empty() && properties.stiffness.size() != n)
+    throw InvalidInput(text("stiffness has ", properties.stiffness.size(), " entries, must have one per vertex, ", n));
+  if (!properties.rigid_regions.empty() && properties.rigid_regions.size() != n)
+    throw InvalidInput(
+        text("rigid_regions has ", properties.rigid_regions.size(), " entries, must have one per vertex, ", n));
+  for (size_t v = 0; v < properties.stiffness.size(); ++v)
+    if (!(properties.stiffness[v] > 0) || std::isinf(properties.stiffness[v]))
+      throw InvalidInput(text("stiffness of vertex ", v, " is ", properties.stiffness[v], ", must be finite and > 0"));
+}
+
+}  // namespace
+
+struct SurfaceArap::Impl {
+  Impl(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties, const Progress& progress)
+      : space(mesh),
+        part_of_vertex(mesh.n_vertices()),
+        patch_radius(kPatchRadius * options.rigidity_radius),
+        engine(prepare(mesh, options, properties, progress)) {
+    for (size_t v = 0; v < part_of_vertex.size(); ++v) {
+      part_of_vertex[v] = model.prepared.part_of_vertex[space.model_vertices()[v]];
+      if (part_of_vertex[v] < 0) loose_vertices.push_back(static_cast<int>(v));
+    }
+  }
+
+  const PreparedModel& prepare(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties,
+                               const Progress& progress) {
+    if (options.join_seams)
+      space.join(coincident_with(space.points_to_model(mesh.positions()), kSamePlace,
+                                 choose_threads(options.threads, mesh.n_vertices())));
+    space.renumber(prepare_surface(model, space.to_model(mesh), options, space.to_model(properties.stiffness),
+                                   space.regions_to_model(properties.rigid_regions), progress));
+    return model.prepared;
+  }
+
+  [[nodiscard]] const Workers& workers() const { return model.prepared.workers; }
+
+  [[nodiscard]] Positions checked_to_model(const Positions& positions) const {
+    require_rows("positions", positions.rows(), space.n_input_vertices());
+    require_finite("positions", positions, [](int v) { return text("vertex ", v); });
+    return space.to_model(positions, workers());
+  }
+
+  ModelSpace space;
+  SurfaceModel model;
+  std::vector<int> part_of_vertex;  ///< of each vertex of the user's, -1 = loose
+  std::vector<int> loose_vertices;
+  double patch_radius;  ///< of patches without one
+  ConstraintSet constraints;
+  Engine engine;                                ///< over model
+  mutable std::unique_ptr<SurfaceGraph> graph;  ///< of the model; made when first needed
+};
+
+SurfaceArap::SurfaceArap(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties,
+                         const Progress& progress) {
+  options.validate();
+  require_lengths(properties, mesh.n_vertices());
+  impl_ = std::make_unique<Impl>(mesh, options, properties, progress);
+}
+
+SurfaceArap::~SurfaceArap() = default;
+SurfaceArap::SurfaceArap(SurfaceArap&&) noexcept = default;
+SurfaceArap& SurfaceArap::operator=(SurfaceArap&&) noexcept = default;
+
+void SurfaceArap::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
+  constraints.validate(n_vertices());
+  require_movable_patches(constraints.patches, impl_->part_of_vertex);
+  if (impl_->engine.has_constraints() && constraints == impl_->constraints) return;
+  ConstraintSet copy = constraints;
+  impl_->engine.set_constraints({impl_->space.to_model(constraints), {}}, progress);
+  impl_->constraints = std::move(copy);
+}
+
+SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& options,
+                               std::span<const Matrix3> rotations, const Progress& progress, std::span<float> out) {
+  options.validate();
+  if (!impl_->engine.has_constraints())
+    throw InvalidInput("nothing is constrained; call set_constraints with at least one vertex before solve");
+  require_targets(impl_->constraints, targets, rotations);
+  const auto n_numbers = 3 * static_cast<size_t>(n_vertices());
+  if (!out.empty() && out.size() != n_numbers)
+    throw InvalidInput(text("out has ", out.size(), " numbers, must have three per vertex, ", n_numbers));
+  const ModelSpace& space = impl_->space;
+  SolveResult result;
+  const auto hand_over = [&](const Positions& positions) {
+    if (!out.empty()) return space.write_to_input(positions, impl_->workers(), out);
+    result.positions = space.to_input(positions, impl_->workers());
+    return all_finite(positions, impl_->workers());
+  };
+  IterationReport report;
+  try {
+    report = impl_->engine.solve(space.points_to_model(targets), options, rotations, progress, hand_over);
+  } catch (...) {
+    if (!out.empty()) static_cast<void>(space.write_to_input(impl_->engine.positions(), impl_->workers(), out));
+    throw;
+  }
+  result.energy_before = space.energy_to_input(report.energy_before);
+  result.energy_after = space.energy_to_input(report.energy_after);
+  result.iterations = report.iterations;
+  result.step = report.step;
+  result.stop_reason = report.stop_reason;
+  result.parts_at_rest = impl_->engine.parts_at_rest();
+  result.loose_vertices = impl_->loose_vertices;
+  return result;
+}
+
+Patch SurfaceArap::patch_around(const std::vector<int>& vertices, double radius) const {
+  require_patch_sources(vertices, radius, impl_->part_of_vertex);
+  const SurfaceModel& model = impl_->model;
+  const ModelSpace& space = impl_->space;
+  if (impl_->graph == nullptr)
+    impl_->graph =
+        std::make_unique<SurfaceGraph>(model.prepared.energy.K, model.prepared.rest, impl_->workers().threads());
+  std::vector<int> sources;
+  sources.reserve(vertices.size());
+  for (const int v : vertices) sources.push_back(space.model_vertices()[v]);
+  Patch patch =
+      find_patch(*impl_->graph, model.areas, model.prepared.rest, sources, radius > 0 ? radius : impl_->patch_radius);
+  for (int& v : patch.vertices) v = space.input_vertices()[v];
+  patch.rest_position = space.to_input(Eigen::RowVector3d(patch.rest_position)).transpose();
+  return patch;
+}
+
+void SurfaceArap::reset() { impl_->engine.reset(); }
+
+void SurfaceArap::set_positions(const Positions& positions) {
+  impl_->engine.set_positions(impl_->checked_to_model(positions));
+}
+
+Positions SurfaceArap::positions() const { return impl_->space.to_input(impl_->engine.positions(), impl_->workers()); }
+
+double SurfaceArap::energy(const Positions& positions) const {
+  Positions gradient;
+  return impl_->space.energy_to_input(impl_->engine.evaluate(impl_->checked_to_model(positions), gradient));
+}
+
+Positions SurfaceArap::energy_gradient(const Positions& positions) const {
+  Positions gradient;
+  impl_->engine.evaluate(impl_->checked_to_model(positions), gradient);
+  return impl_->space.gradient_to_input(gradient);
+}
+
+int SurfaceArap::n_vertices() const { return impl_->space.n_input_vertices(); }
+int SurfaceArap::n_parts() const { return impl_->model.prepared.n_parts; }
+const std::vector<int>& SurfaceArap::part_of_vertex() const { return impl_->part_of_vertex; }
+const std::vector<int>& SurfaceArap::loose_vertices() const { return impl_->loose_vertices; }
+int SurfaceArap::n_factorizations() const { return impl_->engine.n_factorizations(); }
+int SurfaceArap::threads() const { return impl_->workers().threads(); }
+
+}  // namespace arap

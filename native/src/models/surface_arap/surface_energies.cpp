@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "models/surface_arap/surface_energies.h"
+
+#include <algorithm>
+
+#include "arap/error.h"
+#include "base/permutation.h"
+#include "mesh/triangulation.h"
+#include "parallel/parallel.h"
+#include "sparse/row_accumulator.h"
+#include "sparse/sparse_rows.h"
+
+namespace arap {
+
+namespace {
+
+/// Which items (triangles or ties) name a vertex: the items of v are [offsets[v], offsets[v + 1]) of `items`.
+struct Incidence {
+  std::vector<int> offsets;
+  std::vector<int> items;
+
+  template <class Item>
+  Incidence(int n_vertices, const std::vector<Item>& all) : offsets(n_vertices + 1, 0) {
+    for (const Item& item : all)
+      for (const int v : item.vertices) ++offsets[v + 1];
+    for (size_t v = 1; v < offsets.size(); ++v) offsets[v] += offsets[v - 1];
+    items.resize(offsets.back());
+    std::vector<int> next(offsets.begin(), offsets.end() - 1);
+    for (size_t i = 0; i < all.size(); ++i)
+      for (const int v : all[i].vertices) items[next[v]++] = static_cast<int>(i);
+  }
+
+  /// f(item) for each item of v once; a tie that names v twice lists it twice in a row.
+  template <class Function>
+  void for_each(int v, const Function& f) const {
+    int last = -1;
+    for (int k = offsets[v]; k < offsets[v + 1]; ++k) {
+      const int item = items[k];
+      if (item != last) f(item);
+      last = item;
+    }
+  }
+};
+
+class SurfaceAssembler {
+ public:
+  SurfaceAssembler(const PolygonMesh& mesh, const Options& options, const std::vector<double>& stiffness)
+      : rest_(mesh.positions()),
+        stiffness_(stiffness),
+        is_spokes_(options.energy == Energy::kSpokes),
+        triangulation_(triangulate(mesh, options.weights)),
+        triangles_at_(mesh.n_vertices(), triangulation_.triangles),
+        ties_at_(mesh.n_vertices(), triangulation_.ties) {
+    if (!is_spokes_) return;
+    for (Triangle& triangle : triangulation_.triangles)
+      for (double& weight : triangle.half_cotangents) weight = std::max(0.0, weight);
+  }
+
+  [[nodiscard]] int n() const { return static_cast<int>(rest_.rows()); }
+
+  /// Column i of K.
+  void system_column(int i, RowAccumulator<double>& column) const {
+    double diagonal = 0;
+    triangles_at_.for_each(i, [&](int t) {
+      const Triangle& triangle = triangulation_.triangles[t];
+      for_edges_at(triangle, i, [&](size_t edge, int j) {
+        const double value = 2 * triangle.half_cotangents[edge] * cells_of_edge(triangle, edge);
+        diagonal += value;
+        column[j] -= value;
+      });
+    });
+    ties_at_.for_each(i, [&](int t) {
+      const Tie& tie = triangulation_.ties[t];
+      double own = 0;
+      for (size_t a = 0; a < 3; ++a)
+        if (tie.vertices[a] == i) own += tie.coefficients[a];
+      const double factor = 2 * tie.weight * stiffness(tie.vertices[0]) * own;
+      for (size_t a = 0; a < 3; ++a) column[tie.vertices[a]] += factor * tie.coefficients[a];
+    });
+    column[i] += diagonal;  // is always there, also of loose vertices
+  }
+
+  /// q at vertex j of the cells of all vertices, by vertex.
+  void cells_at(int j, RowAccumulator<Vector3>& cells) const {
+    triangles_at_.for_each(j, [&](int t) {
+      const Triangle& triangle = triangulation_.triangles[t];
+      Vector3 whole = Vector3::Zero();
+      for_edges_at(triangle, j, [&](size_t edge, int other) {
+        const Vector3 pull = triangle.half_cotangents[edge] * (rest_.row(j) - rest_.row(other)).transpose();
+        whole += pull;
+        if (!is_spokes_) return;
+        cells[j] += scale(j) * pull;
+        cells[other] += scale(other) * pull;
+      });
+      if (is_spokes_) return;
+      for (const int i : triangle.vertices) cells[i] += scale(i) * whole;
+    });
+    ties_at_.for_each(j, [&](int t) {
+      const Tie& tie = triangulation_.ties[t];
+      Vector3 u = Vector3::Zero();
+      for (size_t a = 0; a < 3; ++a) u += tie.coefficients[a] * rest_.row(tie.vertices[a]).transpose();
+      const int i = tie.vertices[0];
+      for (size_t a = 0; a < 3; ++a)
+        if (tie.vertices[a] == j) cells[i] += 2 * stiffness(i) * tie.weight * tie.coefficients[a] * u;
+    });
+  }
+
+ private:
+  [[nodiscard]] double stiffness(int vertex) const { return stiffness_.empty() ? 1.0 : stiffness_[vertex]; }
+
+  /// Of the edges of triangles in the cell of a vertex.
+  [[nodiscard]] double scale(int vertex) const {
+    const double whole = 2 * stiffness(vertex);
+    return is_spokes_ ? whole : whole / 3;
+  }
+
+  /// Sum of the stiffnesses of the cells that contain an edge of a triangle, with the energy's factor.
+  [[nodiscard]] double cells_of_edge(const Triangle& triangle, size_t edge) const {
+    const double ends = stiffness(triangle.vertices[(edge + 1) % 3]) + stiffness(triangle.vertices[(edge + 2) % 3]);
+    return is_spokes_ ? ends : (ends + stiffness(triangle.vertices[edge])) / 3;
+  }
+
+  /// f(edge, other end) for the two edges of the triangle at vertex i.
+  template <class Function>
+  static void for_edges_at(const Triangle& triangle, int i, const Function& f) {
+    for (size_t edge = 0; edge < 3; ++edge) {
+      const int a = triangle.vertices[(edge + 1) % 3];
+      const int b = triangle.vertices[(edge + 2) % 3];
+      if (a == i) f(edge, b);
+      if (b == i) f(edge, a);
+    }
+  }
+
+  const Positions& rest_;
+  const std::vector<double>& stiffness_;
+  bool is_spokes_;
+  Triangulation triangulation_;
+  Incidence triangles_at_;
+  Incidence ties_at_;
+};
+
+SparseMatrix assemble_system(const SurfaceAssembler& assembler, int threads) {
+  const int n = assembler.n();
+  const SparseRows<double> columns(n, n, threads, [&] {
+    return [&](int i, RowAccumulator<double>& column) {
+      assembler.system_column(i, column);
+      column.sort();
+    };
+  });
+  SparseMatrix K(n, n);
+  K.resizeNonZeros(columns.offsets().back());
+  std::copy(columns.offsets().begin(), columns.offsets().end(), K.outerIndexPtr());
+  columns.for_each([&](int, int i, const auto& entries) {
+    int k = K.outerIndexPtr()[i];
+    for (const auto& [row, value] : entries) {
+      K.innerIndexPtr()[k] = row;
+      K.valuePtr()[k++] = value;
+    }
+  });
+  return K;
+}
+
+/// q of the cells of nodes: what the cells of vertices have, times the weights with which these look at the nodes.
+SparseRows<Vector3> share_cells(const SurfaceAssembler& assembler, const RotationNodes& nodes, int threads) {
+  return {assembler.n(), nodes.size(), threads, [&] {
+            return [&, cells = RowAccumulator<Vector3>(assembler.n())](int j, RowAccumulator<Vector3>& row) mutable {
+              assembler.cells_at(j, cells);
+              for (const auto& [i, q] : cells.entries())
+                for (int e = nodes.offsets[i]; e < nodes.offsets[i + 1]; ++e)
+                  row[nodes.nodes[e]] += nodes.weights[e] * q;
+              cells.clear();
+            };
+          }};
+}
+
+void report(const Progress& progress, double fraction) {
+  if (progress && !progress(fraction)) throw Cancelled("binding was cancelled");
+}
+
+}  // namespace
+
+void assemble_surface_energy(CellEnergy& energy, const PolygonMesh& mesh, const Options& options,
+                             const std::vector<double>& stiffness, int threads, const Progress& progress,
+                             const std::function<RotationNodes()>& choose_nodes,
+                             const std::function<const std::vector<int>*()>& find_order) {
+  report(progress, 0.1);
+  const SurfaceAssembler assembler(mesh, options, stiffness);
+  report(progress, 0.3);
+  energy.K = assemble_system(assembler, threads);
+  const RotationNodes nodes = choose_nodes ? choose_nodes() : node_at_each_vertex(mesh.n_vertices());
+  report(progress, 0.6);
+  const SparseRows<Vector3> cells = share_cells(assembler, nodes, threads);
+  Positions K_rest;
+  multiply(energy.K, mesh.positions(), K_rest, Workers(threads));
+  energy.rest_energy = 0.5 * mesh.positions().cwiseProduct(K_rest).sum();
+  report(progress, 0.8);
+  const std::vector<int>* order = find_order ? find_order() : nullptr;
+  const std::vector<int> new_of_old = order == nullptr ? std::vector<int>() : inverse_permutation(*order);
+  energy.set_cells(cells, nodes.vertices, new_of_old);
+  if (order != nullptr) energy.K = renumbered(energy.K, *order, new_of_old, threads);
+  report(progress, 0.9);
+}
+
+}  // namespace arap

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "models/surface_arap/surface_model.h"
+
+#include <future>
+#include <map>
+#include <memory>
+#include <numeric>
+
+#include "base/permutation.h"
+#include "mesh/mirror_symmetry.h"
+#include "mesh/thickness_links.h"
+#include "models/surface_arap/surface_energies.h"
+#include "parallel/beside.h"
+#include "parallel/parallel.h"
+#include "sampling/rotation_nodes.h"
+#include "sampling/surface_patch.h"
+
+namespace arap {
+
+namespace {
+
+/// The regions but for those of one vertex: that is no more rigid than it is alone, and wants no node of its own.
+std::vector<int> without_single_vertices(std::vector<int> region_of_vertex) {
+  std::map<int, int> n_members;
+  for (const int region : region_of_vertex) ++n_members[region];
+  for (int& region : region_of_vertex)
+    if (n_members[region] == 1) region = -1;
+  return region_of_vertex;
+}
+
+/// Which vertices are nodes, and the weights of all with them.
+RotationNodes choose_nodes(const SurfaceModel& model, const PolygonMesh& mesh, double radius,
+                           const std::vector<int>& region_of_vertex) {
+  const PreparedModel& prepared = model.prepared;
+  const int threads = prepared.workers.threads();
+  const std::vector<std::vector<int>> mirrors = find_mirrors(mesh, threads);
+  const SurfaceGraph graph(prepared.energy.K, prepared.rest, threads, find_bridges(mesh, radius, mirrors, threads));
+  return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, threads);
+}
+
+}  // namespace
+
+std::vector<int> prepare_surface(SurfaceModel& model, const PolygonMesh& mesh, const Options& options,
+                                 const std::vector<double>& stiffness, const std::vector<int>& region_of_vertex,
+                                 const Progress& progress) {
+  PreparedModel& prepared = model.prepared;
+  model.areas = vertex_areas(mesh);
+  prepared.rest = mesh.positions();
+  prepared.part_of_vertex = mesh.part_of_vertex();
+  prepared.n_parts = mesh.n_parts();
+  prepared.workers = Workers(choose_threads(options.threads, mesh.n_vertices()));
+  prepared.linear_solver = options.linear_solver;
+  const std::vector<int> regions = without_single_vertices(region_of_vertex);
+  prepared.regions = RigidRegions(regions, prepared.energy, prepared.rest);
+  // The order of the unknowns takes a good part of a bind: the cells are made beside it.
+  std::future<std::unique_ptr<LinearSolver>> solver;
+  const auto with_matrix = [&] {
+    solver = beside(prepared.workers, [&prepared] { return prepared.make_solver(); });
+    return options.energy == Energy::kRotationNodes ? choose_nodes(model, mesh, options.rigidity_radius, regions)
+                                                    : node_at_each_vertex(mesh.n_vertices());
+  };
+  const auto find_order = [&] {
+    // In a sum over few cells single precision shows, and there is no time to win.
+    constexpr int kFewVertices = 2000;
+    prepared.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(prepared.energy, prepared.rest);
+    prepared.solver = solver.get();
+    return prepared.solver->order();
+  };
+  assemble_surface_energy(prepared.energy, mesh, options, stiffness, prepared.workers.threads(), progress, with_matrix,
+                          find_order);
+  if (prepared.solver->order() == nullptr) {
+    prepared.keep_numbers();
+    std::vector<int> unchanged(mesh.n_vertices());
+    std::iota(unchanged.begin(), unchanged.end(), 0);
+    return unchanged;
+  }
+  const std::vector<int> order = *prepared.solver->order();
+  model.areas = permuted(model.areas, order);
+  return prepared.take_solver_numbers();
+}
+
+}  // namespace arap

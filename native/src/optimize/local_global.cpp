@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "optimize/local_global.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "parallel/parallel.h"
+
+namespace arap {
+
+namespace {
+
+/// Rows that a thread takes at once.
+constexpr int kRows = 2048;
+
+}  // namespace
+
+double longest_row(const Positions& x, const Workers& workers) {
+  const double squared = parallel_reduce<kRows>(
+      workers, static_cast<int>(x.rows()), 0.0,
+      [&](int begin, int end) { return x.middleRows(begin, end - begin).rowwise().squaredNorm().maxCoeff(); },
+      [](double a, double b) { return std::max(a, b); });
+  return std::sqrt(squared);
+}
+
+LocalGlobal::LocalGlobal(const PreparedModel& model, const PreparedConstraints& constraints)
+    : model_(model), constraints_(constraints) {
+  targets_.vertices = Positions::Zero(model.rest.rows(), 3);
+}
+
+void LocalGlobal::set_targets(const Positions& targets, Precision precision) {
+  CellPasses& passes = model_.passes(precision);
+  const bool knew_pose = knows_pose();
+  if (&passes != passes_) forget();
+  passes_ = &passes;
+  is_in_double_ = precision == Precision::kDouble || !model_.fits_single;
+  const auto pull_softly = [&](double sign) {
+    const Eigen::VectorXd& soft = constraints_.soft_diagonal();
+    if (known_ != Known::kResidual) return;
+    for (const int v : constraints_.soft_vertices()) residual_.row(v) += sign * soft[v] * targets_.vertices.row(v);
+  };
+  pull_softly(-1);
+  constraints_.write_vertex_targets(targets, targets_.vertices);
+  pull_softly(1);
+  Positions row_targets = constraints_.soft_row_targets(targets);
+  if (known_ == Known::kResidual && row_targets.rows() > 0) add_row_forces(row_targets - targets_.rows);
+  targets_.rows = std::move(row_targets);
+  targets_.patches = constraints_.anchor_targets(targets);
+  Positions patch_targets = constraints_.patch_targets(targets);
+  // A solve that only goes on keeps what holds the patches: at the minimum nothing is left to correct.
+  const bool goes_on = knew_pose && patch_targets.rows() == patch_targets_.rows();
+  if (!goes_on || patch_targets != patch_targets_) multipliers_ = Positions::Zero(patch_targets.rows(), 3);
+  patch_targets_ = std::move(patch_targets);
+}
+
+bool LocalGlobal::impose_constraints(Pose& pose) {
+  // Of a mesh of size 1: far above rounding, far below what could turn a rotation.
+  constexpr double kMoved = 1e-12;
+  // A hard vertex that its region holds elsewhere moves there and back.
+  const Positions before = has_regions() ? pose.positions : Positions(0, 3);
+  bool has_moved = false;
+  const auto move = [&](int v, const Eigen::RowVector3d& place) {
+    const Eigen::RowVector3d step = place - pose.positions.row(v);
+    has_moved = has_moved || step.squaredNorm() > kMoved * kMoved;
+    if (known_ == Known::kResidual && !step.isZero(0)) follow_vertex(v, step);
+    pose.positions.row(v) = place;
+  };
+  for (const int v : constraints_.hard_vertices()) move(v, targets_.vertices.row(v));
+  for (const int v : constraints_.vertices_at_rest()) move(v, model_.rest.row(v));
+  if (!has_regions()) return has_moved;
+  const RigidRegions& regions = constraints_.regions();
+  for (int r = 0; r < regions.size(); ++r)
+    if (constraints_.is_at_rest()[regions.unknown(r)] != 0) pose.placements[r] = regions.rest_placement(r);
+  regions.place_anchored(targets_, pose.placements);
+  regions.write(pose.placements, pose.positions);
+  return (pose.positions - before).rowwise().squaredNorm().maxCoeff() > kMoved * kMoved;
+}
+
+Positions LocalGlobal::patch_gaps(const Positions& positions) const {
+  return gaps_to(patch_targets_, constraints_.patches(), positions);
+}
+
+void LocalGlobal::add_patch_forces(double sign) {
+  const std::vector<LinearRow>& patches = constraints_.patches();
+  for (Eigen::Index k = 0; k < multipliers_.rows(); ++k)
+    for (size_t i = 0; i < patches[k].indices.size(); ++i)
+      residual_.row(patches[k].indices[i]) += sign * patches[k].coefficients[i] * multipliers_.row(k);
+}
+
+void LocalGlobal::follow_vertex(int v, const Eigen::RowVector3d& step) {
+  for (SparseMatrix::InnerIterator entry(model_.energy.K, v); entry; ++entry)
+    residual_.row(entry.row()) -= entry.value() * step;
+  const RowMatrix& rows = constraints_.soft_row_matrix();
+  if (rows.empty()) return;
+  rows.for_rows_of(v, [&](int row, double of_v) {
+    const Eigen::RowVector3d force = constraints_.soft_rows().weights[row] * of_v * step;
+    rows.for_unknowns_of(row, [&](int i, double coefficient) { residual_.row(i) -= coefficient * force; });
+  });
+}
+
+double LocalGlobal::add_row_forces(Positions gaps) {
+  double energy = 0;
+  for (Eigen::Index r = 0; r < gaps.rows(); ++r) {
+    const double weight = constraints_.soft_rows().weights[r];
+    energy += 0.5 * weight * gaps.row(r).squaredNorm();
+    gaps.row(r) *= weight;
+  }
+  constraints_.soft_row_matrix().add_transposed(gaps, residual_, workers());
+  return energy;
+}
+
+void LocalGlobal::find_correction(const Pose& pose, Positions& correction) {
+  const RigidRegions& regions = constraints_.regions();
+  const ConstrainedSystem& system = constraints_.system();
+  if (regions.empty()) {
+    system.correct(residual_, patch_gaps(pose.positions), multipliers_, correction);
+    return;
+  }
+  correction = residual_;
+  regions.reduce(correction);
+  system.correct(correction, patch_gaps(pose.positions), multipliers_, correction);
+  regions.expand(correction);
+}
+
+void LocalGlobal::apply_residual_to(double accuracy, Pose& pose) {
+  const RigidRegions& regions = constraints_.regions();
+  regions.reduce(residual_);
+  constraints_.system().correct_to(accuracy, residual_, patch_gaps(pose.positions));
+  known_ = std::min(known_, Known::kRotations);
+  regions.expand(residual_);
+  pose.positions += residual_;
+  follow_positions(pose);
+}
+
+void LocalGlobal::project_on_patches(Pose& pose) {
+  if (patch_targets_.rows() == 0) return;
+  residual_ = Positions::Zero(pose.positions.rows(), 3);
+  apply_residual_to(kDoubleAccuracy, pose);
+}
+
+double LocalGlobal::refresh_residual(const Pose& pose) {
+  double energy = passes_->rest_energy() + passes_->find_residual(residual_);
+  const Eigen::VectorXd& soft = constraints_.soft_diagonal();
+  for (const int v : constraints_.soft_vertices()) {
+    const Eigen::RowVector3d gap = targets_.vertices.row(v) - pose.positions.row(v);
+    energy += 0.5 * soft[v] * gap.squaredNorm();
+    residual_.row(v) += soft[v] * gap;
+  }
+  if (!constraints_.soft_rows().empty()) {
+    Positions reached;
+    constraints_.soft_row_matrix().multiply(pose.positions, reached, workers());
+    energy += add_row_forces(targets_.rows - reached);
+  }
+  return energy;
+}
+
+void LocalGlobal::fit_regions(Pose& pose) {
+  const RigidRegions& regions = constraints_.regions();
+  const MixedPatches& mixed = constraints_.mixed_patches();
+  passes_->read_rotations(pose.rotations);
+  regions.share_rotations(pose.placements, pose.rotations);
+  Positions pulls;
+  if (!mixed.empty()) {
+    // What holds the patches may lag behind the cells by this fit: a turn by it could raise the energy.
+    passes_->set_rotations(pose.rotations);
+    static_cast<void>(refresh_residual(pose));
+    pulls = mixed.pulls(residual_);
+  }
+  for (int r = 0; r < regions.size(); ++r) {
+    const Matrix3 before = pose.placements[r].rotation;
+    Matrix3 pull = Matrix3::Zero();
+    if (!mixed.empty()) pull = mixed.linear_term(r, before, patch_gaps(pose.positions), pulls);
+    regions.fit_rotation(r, targets_, constraints_.soft_diagonal(), pull, pose.placements[r], pose.rotations,
+                         pose.positions);
+    if (mixed.empty()) continue;
+    mixed.follow_turn(r, pose.placements[r].rotation - before, pulls);
+    if (!mixed.feels(r)) continue;
+    mixed.close(patch_gaps(pose.positions), pulls, pose.positions);
+    follow_positions(pose);
+  }
+  passes_->set_positions(pose.positions);
+  passes_->set_rotations(pose.rotations);
+}
+
+double LocalGlobal::fit(Pose& pose) {
+  passes_->set_positions(pose.positions);
+  double alignment = passes_->fit_rotations();
+  if (!constraints_.regions().empty()) {
+    fit_regions(pose);
+    alignment = passes_->alignment();
+  }
+  const double energy = refresh_residual(pose) - alignment;
+  return energy < 0 ? 0 : energy;  // none is negative; rounding may be. What is not a number stays so.
+}
+
+void LocalGlobal::know_rotations(const Pose& pose) {
+  if (known_ == Known::kNothing) passes_->set_rotations(pose.rotations);
+  known_ = Known::kRotations;
+}
+
+void LocalGlobal::start(const Pose& pose) {
+  know_rotations(pose);
+  known_ = Known::kNothing;
+}
+
+void LocalGlobal::finish(Pose& pose) {
+  passes_->read_rotations(pose.rotations);
+  known_ = constraints_.regions().empty() ? Known::kResidual : Known::kRotations;
+}
+
+bool LocalGlobal::go_on_in_double(Pose& pose) {
+  if (is_in_double_) return false;
+  passes_->read_rotations(pose.rotations);
+  passes_ = &model_.passes(Precision::kDouble);
+  passes_->set_rotations(pose.rotations);
+  is_in_double_ = true;
+  return true;
+}
+
+void LocalGlobal::show_forces_to(DragPredictor& prediction, double share) {
+  // What holds the patches is no force of the cells. Ahead it would change nothing, as new multipliers take it up; but
+  // it would add up from frame to frame, and these numbers are rounded.
+  with_free_residual([&](const Positions& residual) { prediction.observe(residual, share, workers()); });
+}
+
+void LocalGlobal::find_residual_of(const Pose& pose) {
+  if (known_ == Known::kResidual) return;
+  passes_->set_positions(pose.positions);
+  know_rotations(pose);
+  static_cast<void>(refresh_residual(pose));
+}
+
+double LocalGlobal::global_step(Pose& pose) {
+  find_residual_of(pose);
+  return apply_residual(pose);
+}
+
+double LocalGlobal::global_step(Pose& pose, const DragPredictor& prediction, double share) {
+  find_residual_of(pose);
+  prediction.add_to(residual_, share, workers());
+  return apply_residual(pose);
+}
+
+double LocalGlobal::apply_residual(Pose& pose) {
+  if (has_regions()) start_ = pose.positions;
+  find_correction(pose, residual_);
+  known_ = Known::kRotations;
+  const double squared = parallel_reduce<kRows>(
+      workers(), static_cast<int>(residual_.rows()), 0.0,
+      [&](int begin, int end) {
+        const auto correction = residual_.middleRows(begin, end - begin);
+        pose.positions.middleRows(begin, end - begin) += correction;
+        return correction.rowwise().squaredNorm().maxCoeff();
+      },
+      [](double a, double b) { return std::max(a, b); });
+  follow_positions(pose);
+  return std::sqrt(squared);
+}
+
+void LocalGlobal::global_step_to(double accuracy, Pose& pose) {
+  find_residual_of(pose);
+  apply_residual_to(accuracy, pose);
+}
+
+}  // namespace arap

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "constraints/prepared_constraints.h"
+#include "optimize/drag_predictor.h"
+
+namespace arap {
+
+/// Everything an iteration changes.
+struct Pose {
+  Positions positions;                ///< (n, 3)
+  Rotations rotations;                ///< of each cell
+  std::vector<Placement> placements;  ///< of each rigid region
+};
+
+/// The largest length of a row.
+[[nodiscard]] double longest_row(const Positions& x, const Workers& workers);
+
+/// The two halves of an iteration: the local step (best rotations for the positions) and the global step (best
+/// positions for the rotations); neither raises the energy. [SA07] Sec. 2.
+class LocalGlobal {
+ public:
+  LocalGlobal(const PreparedModel& model, const PreparedConstraints& constraints);
+
+  /// Call it before the first step and whenever targets change. It reuses the residual if the pose is the one that
+  /// finish() left.
+  /// @param targets  (n_targets, 3) in model space
+  void set_targets(const Positions& targets, Precision precision);
+
+  /// (n, 3), 0 where there is none.
+  [[nodiscard]] const Positions& vertex_targets() const { return targets_.vertices; }
+
+  /// Puts hard vertices, anchored regions and what stays at rest to their places; true where that moved any of them.
+  bool impose_constraints(Pose& pose);
+
+  /// The smallest change (in the norm of K) that brings the patches to their targets.
+  void project_on_patches(Pose& pose);
+
+  /// One global step with the rotations of the pose, to the accuracy of the factor or to a part of itself. Returns the
+  /// largest movement of a vertex.
+  double global_step(Pose& pose);
+  /// The same with forces ahead of the pose.
+  double global_step(Pose& pose, const DragPredictor& prediction, double share);
+  void global_step_to(double accuracy, Pose& pose);
+
+  /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().
+  void start(const Pose& pose);
+  void finish(Pose& pose);
+  /// The next fit() is in double, from the rotations of the last one; false where it has been so already.
+  [[nodiscard]] bool go_on_in_double(Pose& pose);
+  [[nodiscard]] bool is_in_double() const { return is_in_double_; }
+  /// Comes where anybody else changes the pose or works with the passes.
+  void forget() { known_ = Known::kNothing; }
+  /// Whether the pose is the one that finish() left.
+  [[nodiscard]] bool knows_pose() const { return known_ != Known::kNothing; }
+
+  /// Local step. Returns the energy, and leaves the residual for the next global step.
+  [[nodiscard]] double fit(Pose& pose);
+
+  [[nodiscard]] bool has_regions() const { return !constraints_.regions().empty(); }
+  /// The largest movement of a vertex since the start of the last global step: with the regions that fit() has turned.
+  [[nodiscard]] double step_with_turns(const Pose& pose) const {
+    return longest_row(pose.positions - start_, workers());
+  }
+
+  /// After the first fit of a frame, which began with this share of the forces ahead.
+  void show_forces_to(DragPredictor& prediction, double share);
+
+  /// use(residual), with minus the gradient of the energy, soft constraints included, but for what holds the patches,
+  /// (n, 3): no direction has a share in that, but its rounding would drown the slopes near the minimum.
+  template <class Use>
+  auto with_free_residual(const Use& use) {
+    struct Held {
+      LocalGlobal& steps;
+      ~Held() { steps.add_patch_forces(1); }
+    };
+    add_patch_forces(-1);
+    const Held held{*this};
+    return use(std::as_const(residual_));
+  }
+  /// The whole global step from the residual at hand, (n, 3); `correction` may be the residual.
+  void find_correction(const Pose& pose, Positions& correction);
+  /// Tells the regions that their vertices were moved alike.
+  void follow_positions(Pose& pose) const { constraints_.regions().read_translations(pose.placements, pose.positions); }
+
+  /// Smallest change of the energy that is not rounding.
+  [[nodiscard]] double energy_rounding() const { return passes_->energy_rounding(); }
+  [[nodiscard]] const Workers& workers() const { return model_.workers; }
+
+ private:
+  /// What is at hand of the pose, besides itself.
+  enum class Known {
+    kNothing,
+    kRotations,  ///< in the passes
+    kResidual,   ///< and in residual_
+  };
+
+  /// Hands the rotations of the pose to the passes, where those have not got them.
+  void know_rotations(const Pose& pose);
+  /// Brings rigid regions to their best rotations, after the cells.
+  void fit_regions(Pose& pose);
+  /// The energy without its term of rotations.
+  [[nodiscard]] double refresh_residual(const Pose& pose);
+  /// Adds what the last multipliers hold the patches with to the residual, times `sign`.
+  void add_patch_forces(double sign);
+  [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
+  /// The forces of soft rows in `gaps`, (n_rows, 3), are added to the residual; returns their energy.
+  double add_row_forces(Positions gaps);
+  /// For the positions and rotations of the pose, whatever the passes have been about.
+  void find_residual_of(const Pose& pose);
+  /// The same by what changes if one vertex is moved.
+  void follow_vertex(int v, const Eigen::RowVector3d& step);
+  /// The whole step at once, as global_step(); or to a part of itself.
+  double apply_residual(Pose& pose);
+  void apply_residual_to(double accuracy, Pose& pose);
+
+  const PreparedModel& model_;
+  const PreparedConstraints& constraints_;
+  CellPasses* passes_ = nullptr;
+  bool is_in_double_ = false;
+  Known known_ = Known::kNothing;
+  RegionTargets targets_;  ///< of vertices, of patches that anchor regions, and of soft rows
+  Positions patch_targets_;
+  Positions residual_;
+  Positions multipliers_;
+  Positions start_;  ///< of the last global step, where there are regions
+};
+
+}  // namespace arap

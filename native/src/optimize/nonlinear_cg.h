@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "arap/options.h"
+#include "optimize/distance_estimate.h"
+#include "optimize/local_global.h"
+#include "optimize/time_budget.h"
+
+namespace arap {
+
+/// Nonlinear conjugate gradients on E(p') = min_R E(p', R), preconditioned by the factorized matrix. The preconditioned
+/// residual is the global step, so with beta = 0 and length 1 an iteration is plain local/global, which never raises
+/// the energy: it is the first step, and the way out wherever a longer one raises it. beta by Polak and Ribiere, not
+/// below 0; the length by the secant of the slope at 0 and at the last length.
+class NonlinearCg {
+ public:
+  explicit NonlinearCg(LocalGlobal& steps) : steps_(steps) {}
+
+  /// Forgets the directions so far: the next step is a plain global step. Comes where targets have changed, or the pose
+  /// by anybody else; a solve that only goes on goes on with them, as if both were one.
+  void restart() {
+    is_fresh_ = true;
+    distance_.forget();
+  }
+
+  /// One iteration from a fitted pose; returns the energy, which is not above `energy`, that of the pose, but by
+  /// rounding.
+  [[nodiscard]] double iterate(Pose& pose, double energy, Acceleration acceleration);
+
+  /// The last iteration's largest movement of a vertex.
+  [[nodiscard]] double step() const { return step_; }
+  /// That of the plain global step where it began.
+  [[nodiscard]] double longest_correction() const { return longest_row(correction_, steps_.workers()); }
+  /// How far the pose is from where the iteration would end, as far as its last steps tell.
+  [[nodiscard]] double distance() const { return distance_.value(); }
+
+ private:
+  using Steps = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+  using Sums = std::array<double, 3>;
+
+  /// <z, r>, <z, last r> and <last direction, r>; the latter two 0 after a restart. Keeps r as the last one.
+  [[nodiscard]] Sums sum_products(const Positions& residual);
+  /// beta of the next direction, 0 for the plain global step; sets the slope along it.
+  [[nodiscard]] double choose_beta();
+  /// Slope of minus the energy along the direction, from the residual at hand.
+  [[nodiscard]] double slope_along_direction() const;
+  /// direction = correction + beta direction, and try_length along it.
+  [[nodiscard]] double try_direction(Pose& pose, double length, double beta);
+  /// Moves from the start by `length` along the direction and fits the rotations there; returns the energy.
+  [[nodiscard]] double try_length(Pose& pose, double length);
+  /// update(rows of the direction, begin, end) comes first, range by range.
+  template <class Update>
+  [[nodiscard]] double move(Pose& pose, double length, const Update& update);
+
+  LocalGlobal& steps_;
+  bool is_fresh_ = true;
+  double length_ = 1;
+  double slope_ = 0;  ///< of minus the energy at the start of the last step, along it
+  double z_r_ = 0;    ///< <correction, residual> of the last iteration
+  double step_ = 0;
+  DistanceEstimate distance_;
+  Positions start_;       ///< positions before the last step
+  Positions correction_;  ///< the plain global step from there
+  Steps residual_;        ///< there; rounded, as directions are: the step has few digits anyway
+  Steps direction_;
+  std::vector<Placement> placements_;  ///< before the last step
+};
+
+/// Whether a solve that is to come so near ends in double precision.
+[[nodiscard]] bool ends_in_double(double accuracy);
+
+/// Whether a pose is so near to where it would end that single precision cannot bring it as near as is asked for.
+[[nodiscard]] bool needs_double(double distance, double accuracy);
+
+struct IterationReport {
+  double energy_before = 0;
+  double energy_after = 0;
+  int iterations = 0;
+  double step = 0;
+  StopReason stop_reason = StopReason::kMaxIterations;
+};
+
+/// Iterates from a pose until the options or `progress` stop it. At least one iteration is done.
+/// @param search       over the steps; goes on with its directions, see NonlinearCg::restart()
+/// @param time         of the whole solve, in place of the options' limit
+/// @param step_before  where the pose comes from a global step: its largest movement. With the fit that comes first
+///                     here it is an iteration, which `time` has seen begin.
+/// @param on_first_fit is called after that fit
+IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, const SolveOptions& options,
+                         const Progress& progress, TimeBudget& time, std::optional<double> step_before,
+                         const std::function<void()>& on_first_fit);
+
+}  // namespace arap

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "parallel/parallel.h"
+
+#include <omp.h>
+
+#include "parallel/first_failure.h"
+#include "parallel/openmp.h"
+
+namespace arap {
+
+int choose_threads(int requested, int n_vertices) {
+  if (requested > 0) return requested;
+  // On smaller meshes passes are so short that to share them costs what it brings.
+  constexpr int kVerticesPerThread = 5000;
+  return std::clamp(n_vertices / kVerticesPerThread, 1, std::max(1, omp_get_max_threads()));
+}
+
+void for_each_piece(int threads, int n_pieces, const std::function<void(int piece)>& body) {
+  const int n_threads = openmp_threads(std::min(threads, n_pieces));
+  FirstFailure failure;
+#pragma omp parallel for num_threads(n_threads) if (n_threads > 1) schedule(static)
+  for (int piece = 0; piece < n_pieces; ++piece) failure.guard([&] { body(piece); });
+  failure.rethrow();
+}
+
+}  // namespace arap

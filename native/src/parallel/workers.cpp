@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "parallel/workers.h"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "parallel/process_id.h"
+
+namespace arap {
+
+namespace {
+
+void pause() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#endif
+}
+
+/// Waits until is_over(value) of an atomic that changes by notify_all. What it reads is in the one order of all that is
+/// read and written so, see serve().
+template <class Value, class IsOver>
+Value wait_for(const std::atomic<Value>& changing, const IsOver& is_over) {
+  constexpr int kSpins = 4000;  // the gaps between the passes of an iteration
+  constexpr int kYields = 100;
+  for (int turn = 0;; ++turn) {
+    const Value value = changing.load();
+    if (is_over(value)) return value;
+    if (turn < kSpins)
+      pause();
+    else if (turn < kSpins + kYields)
+      std::this_thread::yield();
+    else
+      changing.wait(value);
+  }
+}
+
+}  // namespace
+
+class Workers::Pool {
+ public:
+  explicit Pool(int threads) : shares_(threads) {}
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
+
+  ~Pool() {
+    if (is_started_ && process_id() != owner_) {
+      // The child of a fork has the objects of threads but not the threads: there is nothing to join, and an object
+      // that was neither joined nor detached must not be destroyed.
+      static_cast<void>(threads_.release());
+      return;
+    }
+    is_ending_.store(true, std::memory_order_relaxed);
+    phase_.fetch_add(2);
+    phase_.notify_all();
+    for (std::thread& thread : *threads_) thread.join();
+  }
+
+  void run(int n_pieces, const Task& task) {
+    if (is_busy_.exchange(true, std::memory_order_acquire)) {
+      run_alone(n_pieces, task);
+      return;
+    }
+    if (!is_started_) start();
+    if (owner_ == process_id())
+      run_together(n_pieces, task);
+    else
+      run_alone(n_pieces, task);
+    is_busy_.store(false, std::memory_order_release);
+  }
+
+ private:
+  /// Pieces in their order, one share for each thread: it finds in its cache what it wrote in the pass before. Who is
+  /// done with its own helps with the others'.
+  struct alignas(64) Share {
+    std::atomic<int> next = 0;
+    int end = 0;
+  };
+
+  void run_together(int n_pieces, const Task& task) {
+    task_ = task;
+    const auto n = static_cast<std::int64_t>(n_pieces);
+    const auto n_shares = static_cast<std::int64_t>(shares_.size());
+    for (std::int64_t s = 0; s < n_shares; ++s) {
+      shares_[s].next.store(static_cast<int>(n * s / n_shares), std::memory_order_relaxed);
+      shares_[s].end = static_cast<int>(n * (s + 1) / n_shares);
+    }
+    phase_.fetch_add(1);
+    phase_.notify_all();
+    work(0);
+    phase_.fetch_add(1);
+    wait_for(n_inside_, [](int n_inside) { return n_inside == 0; });
+  }
+
+  static void run_alone(int n_pieces, const Task& task) {
+    for (int piece = 0; piece < n_pieces; ++piece) task.call(task.body, piece);
+  }
+
+  void start() {
+    is_started_ = true;
+    owner_ = process_id();
+    try {
+      for (size_t rank = 1; rank < shares_.size(); ++rank) threads_->emplace_back([this, rank] { serve(rank); });
+    } catch (const std::system_error&) {  // NOLINT(bugprone-empty-catch)
+      // With fewer, then: the pieces are claimed by those that there are.
+    }
+  }
+
+  void work(size_t rank) {
+    for (size_t k = 0; k < shares_.size(); ++k) {
+      Share& share = shares_[(rank + k) % shares_.size()];
+      for (int piece; (piece = share.next.fetch_add(1, std::memory_order_relaxed)) < share.end;)
+        task_.call(task_.body, piece);
+    }
+  }
+
+  void serve(size_t rank) {
+    const auto is_open = [](unsigned phase) { return phase % 2 == 1; };
+    for (unsigned last = 0;;) {
+      const unsigned phase = wait_for(phase_, [&](unsigned p) { return (is_open(p) && p != last) || is_ending(); });
+      if (is_ending()) return;
+      // Either the caller sees that this thread is inside and waits, or this thread sees that the pass is over: both
+      // write first and read then, and all four are in one order.
+      n_inside_.fetch_add(1);
+      if (phase_.load() == phase) work(rank);
+      if (n_inside_.fetch_sub(1) == 1) n_inside_.notify_all();
+      last = phase;
+    }
+  }
+
+  [[nodiscard]] bool is_ending() const { return is_ending_.load(std::memory_order_relaxed); }
+
+  // Each in its own cache line: who claims does not disturb who waits.
+  alignas(64) std::atomic<unsigned> phase_ = 0;  ///< odd while a pass is open
+  alignas(64) std::atomic<int> n_inside_ = 0;    ///< threads that may be at work on a piece, without the caller
+  alignas(64) std::atomic<bool> is_busy_ = false;
+  std::atomic<bool> is_ending_ = false;
+  bool is_started_ = false;
+  Task task_{};
+  std::vector<Share> shares_;
+  std::unique_ptr<std::vector<std::thread>> threads_ = std::make_unique<std::vector<std::thread>>();
+  ProcessId owner_ = 0;  ///< that has the threads
+};
+
+Workers::Workers(int threads) : threads_(threads), pool_(threads > 1 ? std::make_shared<Pool>(threads) : nullptr) {}
+
+void Workers::run_on(Pool& pool, int n_pieces, const Task& task) { pool.run(n_pieces, task); }
+
+}  // namespace arap

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "sampling/rotation_nodes.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <utility>
+
+#include "parallel/parallel.h"
+#include "sampling/node_choice.h"
+
+namespace arap {
+
+namespace {
+
+/// Support of a node's weights, in radii.
+constexpr double kSupport = 2;
+/// A node's share of the surface is at least this part of r^2, so that faces without area have rotations too.
+constexpr double kLeastShare = .01;
+/// How often the shares are balanced: what is left changes by little.
+constexpr int kBalancings = 4;
+/// An exponent in (1, 2): four balancings do then as much as six.
+constexpr double kOverRelaxation = 1.5;
+/// A vertex' own support is at least this part of it, squared: every node that covers a vertex is well inside.
+constexpr double kLeastSupport = .5;
+
+struct Reached {
+  int vertex;
+  float weight;
+};
+
+/// s_j^2. The corners of a triangle share their weights, which spreads these: their mean squared distance from the
+/// node, s_j^2 / 3 on a small triangle, is to be the same on a large one.
+double own_support(double support, double spread) {
+  const double whole = support * support;
+  return std::max(whole - 3 * spread, kLeastSupport * whole);
+}
+
+/// The vertices in the support of each node.
+std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const std::vector<double>& spreads,
+                                                const std::vector<int>& nodes, double radius, int threads) {
+  std::vector<std::vector<Reached>> supports(nodes.size());
+  const double support = kSupport * radius;
+  std::atomic<size_t> next = 0;
+  for_each_piece(threads, threads, [&](int /*thread*/) {
+    DistanceSweep sweep(graph);
+    std::vector<Reached> reached;
+    for (size_t c = next++; c < nodes.size(); c = next++) {
+      reached.clear();
+      sweep.run(std::span(&nodes[c], 1), static_cast<float>(support), [&](int vertex, float distance) {
+        const auto d = static_cast<double>(distance);
+        const double weight = 1 - d * d / own_support(support, spreads[vertex]);
+        if (weight > 0) reached.push_back({vertex, static_cast<float>(weight)});
+      });
+      supports[c] = reached;
+    }
+  });
+  return supports;
+}
+
+/// 1 / the sum of the shares times the entries' weights, at each vertex.
+std::vector<double> reciprocal_sums(const RotationNodes& entries, const std::vector<double>& shares, int threads) {
+  std::vector<double> reciprocals(entries.offsets.size() - 1);
+  parallel_for(threads, static_cast<int>(reciprocals.size()), [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      double sum = 0;
+      for (int k = entries.offsets[v]; k < entries.offsets[v + 1]; ++k)
+        sum += shares[entries.nodes[k]] * entries.weights[k];
+      reciprocals[v] = 1 / sum;
+    }
+  });
+  return reciprocals;
+}
+
+/// Makes the sums at the vertices more even: a share is divided by what it finds there, a harmonic mean over the
+/// support [Richardson 1972, Lucy 1974]. Shares stay positive.
+void balance(std::vector<double>& shares, const RotationNodes& entries,
+             const std::vector<std::vector<Reached>>& supports, const std::vector<double>& areas, int threads) {
+  const std::vector<double> reciprocals = reciprocal_sums(entries, shares, threads);
+  parallel_for(threads, entries.size(), [&](int begin, int end) {
+    for (int c = begin; c < end; ++c) {
+      double sum = 0;
+      double whole = 0;
+      for (const Reached& reached : supports[c]) {
+        const double part = areas[reached.vertex] * static_cast<double>(reached.weight);
+        sum += part * reciprocals[reached.vertex];
+        whole += part;
+      }
+      if (whole > 0) shares[c] *= std::pow(sum / whole, kOverRelaxation);
+    }
+  });
+}
+
+}  // namespace
+
+std::vector<double> face_spreads(const PolygonMesh& mesh) {
+  std::vector<double> spreads(mesh.n_vertices(), 0);
+  std::vector<int> n_faces(mesh.n_vertices(), 0);
+  const Positions& p = mesh.positions();
+  for (int f = 0; f < mesh.n_faces(); ++f) {
+    const std::span<const int> face = mesh.face(f);
+    const double share = 1 / static_cast<double>(face.size());
+    Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
+    for (const int v : face) centre += share * p.row(v);
+    double spread = 0;
+    for (const int v : face) spread += share * (p.row(v) - centre).squaredNorm();
+    for (const int v : face) {
+      spreads[v] += spread;
+      ++n_faces[v];
+    }
+  }
+  for (size_t v = 0; v < spreads.size(); ++v) spreads[v] /= std::max(1, n_faces[v]);
+  return spreads;
+}
+
+RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const PolygonMesh& mesh,
+                                    const std::vector<double>& areas, double radius,
+                                    const std::vector<std::vector<int>>& mirrors, const std::vector<int>& group,
+                                    int threads) {
+  RotationNodes result;
+  ChosenNodes chosen = choose_nodes(graph, mesh.positions(), areas, radius, mirrors, group);
+  std::vector<double> shares = std::move(chosen.areas);
+  for (double& share : shares) share = std::max(share, kLeastShare * radius * radius);
+  result.vertices = std::move(chosen.vertices);
+  const std::vector<std::vector<Reached>> supports =
+      find_supports(graph, face_spreads(mesh), result.vertices, radius, threads);
+  result.offsets.assign(graph.n_vertices() + 1, 0);
+  for (const std::vector<Reached>& support : supports)
+    for (const Reached& reached : support) ++result.offsets[reached.vertex + 1];
+  for (size_t v = 1; v < result.offsets.size(); ++v) result.offsets[v] += result.offsets[v - 1];
+  result.nodes.resize(result.offsets.back());
+  result.weights.resize(result.offsets.back());
+  std::vector<int> next(result.offsets.begin(), result.offsets.end() - 1);
+  for (size_t c = 0; c < supports.size(); ++c)
+    for (const Reached& reached : supports[c]) {
+      const int slot = next[reached.vertex]++;
+      result.nodes[slot] = static_cast<int>(c);
+      result.weights[slot] = static_cast<double>(reached.weight);
+    }
+  for (int k = 0; k < kBalancings; ++k) balance(shares, result, supports, areas, threads);
+  const std::vector<double> reciprocals = reciprocal_sums(result, shares, threads);
+  parallel_for(threads, graph.n_vertices(), [&](int begin, int end) {
+    for (int v = begin; v < end; ++v)
+      for (int k = result.offsets[v]; k < result.offsets[v + 1]; ++k)
+        result.weights[k] *= shares[result.nodes[k]] * reciprocals[v];
+  });
+  return result;
+}
+
+RotationNodes node_at_each_vertex(int n_vertices) {
+  RotationNodes result;
+  result.vertices.resize(n_vertices);
+  std::iota(result.vertices.begin(), result.vertices.end(), 0);
+  result.nodes = result.vertices;
+  result.offsets = result.vertices;
+  result.offsets.push_back(n_vertices);
+  result.weights.assign(n_vertices, 1.0);
+  return result;
+}
+
+}  // namespace arap

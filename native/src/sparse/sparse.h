@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <vector>
+
+#include "arap/types.h"
+#include "parallel/workers.h"
+
+namespace arap {
+
+/// Symmetric matrices are stored whole, so that a column is a row and can be gathered.
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
+
+/// P A P^T: row and column order[k] of A become k, where new_of_old is the inverse of order.
+[[nodiscard]] SparseMatrix renumbered(const SparseMatrix& A, const std::vector<int>& order,
+                                      const std::vector<int>& new_of_old, int threads);
+
+/// result = A x for a symmetric A stored whole; (n, 3).
+void multiply(const SparseMatrix& A, const Positions& x, Positions& result, const Workers& workers);
+
+}  // namespace arap

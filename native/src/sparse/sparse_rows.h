@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "parallel/parallel.h"
+#include "sparse/row_accumulator.h"
+
+namespace arap {
+
+/// Sparse rows, made in parallel: consecutive rows are a share.
+template <class Value>
+class SparseRows {
+ public:
+  using Entry = typename RowAccumulator<Value>::Entry;
+
+  /// @param make_fill  make_fill() is called once for each share; what it returns is called with each of its rows and
+  ///     the RowAccumulator to add it to, whose order the entries keep
+  template <class MakeFill>
+  SparseRows(int n_rows, int n_columns, int threads, const MakeFill& make_fill)
+      : shares_(threads, n_rows), pieces_(shares_.count()), offsets_(n_rows + 1, 0) {
+    shares_.for_each([&](int share, int begin, int end) {
+      auto fill = make_fill();
+      RowAccumulator<Value> row(n_columns);
+      for (int r = begin; r < end; ++r) {
+        fill(r, row);
+        offsets_[r + 1] = static_cast<int>(row.entries().size());
+        append(row.entries(), pieces_[share]);
+        row.clear();
+      }
+    });
+    for (int r = 0; r < n_rows; ++r) offsets_[r + 1] += offsets_[r];
+  }
+
+  [[nodiscard]] int n_shares() const { return shares_.count(); }
+  /// n_rows + 1: where the entries of each row begin among all.
+  [[nodiscard]] const std::vector<int>& offsets() const { return offsets_; }
+
+  /// visit(share, row, entries), several shares at once, each in the order of its rows.
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    shares_.for_each([&](int share, int begin, int end) {
+      auto block = pieces_[share].begin();
+      size_t next = 0;
+      for (int r = begin; r < end; ++r) {
+        const auto size = static_cast<size_t>(offsets_[r + 1] - offsets_[r]);
+        if (size == 0) continue;
+        if (next == block->size()) {
+          ++block;
+          next = 0;
+        }
+        visit(share, r, std::span<const Entry>(*block).subspan(next, size));
+        next += size;
+      }
+    });
+  }
+
+ private:
+  /// Blocks do not move while a share grows.
+  using Piece = std::vector<std::vector<Entry>>;
+  static constexpr size_t kBlock = 1U << 15U;
+
+  static void append(const std::vector<Entry>& row, Piece& piece) {
+    if (piece.empty() || piece.back().size() + row.size() > piece.back().capacity())
+      piece.emplace_back().reserve(std::max(kBlock, row.size()));
+    piece.back().insert(piece.back().end(), row.begin(), row.end());
+  }
+
+  Shares shares_;
+  std::vector<Piece> pieces_;
+  std::vector<int> offsets_;
+};
+
+}  // namespace arap

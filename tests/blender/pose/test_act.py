@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a posing act sees of Blender: why it is over, and the key that it writes."""
+
+from typing import Any
+
+import bmesh
+from support import SceneTest, bend, bpy, key_positions, module, posable, unfit
+
+
+class PoseSceneTest(SceneTest):
+    def act(self, obj: bpy.types.Object) -> Any:
+        return module("pose.operators").BlenderPoseScene(obj)
+
+    def test_what_ends_it(self):
+        left = "'Tube' was deleted or renamed: posing has ended"
+        group = "Handle 'Head' of 'Tube': there is no vertex group 'Head'; choose one or remove the handle"
+        for change, why in (
+            (lambda obj: bpy.data.objects.remove(obj), left),  # noqa: PLW0108 - a new file has new data
+            (lambda obj: setattr(obj, "name", "Pole"), left),
+            (
+                lambda _obj: bpy.ops.object.mode_set(mode="EDIT"),
+                "'Tube' is no longer in Object Mode: the pose is kept and posing has ended",
+            ),
+            (
+                lambda obj: obj.data.vertices.add(1),
+                "The mesh of 'Tube' has changed: posing has ended, its rest shape is another one now",
+            ),
+            (
+                lambda obj: setattr(obj.vertex_groups["Head"], "name", "Top"),
+                f"{group}. The pose is kept and posing has ended",
+            ),
+        ):
+            with self.subTest(why=why):
+                self.setUp()
+                obj = posable()
+                bpy.context.view_layer.objects.active = obj
+                self.api.solve(obj)
+                act = self.act(obj)
+                self.assertEqual(act.why_over(), "")
+                change(obj)
+                self.assertEqual(act.why_over(), why)
+
+    def test_vertices_in_another_order_are_not_bound_again(self):
+        obj = posable()
+        module("follow.update").prepare_session(obj)
+        act = self.act(obj)
+        mesh = bmesh.new()
+        mesh.from_mesh(obj.data)
+        mesh.verts.sort(reverse=True)
+        mesh.to_mesh(obj.data)
+        mesh.free()
+        bpy.context.view_layer.update()
+        self.assertFalse(act.is_bound())
+        self.assert_error(ValueError, "The faces of 'Tube' have changed", act.begin_bind)
+
+    def test_another_key_ends_a_session_and_the_act_before_it_is_written(self):
+        obj = posable()
+        bend(obj)
+        self.api.solve(obj)
+        act = self.act(obj)
+        self.assertEqual(act.why_over(), "")
+        obj.arap.key_name = "Bent"
+        changed = "The pose of 'Tube' has another shape key now"
+        self.assertEqual(act.why_over(), f"{changed}, and is kept in 'ARAP': posing has ended")
+        self.assertEqual(unfit(obj, is_thorough=True), changed)
+        self.assert_error(RuntimeError, f"{changed}: start posing again", module("follow.update").update_pose, obj)
+        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])
+        module("follow.update").prepare_session(obj)
+        self.assertEqual(unfit(obj, is_thorough=True), "")
+
+    def test_a_renamed_key_is_followed_and_a_removed_one_ends_the_act(self):
+        obj = posable()
+        act = self.act(obj)
+        module("follow.update").prepare_session(obj)
+        for name in ("ARAP", "Bent", "Bowed"):
+            if obj.data.shape_keys is not None:
+                obj.data.shape_keys.key_blocks[obj.arap.key_name].name = name
+            self.assertEqual(act.why_over(), "")
+            bend(obj)
+            self.assertTrue(act.is_bound())
+            act.update(act.matrices(), None, 1.0)
+            self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", name])
+            self.assertEqual(obj.arap.key_name, name)
+            self.assertEqual(unfit(obj, is_thorough=True), "")
+        obj.shape_key_remove(obj.data.shape_keys.key_blocks["Bowed"])
+        self.assertEqual(act.why_over(), "Shape key 'Bowed' of 'Tube' was removed: posing has ended")
+
+    def test_an_end_that_restores_gives_the_key_its_name_back(self):
+        obj = posable()
+        self.api.solve(obj)
+        before = key_positions(obj)
+        act = self.act(obj)
+        module("follow.update").prepare_session(obj)
+        self.assertEqual(act.why_over(), "")
+        obj.data.shape_keys.key_blocks["ARAP"].name = "Bent"
+        self.assertEqual(act.why_over(), "")
+        bend(obj)
+        self.assertTrue(act.is_bound())
+        act.update(act.matrices(), None, 1.0)
+        act.restore(obj)
+        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "ARAP"])
+        self.assertEqual((obj.arap.key_name, [key.name for key in obj.arap.made_keys]), ("ARAP", ["ARAP"]))
+        self.assert_close(key_positions(obj), before, 0.0)

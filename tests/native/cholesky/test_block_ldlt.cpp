@@ -1,0 +1,433 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cholesky/block_ldlt.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/SparseCholesky>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <thread>
+#include <tuple>
+#include <vector>
+
+#include "arap/error.h"
+#include "base/eigen_compat.h"
+#include "cholesky/refined_solve.h"
+#include "support/helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::BlockLdlt;
+using arap::Isa;
+using arap::SolverError;
+using arap::SparseMatrix;
+using arap::TileFormat;
+using arap::Workers;
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+struct NamedMatrix {
+  std::string name;
+  SparseMatrix A;
+};
+
+/// Symmetric with the given couplings, and the diagonal that makes it positive definite.
+SparseMatrix dominant(int n, const std::vector<std::array<int, 2>>& couplings, Random& random, double margin = 1e-2) {
+  Triplets entries;
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(n, margin);
+  for (const auto& [i, j] : couplings) {
+    if (i == j) continue;
+    const double value = random.uniform(-1, 1);
+    entries.emplace_back(i, j, value);
+    entries.emplace_back(j, i, value);
+    diagonal[i] += std::abs(value);
+    diagonal[j] += std::abs(value);
+  }
+  for (int i = 0; i < n; ++i) entries.emplace_back(i, i, diagonal[i]);
+  SparseMatrix A(n, n);
+  A.setFromTriplets(entries.begin(), entries.end());
+  return A;
+}
+
+SparseMatrix random_sparse(int n, double per_row, Random& random) {
+  std::vector<std::array<int, 2>> couplings;
+  for (int k = 0; k < per_row * n; ++k)
+    couplings.push_back({static_cast<int>(random.uniform(0, n)), static_cast<int>(random.uniform(0, n))});
+  return dominant(n, couplings, random);
+}
+
+/// n unknowns of which `n_dense` are coupled with every other one.
+SparseMatrix arrowhead(int n, int n_dense, Random& random) {
+  std::vector<std::array<int, 2>> couplings;
+  for (int d = 0; d < n_dense; ++d)
+    for (int i = d + 1; i < n; ++i) couplings.push_back({d, i});
+  return dominant(n, couplings, random);
+}
+
+SparseMatrix laplacian(const MeshData& mesh, double shift) {
+  SparseMatrix K = Reference(mesh, arap::Energy::kSpokesAndRims, arap::EdgeWeights::kCotangent).matrix().sparseView();
+  for (int v = 0; v < K.rows(); ++v) K.coeffRef(v, v) += shift * K.coeff(v, v);
+  return K;
+}
+
+/// n * n unknowns, each coupled with the 8 around it.
+SparseMatrix grid_matrix(int n, Random& random) {
+  std::vector<std::array<int, 2>> couplings;
+  for (int y = 0; y < n; ++y)
+    for (int x = 0; x < n; ++x)
+      for (const auto& [dx, dy] : {std::array{1, 0}, std::array{0, 1}, std::array{1, 1}, std::array{-1, 1}})
+        if (x + dx >= 0 && x + dx < n && y + dy < n) couplings.push_back({y * n + x, (y + dy) * n + x + dx});
+  return dominant(n * n, couplings, random);
+}
+
+std::vector<NamedMatrix> matrices() {
+  Random random(81);
+  std::vector<NamedMatrix> result;
+  for (const int n : {1, 2, 3, 5, 30, 33, 100}) result.push_back({"dense", random_sparse(n, n, random)});
+  for (const int n : {10, 100, 400}) result.push_back({"random sparse", random_sparse(n, 1.5, random)});
+  result.push_back({"disconnected", random_sparse(300, .4, random)});
+  result.push_back({"diagonal", dominant(50, {}, random)});
+  result.push_back({"arrowhead", arrowhead(500, 1, random)});
+  result.push_back({"three dense rows", arrowhead(300, 3, random)});
+  result.push_back({"grid", grid_matrix(40, random)});
+  const SparseMatrix K = laplacian(bumpy_sphere(2), 1e-2);
+  result.push_back({"mesh", K});
+  result.push_back({"two rings", SparseMatrix(K * K)});
+  result.push_back({"two meshes", laplacian(two_spheres(2), 1e-3)});
+  return result;
+}
+
+std::vector<char> erase_some(Eigen::Index n, double fraction, Random& random) {
+  std::vector<char> is_erased(static_cast<size_t>(n), 0);
+  for (char& e : is_erased) e = random.uniform(0, 1) < fraction ? 1 : 0;
+  return is_erased;
+}
+
+/// Entry (i, j) of the result is (order[i], order[j]) of A.
+SparseMatrix renumbered(const SparseMatrix& A, const std::vector<int>& order) {
+  std::vector<int> new_index(order.size());
+  for (size_t k = 0; k < order.size(); ++k) new_index[order[k]] = static_cast<int>(k);
+  Triplets entries;
+  for (int column = 0; column < A.cols(); ++column)
+    for (SparseMatrix::InnerIterator it(A, column); it; ++it)
+      entries.emplace_back(new_index[it.row()], new_index[column], it.value());
+  SparseMatrix result(A.rows(), A.cols());
+  result.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+
+/// A^-1 b without the erased rows, by Eigen and in double.
+Positions solution_in_double(const SparseMatrix& A, const std::vector<char>& is_erased, const Positions& b) {
+  Eigen::VectorXd is_kept(A.rows());
+  for (Eigen::Index i = 0; i < A.rows(); ++i) is_kept[i] = is_erased[i] == 0 ? 1 : 0;
+  SparseMatrix kept = is_kept.asDiagonal() * A * is_kept.asDiagonal();
+  kept.diagonal() += (1 - is_kept.array()).matrix();
+  const Positions right = is_kept.asDiagonal() * b;
+  return Eigen::SimplicialLDLT<SparseMatrix>(kept).solve(Eigen::MatrixX3d(right));
+}
+
+/// Rows of the erased ones are 0 and the others right to `tolerance`.
+void expect_solution(const arap::Factorization& factor, const SparseMatrix& A, const std::vector<char>& is_erased,
+                     double tolerance, const std::string& what) {
+  const Positions b = Random(82).noise(static_cast<int>(A.rows()), 1);
+  Positions x = b;
+  factor.solve(x);
+  const Positions expected = solution_in_double(A, is_erased, b);
+  EXPECT_LE((x - expected).norm(), tolerance * expected.norm()) << what;
+  for (size_t i = 0; i < is_erased.size(); ++i) {
+    if (is_erased[i] == 0) continue;
+    EXPECT_EQ(x.row(static_cast<Eigen::Index>(i)).norm(), 0) << what << ", row " << i;
+  }
+}
+
+/// Instruction set and format of the tiles.
+class BlockLdltOnIsa : public testing::TestWithParam<std::tuple<Isa, TileFormat>> {
+ protected:
+  [[nodiscard]] static BlockLdlt solver_for(const SparseMatrix& A, int threads) {
+    return BlockLdlt(A, Workers(threads), std::get<0>(GetParam()), std::get<1>(GetParam()));
+  }
+
+  /// What a solve may be wrong by, on these matrices.
+  [[nodiscard]] static double tolerance() { return std::get<1>(GetParam()) == TileFormat::kHalf ? 1e-3 : 2e-5; }
+};
+
+TEST_P(BlockLdltOnIsa, AgreesWithEigenInDouble) {
+  for (const auto& [name, A] : matrices()) {
+    for (const int threads : {1, 2, 3, 4}) {
+      const BlockLdlt solver = solver_for(A, threads);
+      const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+      expect_solution(*solver.factorize(A, nothing), A, nothing, tolerance(),
+                      name + ", " + std::to_string(A.rows()) + " rows, " + std::to_string(threads) + " threads");
+    }
+  }
+}
+
+TEST_P(BlockLdltOnIsa, ErasesRowsInsideTheKeptStructure) {
+  Random random(83);
+  for (const auto& [name, A] : matrices()) {
+    for (const int threads : {1, 3}) {
+      const BlockLdlt solver = solver_for(A, threads);
+      for (const double fraction : {.1, .6, 1.0}) {
+        const std::vector<char> is_erased = erase_some(A.rows(), fraction, random);
+        const auto factor = solver.factorize(A, is_erased);
+        expect_solution(*factor, A, is_erased, tolerance(), name);
+        // The same as of a solver that has done nothing else.
+        Positions x = Random(84).noise(static_cast<int>(A.rows()), 1);
+        Positions y = x;
+        factor->solve(x);
+        solver_for(A, threads).factorize(A, is_erased)->solve(y);
+        EXPECT_EQ(x, y) << name;
+      }
+    }
+  }
+}
+
+TEST_P(BlockLdltOnIsa, CorrectionsEndAtTheExactSolution) {
+  for (const auto& [name, A] : matrices()) {
+    const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+    const auto factor = solver_for(A, 2).factorize(A, nothing);
+    const Positions b = Random(85).noise(static_cast<int>(A.rows()), 1);
+    Positions x = Positions::Zero(A.rows(), 3);
+    for (int step = 0; step < 9; ++step) {
+      Positions correction = b - A * x;
+      factor->solve(correction);
+      x += correction;
+    }
+    const Positions expected = solution_in_double(A, nothing, b);
+    EXPECT_LE((x - expected).norm(), 1e-12 * expected.norm()) << name;
+  }
+}
+
+TEST_P(BlockLdltOnIsa, ScaleOfMatrixAndRightHandSideDoesNotMatter) {
+  Random random(86);
+  const SparseMatrix A = grid_matrix(12, random);
+  const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+  const Positions b = random.noise(static_cast<int>(A.rows()), 1);
+  const BlockLdlt solver = solver_for(A, 2);
+  Positions expected = b;
+  solver.factorize(A, nothing)->solve(expected);
+  // Powers of two, far outside of the range of a float: the same digits.
+  for (const int e_matrix : {-200, 0, 200}) {
+    for (const int e_side : {-300, 0, 300}) {
+      Positions x = std::exp2(e_side) * b;
+      solver.factorize(std::exp2(e_matrix) * A, nothing)->solve(x);
+      EXPECT_EQ(std::exp2(e_matrix - e_side) * x, expected) << e_matrix << ", " << e_side;
+    }
+  }
+}
+
+TEST_P(BlockLdltOnIsa, SolvesFromSeveralThreads) {
+  Random random(87);
+  const SparseMatrix A = grid_matrix(40, random);
+  const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+  const auto factor = solver_for(A, 2).factorize(A, nothing);
+  const Positions b = random.noise(static_cast<int>(A.rows()), 1);
+  Positions expected = b;
+  factor->solve(expected);
+  std::vector<Positions> results(4, b);
+  std::vector<std::thread> threads;
+  threads.reserve(results.size());
+  for (Positions& x : results) threads.emplace_back([&factor, &x] { factor->solve(x); });
+  for (std::thread& thread : threads) thread.join();
+  for (const Positions& x : results) EXPECT_EQ(x, expected);
+}
+
+TEST_P(BlockLdltOnIsa, RefusesWhatIsNotPositiveDefinite) {
+  Random random(88);
+  for (const int threads : {1, 3}) {
+    for (SparseMatrix A : {grid_matrix(30, random), random_sparse(200, 200, random)}) {
+      const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+      const BlockLdlt solver = solver_for(A, threads);
+      const double diagonal = A.coeff(7, 7);
+      for (const double wrong : {-1.0, 0.0}) {
+        A.coeffRef(7, 7) = wrong;
+        expect_error<SolverError>([&] { static_cast<void>(solver.factorize(A, nothing)); },
+                                  {"positive definite", "stiffness"});
+      }
+      for (const double wrong : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        A.coeffRef(7, 7) = wrong;
+        expect_error<SolverError>([&] { static_cast<void>(solver.factorize(A, nothing)); }, {"(7, 7)", "not finite"});
+      }
+      std::vector<char> is_erased = nothing;
+      is_erased[7] = 1;
+      EXPECT_NO_THROW(static_cast<void>(solver.factorize(A, is_erased))) << "what is wrong is erased";
+      A.coeffRef(7, 7) = diagonal;
+      EXPECT_NO_THROW(static_cast<void>(solver.factorize(A, nothing)));
+    }
+  }
+}
+
+TEST_P(BlockLdltOnIsa, RenumberedToItsOrderItDoesTheSame) {
+  Random random(93);
+  for (const auto& [name, A] : matrices()) {
+    const auto n = static_cast<int>(A.rows());
+    BlockLdlt solver = solver_for(A, 2);
+    if (solver.order() == nullptr) continue;  // by chance: small ones
+    const std::vector<int> order = *solver.order();
+    const std::vector<char> is_erased = erase_some(n, .2, random);
+    const auto before = solver.factorize(A, is_erased);
+    const Positions b = random.noise(n, 1);
+
+    const SparseMatrix B = renumbered(A, order);
+    std::vector<char> is_erased_now;
+    for (const int i : order) is_erased_now.push_back(is_erased[i]);
+    solver.renumber(B);
+    EXPECT_EQ(solver.order(), nullptr);
+    Positions x = b;
+    before->solve(x);
+    Positions y = b(order, arap::all);
+    solver.factorize(B, is_erased_now)->solve(y);
+    EXPECT_EQ(y, Positions(x(order, arap::all))) << name;
+  }
+}
+
+TEST_P(BlockLdltOnIsa, RefusesWhatNothingHolds) {
+  // Singular but for rounding: two closed meshes.
+  const SparseMatrix A = laplacian(two_spheres(3), 0);
+  std::vector<char> is_erased(static_cast<size_t>(A.rows()), 0);
+  for (const int threads : {1, 2}) {
+    const BlockLdlt solver = solver_for(A, threads);
+    is_erased.front() = is_erased.back() = 0;
+    const auto factorize = [&] { static_cast<void>(solver.factorize(A, is_erased)); };
+    expect_error<SolverError>(factorize, {"positive definite", "stiffness"});
+    is_erased.front() = 1;
+    expect_error<SolverError>(factorize, {"positive definite", "stiffness"});
+    is_erased.back() = 1;
+    EXPECT_NO_THROW(factorize());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BlockLdltOnIsa,
+                         testing::Combine(testing::ValuesIn(arap::available_isas()),
+                                          testing::Values(TileFormat::kFloat, TileFormat::kHalf)),
+                         [](const auto& test) {
+                           return std::string(arap::name(std::get<0>(test.param))) +
+                                  (std::get<1>(test.param) == TileFormat::kHalf ? "_half" : "_float");
+                         });
+
+/// A chain of n unknowns, of which `margin` on the diagonal of the first one alone holds the others.
+SparseMatrix chain(int n, double margin) {
+  Triplets entries;
+  for (int i = 0; i < n; ++i) {
+    entries.emplace_back(i, i, (i == 0 ? margin : 1.0) + (i + 1 < n ? 1.0 : 0.0));
+    if (i > 0) entries.emplace_back(i, i - 1, -1);
+    if (i > 0) entries.emplace_back(i - 1, i, -1);
+  }
+  SparseMatrix A(n, n);
+  A.setFromTriplets(entries.begin(), entries.end());
+  return A;
+}
+
+// The right answer to a force on everything is large, and rounding of the factor must not hold what the matrix hardly
+// holds: floats have to take over where halves are too coarse.
+TEST(BlockLdlt, WeaklyHeldIsNotHeldByRounding) {
+  constexpr int kN = 2000;
+  for (const double margin : {1e-2, 1e-4, 1e-6, 1e-10}) {
+    const SparseMatrix A = chain(kN, margin);
+    Positions x = Positions::Ones(kN, 3);
+    BlockLdlt(A, Workers(2)).factorize(A, std::vector<char>(kN, 0))->solve(x);
+    // The first unknown carries the force on all; each step along the chain, that on all behind it.
+    Positions expected = Positions::Constant(kN, 3, kN / margin);
+    for (int i = 1; i < kN; ++i) expected.row(i) = expected.row(i - 1).array() + (kN - i);
+    EXPECT_LE((x - expected).norm(), 0.1 * expected.norm()) << margin;
+  }
+}
+
+// Diagonals of very different size: halves end at 65504.
+TEST(BlockLdlt, UnknownsMayHaveScalesOfTheirOwn) {
+  Random random(95);
+  SparseMatrix A = grid_matrix(20, random);
+  Eigen::VectorXd scale(A.rows());
+  for (double& s : scale) s = std::pow(10, random.uniform(-12, 12));
+  A = SparseMatrix(scale.asDiagonal() * A * scale.asDiagonal());
+  const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+  const auto factor = BlockLdlt(A, Workers(2)).factorize(A, nothing);
+  const Positions unscaled = random.noise(static_cast<int>(A.rows()), 1);
+  Positions x = scale.asDiagonal() * unscaled;
+  factor->solve(x);
+  const Positions product = scale.cwiseInverse().asDiagonal() * Positions(A * x);
+  EXPECT_LE((product - unscaled).norm(), 2e-2 * unscaled.norm());
+}
+
+TEST(BlockLdlt, DigitsDoNotDependOnWhoHasTimeToHelp) {
+  Random random(96);
+  const SparseMatrix A = grid_matrix(40, random);
+  const auto factor = BlockLdlt(A, Workers(3)).factorize(A, std::vector<char>(static_cast<size_t>(A.rows()), 0));
+  const Positions b = random.noise(static_cast<int>(A.rows()), 1);
+  Positions first = b;
+  factor->solve(first);
+  for (int k = 0; k < 40; ++k) {  // alone and in teams
+    Positions x = b;
+    factor->solve(x);
+    ASSERT_EQ(x, first) << k;
+  }
+}
+
+TEST(BlockLdlt, RefusesAnotherPattern) {
+  Random random(89);
+  const SparseMatrix A = random_sparse(50, 2, random);
+  const SparseMatrix other = random_sparse(50, 2, random);
+  expect_error<SolverError>(
+      [&] { static_cast<void>(BlockLdlt(A, Workers(1)).factorize(other, std::vector<char>(50, 0))); }, {"pattern"});
+}
+
+TEST(BlockLdlt, RefusesARenumberedMatrixOfAnotherPattern) {
+  Random random(94);
+  const SparseMatrix A = random_sparse(50, 2, random);
+  BlockLdlt solver(A, Workers(1));
+  ASSERT_NE(solver.order(), nullptr);
+  expect_error<SolverError>([&] { solver.renumber(A); }, {"pattern"});
+  EXPECT_NE(solver.order(), nullptr);
+  EXPECT_NO_THROW(static_cast<void>(solver.factorize(A, std::vector<char>(50, 0)))) << "nothing has changed";
+  const SparseMatrix B = renumbered(A, *solver.order());
+  solver.renumber(B);
+  expect_error<SolverError>([&] { static_cast<void>(solver.factorize(A, std::vector<char>(50, 0))); }, {"pattern"});
+  EXPECT_NO_THROW(static_cast<void>(solver.factorize(B, std::vector<char>(50, 0))));
+}
+
+TEST(BlockLdlt, NoUnknowns) {
+  const SparseMatrix A(0, 0);
+  Positions x(0, 3);
+  BlockLdlt(A, Workers(2)).factorize(A, {})->solve(x);
+  EXPECT_EQ(x.rows(), 0);
+}
+
+TEST(BlockLdlt, RightHandSideThatIsNotFiniteGivesNothingFinite) {
+  Random random(90);
+  const SparseMatrix A = random_sparse(50, 2, random);
+  Positions b = Positions::Ones(50, 3);
+  b(20, 1) = std::numeric_limits<double>::infinity();
+  BlockLdlt(A, Workers(1)).factorize(A, std::vector<char>(50, 0))->solve(b);
+  EXPECT_TRUE(b.array().isNaN().all());
+}
+
+TEST(SolveRefined, IsExactEvenForBadConditions) {
+  for (const double shift : {1e-2, 1e-4, 1e-6}) {
+    const SparseMatrix K = laplacian(bumpy_sphere(2), shift);
+    for (const SparseMatrix& A : {K, SparseMatrix(K * K)}) {
+      const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
+      const auto factor = BlockLdlt(A, Workers(2)).factorize(A, nothing);
+      Positions x = Random(91).noise(static_cast<int>(A.rows()), 1);
+      const Positions b = x;
+      arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, Workers(2));
+      // As good as a dense factorization in double: the residual is rounding of A x.
+      EXPECT_LE((A * x - b).norm(), 1e-13 * A.norm() * x.norm()) << shift;
+    }
+  }
+}
+
+TEST(SolveRefined, ZeroStaysZero) {
+  Random random(92);
+  const SparseMatrix A = random_sparse(50, 2, random);
+  Positions x = Positions::Zero(50, 3);
+  x(3, 1) = 1;  // one side of three
+  const auto factor = BlockLdlt(A, Workers(1)).factorize(A, std::vector<char>(50, 0));
+  arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, Workers(2));
+  EXPECT_EQ(x.col(0).norm(), 0);
+  EXPECT_EQ(x.col(2).norm(), 0);
+  EXPECT_TRUE(x.allFinite());
+}
+
+}  // namespace
+}  // namespace arap_test

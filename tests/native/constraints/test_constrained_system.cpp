@@ -1,0 +1,412 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "constraints/constrained_system.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "cholesky/solver_choice.h"
+#include "sparse/connected_components.h"
+#include "support/helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::Cancelled;
+using arap::ConstrainedSystem;
+using arap::InitialGuess;
+using arap::LinearRow;
+using arap::SolveResult;
+using arap::SparseMatrix;
+using arap::SurfaceArap;
+
+// The system alone: against the dense saddle system.
+
+/// In double, so that one correction is exact.
+constexpr auto kSolver = arap::LinearSolverKind::kSimplicialLdlt;
+
+struct Problem {
+  SparseMatrix K;
+  std::vector<char> is_fixed;
+  Eigen::VectorXd soft_diagonal;
+  std::vector<LinearRow> averages;
+  arap::LinearRows rows;
+
+  explicit Problem(const MeshData& mesh)
+      : K(Reference(mesh, arap::Energy::kSpokes, arap::EdgeWeights::kCotangent).matrix().sparseView()),
+        is_fixed(static_cast<size_t>(mesh.n_vertices()), 0),
+        soft_diagonal(Eigen::VectorXd::Zero(mesh.n_vertices())) {}
+
+  [[nodiscard]] arap::SystemConstraints constraints() const { return {is_fixed, soft_diagonal, averages, rows, {}}; }
+
+  /// Minimizer of 1/2 <x, A x> - <b, x>, fixed rows as in `x`.
+  [[nodiscard]] Positions dense_solution(const Positions& b, const Positions& x, const Positions& targets) const {
+    const auto n = K.rows();
+    const auto m = static_cast<Eigen::Index>(averages.size());
+    Eigen::MatrixXd saddle = Eigen::MatrixXd::Zero(n + m, n + m);
+    Eigen::MatrixXd right(n + m, 3);
+    saddle.topLeftCorner(n, n) = Eigen::MatrixXd(K) + Eigen::MatrixXd(soft_diagonal.asDiagonal());
+    right << b, targets;
+    for (Eigen::Index k = 0; k < m; ++k)
+      for (size_t e = 0; e < averages[k].indices.size(); ++e)
+        saddle(n + k, averages[k].indices[e]) += averages[k].coefficients[e];
+    saddle.topRightCorner(n, m) = saddle.bottomLeftCorner(m, n).transpose();
+    for (Eigen::Index v = 0; v < n; ++v) {
+      if (is_fixed[v] == 0) continue;
+      saddle.row(v).setZero();
+      saddle(v, v) = 1;
+      right.row(v) = x.row(v);
+    }
+    return saddle.fullPivLu().solve(right).topRows(n);
+  }
+
+  void expect_solved(const std::string& what) const {
+    const auto n = static_cast<int>(K.rows());
+    const Positions b = Random(71).noise(n, 1);
+    const Positions x = Random(72).noise(n, 1);
+    const Positions targets = Random(73).noise(static_cast<int>(averages.size()), 1);
+    const auto solver = arap::make_linear_solver(K, kSolver);
+    const ConstrainedSystem system(*solver, kSolver, K, arap::connected_components(K), constraints(), {});
+    Positions residual;
+    system.multiply(x, residual);
+    residual = b - residual;
+    Positions gaps = targets;
+    for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= averages[k].of(x);
+    Positions multipliers;
+    system.correct(residual, gaps, multipliers, residual);
+    const Positions expected = dense_solution(b, x, targets);
+    EXPECT_LT(max_distance(x + residual, expected), 1e-9 * (1 + expected.cwiseAbs().maxCoeff())) << what;
+  }
+};
+
+TEST(ConstrainedSystem, FixedUnknowns) {
+  Problem problem(bumpy_sphere(1));
+  problem.is_fixed[3] = problem.is_fixed[17] = 1;
+  problem.expect_solved("fixed");
+}
+
+TEST(ConstrainedSystem, SoftUnknownsAlone) {
+  Problem problem(bumpy_sphere(1));
+  problem.soft_diagonal[3] = 2;
+  problem.soft_diagonal[30] = .01;
+  problem.expect_solved("soft");
+}
+
+TEST(ConstrainedSystem, AveragesBesideFixedAndSoftUnknowns) {
+  Problem problem(bumpy_sphere(1));
+  problem.is_fixed[3] = 1;
+  problem.soft_diagonal[12] = 3;
+  problem.averages = {{{5, 6, 7}, {.5, .25, .25}}, {{3, 8, 9}, {.2, .4, .4}}, {{20}, {1}}};
+  problem.expect_solved("averages with fixed members");
+}
+
+TEST(ConstrainedSystem, OneAverageAloneHoldsAComponent) {
+  Problem problem(bumpy_sphere(1));
+  problem.averages = {{{5, 6, 7}, {.5, .25, .25}}};
+  // Without a fixed unknown the right-hand side must sum to what the average takes, which it does by its multiplier.
+  problem.expect_solved("one average");
+}
+
+TEST(ConstrainedSystem, SeveralAveragesAloneHoldAComponent) {
+  Problem problem(bumpy_sphere(1));
+  problem.averages = {{{5, 6, 7}, {.5, .25, .25}}, {{30, 31}, {.5, .5}}, {{6, 12}, {.1, .9}}};
+  problem.expect_solved("three averages");
+}
+
+TEST(ConstrainedSystem, EachComponentIsHeldItsOwnWay) {
+  const MeshData mesh = join(two_spheres(0), bumpy_sphere(0));
+  Problem problem(mesh);
+  problem.is_fixed[2] = 1;
+  problem.averages = {{{13, 14}, {.5, .5}}, {{3, 15}, {.5, .5}}};
+  problem.soft_diagonal[30] = 1;
+  problem.expect_solved("three parts: fixed, averages, soft; one average over two of them");
+}
+
+TEST(ConstrainedSystem, CorrectionOfASolutionIsZero) {
+  Problem problem(bumpy_sphere(1));
+  problem.is_fixed[0] = 1;
+  const auto solver = arap::make_linear_solver(problem.K, kSolver);
+  const ConstrainedSystem system(*solver, kSolver, problem.K, arap::connected_components(problem.K),
+                                 problem.constraints(), {});
+  Positions residual = Positions::Zero(problem.K.rows(), 3);
+  Positions multipliers;
+  system.correct(residual, Positions(0, 3), multipliers, residual);
+  EXPECT_EQ(residual.norm(), 0);
+}
+
+TEST(ConstrainedSystem, ProgressMayStopIt) {
+  Problem problem(bumpy_sphere(2));
+  problem.is_fixed[0] = 1;
+  const auto solver = arap::make_linear_solver(problem.K, kSolver);
+  EXPECT_THROW(ConstrainedSystem(*solver, kSolver, problem.K, arap::connected_components(problem.K),
+                                 problem.constraints(), [](double) { return false; }),
+               Cancelled);
+}
+
+TEST(ConstrainedSystem, ManyAveragesReportProgressAndMayBeCancelled) {
+  Problem problem(bumpy_sphere(1));
+  problem.is_fixed[0] = 1;
+  for (int k = 1; k <= 9; ++k) problem.averages.push_back({{k, k + 9}, {.5, .5}});
+  const auto solver = arap::make_linear_solver(problem.K);
+  const auto build = [&](const arap::Progress& progress) {
+    const ConstrainedSystem system(*solver, arap::LinearSolverKind::kBlockLdlt, problem.K,
+                                   arap::connected_components(problem.K), problem.constraints(), progress);
+  };
+  std::vector<double> fractions;
+  build([&](double fraction) {
+    fractions.push_back(fraction);
+    return true;
+  });
+  const auto last = std::find(fractions.begin(), fractions.end(), .8);
+  EXPECT_GE(fractions.end() - last, 4) << "one for every three averages";
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+  EXPECT_EQ(fractions.back(), 1);
+  EXPECT_THROW(build([](double fraction) { return fraction < .85; }), Cancelled);
+}
+
+// Patches through the whole model.
+
+Vector3 average(const Positions& p, const std::vector<int>& vertices, const std::vector<double>& weights) {
+  Vector3 mean = Vector3::Zero();
+  double sum = 0;
+  for (size_t k = 0; k < vertices.size(); ++k) {
+    mean += weights[k] * p.row(vertices[k]).transpose();
+    sum += weights[k];
+  }
+  return mean / sum;
+}
+
+/// The vertices within `radius` of one, with weights that fall to 0 there.
+void add_disc(Task& task, const MeshData& mesh, int centre, double radius, const Vector3& move) {
+  std::vector<int> vertices;
+  std::vector<double> weights;
+  for (int v = 0; v < mesh.n_vertices(); ++v) {
+    const double d = (mesh.vertices[v] - mesh.vertices[centre]).norm() / radius;
+    if (d >= 1) continue;
+    vertices.push_back(v);
+    weights.push_back(std::pow(1 - d * d, 3));
+  }
+  task.add_patch(vertices, weights, average(mesh.positions(), vertices, weights) + move);
+}
+
+/// How far the averages are from their targets.
+double patch_gap(const Task& task, const Positions& p) {
+  const auto& patches = task.constraints.patches;
+  double gap = 0;
+  for (int k = 0; k < patches.size(); ++k) {
+    const std::vector<int> vertices(patches.vertices.begin() + patches.offsets[k],
+                                    patches.vertices.begin() + patches.offsets[k + 1]);
+    const std::vector<double> weights(patches.weights.begin() + patches.offsets[k],
+                                      patches.weights.begin() + patches.offsets[k + 1]);
+    const auto row = static_cast<Eigen::Index>(task.constraints.vertices.size()) + k;
+    gap = std::max(gap, (average(p, vertices, weights) - task.targets.row(row).transpose()).norm());
+  }
+  return gap;
+}
+
+TEST(Patches, AverageMeetsItsTargetAfterEveryIteration) {
+  for (const MeshData& mesh : {bumpy_sphere(2), cylinder(12, 8), bar(3, Faces::kQuads)}) {
+    Task task = hold(mesh, extreme_vertices(mesh.positions(), longest_axis(mesh.positions()), .1));
+    add_disc(task, mesh, mesh.n_vertices() - 1, .3 * mesh.diagonal(), Vector3(.1, .2, .1) * mesh.diagonal());
+    SurfaceArap solver(mesh.mesh());
+    solver.set_constraints(task.constraints);
+    for (const InitialGuess guess :
+         {InitialGuess::kRest, InitialGuess::kPrevious, InitialGuess::kNaiveLaplacian, InitialGuess::kHandleRotations})
+      for (const int n : {1, 2, 10})
+        EXPECT_LT(patch_gap(task, solver.solve(task.targets, iterations(n, guess)).positions), 1e-9 * mesh.diagonal())
+            << mesh.name;
+  }
+}
+
+TEST(Patches, WeightsAreScaledToSumOne) {
+  const MeshData mesh = bumpy_sphere(1);
+  Task task = hold(mesh, {0, 1, 2});
+  Task scaled = task;
+  task.add_patch({30, 31, 32}, {.5, .25, .25}, {0, 0, 2});
+  scaled.add_patch({30, 31, 32}, {2e3, 1e3, 1e3}, {0, 0, 2});
+  EXPECT_LT(
+      max_distance(solve_once(mesh, task, iterations(5)).positions, solve_once(mesh, scaled, iterations(5)).positions),
+      1e-12);
+}
+
+TEST(Patches, PatchOfOneVertexIsAHardVertex) {
+  const MeshData mesh = bumpy_sphere(1);
+  Task hard = hold(mesh, {0, 1, 2});
+  Task patch = hard;
+  hard.add(30, {0, 0, 2});
+  patch.add_patch({30}, {7}, {0, 0, 2});
+  EXPECT_LT(max_distance(solve_once(mesh, hard, to_accuracy(1e-10)).positions,
+                         solve_once(mesh, patch, to_accuracy(1e-10)).positions),
+            1e-6);
+}
+
+TEST(Patches, ConvergeWhereTheReferenceDoes) {
+  for (const MeshData& mesh : {bumpy_sphere(1), l_prism(4)}) {
+    for (const Model& model : all_models()) {
+      Task task = hold(mesh, extreme_vertices(mesh.positions(), 2, .2));
+      task.constraints.strengths.front() = .5;
+      add_disc(task, mesh, extreme_vertices(mesh.positions(), 2, -.01).front(), .5 * mesh.diagonal(), {.3, .2, .1});
+      add_disc(task, mesh, mesh.n_vertices() / 2, .3 * mesh.diagonal(), {0, .2, 0});
+      const ModelReference plain(mesh, model);
+      const Reference::Solution expected =
+          plain.solve(task.constraints, task.targets, plain.rest_guess(task.constraints, task.targets), 20000, 1e-10);
+      const SolveResult result = solve_once(mesh, task, to_accuracy(1e-10, InitialGuess::kRest), model.options());
+      EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal())
+          << mesh.name << model.name();
+    }
+  }
+}
+
+TEST(Patches, OnePatchAloneMovesThePartAsItIs) {
+  for (const MeshData& mesh : {bumpy_sphere(2), cylinder(12, 8)}) {
+    Task task;
+    const Vector3 move = Vector3(1, -2, .5);
+    add_disc(task, mesh, 0, .3 * mesh.diagonal(), move);
+    const SolveResult result = solve_once(mesh, task, iterations(3));
+    EXPECT_LT(max_distance(result.positions, RigidMotion{Matrix3::Identity(), move}.apply(mesh.positions())),
+              1e-9 * mesh.diagonal());
+    EXPECT_NEAR(result.energy_after, 0, 1e-12);
+    EXPECT_TRUE(result.parts_at_rest.empty());
+  }
+}
+
+TEST(Patches, SeveralPatchesAloneMovedByOneRigidMotionMoveThePartByIt) {
+  const MeshData mesh = bumpy_sphere(2);
+  const RigidMotion motion = Random(74).rigid_motion(.7, 1);
+  Task task;
+  for (const int centre : {0, 3, 6, 9}) add_disc(task, mesh, centre, .3, Vector3::Zero());
+  task = rigid_task(mesh, task.constraints, motion);
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-9));
+  EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-6 * mesh.diagonal());
+  const std::vector<Matrix3> rotations(4, motion.rotation);
+  SurfaceArap solver(mesh.mesh());
+  solver.set_constraints(task.constraints);
+  const SolveResult guessed = solver.solve(task.targets, iterations(1, InitialGuess::kHandleRotations), rotations);
+  EXPECT_LT(max_distance(guessed.positions, motion.apply(mesh.positions())), 1e-7 * mesh.diagonal());
+}
+
+TEST(Patches, WithSoftVerticesConvergeWhereTheReferenceDoes) {
+  const MeshData mesh = bumpy_sphere(1);
+  Task task;
+  for (const int v : {0, 7, 12, 33}) task.add(v, mesh.vertices[v] + Vector3(.1, 0, .2), .3);
+  add_disc(task, mesh, 40, .6, {.4, 0, 0});
+  const Reference plain(mesh, arap::Energy::kSpokesAndRims, arap::EdgeWeights::kCotangent);
+  const Reference::Solution expected = plain.solve(task.constraints, task.targets, mesh.positions(), 20000, 1e-10);
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-10, InitialGuess::kRest));
+  EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal());
+}
+
+TEST(Patches, ReactionIsSpreadByTheWeightsWhenConverged) {
+  const MeshData mesh = bumpy_sphere(2);
+  Task task = hold(mesh, extreme_vertices(mesh.positions(), 2, .1));
+  add_disc(task, mesh, extreme_vertices(mesh.positions(), 2, -.01).front(), .6, {.3, .3, .2});
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-10));
+  const Positions force =
+      Reference(mesh, arap::Energy::kSpokesAndRims, arap::EdgeWeights::kCotangent).gradient(result.positions);
+  const auto& patches = task.constraints.patches;
+  Vector3 sum = Vector3::Zero();
+  double weights = 0;
+  for (size_t k = 0; k < patches.vertices.size(); ++k) {
+    sum += force.row(patches.vertices[k]).transpose();
+    weights += patches.weights[k];
+  }
+  EXPECT_GT(sum.norm(), 1e-3);
+  for (size_t k = 0; k < patches.vertices.size(); ++k)
+    EXPECT_LT((force.row(patches.vertices[k]).transpose() - sum * patches.weights[k] / weights).norm(),
+              1e-6 * sum.norm());
+}
+
+TEST(Patches, MayHoldHardVertices) {
+  const MeshData mesh = bumpy_sphere(1);
+  Task task = hold(mesh, {0, 1});
+  task.add_patch({0, 20, 30}, {1, 1, 1}, {.2, .2, .2});
+  const SolveResult result = solve_once(mesh, task, iterations(5));
+  EXPECT_LT(patch_gap(task, result.positions), 1e-9);
+  EXPECT_EQ(result.positions.row(0), mesh.positions().row(0));
+}
+
+TEST(Patches, MayOverlap) {
+  const MeshData mesh = bumpy_sphere(1);
+  Task task = hold(mesh, {0, 1, 2});
+  task.add_patch({20, 30, 31}, {1, 1, 1}, {.2, .2, .2});
+  task.add_patch({30, 31, 32}, {1, 2, 1}, {-.2, .2, .2});
+  EXPECT_LT(patch_gap(task, solve_once(mesh, task, iterations(5)).positions), 1e-9);
+}
+
+TEST(Patches, OfOneAverageTwiceMeetInTheMiddle) {
+  const MeshData mesh = bumpy_sphere(1);
+  Task task = hold(mesh, {0, 1, 2});
+  task.add_patch({30, 31}, {1, 1}, {1, 0, 0});
+  task.add_patch({30, 31}, {2, 2}, {0, 1, 0});
+  for (const int n : {1, 5}) {
+    const Positions p = solve_once(mesh, task, iterations(n)).positions;
+    EXPECT_LT(((p.row(30) + p.row(31)) / 2 - Eigen::RowVector3d(.5, .5, 0)).norm(), 1e-9) << n;
+  }
+}
+
+TEST(Patches, OfHardVerticesAloneAreRefused) {
+  const MeshData mesh = bumpy_sphere(1);
+  Task task = hold(mesh, {0, 1, 2});
+  task.add_patch({20, 30}, {1, 1}, {0, 0, 3});
+  task.add_patch({0, 1}, {1, 1}, {0, 0, 3});
+  expect_error<arap::InvalidInput>([&] { solve_once(mesh, task, iterations(5)); },
+                                   {"patch 1", "consists of hard vertices only"});
+}
+
+TEST(Patches, ThreadsDoNotChangeTheResult) {
+  const MeshData mesh = bumpy_sphere(4);
+  Task task = hold(mesh, extreme_vertices(mesh.positions(), 2, .1));
+  for (const int v : {100, 700, 1500, 2200})
+    add_disc(task, mesh, v, .1 * mesh.diagonal(), .1 * mesh.diagonal() * Vector3(1, .5, .2));
+  arap::Options options;
+  options.threads = 1;
+  const Positions one = solve_once(mesh, task, to_accuracy(1e-9), options).positions;
+  options.threads = 3;
+  const Positions three = solve_once(mesh, task, to_accuracy(1e-9), options).positions;
+  EXPECT_LT(max_distance(one, three), 1e-6 * mesh.diagonal());
+  EXPECT_EQ(solve_once(mesh, task, to_accuracy(1e-9), options).positions, three) << "run by run the same";
+}
+
+TEST(Patches, OverTwoPartsHoldBothTogether) {
+  // What the average does not say, how the two parts move against each other, must come from somewhere: nothing runs
+  // away.
+  const MeshData mesh = two_spheres(1);
+  Task task;
+  task.add_patch({0, mesh.n_vertices() - 1}, {1, 1},
+                 (mesh.vertices.front() + mesh.vertices.back()) / 2 + Vector3(0, 0, 1));
+  const SolveResult result = solve_once(mesh, task, iterations(5));
+  EXPECT_LT(patch_gap(task, result.positions), 1e-9);
+  EXPECT_LT(max_distance(result.positions, mesh.positions()), 3);
+}
+
+TEST(Patches, MixedConstraintsOnTwoParts) {
+  const MeshData mesh = two_spheres(1);
+  const int n = mesh.n_vertices() / 2;
+  Task task = hold(mesh, {0});
+  task.add(5, mesh.vertices[5] + Vector3(0, .2, 0), .5);
+  add_disc(task, mesh, n + 3, .8, {0, 0, 2});
+  const SolveResult result = solve_once(mesh, task, to_accuracy(1e-8));
+  EXPECT_LT(patch_gap(task, result.positions), 1e-9);
+  Positions moved = mesh.positions().bottomRows(n);
+  moved.col(2).array() += 2;
+  EXPECT_LT(max_distance(result.positions.bottomRows(n), moved), 1e-6) << "held by a patch alone";
+}
+
+TEST(Patches, NonFiniteTargetIsRefusedByPatch) {
+  const MeshData mesh = bumpy_sphere(1);
+  Task task = hold(mesh, {0});
+  add_disc(task, mesh, 40, .6, {0, 0, 0});
+  add_disc(task, mesh, 10, .6, {0, 0, 0});
+  SurfaceArap solver(mesh.mesh());
+  solver.set_constraints(task.constraints);
+  const Positions before = solver.positions();
+  task.targets(2, 1) = std::numeric_limits<double>::quiet_NaN();
+  expect_error<arap::InvalidInput>([&] { solver.solve(task.targets, iterations(1)); }, {"target", "patch 1"});
+  EXPECT_EQ(solver.positions(), before);
+}
+
+}  // namespace
+}  // namespace arap_test

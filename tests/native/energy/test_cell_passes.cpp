@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The passes of an iteration over energies of the one form, whatever their cells, against literal sums: in both
+// precisions, on every instruction set of the machine.
+#include "energy/cell_passes.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/SVD>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "support/helpers.h"
+#include "support/meshes.h"
+
+namespace arap_test {
+namespace {
+
+using arap::CellEnergy;
+using arap::CellPasses;
+using arap::Isa;
+using arap::Precision;
+using arap::Rotations;
+
+/// Cells of the given vertices with random q_cj that sum to 0, and springs between random vertices, one in eight of
+/// them pushing.
+CellEnergy some_energy(int n_vertices, const std::vector<std::vector<int>>& cells, Random& random) {
+  CellEnergy energy;
+  std::vector<Eigen::Triplet<double>> entries;
+  const auto vertex = [&] { return std::min(n_vertices - 1, static_cast<int>(random.uniform(0, n_vertices))); };
+  for (int s = 0; s < 4 * n_vertices; ++s) {
+    const int a = vertex();
+    const int b = vertex();
+    const double w = s % 8 == 0 ? -.1 : random.uniform(.1, 2);
+    if (a == b) continue;
+    entries.insert(entries.end(), {{a, a, w}, {b, b, w}, {a, b, -w}, {b, a, -w}});
+  }
+  energy.K.resize(n_vertices, n_vertices);
+  energy.K.setFromTriplets(entries.begin(), entries.end());
+  energy.cell_offsets = {0};
+  for (const std::vector<int>& cell : cells) {
+    energy.cell_vertices.insert(energy.cell_vertices.end(), cell.begin(), cell.end());
+    energy.cell_offsets.push_back(static_cast<int>(energy.cell_vertices.size()));
+  }
+  energy.q = random.noise(static_cast<int>(energy.cell_vertices.size()), 1);
+  for (int c = 0; c < energy.n_cells(); ++c) {
+    const int first = energy.cell_offsets[c];
+    const int size = energy.cell_offsets[c + 1] - first;
+    if (size == 0) continue;
+    const Eigen::RowVector3d mean = energy.q.middleRows(first, size).colwise().mean();
+    energy.q.middleRows(first, size).rowwise() -= mean;
+  }
+  index_by_vertex(energy);
+  return energy;
+}
+
+/// Cells of all kinds: large and small, of one vertex, of none, overlapping, fewer and more than vertices.
+std::vector<std::vector<int>> some_cells(int n_vertices, int n_cells, Random& random) {
+  std::vector<std::vector<int>> cells(static_cast<size_t>(n_cells));
+  for (size_t c = 0; c < cells.size(); ++c) {
+    const int size = c % 7 == 3 ? 0 : c % 7 == 5 ? 1 : 2 + static_cast<int>(random.uniform(0, 12));
+    for (int k = 0; k < size; ++k)
+      cells[c].push_back((static_cast<int>(random.uniform(0, n_vertices)) + 31 * k) % n_vertices);
+  }
+  return cells;
+}
+
+Matrix3 covariance(const CellEnergy& energy, int c, const Positions& p) {
+  Matrix3 Q = Matrix3::Zero();
+  for (int k = energy.cell_offsets[c]; k < energy.cell_offsets[c + 1]; ++k)
+    Q += p.row(energy.cell_vertices[k]).transpose() * energy.q.row(k);
+  return Q;
+}
+
+/// The largest <R, Q> of any rotation.
+double best_alignment(const Matrix3& Q) {
+  const Eigen::JacobiSVD<Matrix3> svd(Q, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  return svd.singularValues()[0] + svd.singularValues()[1] + sign * svd.singularValues()[2];
+}
+
+class CellPassesOf : public testing::TestWithParam<std::tuple<Precision, Isa, int>> {
+ protected:
+  std::unique_ptr<CellPasses> passes(const CellEnergy& energy, const Positions& rest) const {
+    return make_cell_passes(energy, rest, std::get<Precision>(GetParam()), arap::Workers(std::get<int>(GetParam())),
+                            std::get<Isa>(GetParam()));
+  }
+  [[nodiscard]] double epsilon() const { return std::get<Precision>(GetParam()) == Precision::kSingle ? 1e-6 : 1e-14; }
+};
+
+TEST_P(CellPassesOf, FittedRotationsAreTheBestOnes) {
+  Random random(54);
+  for (const int n : {3, 20, 700}) {
+    const CellEnergy energy = some_energy(n, some_cells(n, n + 13, random), random);
+    const Positions p = random.noise(n, 1);
+    const auto tested = passes(energy, random.noise(n, 1));
+    tested->set_positions(p);
+    Rotations rotations(static_cast<size_t>(energy.n_cells()), Eigen::Quaterniond::Identity());
+    tested->set_rotations(rotations);
+    const double alignment = tested->fit_rotations();
+    tested->read_rotations(rotations);
+    double sum = 0;
+    for (int c = 0; c < energy.n_cells(); ++c) {
+      const Matrix3 Q = covariance(energy, c, p);
+      const Matrix3 R = rotations[c].toRotationMatrix();
+      EXPECT_NEAR(rotations[c].norm(), 1, epsilon());
+      EXPECT_GE(R.cwiseProduct(Q).sum(), best_alignment(Q) - 20 * epsilon() * Q.norm()) << "cell " << c;
+      sum += R.cwiseProduct(Q).sum();
+    }
+    EXPECT_NEAR(alignment, sum, epsilon() * n);
+    EXPECT_NEAR(tested->alignment(), sum, epsilon() * n);
+  }
+}
+
+TEST_P(CellPassesOf, AFitStartsAnywhere) {
+  Random random(56);
+  const int n = 40;
+  const CellEnergy energy = some_energy(n, some_cells(n, n, random), random);
+  const Positions p = random.noise(n, 1);
+  const auto tested = passes(energy, p);
+  tested->set_positions(p);
+  for (int trial = 0; trial < 20; ++trial) {
+    Rotations rotations;
+    for (int c = 0; c < energy.n_cells(); ++c)
+      rotations.emplace_back(random.rigid_motion(random.uniform(0, 3.1), 0).rotation);
+    tested->set_rotations(rotations);
+    tested->fit_rotations();
+    tested->read_rotations(rotations);
+    for (int c = 0; c < energy.n_cells(); ++c) {
+      const Matrix3 Q = covariance(energy, c, p);
+      EXPECT_GE(rotations[c].toRotationMatrix().cwiseProduct(Q).sum(), best_alignment(Q) - 20 * epsilon() * Q.norm());
+    }
+  }
+}
+
+// At the ends of the range of fixed point, and beyond.
+TEST_P(CellPassesOf, CoordinatesMayBeOfAnySize) {
+  Random random(57);
+  const int n = 40;
+  const CellEnergy energy = some_energy(n, some_cells(n, n, random), random);
+  const auto tested = passes(energy, random.noise(n, 1));
+  Rotations rotations(static_cast<size_t>(energy.n_cells()), Eigen::Quaterniond::Identity());
+  for (const double size : {1.0, 2.0, 0.999999999, 2.000000001, 8.0, 1e6, 1.0}) {
+    Positions p = random.noise(n, 0.5 * size);
+    for (int v = 0; v < n / 2; ++v) p.row(v).setConstant(v % 2 == 0 ? size : -size);
+    Positions expected = -(energy.K * p);
+    for (size_t k = 0; k < energy.cell_vertices.size(); ++k)
+      expected.row(energy.cell_vertices[k]) += energy.q.row(static_cast<Eigen::Index>(k));
+    tested->set_positions(p);
+    tested->set_rotations(rotations);
+    Positions residual;
+    static_cast<void>(tested->find_residual(residual));
+    EXPECT_LT((residual - expected).cwiseAbs().maxCoeff(), 100 * epsilon() * size) << size;
+  }
+}
+
+TEST_P(CellPassesOf, ResidualIsTheLiteralSum) {
+  Random random(53);
+  for (const int n : {3, 17, 700}) {
+    const CellEnergy energy = some_energy(n, some_cells(n, n + 3, random), random);
+    const Positions p = random.noise(n, 1);
+    Rotations rotations;
+    for (int c = 0; c < energy.n_cells(); ++c) rotations.emplace_back(random.rigid_motion(2, 0).rotation);
+    const Positions Kp = energy.K * p;
+    Positions expected = -Kp;
+    for (int c = 0; c < energy.n_cells(); ++c)
+      for (int k = energy.cell_offsets[c]; k < energy.cell_offsets[c + 1]; ++k)
+        expected.row(energy.cell_vertices[k]) += (rotations[c] * Vector3(energy.q.row(k))).transpose();
+    const auto tested = passes(energy, p);
+    tested->set_positions(p);
+    tested->set_rotations(rotations);
+    Positions residual;
+    const double quadratic = tested->find_residual(residual);
+    ASSERT_EQ(residual.rows(), n);
+    EXPECT_LT((residual - expected).cwiseAbs().maxCoeff(), 100 * epsilon());
+    EXPECT_NEAR(quadratic, 0.5 * p.cwiseProduct(Kp).sum(), epsilon() * n);
+  }
+}
+
+TEST_P(CellPassesOf, FarFromTheOriginNothingIsLost) {
+  Random random(57);
+  const int n = 60;
+  const CellEnergy energy = some_energy(n, some_cells(n, n, random), random);
+  const Positions p = random.noise(n, 1);
+  const auto near = passes(energy, p);
+  const Positions moved = p.rowwise() + Eigen::RowVector3d(1000, -1000, 500);
+  const auto far = passes(energy, moved);
+  near->set_positions(p);
+  far->set_positions(moved);
+  EXPECT_NEAR(near->fit_rotations(), far->fit_rotations(), (epsilon() + 1e-12) * n);
+  Positions of_near;
+  Positions of_far;
+  near->find_residual(of_near);
+  far->find_residual(of_far);
+  EXPECT_LT((of_near - of_far).cwiseAbs().maxCoeff(), 100 * epsilon() + 1e-11);
+}
+
+TEST_P(CellPassesOf, RestEnergyMakesTheEnergyAtRestVanish) {
+  Random random(58);
+  const int n = 300;
+  const CellEnergy energy = some_energy(n, some_cells(n, n, random), random);
+  const Positions rest = random.noise(n, 1);
+  const auto tested = passes(energy, rest);
+  tested->set_positions(rest);
+  tested->set_rotations(Rotations(static_cast<size_t>(n), Eigen::Quaterniond::Identity()));
+  Positions residual;
+  EXPECT_NEAR(tested->rest_energy() + tested->find_residual(residual) - tested->alignment(), 0, 1e-11);
+}
+
+std::string pass_name(const testing::TestParamInfo<std::tuple<Precision, Isa, int>>& info) {
+  return std::string(std::get<0>(info.param) == Precision::kSingle ? "single_" : "double_") +
+         std::string(name(std::get<1>(info.param))) + "_threads_" + std::to_string(std::get<2>(info.param));
+}
+
+INSTANTIATE_TEST_SUITE_P(AllPaths, CellPassesOf,
+                         testing::Combine(testing::Values(Precision::kSingle, Precision::kDouble),
+                                          testing::ValuesIn(arap::available_isas()), testing::Values(1, 2)),
+                         pass_name);
+
+TEST(CellPasses, ManyThreadsGiveTheSameBits) {
+  Random random(55);
+  const int n = 5000;
+  const CellEnergy energy = some_energy(n, some_cells(n, n, random), random);
+  const Positions p = random.noise(n, 1);
+  for (const Precision precision : {Precision::kSingle, Precision::kDouble}) {
+    Positions residual[2];   // NOLINT
+    double sums[2];          // NOLINT
+    Rotations rotations[2];  // NOLINT
+    for (const int k : {0, 1}) {
+      const auto tested = make_cell_passes(energy, p, precision, arap::Workers(k + 1));
+      tested->set_positions(p);
+      sums[k] = tested->fit_rotations() + tested->find_residual(residual[k]);
+      tested->read_rotations(rotations[k]);
+    }
+    EXPECT_EQ(sums[0], sums[1]);
+    EXPECT_EQ(residual[0], residual[1]);
+    for (size_t c = 0; c < rotations[0].size(); ++c) EXPECT_EQ(rotations[0][c].coeffs(), rotations[1][c].coeffs());
+  }
+}
+
+/// A chain of 400 vertices at unit distances with these springs.
+CellEnergy chain(const std::function<double(int)>& spring) {
+  CellEnergy energy;
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int v = 0; v + 1 < 400; ++v) {
+    const double w = spring(v);
+    entries.insert(entries.end(), {{v, v, w}, {v + 1, v + 1, w}, {v, v + 1, -w}, {v + 1, v, -w}});
+  }
+  energy.K.resize(400, 400);
+  energy.K.setFromTriplets(entries.begin(), entries.end());
+  return energy;
+}
+
+TEST(CellPasses, SinglePrecisionIsForNumbersOfItsRangeWithoutLargeContrasts) {
+  Positions rest = Positions::Zero(400, 3);
+  for (int v = 0; v < 400; ++v) rest(v, 0) = v / 400.0;
+  const auto fits = [&](const std::function<double(int)>& spring) {
+    return fits_single_precision(chain(spring), rest);
+  };
+  EXPECT_TRUE(fits([](int) { return 1.0; }));
+  EXPECT_FALSE(fits([](int) { return 1e20; }));
+  EXPECT_FALSE(fits([](int) { return 1e-20; }));
+  EXPECT_TRUE(fits([](int v) { return v == 100 ? 0 : 1.0; })) << "weights that cancel";
+  EXPECT_TRUE(fits([](int v) { return v < 50 ? 30.0 : 1.0; }));
+  EXPECT_FALSE(fits([](int v) { return v < 50 ? 1000.0 : 1.0; })) << "a stiff island";
+  EXPECT_FALSE(fits([](int v) { return v < 50 ? .001 : 1.0; })) << "a soft one";
+  rest(200, 0) = rest(199, 0) + 1e-7;
+  EXPECT_TRUE(fits([](int v) { return v == 199 ? 1e4 : 1.0; })) << "a sliver: stiff, but short";
+  rest(399, 1) = 9;
+  EXPECT_FALSE(fits([](int) { return 1.0; })) << "far beside the others";
+}
+
+TEST_P(CellPassesOf, ManyFitsOfRankOneKeepTheirLength) {
+  Random random(60);
+  std::vector<std::vector<int>> cells;
+  for (int c = 0; c < 40; ++c) cells.push_back({c % 20, (c + 1) % 20});
+  const CellEnergy energy = some_energy(20, cells, random);
+  const Positions p = random.noise(20, 1);
+  const auto tested = passes(energy, p);
+  tested->set_positions(p);
+  double expected = 0;
+  for (int c = 0; c < energy.n_cells(); ++c) expected += best_alignment(covariance(energy, c, p));
+  for (int k = 0; k < 200; ++k) ASSERT_NEAR(tested->fit_rotations(), expected, 20 * epsilon() * 20) << "fit " << k;
+}
+
+TEST(CellEnergy, IncidencesByVertexAreTheSameOnes) {
+  Random random(51);
+  const CellEnergy energy = some_energy(5, {{0, 1, 2}, {3, 2, 0}, {1}}, random);
+  EXPECT_EQ(energy.n_cells(), 3);
+  EXPECT_EQ(energy.n_vertices(), 5);
+  ASSERT_EQ(energy.vertex_offsets.size(), 6u);
+  EXPECT_EQ(energy.vertex_offsets.back(), 7);
+  std::vector<int> seen(7, 0);
+  for (int v = 0; v < 5; ++v) {
+    for (int e = energy.vertex_offsets[v]; e < energy.vertex_offsets[v + 1]; ++e) {
+      const int incidence = energy.vertex_incidences[e];
+      const int cell = energy.vertex_cells[e];
+      ++seen[incidence];
+      EXPECT_EQ(energy.cell_vertices[incidence], v);
+      EXPECT_TRUE(energy.cell_offsets[cell] <= incidence && incidence < energy.cell_offsets[cell + 1]);
+    }
+  }
+  EXPECT_EQ(seen, std::vector<int>(7, 1));
+}
+
+}  // namespace
+}  // namespace arap_test

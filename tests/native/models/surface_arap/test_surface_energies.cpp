@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "models/surface_arap/surface_energies.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "support/helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::CellEnergy;
+using arap::EdgeWeights;
+using arap::Energy;
+using arap::RotationNodes;
+
+CellEnergy assemble(const MeshData& mesh, const arap::Options& options, const std::vector<double>& stiffness = {}) {
+  return surface_energy(mesh.mesh(), options, stiffness);
+}
+
+std::vector<double> random_stiffness(int n, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<double> stiffness(static_cast<size_t>(n));
+  for (double& s : stiffness) s = std::pow(100, random.uniform(0, 1));
+  return stiffness;
+}
+
+/// E of the one form, written out.
+double one_form(const CellEnergy& energy, const Positions& p, const std::vector<Matrix3>& rotations) {
+  double sum = .5 * p.cwiseProduct(Positions(energy.K * p)).sum() + energy.rest_energy;
+  for (int c = 0; c < energy.n_cells(); ++c)
+    for (int e = energy.cell_offsets[c]; e < energy.cell_offsets[c + 1]; ++e)
+      sum -= p.row(energy.cell_vertices[e]).dot((rotations[c] * energy.q.row(e).transpose()).transpose());
+  return sum;
+}
+
+class SurfaceEnergies : public testing::TestWithParam<Model> {
+ protected:
+  arap::Options options() const { return GetParam().options(); }
+  ModelReference reference(const MeshData& mesh, const std::vector<double>& stiffness = {}) const {
+    return {mesh, GetParam(), stiffness};
+  }
+};
+
+/// What is assembled: one cell a vertex, also where rotation nodes are made of it.
+class CellsOfVertices : public SurfaceEnergies {};
+
+TEST_P(CellsOfVertices, MatrixIsThatOfTheReference) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    const Eigen::MatrixXd K = assemble(mesh, options()).K;
+    EXPECT_LT((K - reference(mesh).matrix()).cwiseAbs().maxCoeff(), 1e-10 * K.cwiseAbs().maxCoeff()) << mesh.name;
+    EXPECT_LT((K - K.transpose()).cwiseAbs().maxCoeff(), 1e-13 * K.cwiseAbs().maxCoeff()) << mesh.name;
+    EXPECT_LT(K.rowwise().sum().cwiseAbs().maxCoeff(), 1e-11 * K.cwiseAbs().maxCoeff()) << mesh.name;
+  }
+}
+
+TEST_P(CellsOfVertices, OneFormIsTheDoubleSum) {
+  Random random(21);
+  for (const MeshData& mesh : all_small_meshes()) {
+    const CellEnergy energy = assemble(mesh, options());
+    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .2);
+    std::vector<Matrix3> rotations;
+    for (int c = 0; c < mesh.n_vertices(); ++c) rotations.push_back(random.rigid_motion(1, 0).rotation);
+    const double expected = reference(mesh).energy(p, rotations);
+    EXPECT_NEAR(one_form(energy, p, rotations), expected, 1e-10 * expected) << mesh.name;
+  }
+}
+
+TEST_P(CellsOfVertices, EachCellIsAtHomeAtItsVertex) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    const CellEnergy energy = assemble(mesh, options());
+    for (int c = 0; c < energy.n_cells(); ++c)
+      EXPECT_EQ(energy.home(c), energy.cell_offsets[c] < energy.cell_offsets[c + 1] ? c : -1) << mesh.name;
+  }
+}
+
+TEST_P(CellsOfVertices, RestVectorsOfEachCellSumToZero) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    const CellEnergy energy = assemble(mesh, options());
+    ASSERT_EQ(energy.n_cells(), mesh.n_vertices());
+    for (int c = 0; c < energy.n_cells(); ++c) {
+      Vector3 sum = Vector3::Zero();
+      for (int e = energy.cell_offsets[c]; e < energy.cell_offsets[c + 1]; ++e) sum += energy.q.row(e).transpose();
+      EXPECT_LT(sum.norm(), 1e-11 * energy.q.cwiseAbs().maxCoeff()) << mesh.name;
+    }
+  }
+}
+
+TEST_P(CellsOfVertices, RightHandSideIsThatOfTheReference) {
+  Random random(22);
+  for (const MeshData& mesh : all_small_meshes()) {
+    std::vector<Matrix3> rotations;
+    for (int c = 0; c < mesh.n_vertices(); ++c) rotations.push_back(random.rigid_motion(2, 0).rotation);
+    const CellEnergy energy = assemble(mesh, options());
+    Positions b = Positions::Zero(mesh.n_vertices(), 3);
+    for (int c = 0; c < energy.n_cells(); ++c)
+      for (int e = energy.cell_offsets[c]; e < energy.cell_offsets[c + 1]; ++e)
+        b.row(energy.cell_vertices[e]) += (rotations[c] * energy.q.row(e).transpose()).transpose();
+    const Positions expected = reference(mesh).right_hand_side(rotations);
+    EXPECT_LT(max_distance(b, expected), 1e-10 * expected.cwiseAbs().maxCoeff()) << mesh.name;
+  }
+}
+
+TEST_P(SurfaceEnergies, LibraryEnergyIsThatOfTheReference) {
+  Random random(23);
+  for (const MeshData& mesh : all_small_meshes()) {
+    const arap::SurfaceArap solver(mesh.mesh(), options());
+    for (const double noise : {.01, .1, 1.0}) {
+      const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), noise * mesh.diagonal());
+      const double expected = reference(mesh).energy(p);
+      EXPECT_NEAR(solver.energy(p), expected, 1e-10 * expected) << mesh.name << ", noise " << noise;
+    }
+  }
+}
+
+TEST_P(SurfaceEnergies, LibraryGradientIsThatOfTheReferenceAndOfFiniteDifferences) {
+  Random random(24);
+  for (const MeshData& mesh : all_small_meshes()) {
+    const arap::SurfaceArap solver(mesh.mesh(), options());
+    const Reference plain = reference(mesh);
+    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .05 * mesh.diagonal());
+    const Positions gradient = solver.energy_gradient(p);
+    const double scale = gradient.cwiseAbs().maxCoeff();
+    EXPECT_LT(max_distance(gradient, plain.gradient(p)), 1e-9 * scale) << mesh.name;
+    const double h = 1e-5 * mesh.diagonal();
+    for (int trial = 0; trial < 10; ++trial) {
+      const int v = std::min(mesh.n_vertices() - 1, static_cast<int>(random.uniform(0, mesh.n_vertices())));
+      const int axis = trial % 3;
+      Positions forth = p;
+      Positions back = p;
+      forth(v, axis) += h;
+      back(v, axis) -= h;
+      EXPECT_NEAR((solver.energy(forth) - solver.energy(back)) / (2 * h), gradient(v, axis), 1e-6 * scale) << mesh.name;
+      EXPECT_NEAR((plain.energy(forth) - plain.energy(back)) / (2 * h), gradient(v, axis), 1e-6 * scale) << mesh.name;
+    }
+  }
+}
+
+TEST_P(SurfaceEnergies, IsZeroForRigidMotionsAndPositiveElsewhere) {
+  Random random(25);
+  for (const MeshData& mesh : all_small_meshes()) {
+    const arap::SurfaceArap solver(mesh.mesh(), options());
+    const double size = mesh.diagonal() * mesh.diagonal();
+    const Positions moved = random.rigid_motion(2, mesh.diagonal()).apply(mesh.positions());
+    EXPECT_NEAR(solver.energy(moved), 0, 1e-12 * size) << mesh.name;
+    EXPECT_LT(solver.energy_gradient(moved).cwiseAbs().maxCoeff(), 1e-10 * mesh.diagonal()) << mesh.name;
+    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .1 * mesh.diagonal());
+    EXPECT_GT(solver.energy(p), 1e-4 * size) << mesh.name;
+    EXPECT_NEAR(solver.energy(random.rigid_motion(2, 1).apply(p)), solver.energy(p), 1e-10 * solver.energy(p))
+        << mesh.name;
+  }
+}
+
+TEST_P(SurfaceEnergies, UnderAReflectionNoRotationIsPerfect) {
+  const MeshData mesh = bumpy_sphere(1);
+  const arap::SurfaceArap solver(mesh.mesh(), options());
+  Positions p = mesh.positions();
+  p.col(0) *= -1;
+  const double expected = reference(mesh).energy(p);
+  EXPECT_GT(expected, 1e-3);
+  EXPECT_NEAR(solver.energy(p), expected, 1e-10 * expected);
+}
+
+TEST_P(SurfaceEnergies, StiffnessScalesWholeCells) {
+  Random random(26);
+  for (const MeshData& mesh : {bumpy_sphere(1), quad_sphere(3), star_prism(5, 3), sheared_cylinder(8, 4)}) {
+    const std::vector<double> stiffness = random_stiffness(mesh.n_vertices(), 5);
+    const arap::SurfaceArap solver(mesh.mesh(), options(), with_stiffness(stiffness));
+    const Reference plain = reference(mesh, stiffness);
+    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .1);
+    EXPECT_NEAR(solver.energy(p), plain.energy(p), 1e-10 * plain.energy(p)) << mesh.name;
+    EXPECT_LT(max_distance(solver.energy_gradient(p), plain.gradient(p)), 1e-9 * plain.gradient(p).norm()) << mesh.name;
+  }
+}
+
+TEST_P(CellsOfVertices, MatrixIsPositiveDefiniteWithOneVertexErasedWhateverTheStiffness) {
+  for (const MeshData& mesh : {bumpy_sphere(1), sheared_cylinder(10, 5), star_prism(7, 3)}) {
+    const Eigen::MatrixXd K = assemble(mesh, options(), random_stiffness(mesh.n_vertices(), 6)).K;
+    const auto rest = Eigen::seq(1, K.rows() - 1);
+    EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(K(rest, rest)).info(), Eigen::Success) << mesh.name;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Classics, CellsOfVertices, testing::ValuesIn(classic_models()), model_name);
+INSTANTIATE_TEST_SUITE_P(AllModels, SurfaceEnergies, testing::ValuesIn(all_models()), model_name);
+
+TEST(SpokesAndRims, CornersOnStraightSidesAddNoEnergyOfTheirOwn) {
+  // Fans whose triangles are collinear drop out; the other fans hold the corner.
+  const MeshData mesh = sheet_with_collinear_corners();
+  const Reference plain(mesh, Energy::kSpokesAndRims, EdgeWeights::kCotangent);
+  const arap::SurfaceArap solver(mesh.mesh());
+  const Positions p = mesh.positions() + Random(27).noise(mesh.n_vertices(), .1);
+  EXPECT_NEAR(solver.energy(p), plain.energy(p), .05 * plain.energy(p));
+  EXPECT_NEAR(solver.energy(default_bend(mesh).apply(mesh.positions())), 0, 1e-12);
+}
+
+TEST(SpokesAndRims, EnergyOfEachTriangleIsNotNegative) {
+  // One obtuse triangle, its corners anywhere.
+  const MeshData mesh{"obtuse", {{0, 0, 0}, {1, 0, 0}, {-3, .3, 0}}, {{0, 1, 2}}};
+  const arap::SurfaceArap solver(mesh.mesh());
+  Random random(28);
+  for (int trial = 0; trial < 100; ++trial) EXPECT_GE(solver.energy(random.noise(3, 5)), -1e-12);
+}
+
+TEST(Spokes, SingleNegativeCotangentsCountAsZero) {
+  // Two obtuse triangles at an edge: with the sum of cotangents clamped, or not at all, its weight would differ.
+  const MeshData mesh{"kite", {{0, 0, 0}, {1, 0, 0}, {.5, .1, 0}, {.5, -2, 0}}, {{0, 1, 2}, {1, 0, 3}}};
+  arap::Options options;
+  options.energy = Energy::kSpokes;
+  const Eigen::MatrixXd K = assemble(mesh, options).K;
+  const double sharp = 2 * std::atan(.25);  // the angle at vertex 3
+  EXPECT_NEAR(K(0, 1), -4 * .5 / std::tan(sharp), 1e-12);
+}
+
+TEST(Assemble, ProgressMayStopIt) {
+  const auto stop = [](double) { return false; };
+  EXPECT_THROW(static_cast<void>(surface_energy(bumpy_sphere(2).mesh(), {}, {}, 1, stop)), arap::Cancelled);
+}
+
+/// Rest vector of each incidence, by home of the cell and vertex, as `number` calls them.
+std::map<std::pair<int, int>, Vector3> by_home_and_vertex(const CellEnergy& energy, const std::vector<int>& number) {
+  std::map<std::pair<int, int>, Vector3> result;
+  for (int c = 0; c < energy.n_cells(); ++c)
+    for (int e = energy.cell_offsets[c]; e < energy.cell_offsets[c + 1]; ++e)
+      result[{number[energy.home(c)], number[energy.cell_vertices[e]]}] = energy.q.row(e).transpose();
+  return result;
+}
+
+/// Expects the incidences by vertex to be those by cell.
+void expect_index_by_vertex(const CellEnergy& energy) {
+  std::vector<int> times_seen(energy.cell_vertices.size(), 0);
+  for (int v = 0; v < energy.n_vertices(); ++v)
+    for (int k = energy.vertex_offsets[v]; k < energy.vertex_offsets[v + 1]; ++k) {
+      const int e = energy.vertex_incidences[k];
+      const int c = energy.vertex_cells[k];
+      ++times_seen[e];
+      ASSERT_EQ(energy.cell_vertices[e], v);
+      ASSERT_TRUE(energy.cell_offsets[c] <= e && e < energy.cell_offsets[c + 1]);
+    }
+  EXPECT_EQ(times_seen, std::vector<int>(times_seen.size(), 1));
+}
+
+TEST(Assemble, InAnotherOrderEverythingIsTheSameUnderItsNewNumber) {
+  for (const MeshData& mesh : {bumpy_sphere(2), bumpy_sphere(4)}) {
+    const int n = mesh.n_vertices();
+    const RotationNodes nodes = choose_nodes(in_model_space(mesh), .1);
+    for (const bool has_nodes : {false, true}) {
+      const auto choose = [&] { return has_nodes ? nodes : arap::node_at_each_vertex(n); };
+      std::vector<int> order(static_cast<size_t>(n));
+      std::iota(order.begin(), order.end(), 0);
+      CellEnergy as_it_is;
+      arap::assemble_surface_energy(as_it_is, mesh.mesh(), {}, {}, 2, {}, choose);
+      const auto expected = by_home_and_vertex(as_it_is, order);
+      std::reverse(order.begin() + 3, order.end());
+      CellEnergy energy;
+      arap::assemble_surface_energy(energy, mesh.mesh(), {}, {}, 2, {}, choose, [&] { return &order; });
+      EXPECT_EQ(by_home_and_vertex(energy, order), expected);
+      EXPECT_EQ(energy.rest_energy, as_it_is.rest_energy);
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; j += 7) ASSERT_EQ(energy.K.coeff(i, j), as_it_is.K.coeff(order[i], order[j]));
+      expect_index_by_vertex(energy);
+      expect_index_by_vertex(as_it_is);
+    }
+  }
+}
+
+TEST(Assemble, ThreadsDoNotChangeTheResult) {
+  const MeshData mesh = bumpy_sphere(4);
+  const CellEnergy one = surface_energy(mesh.mesh());
+  const CellEnergy two = surface_energy(mesh.mesh(), {}, {}, 2);
+  EXPECT_EQ((one.K - two.K).norm(), 0);
+  EXPECT_EQ(one.q, two.q);
+  EXPECT_EQ(one.rest_energy, two.rest_energy);
+}
+
+}  // namespace
+}  // namespace arap_test

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the size of a mesh is, and which of its vertices are one.
+#include "models/model_space.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "support/helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::SolveResult;
+using arap::SurfaceArap;
+
+TEST(ModelSpace, LooseVerticesDoNotMakeTheMeshLarger) {
+  const MeshData near = bumpy_sphere(2);
+  MeshData far = near;
+  far.add_vertex({1e4, 0, 0});
+  EXPECT_DOUBLE_EQ(far.mesh().diagonal(), near.diagonal());
+  const Task task = bend_task(near, default_bend(near));
+  const SolveResult without = solve_once(near, task, iterations(5));
+  const SolveResult with = solve_once(far, task, iterations(5));
+  EXPECT_NEAR(with.step, without.step, 1e-6 * without.step) << "of the size of the surface";
+  EXPECT_LT(max_distance(with.positions.topRows(near.n_vertices()), without.positions), 1e-8 * near.diagonal());
+}
+
+TEST(ModelSpace, LooseVerticesFarAwayCostNoPrecision) {
+  // So many vertices that single precision would do without them.
+  const MeshData near = bumpy_sphere(4);
+  const Task task = bend_task(near, default_bend(near));
+  const Positions expected = solve_once(near, task, iterations(20)).positions;
+  for (const double distance : {1e2, 1e4, 1e9}) {
+    MeshData far = near;
+    far.add_vertex({distance, 0, 0});
+    const SolveResult result = solve_once(far, task, iterations(20));
+    EXPECT_LT(max_distance(result.positions.topRows(near.n_vertices()), expected), 1e-5 * near.diagonal()) << distance;
+  }
+}
+
+TEST(ModelSpace, WithoutFacesAllVerticesAreItsSize) {
+  const MeshData points{"points", {{1, 1, 1}, {4, 5, 1}}, {}};
+  EXPECT_DOUBLE_EQ(points.mesh().diagonal(), 5);
+  EXPECT_DOUBLE_EQ(arap::ModelSpace(points.mesh()).size(), 5);
+}
+
+TEST(ModelSpace, LooseVertexJoinedToTheSurfaceIsNotLoose) {
+  MeshData mesh = bumpy_sphere(1);
+  const int copy = mesh.add_vertex(mesh.vertices[3]);
+  EXPECT_EQ(SurfaceArap(mesh.mesh()).loose_vertices(), std::vector<int>{copy});
+  arap::Options options;
+  options.join_seams = true;
+  SurfaceArap solver(mesh.mesh(), options);
+  EXPECT_TRUE(solver.loose_vertices().empty());
+  EXPECT_EQ(solver.part_of_vertex()[copy], 0);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  solver.set_constraints(task.constraints);
+  const SolveResult result = solver.solve(task.targets, iterations(3));
+  EXPECT_TRUE(result.loose_vertices.empty());
+  EXPECT_EQ(result.positions.row(copy), result.positions.row(3));
+}
+
+}  // namespace
+}  // namespace arap_test

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "support/helpers.h"
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "base/eigen_compat.h"
+#include "mesh/mirror_symmetry.h"
+#include "mesh/thickness_links.h"
+#include "models/model_space.h"
+#include "models/surface_arap/surface_energies.h"
+#include "sampling/rotation_nodes.h"
+#include "sampling/surface_patch.h"
+
+namespace arap_test {
+
+void Task::add(int vertex, const Vector3& target, double strength) {
+  constraints.vertices.push_back(vertex);
+  constraints.strengths.push_back(strength);
+  targets.conservativeResize(targets.rows() + 1, 3);
+  targets.bottomRows(1) = target.transpose();
+}
+
+void Task::add_patch(const std::vector<int>& vertices, const std::vector<double>& weights, const Vector3& target) {
+  auto& patches = constraints.patches;
+  if (patches.offsets.empty()) patches.offsets.push_back(0);
+  patches.vertices.insert(patches.vertices.end(), vertices.begin(), vertices.end());
+  patches.weights.insert(patches.weights.end(), weights.begin(), weights.end());
+  patches.offsets.push_back(static_cast<int>(patches.vertices.size()));
+  targets.conservativeResize(targets.rows() + 1, 3);
+  targets.bottomRows(1) = target.transpose();
+}
+
+std::vector<int> extreme_vertices(const Positions& positions, int axis, double fraction, int least) {
+  std::vector<int> order(static_cast<size_t>(positions.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  const double sign = fraction < 0 ? -1 : 1;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return sign * positions(a, axis) < sign * positions(b, axis); });
+  const double count = std::ceil(std::abs(fraction) * static_cast<double>(order.size()));
+  order.resize(std::min(order.size(), static_cast<size_t>(std::max(count, double(least)))));
+  return order;
+}
+
+int longest_axis(const Positions& positions) {
+  int axis = 0;
+  (positions.colwise().maxCoeff() - positions.colwise().minCoeff()).maxCoeff(&axis);
+  return axis;
+}
+
+Task bend_task(const MeshData& mesh, const RigidMotion& motion) {
+  const Positions p = mesh.positions();
+  const int axis = longest_axis(p);
+  Task task;
+  for (const int v : extreme_vertices(p, axis, .2, 3)) task.add(v, mesh.vertices[v]);
+  const std::vector<int> far_end = extreme_vertices(p, axis, -.2, 3);
+  const Vector3 centre = rows(p, far_end).colwise().mean().transpose();
+  for (const int v : far_end) {
+    const auto& pinned = task.constraints.vertices;
+    if (std::find(pinned.begin(), pinned.end(), v) == pinned.end())
+      task.add(v, centre + motion.apply(Vector3(mesh.vertices[v] - centre)));
+  }
+  return task;
+}
+
+RigidMotion default_bend(const MeshData& mesh) {
+  return {rotation_about({1, .5, .3}, .7), Vector3(.04, .08, .04) * mesh.diagonal()};
+}
+
+Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, const RigidMotion& motion) {
+  Task task{constraints, Positions(constraints.size(), 3)};
+  const auto n = static_cast<Eigen::Index>(constraints.vertices.size());
+  for (Eigen::Index k = 0; k < n; ++k)
+    task.targets.row(k) = motion.apply(mesh.vertices[constraints.vertices[static_cast<size_t>(k)]]).transpose();
+  const auto& patches = constraints.patches;
+  for (int k = 0; k < patches.size(); ++k) {
+    Vector3 mean = Vector3::Zero();
+    double sum = 0;
+    for (int e = patches.offsets[k]; e < patches.offsets[k + 1]; ++e) {
+      mean += patches.weights[e] * mesh.vertices[patches.vertices[e]];
+      sum += patches.weights[e];
+    }
+    task.targets.row(n + k) = motion.apply(Vector3(mean / sum)).transpose();
+  }
+  return task;
+}
+
+Task hold(const MeshData& mesh, const std::vector<int>& vertices) {
+  Task task;
+  for (const int v : vertices) task.add(v, mesh.vertices[v]);
+  return task;
+}
+
+arap::SurfaceArap::VertexProperties with_stiffness(std::vector<double> stiffness) {
+  arap::SurfaceArap::VertexProperties properties;
+  properties.stiffness = std::move(stiffness);
+  return properties;
+}
+
+arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions) {
+  arap::SurfaceArap::VertexProperties properties;
+  properties.rigid_regions = std::move(regions);
+  return properties;
+}
+
+arap::SolveOptions iterations(int n, arap::InitialGuess guess) {
+  arap::SolveOptions options;
+  options.initial_guess = guess;
+  options.max_iterations = n;
+  options.accuracy = 0;
+  return options;
+}
+
+arap::Options exactly(arap::Options options) {
+  options.linear_solver = arap::LinearSolverKind::kSimplicialLdlt;
+  return options;
+}
+
+arap::SolveOptions plain_iterations(int n, arap::InitialGuess guess) {
+  arap::SolveOptions options = iterations(n, guess);
+  options.acceleration = arap::Acceleration::kNone;
+  return options;
+}
+
+arap::SolveOptions to_accuracy(double accuracy, arap::InitialGuess guess, int max_iterations) {
+  arap::SolveOptions options;
+  options.initial_guess = guess;
+  options.max_iterations = max_iterations;
+  options.accuracy = accuracy;
+  return options;
+}
+
+void expect_energy_never_rises(arap::SurfaceArap& solver, const MeshData& mesh, const Positions& targets, int n,
+                               const std::string& what, arap::SolveOptions options, double rounding) {
+  options.initial_guess = arap::InitialGuess::kRest;
+  double energy = std::numeric_limits<double>::infinity();
+  for (int k = 1; k <= n; ++k) {
+    options.max_iterations = k;
+    const arap::SolveResult result = solver.solve(targets, options);
+    const double limit = k == 1 ? result.energy_before : energy;
+    const double scale = result.energy_before + mesh.diagonal() * mesh.diagonal();
+    EXPECT_LE(result.energy_after, limit + rounding * scale) << what << ", iteration " << k;
+    energy = result.energy_after;
+  }
+}
+
+arap::SolveResult solve_once(const MeshData& mesh, const Task& task, const arap::SolveOptions& solve_options,
+                             const arap::Options& options, const arap::SurfaceArap::VertexProperties& properties) {
+  arap::SurfaceArap solver(mesh.mesh(), options, properties);
+  solver.set_constraints(task.constraints);
+  return solver.solve(task.targets, solve_options);
+}
+
+double max_distance(const Positions& a, const Positions& b) { return (a - b).rowwise().norm().maxCoeff(); }
+
+double off_rigid(const Positions& rest, const Positions& posed, const std::vector<int>& vertices) {
+  const Positions from = rows(rest, vertices);
+  const Positions to = rows(posed, vertices);
+  return max_distance(best_rigid_motion(from, to).apply(from), to);
+}
+
+Positions rows(const Positions& positions, const std::vector<int>& rows) { return positions(rows, arap::all); }
+
+arap::Options Model::options() const {
+  arap::Options options;
+  options.energy = energy;
+  options.weights = weights;
+  options.rigidity_radius = rigidity_radius;
+  return options;
+}
+
+std::string Model::name() const {
+  const char* const kind = energy == arap::Energy::kSpokes          ? "Spokes"
+                           : energy == arap::Energy::kSpokesAndRims ? "SpokesAndRims"
+                                                                    : "RotationNodes";
+  return std::string(kind) + (weights == arap::EdgeWeights::kCotangent ? "Cotangent" : "Uniform");
+}
+
+std::vector<Model> classic_models() {
+  using arap::EdgeWeights;
+  using arap::Energy;
+  return {{Energy::kSpokesAndRims, EdgeWeights::kCotangent},
+          {Energy::kSpokesAndRims, EdgeWeights::kUniform},
+          {Energy::kSpokes, EdgeWeights::kCotangent},
+          {Energy::kSpokes, EdgeWeights::kUniform}};
+}
+
+std::vector<Model> all_models() {
+  std::vector<Model> models = classic_models();
+  models.push_back({arap::Energy::kRotationNodes, arap::EdgeWeights::kCotangent, .2});
+  return models;
+}
+
+arap::CellEnergy surface_energy(const arap::PolygonMesh& mesh, const arap::Options& options,
+                                const std::vector<double>& stiffness, int threads, const arap::Progress& progress,
+                                const std::function<arap::RotationNodes()>& choose_nodes) {
+  arap::CellEnergy energy;
+  arap::assemble_surface_energy(energy, mesh, options, stiffness, threads, progress, choose_nodes);
+  return energy;
+}
+
+void index_by_vertex(arap::CellEnergy& energy) {
+  energy.vertex_offsets.assign(1, 0);
+  energy.vertex_incidences.clear();
+  energy.vertex_cells.clear();
+  std::vector<std::vector<std::pair<int, int>>> at(static_cast<size_t>(energy.n_vertices()));
+  for (int c = 0; c < energy.n_cells(); ++c)
+    for (int k = energy.cell_offsets[c]; k < energy.cell_offsets[c + 1]; ++k)
+      at[energy.cell_vertices[k]].emplace_back(k, c);
+  for (const auto& incidences : at) {
+    for (const auto& [k, c] : incidences) {
+      energy.vertex_incidences.push_back(k);
+      energy.vertex_cells.push_back(c);
+    }
+    energy.vertex_offsets.push_back(static_cast<int>(energy.vertex_cells.size()));
+  }
+}
+
+MeshData in_model_space(const MeshData& mesh) {
+  const Positions rest = arap::ModelSpace(mesh.mesh()).points_to_model(mesh.positions());
+  MeshData result = mesh;
+  for (int v = 0; v < mesh.n_vertices(); ++v) result.vertices[v] = rest.row(v).transpose();
+  return result;
+}
+
+arap::RotationNodes choose_nodes(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors,
+                                 const std::vector<int>& group, int threads) {
+  const arap::PolygonMesh polygons = mesh.mesh();
+  const arap::SurfaceGraph graph(surface_energy(polygons).K, mesh.positions(), threads,
+                                 arap::find_bridges(polygons, radius, mirrors, threads));
+  return arap::choose_rotation_nodes(graph, polygons, arap::vertex_areas(polygons), radius, mirrors, group, threads);
+}
+
+Eigen::MatrixXd dense_weights(const arap::RotationNodes& nodes, int n) {
+  Eigen::MatrixXd W = Eigen::MatrixXd::Zero(n, nodes.size());
+  for (int j = 0; j < n; ++j)
+    for (int k = nodes.offsets[j]; k < nodes.offsets[j + 1]; ++k) W(j, nodes.nodes[k]) += nodes.weights[k];
+  return W;
+}
+
+ModelReference::ModelReference(const MeshData& mesh, const Model& model, const std::vector<double>& stiffness,
+                               const std::vector<int>& region_of_vertex)
+    : Reference(mesh, model.energy, model.weights, stiffness) {
+  if (model.energy != arap::Energy::kRotationNodes) {
+    homes.resize(static_cast<size_t>(mesh.n_vertices()));
+    std::iota(homes.begin(), homes.end(), 0);
+    return;
+  }
+  const MeshData centred = in_model_space(mesh);
+  const arap::RotationNodes nodes =
+      choose_nodes(centred, model.rigidity_radius, arap::find_mirrors(centred.mesh(), 1), region_of_vertex);
+  share_rotations(dense_weights(nodes, mesh.n_vertices()));
+  homes = nodes.vertices;
+}
+
+}  // namespace arap_test

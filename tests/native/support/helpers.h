@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "arap/surface_arap.h"
+#include "energy/cell_energy.h"
+#include "sampling/rotation_nodes.h"
+#include "support/meshes.h"
+#include "support/reference.h"
+
+namespace arap_test {
+
+/// Fails unless `act` throws E with a message that holds each of `words`, in any case.
+template <class E, class Act>
+void expect_error(const Act& act, std::initializer_list<std::string_view> words) {
+  const auto lower = [](std::string_view text) {
+    std::string result(text);
+    std::transform(result.begin(), result.end(), result.begin(), [](unsigned char c) { return std::tolower(c); });
+    return result;
+  };
+  try {
+    act();
+  } catch (const E& error) {
+    for (const std::string_view word : words)
+      EXPECT_NE(lower(error.what()).find(lower(word)), std::string::npos)
+          << "'" << word << "' is not in the message: " << error.what();
+    return;
+  } catch (const std::exception& error) {
+    ADD_FAILURE() << "another kind of exception: " << error.what();
+    return;
+  }
+  ADD_FAILURE() << "nothing was thrown";
+}
+
+/// What is constrained and where to.
+struct Task {
+  arap::ConstraintSet constraints;
+  Positions targets;
+
+  void add(int vertex, const Vector3& target, double strength = 1);
+  /// Before the targets of patches only constrained vertices can be added.
+  void add_patch(const std::vector<int>& vertices, const std::vector<double>& weights, const Vector3& target);
+};
+
+/// The ceil(fraction n) vertices, and no less than `least`, that are lowest along `axis`; highest where `fraction` is
+/// negative.
+std::vector<int> extreme_vertices(const Positions& positions, int axis, double fraction, int least = 1);
+
+/// Axis along which the bounding box is longest.
+int longest_axis(const Positions& positions);
+
+/// Hard: both ends along the longest axis, a fifth of the vertices each and no less than three, the far end through
+/// `motion` about its centre.
+Task bend_task(const MeshData& mesh, const RigidMotion& motion);
+
+/// A turn by 40 degrees and a shift by a tenth of the diagonal.
+RigidMotion default_bend(const MeshData& mesh);
+
+/// The same constraints, every target at `motion` of its vertex' rest position.
+Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, const RigidMotion& motion);
+
+/// The given hard vertices at rest.
+Task hold(const MeshData& mesh, const std::vector<int>& vertices);
+
+arap::SurfaceArap::VertexProperties with_stiffness(std::vector<double> stiffness);
+arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions);
+
+/// With a linear solver in double, so that every single iteration is exact and not only where they end.
+arap::Options exactly(arap::Options options = {});
+
+/// Exactly this many iterations, unless nothing moves at all.
+arap::SolveOptions iterations(int n, arap::InitialGuess guess = arap::InitialGuess::kPrevious);
+
+/// The same without acceleration.
+arap::SolveOptions plain_iterations(int n, arap::InitialGuess guess = arap::InitialGuess::kPrevious);
+
+arap::SolveOptions to_accuracy(double accuracy, arap::InitialGuess guess = arap::InitialGuess::kPrevious,
+                               int max_iterations = 200000);
+
+/// Binds, sets the constraints and solves.
+arap::SolveResult solve_once(const MeshData& mesh, const Task& task, const arap::SolveOptions& solve_options,
+                             const arap::Options& options = {},
+                             const arap::SurfaceArap::VertexProperties& properties = {});
+
+/// Largest distance between rows.
+double max_distance(const Positions& a, const Positions& b);
+
+/// Largest distance of `posed` from its best rigid fit to `rest`, both at `vertices`.
+double off_rigid(const Positions& rest, const Positions& posed, const std::vector<int>& vertices);
+
+/// `rows` of `positions`.
+Positions rows(const Positions& positions, const std::vector<int>& rows);
+
+/// Expects of solves with 1, 2, ... `n` iterations from rest that none ends above the one before: those are the
+/// iterations of one solve, of which all but the first may be accelerated.
+/// @param options   guess and max_iterations are set here
+/// @param rounding  what counts as none, as a part of the energy at the start plus the squared diagonal
+void expect_energy_never_rises(arap::SurfaceArap& solver, const MeshData& mesh, const Positions& targets, int n,
+                               const std::string& what, arap::SolveOptions options = iterations(1),
+                               double rounding = 1e-13);
+
+/// Energy and weights, for tests over all of them.
+struct Model {
+  arap::Energy energy;
+  arap::EdgeWeights weights;
+  double rigidity_radius = arap::Options().rigidity_radius;
+
+  [[nodiscard]] arap::Options options() const;
+  [[nodiscard]] std::string name() const;
+};
+/// Those with one cell a vertex.
+std::vector<Model> classic_models();
+/// These and rotation nodes, with a radius at which they have several vertices on small meshes too.
+std::vector<Model> all_models();
+
+/// The energy of a surface, numbered as the mesh.
+arap::CellEnergy surface_energy(const arap::PolygonMesh& mesh, const arap::Options& options = {},
+                                const std::vector<double>& stiffness = {}, int threads = 1,
+                                const arap::Progress& progress = {},
+                                const std::function<arap::RotationNodes()>& choose_nodes = {});
+/// Fills vertex_* of an energy from its cells.
+void index_by_vertex(arap::CellEnergy& energy);
+
+/// The mesh in model space, where radii are parts of the diagonal.
+MeshData in_model_space(const MeshData& mesh);
+/// Nodes of a mesh in model space.
+arap::RotationNodes choose_nodes(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors = {},
+                                 const std::vector<int>& group = {}, int threads = 1);
+/// (n, nodes), of each vertex.
+Eigen::MatrixXd dense_weights(const arap::RotationNodes& nodes, int n);
+
+/// The reference of a model. Rotation nodes are those that the library chooses.
+struct ModelReference : Reference {
+  ModelReference(const MeshData& mesh, const Model& model, const std::vector<double>& stiffness = {},
+                 const std::vector<int>& region_of_vertex = {});
+
+  std::vector<int> homes;  ///< the vertex of each cell
+};
+
+inline std::string model_name(const testing::TestParamInfo<Model>& info) { return info.param.name(); }
+
+}  // namespace arap_test
