@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 import scenes
-from harness import MODULE, Steps, Ui
+from harness import Steps, Ui
 from test_pose import bar, begin, drag, handle, settle
 from test_weight_paint import take_brush
 
@@ -95,9 +95,8 @@ def draw_menus(ui: Ui) -> Steps:
 
 
 def draw_preferences(ui: Ui) -> Steps:
-    """The page of the add-on, and pins in a colour of one's own."""
+    """Pins and handles in the colours of the theme, and the page of the add-on."""
     bar().arap.overlay.show_pins = bar().arap.overlay.show_handles = True
-    preferences = bpy.context.preferences.addons[MODULE].preferences
     yield from ui.screenshot("colors")
     area = yield from ui.turn_view_into_preferences()
     yield from ui.screenshot("page")
