@@ -12,7 +12,7 @@
 #include "bumpy_torus.h"
 #include "cholesky/block_ldlt.h"
 #include "cholesky/multifrontal.h"
-#include "cholesky/references/simplicial_ldlt.h"
+#include "cholesky/references/eigen_solvers.h"
 
 namespace {
 
@@ -82,7 +82,7 @@ std::unique_ptr<LinearSolver> make_block(const benchmark::State& state) {
 }
 
 std::unique_ptr<LinearSolver> make_simplicial(const benchmark::State& /*state*/) {
-  return std::make_unique<arap::SimplicialLdlt>();
+  return arap::make_eigen_solver(arap::LinearSolverKind::kSimplicialLdlt);
 }
 
 template <class Make>

@@ -5,7 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "arap/error.h"
 #include "arap/types.h"
+#include "base/format_message.h"
 #include "sparse/sparse.h"
 
 namespace arap {
@@ -52,5 +54,16 @@ class LinearSolver {
   /// Throws SolverError where it is another one.
   virtual void renumber(const SparseMatrix& pattern) { static_cast<void>(pattern); }
 };
+
+/// Throws the SolverError of an entry that is not finite.
+[[noreturn]] inline void throw_not_finite(Eigen::Index row, Eigen::Index column, double value) {
+  throw SolverError(text("entry (", row, ", ", column, ") of the system is ", value,
+                         "; look for positions, weights and stiffnesses that are not finite"));
+}
+
+/// Throws the SolverError of a matrix that is not positive definite.
+[[noreturn]] inline void throw_not_positive_definite() {
+  throw SolverError("the system is not positive definite; look for parts of the mesh without stiffness");
+}
 
 }  // namespace arap

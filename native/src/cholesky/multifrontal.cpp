@@ -7,12 +7,10 @@
 #include <iterator>
 #include <memory>
 
-#include "arap/error.h"
 #include "base/aligned_buffer.h"
-#include "base/format_message.h"
 #include "base/permutation.h"
 #include "cholesky/elimination_tree.h"
-#include "cholesky/references/kept_rows.h"
+#include "cholesky/linear_solver.h"
 #include "parallel/first_failure.h"
 #include "parallel/team.h"
 
@@ -100,8 +98,8 @@ class Factorizer {
     for (int column = 0; column < A_.cols(); ++column)
       for (SparseMatrix::InnerIterator it(A_, column); it; ++it)
         if (scaling_.of_each[column] != 0 && scaling_.of_each[it.row()] != 0 && !std::isfinite(it.value()))
-          refuse_entry(it.row(), column, it.value());
-    refuse_indefinite();
+          throw_not_finite(it.row(), column, it.value());
+    throw_not_positive_definite();
   }
 
   [[nodiscard]] const Supernode& node(int s) const { return plan_.structure.supernodes[s]; }

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "cholesky/elimination_tree.h"
-#include "cholesky/references/symmetric_ordering.h"
 #include "ordering/minimum_degree.h"
 #include "ordering/multilevel_graph.h"
 #include "ordering/separator.h"
@@ -148,11 +147,9 @@ double fill(const SparseMatrix& pattern, const std::vector<int>& order) {
 }
 
 std::vector<int> approximate_minimum_degree(const SparseMatrix& pattern) {
-  arap::SymmetricOrdering::PermutationType permutation;
-  arap::SymmetricOrdering()(pattern, permutation);
-  std::vector<int> order(pattern.rows());
-  for (int old = 0; old < pattern.rows(); ++old) order[permutation.indices()[old]] = old;
-  return order;
+  Eigen::AMDOrdering<int>::PermutationType permutation;
+  Eigen::AMDOrdering<int>()(pattern, permutation);
+  return {permutation.indices().begin(), permutation.indices().end()};
 }
 
 void expect_separates(const Graph& graph, const Separator& separator) {

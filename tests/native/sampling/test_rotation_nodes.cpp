@@ -402,18 +402,6 @@ TEST(MirrorSymmetry, IsNotLookedForAmongThousandsOfVerticesAtOnePlace) {
   EXPECT_TRUE(arap::find_mirrors(mesh.mesh(), 2).empty());
 }
 
-TEST(MirrorSymmetry, TwoSheetsAtOnePlaceHaveMaps) {
-  const MeshData sheet = in_model_space(grid(6, Faces::kQuads));
-  const MeshData mesh = join(sheet, sheet);
-  const auto mirrors = arap::find_mirrors(mesh.mesh(), 1);
-  ASSERT_EQ(mirrors.size(), 3u);
-  for (const std::vector<int>& mirror : mirrors)
-    for (int v = 0; v < mesh.n_vertices(); ++v) {
-      EXPECT_EQ(mirror[mirror[v]], v);
-      EXPECT_EQ(mirror[v] < sheet.n_vertices(), v < sheet.n_vertices());
-    }
-}
-
 TEST(RotationNodes, EveryVertexHasANodeOfItsOwnGroupNearby) {
   const MeshData mesh = in_model_space(grid(20, Faces::kQuads));
   std::vector<int> group;
