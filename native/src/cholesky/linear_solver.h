@@ -22,7 +22,7 @@ class Factorization {
 
   /// Sets x (n, 3) to the solution, erased rows to 0; x may be b. The solution may be that of a nearby matrix,
   /// symmetric and positive definite too, whose difference shows from the third digit on. So iterate x += solve(b - A
-  /// x), which ends at the exact x, or use solve_refined.
+  /// x), which ends at the exact x, or use solve_with_cg.
   virtual void solve(const Positions& b, Positions& x) const = 0;
   void solve(Positions& x) const { solve(x, x); }
 

@@ -65,11 +65,7 @@ TilePlan::TilePlan(SupernodalStructure the_structure, int the_n_threads)
       *out++ = r < node.n_rows ? place[structure.rows_of(node)[r]] : padding + 1;
   };
   int padding = first_padding;
-  for (const int s : partition.top) {
-    write_rows(s, padding);
-    const Supernode& node = structure.supernodes[s];
-    for (int c = node.first_column; c < node.end_column(); ++c) top_columns.push_back(c);
-  }
+  for (const int s : partition.top) write_rows(s, padding);
   for (size_t b = 0; b < partition.branches.size(); ++b) {
     padding += 2;
     int next = copies[b].first_place;

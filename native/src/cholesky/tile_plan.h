@@ -25,15 +25,13 @@ struct TilePlan {
   TilePlan(SupernodalStructure the_structure, int n_threads);
 
   [[nodiscard]] int n_columns() const { return static_cast<int>(structure.order.size()); }
-  [[nodiscard]] int n_supernodes() const { return static_cast<int>(structure.supernodes.size()); }
 
   SupernodalStructure structure;
   bool is_in_order;  ///< the unknowns are numbered as the columns, structure.order[k] = k
   int n_threads;
   Partition partition;
-  std::vector<Copies> copies;    ///< of each branch
-  std::vector<int> top_columns;  ///< of the supernodes of the top
-  int first_padding = 0;         ///< the places from here on are padding
+  std::vector<Copies> copies;  ///< of each branch
+  int first_padding = 0;       ///< the places from here on are padding
   int n_places = 0;
   std::vector<int> rows;             ///< TileSupernode::rows of all
   std::vector<size_t> rows_offsets;  ///< of each supernode, in `rows`

@@ -106,7 +106,7 @@ void ConstrainedSystem::solve_columns(const Progress& progress) {
       const Average& column = columns_[first + c];
       for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], c) += column.weights[k];
     }
-    solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b, workers_);
+    solve_with_cg([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b, workers_);
     column_solutions_.middleCols(first, n) = b.leftCols(n);
     const double done = static_cast<double>(first + n) / static_cast<double>(n_columns);
     report(progress, kBeforeColumns + done * (kAfterColumns - kBeforeColumns));
@@ -187,7 +187,7 @@ void ConstrainedSystem::correct(const Positions& residual, const Positions& gaps
 
 void ConstrainedSystem::correct_to(double accuracy, Positions& residual, const Positions& gaps) const {
   erase_fixed(residual);
-  solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, residual, workers_,
+  solve_with_cg([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, residual, workers_,
                 accuracy);
   static_cast<void>(meet_averages(residual, gaps));
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "cholesky/linear_solver.h"
-#include "cholesky/refined_solve.h"
+#include "cholesky/preconditioned_cg.h"
 #include "parallel/workers.h"
 #include "sparse/sparse.h"
 
@@ -63,7 +63,7 @@ class ConstrainedSystem {
   /// @param correction   may be the residual
   void correct(const Positions& residual, const Positions& gaps, Positions& multipliers, Positions& correction) const;
 
-  /// Replaces the residual by the same to a part of itself, at once: see solve_refined().
+  /// Replaces the residual by the same to a part of itself, at once: see solve_with_cg().
   void correct_to(double accuracy, Positions& residual, const Positions& gaps) const;
 
  private:

@@ -34,15 +34,6 @@ class PointGrid {
     for (int v = 0; v < n; ++v) members_[next[slots[v]]++] = v;
   }
 
-  /// visit(v, squared distance) for every point within `distance` of `place`.
-  template <class Visit>
-  void for_each_near(const Eigen::RowVector3d& place, double distance, const Visit& visit) const {
-    static_cast<void>(find_near(place, distance, [&](int v, double squared) {
-      visit(v, squared);
-      return false;
-    }));
-  }
-
   /// A point within `distance` of `place` for which is_wanted(v, squared distance), -1 for none. Those of a cell are
   /// asked in their order.
   template <class IsWanted>

@@ -9,7 +9,7 @@
 #include "arap/error.h"
 #include "base/format_message.h"
 #include "base/union_find.h"
-#include "mesh/surface_box.h"
+#include "mesh/surface_measures.h"
 
 namespace arap {
 
@@ -69,12 +69,5 @@ PolygonMesh::PolygonMesh(Positions positions, std::vector<int> corner_vertices, 
 }
 
 double PolygonMesh::diagonal() const { return surface_box(*this).diagonal().norm(); }
-
-Eigen::AlignedBox3d surface_box(const PolygonMesh& mesh) {
-  Eigen::AlignedBox3d box;
-  for (int v = 0; v < mesh.n_vertices(); ++v)
-    if (mesh.n_parts() == 0 || mesh.part_of_vertex()[v] >= 0) box.extend(mesh.positions().row(v).transpose());
-  return box;
-}
 
 }  // namespace arap

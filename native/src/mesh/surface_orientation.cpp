@@ -6,7 +6,7 @@
 #include <numbers>
 #include <span>
 
-#include "mesh/face_area.h"
+#include "mesh/surface_measures.h"
 #include "parallel/parallel.h"
 
 namespace arap {

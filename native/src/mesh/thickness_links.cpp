@@ -8,7 +8,7 @@
 
 #include "geometry/grid_cell.h"
 #include "geometry/triangle_grid.h"
-#include "mesh/surface_box.h"
+#include "mesh/surface_measures.h"
 #include "mesh/surface_orientation.h"
 #include "parallel/parallel.h"
 
@@ -178,8 +178,8 @@ void sort_unique(Bridges& bridges) {
 
 }  // namespace
 
-Bridges find_bridges(const PolygonMesh& mesh, double radius, const std::vector<std::vector<int>>& mirrors,
-                     int threads) {
+Bridges find_thickness_links(const PolygonMesh& mesh, double radius, const std::vector<std::vector<int>>& mirrors,
+                             int threads) {
   const SurfaceOrientation orientation = find_orientation(mesh, threads);
   const std::vector<int> ends = choose_ends(mesh, orientation, radius);
   if (ends.empty()) return {};

@@ -13,7 +13,8 @@ namespace arap {
 /// SurfaceOrientation), and there is nothing of it in between: never across a gap, nor where limbs overlap. Where
 /// vertices are much denser than the radius, some of them stand for their neighbours.
 /// @param mirrors  vertex maps of the mesh's mirror symmetries: images of bridges are bridges
-[[nodiscard]] std::vector<std::pair<int, int>> find_bridges(const PolygonMesh& mesh, double radius,
-                                                            const std::vector<std::vector<int>>& mirrors, int threads);
+[[nodiscard]] std::vector<std::pair<int, int>> find_thickness_links(const PolygonMesh& mesh, double radius,
+                                                                    const std::vector<std::vector<int>>& mirrors,
+                                                                    int threads);
 
 }  // namespace arap

@@ -13,7 +13,7 @@
 
 #include "arap/error.h"
 #include "base/eigen_compat.h"
-#include "cholesky/refined_solve.h"
+#include "cholesky/preconditioned_cg.h"
 #include "support/helpers.h"
 
 namespace arap_test {
@@ -410,7 +410,7 @@ TEST(SolveRefined, IsExactEvenForBadConditions) {
       const auto factor = BlockLdlt(A, Workers(2)).factorize(A, nothing);
       Positions x = Random(91).noise(static_cast<int>(A.rows()), 1);
       const Positions b = x;
-      arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, Workers(2));
+      arap::solve_with_cg([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, Workers(2));
       // As good as a dense factorization in double: the residual is rounding of A x.
       EXPECT_LE((A * x - b).norm(), 1e-13 * A.norm() * x.norm()) << shift;
     }
@@ -423,7 +423,7 @@ TEST(SolveRefined, ZeroStaysZero) {
   Positions x = Positions::Zero(50, 3);
   x(3, 1) = 1;  // one side of three
   const auto factor = BlockLdlt(A, Workers(1)).factorize(A, std::vector<char>(50, 0));
-  arap::solve_refined([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, Workers(2));
+  arap::solve_with_cg([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, Workers(2));
   EXPECT_EQ(x.col(0).norm(), 0);
   EXPECT_EQ(x.col(2).norm(), 0);
   EXPECT_TRUE(x.allFinite());

@@ -23,7 +23,9 @@ namespace {
 
 using Bridges = std::vector<std::pair<int, int>>;
 
-Bridges bridges_of(const MeshData& mesh, double radius) { return arap::find_bridges(mesh.mesh(), radius, {}, 1); }
+Bridges bridges_of(const MeshData& mesh, double radius) {
+  return arap::find_thickness_links(mesh.mesh(), radius, {}, 1);
+}
 
 /// A plate with the diagonal 1.12, one cell thick.
 MeshData plate(int n, double thickness, Faces faces = Faces::kQuads) {
@@ -274,7 +276,7 @@ TEST(Bridges, ImagesOfBridgesAreBridges) {
                                       [](const Vector3& x) { return Vector3(x[0], x[1], x[2] * (1.5 - x[0] * x[0])); });
     const auto mirrors = arap::find_mirrors(mesh.mesh(), 2);
     ASSERT_EQ(mirrors.size(), 3u);
-    const Bridges bridges = arap::find_bridges(mesh.mesh(), .06, mirrors, 1);
+    const Bridges bridges = arap::find_thickness_links(mesh.mesh(), .06, mirrors, 1);
     const std::set<std::pair<int, int>> found(bridges.begin(), bridges.end());
     EXPECT_FALSE(found.empty());
     for (const auto& mirror : mirrors)
@@ -284,7 +286,7 @@ TEST(Bridges, ImagesOfBridgesAreBridges) {
 
 TEST(Bridges, DoNotDependOnTheNumberOfThreads) {
   const MeshData mesh = plate(40, .012, Faces::kTriangles);
-  EXPECT_EQ(arap::find_bridges(mesh.mesh(), .03, {}, 1), arap::find_bridges(mesh.mesh(), .03, {}, 2));
+  EXPECT_EQ(arap::find_thickness_links(mesh.mesh(), .03, {}, 1), arap::find_thickness_links(mesh.mesh(), .03, {}, 2));
 }
 
 TEST(Bridges, AreFewHoweverDenseTheMesh) {
@@ -301,7 +303,7 @@ arap::RotationNodes nodes_of(const MeshData& mesh, double radius) {
   options.energy = arap::Energy::kSpokesAndRims;
   const arap::PolygonMesh polygons = mesh.mesh();
   const arap::CellEnergy cells = surface_energy(polygons, options);
-  const arap::SurfaceGraph graph(cells.K, mesh.positions(), 1, arap::find_bridges(polygons, radius, {}, 1));
+  const arap::EdgeGraph graph(cells.K, mesh.positions(), 1, arap::find_thickness_links(polygons, radius, {}, 1));
   return arap::choose_rotation_nodes(graph, polygons, arap::vertex_areas(polygons), radius, {}, {}, 1);
 }
 

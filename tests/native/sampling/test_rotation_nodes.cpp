@@ -18,7 +18,7 @@
 #include "mesh/thickness_links.h"
 #include "models/model_space.h"
 #include "models/surface_arap/surface_energies.h"
-#include "sampling/surface_distance.h"
+#include "sampling/dijkstra.h"
 #include "sampling/surface_patch.h"
 #include "support/helpers.h"
 
@@ -200,7 +200,7 @@ TEST(RotationNodes, FacesSpreadAWeightByTheMeanSquaredDistanceOfTheirCorners) {
     mesh.add_vertex(p);
   mesh.add_vertex(Vector3(5, 5, 5));  // in no face
   mesh.faces = {{0, 1, 2, 3}, {1, 4, 2}};
-  const std::vector<double> spreads = arap::face_spreads(mesh.mesh());
+  const std::vector<double> spreads = arap::face_variances(mesh.mesh());
   const double of_quad = .5;          // its corners are sqrt(.5) from its centre
   const double of_triangle = 4. / 9;  // a ninth of the sum of its squared sides
   const std::vector<double> expected{
@@ -243,17 +243,17 @@ TEST(RotationNodes, SharesOfNodesBeginWithTheNearestAreaAndAreBalanced) {
 }
 
 /// Distances along the surface from a vertex to all others.
-std::vector<double> distances_from(const arap::SurfaceGraph& graph, int vertex) {
+std::vector<double> distances_from(const arap::EdgeGraph& graph, int vertex) {
   std::vector<double> distances(static_cast<size_t>(graph.n_vertices()), std::numeric_limits<double>::infinity());
-  arap::DistanceSweep sweep(graph);
+  arap::TruncatedDijkstra sweep(graph);
   sweep.run(std::span(&vertex, 1), 1e9F, [&](int reached, float d) { distances[reached] = static_cast<double>(d); });
   return distances;
 }
 
-arap::SurfaceGraph graph_of(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
+arap::EdgeGraph graph_of(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
 
 /// The vertices that are chosen one after the other, each not nearer than r to a former one.
-std::vector<int> greedy_choice(const arap::SurfaceGraph& graph, double radius) {
+std::vector<int> greedy_choice(const arap::EdgeGraph& graph, double radius) {
   std::vector<int> chosen;
   std::vector<char> is_covered(static_cast<size_t>(graph.n_vertices()), 0);
   for (int v = 0; v < graph.n_vertices(); ++v) {
@@ -270,7 +270,7 @@ TEST(RotationNodes, AreChosenInTheOrderOfTheVerticesAndMoveWithinTheirAreas) {
   const double radius = .1;
   for (const MeshData& data : {grid(60, Faces::kQuads), bumpy_sphere(4)}) {
     const MeshData mesh = in_model_space(renumbered(data, shuffled(data.n_vertices(), 5)));
-    const arap::SurfaceGraph graph = graph_of(mesh);
+    const arap::EdgeGraph graph = graph_of(mesh);
     const std::vector<int> greedy = greedy_choice(graph, radius);
     const RotationNodes nodes = choose_nodes(mesh, radius);
     ASSERT_EQ(nodes.size(), static_cast<int>(greedy.size())) << mesh.name;
@@ -292,8 +292,8 @@ TEST(RotationNodes, EveryVertexIsNearerThan14RadiiToANode) {
       const MeshData mesh = in_model_space(renumbered(data, shuffled(data.n_vertices(), seed)));
       const RotationNodes nodes = choose_nodes(mesh, radius);
       std::vector<float> nearest(static_cast<size_t>(mesh.n_vertices()), 1e9F);
-      const arap::SurfaceGraph graph = graph_of(mesh);
-      arap::DistanceSweep sweep(graph);
+      const arap::EdgeGraph graph = graph_of(mesh);
+      arap::TruncatedDijkstra sweep(graph);
       sweep.run(nodes.vertices, 1e9F, [&](int v, float d) { nearest[v] = d; });
       EXPECT_LT(static_cast<double>(*std::max_element(nearest.begin(), nearest.end())), 1.4 * radius) << mesh.name;
     }

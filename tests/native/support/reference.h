@@ -26,8 +26,6 @@ class Reference {
   /// @param weights  (n, n_nodes), rows sum to 1
   void share_rotations(const Eigen::MatrixXd& weights);
 
-  [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
-
   /// The double sum of the energy, with given rotations.
   [[nodiscard]] double energy(const Positions& positions, const std::vector<Matrix3>& rotations) const;
   /// The same with the best rotation for every cell.

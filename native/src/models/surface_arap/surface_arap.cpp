@@ -182,12 +182,12 @@ struct SurfaceArap::Impl {
   Pose kept;                   ///< lives as long as the model, so that its memory is there
   int n_factorizations = 0;
   double patch_radius;                          ///< of patches, where none is given
-  mutable std::unique_ptr<SurfaceGraph> graph;  ///< of the model; made when first needed
+  mutable std::unique_ptr<EdgeGraph> graph;  ///< of the model; made when first needed
 };
 
 Patch SurfaceArap::Impl::patch_around(const std::vector<int>& vertices, double radius) const {
   require_patch_sources(vertices, radius, input_part_of_vertex);
-  if (graph == nullptr) graph = std::make_unique<SurfaceGraph>(model.energy.K, model.rest, model.workers.threads());
+  if (graph == nullptr) graph = std::make_unique<EdgeGraph>(model.energy.K, model.rest, model.workers.threads());
   std::vector<int> sources;
   sources.reserve(vertices.size());
   for (const int v : vertices) sources.push_back(space.model_vertices()[v]);

@@ -34,8 +34,8 @@ std::vector<int> without_single_vertices(std::vector<int> region_of_vertex) {
 RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, double radius,
                            const std::vector<int>& region_of_vertex) {
   const std::vector<std::vector<int>> mirrors = find_mirrors(mesh, model.workers.threads());
-  const SurfaceGraph graph(model.energy.K, model.rest, model.workers.threads(),
-                           find_bridges(mesh, radius, mirrors, model.workers.threads()));
+  const EdgeGraph graph(model.energy.K, model.rest, model.workers.threads(),
+                           find_thickness_links(mesh, radius, mirrors, model.workers.threads()));
   return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, model.workers.threads());
 }
 

@@ -7,7 +7,7 @@
 
 namespace arap {
 
-/// What rounding leaves to solve_refined().
+/// What rounding leaves to solve_with_cg().
 inline constexpr double kDoubleAccuracy = 1e-15;
 
 /// Replaces b (n, 3) by x = A^-1 b, by default to about the accuracy of double, with a factorization that may be less
@@ -18,7 +18,7 @@ inline constexpr double kDoubleAccuracy = 1e-15;
 /// @param factor    of A; b is 0 in erased rows
 /// @param accuracy  of x, as a part of it: it ends with the step that leaves no larger error, as far as this step
 ///                  and the one before can tell
-void solve_refined(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
+void solve_with_cg(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
                    Positions& b, const Workers& workers, double accuracy = kDoubleAccuracy);
 
 }  // namespace arap

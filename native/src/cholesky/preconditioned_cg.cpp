@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cholesky/refined_solve.h"
+#include "cholesky/preconditioned_cg.h"
 
 #include <array>
 #include <cstddef>
@@ -74,7 +74,7 @@ constexpr double kLeastLeftSquared = 0.03 * 0.03;
 
 }  // namespace
 
-void solve_refined(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
+void solve_with_cg(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
                    Positions& b, const Workers& workers, double accuracy) {
   constexpr int kMostSteps = 50;
   constexpr double kRoundingSquared = 1e-30;
