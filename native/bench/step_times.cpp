@@ -34,15 +34,16 @@ double timed_ms(const Act& act) {
 StepTimes time_steps(const TaskFile& task, const Options& options) {
   // Of size 1, as SurfaceArap has it.
   const double size = task.mesh().diagonal();
-  BoundModel model;
-  const std::vector<int> model_vertex = bind_surface(
-      model, PolygonMesh(task.positions / size, task.corner_vertices, task.face_sizes), options, {}, {}, {});
+  SurfaceModel surface;
+  const std::vector<int> model_vertex = prepare_surface(
+      surface, PolygonMesh(task.positions / size, task.corner_vertices, task.face_sizes), options, {}, {}, {});
+  const PreparedModel& model = surface.prepared;
   ConstraintSet set;
-  set.vertices = task.constrained;
-  set.strengths.assign(task.constrained.size(), 1.0);
-  const BoundConstraints constraints(model, set, model_vertex, {});
+  for (const int v : task.constrained) set.vertices.push_back(model_vertex[v]);
+  set.strengths.assign(set.vertices.size(), 1.0);
+  const PreparedConstraints constraints(model, set, {});
   LocalGlobal steps(model, constraints);
-  steps.aim(task.targets / size, Precision::kSingle);
+  steps.set_targets(task.targets / size, Precision::kSingle);
 
   Pose pose{model.rest, Rotations(static_cast<size_t>(model.energy.n_cells()), Eigen::Quaterniond::Identity()), {}};
   steps.impose_constraints(pose);

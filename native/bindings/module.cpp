@@ -589,7 +589,6 @@ class Solver {
   [[nodiscard]] int threads() const { return solver_.threads(); }
   [[nodiscard]] py::array part_of_vertex() const { return to_array(solver_.part_of_vertex()); }
   [[nodiscard]] py::array loose_vertices() const { return to_array(solver_.loose_vertices()); }
-  [[nodiscard]] py::array coincident_vertices() const { return to_array(solver_.coincident_vertices()); }
 
   [[nodiscard]] std::string repr() const {
     return py::str("<SurfaceArap: {} vertices, {} {}, {} {}>")
@@ -663,8 +662,6 @@ void bind_solver(py::module_& m) {
       .def_property_readonly("n_parts", &Solver::n_parts, docstrings::SurfaceArap_n_parts)
       .def_property_readonly("part_of_vertex", &Solver::part_of_vertex, docstrings::SurfaceArap_part_of_vertex)
       .def_property_readonly("loose_vertices", &Solver::loose_vertices, docstrings::SurfaceArap_loose_vertices)
-      .def_property_readonly("coincident_vertices", &Solver::coincident_vertices,
-                             docstrings::SurfaceArap_coincident_vertices)
       .def_property_readonly("n_factorizations", &Solver::n_factorizations, docstrings::SurfaceArap_n_factorizations)
       .def_property_readonly("threads", &Solver::threads, docstrings::SurfaceArap_threads)
       .def("__repr__", &Solver::repr);

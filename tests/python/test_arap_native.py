@@ -218,20 +218,6 @@ def test_loose_vertices_and_parts_without_constraints_stay_and_are_reported():
     assert np.allclose(result.positions[n:], positions[n:], rtol=0, atol=1e-12)
 
 
-def test_coincident_vertices_are_reported():
-    mesh = tube(rings=4)
-    half = len(mesh.positions)
-    doubled = Mesh(
-        np.vstack([mesh.positions, mesh.positions + np.array([0.0, 0.0, 4.0])]),
-        np.concatenate([mesh.corner_vertices, mesh.corner_vertices + np.int32(half)]),
-        np.tile(mesh.face_sizes, 2),
-    )
-    seam = np.flatnonzero(doubled.positions[:, 2] == 4.0)
-    assert len(seam) == 16
-    assert bound(doubled).coincident_vertices.tolist() == seam.tolist()
-    assert bound(mesh).coincident_vertices.tolist() == []
-
-
 def test_joined_seam_does_not_open():
     mesh = tube(rings=4)
     half = len(mesh.positions)

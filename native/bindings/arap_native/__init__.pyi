@@ -242,9 +242,6 @@ class SurfaceArap:
     def loose_vertices(self) -> NDArray[np.int32]:
         """Vertices in no face."""
     @property
-    def coincident_vertices(self) -> NDArray[np.int32]:
-        """Vertices that share their place with another one (an open seam, unless Options.join_seams)."""
-    @property
     def n_factorizations(self) -> int:
         """Numeric factorizations since bind; new targets never add one."""
     @property

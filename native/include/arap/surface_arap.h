@@ -85,11 +85,10 @@ class SurfaceArap {
 
   [[nodiscard]] int n_vertices() const;
   [[nodiscard]] int n_parts() const;
-  [[nodiscard]] const std::vector<int>& part_of_vertex() const;       ///< (n,), -1 = loose
-  [[nodiscard]] const std::vector<int>& loose_vertices() const;       ///< vertices in no face
-  [[nodiscard]] const std::vector<int>& coincident_vertices() const;  ///< vertices that share their place with others
-  [[nodiscard]] int n_factorizations() const;                         ///< numeric factorizations since bind
-  [[nodiscard]] int threads() const;                                  ///< threads in use
+  [[nodiscard]] const std::vector<int>& part_of_vertex() const;  ///< (n,), -1 = loose
+  [[nodiscard]] const std::vector<int>& loose_vertices() const;  ///< vertices in no face
+  [[nodiscard]] int n_factorizations() const;                    ///< numeric factorizations since bind
+  [[nodiscard]] int threads() const;                             ///< threads in use
 
  private:
   struct Impl;

@@ -12,4 +12,13 @@ namespace arap {
   return inverse;
 }
 
+/// result[k] = values[order[k]]
+template <class Value>
+[[nodiscard]] std::vector<Value> permuted(const std::vector<Value>& values, const std::vector<int>& order) {
+  std::vector<Value> result;
+  result.reserve(order.size());
+  for (const int i : order) result.push_back(values[i]);
+  return result;
+}
+
 }  // namespace arap

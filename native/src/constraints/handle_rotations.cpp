@@ -67,7 +67,7 @@ Positions rotation_vectors(std::span<const Matrix3> rotations) {
 
 }  // namespace
 
-HandleTurns::HandleTurns(const BoundModel& model, const BoundConstraints& constraints)
+HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConstraints& constraints)
     : model_(model), constraints_(constraints) {
   constexpr size_t kSamples = 1000;
   const std::vector<int>& entries = constraints.entry_vertices();
@@ -100,14 +100,14 @@ HandleTurns::HandleTurns(const BoundModel& model, const BoundConstraints& constr
   find_parts(constraints.anchor_patches(), constraints.anchor_rows());
 }
 
-HandleTurns::Told HandleTurns::ask_groups(const Positions& from, const Positions& to) const {
+HandleRotations::Told HandleRotations::ask_groups(const Positions& from, const Positions& to) const {
   Told told;
   told.reserve(rows_of_group_.size());
   for (const std::vector<int>& rows : rows_of_group_) told.push_back(best_rotation(from, to, rows));
   return told;
 }
 
-Positions HandleTurns::of_rows(const Told& told) const {
+Positions HandleRotations::of_rows(const Told& told) const {
   // Part -1, that of loose vertices, comes first.
   std::vector<Matrix3> sums(model_.n_parts + 1, Matrix3::Zero());
   for (size_t g = 0; g < told.size(); ++g)
@@ -124,7 +124,7 @@ Positions HandleTurns::of_rows(const Told& told) const {
   return result;
 }
 
-Positions HandleTurns::estimate(const Positions& from, const Positions& to) const {
+Positions HandleRotations::estimate(const Positions& from, const Positions& to) const {
   const Told told = ask_groups(from, to);
   if (std::any_of(told.begin(), told.end(), [](const auto& r) { return r.has_value(); })) return of_rows(told);
   std::vector<int> rows(group_of_row_.size());
@@ -133,7 +133,7 @@ Positions HandleTurns::estimate(const Positions& from, const Positions& to) cons
   return rotation_vectors(std::array{rotation}).replicate(from.rows(), 1);
 }
 
-Positions HandleTurns::estimate_beyond(double angle, const Positions& from, const Positions& to) const {
+Positions HandleRotations::estimate_beyond(double angle, const Positions& from, const Positions& to) const {
   const Told told = ask_groups(from, to);
   const bool is_beyond = std::any_of(told.begin(), told.end(), [&](const std::optional<Matrix3>& rotation) {
     return rotation && Eigen::AngleAxisd(*rotation).angle() > angle;
@@ -141,8 +141,8 @@ Positions HandleTurns::estimate_beyond(double angle, const Positions& from, cons
   return is_beyond ? of_rows(told) : Positions(0, 3);
 }
 
-Positions HandleTurns::of_start(InitialGuess guess, const Positions& last_targets, const Positions& previous,
-                                const Positions& targets, std::span<const Matrix3> rotations) const {
+Positions HandleRotations::of_start(InitialGuess guess, const Positions& last_targets, const Positions& previous,
+                                    const Positions& targets, std::span<const Matrix3> rotations) const {
   // Below that a global step with the former rotations starts as well.
   constexpr double kLargeTurn = std::numbers::pi / 8;
   if (guess == InitialGuess::kHandleRotations)

@@ -6,15 +6,15 @@
 #include <vector>
 
 #include "arap/options.h"
-#include "constraints/bound_constraints.h"
+#include "constraints/prepared_constraints.h"
 
 namespace arap {
 
 /// How connected groups of constrained vertices have turned between two sets of targets. Turns are rotation vectors:
 /// the axis times the angle in radian.
-class HandleTurns {
+class HandleRotations {
  public:
-  HandleTurns(const BoundModel& model, const BoundConstraints& constraints);
+  HandleRotations(const PreparedModel& model, const PreparedConstraints& constraints);
 
   /// How far a solve's start is to turn with each row of its targets, (n_entries + n_patches, 3); no rows: not at all.
   /// From rest by the rotations that are given, or estimated; from the previous pose where handles turned far.
@@ -34,8 +34,8 @@ class HandleTurns {
   [[nodiscard]] Told ask_groups(const Positions& from, const Positions& to) const;
   [[nodiscard]] Positions of_rows(const Told& told) const;
 
-  const BoundModel& model_;
-  const BoundConstraints& constraints_;
+  const PreparedModel& model_;
+  const PreparedConstraints& constraints_;
   std::vector<int> group_of_row_;  ///< -1: a patch
   std::vector<int> part_of_row_;
   std::vector<std::vector<int>> rows_of_group_;  ///< as many as tell how it turns

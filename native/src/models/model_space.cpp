@@ -114,4 +114,10 @@ PolygonMesh ModelSpace::to_model(const PolygonMesh& mesh) const {
   return {to_model(mesh.positions(), Workers(1)), std::move(corners), std::move(sizes)};
 }
 
+ConstraintSet ModelSpace::to_model(ConstraintSet of_input) const {
+  for (std::vector<int>* vertices : {&of_input.vertices, &of_input.patches.vertices})
+    for (int& v : *vertices) v = model_vertex_[v];
+  return of_input;
+}
+
 }  // namespace arap

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "arap/constraints.h"
 #include "arap/mesh.h"
 #include "arap/types.h"
 #include "parallel/workers.h"
@@ -42,6 +43,7 @@ class ModelSpace {
   /// A vertex belongs to the region of any of its copies; of several, to the lowest.
   [[nodiscard]] std::vector<int> regions_to_model(const std::vector<int>& of_input) const;
   [[nodiscard]] PolygonMesh to_model(const PolygonMesh& mesh) const;
+  [[nodiscard]] ConstraintSet to_model(ConstraintSet of_input) const;
 
   [[nodiscard]] Eigen::RowVector3d to_input(const Eigen::RowVector3d& point) const { return point * size_ + center_; }
 

@@ -14,7 +14,7 @@ constexpr int kRows = 2048;
 
 }  // namespace
 
-double ForcePrediction::share(const Positions& step) const {
+double DragPredictor::share(const Positions& step) const {
   // Above 1 what is ahead grows from frame to frame; a drag that gets faster needs a little of it.
   constexpr double kMost = 1.5;
   if (step.rows() == 0 || step.rows() != last_step_.rows()) return 0;
@@ -23,13 +23,13 @@ double ForcePrediction::share(const Positions& step) const {
   return std::clamp(last_step_.cwiseProduct(step).sum() / length_squared, -kMost, kMost);
 }
 
-void ForcePrediction::add_to(Positions& residual, double share, const Workers& workers) const {
+void DragPredictor::add_to(Positions& residual, double share, const Workers& workers) const {
   parallel_for<kRows>(workers, static_cast<int>(residual.rows()), [&](int begin, int end) {
     residual.middleRows(begin, end - begin) += share * change_.middleRows(begin, end - begin).cast<double>();
   });
 }
 
-void ForcePrediction::observe(const Positions& residual, double share, const Workers& workers) {
+void DragPredictor::observe(const Positions& residual, double share, const Workers& workers) {
   observed_.resize(residual.rows(), 3);
   parallel_for<kRows>(workers, static_cast<int>(residual.rows()), [&](int begin, int end) {
     const int n = end - begin;
@@ -41,7 +41,7 @@ void ForcePrediction::observe(const Positions& residual, double share, const Wor
   });
 }
 
-void ForcePrediction::learn(const Positions& step, const Workers& workers) {
+void DragPredictor::learn(const Positions& step, const Workers& workers) {
   const bool is_finite = parallel_all<kRows>(workers, static_cast<int>(observed_.rows()), [&](int begin, int end) {
     return observed_.middleRows(begin, end - begin).allFinite();
   });

@@ -13,7 +13,7 @@ namespace arap {
 /// on.
 ///
 /// Forces and not rotations, because a global step takes them as they are: nothing has to be summed over the cells.
-class ForcePrediction {
+class DragPredictor {
  public:
   /// By which part of the last change the next frame begins ahead: how far its targets go in the direction of the last
   /// ones, as a part of these, in [-1.5, 1.5]. 0 where nothing is known, or nothing moves.

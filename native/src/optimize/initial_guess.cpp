@@ -13,7 +13,7 @@ namespace {
 constexpr double kTurnAccuracy = 1e-3;
 
 /// Mean turn of what is constrained in each part, part -1 (loose vertices) first.
-std::vector<Eigen::RowVector3d> mean_turns(const BoundModel& model, const BoundConstraints& constraints,
+std::vector<Eigen::RowVector3d> mean_turns(const PreparedModel& model, const PreparedConstraints& constraints,
                                            const Positions& turn_of_vertex, const Positions& turns) {
   std::vector<Eigen::RowVector3d> sums(model.n_parts + 1, Eigen::RowVector3d::Zero());
   std::vector<int> counts(sums.size(), 0);
@@ -35,8 +35,8 @@ std::vector<Eigen::RowVector3d> mean_turns(const BoundModel& model, const BoundC
 
 }  // namespace
 
-void guess_naive_laplacian(const BoundModel& model, BoundConstraints& constraints, const Positions& vertex_targets,
-                           const Positions& patch_targets, Pose& pose) {
+void guess_naive_laplacian(const PreparedModel& model, PreparedConstraints& constraints,
+                           const Positions& vertex_targets, const Positions& patch_targets, Pose& pose) {
   const ConstrainedSystem& system = constraints.laplacian_system(model);
   const RigidRegions& regions = constraints.regions();
   Positions gap = model.rest - pose.positions;
@@ -64,7 +64,8 @@ double guess_accuracy(double turn_range) {
   return std::clamp(kOfARadian * turn_range, kOfOneTurn, kOfARadian);
 }
 
-double spread_turns(const BoundModel& model, const BoundConstraints& constraints, const Positions& turns, Pose& pose) {
+double spread_rotations(const PreparedModel& model, const PreparedConstraints& constraints, const Positions& turns,
+                        Pose& pose) {
   const ConstrainedSystem& system = constraints.system();
   const RigidRegions& regions = constraints.regions();
   Positions turn_of_vertex = Positions::Zero(model.rest.rows(), 3);

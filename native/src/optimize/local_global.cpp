@@ -24,12 +24,12 @@ double longest_row(const Positions& x, const Workers& workers) {
   return std::sqrt(squared);
 }
 
-LocalGlobal::LocalGlobal(const BoundModel& model, const BoundConstraints& constraints)
+LocalGlobal::LocalGlobal(const PreparedModel& model, const PreparedConstraints& constraints)
     : model_(model), constraints_(constraints) {
   targets_.vertices = Positions::Zero(model.rest.rows(), 3);
 }
 
-void LocalGlobal::aim(const Positions& targets, Precision precision) {
+void LocalGlobal::set_targets(const Positions& targets, Precision precision) {
   CellPasses& passes = model_.passes(precision);
   const bool knew_pose = knows_pose();
   if (&passes != passes_) forget();
@@ -193,7 +193,7 @@ bool LocalGlobal::go_on_in_double(Pose& pose) {
   return true;
 }
 
-void LocalGlobal::show_forces_to(ForcePrediction& prediction, double share) {
+void LocalGlobal::show_forces_to(DragPredictor& prediction, double share) {
   // What holds the patches is no force of the cells. Ahead it would change nothing, as new multipliers take it up; but
   // it would add up from frame to frame, and these numbers are rounded.
   with_free_residual([&](const Positions& residual) { prediction.observe(residual, share, workers()); });
@@ -211,7 +211,7 @@ double LocalGlobal::global_step(Pose& pose) {
   return apply_residual(pose);
 }
 
-double LocalGlobal::global_step(Pose& pose, const ForcePrediction& prediction, double share) {
+double LocalGlobal::global_step(Pose& pose, const DragPredictor& prediction, double share) {
   find_residual_of(pose);
   prediction.add_to(residual_, share, workers());
   return apply_residual(pose);

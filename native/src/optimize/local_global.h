@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "constraints/bound_constraints.h"
+#include "constraints/prepared_constraints.h"
 #include "optimize/drag_predictor.h"
 
 namespace arap {
@@ -23,11 +23,11 @@ struct Pose {
 /// positions for the rotations); neither raises the energy. [SA07] Sec. 2.
 class LocalGlobal {
  public:
-  LocalGlobal(const BoundModel& model, const BoundConstraints& constraints);
+  LocalGlobal(const PreparedModel& model, const PreparedConstraints& constraints);
 
   /// Comes first, and again for new targets. Where the pose is the one that finish() left, the residual there is kept.
   /// @param targets  (n_entries + n_patches, 3) in model space
-  void aim(const Positions& targets, Precision precision);
+  void set_targets(const Positions& targets, Precision precision);
 
   /// (n, 3), 0 where there is none.
   [[nodiscard]] const Positions& vertex_targets() const { return targets_.vertices; }
@@ -42,7 +42,7 @@ class LocalGlobal {
   /// largest movement of a vertex.
   double global_step(Pose& pose);
   /// The same with forces ahead of the pose.
-  double global_step(Pose& pose, const ForcePrediction& prediction, double share);
+  double global_step(Pose& pose, const DragPredictor& prediction, double share);
   void global_step_to(double accuracy, Pose& pose);
 
   /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().
@@ -66,7 +66,7 @@ class LocalGlobal {
   }
 
   /// After the first fit of a frame, which began with this share of the forces ahead.
-  void show_forces_to(ForcePrediction& prediction, double share);
+  void show_forces_to(DragPredictor& prediction, double share);
 
   /// use(residual), with minus the gradient of the energy, soft constraints included, but for what holds the patches,
   /// (n, 3): no direction has a share in that, but its rounding would drown the slopes near the minimum.
@@ -114,8 +114,8 @@ class LocalGlobal {
   double apply_residual(Pose& pose);
   void apply_residual_to(double accuracy, Pose& pose);
 
-  const BoundModel& model_;
-  const BoundConstraints& constraints_;
+  const PreparedModel& model_;
+  const PreparedConstraints& constraints_;
   CellPasses* passes_ = nullptr;
   bool is_in_double_ = false;
   Known known_ = Known::kNothing;

@@ -536,19 +536,22 @@ void renumber_cells(arap::CellEnergy& energy, const std::vector<int>& order) {
 /// Vertices after some iterations, with the cells in the given order.
 Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vector<int>& regions,
                           const std::vector<int>& cell_order) {
-  arap::BoundModel model;
+  arap::SurfaceModel surface;
+  arap::PreparedModel& model = surface.prepared;
   const double size = mesh.diagonal();
   arap::Options options;
   options.linear_solver = arap::LinearSolverKind::kSimplicialLdlt;
   MeshData of_size_1 = mesh;
   for (Vector3& vertex : of_size_1.vertices) vertex /= size;
-  const std::vector<int> numbers = bind_surface(model, of_size_1.mesh(), options, {}, regions, {});
+  const std::vector<int> numbers = prepare_surface(surface, of_size_1.mesh(), options, {}, regions, {});
   renumber_cells(model.energy, cell_order);
   model.regions = arap::RigidRegions(regions, model.energy, model.rest);
   model.regions.read_cells();
-  const arap::BoundConstraints constraints(model, task.constraints, numbers, {});
+  arap::ConstraintSet set = task.constraints;
+  for (int& v : set.vertices) v = numbers[v];
+  const arap::PreparedConstraints constraints(model, set, {});
   arap::LocalGlobal steps(model, constraints);
-  steps.aim(task.targets / size, arap::Precision::kDouble);
+  steps.set_targets(task.targets / size, arap::Precision::kDouble);
   arap::Pose pose{model.rest, arap::Rotations(cell_order.size(), Eigen::Quaterniond::Identity()),
                   constraints.regions().fit_placements(model.rest)};
   steps.impose_constraints(pose);

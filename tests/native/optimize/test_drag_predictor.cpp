@@ -13,29 +13,29 @@
 namespace arap_test {
 namespace {
 
-using arap::ForcePrediction;
+using arap::DragPredictor;
 using arap::SurfaceArap;
 
 Positions step(const Vector3& of_all) { return of_all.transpose().replicate(3, 1); }
 
 Positions some(double value) { return Positions::Constant(4, 3, value); }
 
-ForcePrediction learned(const Vector3& of_all, const Positions& change = some(1)) {
-  ForcePrediction prediction;
+DragPredictor learned(const Vector3& of_all, const Positions& change = some(1)) {
+  DragPredictor prediction;
   prediction.observe(change, 0, arap::Workers(1));
   prediction.learn(step(of_all), arap::Workers(1));
   return prediction;
 }
 
 /// What it adds for a share of 1.
-Positions change_of(const ForcePrediction& prediction) {
+Positions change_of(const DragPredictor& prediction) {
   Positions change = some(0);
   prediction.add_to(change, 1, arap::Workers(1));
   return change;
 }
 
-TEST(ForcePrediction, GoesOnAsFarAsTheTargetsDo) {
-  const ForcePrediction prediction = learned({1, 2, 0});
+TEST(DragPredictor, GoesOnAsFarAsTheTargetsDo) {
+  const DragPredictor prediction = learned({1, 2, 0});
   EXPECT_DOUBLE_EQ(prediction.share(step({1, 2, 0})), 1);
   EXPECT_DOUBLE_EQ(prediction.share(step({.5, 1, 0})), .5);
   EXPECT_DOUBLE_EQ(prediction.share(step({3, 1, 7})), 1) << "what is across counts nothing";
@@ -46,30 +46,30 @@ TEST(ForcePrediction, GoesOnAsFarAsTheTargetsDo) {
   EXPECT_DOUBLE_EQ(prediction.share(step({-100, -200, 0})), -1.5);
 }
 
-TEST(ForcePrediction, KnowsNothingAtFirstNorOfOtherTargets) {
-  EXPECT_EQ(ForcePrediction().share(step({1, 0, 0})), 0);
-  EXPECT_EQ(ForcePrediction().share(Positions(0, 3)), 0);
+TEST(DragPredictor, KnowsNothingAtFirstNorOfOtherTargets) {
+  EXPECT_EQ(DragPredictor().share(step({1, 0, 0})), 0);
+  EXPECT_EQ(DragPredictor().share(Positions(0, 3)), 0);
   EXPECT_EQ(learned({1, 0, 0}).share(Positions::Ones(2, 3)), 0);
   EXPECT_EQ(learned({1, 0, 0}).share(Positions(0, 3)), 0);
   EXPECT_EQ(learned({0, 0, 0}).share(step({1, 0, 0})), 0);
 }
 
-TEST(ForcePrediction, ForgetsTheLastFrameAndWhatAFrameThatIsNotLearnedShowed) {
-  ForcePrediction prediction = learned({1, 0, 0}, some(.5));
+TEST(DragPredictor, ForgetsTheLastFrameAndWhatAFrameThatIsNotLearnedShowed) {
+  DragPredictor prediction = learned({1, 0, 0}, some(.5));
   prediction.observe(some(8), 1, arap::Workers(1));
   EXPECT_EQ(change_of(prediction), some(.5));
   prediction.forget();
   EXPECT_EQ(prediction.share(step({1, 0, 0})), 0);
 }
 
-TEST(ForcePrediction, KnowsNothingOfForcesBeyondAFloat) {
+TEST(DragPredictor, KnowsNothingOfForcesBeyondAFloat) {
   EXPECT_EQ(learned({1, 0, 0}, some(1e60)).share(step({1, 0, 0})), 0);
 }
 
-TEST(ForcePrediction, FindsTheChangeOfTheForcesThroughWhatItAdded) {
+TEST(DragPredictor, FindsTheChangeOfTheForcesThroughWhatItAdded) {
   // K = 1: a step goes to p = b + share * (last change), and the fit there leaves b_new - p.
   const std::vector<double> forces = {1, 1.5, 1.75, 2.5, 2};
-  ForcePrediction prediction;
+  DragPredictor prediction;
   double change = 0;
   for (size_t k = 0; k + 1 < forces.size(); ++k) {
     const double share = k == 0 ? 0 : .75;

@@ -6,16 +6,14 @@
 #include <memory>
 #include <numeric>
 
-#include "base/eigen_compat.h"
 #include "base/permutation.h"
-#include "cholesky/solver_choice.h"
 #include "mesh/mirror_symmetry.h"
 #include "mesh/thickness_links.h"
 #include "models/surface_arap/surface_energies.h"
+#include "parallel/beside.h"
 #include "parallel/parallel.h"
 #include "sampling/rotation_nodes.h"
 #include "sampling/surface_patch.h"
-#include "sparse/connected_components.h"
 
 namespace arap {
 
@@ -31,85 +29,54 @@ std::vector<int> without_single_vertices(std::vector<int> region_of_vertex) {
 }
 
 /// Which vertices are nodes, and the weights of all with them.
-RotationNodes choose_nodes(const BoundModel& model, const PolygonMesh& mesh, double radius,
+RotationNodes choose_nodes(const SurfaceModel& model, const PolygonMesh& mesh, double radius,
                            const std::vector<int>& region_of_vertex) {
-  const std::vector<std::vector<int>> mirrors = find_mirrors(mesh, model.workers.threads());
-  const EdgeGraph graph(model.energy.K, model.rest, model.workers.threads(),
-                           find_thickness_links(mesh, radius, mirrors, model.workers.threads()));
-  return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, model.workers.threads());
-}
-
-template <class Value>
-std::vector<Value> in_order(const std::vector<Value>& values, const std::vector<int>& order) {
-  std::vector<Value> result;
-  result.reserve(order.size());
-  for (const int v : order) result.push_back(values[v]);
-  return result;
-}
-
-/// act(), beside what else there is to do where there are threads for it; else when it is asked for.
-template <class Act>
-auto beside(const Workers& workers, const Act& act) {
-  return std::async(workers.threads() > 1 ? std::launch::async : std::launch::deferred, act);
-}
-
-/// Follows the energy, whose vertices have new numbers; returns the number of each.
-std::vector<int> renumber(BoundModel& model, const std::vector<int>& order) {
-  std::vector<int> new_of_old = inverse_permutation(order);
-  model.regions.renumber(new_of_old);
-  model.reduce_matrix();
-  std::future<void> solver = beside(model.workers, [&] { model.solver->renumber(model.system_matrix()); });
-  model.components = connected_components(model.system_matrix());
-  model.rest = Positions(model.rest(order, all));
-  model.part_of_vertex = in_order(model.part_of_vertex, order);
-  model.areas = in_order(model.areas, order);
-  model.regions.read_cells();
-  solver.get();
-  return new_of_old;
-}
-
-/// Where nothing gets another number.
-std::vector<int> keep_numbers(BoundModel& model) {
-  model.components = connected_components(model.system_matrix());
-  model.regions.read_cells();
-  std::vector<int> unchanged(model.rest.rows());
-  std::iota(unchanged.begin(), unchanged.end(), 0);
-  return unchanged;
+  const PreparedModel& prepared = model.prepared;
+  const int threads = prepared.workers.threads();
+  const std::vector<std::vector<int>> mirrors = find_mirrors(mesh, threads);
+  const EdgeGraph graph(prepared.energy.K, prepared.rest, threads, find_thickness_links(mesh, radius, mirrors, threads));
+  return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, threads);
 }
 
 }  // namespace
 
-std::vector<int> bind_surface(BoundModel& model, const PolygonMesh& mesh, const Options& options,
-                              const std::vector<double>& stiffness, const std::vector<int>& region_of_vertex,
-                              const Progress& progress) {
-  model.rest = mesh.positions();
-  model.part_of_vertex = mesh.part_of_vertex();
+std::vector<int> prepare_surface(SurfaceModel& model, const PolygonMesh& mesh, const Options& options,
+                                 const std::vector<double>& stiffness, const std::vector<int>& region_of_vertex,
+                                 const Progress& progress) {
+  PreparedModel& prepared = model.prepared;
   model.areas = vertex_areas(mesh);
-  model.n_parts = mesh.n_parts();
-  model.workers = Workers(choose_threads(options.threads, mesh.n_vertices()));
-  model.linear_solver = options.linear_solver;
+  prepared.rest = mesh.positions();
+  prepared.part_of_vertex = mesh.part_of_vertex();
+  prepared.n_parts = mesh.n_parts();
+  prepared.workers = Workers(choose_threads(options.threads, mesh.n_vertices()));
+  prepared.linear_solver = options.linear_solver;
   const std::vector<int> regions = without_single_vertices(region_of_vertex);
-  model.regions = RigidRegions(regions, model.energy, model.rest);
+  prepared.regions = RigidRegions(regions, prepared.energy, prepared.rest);
   // The order of the unknowns takes a good part of a bind: the cells are made beside it.
   std::future<std::unique_ptr<LinearSolver>> solver;
   const auto with_matrix = [&] {
-    model.reduce_matrix();
-    solver = beside(model.workers,
-                    [&model] { return make_linear_solver(model.system_matrix(), model.linear_solver, model.workers); });
+    solver = beside(prepared.workers, [&prepared] { return prepared.make_solver(); });
     return options.energy == Energy::kRotationNodes ? choose_nodes(model, mesh, options.rigidity_radius, regions)
                                                     : node_at_each_vertex(mesh.n_vertices());
   };
   const auto find_order = [&] {
     // In a sum over few cells single precision shows, and there is no time to win.
     constexpr int kFewVertices = 2000;
-    model.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(model.energy, model.rest);
-    model.solver = solver.get();
-    return model.solver->order();
+    prepared.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(prepared.energy, prepared.rest);
+    prepared.solver = solver.get();
+    return prepared.solver->order();
   };
-  assemble_surface_energy(model.energy, mesh, options, stiffness, model.workers.threads(), progress, with_matrix,
+  assemble_surface_energy(prepared.energy, mesh, options, stiffness, prepared.workers.threads(), progress, with_matrix,
                           find_order);
-  const std::vector<int>* order = model.solver->order();
-  return order == nullptr ? keep_numbers(model) : renumber(model, std::vector<int>(*order));
+  if (prepared.solver->order() == nullptr) {
+    prepared.keep_numbers();
+    std::vector<int> unchanged(mesh.n_vertices());
+    std::iota(unchanged.begin(), unchanged.end(), 0);
+    return unchanged;
+  }
+  const std::vector<int> order = *prepared.solver->order();
+  model.areas = permuted(model.areas, order);
+  return prepared.take_solver_numbers();
 }
 
 }  // namespace arap

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -574,16 +573,6 @@ TEST(Robustness, FarFromTheOriginIsTheSameThere) {
 }
 
 // Open seams.
-
-TEST(Robustness, OpenSeamIsReported) {
-  const MeshData mesh = cylinder_with_open_seam(10, 6, Faces::kQuads);
-  const std::vector<int> listed = SurfaceArap(mesh.mesh()).coincident_vertices();
-  std::set<int> expected;
-  for (int layer = 0; layer <= 6; ++layer) expected.insert({layer * 10, 70 + layer});
-  EXPECT_EQ(std::set<int>(listed.begin(), listed.end()), expected);
-  EXPECT_EQ(listed.size(), expected.size()) << "each once";
-  EXPECT_TRUE(SurfaceArap(cylinder(10, 6).mesh()).coincident_vertices().empty());
-}
 
 TEST(Robustness, OpenSeamHeldTogetherIsTheClosedMesh) {
   const MeshData closed = open_cylinder(10, 6, Faces::kTriangles);

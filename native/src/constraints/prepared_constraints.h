@@ -5,56 +5,21 @@
 #include <vector>
 
 #include "arap/constraints.h"
-#include "arap/options.h"
 #include "base/eigen_compat.h"
 #include "constraints/constrained_system.h"
 #include "constraints/mixed_patches.h"
+#include "constraints/prepared_model.h"
 #include "constraints/rigid_regions.h"
-#include "energy/cell_energy.h"
-#include "energy/cell_passes.h"
 
 namespace arap {
 
-/// What a model's parts share: the energy and the shape it was assembled from.
-struct BoundModel {
-  CellEnergy energy;
-  Positions rest;                   ///< (n, 3), centred, diagonal 1
-  std::vector<int> part_of_vertex;  ///< (n,) -1 = loose
-  std::vector<double> areas;        ///< (n,) of the surface at each vertex
-  int n_parts = 0;
-  Workers workers;  ///< of the bind and of iterations
-  LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
-  bool fits_single = false;              ///< whether single precision serves this energy
-  RigidRegions regions;                  ///< without constraints
-  std::vector<int> components;           ///< (n,) connected_components() of system_matrix()
-  std::unique_ptr<LinearSolver> solver;  ///< for its pattern
-
-  BoundModel() : regions({}, energy, rest) {}
-  /// K over the unknowns of the regions.
-  [[nodiscard]] const SparseMatrix& system_matrix() const { return regions.empty() ? energy.K : reduced_matrix_; }
-  /// Makes system_matrix() what it is for the present K and regions.
-  void reduce_matrix() {
-    if (!regions.empty()) reduced_matrix_ = regions.reduce(energy.K);
-  }
-  /// Over `energy`, in double where single does not serve it; made when first needed.
-  [[nodiscard]] CellPasses& passes(Precision precision) const;
-  BoundModel(const BoundModel&) = delete;  // regions refers to energy and rest
-  BoundModel& operator=(const BoundModel&) = delete;
-
- private:
-  SparseMatrix reduced_matrix_;  ///< where there are regions
-  mutable std::unique_ptr<CellPasses> single_passes_;
-  mutable std::unique_ptr<CellPasses> double_passes_;
-};
-
-/// A set of constraints bound to a model: entries on the same model vertex merged, what is fixed and what is free
-/// decided, the system factorized. Immutable but for the second system, made when a naive Laplacian guess needs it.
-class BoundConstraints {
+/// A set of constraints, prepared for a model: entries on the same vertex are merged, each unknown is fixed or free,
+/// and the system is factorized. Nothing changes later but the second system, which a naive Laplacian guess makes.
+class PreparedConstraints {
  public:
-  /// @param model_vertex  model vertex of each input vertex
+  /// @param set  of vertices of the model; a vertex may have several entries
   /// Throws InvalidInput, SolverError or Cancelled.
-  BoundConstraints(const BoundModel& model, const ConstraintSet& set, const std::vector<int>& model_vertex,
-                   const Progress& progress);
+  PreparedConstraints(const PreparedModel& model, const ConstraintSet& set, const Progress& progress);
 
   /// Writes the rows of constrained vertices. A vertex with several entries takes their mean, weighted by strength.
   /// @param targets    (n_entries + n_patches, 3) on the model
@@ -71,7 +36,7 @@ class BoundConstraints {
   [[nodiscard]] const ConstrainedSystem& system() const { return *system_; }
 
   /// min |K x - K rest|^2 under the same constraints; made on the first call.
-  [[nodiscard]] const ConstrainedSystem& laplacian_system(const BoundModel& model);
+  [[nodiscard]] const ConstrainedSystem& laplacian_system(const PreparedModel& model);
   [[nodiscard]] bool has_laplacian_system() const { return laplacian_system_ != nullptr; }
 
   /// (n,) vertices that sit exactly at their target.
@@ -103,10 +68,10 @@ class BoundConstraints {
   [[nodiscard]] const std::vector<int>& parts_at_rest() const { return parts_at_rest_; }
 
  private:
-  void merge_entries(const BoundModel& model, const ConstraintSet& set, const std::vector<int>& model_vertex);
-  void merge_patches(const BoundModel& model, const ConstraintSet& set, const std::vector<int>& model_vertex);
-  void find_rest(const BoundModel& model);
-  void find_weak_hold(const BoundModel& model);
+  void merge_entries(const PreparedModel& model, const ConstraintSet& set);
+  void merge_patches(const PreparedModel& model, const ConstraintSet& set);
+  void find_rest(const PreparedModel& model);
+  void find_weak_hold(const PreparedModel& model);
   [[nodiscard]] std::vector<char> fixed_unknowns() const;
   [[nodiscard]] Eigen::VectorXd reduced_diagonal(const Eigen::VectorXd& diagonal) const;
   [[nodiscard]] std::vector<Average> reduced_patches() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "constraints/bound_constraints.h"
+#include "constraints/prepared_constraints.h"
 
 #include <algorithm>
 #include <map>
@@ -20,18 +20,10 @@ constexpr double kHardStrength = 1 - 1e-9;
 
 }  // namespace
 
-CellPasses& BoundModel::passes(Precision precision) const {
-  const Precision served = fits_single ? precision : Precision::kDouble;
-  auto& made = served == Precision::kSingle ? single_passes_ : double_passes_;
-  if (made == nullptr) made = make_cell_passes(energy, rest, served, workers);
-  return *made;
-}
-
-BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet& set,
-                                   const std::vector<int>& model_vertex, const Progress& progress)
+PreparedConstraints::PreparedConstraints(const PreparedModel& model, const ConstraintSet& set, const Progress& progress)
     : regions_(model.regions) {
-  merge_entries(model, set, model_vertex);
-  merge_patches(model, set, model_vertex);
+  merge_entries(model, set);
+  merge_patches(model, set);
   regions_.set_constraints(is_hard_, soft_diagonal_, anchor_points_);
   find_rest(model);
   find_weak_hold(model);
@@ -53,13 +45,12 @@ BoundConstraints::BoundConstraints(const BoundModel& model, const ConstraintSet&
     mixed_patches_ = MixedPatches(regions_, patches_, *system_);
 }
 
-void BoundConstraints::merge_entries(const BoundModel& model, const ConstraintSet& set,
-                                     const std::vector<int>& model_vertex) {
+void PreparedConstraints::merge_entries(const PreparedModel& model, const ConstraintSet& set) {
   const auto n = static_cast<int>(model.rest.rows());
   std::vector<double> strength(n, 0.0);
   std::vector<double> strength_sum(n, 0.0);
   for (size_t k = 0; k < set.vertices.size(); ++k) {
-    const int v = model_vertex[set.vertices[k]];
+    const int v = set.vertices[k];
     entry_vertices_.push_back(v);
     strength[v] = std::max(strength[v], set.strengths[k]);
     strength_sum[v] += set.strengths[k];
@@ -90,20 +81,15 @@ void BoundConstraints::merge_entries(const BoundModel& model, const ConstraintSe
   }
 }
 
-void BoundConstraints::merge_patches(const BoundModel& model, const ConstraintSet& set,
-                                     const std::vector<int>& model_vertex) {
+void PreparedConstraints::merge_patches(const PreparedModel& model, const ConstraintSet& set) {
   for (int p = 0; p < set.patches.size(); ++p) {
     const int begin = set.patches.offsets[p];
     const int end = set.patches.offsets[p + 1];
     std::map<int, double> weight_of_vertex;
     double sum = 0;
     for (int k = begin; k < end; ++k) {
-      const int input_vertex = set.patches.vertices[k];
-      const int v = model_vertex[input_vertex];
+      const int v = set.patches.vertices[k];
       if (!(set.patches.weights[k] > 0)) continue;
-      if (model.part_of_vertex[v] < 0)
-        throw InvalidInput(
-            text("patch ", p, " contains loose vertex ", input_vertex, ", which nothing can move; leave it out"));
       weight_of_vertex[v] += set.patches.weights[k];
       sum += set.patches.weights[k];
     }
@@ -124,7 +110,7 @@ void BoundConstraints::merge_patches(const BoundModel& model, const ConstraintSe
   }
 }
 
-void BoundConstraints::find_rest(const BoundModel& model) {
+void PreparedConstraints::find_rest(const PreparedModel& model) {
   const auto n = static_cast<int>(model.rest.rows());
   std::vector<char> is_component_constrained(n, 0);
   const auto component = [&](int v) { return model.components[regions_.unknown_of(v)]; };
@@ -147,7 +133,7 @@ void BoundConstraints::find_rest(const BoundModel& model) {
     if (is_part_constrained[part] == 0) parts_at_rest_.push_back(part);
 }
 
-void BoundConstraints::find_weak_hold(const BoundModel& model) {
+void PreparedConstraints::find_weak_hold(const PreparedModel& model) {
   constexpr double kWeak = 0.01;  // of a vertex' own stiffness
   std::vector<double> hold(model.n_parts, 0.0);
   const auto strengthen = [&](int v, double by) {
@@ -163,7 +149,7 @@ void BoundConstraints::find_weak_hold(const BoundModel& model) {
   is_weak_hold_ = std::any_of(hold.begin(), hold.end(), [](double h) { return h > 0 && h < kWeak; });
 }
 
-std::vector<char> BoundConstraints::fixed_unknowns() const {
+std::vector<char> PreparedConstraints::fixed_unknowns() const {
   std::vector<char> is_fixed(is_hard_.size(), 0);
   for (size_t v = 0; v < is_hard_.size(); ++v) {
     const bool is_unknown = regions_.unknown_of(static_cast<int>(v)) == static_cast<int>(v);
@@ -174,25 +160,25 @@ std::vector<char> BoundConstraints::fixed_unknowns() const {
   return is_fixed;
 }
 
-Eigen::VectorXd BoundConstraints::reduced_diagonal(const Eigen::VectorXd& diagonal) const {
+Eigen::VectorXd PreparedConstraints::reduced_diagonal(const Eigen::VectorXd& diagonal) const {
   Eigen::VectorXd reduced = Eigen::VectorXd::Zero(diagonal.size());
   for (Eigen::Index v = 0; v < diagonal.size(); ++v) reduced[regions_.unknown_of(static_cast<int>(v))] += diagonal[v];
   return reduced;
 }
 
-std::vector<Average> BoundConstraints::reduced_patches() const {
+std::vector<Average> PreparedConstraints::reduced_patches() const {
   std::vector<Average> reduced = patches_;
   for (Average& patch : reduced)
     for (int& v : patch.indices) v = regions_.unknown_of(v);
   return reduced;
 }
 
-void BoundConstraints::write_vertex_targets(const Positions& targets, Positions& of_vertex) const {
+void PreparedConstraints::write_vertex_targets(const Positions& targets, Positions& of_vertex) const {
   for (const int k : entries_by_vertex_) of_vertex.row(entry_vertices_[k]).setZero();
   for (const int k : entries_by_vertex_) of_vertex.row(entry_vertices_[k]) += entry_shares_[k] * targets.row(k);
 }
 
-Positions BoundConstraints::constrained_points(const Positions& positions) const {
+Positions PreparedConstraints::constrained_points(const Positions& positions) const {
   Positions points(entry_vertices_.size() + patches_.size() + anchor_patches_.size(), 3);
   for (size_t k = 0; k < entry_vertices_.size(); ++k) points.row(k) = positions.row(entry_vertices_[k]);
   for (size_t k = 0; k < patches_.size(); ++k) points.row(patch_rows_[k]) = patches_[k].of(positions);
@@ -203,7 +189,7 @@ Positions BoundConstraints::constrained_points(const Positions& positions) const
   return points;
 }
 
-const ConstrainedSystem& BoundConstraints::laplacian_system(const BoundModel& model) {
+const ConstrainedSystem& PreparedConstraints::laplacian_system(const PreparedModel& model) {
   if (laplacian_system_ == nullptr) {
     const SparseMatrix K_squared = model.energy.K * model.energy.K;
     // The same strength as in the energy, measured in the diagonal of this system.

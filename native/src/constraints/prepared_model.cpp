@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "constraints/prepared_model.h"
+
+#include <future>
+
+#include "base/eigen_compat.h"
+#include "base/permutation.h"
+#include "cholesky/solver_choice.h"
+#include "parallel/beside.h"
+#include "sparse/connected_components.h"
+
+namespace arap {
+
+std::unique_ptr<LinearSolver> PreparedModel::make_solver() {
+  if (!regions.empty()) reduced_matrix_ = regions.reduce(energy.K);
+  return make_linear_solver(system_matrix(), linear_solver, workers);
+}
+
+std::vector<int> PreparedModel::take_solver_numbers() {
+  const std::vector<int> order = *solver->order();
+  std::vector<int> new_of_old = inverse_permutation(order);
+  regions.renumber(new_of_old);
+  if (!regions.empty()) reduced_matrix_ = regions.reduce(energy.K);
+  std::future<void> renumbered = beside(workers, [&] { solver->renumber(system_matrix()); });
+  components = connected_components(system_matrix());
+  rest = Positions(rest(order, all));
+  part_of_vertex = permuted(part_of_vertex, order);
+  regions.read_cells();
+  renumbered.get();
+  return new_of_old;
+}
+
+void PreparedModel::keep_numbers() {
+  components = connected_components(system_matrix());
+  regions.read_cells();
+}
+
+CellPasses& PreparedModel::passes(Precision precision) const {
+  const Precision served = fits_single ? precision : Precision::kDouble;
+  auto& made = served == Precision::kSingle ? single_passes_ : double_passes_;
+  if (made == nullptr) made = make_cell_passes(energy, rest, served, workers);
+  return *made;
+}
+
+}  // namespace arap

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "arap/options.h"
+#include "cholesky/linear_solver.h"
+#include "constraints/rigid_regions.h"
+#include "energy/cell_energy.h"
+#include "energy/cell_passes.h"
+
+namespace arap {
+
+/// What an assembler makes of its input, and all that constraints and iterations know of it: an energy in the one form
+/// of CellEnergy, the rest positions of its unknowns, and a solver for the pattern of its matrix. The unknowns are
+/// called vertices here; they may be the vertices of a surface, those of tetrahedra or the control points of a lattice.
+///
+/// An assembler fills in energy, rest, parts, workers and regions, calls make_solver() when K is whole, and
+/// take_solver_numbers() or keep_numbers() when the cells are.
+struct PreparedModel {
+  CellEnergy energy;
+  Positions rest;                   ///< (n, 3), centred, of size 1: tolerances are parts of it
+  std::vector<int> part_of_vertex;  ///< (n,) connected component of the input, -1 = isolated vertex
+  int n_parts = 0;
+  Workers workers;  ///< of the bind and of iterations
+  LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
+  bool fits_single = false;              ///< whether single precision serves this energy
+  RigidRegions regions;                  ///< without constraints
+  std::vector<int> components;           ///< (n,) connected_components() of system_matrix()
+  std::unique_ptr<LinearSolver> solver;  ///< for its pattern
+
+  PreparedModel() : regions({}, energy, rest) {}
+  PreparedModel(const PreparedModel&) = delete;  // regions refers to energy and rest
+  PreparedModel& operator=(const PreparedModel&) = delete;
+
+  /// K over the unknowns of the regions.
+  [[nodiscard]] const SparseMatrix& system_matrix() const { return regions.empty() ? energy.K : reduced_matrix_; }
+
+  /// A solver for the pattern of the present K and regions. The caller stores it in `solver`: it may be made beside
+  /// other work.
+  [[nodiscard]] std::unique_ptr<LinearSolver> make_solver();
+
+  /// For an energy and rest positions whose vertices have the solver's numbers already: regions, parts and the solver
+  /// take them too. Returns the new number of each vertex.
+  std::vector<int> take_solver_numbers();
+  /// For an energy whose vertices keep their numbers.
+  void keep_numbers();
+
+  /// Over `energy`; in double if single precision does not serve it. Made when first needed.
+  [[nodiscard]] CellPasses& passes(Precision precision) const;
+
+ private:
+  SparseMatrix reduced_matrix_;  ///< empty without regions
+  mutable std::unique_ptr<CellPasses> single_passes_;
+  mutable std::unique_ptr<CellPasses> double_passes_;
+};
+
+}  // namespace arap

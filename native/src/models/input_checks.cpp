@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "models/input_checks.h"
+
+#include <string>
+
+#include "parallel/parallel.h"
+
+namespace arap {
+
+namespace {
+
+/// What row k of the targets belongs to.
+std::string target_name(const ConstraintSet& set, int k) {
+  const int n_vertices = static_cast<int>(set.vertices.size());
+  return k < n_vertices ? text("row ", k, ", vertex ", set.vertices[k], ",")
+                        : text("row ", k, ", patch ", k - n_vertices, ",");
+}
+
+}  // namespace
+
+void require_rows(const char* what, Eigen::Index rows, Eigen::Index expected) {
+  if (rows != expected) throw InvalidInput(text(what, " has ", rows, " rows, expected ", expected));
+}
+
+void require_movable_patches(const Patches& patches, const std::vector<int>& part_of_vertex) {
+  for (int p = 0; p < patches.size(); ++p)
+    for (int k = patches.offsets[p]; k < patches.offsets[p + 1]; ++k)
+      if (patches.weights[k] > 0 && part_of_vertex[patches.vertices[k]] < 0)
+        throw InvalidInput(text("patch ", p, " contains loose vertex ", patches.vertices[k],
+                                ", which nothing can move; leave it out"));
+}
+
+void require_targets(const ConstraintSet& set, const Positions& targets, std::span<const Matrix3> rotations) {
+  require_rows("targets", targets.rows(), set.size());
+  require_finite("targets", targets, [&](int k) { return target_name(set, k); });
+  if (!rotations.empty()) require_rows("rotations", rotations.size(), set.size());
+  for (size_t k = 0; k < rotations.size(); ++k)
+    if (!rotations[k].allFinite()) throw InvalidInput(text("rotations[", k, "] is not finite"));
+}
+
+bool all_finite(const Positions& x, const Workers& workers) {
+  return parallel_all<4096>(workers, static_cast<int>(x.rows()),
+                            [&](int begin, int end) { return x.middleRows(begin, end - begin).allFinite(); });
+}
+
+}  // namespace arap

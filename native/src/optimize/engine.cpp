@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "optimize/engine.h"
+
+#include <cmath>
+#include <utility>
+
+#include "arap/error.h"
+#include "optimize/initial_guess.h"
+#include "optimize/time_budget.h"
+#include "parallel/parallel.h"
+
+namespace arap {
+
+namespace {
+
+/// Fits the rotations to positions that have nothing to do with the former ones; returns the sum of <R_c, Q_c>.
+double fit_from_rest(CellPasses& passes, const Positions& positions) {
+  passes.set_positions(positions);
+  passes.reset_rotations();
+  return passes.fit_rotations();
+}
+
+}  // namespace
+
+Engine::Engine(const PreparedModel& model) : model_(model) { move_to_rest(); }
+
+void Engine::move_to_rest() {
+  if (steps_ != nullptr) steps_->forget();
+  pose_.positions = model_.rest;
+  pose_.rotations.assign(model_.energy.n_cells(), Eigen::Quaterniond::Identity());
+  pose_.placements = model_.regions.fit_placements(pose_.positions);
+}
+
+void Engine::reset() {
+  move_to_rest();
+  last_targets_.resize(0, 3);
+}
+
+void Engine::set_positions(Positions positions) {
+  if (steps_ != nullptr) steps_->forget();
+  CellPasses& passes = model_.passes(Precision::kSingle);
+  static_cast<void>(fit_from_rest(passes, positions));
+  passes.read_rotations(pose_.rotations);
+  pose_.positions = std::move(positions);
+  last_targets_.resize(0, 3);
+}
+
+void Engine::set_constraints(const ConstraintSet& set, const Progress& progress) {
+  auto constraints = std::make_unique<PreparedConstraints>(model_, set, progress);
+  auto handle_rotations = std::make_unique<HandleRotations>(model_, *constraints);
+  auto steps = std::make_unique<LocalGlobal>(model_, *constraints);
+  search_ = std::make_unique<NonlinearCg>(*steps);
+  steps_ = std::move(steps);
+  handle_rotations_ = std::move(handle_rotations);
+  constraints_ = std::move(constraints);
+  last_targets_.resize(0, 3);
+  ++n_factorizations_;
+}
+
+double Engine::evaluate(const Positions& positions, Positions& gradient) const {
+  if (steps_ != nullptr) steps_->forget();
+  CellPasses& passes = model_.passes(Precision::kDouble);
+  double alignment = fit_from_rest(passes, positions);
+  Positions of_rotations = Positions::Zero(positions.rows(), 3);
+  if (!model_.regions.empty()) {
+    Rotations rotations;
+    passes.read_rotations(rotations);
+    of_rotations = model_.regions.turn_cells(positions, rotations);
+    passes.set_rotations(rotations);
+    alignment = passes.alignment();
+  }
+  const double energy = passes.rest_energy() + passes.find_residual(gradient) - alignment;
+  gradient = of_rotations - gradient;
+  return energy < 0 ? 0 : energy;
+}
+
+void Engine::keep_pose() {
+  copy_rows(model_.workers, pose_.positions, kept_.positions);
+  kept_.placements = pose_.placements;
+  kept_.rotations = pose_.rotations;
+}
+
+void Engine::restore_pose() {
+  steps_->forget();
+  copy_rows(model_.workers, kept_.positions, pose_.positions);
+  pose_.placements = kept_.placements;
+  pose_.rotations = kept_.rotations;
+}
+
+Precision Engine::first_precision(const Positions& targets, const SolveOptions& options, bool goes_on_there) const {
+  // A search that has come to double stays there, although a single estimate may be of a greater distance again.
+  const bool is_near_end = goes_on_there && (needs_double(search_->distance(), options.accuracy) ||
+                                             (steps_->is_in_double() && ends_in_double(options.accuracy)));
+  if (is_near_end || constraints_->is_weak_hold()) return Precision::kDouble;
+  // Single if it can tell the edges of the mesh beside its whole extent.
+  constexpr double kFinest = 1e-7;
+  const bool is_coarse = options.accuracy >= kFinest;
+  const bool is_in_reach = targets.size() == 0 || targets.cwiseAbs().maxCoeff() <= kSinglePrecisionReach;
+  return is_coarse && is_in_reach ? Precision::kSingle : Precision::kDouble;
+}
+
+Engine::Start Engine::plan(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations) {
+  Start start;
+  start.goes_on = options.initial_guess == InitialGuess::kPrevious && last_targets_.rows() > 0;
+  start.goes_on_there = start.goes_on && last_targets_ == targets && steps_->knows_pose();
+  start.rotations =
+      handle_rotations_->of_start(options.initial_guess, last_targets_, pose_.positions, targets, rotations);
+  if (start.goes_on) start.step = targets - last_targets_;
+  if (start.rotations.rows() == 0) start.ahead = predictor_.share(start.step);
+  return start;
+}
+
+std::optional<double> Engine::apply_guess(const Positions& targets, InitialGuess guess, const Start& start) {
+  if (guess != InitialGuess::kPrevious) move_to_rest();
+  // The centers of rigid regions depend on the constraints.
+  pose_.placements = constraints_->regions().fit_placements(pose_.positions);
+  const bool has_torn = steps_->impose_constraints(pose_);
+  if (guess == InitialGuess::kNaiveLaplacian) {
+    if (!constraints_->has_laplacian_system()) ++n_factorizations_;
+    guess_naive_laplacian(model_, *constraints_, steps_->vertex_targets(), constraints_->patch_targets(targets), pose_);
+  }
+  // With the rotations of the former pose: fitted to a torn one, they would rotate what a single handle only moves.
+  if (start.rotations.rows() > 0) {
+    const double range = spread_rotations(model_, *constraints_, start.rotations, pose_);
+    steps_->forget();
+    // Brings the patches to their targets too, as the plain one does.
+    steps_->global_step_to(guess_accuracy(range), pose_);
+    return std::nullopt;
+  }
+  if (start.ahead != 0) return steps_->global_step(pose_, predictor_, start.ahead);
+  if (guess == InitialGuess::kPrevious && (has_torn || (start.step.array() != 0).any()))
+    return steps_->global_step(pose_);
+  steps_->project_on_patches(pose_);
+  return std::nullopt;
+}
+
+void Engine::learn(const Positions& targets, const Start& start) {
+  last_targets_ = targets;
+  // If the targets were at rest there is nothing to learn.
+  if (start.is_drag())
+    predictor_.learn(start.step, model_.workers);
+  else if (!start.goes_on || start.rotations.rows() > 0)
+    predictor_.forget();
+}
+
+IterationReport Engine::solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,
+                              const Progress& progress, const HandOver& hand_over) {
+  TimeBudget time(options.time_limit_s);
+  const Start start = plan(targets, options, rotations);
+  steps_->set_targets(targets, first_precision(targets, options, start.goes_on_there));
+  keep_pose();
+  IterationReport report;
+  try {
+    time.begin_iteration();
+    const std::optional<double> step = apply_guess(targets, options.initial_guess, start);
+    if (step || !start.goes_on_there) search_->restart();
+    report = minimize(*steps_, *search_, pose_, options, progress, time, step, [&] {
+      if (start.is_drag()) steps_->show_forces_to(predictor_, start.ahead);
+    });
+    if (report.stop_reason == StopReason::kCancelled) restore_pose();
+    if (!std::isfinite(report.energy_after) || !hand_over(pose_.positions))
+      throw SolverError("the positions are no longer finite; the last good pose is kept");
+  } catch (...) {
+    predictor_.forget();
+    restore_pose();
+    throw;
+  }
+  if (report.stop_reason != StopReason::kCancelled) learn(targets, start);
+  return report;
+}
+
+}  // namespace arap

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "arap/options.h"
+#include "constraints/handle_rotations.h"
+#include "constraints/prepared_constraints.h"
+#include "optimize/drag_predictor.h"
+#include "optimize/local_global.h"
+#include "optimize/nonlinear_cg.h"
+
+namespace arap {
+
+/// Poses a prepared model: set_constraints() factorizes, solve() iterates to targets. It knows no mesh; all positions
+/// are in the model's space and numbering. A model (SurfaceArap is one) is an assembler, which fills in the
+/// PreparedModel, and a face, which maps its user's constraints and positions to the model's and back.
+class Engine {
+ public:
+  /// Takes the positions of a solve; false if one of them is not finite.
+  using HandOver = std::function<bool(const Positions& positions)>;
+
+  /// @param model  whole; must outlive the engine
+  explicit Engine(const PreparedModel& model);
+
+  /// Throws InvalidInput, SolverError or Cancelled, and then the former constraints stay.
+  void set_constraints(const ConstraintSet& set, const Progress& progress);
+  [[nodiscard]] bool has_constraints() const { return constraints_ != nullptr; }
+
+  /// Moves the pose towards the targets. A solve to the targets of the last one goes on with its search. A cancelled
+  /// solve hands over the former pose and changes nothing, but that the next one begins a new search.
+  /// @param targets    (n_entries + n_patches, 3), finite
+  /// @param rotations  of each row, or empty: see HandleRotations
+  /// Throws SolverError if positions are no longer finite. After an exception the pose is the former one.
+  IterationReport solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,
+                        const Progress& progress, const HandOver& hand_over);
+
+  [[nodiscard]] const Positions& positions() const { return pose_.positions; }
+  /// Starts the next solve from here, with the rotations that fit these positions best.
+  void set_positions(Positions positions);
+  /// Back to rest; the constraints stay.
+  void reset();
+
+  /// The energy at `positions` with the best rotations, without constraint terms, and its gradient, (n, 3). Rigid
+  /// regions have the rotation that their vertices have made, by least squares.
+  double evaluate(const Positions& positions, Positions& gradient) const;
+
+  /// Components of the input without any constraint.
+  [[nodiscard]] const std::vector<int>& parts_at_rest() const { return constraints_->parts_at_rest(); }
+  /// Numeric factorizations so far.
+  [[nodiscard]] int n_factorizations() const { return n_factorizations_; }
+
+ private:
+  /// How a solve starts, from its targets and those of the last one.
+  struct Start {
+    Positions rotations;         ///< rotation vectors of the targets' rows; no rows: nothing rotates
+    Positions step;              ///< from the last targets; no rows: unknown
+    double ahead = 0;            ///< how far the forces start ahead, see DragPredictor
+    bool goes_on = false;        ///< from the pose of the last solve
+    bool goes_on_there = false;  ///< to the same targets
+
+    [[nodiscard]] bool is_drag() const { return rotations.rows() == 0 && (step.array() != 0).any(); }
+  };
+
+  [[nodiscard]] Start plan(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations);
+  [[nodiscard]] Precision first_precision(const Positions& targets, const SolveOptions& options,
+                                          bool goes_on_there) const;
+  /// Returns the largest movement of its global step, if that is half of an iteration.
+  std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Start& start);
+  void learn(const Positions& targets, const Start& start);
+  void move_to_rest();
+  /// What a failing solve goes back to.
+  void keep_pose();
+  void restore_pose();
+
+  const PreparedModel& model_;
+  std::unique_ptr<PreparedConstraints> constraints_;
+  std::unique_ptr<HandleRotations> handle_rotations_;
+  std::unique_ptr<LocalGlobal> steps_;   ///< over constraints_
+  std::unique_ptr<NonlinearCg> search_;  ///< over steps_
+  Pose pose_;
+  Pose kept_;               ///< lives as long as the engine, so that its memory is there
+  Positions last_targets_;  ///< of the pose; empty if it comes from somewhere else
+  DragPredictor predictor_;
+  int n_factorizations_ = 0;
+};
+
+}  // namespace arap
