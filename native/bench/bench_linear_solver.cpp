@@ -97,7 +97,7 @@ template <class Make>
 void solve(benchmark::State& state, const Make& make) {
   Problem p = problem(static_cast<int>(state.range(0)));
   const auto solver = make(state);
-  if (const std::vector<int>* order = solver->order()) {
+  if (const std::vector<int>* order = solver->ordering()) {
     p.renumber(std::vector<int>(*order));
     solver->renumber(p.A);
   }

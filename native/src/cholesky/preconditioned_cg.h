@@ -7,17 +7,15 @@
 
 namespace arap {
 
-/// What rounding leaves to solve_with_cg().
+/// The best accuracy that rounding in double allows.
 inline constexpr double kDoubleAccuracy = 1e-15;
 
-/// Replaces b (n, 3) by x = A^-1 b, by default to about the accuracy of double, with a factorization that may be less
-/// exact: conjugate gradients with the factor as preconditioner, so that it converges whatever the quality of that is.
-/// With a good one it is iterative refinement: two products and three solves.
+/// Replaces b (n, 3) by x = A^-1 b: preconditioned conjugate gradients, which converge even if the preconditioner is a
+/// poor approximation. With a good one they are iterative refinement: two products and three solves.
 ///
-/// @param apply     y = A x, (n, 3), without erased rows and columns: there y is 0 where x is
-/// @param factor    of A; b is 0 in erased rows
-/// @param accuracy  of x, as a part of it: it ends with the step that leaves no larger error, as far as this step
-///                  and the one before can tell
+/// @param apply     y = A x, (n, 3), without erased rows and columns: y is 0 there if x is
+/// @param factor    preconditioner, a factorization of A that may be inexact; b must be 0 in erased rows
+/// @param accuracy  stops when the estimated relative error of x is below
 void solve_with_cg(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
                    Positions& b, const Workers& workers, double accuracy = kDoubleAccuracy);
 

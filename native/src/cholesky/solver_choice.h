@@ -10,7 +10,7 @@
 namespace arap {
 
 /// @param pattern  symmetric, stored whole, with its diagonal
-/// @param workers  of solves; as many threads factorize
+/// @param workers  for solves; factorize() uses as many threads
 [[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern,
                                                                LinearSolverKind kind = LinearSolverKind::kBlockLdlt,
                                                                const Workers& workers = Workers(1));

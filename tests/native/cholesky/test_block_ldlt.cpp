@@ -263,8 +263,8 @@ TEST_P(BlockLdltOnIsa, RenumberedToItsOrderItDoesTheSame) {
   for (const auto& [name, A] : matrices()) {
     const auto n = static_cast<int>(A.rows());
     BlockLdlt solver = solver_for(A, 2);
-    if (solver.order() == nullptr) continue;  // by chance: small ones
-    const std::vector<int> order = *solver.order();
+    if (solver.ordering() == nullptr) continue;  // by chance: small ones
+    const std::vector<int> order = *solver.ordering();
     const std::vector<char> is_erased = erase_some(n, .2, random);
     const auto before = solver.factorize(A, is_erased);
     const Positions b = random.noise(n, 1);
@@ -273,7 +273,7 @@ TEST_P(BlockLdltOnIsa, RenumberedToItsOrderItDoesTheSame) {
     std::vector<char> is_erased_now;
     for (const int i : order) is_erased_now.push_back(is_erased[i]);
     solver.renumber(B);
-    EXPECT_EQ(solver.order(), nullptr);
+    EXPECT_EQ(solver.ordering(), nullptr);
     Positions x = b;
     before->solve(x);
     Positions y = b(order, arap::all);
@@ -376,11 +376,11 @@ TEST(BlockLdlt, RefusesARenumberedMatrixOfAnotherPattern) {
   Random random(94);
   const SparseMatrix A = random_sparse(50, 2, random);
   BlockLdlt solver(A, Workers(1));
-  ASSERT_NE(solver.order(), nullptr);
+  ASSERT_NE(solver.ordering(), nullptr);
   expect_error<SolverError>([&] { solver.renumber(A); }, {"pattern"});
-  EXPECT_NE(solver.order(), nullptr);
+  EXPECT_NE(solver.ordering(), nullptr);
   EXPECT_NO_THROW(static_cast<void>(solver.factorize(A, std::vector<char>(50, 0)))) << "nothing has changed";
-  const SparseMatrix B = renumbered(A, *solver.order());
+  const SparseMatrix B = renumbered(A, *solver.ordering());
   solver.renumber(B);
   expect_error<SolverError>([&] { static_cast<void>(solver.factorize(A, std::vector<char>(50, 0))); }, {"pattern"});
   EXPECT_NO_THROW(static_cast<void>(solver.factorize(B, std::vector<char>(50, 0))));

@@ -120,13 +120,13 @@ TEST_P(LinearSolverKinds, AsGoodInItsOwnOrder) {
   const SparseMatrix A = stiffness_matrix(bumpy_sphere(2));
   const auto solver = arap::make_linear_solver(A, GetParam().kind, arap::Workers(2));
   SparseMatrix B = A;
-  if (const std::vector<int>* order = solver->order()) {
+  if (const std::vector<int>* order = solver->ordering()) {
     Eigen::PermutationMatrix<Eigen::Dynamic> to_new(A.rows());
     for (Eigen::Index k = 0; k < A.rows(); ++k) to_new.indices()[(*order)[k]] = static_cast<int>(k);
     B = A.twistedBy(to_new);
     solver->renumber(B);
   }
-  EXPECT_EQ(solver->order(), nullptr);
+  EXPECT_EQ(solver->ordering(), nullptr);
   const Positions b = Random(66).noise(static_cast<int>(A.rows()), 1);
   Positions x = b;
   solver->factorize(B, erase(A.rows(), {0}))->solve(x);

@@ -16,7 +16,6 @@
 #include "ordering/minimum_degree.h"
 #include "ordering/multilevel_graph.h"
 #include "ordering/separator.h"
-#include "ordering/separator_refinement.h"
 #include "support/helpers.h"
 
 namespace arap_test {
