@@ -16,7 +16,7 @@ namespace arap {
 namespace {
 
 void require_finite_positions(const Positions& positions) {
-  // Beyond this, squares of lengths leave the range of double.
+  // Squares of larger lengths overflow.
   constexpr double kLargest = 1e100;
   for (Eigen::Index v = 0; v < positions.rows(); ++v) {
     const auto row = positions.row(v);

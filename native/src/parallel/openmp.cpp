@@ -7,7 +7,7 @@ namespace arap {
 
 int openmp_threads(int wanted) {
   if (wanted <= 1) return 1;
-  // Of the process as the runtime's threads are.
+  // The runtime's threads belong to the process that first had a region.
   static const ProcessId first = process_id();
   return process_id() == first ? wanted : 1;
 }

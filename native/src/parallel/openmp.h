@@ -3,8 +3,8 @@
 
 namespace arap {
 
-/// Threads for a parallel region of OpenMP: `wanted`, but 1 in the child of a process that has had regions here. The
-/// runtime keeps its threads for the next region, and GCC's would wait for ever for those that a child has not got.
+/// Number of threads for an OpenMP region: `wanted`, but 1 in a forked child whose parent has had regions. The runtime
+/// keeps its threads between regions, a child does not have them, and GCC's runtime would wait for them forever.
 [[nodiscard]] int openmp_threads(int wanted);
 
 }  // namespace arap

@@ -10,7 +10,7 @@ namespace arap {
 
 int choose_threads(int requested, int n_vertices) {
   if (requested > 0) return requested;
-  // On smaller meshes passes are so short that to share them costs what it brings.
+  // With fewer vertices a thread, sharing a pass costs as much as it saves.
   constexpr int kVerticesPerThread = 5000;
   return std::clamp(n_vertices / kVerticesPerThread, 1, std::max(1, omp_get_max_threads()));
 }

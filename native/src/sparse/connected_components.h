@@ -7,7 +7,8 @@
 
 namespace arap {
 
-/// Of each unknown of a symmetric matrix the lowest one that it hangs together with by entries other than 0.
+/// Connected components of a symmetric matrix, coupled by entries other than 0: the lowest unknown of each unknown's
+/// component.
 [[nodiscard]] std::vector<int> connected_components(const SparseMatrix& A);
 
 }  // namespace arap
