@@ -6,7 +6,7 @@
 #include <atomic>
 #include <thread>
 
-#include "parallel/openmp.h"
+#include "parallel/parallel.h"
 
 namespace arap {
 

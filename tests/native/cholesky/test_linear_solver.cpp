@@ -11,14 +11,11 @@
 
 #include "arap/error.h"
 #include "cholesky/solver_choice.h"
-#include "constraints/constrained_system.h"
-#include "sparse/connected_components.h"
 #include "support/helpers.h"
 
 namespace arap_test {
 namespace {
 
-using arap::ConstrainedSystem;
 using arap::InitialGuess;
 using arap::LinearSolverKind;
 using arap::SolverError;
@@ -87,52 +84,6 @@ TEST_P(LinearSolverKinds, SolvesWithErasedRowsAndColumns) {
     for (const int v : erased) EXPECT_EQ(x.row(v).norm(), 0);
     EXPECT_LT(max_distance(x, expected), GetParam().tolerance * expected.cwiseAbs().maxCoeff()) << mesh.name;
   }
-}
-
-TEST_P(LinearSolverKinds, NothingErased) {
-  SparseMatrix A = stiffness_matrix(bumpy_sphere(1));
-  for (int v = 0; v < A.rows(); ++v) A.coeffRef(v, v) += 1;
-  const Positions b = Random(62).noise(static_cast<int>(A.rows()), 1);
-  Positions x = b;
-  factorize(A, {})->solve(x);
-  EXPECT_LT((A * x - b).norm(), 10 * GetParam().tolerance * b.norm());
-}
-
-TEST_P(LinearSolverKinds, OneServesManyValuesAndSetsOfErasedRows) {
-  const SparseMatrix A = stiffness_matrix(bumpy_sphere(1));
-  const auto solver = arap::make_linear_solver(A, GetParam().kind, arap::Workers(2));
-  const auto first = solver->factorize(A, erase(A.rows(), {0}));
-  const auto second = solver->factorize(2 * A, erase(A.rows(), {5, 6}));
-  const Positions b = Random(63).noise(static_cast<int>(A.rows()), 1);
-  const auto expect_same = [&](const arap::Factorization& tested, const SparseMatrix& B,
-                               const std::vector<int>& erased) {
-    Positions x = b;
-    tested.solve(x);
-    Positions expected = b;
-    factorize(B, erased)->solve(expected);
-    EXPECT_EQ(x, expected);
-  };
-  expect_same(*second, 2 * A, {5, 6});
-  expect_same(*first, A, {0});
-}
-
-TEST_P(LinearSolverKinds, AsGoodInItsOwnOrder) {
-  const SparseMatrix A = stiffness_matrix(bumpy_sphere(2));
-  const auto solver = arap::make_linear_solver(A, GetParam().kind, arap::Workers(2));
-  SparseMatrix B = A;
-  if (const std::vector<int>* order = solver->ordering()) {
-    Eigen::PermutationMatrix<Eigen::Dynamic> to_new(A.rows());
-    for (Eigen::Index k = 0; k < A.rows(); ++k) to_new.indices()[(*order)[k]] = static_cast<int>(k);
-    B = A.twistedBy(to_new);
-    solver->renumber(B);
-  }
-  EXPECT_EQ(solver->ordering(), nullptr);
-  const Positions b = Random(66).noise(static_cast<int>(A.rows()), 1);
-  Positions x = b;
-  solver->factorize(B, erase(A.rows(), {0}))->solve(x);
-  Positions residual = B * x - b;
-  residual.row(0).setZero();
-  EXPECT_LT(residual.norm(), 10 * GetParam().tolerance * b.norm());
 }
 
 TEST_P(LinearSolverKinds, EverythingErasedGivesZero) {
@@ -227,52 +178,6 @@ TEST_P(LinearSolverKinds, CholeskyAndLuRefuseIndefiniteMatricesWithAPositiveDiag
       EXPECT_NE(std::string(error.what()).find("BiCGSTAB did not converge"), std::string::npos) << error.what();
     }
   }
-}
-
-/// A system with everything in it: erased rows, a soft diagonal, averages, a component that averages alone hold.
-struct System {
-  SparseMatrix K;
-  std::vector<char> is_fixed;
-  Eigen::VectorXd soft_diagonal;
-  std::vector<arap::Average> averages;
-
-  System() {
-    const MeshData mesh = join(bumpy_sphere(2), bumpy_sphere(1));
-    K = stiffness_matrix(mesh);
-    is_fixed = erase(K.rows(), {3, 4, 5, 90});
-    soft_diagonal = Eigen::VectorXd::Zero(K.rows());
-    soft_diagonal[12] = 3;
-    soft_diagonal[47] = 1e-3;
-    const int first_of_second = 162;
-    averages = {{{5, 6, 7}, {.5, .25, .25}},
-                {{60, 61}, {.3, .7}},
-                {{first_of_second + 2, first_of_second + 3}, {.5, .5}},
-                {{first_of_second + 30, 20}, {.5, .5}}};
-  }
-
-  [[nodiscard]] Positions minimizer(LinearSolverKind kind) const {
-    const auto n = static_cast<int>(K.rows());
-    const Positions b = Random(84).noise(n, 1);
-    const Positions targets = Random(85).noise(static_cast<int>(averages.size()), 1);
-    const ConstrainedSystem system(*arap::make_linear_solver(K, kind), K, arap::connected_components(K), is_fixed,
-                                   soft_diagonal, averages, {});
-    Positions x = Random(86).noise(n, 1);
-    Positions multipliers;
-    for (int step = 0; step < 6; ++step) {
-      Positions residual = b - system.matrix() * x;
-      Positions gaps = targets;
-      for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= averages[k].of(x);
-      system.correct(residual, gaps, multipliers, residual);
-      x += residual;
-    }
-    return x;
-  }
-};
-
-TEST_P(LinearSolverKinds, CorrectionsEndAtTheSameMinimizer) {
-  static const System system;
-  static const Positions expected = system.minimizer(LinearSolverKind::kSimplicialLdlt);
-  EXPECT_LT(max_distance(system.minimizer(GetParam().kind), expected), 1e-9 * expected.cwiseAbs().maxCoeff());
 }
 
 /// Hard and soft vertices and a patch, from every start.
