@@ -41,7 +41,7 @@ StepTimes time_steps(const TaskFile& task, const Options& options) {
   ConstraintSet set;
   for (const int v : task.constrained) set.vertices.push_back(model_vertex[v]);
   set.strengths.assign(set.vertices.size(), 1.0);
-  const PreparedConstraints constraints(model, set, {});
+  const PreparedConstraints constraints(model, {set, {}}, {});
   LocalGlobal steps(model, constraints);
   steps.set_targets(task.targets / size, Precision::kSingle);
 

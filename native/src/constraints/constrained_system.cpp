@@ -2,11 +2,14 @@
 #include "constraints/constrained_system.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <utility>
 
 #include "arap/error.h"
+#include "cholesky/solver_choice.h"
+#include "constraints/stiff_rows.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -24,6 +27,10 @@ void report(const Progress& progress, double fraction) {
   if (progress && !progress(fraction)) throw Cancelled("the change of constraints was cancelled");
 }
 
+/// Rows up to this many times as stiff as K are in the factor as they are. Above that the halves of its tiles could not
+/// tell the rest beside them; see StiffRows.
+constexpr double kStiff = 100;
+
 SparseMatrix with_diagonal(const SparseMatrix& K, const Eigen::VectorXd& diagonal) {
   SparseMatrix sum = K;
   for (int i = 0; i < static_cast<int>(diagonal.size()); ++i)
@@ -31,58 +38,115 @@ SparseMatrix with_diagonal(const SparseMatrix& K, const Eigen::VectorXd& diagona
   return sum;
 }
 
+/// The weight at which each row pulls as strongly as K does at its unknowns.
+Eigen::VectorXd row_stiffness(const RowMatrix& rows, const SparseMatrix& K) {
+  Eigen::VectorXd stiffness(rows.size());
+  for (int r = 0; r < rows.size(); ++r) {
+    double compliance = 0;
+    rows.for_unknowns_of(r, [&](int i, double a) {
+      const double diagonal = K.coeff(i, i);
+      if (diagonal > 0) compliance += a * a / diagonal;
+    });
+    stiffness[r] = compliance > 0 ? 1 / compliance : 1.0;
+  }
+  return stiffness;
+}
+
 }  // namespace
 
-Eigen::RowVector3d Average::of(const Positions& x) const {
-  Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-  for (size_t k = 0; k < indices.size(); ++k) sum += weights[k] * x.row(indices[k]);
-  return sum;
-}
-
-Positions gaps_to(Positions targets, const std::vector<Average>& averages, const Positions& x) {
-  for (Eigen::Index k = 0; k < targets.rows(); ++k) targets.row(k) -= averages[k].of(x);
-  return targets;
-}
-
-ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K,
-                                     const std::vector<int>& components, std::vector<char> is_fixed,
-                                     const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
+ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
+                                     const std::vector<int>& components, SystemConstraints constraints,
                                      const Progress& progress, Workers workers)
-    : matrix_(with_diagonal(K, soft_diagonal)),
+    : matrix_(with_diagonal(K, constraints.soft_diagonal)),
       workers_(std::move(workers)),
-      is_fixed_(std::move(is_fixed)),
-      averages_(std::move(averages)) {
+      is_fixed_(std::move(constraints.is_fixed)),
+      averages_(std::move(constraints.averages)) {
   report(progress, 0.1);
-  grounded_ = find_unheld(components, soft_diagonal);
+  grounded_ = find_unheld(components, constraints);
   grounding_.reserve(grounded_.size());
   for (const int i : grounded_) {
     const double diagonal = matrix_.coeff(i, i);
     grounding_.push_back(diagonal > 0 ? diagonal : 1.0);  // a part that is one rigid region has no stiffness at all
   }
   report(progress, 0.2);
-  if (grounded_.empty()) {
-    factor_ = solver.factorize(matrix_, is_fixed_);
-  } else {
-    SparseMatrix held = matrix_;
-    for (size_t k = 0; k < grounded_.size(); ++k) held.coeffRef(grounded_[k], grounded_[k]) += grounding_[k];
-    factor_ = solver.factorize(held, is_fixed_);
-  }
+  factorize(solver, kind, K, constraints);
   report(progress, kBeforeColumns);
   prepare_dense_part(progress);
   report(progress, 1.0);
 }
 
+void ConstrainedSystem::factorize(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
+                                  const SystemConstraints& constraints) {
+  SparseMatrix held = matrix_;
+  for (size_t k = 0; k < grounded_.size(); ++k) held.coeffRef(grounded_[k], grounded_[k]) += grounding_[k];
+  if (constraints.rows.empty()) {
+    factor_ = solver.factorize(held, is_fixed_);
+    return;
+  }
+  const int n = static_cast<int>(K.rows());
+  const RowMatrix all_rows(constraints.rows, n, constraints.unknown_of);
+  const Eigen::VectorXd stiffness = row_stiffness(all_rows, K);
+  LinearRows soft;
+  LinearRows stiff;
+  std::vector<double> penalties;
+  for (int r = 0; r < constraints.rows.size(); ++r) {
+    const bool is_stiff = constraints.rows.weights[r] > kStiff * stiffness[r];
+    (is_stiff ? stiff : soft).add(constraints.rows.row(r), constraints.rows.weights[r]);
+    if (is_stiff) penalties.push_back(kStiff * stiffness[r]);
+  }
+  if (!soft.empty()) {
+    const SparseMatrix of_soft = RowMatrix(soft, n, constraints.unknown_of)
+                                     .normal_matrix(Eigen::VectorXd::Map(soft.weights.data(), soft.size()));
+    matrix_ = SparseMatrix(matrix_ + of_soft);
+    held = SparseMatrix(held + of_soft);
+  }
+  const Eigen::VectorXd penalty = Eigen::VectorXd::Map(penalties.data(), stiff.size());
+  stiff_ = RowMatrix(stiff, n, constraints.unknown_of);
+  stiff_weights_ = Eigen::VectorXd::Map(stiff.weights.data(), stiff.size());
+  if (!stiff.empty()) held = SparseMatrix(held + stiff_.normal_matrix(penalty));
+  factor_ = held.nonZeros() == K.nonZeros() ? solver.factorize(held, is_fixed_)
+                                            : make_linear_solver(held, kind, workers_)->factorize(held, is_fixed_);
+  if (!stiff.empty())
+    factor_ = std::make_unique<StiffRows>(std::move(factor_), stiff_, stiff_weights_, penalty, workers_);
+}
+
 std::vector<int> ConstrainedSystem::find_unheld(const std::vector<int>& components,
-                                                const Eigen::VectorXd& soft_diagonal) const {
+                                                const SystemConstraints& constraints) const {
   // One fixed unknown holds all free ones of its component, whatever pieces it cuts them into: each of them is beside a
   // fixed one.
   std::vector<char> is_held(is_fixed_.size(), 0);
   for (size_t i = 0; i < is_fixed_.size(); ++i)
-    if (is_fixed_[i] != 0 || soft_diagonal[static_cast<Eigen::Index>(i)] > 0) is_held[components[i]] = 1;
+    if (is_fixed_[i] != 0 || constraints.soft_diagonal[static_cast<Eigen::Index>(i)] > 0) is_held[components[i]] = 1;
+  // A row holds its component if that cannot move as one without the row's stretching.
+  constexpr double kBalanced = 1e-9;
+  const LinearRows& rows = constraints.rows;
+  for (int r = 0; r < rows.size(); ++r) {
+    double sum = 0;
+    double largest = 0;
+    bool is_of_one = true;
+    const auto component = [&](int k) {
+      return components[constraints.unknown_of.empty() ? rows.indices[k] : constraints.unknown_of[rows.indices[k]]];
+    };
+    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) {
+      sum += rows.coefficients[k];
+      largest = std::max(largest, std::abs(rows.coefficients[k]));
+      is_of_one = is_of_one && component(k) == component(rows.offsets[r]);
+    }
+    if (is_of_one && std::abs(sum) > kBalanced * largest) is_held[component(rows.offsets[r])] = 1;
+  }
   std::vector<int> unheld;
   for (size_t i = 0; i < is_fixed_.size(); ++i)
     if (components[i] == static_cast<int>(i) && is_held[i] == 0) unheld.push_back(static_cast<int>(i));
   return unheld;
+}
+
+void ConstrainedSystem::multiply(const Positions& x, Positions& result) const {
+  arap::multiply(matrix_, x, result, workers_);
+  if (stiff_.empty()) return;
+  Positions forces;
+  stiff_.multiply(x, forces, workers_);
+  forces.array().colwise() *= stiff_weights_.array();
+  stiff_.add_transposed(forces, result, workers_);
 }
 
 void ConstrainedSystem::erase_fixed(Positions& x) const {
@@ -91,7 +155,7 @@ void ConstrainedSystem::erase_fixed(Positions& x) const {
 }
 
 void ConstrainedSystem::multiply_held(const Positions& x, Positions& result) const {
-  multiply(matrix_, x, result, workers_);
+  multiply(x, result);
   for (size_t k = 0; k < grounded_.size(); ++k) result.row(grounded_[k]) += grounding_[k] * x.row(grounded_[k]);
   erase_fixed(result);
 }
@@ -103,8 +167,8 @@ void ConstrainedSystem::solve_columns(const Progress& progress) {
     const std::ptrdiff_t n = std::min<std::ptrdiff_t>(3, n_columns - first);
     Positions b = Positions::Zero(matrix_.rows(), 3);
     for (std::ptrdiff_t c = 0; c < n; ++c) {
-      const Average& column = columns_[first + c];
-      for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], c) += column.weights[k];
+      const LinearRow& column = columns_[first + c];
+      for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], c) += column.coefficients[k];
     }
     solve_with_cg([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b, workers_);
     column_solutions_.middleCols(first, n) = b.leftCols(n);
@@ -119,13 +183,13 @@ void ConstrainedSystem::solve_columns(const Progress& progress) {
 // With the columns C = [W, -E] and y = (lambda, mu):  d = H^-1 (r - C y),  (C^T H^-1 C - diag(0, 1 / G)) y = C^T H^-1 r
 // - (gap, 0).
 void ConstrainedSystem::prepare_dense_part(const Progress& progress) {
-  if (averages_.empty()) return;
-  for (const Average& average : averages_) {
-    Average column;
+  if (averages_.empty() && grounded_.empty()) return;
+  for (const LinearRow& average : averages_) {
+    LinearRow column;
     for (size_t k = 0; k < average.indices.size(); ++k) {
       if (is_fixed_[average.indices[k]] != 0) continue;
       column.indices.push_back(average.indices[k]);
-      column.weights.push_back(average.weights[k]);
+      column.coefficients.push_back(average.coefficients[k]);
     }
     columns_.push_back(std::move(column));
   }
@@ -134,10 +198,10 @@ void ConstrainedSystem::prepare_dense_part(const Progress& progress) {
   const std::ptrdiff_t n_columns = std::ssize(columns_);
   Eigen::MatrixXd S(n_columns, n_columns);
   for (Eigen::Index r = 0; r < n_columns; ++r) {
-    const Average& column = columns_[r];
+    const LinearRow& column = columns_[r];
     S.row(r).setZero();
     for (size_t k = 0; k < column.indices.size(); ++k)
-      S.row(r) += column.weights[k] * column_solutions_.row(column.indices[k]);
+      S.row(r) += column.coefficients[k] * column_solutions_.row(column.indices[k]);
   }
   for (size_t k = 0; k < grounded_.size(); ++k) {
     const size_t i = averages_.size() + k;
@@ -156,7 +220,7 @@ Responses ConstrainedSystem::responses() const {
 }
 
 Positions ConstrainedSystem::meet_averages(Positions& x, const Positions& gaps) const {
-  if (averages_.empty()) return {0, 3};
+  if (columns_.empty()) return {0, 3};
   Eigen::MatrixX3d right(columns_.size(), 3);
   for (std::ptrdiff_t c = 0; c < std::ssize(columns_); ++c) {
     right.row(c) = columns_[c].of(x);
@@ -173,14 +237,14 @@ void ConstrainedSystem::correct(const Positions& residual, const Positions& gaps
                                 Positions& correction) const {
   const std::ptrdiff_t n_averages = std::ssize(averages_);
   if (multipliers.rows() != n_averages) multipliers = Positions::Zero(n_averages, 3);
-  if (n_averages == 0) {
+  if (columns_.empty()) {
     factor_->solve(residual, correction);
     return;
   }
   if (&correction != &residual) copy_rows(workers_, residual, correction);
   for (std::ptrdiff_t c = 0; c < n_averages; ++c)
     for (size_t k = 0; k < columns_[c].indices.size(); ++k)
-      correction.row(columns_[c].indices[k]) -= columns_[c].weights[k] * multipliers.row(c);
+      correction.row(columns_[c].indices[k]) -= columns_[c].coefficients[k] * multipliers.row(c);
   factor_->solve(correction);
   multipliers += meet_averages(correction, gaps);
 }

@@ -5,23 +5,14 @@
 #include <memory>
 #include <vector>
 
+#include "arap/options.h"
 #include "cholesky/linear_solver.h"
 #include "cholesky/preconditioned_cg.h"
+#include "constraints/linear_rows.h"
 #include "parallel/workers.h"
 #include "sparse/sparse.h"
 
 namespace arap {
-
-/// A weighted average of unknowns; the weights sum to 1.
-struct Average {
-  std::vector<int> indices;
-  std::vector<double> weights;
-
-  [[nodiscard]] Eigen::RowVector3d of(const Positions& x) const;
-};
-
-/// Targets minus averages of x, (n_averages, 3).
-[[nodiscard]] Positions gaps_to(Positions targets, const std::vector<Average>& averages, const Positions& x);
 
 /// How a minimizer follows the targets of its averages: x + steps * change.
 struct Responses {
@@ -29,29 +20,41 @@ struct Responses {
   Eigen::MatrixXd stiffness;  ///< (n_averages, n_averages): steps^T A steps
 };
 
-/// Minimizes 1/2 <x, A x> - <b, x> with A = K + a diagonal for soft constraints, some unknowns fixed (their rows and
-/// columns are erased) and some averages held at targets (Lagrange multipliers). Factorized once; then any b, fixed
-/// values and targets. Works on residuals: x + correct(b - A x) is the minimizer, so that the fixed point of an
-/// iteration does not depend on the accuracy of the factor.
+/// What holds the unknowns of a system.
+struct SystemConstraints {
+  std::vector<char> is_fixed;         ///< (n,)
+  Eigen::VectorXd soft_diagonal;      ///< (n,) >= 0
+  std::vector<LinearRow> averages{};  ///< held exactly, each a dense column: for few
+  LinearRows rows{};                  ///< with finite weights, as many as one likes
+  std::vector<int> unknown_of{};      ///< of each index of a row, or empty: itself
+};
+
+/// Minimizes 1/2 <x, A x> - <b, x> with A = K + a diagonal for soft unknowns + H^T W H for the rows H, some unknowns
+/// fixed (their rows and columns are erased) and some averages held at targets (Lagrange multipliers). Factorized once;
+/// then any b, fixed values and targets. Works on residuals: x + correct(b - A x) is the minimizer, so that the fixed
+/// point of an iteration does not depend on the accuracy of the factor.
 ///
-/// Where averages alone hold a component, K is singular there: one unknown of it is grounded by an extra diagonal entry
-/// in the factor, and the small dense system of the multipliers takes the grounding out again.
+/// Rows that leave K's pattern make a new symbolic analysis. A row that is much stiffer than K enters the factor with
+/// less than its weight, and StiffRows makes up for that.
+///
+/// If only averages or rows across components hold a component, K may be singular there: one unknown of it is grounded
+/// by an extra diagonal entry in the factor, and a small dense system takes the grounding out again.
 class ConstrainedSystem {
  public:
-  /// @param solver         made for the pattern of K
-  /// @param K              (n, n) symmetric positive semi-definite, stored whole, with its diagonal
-  /// @param components     (n,) its connected_components()
-  /// @param is_fixed       (n,)
-  /// @param soft_diagonal  (n,) >= 0
+  /// @param solver      made for the pattern of K, of this kind
+  /// @param K           (n, n) symmetric positive semi-definite, stored whole, with its diagonal
+  /// @param components  (n,) its connected_components()
   /// Throws SolverError, or Cancelled.
-  ConstrainedSystem(const LinearSolver& solver, const SparseMatrix& K, const std::vector<int>& components,
-                    std::vector<char> is_fixed, const Eigen::VectorXd& soft_diagonal, std::vector<Average> averages,
-                    const Progress& progress, Workers workers = Workers(1));
+  ConstrainedSystem(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
+                    const std::vector<int>& components, SystemConstraints constraints, const Progress& progress,
+                    Workers workers = Workers(1));
+  ConstrainedSystem(const ConstrainedSystem&) = delete;  // the factor refers to its rows
+  ConstrainedSystem& operator=(const ConstrainedSystem&) = delete;
 
-  /// A, without erasing and grounding.
-  [[nodiscard]] const SparseMatrix& matrix() const { return matrix_; }
+  /// result = A x, without erasing and grounding.
+  void multiply(const Positions& x, Positions& result) const;
   [[nodiscard]] const Factorization& factor() const { return *factor_; }
-  [[nodiscard]] const std::vector<Average>& averages() const { return averages_; }
+  [[nodiscard]] const std::vector<LinearRow>& averages() const { return averages_; }
 
   [[nodiscard]] Responses responses() const;
 
@@ -67,9 +70,11 @@ class ConstrainedSystem {
   void correct_to(double accuracy, Positions& residual, const Positions& gaps) const;
 
  private:
-  /// One unknown of each component that no fixed unknown and no soft constraint holds.
+  void factorize(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
+                 const SystemConstraints& constraints);
+  /// One unknown of each component that no fixed unknown, no soft one and no row of its own holds.
   [[nodiscard]] std::vector<int> find_unheld(const std::vector<int>& components,
-                                             const Eigen::VectorXd& soft_diagonal) const;
+                                             const SystemConstraints& constraints) const;
   void prepare_dense_part(const Progress& progress);
   void solve_columns(const Progress& progress);
   void erase_fixed(Positions& x) const;
@@ -78,15 +83,17 @@ class ConstrainedSystem {
   /// Completes x = factor^-1 residual by the multipliers; returns their change.
   [[nodiscard]] Positions meet_averages(Positions& x, const Positions& gaps) const;
 
-  SparseMatrix matrix_;
+  SparseMatrix matrix_;  ///< A, but for stiff rows
   Workers workers_;
   std::vector<char> is_fixed_;
-  std::vector<Average> averages_;
+  std::vector<LinearRow> averages_;
+  RowMatrix stiff_;                ///< rows whose weights are not in matrix_
+  Eigen::VectorXd stiff_weights_;  ///< of each
   std::vector<int> grounded_;
   std::vector<double> grounding_;  ///< added to the diagonal of A in the factor, of each grounded unknown
   std::unique_ptr<Factorization> factor_;
   /// Columns: the averages, then the grounded unknowns (with sign), restricted to free unknowns.
-  std::vector<Average> columns_;
+  std::vector<LinearRow> columns_;
   Eigen::MatrixXd column_solutions_;  ///< factor^-1 columns, (n, n_columns)
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> dense_;
 };

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <optional>
 
 #include "base/union_find.h"
@@ -70,35 +69,56 @@ Positions rotation_vectors(std::span<const Matrix3> rotations) {
 HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConstraints& constraints)
     : model_(model), constraints_(constraints) {
   constexpr size_t kSamples = 1000;
-  const std::vector<int>& entries = constraints.entry_vertices();
-  std::vector<char> is_constrained(model.rest.rows(), 0);
-  for (const int v : entries) is_constrained[v] = 1;
-  UnionFind joined(static_cast<int>(model.rest.rows()));
-  for (const int v : entries)
+  const auto n = static_cast<int>(model.rest.rows());
+  const LinearRows& rows = constraints.soft_rows();
+  std::vector<int> vertex_of_row(constraints.target_sums().size(), -1);
+  std::vector<char> is_constrained(n, 0);
+  for (const PreparedConstraints::Entry& entry : constraints.entries()) {
+    if (!is_point(entry.row)) continue;
+    vertex_of_row[entry.row] = entry.vertex;
+    is_constrained[entry.vertex] = 1;
+  }
+  UnionFind joined(n);
+  for (const int v : vertex_of_row) {
+    if (v < 0) continue;
     for (SparseMatrix::InnerIterator it(model.energy.K, v); it; ++it)
       if (is_constrained[it.row()] != 0) joined.join(v, static_cast<int>(it.row()));
+  }
+  for (int r = 0; r < rows.size(); ++r) {
+    if (!is_point(constraints.soft_row_rows()[r])) continue;
+    const int first = rows.indices[rows.offsets[r]];
+    vertex_of_row[constraints.soft_row_rows()[r]] = first;
+    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) joined.join(first, rows.indices[k]);
+  }
 
-  std::vector<int> group_of_root(model.rest.rows(), -1);
-  for (size_t k = 0; k < entries.size(); ++k) {
-    int& group = group_of_root[joined.find(entries[k])];
+  std::vector<int> group_of_root(n, -1);
+  group_of_row_.assign(vertex_of_row.size(), -1);
+  part_of_row_.assign(vertex_of_row.size(), -1);
+  for (size_t k = 0; k < vertex_of_row.size(); ++k) {
+    if (vertex_of_row[k] < 0) continue;
+    part_of_row_[k] = model.part_of_vertex[vertex_of_row[k]];
+    int& group = group_of_root[joined.find(vertex_of_row[k])];
     if (group < 0) {
       group = static_cast<int>(rows_of_group_.size());
       rows_of_group_.emplace_back();
     }
     rows_of_group_[group].push_back(static_cast<int>(k));
-    group_of_row_.push_back(group);
+    group_of_row_[k] = group;
   }
-  for (std::vector<int>& rows : rows_of_group_) rows = thinned(rows, kSamples);
-  group_of_row_.resize(entries.size() + constraints.patches().size() + constraints.anchor_patches().size(), -1);
-  part_of_row_.resize(group_of_row_.size());
-  const auto find_parts = [&](const std::vector<Average>& patches, const std::vector<int>& rows) {
+  for (std::vector<int>& of_group : rows_of_group_) of_group = thinned(of_group, kSamples);
+  const auto find_parts = [&](const std::vector<LinearRow>& patches, const std::vector<int>& patch_rows) {
     for (size_t k = 0; k < patches.size(); ++k)
-      part_of_row_[rows[k]] = model.part_of_vertex[patches[k].indices.front()];
+      part_of_row_[patch_rows[k]] = model.part_of_vertex[patches[k].indices.front()];
   };
-  for (size_t k = 0; k < entries.size(); ++k) part_of_row_[k] = model.part_of_vertex[entries[k]];
   find_parts(constraints.patches(), constraints.patch_rows());
   find_parts(constraints.anchor_patches(), constraints.anchor_rows());
+  for (int r = 0; r < rows.size(); ++r)
+    part_of_row_[constraints.soft_row_rows()[r]] = model.part_of_vertex[rows.indices[rows.offsets[r]]];
+  for (const PreparedConstraints::Entry& entry : constraints.entries())
+    part_of_row_[entry.row] = model.part_of_vertex[entry.vertex];
 }
+
+bool HandleRotations::is_point(int row) const { return std::abs(constraints_.target_sums()[row] - 1) < 1e-9; }
 
 HandleRotations::Told HandleRotations::ask_groups(const Positions& from, const Positions& to) const {
   Told told;
@@ -127,8 +147,9 @@ Positions HandleRotations::of_rows(const Told& told) const {
 Positions HandleRotations::estimate(const Positions& from, const Positions& to) const {
   const Told told = ask_groups(from, to);
   if (std::any_of(told.begin(), told.end(), [](const auto& r) { return r.has_value(); })) return of_rows(told);
-  std::vector<int> rows(group_of_row_.size());
-  std::iota(rows.begin(), rows.end(), 0);
+  std::vector<int> rows;
+  for (int k = 0; k < static_cast<int>(group_of_row_.size()); ++k)
+    if (is_point(k)) rows.push_back(k);
   const Matrix3 rotation = best_rotation(from, to, rows).value_or(Matrix3::Identity());
   return rotation_vectors(std::array{rotation}).replicate(from.rows(), 1);
 }

@@ -10,13 +10,13 @@
 
 namespace arap {
 
-/// How connected groups of constrained vertices have turned between two sets of targets. Turns are rotation vectors:
-/// the axis times the angle in radian.
+/// How connected groups of constrained vertices, and of soft rows that share unknowns, have turned between two sets of
+/// targets. Turns are rotation vectors: the axis times the angle in radian.
 class HandleRotations {
  public:
   HandleRotations(const PreparedModel& model, const PreparedConstraints& constraints);
 
-  /// How far a solve's start is to turn with each row of its targets, (n_entries + n_patches, 3); no rows: not at all.
+  /// How far a solve's start is to turn with each row of its targets, (n_targets, 3); no rows: not at all.
   /// From rest by the rotations that are given, or estimated; from the previous pose where handles turned far.
   /// @param last_targets  of the previous pose; no rows: unknown
   /// @param rotations     of each row, or empty
@@ -31,6 +31,8 @@ class HandleRotations {
   [[nodiscard]] Positions estimate(const Positions& from, const Positions& to) const;
   /// The same, but no rows where no group tells a turn by more than `angle` radian.
   [[nodiscard]] Positions estimate_beyond(double angle, const Positions& from, const Positions& to) const;
+  /// Whether a target is a place: rows whose coefficients do not sum to 1 are none.
+  [[nodiscard]] bool is_point(int row) const;
   [[nodiscard]] Told ask_groups(const Positions& from, const Positions& to) const;
   [[nodiscard]] Positions of_rows(const Told& told) const;
 

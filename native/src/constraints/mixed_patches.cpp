@@ -8,7 +8,7 @@
 
 namespace arap {
 
-MixedPatches::MixedPatches(const RigidRegions& regions, const std::vector<Average>& patches,
+MixedPatches::MixedPatches(const RigidRegions& regions, const std::vector<LinearRow>& patches,
                            const ConstrainedSystem& system) {
   Responses of_unknowns = system.responses();
   responses_ = std::move(of_unknowns.steps);

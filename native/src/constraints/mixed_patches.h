@@ -22,7 +22,7 @@ class MixedPatches {
   /// None.
   MixedPatches() = default;
   /// @param patches  over vertices; those of the system are the same over unknowns
-  MixedPatches(const RigidRegions& regions, const std::vector<Average>& patches, const ConstrainedSystem& system);
+  MixedPatches(const RigidRegions& regions, const std::vector<LinearRow>& patches, const ConstrainedSystem& system);
 
   [[nodiscard]] bool empty() const { return levers_.empty(); }
 

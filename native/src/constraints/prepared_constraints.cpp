@@ -2,8 +2,9 @@
 #include "constraints/prepared_constraints.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include "arap/error.h"
@@ -18,49 +19,97 @@ namespace {
 /// From here on a soft constraint is stiffer than the factor can tell from a hard one.
 constexpr double kHardStrength = 1 - 1e-9;
 
+/// So many times as stiff as K a row of the matrix counts as hard.
+constexpr double kHardRow = 1e8;
+
+/// Hard rows up to so many are dense columns.
+constexpr int kMostDense = 64;
+
+/// A row in the matrix joins all of its unknowns: a wide one would fill it.
+constexpr int kMostEntries = 64;
+
 }  // namespace
 
-PreparedConstraints::PreparedConstraints(const PreparedModel& model, const ConstraintSet& set, const Progress& progress)
-    : regions_(model.regions) {
-  merge_entries(model, set);
-  merge_patches(model, set);
-  regions_.set_constraints(is_hard_, soft_diagonal_, anchor_points_);
+PreparedConstraints::PreparedConstraints(const PreparedModel& model, const ModelConstraints& constraints,
+                                         const Progress& progress)
+    : regions_(model.regions), target_sums_(Eigen::VectorXd::Ones(constraints.size())) {
+  const auto n = static_cast<int>(model.rest.rows());
+  constraints.rows.validate(n);
+  read_entries(constraints.set);
+  for (int p = 0; p < constraints.set.patches.size(); ++p) read_patch(model, constraints.set, p);
+  read_rows(model, constraints.rows, constraints.set.size());
+  merge_entries(model);
+  regions_.set_constraints(is_hard_, soft_diagonal_, anchor_points_, soft_rows_);
+  soft_row_matrix_ = RowMatrix(soft_rows_, n);
   find_rest(model);
   find_weak_hold(model);
-  const std::vector<char> is_fixed = fixed_unknowns();
-  for (size_t p = 0; p < patches_.size(); ++p) {
-    const bool can_move = std::any_of(patches_[p].indices.begin(), patches_[p].indices.end(),
-                                      [&](int v) { return is_fixed[regions_.unknown_of(v)] == 0; });
-    if (!can_move)
-      throw InvalidInput(text("patch ", patch_rows_[p] - set.vertices.size(),
-                              " consists of hard vertices only; take it or them out of the constraints"));
-  }
-  system_ =
-      std::make_unique<ConstrainedSystem>(*model.solver, model.system_matrix(), model.components, is_fixed,
-                                          reduced_diagonal(soft_diagonal_), reduced_patches(), progress, model.workers);
-  const auto is_mixed = [&](const Average& patch) {
+  SystemConstraints of_system = system_constraints(soft_diagonal_, soft_rows_);
+  require_movable(constraints.set, of_system.is_fixed);
+  system_ = std::make_unique<ConstrainedSystem>(*model.solver, model.linear_solver, model.system_matrix(),
+                                                model.components, std::move(of_system), progress, model.workers);
+  const auto is_mixed = [&](const LinearRow& patch) {
     return std::any_of(patch.indices.begin(), patch.indices.end(), [&](int v) { return regions_.is_in_region(v); });
   };
   if (std::any_of(patches_.begin(), patches_.end(), is_mixed))
     mixed_patches_ = MixedPatches(regions_, patches_, *system_);
 }
 
-void PreparedConstraints::merge_entries(const PreparedModel& model, const ConstraintSet& set) {
+void PreparedConstraints::require_movable(const ConstraintSet& set, const std::vector<char>& is_fixed) const {
+  const auto first_row = static_cast<int>(set.size());
+  for (size_t p = 0; p < patches_.size(); ++p) {
+    const bool can_move = std::any_of(patches_[p].indices.begin(), patches_[p].indices.end(),
+                                      [&](int v) { return is_fixed[regions_.unknown_of(v)] == 0; });
+    if (can_move) continue;
+    const bool is_row = patch_rows_[p] >= first_row;
+    throw InvalidInput(text(is_row ? "row " : "patch ",
+                            patch_rows_[p] - (is_row ? first_row : static_cast<int>(set.vertices.size())),
+                            " consists of hard vertices only; take it or them out of the constraints"));
+  }
+}
+
+void PreparedConstraints::read_entries(const ConstraintSet& set) {
+  for (size_t k = 0; k < set.vertices.size(); ++k)
+    entries_.push_back({set.vertices[k], static_cast<int>(k), set.strengths.empty() ? 1.0 : set.strengths[k], 1.0});
+}
+
+void PreparedConstraints::read_rows(const PreparedModel& model, const LinearRows& rows, int first) {
+  const auto is_hard = [&](int r) { return std::isinf(rows.weights[r]); };
+  int n_hard = 0;
+  for (int r = 0; r < rows.size(); ++r) n_hard += is_hard(r) ? 1 : 0;
+  for (int r = 0; r < rows.size(); ++r) {
+    LinearRow row = rows.row(r);
+    double compliance = 0;
+    bool has_member = false;
+    for (size_t k = 0; k < row.indices.size(); ++k) {
+      const int i = row.indices[k];
+      const double stiffness = model.energy.K.coeff(i, i);
+      if (stiffness > 0) compliance += row.coefficients[k] * row.coefficients[k] / stiffness;
+      has_member = has_member || regions_.is_in_region(i);
+    }
+    if (!(compliance > 0)) throw InvalidInput(text("row ", r, " names isolated unknowns only, which nothing moves"));
+    target_sums_[first + r] = row.sum();
+    if (is_hard(r) && row.indices.size() == 1) {
+      entries_.push_back({row.indices.front(), first + r, 1.0, 1 / row.coefficients.front()});
+    } else if (is_hard(r) && (has_member || n_hard <= kMostDense || std::ssize(row.indices) > kMostEntries)) {
+      add_average(model, std::move(row), first + r, false);
+    } else {
+      soft_rows_.add(row, is_hard(r) ? kHardRow / compliance : rows.weights[r]);
+      soft_row_rows_.push_back(first + r);
+    }
+  }
+}
+
+void PreparedConstraints::merge_entries(const PreparedModel& model) {
   const auto n = static_cast<int>(model.rest.rows());
   std::vector<double> strength(n, 0.0);
   std::vector<double> strength_sum(n, 0.0);
-  for (size_t k = 0; k < set.vertices.size(); ++k) {
-    const int v = set.vertices[k];
-    entry_vertices_.push_back(v);
-    strength[v] = std::max(strength[v], set.strengths[k]);
-    strength_sum[v] += set.strengths[k];
+  for (const Entry& entry : entries_) {
+    strength[entry.vertex] = std::max(strength[entry.vertex], entry.strength);
+    strength_sum[entry.vertex] += entry.strength;
   }
-  for (size_t k = 0; k < set.vertices.size(); ++k)
-    entry_shares_.push_back(set.strengths[k] / strength_sum[entry_vertices_[k]]);
-  entries_by_vertex_.resize(entry_vertices_.size());
-  std::iota(entries_by_vertex_.begin(), entries_by_vertex_.end(), 0);
-  std::stable_sort(entries_by_vertex_.begin(), entries_by_vertex_.end(),
-                   [&](int a, int b) { return entry_vertices_[a] < entry_vertices_[b]; });
+  for (Entry& entry : entries_) entry.scale *= entry.strength / strength_sum[entry.vertex];
+  std::stable_sort(entries_.begin(), entries_.end(),
+                   [](const Entry& a, const Entry& b) { return a.vertex < b.vertex; });
 
   is_constrained_.assign(n, 0);
   is_hard_.assign(n, 0);
@@ -81,32 +130,30 @@ void PreparedConstraints::merge_entries(const PreparedModel& model, const Constr
   }
 }
 
-void PreparedConstraints::merge_patches(const PreparedModel& model, const ConstraintSet& set) {
-  for (int p = 0; p < set.patches.size(); ++p) {
-    const int begin = set.patches.offsets[p];
-    const int end = set.patches.offsets[p + 1];
-    std::map<int, double> weight_of_vertex;
-    double sum = 0;
-    for (int k = begin; k < end; ++k) {
-      const int v = set.patches.vertices[k];
-      if (!(set.patches.weights[k] > 0)) continue;
-      weight_of_vertex[v] += set.patches.weights[k];
-      sum += set.patches.weights[k];
-    }
-    Average average;
-    for (const auto& [v, weight] : weight_of_vertex) {
-      average.indices.push_back(v);
-      average.weights.push_back(weight / sum);
-    }
-    const int row = static_cast<int>(set.vertices.size()) + p;
-    if (const int region = regions_.region_of(average); region >= 0) {
-      anchor_patches_.push_back(regions_.inside_of(region, average));
-      anchor_points_.push_back({region, average.of(model.rest).transpose()});
-      anchor_rows_.push_back(row);
-    } else {
-      patches_.push_back(std::move(average));
-      patch_rows_.push_back(row);
-    }
+void PreparedConstraints::read_patch(const PreparedModel& model, const ConstraintSet& set, int p) {
+  std::map<int, double> weight_of_vertex;
+  double sum = 0;
+  for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
+    if (!(set.patches.weights[k] > 0)) continue;
+    weight_of_vertex[set.patches.vertices[k]] += set.patches.weights[k];
+    sum += set.patches.weights[k];
+  }
+  LinearRow average;
+  for (const auto& [v, weight] : weight_of_vertex) {
+    average.indices.push_back(v);
+    average.coefficients.push_back(weight / sum);
+  }
+  add_average(model, std::move(average), static_cast<int>(set.vertices.size()) + p, true);
+}
+
+void PreparedConstraints::add_average(const PreparedModel& model, LinearRow average, int row, bool may_anchor) {
+  if (const int region = may_anchor ? regions_.region_of(average) : -1; region >= 0) {
+    anchor_patches_.push_back(regions_.inside_of(region, average));
+    anchor_points_.push_back({region, average.of(model.rest).transpose()});
+    anchor_rows_.push_back(row);
+  } else {
+    patches_.push_back(std::move(average));
+    patch_rows_.push_back(row);
   }
 }
 
@@ -116,9 +163,10 @@ void PreparedConstraints::find_rest(const PreparedModel& model) {
   const auto component = [&](int v) { return model.components[regions_.unknown_of(v)]; };
   for (int v = 0; v < n; ++v)
     if (is_constrained_[v] != 0) is_component_constrained[component(v)] = 1;
-  for (const std::vector<Average>* patches : {&patches_, &anchor_patches_})
-    for (const Average& patch : *patches)
+  for (const std::vector<LinearRow>* patches : {&patches_, &anchor_patches_})
+    for (const LinearRow& patch : *patches)
       for (const int v : patch.indices) is_component_constrained[component(v)] = 1;
+  for (const int v : soft_rows_.indices) is_component_constrained[component(v)] = 1;
 
   is_at_rest_.assign(n, 0);
   std::vector<char> is_part_constrained(model.n_parts, 0);
@@ -141,11 +189,16 @@ void PreparedConstraints::find_weak_hold(const PreparedModel& model) {
     if (part >= 0) hold[part] = std::max(hold[part], by);
   };
   for (const int v : hard_vertices_) strengthen(v, 1);
-  for (const std::vector<Average>* patches : {&patches_, &anchor_patches_})
-    for (const Average& patch : *patches)
+  for (const std::vector<LinearRow>* patches : {&patches_, &anchor_patches_})
+    for (const LinearRow& patch : *patches)
       for (const int v : patch.indices) strengthen(v, 1);
   const Eigen::VectorXd stiffness = model.energy.K.diagonal();
   for (const int v : soft_vertices_) strengthen(v, soft_diagonal_[v] / (2 * stiffness[v]));
+  for (int r = 0; r < soft_rows_.size(); ++r)
+    for (int k = soft_rows_.offsets[r]; k < soft_rows_.offsets[r + 1]; ++k)
+      if (const int v = soft_rows_.indices[k]; stiffness[v] > 0)
+        strengthen(
+            v, soft_rows_.weights[r] * soft_rows_.coefficients[k] * soft_rows_.coefficients[k] / (2 * stiffness[v]));
   is_weak_hold_ = std::any_of(hold.begin(), hold.end(), [](double h) { return h > 0 && h < kWeak; });
 }
 
@@ -160,28 +213,30 @@ std::vector<char> PreparedConstraints::fixed_unknowns() const {
   return is_fixed;
 }
 
-Eigen::VectorXd PreparedConstraints::reduced_diagonal(const Eigen::VectorXd& diagonal) const {
-  Eigen::VectorXd reduced = Eigen::VectorXd::Zero(diagonal.size());
-  for (Eigen::Index v = 0; v < diagonal.size(); ++v) reduced[regions_.unknown_of(static_cast<int>(v))] += diagonal[v];
-  return reduced;
-}
-
-std::vector<Average> PreparedConstraints::reduced_patches() const {
-  std::vector<Average> reduced = patches_;
-  for (Average& patch : reduced)
-    for (int& v : patch.indices) v = regions_.unknown_of(v);
-  return reduced;
+SystemConstraints PreparedConstraints::system_constraints(const Eigen::VectorXd& soft_diagonal, LinearRows rows) const {
+  SystemConstraints result;
+  result.is_fixed = fixed_unknowns();
+  result.soft_diagonal = Eigen::VectorXd::Zero(soft_diagonal.size());
+  for (Eigen::Index v = 0; v < soft_diagonal.size(); ++v)
+    result.soft_diagonal[regions_.unknown_of(static_cast<int>(v))] += soft_diagonal[v];
+  result.averages = patches_;
+  for (LinearRow& average : result.averages)
+    for (int& v : average.indices) v = regions_.unknown_of(v);
+  result.rows = std::move(rows);
+  for (int& v : result.rows.indices) v = regions_.unknown_of(v);
+  return result;
 }
 
 void PreparedConstraints::write_vertex_targets(const Positions& targets, Positions& of_vertex) const {
-  for (const int k : entries_by_vertex_) of_vertex.row(entry_vertices_[k]).setZero();
-  for (const int k : entries_by_vertex_) of_vertex.row(entry_vertices_[k]) += entry_shares_[k] * targets.row(k);
+  for (const Entry& entry : entries_) of_vertex.row(entry.vertex).setZero();
+  for (const Entry& entry : entries_) of_vertex.row(entry.vertex) += entry.scale * targets.row(entry.row);
 }
 
 Positions PreparedConstraints::constrained_points(const Positions& positions) const {
-  Positions points(entry_vertices_.size() + patches_.size() + anchor_patches_.size(), 3);
-  for (size_t k = 0; k < entry_vertices_.size(); ++k) points.row(k) = positions.row(entry_vertices_[k]);
+  Positions points(target_sums_.size(), 3);
+  for (const Entry& entry : entries_) points.row(entry.row) = target_sums_[entry.row] * positions.row(entry.vertex);
   for (size_t k = 0; k < patches_.size(); ++k) points.row(patch_rows_[k]) = patches_[k].of(positions);
+  for (int r = 0; r < soft_rows_.size(); ++r) points.row(soft_row_rows_[r]) = soft_rows_.row(r).of(positions);
   if (anchor_points_.empty()) return points;
   const std::vector<Placement> placements = regions_.fit_placements(positions);
   for (size_t k = 0; k < anchor_points_.size(); ++k)
@@ -200,10 +255,21 @@ const ConstrainedSystem& PreparedConstraints::laplacian_system(const PreparedMod
       if (soft[v] > 0) soft[v] *= diagonal_squared[v] / diagonal[v];
     const SparseMatrix reduced = regions_.reduce(K_squared);
     laplacian_system_ = std::make_unique<ConstrainedSystem>(
-        *make_linear_solver(reduced, model.linear_solver, model.workers), reduced, connected_components(reduced),
-        fixed_unknowns(), reduced_diagonal(soft), reduced_patches(), Progress{}, model.workers);
+        *make_linear_solver(reduced, model.linear_solver, model.workers), model.linear_solver, reduced,
+        connected_components(reduced), system_constraints(soft, laplacian_rows(diagonal)), Progress{}, model.workers);
   }
   return *laplacian_system_;
+}
+
+LinearRows PreparedConstraints::laplacian_rows(const Eigen::VectorXd& diagonal) const {
+  LinearRows rows = soft_rows_;
+  for (int r = 0; r < rows.size(); ++r) {
+    double mean = 0;
+    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k)
+      mean += diagonal[rows.indices[k]] / (rows.offsets[r + 1] - rows.offsets[r]);
+    rows.weights[r] *= mean;
+  }
+  return rows;
 }
 
 }  // namespace arap

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <utility>
 
 #include "geometry/rotation.h"
 
@@ -28,7 +29,8 @@ RigidRegions::RigidRegions(const std::vector<int>& region_of_vertex, const CellE
   for (size_t v = 0; v < unknown_of_vertex_.size(); ++v) unknown_of_vertex_[v] = static_cast<int>(v);
   for (auto& [label, members] : members_of_label) {
     for (const int v : members) unknown_of_vertex_[v] = members.front();
-    regions_.push_back({.members = std::move(members), .border = {}, .cells = {}, .border_cells = {}, .anchors = {}});
+    regions_.push_back(
+        {.members = std::move(members), .border = {}, .cells = {}, .border_cells = {}, .anchors = {}, .pulls = {}});
   }
 }
 
@@ -114,34 +116,35 @@ bool RigidRegions::is_in_region(int v) const {
   return std::any_of(regions_.begin(), regions_.end(), [&](const Region& region) { return is_member(v, region); });
 }
 
-int RigidRegions::region_of(const Average& patch) const {
+int RigidRegions::region_of(const LinearRow& patch) const {
   constexpr double kHalf = 0.5 + 1e-9;  // rounding does not decide whose an even patch is
   for (int r = 0; r < size(); ++r) {
     double share = 0;
     for (size_t k = 0; k < patch.indices.size(); ++k)
-      if (is_member(patch.indices[k], regions_[r])) share += patch.weights[k];
+      if (is_member(patch.indices[k], regions_[r])) share += patch.coefficients[k];
     if (share > kHalf) return r;
   }
   return -1;
 }
 
-Average RigidRegions::inside_of(int region, const Average& patch) const {
-  Average inside;
+LinearRow RigidRegions::inside_of(int region, const LinearRow& patch) const {
+  LinearRow inside;
   double share = 0;
   for (size_t k = 0; k < patch.indices.size(); ++k) {
     if (!is_member(patch.indices[k], regions_[region])) continue;
     inside.indices.push_back(patch.indices[k]);
-    inside.weights.push_back(patch.weights[k]);
-    share += patch.weights[k];
+    inside.coefficients.push_back(patch.coefficients[k]);
+    share += patch.coefficients[k];
   }
-  for (double& weight : inside.weights) weight /= share;
+  for (double& weight : inside.coefficients) weight /= share;
   return inside;
 }
 
 void RigidRegions::set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal,
-                                   const std::vector<RegionPoint>& patches) {
+                                   const std::vector<RegionPoint>& patches, const LinearRows& rows) {
   for (Region& region : regions_) {
     region.anchors.clear();
+    find_pulls(region, rows);
     for (const int v : region.members)
       if (is_hard[v] != 0) region.anchors.push_back({rest(v), v, -1});
   }
@@ -149,6 +152,24 @@ void RigidRegions::set_constraints(const std::vector<char>& is_hard, const Eigen
   for (Region& region : regions_) {
     if (!region.anchors.empty()) find_anchor_rank(region);
     choose_center(region, soft_diagonal);
+  }
+}
+
+void RigidRegions::find_pulls(Region& region, const LinearRows& rows) const {
+  region.pulls.clear();
+  for (int r = 0; r < rows.size(); ++r) {
+    Pull pull{.row = r, .weight = rows.weights[r], .share = 0, .moment = Vector3::Zero(), .elsewhere = {}};
+    const auto size = rows.offsets[r + 1] - rows.offsets[r];
+    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) {
+      if (is_member(rows.indices[k], region)) {
+        pull.share += rows.coefficients[k];
+        pull.moment += rows.coefficients[k] * rest(rows.indices[k]);
+      } else {
+        pull.elsewhere.indices.push_back(rows.indices[k]);
+        pull.elsewhere.coefficients.push_back(rows.coefficients[k]);
+      }
+    }
+    if (std::ssize(pull.elsewhere.indices) < size) region.pulls.push_back(std::move(pull));
   }
 }
 
@@ -166,8 +187,8 @@ void RigidRegions::find_anchor_rank(Region& region) {
 }
 
 // The terms of the energy that join the region's motion (R, t) with itself are, with c the center,
-//     1/2 kappa |t|^2 + <t, R mixed>,  mixed = sum_{j,k in r} K_jk (p_j - c) + sum_j 2 omega_j (p_j - c) - sum_{cells
-//     in r, k in r} q_ck.
+//     1/2 kappa |t|^2 + <t, R mixed>,  mixed = sum_{j,k in r} K_jk (p_j - c) + sum_j 2 omega_j (p_j - c)
+//             + sum_rows w share arm - sum_{cells in r, k in r} q_ck.
 // Rows of K and of q sum to 0, so the sums over the inside are minus those over the outside: only the border counts.
 void RigidRegions::choose_center(Region& region, const Eigen::VectorXd& soft_diagonal) const {
   double kappa = 0;
@@ -184,6 +205,10 @@ void RigidRegions::choose_center(Region& region, const Eigen::VectorXd& soft_dia
     kappa += soft_diagonal[v];
     moment += soft_diagonal[v] * rest(v);
     mean += rest(v) / static_cast<double>(region.members.size());
+  }
+  for (const Pull& pull : region.pulls) {
+    kappa += pull.weight * pull.share * pull.share;
+    moment += pull.weight * pull.share * pull.moment;
   }
   for (const int c : region.border_cells)
     for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k)
@@ -301,16 +326,20 @@ void RigidRegions::fit_rotation(int region, const RegionTargets& targets, const 
   for (const int v : fitted.members)
     if (soft_diagonal[v] > 0)
       L -= soft_diagonal[v] * targets.vertices.row(v).transpose() * (rest(v) - fitted.center).transpose();
+  for (const Pull& by : fitted.pulls) {
+    const Vector3 left = (targets.rows.row(by.row) - by.elsewhere.of(positions)).transpose();
+    L -= by.weight * left * by.arm(fitted.center).transpose();
+  }
   place(fitted, L, targets, placement);
   write(fitted, placement, positions);
   for (const int c : fitted.cells) rotations[c] = Eigen::Quaterniond(placement.rotation);
 }
 
-Vector3 RigidRegions::arm_of(int region, const Average& average) const {
+Vector3 RigidRegions::arm_of(int region, const LinearRow& average) const {
   Vector3 arm = Vector3::Zero();
   for (size_t k = 0; k < average.indices.size(); ++k)
     if (is_member(average.indices[k], regions_[region]))
-      arm += average.weights[k] * (rest(average.indices[k]) - regions_[region].center);
+      arm += average.coefficients[k] * (rest(average.indices[k]) - regions_[region].center);
   return arm;
 }
 
@@ -321,6 +350,9 @@ Vector3 RigidRegions::pull_along(int region, const Eigen::Ref<const Eigen::Vecto
     for (SparseMatrix::InnerIterator it(energy_->K, v); it; ++it)
       if (!is_member(static_cast<int>(it.row()), pulled))
         pull -= it.value() * response[it.row()] * (rest(v) - pulled.center);
+  for (const Pull& by : pulled.pulls)
+    for (size_t k = 0; k < by.elsewhere.indices.size(); ++k)
+      pull -= by.weight * by.elsewhere.coefficients[k] * response[by.elsewhere.indices[k]] * by.arm(pulled.center);
   for (const int c : pulled.border_cells)
     for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k) {
       const int v = energy_->cell_vertices[k];
@@ -339,7 +371,7 @@ void RigidRegions::share_rotations(const std::vector<Placement>& placements, Rot
 // and a turn by w changes the energy by -<[w]x R, Q> = <w, twist(Q R^T)>.
 Positions RigidRegions::turn_cells(const Positions& positions, Rotations& rotations) const {
   Positions gradient = Positions::Zero(positions.rows(), 3);
-  const RegionTargets places{positions, Positions(0, 3)};
+  const RegionTargets places{positions, Positions(0, 3), Positions(0, 3)};
   for (const Region& region : regions_) {
     Matrix3 Q = Matrix3::Zero();
     for (const int c : region.cells)

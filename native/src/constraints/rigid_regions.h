@@ -19,6 +19,7 @@ struct Placement {
 struct RegionTargets {
   Positions vertices;  ///< (n, 3), of soft and hard vertices
   Positions patches;   ///< of the points given to RigidRegions::set_constraints
+  Positions rows;      ///< of the soft rows given there
 };
 
 /// A point that a region carries along.
@@ -61,16 +62,16 @@ class RigidRegions {
   void expand(Positions& x) const;
 
   /// Takes the constraints into account: members that are hard, and points held by patches, anchor the region; soft
-  /// members pull at it.
+  /// members and soft rows pull at it.
   /// @param is_hard        (n,)
   /// @param soft_diagonal  (n,) 2 omega of each vertex, 0 where it is not soft
   void set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal,
-                       const std::vector<RegionPoint>& patches);
+                       const std::vector<RegionPoint>& patches, const LinearRows& rows);
 
   /// The region that has more than half of the patch's weight, -1 where there is none.
-  [[nodiscard]] int region_of(const Average& patch) const;
+  [[nodiscard]] int region_of(const LinearRow& patch) const;
   /// The part of the patch that is in a region.
-  [[nodiscard]] Average inside_of(int region, const Average& patch) const;
+  [[nodiscard]] LinearRow inside_of(int region, const LinearRow& patch) const;
   [[nodiscard]] bool is_anchored(int region) const { return !regions_[region].anchors.empty(); }
   [[nodiscard]] int unknown(int region) const { return regions_[region].members.front(); }
 
@@ -98,7 +99,7 @@ class RigidRegions {
                     Placement& placement, Rotations& rotations, Positions& positions) const;
 
   /// An average of vertices moves by R arm.
-  [[nodiscard]] Vector3 arm_of(int region, const Average& average) const;
+  [[nodiscard]] Vector3 arm_of(int region, const LinearRow& average) const;
   /// Where vertices outside move by step * response, the region's linear term falls by <R, step pull^T>.
   /// @param response  (n,)
   [[nodiscard]] Vector3 pull_along(int region, const Eigen::Ref<const Eigen::VectorXd>& response) const;
@@ -123,13 +124,25 @@ class RigidRegions {
     }
   };
 
+  /// A soft row with members of the region: with them it is share translation + R arm + a constant.
+  struct Pull {
+    int row;  ///< in the targets
+    double weight;
+    double share;         ///< sum of the members' coefficients
+    Vector3 moment;       ///< sum of their coefficients times rest positions
+    LinearRow elsewhere;  ///< the row without the members
+
+    [[nodiscard]] Vector3 arm(const Vector3& center) const { return moment - share * center; }
+  };
+
   struct Region {
     std::vector<int> members;       ///< vertices, the first is the unknown
     std::vector<int> border;        ///< members with neighbours, or in cells, outside
     std::vector<int> cells;         ///< whose home is a member
     std::vector<int> border_cells;  ///< of them, those with vertices outside
     std::vector<Anchor> anchors;    ///< hard members
-    int anchor_rank = 0;            ///< 0 a point, 1 a line, 2 at least a plane
+    std::vector<Pull> pulls;
+    int anchor_rank = 0;  ///< 0 a point, 1 a line, 2 at least a plane
     Vector3 anchor_axis = Vector3::Zero();
     Vector3 center = Vector3::Zero();
     Vector3 mixed = Vector3::Zero();  ///< the mixed term is <t, R mixed>; 0 for free regions
@@ -145,6 +158,7 @@ class RigidRegions {
   void find_cells();
   void find_border(Region& region) const;
   void choose_center(Region& region, const Eigen::VectorXd& soft_diagonal) const;
+  void find_pulls(Region& region, const LinearRows& rows) const;
   static void find_anchor_rank(Region& region);
   static void place(const Region& region, const Matrix3& linear, const RegionTargets& targets, Placement& placement);
   void write(const Region& region, const Placement& placement, Positions& positions) const;

@@ -45,8 +45,8 @@ void Engine::set_positions(Positions positions) {
   last_targets_.resize(0, 3);
 }
 
-void Engine::set_constraints(const ConstraintSet& set, const Progress& progress) {
-  auto constraints = std::make_unique<PreparedConstraints>(model_, set, progress);
+void Engine::set_constraints(const ModelConstraints& given, const Progress& progress) {
+  auto constraints = std::make_unique<PreparedConstraints>(model_, given, progress);
   auto handle_rotations = std::make_unique<HandleRotations>(model_, *constraints);
   auto steps = std::make_unique<LocalGlobal>(model_, *constraints);
   search_ = std::make_unique<NonlinearCg>(*steps);
@@ -117,7 +117,7 @@ std::optional<double> Engine::apply_guess(const Positions& targets, InitialGuess
   const bool has_torn = steps_->impose_constraints(pose_);
   if (guess == InitialGuess::kNaiveLaplacian) {
     if (!constraints_->has_laplacian_system()) ++n_factorizations_;
-    guess_naive_laplacian(model_, *constraints_, steps_->vertex_targets(), constraints_->patch_targets(targets), pose_);
+    guess_naive_laplacian(model_, *constraints_, targets, steps_->vertex_targets(), pose_);
   }
   // With the rotations of the former pose: fitted to a torn one, they would rotate what a single handle only moves.
   if (start.rotations.rows() > 0) {

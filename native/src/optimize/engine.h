@@ -28,12 +28,12 @@ class Engine {
   explicit Engine(const PreparedModel& model);
 
   /// Throws InvalidInput, SolverError or Cancelled, and then the former constraints stay.
-  void set_constraints(const ConstraintSet& set, const Progress& progress);
+  void set_constraints(const ModelConstraints& constraints, const Progress& progress);
   [[nodiscard]] bool has_constraints() const { return constraints_ != nullptr; }
 
   /// Moves the pose towards the targets. A solve to the targets of the last one goes on with its search. A cancelled
   /// solve hands over the former pose and changes nothing, but that the next one begins a new search.
-  /// @param targets    (n_entries + n_patches, 3), finite
+  /// @param targets    (n_targets, 3), finite
   /// @param rotations  of each row, or empty: see HandleRotations
   /// Throws SolverError if positions are no longer finite. After an exception the pose is the former one.
   IterationReport solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,

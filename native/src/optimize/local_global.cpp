@@ -43,6 +43,9 @@ void LocalGlobal::set_targets(const Positions& targets, Precision precision) {
   pull_softly(-1);
   constraints_.write_vertex_targets(targets, targets_.vertices);
   pull_softly(1);
+  Positions row_targets = constraints_.soft_row_targets(targets);
+  if (known_ == Known::kResidual && row_targets.rows() > 0) add_row_forces(row_targets - targets_.rows);
+  targets_.rows = std::move(row_targets);
   targets_.patches = constraints_.anchor_targets(targets);
   Positions patch_targets = constraints_.patch_targets(targets);
   // A solve that only goes on keeps what holds the patches: at the minimum nothing is left to correct.
@@ -79,15 +82,32 @@ Positions LocalGlobal::patch_gaps(const Positions& positions) const {
 }
 
 void LocalGlobal::add_patch_forces(double sign) {
-  const std::vector<Average>& patches = constraints_.patches();
+  const std::vector<LinearRow>& patches = constraints_.patches();
   for (Eigen::Index k = 0; k < multipliers_.rows(); ++k)
     for (size_t i = 0; i < patches[k].indices.size(); ++i)
-      residual_.row(patches[k].indices[i]) += sign * patches[k].weights[i] * multipliers_.row(k);
+      residual_.row(patches[k].indices[i]) += sign * patches[k].coefficients[i] * multipliers_.row(k);
 }
 
 void LocalGlobal::follow_vertex(int v, const Eigen::RowVector3d& step) {
   for (SparseMatrix::InnerIterator entry(model_.energy.K, v); entry; ++entry)
     residual_.row(entry.row()) -= entry.value() * step;
+  const RowMatrix& rows = constraints_.soft_row_matrix();
+  if (rows.empty()) return;
+  rows.for_rows_of(v, [&](int row, double of_v) {
+    const Eigen::RowVector3d force = constraints_.soft_rows().weights[row] * of_v * step;
+    rows.for_unknowns_of(row, [&](int i, double coefficient) { residual_.row(i) -= coefficient * force; });
+  });
+}
+
+double LocalGlobal::add_row_forces(Positions gaps) {
+  double energy = 0;
+  for (Eigen::Index r = 0; r < gaps.rows(); ++r) {
+    const double weight = constraints_.soft_rows().weights[r];
+    energy += 0.5 * weight * gaps.row(r).squaredNorm();
+    gaps.row(r) *= weight;
+  }
+  constraints_.soft_row_matrix().add_transposed(gaps, residual_, workers());
+  return energy;
 }
 
 void LocalGlobal::find_correction(const Pose& pose, Positions& correction) {
@@ -126,6 +146,11 @@ double LocalGlobal::refresh_residual(const Pose& pose) {
     const Eigen::RowVector3d gap = targets_.vertices.row(v) - pose.positions.row(v);
     energy += 0.5 * soft[v] * gap.squaredNorm();
     residual_.row(v) += soft[v] * gap;
+  }
+  if (!constraints_.soft_rows().empty()) {
+    Positions reached;
+    constraints_.soft_row_matrix().multiply(pose.positions, reached, workers());
+    energy += add_row_forces(targets_.rows - reached);
   }
   return energy;
 }

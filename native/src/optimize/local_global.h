@@ -25,8 +25,9 @@ class LocalGlobal {
  public:
   LocalGlobal(const PreparedModel& model, const PreparedConstraints& constraints);
 
-  /// Comes first, and again for new targets. Where the pose is the one that finish() left, the residual there is kept.
-  /// @param targets  (n_entries + n_patches, 3) in model space
+  /// Call it before the first step and whenever targets change. It reuses the residual if the pose is the one that
+  /// finish() left.
+  /// @param targets  (n_targets, 3) in model space
   void set_targets(const Positions& targets, Precision precision);
 
   /// (n, 3), 0 where there is none.
@@ -106,9 +107,11 @@ class LocalGlobal {
   /// Adds what the last multipliers hold the patches with to the residual, times `sign`.
   void add_patch_forces(double sign);
   [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
+  /// The forces of soft rows in `gaps`, (n_rows, 3), are added to the residual; returns their energy.
+  double add_row_forces(Positions gaps);
   /// For the positions and rotations of the pose, whatever the passes have been about.
   void find_residual_of(const Pose& pose);
-  /// The same by what changes where one vertex is moved.
+  /// The same by what changes if one vertex is moved.
   void follow_vertex(int v, const Eigen::RowVector3d& step);
   /// The whole step at once, as global_step(); or to a part of itself.
   double apply_residual(Pose& pose);
@@ -119,7 +122,7 @@ class LocalGlobal {
   CellPasses* passes_ = nullptr;
   bool is_in_double_ = false;
   Known known_ = Known::kNothing;
-  RegionTargets targets_;  ///< of vertices, and of patches that anchor regions
+  RegionTargets targets_;  ///< of vertices, of patches that anchor regions, and of soft rows
   Positions patch_targets_;
   Positions residual_;
   Positions multipliers_;

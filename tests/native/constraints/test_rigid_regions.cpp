@@ -549,7 +549,7 @@ Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vec
   model.regions.read_cells();
   arap::ConstraintSet set = task.constraints;
   for (int& v : set.vertices) v = numbers[v];
-  const arap::PreparedConstraints constraints(model, set, {});
+  const arap::PreparedConstraints constraints(model, {set, {}}, {});
   arap::LocalGlobal steps(model, constraints);
   steps.set_targets(task.targets / size, arap::Precision::kDouble);
   arap::Pose pose{model.rest, arap::Rotations(cell_order.size(), Eigen::Quaterniond::Identity()),

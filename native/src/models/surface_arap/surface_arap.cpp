@@ -93,7 +93,7 @@ void SurfaceArap::set_constraints(const ConstraintSet& constraints, const Progre
   require_movable_patches(constraints.patches, impl_->part_of_vertex);
   if (impl_->engine.has_constraints() && constraints == impl_->constraints) return;
   ConstraintSet copy = constraints;
-  impl_->engine.set_constraints(impl_->space.to_model(constraints), progress);
+  impl_->engine.set_constraints({impl_->space.to_model(constraints), {}}, progress);
   impl_->constraints = std::move(copy);
 }
 

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "constraints/linear_rows.h"
+
+#include <cmath>
+#include <numeric>
+
+#include "arap/error.h"
+#include "base/format_message.h"
+#include "parallel/parallel.h"
+
+namespace arap {
+
+Eigen::RowVector3d LinearRow::of(const Positions& x) const {
+  Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+  for (size_t k = 0; k < indices.size(); ++k) sum += coefficients[k] * x.row(indices[k]);
+  return sum;
+}
+
+double LinearRow::sum() const { return std::accumulate(coefficients.begin(), coefficients.end(), 0.0); }
+
+Positions gaps_to(Positions targets, const std::vector<LinearRow>& rows, const Positions& x) {
+  for (Eigen::Index k = 0; k < targets.rows(); ++k) targets.row(k) -= rows[k].of(x);
+  return targets;
+}
+
+void LinearRows::add(const LinearRow& row, double weight) {
+  indices.insert(indices.end(), row.indices.begin(), row.indices.end());
+  coefficients.insert(coefficients.end(), row.coefficients.begin(), row.coefficients.end());
+  offsets.push_back(static_cast<int>(indices.size()));
+  weights.push_back(weight);
+}
+
+LinearRow LinearRows::row(int r) const {
+  return {{indices.begin() + offsets[r], indices.begin() + offsets[r + 1]},
+          {coefficients.begin() + offsets[r], coefficients.begin() + offsets[r + 1]}};
+}
+
+void LinearRows::validate(int n_unknowns) const {
+  for (int r = 0; r < size(); ++r) {
+    if (!(weights[r] > 0)) throw InvalidInput(text("weight of row ", r, " is ", weights[r], ", must be above 0"));
+    bool has_entry = false;
+    for (int k = offsets[r]; k < offsets[r + 1]; ++k) {
+      if (indices[k] < 0 || indices[k] >= n_unknowns)
+        throw InvalidInput(
+            text("row ", r, " names unknown ", indices[k], ", but there are unknowns 0 to ", n_unknowns - 1));
+      if (!std::isfinite(coefficients[k]))
+        throw InvalidInput(text("row ", r, ": coefficient of unknown ", indices[k], " is not finite"));
+      has_entry = has_entry || coefficients[k] != 0;
+    }
+    if (!has_entry) throw InvalidInput(text("row ", r, " has no coefficient other than 0"));
+  }
+}
+
+RowMatrix::RowMatrix(const LinearRows& rows, int n_unknowns, const std::vector<int>& new_index)
+    : by_row_(rows.size(), n_unknowns), by_unknown_(rows.size(), n_unknowns) {
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(rows.indices.size());
+  for (int r = 0; r < rows.size(); ++r)
+    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k)
+      entries.emplace_back(r, new_index.empty() ? rows.indices[k] : new_index[rows.indices[k]], rows.coefficients[k]);
+  by_row_.setFromTriplets(entries.begin(), entries.end());
+  by_unknown_ = by_row_;
+}
+
+void RowMatrix::multiply(const Positions& x, Positions& y, const Workers& workers) const {
+  y.resize(size(), 3);
+  parallel_for(workers, size(), [&](int begin, int end) {
+    for (int r = begin; r < end; ++r) {
+      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+      for_unknowns_of(r, [&](int unknown, double coefficient) { sum += coefficient * x.row(unknown); });
+      y.row(r) = sum;
+    }
+  });
+}
+
+void RowMatrix::add_transposed(const Positions& y, Positions& x, const Workers& workers) const {
+  if (empty()) return;
+  parallel_for(workers, static_cast<int>(x.rows()), [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+      for_rows_of(i, [&](int row, double coefficient) { sum += coefficient * y.row(row); });
+      x.row(i) += sum;
+    }
+  });
+}
+
+SparseMatrix RowMatrix::normal_matrix(const Eigen::VectorXd& weights) const {
+  const SparseMatrix weighted = weights.asDiagonal() * by_unknown_;
+  return SparseMatrix(by_unknown_.transpose()) * weighted;
+}
+
+}  // namespace arap
