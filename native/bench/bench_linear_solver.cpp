@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The linear solvers side by side on one matrix: the Laplacian of a torus with a tenth of its rows erased.
+// Compares linear solvers on one matrix: the Laplacian of a torus with a tenth of its rows erased.
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
@@ -21,7 +21,7 @@ using arap::LinearSolver;
 using arap::Positions;
 using arap::SparseMatrix;
 
-/// Uniform weights over the edges of the torus and one diagonal of each quad: the pattern of a triangle mesh.
+/// Uniform weights on the edges of the torus and one diagonal of each quad: the pattern of a triangle mesh.
 struct Problem {
   explicit Problem(int n_vertices) {
     const arap::bench::BumpyTorus torus(n_vertices);
@@ -92,7 +92,7 @@ void factorize(benchmark::State& state, const Make& make) {
   for (auto _ : state) benchmark::DoNotOptimize(solver->factorize(p.A, p.is_erased));
 }
 
-/// In the solver's order, as a model is that has taken it over.
+/// In the solver's ordering, as models use it.
 template <class Make>
 void solve(benchmark::State& state, const Make& make) {
   Problem p = problem(static_cast<int>(state.range(0)));

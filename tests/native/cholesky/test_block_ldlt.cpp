@@ -33,7 +33,7 @@ struct NamedMatrix {
   SparseMatrix A;
 };
 
-/// Symmetric with the given couplings, and the diagonal that makes it positive definite.
+/// A symmetric matrix with random values at the given couplings and a diagonal that makes it positive definite.
 SparseMatrix dominant(int n, const std::vector<std::array<int, 2>>& couplings, Random& random, double margin = 1e-2) {
   Triplets entries;
   Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(n, margin);
@@ -58,7 +58,7 @@ SparseMatrix random_sparse(int n, double per_row, Random& random) {
   return dominant(n, couplings, random);
 }
 
-/// n unknowns of which `n_dense` are coupled with every other one.
+/// n unknowns, `n_dense` of them coupled with all others.
 SparseMatrix arrowhead(int n, int n_dense, Random& random) {
   std::vector<std::array<int, 2>> couplings;
   for (int d = 0; d < n_dense; ++d)
@@ -115,7 +115,7 @@ Positions solution_in_double(const SparseMatrix& A, const std::vector<char>& is_
   return Eigen::SimplicialLDLT<SparseMatrix>(kept).solve(Eigen::MatrixX3d(right));
 }
 
-/// Rows of the erased ones are 0 and the others right to `tolerance`.
+/// Expects that erased rows are 0 and the others right to `tolerance`.
 void expect_solution(const arap::Factorization& factor, const SparseMatrix& A, const std::vector<char>& is_erased,
                      double tolerance, const std::string& what) {
   const Positions b = Random(82).noise(static_cast<int>(A.rows()), 1);
@@ -136,7 +136,7 @@ class BlockLdltOnIsa : public testing::TestWithParam<std::tuple<Isa, TileFormat>
     return BlockLdlt(A, Workers(threads), std::get<0>(GetParam()), std::get<1>(GetParam()));
   }
 
-  /// What a solve may be wrong by, on these matrices.
+  /// Relative error of a solve with these matrices.
   [[nodiscard]] static double tolerance() { return std::get<1>(GetParam()) == TileFormat::kHalf ? 1e-3 : 2e-5; }
 };
 
@@ -246,7 +246,7 @@ TEST_P(BlockLdltOnIsa, RefusesWhatIsNotPositiveDefinite) {
   }
 }
 
-TEST_P(BlockLdltOnIsa, RenumberedToItsOrderItDoesTheSame) {
+TEST_P(BlockLdltOnIsa, RenumberedToItsOrderingItDoesTheSame) {
   Random random(93);
   for (const auto& [name, A] : matrices()) {
     const auto n = static_cast<int>(A.rows());
@@ -294,7 +294,7 @@ INSTANTIATE_TEST_SUITE_P(All, BlockLdltOnIsa,
                                   (std::get<1>(test.param) == TileFormat::kHalf ? "_half" : "_float");
                          });
 
-/// A chain of n unknowns, of which `margin` on the diagonal of the first one alone holds the others.
+/// A chain of n unknowns that only `margin` on the diagonal of the first one holds.
 SparseMatrix chain(int n, double margin) {
   Triplets entries;
   for (int i = 0; i < n; ++i) {
@@ -307,8 +307,8 @@ SparseMatrix chain(int n, double margin) {
   return A;
 }
 
-// The right answer to a force on everything is large, and rounding of the factor must not hold what the matrix hardly
-// holds: floats have to take over where halves are too coarse.
+// The solution for a force on everything is large, and rounding of the factor must not make it small: floats must
+// replace halves that are too coarse.
 TEST(BlockLdlt, WeaklyHeldIsNotHeldByRounding) {
   constexpr int kN = 2000;
   for (const double margin : {1e-2, 1e-4, 1e-6, 1e-10}) {
@@ -323,7 +323,7 @@ TEST(BlockLdlt, WeaklyHeldIsNotHeldByRounding) {
 }
 
 // Diagonals of very different size: halves end at 65504.
-TEST(BlockLdlt, UnknownsMayHaveScalesOfTheirOwn) {
+TEST(BlockLdlt, UnknownsMayHaveVeryDifferentScales) {
   Random random(95);
   SparseMatrix A = grid_matrix(20, random);
   Eigen::VectorXd scale(A.rows());
@@ -338,7 +338,7 @@ TEST(BlockLdlt, UnknownsMayHaveScalesOfTheirOwn) {
   EXPECT_LE((product - unscaled).norm(), 2e-2 * unscaled.norm());
 }
 
-TEST(BlockLdlt, DigitsDoNotDependOnWhoHasTimeToHelp) {
+TEST(BlockLdlt, DigitsDoNotDependOnWhichThreadsTakePart) {
   Random random(96);
   const SparseMatrix A = grid_matrix(40, random);
   const auto factor = BlockLdlt(A, Workers(3)).factorize(A, std::vector<char>(static_cast<size_t>(A.rows()), 0));
@@ -383,7 +383,7 @@ TEST(BlockLdlt, RightHandSideThatIsNotFiniteGivesNothingFinite) {
   EXPECT_TRUE(b.array().isNaN().all());
 }
 
-TEST(SolveRefined, IsExactEvenForBadConditions) {
+TEST(SolveWithCg, IsExactEvenForBadConditions) {
   for (const double shift : {1e-2, 1e-4, 1e-6}) {
     const SparseMatrix K = laplacian(bumpy_sphere(2), shift);
     for (const SparseMatrix& A : {K, SparseMatrix(K * K)}) {
@@ -398,7 +398,7 @@ TEST(SolveRefined, IsExactEvenForBadConditions) {
   }
 }
 
-TEST(SolveRefined, ZeroStaysZero) {
+TEST(SolveWithCg, ZeroStaysZero) {
   Random random(92);
   const SparseMatrix A = random_sparse(50, 2, random);
   Positions x = Positions::Zero(50, 3);

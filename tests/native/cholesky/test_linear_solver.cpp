@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The choices of Options::linear_solver: each does what linear_solver.h says, and all end at the same shape.
+// Every choice of Options::linear_solver does what linear_solver.h says, and all lead to the same shape.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -25,7 +25,7 @@ struct Kind {
   LinearSolverKind kind;
   const char* name;
   double tolerance;       ///< of one solve, relative to the solution
-  bool tells_indefinite;  ///< also where the diagonal is positive
+  bool tells_indefinite;  ///< also if the diagonal is positive
 };
 
 void PrintTo(const Kind& kind, std::ostream* stream) { *stream << kind.name; }
@@ -162,13 +162,13 @@ TEST_P(LinearSolverKinds, SolvesTheSmallestMatrices) {
 }
 
 TEST_P(LinearSolverKinds, CholeskyAndLuRefuseIndefiniteMatricesWithAPositiveDiagonal) {
-  // The second one has a leading minor of 0: with pivots on the diagonal alone it has no factor at all.
+  // The second one has a leading minor of 0: it has no factorization with pivots on the diagonal.
   for (const SparseMatrix& A : {matrix(2, {1, 2, 2, 1}), matrix(3, {1, 1, 0, 1, 1, 1, 0, 1, 1})}) {
     if (GetParam().tells_indefinite) {
       expect_refused(A, {});
       continue;
     }
-    // The general ones give the solution; the iterative one may say instead that it found none.
+    // QR solves the system; BiCGSTAB may fail instead.
     const Positions b = Positions::Ones(A.rows(), 3);
     Positions x = b;
     try {
@@ -181,7 +181,7 @@ TEST_P(LinearSolverKinds, CholeskyAndLuRefuseIndefiniteMatricesWithAPositiveDiag
 }
 
 /// Hard and soft vertices and a patch, from every start.
-TEST_P(LinearSolverKinds, SurfacesEndAtTheSameShape) {
+TEST_P(LinearSolverKinds, SurfacesConvergeToTheSameShape) {
   const MeshData mesh = bar(3, Faces::kQuads);
   Task task = bend_task(mesh, default_bend(mesh));
   const int middle = mesh.n_vertices() / 2;

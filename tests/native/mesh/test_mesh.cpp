@@ -145,8 +145,8 @@ TEST(CoincidentWith, FindsPairsOnBothSidesOfEveryCell) {
   }
 }
 
-/// Crowded: who is near to one that is near to a third need not be near to that one.
-TEST(CoincidentWith, JoinsEachToOneThatStandsForItselfOnAnyNumberOfThreads) {
+/// Crowded: coincidence is not transitive.
+TEST(CoincidentWith, MapsEachToOneThatMapsToItselfOnAnyNumberOfThreads) {
   Random random(6);
   constexpr int kVertices = 2000;
   constexpr double kDistance = .02;

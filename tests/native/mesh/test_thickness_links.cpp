@@ -119,7 +119,7 @@ TEST(ThicknessLinks, NoneGoesAcrossAGap) {
   }
 }
 
-/// Whether a vertex of a fork's fingers, with the palm's edge, is at the left one: by its place in an open fork.
+/// Whether a vertex belongs to the left finger, by its position in an open fork.
 bool is_left(const MeshData& open, int vertex) { return open.vertices[vertex][0] < 0; }
 
 TEST(ThicknessLinks, NoneJoinsFingersThatTouchOrOverlap) {
@@ -135,7 +135,7 @@ TEST(ThicknessLinks, NoneJoinsFingersThatTouchOrOverlap) {
   }
 }
 
-TEST(ThicknessLinks, NoneJoinsWhatPokesIntoAPartWithIt) {
+TEST(ThicknessLinks, NoneJoinsOverlappingLimbs) {
   // A thin sheet below the surface of a thick plate; they are one part, as they have a corner in common.
   const MeshData thick = plate(10, .1);
   const auto links_with_sheet_at = [&](double height) {

@@ -74,7 +74,7 @@ Edges random_edges(int n, int n_edges) {
   return edges;
 }
 
-/// As the graph, its vertices in a random order.
+/// The same graph with shuffled vertices.
 Edges shuffled(int n, Edges edges) {
   Random random(5);
   std::vector<int> name(n);
@@ -167,7 +167,7 @@ class NestedDissection : public testing::TestWithParam<NamedGraph> {};
 INSTANTIATE_TEST_SUITE_P(Graphs, NestedDissection, testing::ValuesIn(graphs()),
                          [](const auto& graph) { return graph.param.name; });
 
-TEST_P(NestedDissection, IsAnOrderOfAllUnknowns) {
+TEST_P(NestedDissection, IsAPermutationOfAllUnknowns) {
   std::vector<int> order = arap::nested_dissection(pattern_of(GetParam()), 2);
   std::sort(order.begin(), order.end());
   std::vector<int> all(GetParam().n);
@@ -181,7 +181,7 @@ TEST_P(NestedDissection, DoesNotDependOnTheThreads) {
   for (const int threads : {1, 2, 3, 8}) EXPECT_EQ(arap::nested_dissection(pattern, threads), order) << threads;
 }
 
-/// Which is as good on meshes, and better on paths and on graphs that have no small separators.
+/// AMD is as good on meshes, and better on paths and graphs without small separators.
 TEST_P(NestedDissection, FillsAboutAsMuchAsApproximateMinimumDegree) {
   const SparseMatrix pattern = pattern_of(GetParam());
   const bool is_mesh = GetParam().name.find("sheet") != std::string::npos;
@@ -235,7 +235,7 @@ TEST_P(NestedDissection, CoarseGraphsHaveTheSameWeightAndAboutHalfTheVertices) {
   }
 }
 
-/// Of each vertex the neighbours.
+/// The neighbours of each vertex.
 std::vector<std::set<int>> neighbours_of(const Graph& graph) {
   std::vector<std::set<int>> neighbours(graph.n_vertices());
   for (int v = 0; v < graph.n_vertices(); ++v)
@@ -243,7 +243,7 @@ std::vector<std::set<int>> neighbours_of(const Graph& graph) {
   return neighbours;
 }
 
-/// A coarse vertex weighs what is under it, and whatever is joined is joined above.
+/// Expects that a coarse vertex weighs as much as its fine vertices, and that every fine edge has a coarse edge.
 void expect_stands_for(const arap::Coarsening& coarsening, const Graph& fine) {
   std::vector<int> weights(coarsening.graph.n_vertices(), 0);
   const std::vector<std::set<int>> neighbours = neighbours_of(coarsening.graph);

@@ -18,7 +18,7 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 
 arap::EdgeGraph graph_of(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
 
-/// Every arc is tried until none makes a way shorter.
+/// Relaxes all arcs until no path gets shorter.
 std::vector<float> reference_distances(const arap::EdgeGraph& graph, const std::vector<int>& sources) {
   std::vector<float> distances(graph.n_vertices(), kFar);
   for (const int source : sources) distances[source] = 0;
@@ -42,7 +42,7 @@ std::map<int, float> swept(arap::TruncatedDijkstra& sweep, const std::vector<int
   return distances;
 }
 
-TEST(TruncatedDijkstra, FindsTheShortestWaysUpToTheRadius) {
+TEST(TruncatedDijkstra, FindsShortestPathsUpToTheRadius) {
   for (const MeshData& mesh : all_small_meshes()) {
     const arap::EdgeGraph graph = graph_of(mesh);
     arap::TruncatedDijkstra sweep(graph);
@@ -61,8 +61,8 @@ TEST(TruncatedDijkstra, FindsTheShortestWaysUpToTheRadius) {
   }
 }
 
-/// Some ten vertices in a ring, so that ways which are not the shortest are found first.
-TEST(TruncatedDijkstra, FindsTheShortestWaysOnAMeshFarFinerThanTheRadius) {
+/// About ten vertices per ring, so that longer paths are found first.
+TEST(TruncatedDijkstra, FindsShortestPathsOnAMeshFarFinerThanTheRadius) {
   const MeshData mesh = grid(60, Faces::kQuads, [](double x, double y) { return .1 * x * x * y; });
   const arap::EdgeGraph graph = graph_of(mesh);
   arap::TruncatedDijkstra sweep(graph);
@@ -70,7 +70,7 @@ TEST(TruncatedDijkstra, FindsTheShortestWaysOnAMeshFarFinerThanTheRadius) {
   for (const auto& [vertex, distance] : swept(sweep, {7}, 100)) EXPECT_EQ(distance, expected[vertex]);
 }
 
-TEST(TruncatedDijkstra, RadiusThatIsNearlyNothingReachesTheSourcesAlone) {
+TEST(TruncatedDijkstra, TheSmallestRadiusReachesOnlyTheSources) {
   const MeshData mesh = cube();
   const arap::EdgeGraph graph = graph_of(mesh);
   arap::TruncatedDijkstra sweep(graph);

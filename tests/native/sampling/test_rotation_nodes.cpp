@@ -43,7 +43,7 @@ TEST(RotationNodes, WithTheSupportBelowTheShortestEdgeTheyAreSpokesAndRims) {
   }
 }
 
-TEST(RotationNodes, EveryVertexWithACellLooksAtNodesWithWeightsOfSumOne) {
+TEST(RotationNodes, WeightsOfEveryVertexSumToOne) {
   for (const MeshData& mesh : all_small_meshes()) {
     const RotationNodes nodes = choose_nodes(in_model_space(mesh), .1);
     const Eigen::VectorXd sums = dense_weights(nodes, mesh.n_vertices()).rowwise().sum();
@@ -66,7 +66,7 @@ TEST(RotationNodes, EachCellIsAtHomeAtItsNodeAndItsRestVectorsSumToZero) {
   }
 }
 
-/// Every vertex' number in a random order.
+/// A random permutation.
 std::vector<int> shuffled(int n, std::uint64_t seed) {
   Random random(seed);
   std::vector<int> order(static_cast<size_t>(n));
@@ -75,7 +75,7 @@ std::vector<int> shuffled(int n, std::uint64_t seed) {
   return order;
 }
 
-/// The vertex v of `mesh` as number order[v].
+/// The mesh whose vertex order[v] is vertex v of `mesh`.
 MeshData renumbered(const MeshData& mesh, const std::vector<int>& order) {
   MeshData result = mesh;
   for (int v = 0; v < mesh.n_vertices(); ++v) result.vertices[order[v]] = mesh.vertices[v];
@@ -143,7 +143,7 @@ TEST(RotationNodes, VarianceOfAVertexIsTheMeanOfItsFaces) {
   for (size_t v = 0; v < expected.size(); ++v) EXPECT_NEAR(variances[v], expected[v], 1e-15) << "vertex " << v;
 }
 
-TEST(RotationNodes, SharesOfNodesBeginWithTheNearestAreaAndAreBalanced) {
+TEST(RotationNodes, SharesOfNodesAreTheirVoronoiAreasBalanced) {
   // A strip of faces of length 1 and width 1, of which each vertex is a node. Those at the ends have half the area.
   MeshData mesh;
   for (int k = 0; k < 4; ++k) {
@@ -186,7 +186,7 @@ std::vector<double> distances_from(const arap::EdgeGraph& graph, int vertex) {
 
 arap::EdgeGraph graph_of(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
 
-/// The vertices that are chosen one after the other, each not nearer than r to a former one.
+/// Greedy sampling: each vertex that is not nearer than r to a sample becomes one.
 std::vector<int> greedy_choice(const arap::EdgeGraph& graph, double radius) {
   std::vector<int> chosen;
   std::vector<char> is_covered(static_cast<size_t>(graph.n_vertices()), 0);
@@ -233,7 +233,7 @@ TEST(RotationNodes, EveryVertexIsNearerThan14RadiiToANode) {
     }
 }
 
-/// A box with open seams at |x| = .25 and its vertices in no order.
+/// A box with open seams at |x| = .25 and shuffled vertices.
 MeshData box_with_seams() {
   const MeshData whole = box({8, 10, 12}, Vector3(1, .8, 1.2), Faces::kQuads);
   std::vector<std::pair<int, bool>> places;

@@ -73,7 +73,7 @@ struct SurfaceArap::Impl {
   std::vector<int> loose_vertices;
   double patch_radius;  ///< of patches without one
   ConstraintSet constraints;
-  Engine engine;                                ///< over model
+  Engine engine;                             ///< over model
   mutable std::unique_ptr<EdgeGraph> graph;  ///< of the model; made when first needed
 };
 

@@ -34,7 +34,8 @@ RotationNodes choose_nodes(const SurfaceModel& model, const PolygonMesh& mesh, d
   const PreparedModel& prepared = model.prepared;
   const int threads = prepared.workers.threads();
   const std::vector<std::vector<int>> mirrors = find_mirrors(mesh, threads);
-  const EdgeGraph graph(prepared.energy.K, prepared.rest, threads, find_thickness_links(mesh, radius, mirrors, threads));
+  const EdgeGraph graph(prepared.energy.K, prepared.rest, threads,
+                        find_thickness_links(mesh, radius, mirrors, threads));
   return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, threads);
 }
 
