@@ -76,8 +76,10 @@ std::vector<int> find_images(const Surface& surface, const PointGrid& grid, int 
   const auto n = static_cast<int>(surface.rest.rows());
   std::vector<int> images(n);
   const bool all_found = parallel_all(threads, n, [&](int begin, int end) {
-    for (int v = begin; v < end; ++v)
-      if ((images[v] = find_image(surface, grid, axis, v)) < 0) return false;
+    for (int v = begin; v < end; ++v) {
+      images[v] = find_image(surface, grid, axis, v);
+      if (images[v] < 0) return false;
+    }
     return true;
   });
   if (!all_found) return {};
