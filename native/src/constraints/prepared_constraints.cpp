@@ -10,7 +10,7 @@
 #include "arap/error.h"
 #include "base/format_message.h"
 #include "cholesky/solver_choice.h"
-#include "sparse/connected_components.h"
+#include "sparse/sparse.h"
 
 namespace arap {
 

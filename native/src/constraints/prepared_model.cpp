@@ -7,7 +7,7 @@
 #include "base/permutation.h"
 #include "cholesky/solver_choice.h"
 #include "parallel/beside.h"
-#include "sparse/connected_components.h"
+#include "sparse/sparse.h"
 
 namespace arap {
 

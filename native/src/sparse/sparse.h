@@ -19,4 +19,8 @@ using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 /// result = A x for a symmetric A stored whole; (n, 3).
 void multiply(const SparseMatrix& A, const Positions& x, Positions& result, const Workers& workers);
 
+/// Connected components of a symmetric matrix, coupled by entries other than 0: the lowest unknown of each unknown's
+/// component.
+[[nodiscard]] std::vector<int> connected_components(const SparseMatrix& A);
+
 }  // namespace arap

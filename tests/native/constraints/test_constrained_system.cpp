@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "cholesky/solver_choice.h"
-#include "sparse/connected_components.h"
+#include "sparse/sparse.h"
 #include "support/helpers.h"
 
 namespace arap_test {
