@@ -199,19 +199,19 @@ void TileFactorization::write_columns(Positions& result, double factor, int firs
   }
 }
 
-void TileFactorization::forward_subtree(int b, float* x) const {
-  const TilePlan::Copies& copies = plan_->copies[b];
+void TileFactorization::forward_subtree(int index, float* x) const {
+  const TilePlan::Copies& copies = plan_->copies[index];
   std::fill_n(x + size_t{kTile} * copies.first_place, kTile * copies.columns.size(), 0.0F);
-  std::fill_n(x + size_t{kTile} * (plan_->first_padding + 2 * (b + 1)), 2 * kTile, 0.0F);
-  const Subtree& subtree = plan_->partition.subtrees[b];
+  std::fill_n(x + size_t{kTile} * (plan_->first_padding + 2 * (index + 1)), 2 * kTile, 0.0F);
+  const Subtree& subtree = plan_->partition.subtrees[index];
   kernels_.forward(supernodes_.data() + subtree.begin, supernodes_.data() + subtree.end, x);
 }
 
-void TileFactorization::backward_subtree(int b, float* x) const {
-  const TilePlan::Copies& copies = plan_->copies[b];
+void TileFactorization::backward_subtree(int index, float* x) const {
+  const TilePlan::Copies& copies = plan_->copies[index];
   for (size_t k = 0; k < copies.columns.size(); ++k)
     std::copy_n(x + size_t{kTile} * copies.columns[k], kTile, x + size_t{kTile} * (copies.first_place + k));
-  const Subtree& subtree = plan_->partition.subtrees[b];
+  const Subtree& subtree = plan_->partition.subtrees[index];
   kernels_.backward(supernodes_.data() + subtree.begin, supernodes_.data() + subtree.end, x);
 }
 

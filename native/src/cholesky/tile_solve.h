@@ -46,8 +46,8 @@ class TileFactorization final : public Factorization {
   /// Reads the columns of the supernodes [first, last) from b; returns an upper bound of the largest |b|.
   [[nodiscard]] float read_columns(const Positions& b, double factor, int first, int last, float* x) const;
   void write_columns(Positions& result, double factor, int first, int last, const float* x) const;
-  void forward_subtree(int subtree, float* x) const;
-  void backward_subtree(int subtree, float* x) const;
+  void forward_subtree(int index, float* x) const;
+  void backward_subtree(int index, float* x) const;
   void collect_root_part(float* x) const;
   /// One supernode by all threads.
   void forward_shared(const TileSupernode& node, Workspace& work) const;
