@@ -10,7 +10,7 @@
 namespace arap {
 
 std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, LinearSolverKind kind,
-                                                 const Workers& workers) {
+                                                 const Workers& workers, TileFormat format) {
   switch (kind) {
     case LinearSolverKind::kBlockLdlt:
       break;
@@ -23,7 +23,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, Li
     case LinearSolverKind::kBiCgStab:
       return std::make_unique<BiCgStab>();
   }
-  return std::make_unique<BlockLdlt>(pattern, workers);
+  return std::make_unique<BlockLdlt>(pattern, workers, choose_isa(), format);
 }
 
 }  // namespace arap

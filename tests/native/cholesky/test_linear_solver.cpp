@@ -255,7 +255,7 @@ struct System {
     const Positions b = Random(84).noise(n, 1);
     const Positions targets = Random(85).noise(static_cast<int>(averages.size()), 1);
     const ConstrainedSystem system(*arap::make_linear_solver(K, kind), kind, K, arap::connected_components(K),
-                                   {is_fixed, soft_diagonal, averages, {}, {}}, {});
+                                   {is_fixed, soft_diagonal, averages, {}, {}, {}}, {});
     Positions x = Random(86).noise(n, 1);
     Positions multipliers;
     for (int step = 0; step < 6; ++step) {
