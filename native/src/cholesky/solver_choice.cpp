@@ -7,8 +7,8 @@
 namespace arap {
 
 std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, LinearSolverKind kind,
-                                                 const Workers& workers) {
-  if (kind == LinearSolverKind::kBlockLdlt) return std::make_unique<BlockLdlt>(pattern, workers);
+                                                 const Workers& workers, TileFormat format) {
+  if (kind == LinearSolverKind::kBlockLdlt) return std::make_unique<BlockLdlt>(pattern, workers, choose_isa(), format);
   return make_eigen_solver(kind);
 }
 
