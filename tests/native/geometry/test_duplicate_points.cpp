@@ -55,9 +55,5 @@ TEST(CoincidentWith, MapsEachToOneThatMapsToItselfOnAnyNumberOfThreads) {
   EXPECT_EQ(arap::coincident_with(p, kDistance, 3), lowest);
 }
 
-TEST(CoincidentWith, AllVerticesAtOnePlace) {
-  EXPECT_EQ(arap::coincident_with(Positions::Constant(50, 3, 3.5), 0, 2), std::vector<int>(50, 0));
-}
-
 }  // namespace
 }  // namespace arap_test
