@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 
-# Compiles the same kernel sources once for each instruction set of the architecture, each in a namespace of its own,
-# into `target`. Which of them runs is decided at run time (isa.h).
+# Compiles the kernel sources once for each instruction set of the architecture, each time in a namespace of its own,
+# into `target`. The library chooses one of them at run time (isa.h).
 function(arap_add_kernels target)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 12)
+    message(FATAL_ERROR "GCC ${CMAKE_CXX_COMPILER_VERSION} lacks __builtin_shufflevector: install GCC 12 or later, or Clang")
+  endif()
   set(isas baseline)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
     list(APPEND isas avx2 avx512)
@@ -16,8 +19,8 @@ function(arap_add_kernels target)
     arap_target_flags(${kernels})
     target_include_directories(${kernels} PRIVATE ${PROJECT_SOURCE_DIR}/native/src)
     target_compile_definitions(${kernels} PRIVATE ARAP_ISA_NAMESPACE=${isa})
-    # Kernels are slow to the point of uselessness without inlining, whatever the build type.
-    # Vectors wider than the instruction set's never leave a source, so it does not matter how they would be passed.
+    # -O3 in every build type: kernels need inlining to be of use. -Wno-psabi: GCC warns about passing vectors wider
+    # than the instruction set's, but none is passed between sources.
     target_compile_options(${kernels} PRIVATE ${flags_${isa}} -O3 -ffp-contract=fast -Wno-psabi)
     target_sources(${target} PRIVATE $<TARGET_OBJECTS:${kernels}>)
   endforeach()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 
-# Flags of our own targets; they never leak into a project that uses the library.
+# Flags of our own targets. Projects that use the library do not get them.
 function(arap_target_flags target)
   set_target_properties(${target} PROPERTIES
     CXX_EXTENSIONS OFF
@@ -13,12 +13,12 @@ function(arap_target_flags target)
     target_compile_options(${target} PRIVATE /W4 /permissive- /utf-8)
     target_compile_definitions(${target} PRIVATE _USE_MATH_DEFINES NOMINMAX)
   else()
-    # Clang counts signed indices into std::vector as sign conversions under -Wconversion, GCC does not.
+    # -Wno-sign-conversion: in Clang -Wconversion also warns about signed indices into std::vector.
     target_compile_options(${target} PRIVATE
       -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual
       -Wold-style-cast -Wcast-qual -Wdouble-promotion)
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-      # GCC takes Eigen's fixed-size matrices for uninitialized where it inlines their decompositions.
+      # -Wno-maybe-uninitialized: false alarms when GCC inlines Eigen's decompositions of small matrices.
       target_compile_options(${target} PRIVATE
         -Wduplicated-cond -Wduplicated-branches -Wlogical-op -Wno-maybe-uninitialized)
     endif()

@@ -5,8 +5,8 @@
 
 namespace arap::bench {
 
-/// GB/s (10^9 bytes) at which `threads` threads read a buffer of `n_bytes` again and again, each its own part: the
-/// limit of anything that has to read as much. Best of several passes; small buffers are read from the caches.
+/// Read bandwidth in GB/s (10^9 bytes): `threads` threads read their parts of a buffer of `n_bytes` repeatedly. The
+/// best of several samples; small buffers are read from the caches.
 [[nodiscard]] double read_bandwidth_gb_per_s(std::int64_t n_bytes, int threads);
 
 }  // namespace arap::bench

@@ -5,7 +5,7 @@
 
 namespace arap::bench {
 
-/// Wall-clock and processor milliseconds since it was made; the processor's are those of all threads.
+/// Wall-clock and processor milliseconds since construction; processor time is summed over all threads.
 class Stopwatch {
  public:
   Stopwatch() : wall_(now(CLOCK_MONOTONIC)), cpu_(now(CLOCK_PROCESS_CPUTIME_ID)) {}
@@ -23,8 +23,7 @@ class Stopwatch {
   double cpu_;
 };
 
-/// Most memory that was resident since the program started, in MB (10^6 bytes). getrusage would count what the parent
-/// process had resident before exec.
+/// Peak resident memory of this program in MB (10^6 bytes). getrusage would include the parent process before exec.
 [[nodiscard]] double peak_memory_mb();
 
 }  // namespace arap::bench

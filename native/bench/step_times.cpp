@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The one file of the benchmarks that knows the library's insides: the public interface has no part of an iteration.
+// The only benchmark that uses internals of the library: the public interface has no parts of an iteration.
 #include "step_times.h"
 
 #include <algorithm>

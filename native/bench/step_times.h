@@ -12,8 +12,8 @@ namespace arap::bench {
 struct StepTimes {
   double local_ms = 0;            ///< all rotations
   double global_ms = 0;           ///< right-hand side, residual, solve, new positions
-  double solve_ms = 0;            ///< of it: the two triangular solves
-  std::int64_t factor_bytes = 0;  ///< that a solve reads twice, on its ways there and back; 0 where nobody says
+  double solve_ms = 0;            ///< the two triangular solves, a part of global_ms
+  std::int64_t factor_bytes = 0;  ///< size of the factor, which a solve reads twice; 0 if unknown
 };
 
 [[nodiscard]] StepTimes time_steps(const TaskFile& task, const Options& options);

@@ -9,9 +9,9 @@
 
 namespace arap::bench {
 
-/// A mesh, which of its vertices are constrained and where they go; as measure/task_file.py writes it.
+/// A mesh, its constrained vertices and their targets, in the format of measure/tasks.py.
 struct TaskFile {
-  /// Throws std::runtime_error naming the file where it cannot be read whole.
+  /// Throws std::runtime_error, naming the file, if it cannot be read completely.
   explicit TaskFile(const std::string& path);
 
   [[nodiscard]] PolygonMesh mesh() const { return {positions, corner_vertices, face_sizes}; }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Measures the library on one task file. Reads commands from its input, one a line, and answers each with one line of
-// JSON; measure/native.py says what when. Times are in milliseconds.
+// Measures the library on one task file. Reads commands from standard input, one per line, and answers each with one
+// line of JSON. measure/native.py is its client. Times are in milliseconds.
 //
 //   arap_worker TASK ENERGY THREADS      ENERGY as in Python's Options; THREADS as Options::threads
 //
-//   bind             {"ms", "threads"}   constructs the model anew
-//   constraints      {"ms"}              factorizes for another set than the last one
+//   bind             {"ms", "threads"}   constructs a new model
+//   constraints      {"ms"}              factorizes for a set that differs from the last one
 //   solve K          {"ms", "energy"}    K iterations from rest
 //   plain K          {"ms", "energy"}    K iterations of local/global without acceleration from rest
 //   steps            {"local_ms", "global_ms", "solve_ms", "factor_bytes"}
@@ -39,7 +39,7 @@ class Worker {
       throw InvalidInput("ENERGY is " + energy + ", must be rotation_nodes, spokes_and_rims or spokes");
     options_.energy = found->second;
     options_.threads = threads;
-    // Two sets that take turns: the same one again would cost nothing.
+    // Two sets alternate: setting the same one again costs nothing.
     sets_[0].vertices = task_.constrained;
     sets_[0].strengths.assign(task_.constrained.size(), 1.0);
     sets_[1] = sets_[0];
@@ -103,9 +103,9 @@ class Worker {
     SolveOptions options;
     options.max_iterations = n_iterations;
     options.acceleration = acceleration;
-    // As fine as it goes without double precision from the start.
+    // The finest accuracy that starts in single precision.
     options.accuracy = 1e-7;
-    // The default guess after a reset: as the first move of a drag.
+    // The default guess after a reset, as in the first move of a drag.
     model().reset();
     const Stopwatch watch;
     const SolveResult result = model().solve(task_.targets, options);

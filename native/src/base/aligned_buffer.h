@@ -12,8 +12,8 @@
 
 namespace arap {
 
-/// An array of numbers that starts at a cache line. It is not initialized. Large ones ask for huge pages: a solve
-/// streams through the whole factor, and with pages of 4 KiB it would wait for address translation.
+/// An uninitialized array of numbers, aligned to a cache line. Large arrays ask for huge pages: a solve streams through
+/// the whole factor, and with pages of 4 KiB it waits for address translation.
 template <class Number>
 class AlignedBuffer {
  public:
@@ -24,7 +24,7 @@ class AlignedBuffer {
     const size_t bytes = (std::max<size_t>(1, size * sizeof(Number)) + alignment - 1) / alignment * alignment;
     data_ = {static_cast<Number*>(::operator new (bytes, std::align_val_t{alignment})), Delete{alignment}};
 #if defined(__linux__)
-    // Advice: where the kernel does not take it, everything still works.
+    // Advice only: the kernel may ignore it.
     if (alignment == kHugePage) static_cast<void>(madvise(data_.get(), bytes, MADV_HUGEPAGE));
 #endif
   }

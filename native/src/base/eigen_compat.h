@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Eigen's index of all rows or columns, as arap::all: Eigen 5 has it in another namespace than 3.4.
+// arap::all: Eigen's index of all rows or columns, which 3.4 and 5 have in different namespaces.
 #pragma once
 
 #include <Eigen/Core>

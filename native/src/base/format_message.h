@@ -6,7 +6,7 @@
 
 namespace arap {
 
-/// The values one after the other, as a stream prints them; for error messages.
+/// Concatenates the values as a stream prints them; for error messages.
 template <class... Values>
 [[nodiscard]] std::string text(const Values&... values) {
   std::ostringstream stream;

@@ -19,7 +19,7 @@ namespace arap {
 
 namespace {
 
-/// Of the set of entries, whatever the unknowns are called: new_index[i] is the column of unknown i.
+/// Hash of the set of entries (new_index[row], new_index[column]): the same for every numbering of the unknowns.
 std::uint64_t hash_pattern(const SparseMatrix& A, const std::vector<int>& new_index, int threads) {
   return parallel_reduce(
       threads, static_cast<int>(A.outerSize()), std::uint64_t{0},
@@ -28,7 +28,7 @@ std::uint64_t hash_pattern(const SparseMatrix& A, const std::vector<int>& new_in
         for (int column = begin; column < end; ++column) {
           const std::uint64_t high = static_cast<std::uint64_t>(new_index[column]) << 32U;
           for (SparseMatrix::InnerIterator it(A, column); it; ++it) {
-            // Steele, Lea and Flood's mixing of 64 bits; a sum does not ask for an order.
+            // splitmix64 [Steele, Lea, Flood 2014]; the sum makes the hash independent of the order of the entries.
             std::uint64_t bits = (high | static_cast<std::uint64_t>(new_index[it.row()])) + 0x9e3779b97f4a7c15U;
             bits = (bits ^ (bits >> 30U)) * 0xbf58476d1ce4e5b9U;
             bits = (bits ^ (bits >> 27U)) * 0x94d049bb133111ebU;
@@ -40,9 +40,8 @@ std::uint64_t hash_pattern(const SparseMatrix& A, const std::vector<int>& new_in
       [](std::uint64_t a, std::uint64_t b) { return a + b; });
 }
 
-/// Whether x = M^-1 b is near enough to A^-1 b to be of use, M what the factor has become by rounding: energies
-/// <x, A x> of solutions are right to a tenth. Looked at for a rough vector and for the smoothest one, which suffers
-/// most: the answer to a force on everything.
+/// Whether the rounded factor M is a good enough preconditioner: energies <x, A x> of solutions x = M^-1 b are right to
+/// 10 %. Tests a rough right-hand side and the smoothest one, which suffers most: a force on everything.
 bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vector<char>& is_erased,
               const Workers& workers) {
   constexpr double kFarOff = 0.1;
@@ -64,7 +63,7 @@ bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vec
   x = force;
   factor.solve(x);
   const Eigen::RowVector3d energy_again = x.cwiseProduct(force).colwise().sum();
-  // Not a division: there may be nothing that is not erased. NaN is not close.
+  // No division: all rows may be erased. NaN is not close.
   return ((energy_again - energy).array().abs() <= kFarOff * energy.array()).all();
 }
 
@@ -79,21 +78,23 @@ BlockLdlt::BlockLdlt(const SparseMatrix& pattern, const Workers& workers, Isa is
       isa_(isa),
       format_(kernels(isa).half_tile.number_bytes > 0 ? format : TileFormat::kFloat),
       plan_(make_plan(pattern, workers.threads())),
-      new_index_(inverse_permutation(plan_->structure.order)),
+      new_index_(inverse_permutation(plan_->structure.ordering)),
       pattern_hash_(hash_pattern(pattern, new_index_, workers.threads())) {}
 
 BlockLdlt::~BlockLdlt() = default;
 
-const std::vector<int>* BlockLdlt::order() const { return plan_->is_in_order ? nullptr : &plan_->structure.order; }
+const std::vector<int>* BlockLdlt::ordering() const {
+  return plan_->has_identity_ordering ? nullptr : &plan_->structure.ordering;
+}
 
 void BlockLdlt::renumber(const SparseMatrix& pattern) {
-  if (plan_->is_in_order) return;
+  if (plan_->has_identity_ordering) return;
   auto plan = std::make_shared<TilePlan>(*plan_);
-  std::iota(plan->structure.order.begin(), plan->structure.order.end(), 0);
-  plan->is_in_order = true;
-  require_pattern(pattern, plan->structure.order);
+  std::iota(plan->structure.ordering.begin(), plan->structure.ordering.end(), 0);
+  plan->has_identity_ordering = true;
+  require_pattern(pattern, plan->structure.ordering);
   front_plan_ = std::make_unique<const FrontPlan>(pattern, *plan);
-  new_index_ = plan->structure.order;
+  new_index_ = plan->structure.ordering;
   plan_ = std::move(plan);
 }
 

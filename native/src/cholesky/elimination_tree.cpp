@@ -10,14 +10,14 @@ namespace arap {
 
 namespace {
 
-/// Row k of L reaches from each entry (k, i) of A up the tree: an entry i < k makes k an ancestor of i. Roots so far
-/// that are found on the way become children of k. `ancestor` are shortcuts that skip what was climbed before.
-std::vector<int> find_parents(const SparseMatrix& pattern, const std::vector<int>& order,
+/// An entry (k, i) of A with i < k makes k an ancestor of i: climb from i, and make the root that is found a child of
+/// k. `ancestor` holds shortcuts over paths that were climbed before.
+std::vector<int> find_parents(const SparseMatrix& pattern, const std::vector<int>& ordering,
                               const std::vector<int>& new_index) {
-  std::vector<int> parent(order.size(), -1);
-  std::vector<int> ancestor(order.size(), -1);
-  for (int k = 0; k < std::ssize(order); ++k) {
-    for (SparseMatrix::InnerIterator it(pattern, order[k]); it; ++it) {
+  std::vector<int> parent(ordering.size(), -1);
+  std::vector<int> ancestor(ordering.size(), -1);
+  for (int k = 0; k < std::ssize(ordering); ++k) {
+    for (SparseMatrix::InnerIterator it(pattern, ordering[k]); it; ++it) {
       int i = new_index[it.row()];
       while (i != -1 && i < k) {
         const int next = ancestor[i];
@@ -30,14 +30,14 @@ std::vector<int> find_parents(const SparseMatrix& pattern, const std::vector<int
   return parent;
 }
 
-/// Row k of L is the subtree of k that is climbed from the entries (k, i) of A: each column passed has an entry in it.
-std::vector<int> count_entries(const SparseMatrix& pattern, const std::vector<int>& order,
+/// Row k of L has an entry in each column on the paths from the entries (k, i) of A up to k.
+std::vector<int> count_entries(const SparseMatrix& pattern, const std::vector<int>& ordering,
                                const std::vector<int>& new_index, const std::vector<int>& parent) {
-  std::vector<int> count(order.size(), 1);
-  std::vector<int> last_row(order.size(), -1);
-  for (int k = 0; k < std::ssize(order); ++k) {
+  std::vector<int> count(ordering.size(), 1);
+  std::vector<int> last_row(ordering.size(), -1);
+  for (int k = 0; k < std::ssize(ordering); ++k) {
     last_row[k] = k;
-    for (SparseMatrix::InnerIterator it(pattern, order[k]); it; ++it) {
+    for (SparseMatrix::InnerIterator it(pattern, ordering[k]); it; ++it) {
       for (int i = new_index[it.row()]; i < k && last_row[i] != k; i = parent[i]) {
         ++count[i];
         last_row[i] = k;
@@ -79,18 +79,18 @@ std::vector<int> postorder(const std::vector<int>& parent) {
   return result;
 }
 
-EliminationTree make_elimination_tree(const SparseMatrix& pattern, std::vector<int> order) {
-  const std::vector<int> parent = find_parents(pattern, order, inverse_permutation(order));
+EliminationTree make_elimination_tree(const SparseMatrix& pattern, std::vector<int> ordering) {
+  const std::vector<int> parent = find_parents(pattern, ordering, inverse_permutation(ordering));
   const std::vector<int> post = postorder(parent);
   const std::vector<int> post_index = inverse_permutation(post);
   EliminationTree tree;
-  tree.order.reserve(order.size());
-  tree.parent.reserve(order.size());
+  tree.ordering.reserve(ordering.size());
+  tree.parent.reserve(ordering.size());
   for (const int k : post) {
-    tree.order.push_back(order[k]);
+    tree.ordering.push_back(ordering[k]);
     tree.parent.push_back(parent[k] < 0 ? -1 : post_index[parent[k]]);
   }
-  tree.count = count_entries(pattern, tree.order, inverse_permutation(tree.order), tree.parent);
+  tree.count = count_entries(pattern, tree.ordering, inverse_permutation(tree.ordering), tree.parent);
   return tree;
 }
 

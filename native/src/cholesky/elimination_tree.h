@@ -7,20 +7,21 @@
 
 namespace arap {
 
-/// Who waits for whom when A = L L^T is eliminated in a given order. The parent of column j is the row of the first
-/// entry below the diagonal in column j of L; the entries of a column below its parent are a subset of the parent's.
-/// Columns of different branches do not touch each other. [Liu 1990, "The role of elimination trees"]
+/// Elimination tree of A = L L^T [Liu 1990, "The role of elimination trees"]. The parent of column j is the row of the
+/// first entry below the diagonal of column j of L. The entries of a column below its parent are a subset of the
+/// parent's. Columns of disjoint subtrees do not depend on each other.
 struct EliminationTree {
-  std::vector<int> order;   ///< order[new] = old, postordered: a subtree is a range that ends with its root
-  std::vector<int> parent;  ///< of each new column; -1 for roots
-  std::vector<int> count;   ///< entries of each column of L, the diagonal included
+  std::vector<int> ordering;  ///< ordering[new] = old, postordered: a subtree is a range that ends with its root
+  std::vector<int> parent;    ///< of each new column; -1 for roots
+  std::vector<int> count;     ///< entries of each column of L, the diagonal included
 };
 
 /// @param pattern  symmetric, stored whole
-/// @param order    order[new] = old; equivalent orders have the same fill, the tree's is the postordered one
-[[nodiscard]] EliminationTree make_elimination_tree(const SparseMatrix& pattern, std::vector<int> order);
+/// @param ordering  ordering[new] = old; the tree has an equivalent ordering, postordered, with the same fill
+[[nodiscard]] EliminationTree make_elimination_tree(const SparseMatrix& pattern, std::vector<int> ordering);
 
-/// Children before parents, the subtree of each node in one piece; children in ascending order. @param parent of nodes
+/// Nodes with children before parents, each subtree contiguous, children ascending.
+/// @param parent  of each node, -1 for roots
 [[nodiscard]] std::vector<int> postorder(const std::vector<int>& parent);
 
 }  // namespace arap

@@ -7,12 +7,10 @@
 #include <iterator>
 #include <memory>
 
-#include "arap/error.h"
 #include "base/aligned_buffer.h"
-#include "base/format_message.h"
 #include "base/permutation.h"
 #include "cholesky/elimination_tree.h"
-#include "cholesky/references/kept_rows.h"
+#include "cholesky/linear_solver.h"
 #include "parallel/first_failure.h"
 #include "parallel/team.h"
 
@@ -20,13 +18,14 @@ namespace arap {
 
 namespace {
 
-/// A pivot below this part of the diagonal entry it came from is rounding: what is left where nothing holds a mesh.
+/// A pivot below this part of its diagonal entry is rounding noise: the matrix of a mesh that nothing holds is
+/// singular.
 constexpr double kLeastPivot = 1e-13;
 
-/// Fronts with more numbers in their columns than this are worth several threads.
+/// Fronts with more numbers in their columns than this are shared by all threads.
 constexpr size_t kSharedFront = 40'000;
 
-/// Numbers that a supernode adds to its parent: a lower triangle, column by column.
+/// Update matrix of a supernode for its parent: the lower triangle, column by column.
 using Update = std::unique_ptr<double[]>;
 
 struct FrontSize {
@@ -42,14 +41,13 @@ struct FrontSize {
   int stride;
 };
 
-/// What one thread, or the team at the top, needs for a front at a time.
+/// Memory for one front at a time.
 struct Workspace {
   AlignedBuffer<double> values;
   AlignedBuffer<double> inverses;
   AlignedBuffer<double> row_block;
   std::vector<double> least_pivot;
 
-  /// Makes room for the largest.
   void reserve(size_t n_values, int n_columns) {
     const auto columns = static_cast<size_t>(n_columns);
     if (values.size() < n_values) values = AlignedBuffer<double>(n_values);
@@ -78,16 +76,16 @@ class Factorizer {
         tiles_(tiles),
         updates_(plan.structure.supernodes.size()) {}
 
-  /// Returns false where a number does not fit.
+  /// Returns false if a number is too large for the format.
   bool run() {
     Workspace shared;
     run_team(plan_.n_threads, [&](const Team& team) {
-      failure_.guard([&] { eliminate_branches(); });
-      if (team.rank == 0) failure_.guard([&] { reserve(shared, plan_.partition.top); });
+      failure_.guard([&] { eliminate_subtrees(); });
+      if (team.rank == 0) failure_.guard([&] { reserve(shared, plan_.partition.root_part); });
       Workspace own;
-      failure_.guard([&] { own.reserve_row_block(largest_top_columns()); });
+      failure_.guard([&] { own.reserve_row_block(largest_root_columns()); });
       team.barrier();
-      for (const int s : plan_.partition.top) eliminate_in_team(team, s, shared, own);
+      for (const int s : plan_.partition.root_part) eliminate_in_team(team, s, shared, own);
     });
     failure_.rethrow();
     if (failure_.has_happened()) fail();
@@ -95,13 +93,13 @@ class Factorizer {
   }
 
  private:
-  /// Says why a pivot was not positive.
+  /// Throws the reason why a pivot was not positive.
   [[noreturn]] void fail() const {
     for (int column = 0; column < A_.cols(); ++column)
       for (SparseMatrix::InnerIterator it(A_, column); it; ++it)
         if (scaling_.of_each[column] != 0 && scaling_.of_each[it.row()] != 0 && !std::isfinite(it.value()))
-          refuse_entry(it.row(), column, it.value());
-    refuse_indefinite();
+          throw_not_finite(it.row(), column, it.value());
+    throw_not_positive_definite();
   }
 
   [[nodiscard]] const Supernode& node(int s) const { return plan_.structure.supernodes[s]; }
@@ -111,14 +109,14 @@ class Factorizer {
       fits_ = false;
   }
 
-  void eliminate_branches() {
-    const auto& branches = plan_.partition.branches;
+  void eliminate_subtrees() {
+    const auto& subtrees = plan_.partition.subtrees;
     Workspace workspace;
     for (;;) {
-      const int b = next_branch_.fetch_add(1);
-      if (b >= std::ssize(branches)) return;
+      const int b = next_subtree_.fetch_add(1);
+      if (b >= std::ssize(subtrees)) return;
       std::vector<int> supernodes;
-      for (int s = branches[b].begin; s < branches[b].end; ++s) supernodes.push_back(s);
+      for (int s = subtrees[b].begin; s < subtrees[b].end; ++s) supernodes.push_back(s);
       reserve(workspace, supernodes);
       for (const int s : supernodes) {
         if (failure_.has_happened()) return;
@@ -137,13 +135,13 @@ class Factorizer {
     workspace.reserve(n_values, n_columns);
   }
 
-  [[nodiscard]] int largest_top_columns() const {
+  [[nodiscard]] int largest_root_columns() const {
     int n_columns = 0;
-    for (const int s : plan_.partition.top) n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
+    for (const int s : plan_.partition.root_part) n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
     return n_columns;
   }
 
-  /// The front of supernode s with everything added up.
+  /// Adds up the front of supernode s.
   Front assemble(int s, Workspace& workspace) {
     const FrontSize size(node(s));
     const Front front{workspace.values.data(), size.stride, size.n_columns, size.n_rows, workspace.inverses.data()};
@@ -163,9 +161,10 @@ class Factorizer {
       double* column = front.values + stride * static_cast<size_t>(c);
       least_pivot[c] = 0;
       const int global = node(s).first_column + c;
-      const double scale = c < node(s).n_columns
-                               ? scaling_.of_all * static_cast<double>(scaling_.of_each[plan_.structure.order[global]])
-                               : 0;
+      const double scale =
+          c < node(s).n_columns
+              ? scaling_.of_all * static_cast<double>(scaling_.of_each[plan_.structure.ordering[global]])
+              : 0;
       if (scale == 0) {
         column[c] = 1;
         continue;
@@ -191,7 +190,7 @@ class Factorizer {
     updates_[child].reset();
   }
 
-  /// Columns [begin, end) of the update of s.
+  /// Copies the columns [begin, end) of the update matrix of s out of its front.
   void take_update(int s, const Front& front, int begin, int end) {
     const size_t n = node(s).n_rows;
     for (size_t j = begin; j < static_cast<size_t>(end); ++j) {
@@ -215,7 +214,7 @@ class Factorizer {
     store(s, front, 0, front.n_rows, workspace);
   }
 
-  /// The same by all threads of the team, between two barriers.
+  /// The same by all threads of the team.
   void eliminate_in_team(const Team& team, int s, Workspace& shared, Workspace& own) {
     const FrontSize size(node(s));
     const bool is_shared = static_cast<size_t>(size.n_columns) * static_cast<size_t>(size.n_rows) > kSharedFront;
@@ -232,7 +231,7 @@ class Factorizer {
         failure_.note();
       team.barrier();
       if (failure_.has_happened()) break;
-      // In turns, because columns get shorter.
+      // Round robin: columns get shorter.
       constexpr int kTurn = 16;
       for (int j = end + kTurn * team.rank; j < front.n_rows; j += kTurn * team.size)
         kernels_.update_columns(front, begin, end, j, std::min(j + kTurn, front.n_rows));
@@ -254,9 +253,9 @@ class Factorizer {
   decltype(FrontKernels::store_tiles) store_tiles_;
   size_t tile_bytes_;
   std::byte* tiles_;
-  std::vector<Update> updates_;  ///< of each supernode, until its parent has it
-  std::atomic<int> next_branch_ = 0;
-  FirstFailure failure_;  ///< none without an exception but of a pivot
+  std::vector<Update> updates_;  ///< of each supernode, until its parent has added it
+  std::atomic<int> next_subtree_ = 0;
+  FirstFailure failure_;  ///< without an exception: a pivot was not positive
   std::atomic<bool> fits_ = true;
 };
 
@@ -264,10 +263,10 @@ class Factorizer {
 
 FrontPlan::FrontPlan(const SparseMatrix& pattern, const TilePlan& plan) {
   const SupernodalStructure& structure = plan.structure;
-  const std::vector<int> new_index = inverse_permutation(structure.order);
+  const std::vector<int> new_index = inverse_permutation(structure.ordering);
   const auto& supernodes = structure.supernodes;
-  std::vector<int> front_row(structure.order.size());
-  entry_offsets.reserve(structure.order.size() + 1);
+  std::vector<int> front_row(structure.ordering.size());
+  entry_offsets.reserve(structure.ordering.size() + 1);
   entries.reserve((pattern.nonZeros() + pattern.rows()) / 2);
   entry_offsets.push_back(0);
   first_child.assign(supernodes.size(), -1);
@@ -279,7 +278,7 @@ FrontPlan::FrontPlan(const SparseMatrix& pattern, const TilePlan& plan) {
     for (int c = 0; c < node.n_columns; ++c) front_row[node.first_column + c] = c;
     for (int r = 0; r < node.n_rows; ++r) front_row[rows[r]] = kTile * tiles_for(node.n_columns) + r;
     for (int c = node.first_column; c < node.end_column(); ++c) {
-      const int old = structure.order[c];
+      const int old = structure.ordering[c];
       for (int k = pattern.outerIndexPtr()[old]; k < pattern.outerIndexPtr()[old + 1]; ++k) {
         const int row = new_index[pattern.innerIndexPtr()[k]];
         if (row >= c) entries.push_back({k, front_row[row]});
@@ -307,7 +306,7 @@ Scaling::Scaling(const SparseMatrix& A, const std::vector<char>& is_erased) : of
   of_all = std::exp2(-std::ilogb(largest) / 2);
   for (Eigen::Index i = 0; i < diagonal.size(); ++i) {
     if (is_erased[i] != 0) continue;
-    // What is not positive fails as a pivot; beyond the range of a float there are only zeros and mistakes.
+    // Entries that are not positive fail later, as pivots.
     const int exponent = is_scale(i) ? std::ilogb(diagonal[i]) + 2 * std::ilogb(of_all) : 0;
     of_each[i] = static_cast<float>(std::exp2(std::min(-exponent / 2, 100)));
   }

@@ -2,28 +2,14 @@
 #include "cholesky/solver_choice.h"
 
 #include "cholesky/block_ldlt.h"
-#include "cholesky/references/bicgstab.h"
-#include "cholesky/references/simplicial_ldlt.h"
-#include "cholesky/references/sparse_lu.h"
-#include "cholesky/references/sparse_qr.h"
+#include "cholesky/references/eigen_solvers.h"
 
 namespace arap {
 
 std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, LinearSolverKind kind,
-                                                 const Workers& workers) {
-  switch (kind) {
-    case LinearSolverKind::kBlockLdlt:
-      break;
-    case LinearSolverKind::kSimplicialLdlt:
-      return std::make_unique<SimplicialLdlt>();
-    case LinearSolverKind::kSparseLu:
-      return std::make_unique<SparseLu>();
-    case LinearSolverKind::kSparseQr:
-      return std::make_unique<SparseQr>();
-    case LinearSolverKind::kBiCgStab:
-      return std::make_unique<BiCgStab>();
-  }
-  return std::make_unique<BlockLdlt>(pattern, workers);
+                                                 const Workers& workers, TileFormat format) {
+  if (kind == LinearSolverKind::kBlockLdlt) return std::make_unique<BlockLdlt>(pattern, workers, choose_isa(), format);
+  return make_eigen_solver(kind);
 }
 
 }  // namespace arap

@@ -5,14 +5,17 @@
 
 #include "arap/options.h"
 #include "cholesky/linear_solver.h"
+#include "kernels/tile_kernels.h"
 #include "parallel/workers.h"
 
 namespace arap {
 
 /// @param pattern  symmetric, stored whole, with its diagonal
-/// @param workers  of solves; as many threads factorize
+/// @param workers  for solves; factorize() uses as many threads
+/// @param format   of kBlockLdlt: halves suffice if the stiffness is about the same everywhere
 [[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern,
                                                                LinearSolverKind kind = LinearSolverKind::kBlockLdlt,
-                                                               const Workers& workers = Workers(1));
+                                                               const Workers& workers = Workers(1),
+                                                               TileFormat format = TileFormat::kHalf);
 
 }  // namespace arap

@@ -8,14 +8,15 @@ namespace arap {
 
 namespace {
 
-constexpr double kBranchesPerThread = 3;
+constexpr double kSubtreesPerThread = 3;
 
-/// For each supernode what its subtree costs and where that begins.
-struct Subtrees {
+/// Cost and first supernode of the subtree of each supernode.
+struct SubtreeCosts {
   std::vector<double> cost;
   std::vector<int> begin;
 
-  explicit Subtrees(const std::vector<Supernode>& supernodes) : cost(supernodes.size(), 0), begin(supernodes.size()) {
+  explicit SubtreeCosts(const std::vector<Supernode>& supernodes)
+      : cost(supernodes.size(), 0), begin(supernodes.size()) {
     for (int s = 0; s < std::ssize(supernodes); ++s) begin[s] = s;
     for (int s = 0; s < std::ssize(supernodes); ++s) {
       cost[s] += solve_cost(supernodes[s].n_columns, supernodes[s].n_rows);
@@ -29,40 +30,40 @@ struct Subtrees {
 
 }  // namespace
 
-Partition make_partition(const SupernodalStructure& structure, int n_threads) {
+SubtreePartition make_partition(const SupernodalStructure& structure, int n_threads) {
   const auto& supernodes = structure.supernodes;
   const auto n = static_cast<int>(supernodes.size());
-  Partition partition;
+  SubtreePartition partition;
   if (n == 0) return partition;
-  const Subtrees subtrees(supernodes);
+  const SubtreeCosts costs(supernodes);
   double total = 0;
   for (int s = 0; s < n; ++s)
-    if (supernodes[s].parent < 0) total += subtrees.cost[s];
+    if (supernodes[s].parent < 0) total += costs.cost[s];
   if (n_threads <= 1) {
-    partition.branches.push_back({0, n, total});
+    partition.subtrees.push_back({0, n, total});
     return partition;
   }
-  const double most = total / (kBranchesPerThread * n_threads);
-  const auto is_top = [&](int s) { return subtrees.cost[s] > most; };
+  const double most = total / (kSubtreesPerThread * n_threads);
+  const auto is_root_part = [&](int s) { return costs.cost[s] > most; };
   for (int s = 0; s < n; ++s) {
-    if (is_top(s)) {
-      partition.top.push_back(s);
+    if (is_root_part(s)) {
+      partition.root_part.push_back(s);
       continue;
     }
     const int parent = supernodes[s].parent;
-    if (parent >= 0 && !is_top(parent)) continue;
-    // A whole subtree. Small neighbours go together.
-    const Branch branch{subtrees.begin[s], s + 1, subtrees.cost[s]};
-    Branch* last = partition.branches.empty() ? nullptr : &partition.branches.back();
-    if (last != nullptr && last->end == branch.begin && last->cost + branch.cost <= most) {
-      last->end = branch.end;
-      last->cost += branch.cost;
+    if (parent >= 0 && !is_root_part(parent)) continue;
+    // A whole subtree. Join small neighbours.
+    const Subtree subtree{costs.begin[s], s + 1, costs.cost[s]};
+    Subtree* last = partition.subtrees.empty() ? nullptr : &partition.subtrees.back();
+    if (last != nullptr && last->end == subtree.begin && last->cost + subtree.cost <= most) {
+      last->end = subtree.end;
+      last->cost += subtree.cost;
     } else {
-      partition.branches.push_back(branch);
+      partition.subtrees.push_back(subtree);
     }
   }
-  std::stable_sort(partition.branches.begin(), partition.branches.end(),
-                   [](const Branch& a, const Branch& b) { return a.cost > b.cost; });
+  std::stable_sort(partition.subtrees.begin(), partition.subtrees.end(),
+                   [](const Subtree& a, const Subtree& b) { return a.cost > b.cost; });
   return partition;
 }
 

@@ -7,21 +7,21 @@
 
 namespace arap {
 
-/// Consecutive supernodes with all their descendants: nobody else writes to their columns during an elimination.
-struct Branch {
+/// Consecutive supernodes with all their descendants: no other supernode writes to their columns.
+struct Subtree {
   int begin;
   int end;
   double cost;
 };
 
-/// The elimination tree cut in branches, which threads take one by one, and the top above them.
-struct Partition {
-  std::vector<Branch> branches;  ///< the most work first
-  std::vector<int> top;          ///< supernodes, ascending
+/// The elimination tree cut into subtrees, which threads take one by one, and the root part above them.
+struct SubtreePartition {
+  std::vector<Subtree> subtrees;  ///< the most costly first
+  std::vector<int> root_part;     ///< supernodes, ascending
 };
 
-/// About three branches a thread, so that a thread that lost its core for a while does not stop the others. One thread:
-/// one branch and no top.
-[[nodiscard]] Partition make_partition(const SupernodalStructure& structure, int n_threads);
+/// About three subtrees a thread, so that a thread that loses its core does not stop the others. For one thread: one
+/// subtree and no root part.
+[[nodiscard]] SubtreePartition make_partition(const SupernodalStructure& structure, int n_threads);
 
 }  // namespace arap

@@ -13,9 +13,9 @@ namespace arap {
 
 namespace {
 
-/// Supernodes before their rows are known: nodes of a tree with sizes.
+/// Supernodes without their rows: a tree of nodes with sizes.
 struct Nodes {
-  std::vector<int> first_column;  ///< of each, and the end of the last; in the elimination tree's order
+  std::vector<int> first_column;  ///< (size + 1,), in the elimination tree's ordering
   std::vector<int> n_columns;
   std::vector<int> n_rows;
   std::vector<int> parent;
@@ -23,9 +23,10 @@ struct Nodes {
   [[nodiscard]] int size() const { return static_cast<int>(n_columns.size()); }
 };
 
-/// A column joins the one before it if that is its only child and has the same rows, one more: itself.
+/// A column belongs to the supernode of the column before it if that is its only child and has the same rows plus its
+/// own.
 Nodes fundamental_supernodes(const EliminationTree& tree) {
-  const auto n = static_cast<int>(tree.order.size());
+  const auto n = static_cast<int>(tree.ordering.size());
   std::vector<int> n_children(n, 0);
   for (const int p : tree.parent)
     if (p >= 0) ++n_children[p];
@@ -48,10 +49,10 @@ Nodes fundamental_supernodes(const EliminationTree& tree) {
   return nodes;
 }
 
-/// Joins children with their parents while that saves time, bottom up. Afterwards `nodes` has the sizes of the joined
-/// nodes at their topmost members. Returns for each node the one it went into, or itself.
+/// Joins children with their parents while that saves time, bottom up. Afterwards `nodes` holds the sizes of joined
+/// nodes at their topmost members. Returns for each node the topmost member of its joined node.
 ///
-/// The gain of a child only shrinks while the parent grows, so a heap of gains needs to look again only at its top.
+/// The gain of a child only shrinks while the parent grows, so only the top of the heap has to be updated.
 std::vector<int> amalgamate(Nodes& nodes) {
   const int n = nodes.size();
   std::vector<int> joined(n);
@@ -73,7 +74,7 @@ std::vector<int> amalgamate(Nodes& nodes) {
       const double g = gain(child);
       if (g > 0) candidates.emplace(g, child);
     };
-    std::vector<int> adopted;  // children of what was joined, that stay
+    std::vector<int> adopted;  // children of joined nodes that are not joined themselves
     for (int c = first_child[s]; c >= 0; c = next_sibling[c]) add(c);
     while (!candidates.empty()) {
       const int child = candidates.top().second;
@@ -99,7 +100,7 @@ std::vector<int> amalgamate(Nodes& nodes) {
       next_sibling[c] = first_child[s];
       first_child[s] = c;
     }
-    // What was joined is no child any more.
+    // Remove joined nodes from the list of children.
     int* link = &first_child[s];
     while (*link >= 0) {
       if (joined[*link] == *link)
@@ -108,7 +109,7 @@ std::vector<int> amalgamate(Nodes& nodes) {
         *link = next_sibling[*link];
     }
   }
-  // Members point to the topmost one: parents come after children.
+  // Follow to the topmost member; parents come after children.
   for (int s = n - 1; s >= 0; --s) joined[s] = joined[joined[s]];
   return joined;
 }
@@ -130,29 +131,29 @@ SupernodalStructure arrange(const EliminationTree& tree, const Nodes& nodes, con
   for (int s = 0; s < n; ++s) members[top_index[joined[s]]].push_back(s);
 
   SupernodalStructure structure;
-  structure.order.reserve(tree.order.size());
+  structure.ordering.reserve(tree.ordering.size());
   const std::vector<int> post = postorder(parent);
   const std::vector<int> post_index = inverse_permutation(post);
   for (const int t : post) {
     Supernode supernode{};
-    supernode.first_column = static_cast<int>(structure.order.size());
+    supernode.first_column = static_cast<int>(structure.ordering.size());
     supernode.n_columns = nodes.n_columns[tops[t]];
     supernode.parent = parent[t] < 0 ? -1 : post_index[parent[t]];
     for (const int s : members[t])
-      structure.order.insert(structure.order.end(), tree.order.begin() + nodes.first_column[s],
-                             tree.order.begin() + nodes.first_column[s + 1]);
+      structure.ordering.insert(structure.ordering.end(), tree.ordering.begin() + nodes.first_column[s],
+                                tree.ordering.begin() + nodes.first_column[s + 1]);
     structure.supernodes.push_back(supernode);
   }
   return structure;
 }
 
-/// The rows of a supernode are those of its columns in A and those of its children, without its own columns.
+/// The rows of a supernode are those of its columns in A and those of its children, except its own columns.
 void find_rows(const SparseMatrix& pattern, SupernodalStructure& structure) {
-  const std::vector<int> new_index = inverse_permutation(structure.order);
+  const std::vector<int> new_index = inverse_permutation(structure.ordering);
   auto& supernodes = structure.supernodes;
   std::vector<int> next_sibling(supernodes.size(), -1);
   std::vector<int> first_child(supernodes.size(), -1);
-  std::vector<int> seen_by(structure.order.size(), -1);
+  std::vector<int> seen_by(structure.ordering.size(), -1);
   for (int s = 0; s < std::ssize(supernodes); ++s) {
     Supernode& node = supernodes[s];
     node.rows_offset = structure.rows.size();
@@ -162,7 +163,7 @@ void find_rows(const SparseMatrix& pattern, SupernodalStructure& structure) {
       structure.rows.push_back(row);
     };
     for (int c = node.first_column; c < node.end_column(); ++c)
-      for (SparseMatrix::InnerIterator it(pattern, structure.order[c]); it; ++it) add(new_index[it.row()]);
+      for (SparseMatrix::InnerIterator it(pattern, structure.ordering[c]); it; ++it) add(new_index[it.row()]);
     for (int child = first_child[s]; child >= 0; child = next_sibling[child])
       for (int k = 0; k < supernodes[child].n_rows; ++k) add(structure.rows[supernodes[child].rows_offset + k]);
     node.n_rows = static_cast<int>(structure.rows.size() - node.rows_offset);
@@ -176,7 +177,7 @@ void find_rows(const SparseMatrix& pattern, SupernodalStructure& structure) {
 }  // namespace
 
 double solve_cost(int n_columns, int n_rows) {
-  // Measured: a call and its start, each stored number (read twice), each gathered and scattered row, each column.
+  // Measured: the call, each stored number (read twice), each gathered and scattered row, each column.
   constexpr double kSupernode = 40;
   constexpr double kNumber = 0.2;
   constexpr double kRow = 2;
@@ -187,8 +188,8 @@ double solve_cost(int n_columns, int n_rows) {
   return kSupernode + kNumber * (c * (c + 4) + 2 * c * r) + kRow * r + kColumn * c;
 }
 
-SupernodalStructure make_supernodes(const SparseMatrix& pattern, std::vector<int> order) {
-  const EliminationTree tree = make_elimination_tree(pattern, std::move(order));
+SupernodalStructure make_supernodes(const SparseMatrix& pattern, std::vector<int> ordering) {
+  const EliminationTree tree = make_elimination_tree(pattern, std::move(ordering));
   Nodes nodes = fundamental_supernodes(tree);
   const std::vector<int> joined = amalgamate(nodes);
   SupernodalStructure structure = arrange(tree, nodes, joined);

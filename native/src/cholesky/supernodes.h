@@ -8,7 +8,7 @@
 
 namespace arap {
 
-/// Consecutive columns of L that share their rows: a dense trapezoid, a triangle of n_columns over n_rows more rows.
+/// Consecutive columns of L with the same rows: a dense triangle of n_columns above a rectangle of n_rows.
 struct Supernode {
   int first_column;
   int n_columns;
@@ -19,23 +19,23 @@ struct Supernode {
   [[nodiscard]] int end_column() const { return first_column + n_columns; }
 };
 
-/// Where the factor of a matrix has entries.
+/// Pattern of the factor.
 struct SupernodalStructure {
-  std::vector<int> order;             ///< order[new] = old
+  std::vector<int> ordering;          ///< ordering[new] = old
   std::vector<Supernode> supernodes;  ///< postordered: a subtree is a range that ends with its root
   std::vector<int> rows;              ///< ascending new indices, supernode after supernode
 
   [[nodiscard]] const int* rows_of(const Supernode& s) const { return rows.data() + s.rows_offset; }
 };
 
-/// What a solve spends on a supernode, in units of about a nanosecond.
+/// Time that a solve spends on a supernode, about in nanoseconds.
 [[nodiscard]] double solve_cost(int n_columns, int n_rows);
 
-/// Finds the supernodes. Columns that have exactly the same rows are few; neighbours in the tree are joined as long as
-/// the zeros that this stores cost a solve less than one more supernode does.
+/// Finds the supernodes. Few columns have exactly the same rows, so neighbours in the tree are joined (amalgamation) as
+/// long as the zeros that this adds cost a solve less than another supernode.
 ///
 /// @param pattern  symmetric, stored whole
-/// @param order    fill-reducing, order[new] = old
-[[nodiscard]] SupernodalStructure make_supernodes(const SparseMatrix& pattern, std::vector<int> order);
+/// @param ordering    fill-reducing, ordering[new] = old
+[[nodiscard]] SupernodalStructure make_supernodes(const SparseMatrix& pattern, std::vector<int> ordering);
 
 }  // namespace arap

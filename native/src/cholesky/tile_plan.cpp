@@ -10,13 +10,13 @@ namespace arap {
 
 namespace {
 
-/// The columns above a branch that it has rows in, ascending.
-std::vector<int> columns_above(const SupernodalStructure& structure, const Branch& branch) {
+/// The columns of the root part that a subtree has rows in, ascending.
+std::vector<int> columns_above(const SupernodalStructure& structure, const Subtree& subtree) {
   std::vector<int> columns;
-  for (int s = branch.begin; s < branch.end; ++s) {
+  for (int s = subtree.begin; s < subtree.end; ++s) {
     const Supernode& node = structure.supernodes[s];
-    // Descendants have no rows above the branch that its roots do not have.
-    if (node.parent >= 0 && node.parent < branch.end) continue;
+    // The rows above a subtree are those of its roots.
+    if (node.parent >= 0 && node.parent < subtree.end) continue;
     columns.insert(columns.end(), structure.rows_of(node), structure.rows_of(node) + node.n_rows);
   }
   std::sort(columns.begin(), columns.end());
@@ -28,20 +28,20 @@ std::vector<int> columns_above(const SupernodalStructure& structure, const Branc
 
 TilePlan::TilePlan(SupernodalStructure the_structure, int the_n_threads)
     : structure(std::move(the_structure)),
-      is_in_order(std::is_sorted(structure.order.begin(), structure.order.end())),
+      has_identity_ordering(std::is_sorted(structure.ordering.begin(), structure.ordering.end())),
       n_threads(the_n_threads),
       partition(make_partition(structure, n_threads)) {
-  // Which place each column has for the branch at hand.
+  // Place of each column for the subtree at hand.
   std::vector<int> place(n_columns());
   for (int c = 0; c < n_columns(); ++c) place[c] = c;
   n_places = n_columns();
-  for (const Branch& branch : partition.branches) {
-    copies.push_back({n_places, columns_above(structure, branch)});
+  for (const Subtree& subtree : partition.subtrees) {
+    copies.push_back({n_places, columns_above(structure, subtree)});
     n_places += static_cast<int>(copies.back().columns.size());
   }
-  // Two for each branch and for the top: threads that share a supernode never share padding of columns and of rows.
+  // Two for each subtree and for the root part: padding of columns and padding of rows must not share a place.
   first_padding = n_places;
-  n_places += 2 * static_cast<int>(partition.branches.size() + 1);
+  n_places += 2 * static_cast<int>(partition.subtrees.size() + 1);
 
   size_t n_rows = 0;
   size_t n_tiles = 0;
@@ -65,16 +65,12 @@ TilePlan::TilePlan(SupernodalStructure the_structure, int the_n_threads)
       *out++ = r < node.n_rows ? place[structure.rows_of(node)[r]] : padding + 1;
   };
   int padding = first_padding;
-  for (const int s : partition.top) {
-    write_rows(s, padding);
-    const Supernode& node = structure.supernodes[s];
-    for (int c = node.first_column; c < node.end_column(); ++c) top_columns.push_back(c);
-  }
-  for (size_t b = 0; b < partition.branches.size(); ++b) {
+  for (const int s : partition.root_part) write_rows(s, padding);
+  for (size_t b = 0; b < partition.subtrees.size(); ++b) {
     padding += 2;
     int next = copies[b].first_place;
     for (const int c : copies[b].columns) place[c] = next++;
-    for (int s = partition.branches[b].begin; s < partition.branches[b].end; ++s) write_rows(s, padding);
+    for (int s = partition.subtrees[b].begin; s < partition.subtrees[b].end; ++s) write_rows(s, padding);
     for (const int c : copies[b].columns) place[c] = c;
   }
 }

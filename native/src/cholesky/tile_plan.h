@@ -9,13 +9,13 @@
 
 namespace arap {
 
-/// Everything of a solve that depends on the pattern alone: where tiles lie, which thread does what, and where in the
-/// vector x each supernode finds its rows.
+/// What a solve needs of the pattern: where tiles lie, which thread does what, and where in the vector x each supernode
+/// finds its rows.
 ///
-/// x has places of 4 floats: the columns in the factor's order, then for each branch copies of the columns of the top
-/// that it reaches. During elimination a branch adds to its copies, and the top collects them; for back substitution
-/// the top fills them. So branches need nothing of each other, and sums do not depend on who came first. Last come
-/// places for padding.
+/// x has places of 4 floats: the columns in the factor's ordering, then for each subtree copies of the columns of the
+/// root part that it reaches, then padding. During elimination a subtree adds to its copies, and the root part collects
+/// them; before back substitution the root part fills them. So subtrees are independent of each other, and sums do not
+/// depend on the order in which threads finish.
 struct TilePlan {
   struct Copies {
     int first_place;
@@ -24,23 +24,21 @@ struct TilePlan {
 
   TilePlan(SupernodalStructure the_structure, int n_threads);
 
-  [[nodiscard]] int n_columns() const { return static_cast<int>(structure.order.size()); }
-  [[nodiscard]] int n_supernodes() const { return static_cast<int>(structure.supernodes.size()); }
+  [[nodiscard]] int n_columns() const { return static_cast<int>(structure.ordering.size()); }
 
   SupernodalStructure structure;
-  bool is_in_order;  ///< the unknowns are numbered as the columns, structure.order[k] = k
+  bool has_identity_ordering;  ///< structure.ordering[k] = k
   int n_threads;
-  Partition partition;
-  std::vector<Copies> copies;    ///< of each branch
-  std::vector<int> top_columns;  ///< of the supernodes of the top
-  int first_padding = 0;         ///< the places from here on are padding
+  SubtreePartition partition;
+  std::vector<Copies> copies;  ///< of each subtree
+  int first_padding = 0;       ///< places from here on are padding
   int n_places = 0;
   std::vector<int> rows;             ///< TileSupernode::rows of all
   std::vector<size_t> rows_offsets;  ///< of each supernode, in `rows`
-  std::vector<size_t> tile_offsets;  ///< of each supernode, and the end; in tiles
+  std::vector<size_t> tile_offsets;  ///< of each supernode, and the end; counted in tiles
 };
 
-/// Columns and rows of a supernode in tiles.
+/// Number of tiles for n columns or rows.
 [[nodiscard]] constexpr int tiles_for(int n) { return (n + 3) / 4; }
 
 }  // namespace arap

@@ -14,7 +14,7 @@ namespace arap {
 
 namespace {
 
-/// Supernodes with more tiles than this, some microseconds of work, are worth sharing.
+/// Supernodes with more tiles than this, some microseconds of work, are shared by all threads.
 constexpr size_t kSharedTiles = 6000;
 
 /// Parts of a shared supernode.
@@ -22,12 +22,12 @@ constexpr int kPiecesPerThread = 4;
 
 bool is_shared(const TileSupernode& node) { return tile_count(node.n_tiles, node.n_strips) > kSharedTiles; }
 
-/// Rows of b on their way from or to another order.
+/// Rows of b that are permuted at a time.
 constexpr int kRows = 64;
 using Rows = std::array<double, size_t{3} * kRows>;
 
-/// Numbers below the range of a float become 0, as long as this lives: far from where b is not 0 there would be many of
-/// them, and processors are slow with them.
+/// Replaces denormal floats by 0 during its lifetime: processors are slow with them, and far from the support of b
+/// there are many.
 class FlushToZero {
  public:
   FlushToZero() { set(before_ | kFlush); }
@@ -51,9 +51,9 @@ class FlushToZero {
 }  // namespace
 
 TileFactorization::Workspace::Workspace(const TilePlan& plan)
-    : x(size_t{kTile} * static_cast<size_t>(plan.n_places)), largest(plan.partition.branches.size() + 1) {
+    : x(size_t{kTile} * static_cast<size_t>(plan.n_places)), largest(plan.partition.subtrees.size() + 1) {
   int n_columns = 0;
-  for (const int s : plan.partition.top) n_columns = std::max(n_columns, plan.structure.supernodes[s].n_columns);
+  for (const int s : plan.partition.root_part) n_columns = std::max(n_columns, plan.structure.supernodes[s].n_columns);
   // b1 packed has 3 numbers a column, x1 by panels has 4 and is padded to panels.
   const auto panels = static_cast<size_t>(panel_count(tiles_for(n_columns)));
   packed = AlignedBuffer<float>(size_t{kTile} * kPanelColumns * panels);
@@ -74,8 +74,8 @@ TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, Worke
                            plan_->rows.data() + plan_->rows_offsets[s], n_tiles,
                            n_tiles + tiles_for(supernodes[s].n_rows)});
   }
-  scaling_.reserve(plan_->structure.order.size());
-  for (const int i : plan_->structure.order) scaling_.push_back(scaling.of_each[i]);
+  scaling_.reserve(plan_->structure.ordering.size());
+  for (const int i : plan_->structure.ordering) scaling_.push_back(scaling.of_each[i]);
 }
 
 void TileFactorization::solve(const Positions& b, Positions& x) const {
@@ -95,56 +95,55 @@ void TileFactorization::solve(const Positions& b, Positions& x) const {
 }
 
 void TileFactorization::solve_with(const Positions& b, Positions& x, Workspace& work) const {
-  // Nearly every b is in the middle of a float's range as it is. Others get there by powers of two, so that the digits
-  // are the same.
+  // Nearly every b fits well in the range of a float. Others are scaled by powers of two, which keep the digits.
   constexpr double kSmallest = 0x1p-40;
   constexpr double kLargest = 0x1p40;
   double into = scale_;
-  const double reached = eliminate_branches(b, into, work);
+  const double reached = eliminate_subtrees(b, into, work);
   if (!(reached >= kSmallest && reached <= kLargest)) {
-    // 0 * x is NaN where x is not finite.
+    // 0 * x is NaN if x is not finite.
     const double largest = b.size() == 0 ? 0 : b.cwiseAbs().maxCoeff() + (0 * b).sum();
     if (!(largest > 0) || !std::isfinite(largest)) {
       x.setConstant(largest == 0 ? 0 : std::numeric_limits<double>::quiet_NaN());
       return;
     }
     into = std::exp2(-std::ilogb(largest));
-    static_cast<void>(eliminate_branches(b, into, work));
+    static_cast<void>(eliminate_subtrees(b, into, work));
   }
-  solve_top(work);
-  substitute_branches(x, scale_ * (scale_ / into), work);
+  solve_root_part(work);
+  substitute_subtrees(x, scale_ * (scale_ / into), work);
 }
 
-double TileFactorization::eliminate_branches(const Positions& b, double factor, Workspace& work) const {
-  const auto n_branches = static_cast<int>(plan_->partition.branches.size());
-  workers_.run(n_branches, [&](int i) {
+double TileFactorization::eliminate_subtrees(const Positions& b, double factor, Workspace& work) const {
+  const auto n_subtrees = static_cast<int>(plan_->partition.subtrees.size());
+  workers_.run(n_subtrees, [&](int i) {
     const FlushToZero mode;
-    const Branch& branch = plan_->partition.branches[i];
-    work.largest[i] = static_cast<double>(read_columns(b, factor, branch.begin, branch.end, work.x.data()));
-    forward_branch(i, work.x.data());
+    const Subtree& subtree = plan_->partition.subtrees[i];
+    work.largest[i] = static_cast<double>(read_columns(b, factor, subtree.begin, subtree.end, work.x.data()));
+    forward_subtree(i, work.x.data());
   });
-  double& of_top = work.largest[n_branches] = 0;
-  for (const int s : plan_->partition.top)
-    of_top += static_cast<double>(read_columns(b, factor, s, s + 1, work.x.data()));
-  // A sum tells of the largest one as well as a maximum does, and of a NaN better.
+  double& of_root_part = work.largest[n_subtrees] = 0;
+  for (const int s : plan_->partition.root_part)
+    of_root_part += static_cast<double>(read_columns(b, factor, s, s + 1, work.x.data()));
+  // A sum instead of the maximum: it keeps NaN.
   return std::accumulate(work.largest.begin(), work.largest.end(), 0.0);
 }
 
-void TileFactorization::solve_top(Workspace& work) const {
-  const auto& top = plan_->partition.top;
-  if (top.empty()) return;
+void TileFactorization::solve_root_part(Workspace& work) const {
+  const auto& root_part = plan_->partition.root_part;
+  if (root_part.empty()) return;
   const FlushToZero mode;
   float* x = work.x.data();
-  collect_top(x);
-  for (const int s : top) {
+  collect_root_part(x);
+  for (const int s : root_part) {
     const TileSupernode& node = supernodes_[s];
     if (is_shared(node) && workers_.threads() > 1)
       forward_shared(node, work);
     else
       kernels_.forward(&node, &node + 1, x);
   }
-  for (size_t k = top.size(); k-- > 0;) {
-    const TileSupernode& node = supernodes_[top[k]];
+  for (size_t k = root_part.size(); k-- > 0;) {
+    const TileSupernode& node = supernodes_[root_part[k]];
     if (is_shared(node) && workers_.threads() > 1)
       backward_shared(node, work);
     else
@@ -152,13 +151,13 @@ void TileFactorization::solve_top(Workspace& work) const {
   }
 }
 
-void TileFactorization::substitute_branches(Positions& x, double factor, Workspace& work) const {
-  for (const int s : plan_->partition.top) write_columns(x, factor, s, s + 1, work.x.data());
-  workers_.run(static_cast<int>(plan_->partition.branches.size()), [&](int i) {
+void TileFactorization::substitute_subtrees(Positions& x, double factor, Workspace& work) const {
+  for (const int s : plan_->partition.root_part) write_columns(x, factor, s, s + 1, work.x.data());
+  workers_.run(static_cast<int>(plan_->partition.subtrees.size()), [&](int i) {
     const FlushToZero mode;
-    const Branch& branch = plan_->partition.branches[i];
-    backward_branch(i, work.x.data());
-    write_columns(x, factor, branch.begin, branch.end, work.x.data());
+    const Subtree& subtree = plan_->partition.subtrees[i];
+    backward_subtree(i, work.x.data());
+    write_columns(x, factor, subtree.begin, subtree.end, work.x.data());
   });
 }
 
@@ -166,7 +165,7 @@ float TileFactorization::read_columns(const Positions& b, double factor, int fir
   const int begin = plan_->structure.supernodes[first].first_column;
   const int end = plan_->structure.supernodes[last - 1].end_column();
   const float* scaling = scaling_.data();
-  if (plan_->is_in_order)
+  if (plan_->has_identity_ordering)
     return kernels_.read(b.data() + 3 * static_cast<std::ptrdiff_t>(begin), scaling + begin, factor, end - begin,
                          x + 4 * static_cast<std::ptrdiff_t>(begin));
   float largest = 0;
@@ -174,7 +173,7 @@ float TileFactorization::read_columns(const Positions& b, double factor, int fir
   for (int k = begin; k < end; k += kRows) {
     const int n = std::min(kRows, end - k);
     for (int i = 0; i < n; ++i)
-      std::copy_n(b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]), 3,
+      std::copy_n(b.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.ordering[k + i]), 3,
                   rows.data() + size_t{3} * i);
     largest += kernels_.read(rows.data(), scaling + k, factor, n, x + 4 * static_cast<std::ptrdiff_t>(k));
   }
@@ -185,7 +184,7 @@ void TileFactorization::write_columns(Positions& result, double factor, int firs
   const int begin = plan_->structure.supernodes[first].first_column;
   const int end = plan_->structure.supernodes[last - 1].end_column();
   const float* scaling = scaling_.data();
-  if (plan_->is_in_order) {
+  if (plan_->has_identity_ordering) {
     kernels_.write(x + 4 * static_cast<std::ptrdiff_t>(begin), scaling + begin, factor, end - begin,
                    result.data() + 3 * static_cast<std::ptrdiff_t>(begin));
     return;
@@ -196,27 +195,27 @@ void TileFactorization::write_columns(Positions& result, double factor, int firs
     kernels_.write(x + 4 * static_cast<std::ptrdiff_t>(k), scaling + k, factor, n, rows.data());
     for (int i = 0; i < n; ++i)
       std::copy_n(rows.data() + size_t{3} * i, 3,
-                  result.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.order[k + i]));
+                  result.data() + 3 * static_cast<std::ptrdiff_t>(plan_->structure.ordering[k + i]));
   }
 }
 
-void TileFactorization::forward_branch(int b, float* x) const {
-  const TilePlan::Copies& copies = plan_->copies[b];
+void TileFactorization::forward_subtree(int index, float* x) const {
+  const TilePlan::Copies& copies = plan_->copies[index];
   std::fill_n(x + size_t{kTile} * copies.first_place, kTile * copies.columns.size(), 0.0F);
-  std::fill_n(x + size_t{kTile} * (plan_->first_padding + 2 * (b + 1)), 2 * kTile, 0.0F);
-  const Branch& branch = plan_->partition.branches[b];
-  kernels_.forward(supernodes_.data() + branch.begin, supernodes_.data() + branch.end, x);
+  std::fill_n(x + size_t{kTile} * (plan_->first_padding + 2 * (index + 1)), 2 * kTile, 0.0F);
+  const Subtree& subtree = plan_->partition.subtrees[index];
+  kernels_.forward(supernodes_.data() + subtree.begin, supernodes_.data() + subtree.end, x);
 }
 
-void TileFactorization::backward_branch(int b, float* x) const {
-  const TilePlan::Copies& copies = plan_->copies[b];
+void TileFactorization::backward_subtree(int index, float* x) const {
+  const TilePlan::Copies& copies = plan_->copies[index];
   for (size_t k = 0; k < copies.columns.size(); ++k)
     std::copy_n(x + size_t{kTile} * copies.columns[k], kTile, x + size_t{kTile} * (copies.first_place + k));
-  const Branch& branch = plan_->partition.branches[b];
-  kernels_.backward(supernodes_.data() + branch.begin, supernodes_.data() + branch.end, x);
+  const Subtree& subtree = plan_->partition.subtrees[index];
+  kernels_.backward(supernodes_.data() + subtree.begin, supernodes_.data() + subtree.end, x);
 }
 
-void TileFactorization::collect_top(float* x) const {
+void TileFactorization::collect_root_part(float* x) const {
   std::fill_n(x + size_t{kTile} * plan_->first_padding, 2 * kTile, 0.0F);
   for (const TilePlan::Copies& copies : plan_->copies) {
     const float* from = x + size_t{kTile} * copies.first_place;

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "arap/error.h"
 #include "cholesky/solver_choice.h"
-#include "constraints/stiff_rows.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -27,9 +27,12 @@ void report(const Progress& progress, double fraction) {
   if (progress && !progress(fraction)) throw Cancelled("the change of constraints was cancelled");
 }
 
-/// Rows up to this many times as stiff as K are in the factor as they are. Above that the halves of its tiles could not
-/// tell the rest beside them; see StiffRows.
-constexpr double kStiff = 100;
+/// The penalty of a stiff row in the factor, in units of K's stiffness at its unknowns. More leaves less to the
+/// multipliers' iteration, and less of K in the factor's floats.
+constexpr double kPenalty = 100;
+
+/// What a correction leaves of the gaps of stiff rows, as a part of what penalties leave. The next one closes that too.
+constexpr double kGapsLeft = 1e-2;
 
 SparseMatrix with_diagonal(const SparseMatrix& K, const Eigen::VectorXd& diagonal) {
   SparseMatrix sum = K;
@@ -79,35 +82,23 @@ void ConstrainedSystem::factorize(const LinearSolver& solver, LinearSolverKind k
                                   const SystemConstraints& constraints) {
   SparseMatrix held = matrix_;
   for (size_t k = 0; k < grounded_.size(); ++k) held.coeffRef(grounded_[k], grounded_[k]) += grounding_[k];
-  if (constraints.rows.empty()) {
+  if (constraints.soft_rows.empty() && constraints.stiff_rows.empty()) {
     factor_ = solver.factorize(held, is_fixed_);
     return;
   }
   const int n = static_cast<int>(K.rows());
-  const RowMatrix all_rows(constraints.rows, n, constraints.unknown_of);
-  const Eigen::VectorXd stiffness = row_stiffness(all_rows, K);
-  LinearRows soft;
-  LinearRows stiff;
-  std::vector<double> penalties;
-  for (int r = 0; r < constraints.rows.size(); ++r) {
-    const bool is_stiff = constraints.rows.weights[r] > kStiff * stiffness[r];
-    (is_stiff ? stiff : soft).add(constraints.rows.row(r), constraints.rows.weights[r]);
-    if (is_stiff) penalties.push_back(kStiff * stiffness[r]);
-  }
-  if (!soft.empty()) {
-    const SparseMatrix of_soft = RowMatrix(soft, n, constraints.unknown_of)
-                                     .normal_matrix(Eigen::VectorXd::Map(soft.weights.data(), soft.size()));
-    matrix_ = SparseMatrix(matrix_ + of_soft);
-    held = SparseMatrix(held + of_soft);
-  }
-  const Eigen::VectorXd penalty = Eigen::VectorXd::Map(penalties.data(), stiff.size());
-  stiff_ = RowMatrix(stiff, n, constraints.unknown_of);
-  stiff_weights_ = Eigen::VectorXd::Map(stiff.weights.data(), stiff.size());
-  if (!stiff.empty()) held = SparseMatrix(held + stiff_.normal_matrix(penalty));
-  factor_ = held.nonZeros() == K.nonZeros() ? solver.factorize(held, is_fixed_)
-                                            : make_linear_solver(held, kind, workers_)->factorize(held, is_fixed_);
+  const auto weights_of = [](const LinearRows& rows) { return Eigen::VectorXd::Map(rows.weights.data(), rows.size()); };
+  const RowMatrix soft(constraints.soft_rows, n, constraints.unknown_of);
+  const SparseMatrix of_soft = soft.normal_matrix(weights_of(constraints.soft_rows));
+  matrix_ = SparseMatrix(matrix_ + of_soft);
+  RowMatrix stiff(constraints.stiff_rows, n, constraints.unknown_of);
+  const Eigen::VectorXd penalties = kPenalty * row_stiffness(stiff, K);
+  held = SparseMatrix(held + of_soft + stiff.normal_matrix(penalties));
+  // Halves could not tell K beside rows.
+  factor_ = make_linear_solver(held, kind, workers_, TileFormat::kFloat)->factorize(held, is_fixed_);
   if (!stiff.empty())
-    factor_ = std::make_unique<StiffRows>(std::move(factor_), stiff_, stiff_weights_, penalty, workers_);
+    stiff_ = std::make_unique<StiffRows>(*factor_, std::move(stiff), penalties,
+                                         weights_of(constraints.stiff_rows).cwiseMax(2 * penalties), workers_);
 }
 
 std::vector<int> ConstrainedSystem::find_unheld(const std::vector<int>& components,
@@ -119,21 +110,24 @@ std::vector<int> ConstrainedSystem::find_unheld(const std::vector<int>& componen
     if (is_fixed_[i] != 0 || constraints.soft_diagonal[static_cast<Eigen::Index>(i)] > 0) is_held[components[i]] = 1;
   // A row holds its component if that cannot move as one without the row's stretching.
   constexpr double kBalanced = 1e-9;
-  const LinearRows& rows = constraints.rows;
-  for (int r = 0; r < rows.size(); ++r) {
-    double sum = 0;
-    double largest = 0;
-    bool is_of_one = true;
-    const auto component = [&](int k) {
-      return components[constraints.unknown_of.empty() ? rows.indices[k] : constraints.unknown_of[rows.indices[k]]];
-    };
-    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) {
-      sum += rows.coefficients[k];
-      largest = std::max(largest, std::abs(rows.coefficients[k]));
-      is_of_one = is_of_one && component(k) == component(rows.offsets[r]);
+  const auto mark_held = [&](const LinearRows& rows) {
+    for (int r = 0; r < rows.size(); ++r) {
+      double sum = 0;
+      double largest = 0;
+      bool is_of_one = true;
+      const auto component = [&](int k) {
+        return components[constraints.unknown_of.empty() ? rows.indices[k] : constraints.unknown_of[rows.indices[k]]];
+      };
+      for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) {
+        sum += rows.coefficients[k];
+        largest = std::max(largest, std::abs(rows.coefficients[k]));
+        is_of_one = is_of_one && component(k) == component(rows.offsets[r]);
+      }
+      if (is_of_one && std::abs(sum) > kBalanced * largest) is_held[component(rows.offsets[r])] = 1;
     }
-    if (is_of_one && std::abs(sum) > kBalanced * largest) is_held[component(rows.offsets[r])] = 1;
-  }
+  };
+  mark_held(constraints.soft_rows);
+  mark_held(constraints.stiff_rows);
   std::vector<int> unheld;
   for (size_t i = 0; i < is_fixed_.size(); ++i)
     if (components[i] == static_cast<int>(i) && is_held[i] == 0) unheld.push_back(static_cast<int>(i));
@@ -142,11 +136,35 @@ std::vector<int> ConstrainedSystem::find_unheld(const std::vector<int>& componen
 
 void ConstrainedSystem::multiply(const Positions& x, Positions& result) const {
   arap::multiply(matrix_, x, result, workers_);
-  if (stiff_.empty()) return;
-  Positions forces;
-  stiff_.multiply(x, forces, workers_);
-  forces.array().colwise() *= stiff_weights_.array();
-  stiff_.add_transposed(forces, result, workers_);
+}
+
+void ConstrainedSystem::solve_exactly(double accuracy, Positions& b, const Positions& gaps,
+                                      Positions& multipliers) const {
+  if (stiff_ == nullptr) {
+    solve_with_cg([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b, workers_, accuracy);
+    return;
+  }
+  constexpr int kMostSteps = 20;
+  constexpr double kSlow = 0.5;
+  Positions x = Positions::Zero(b.rows(), 3);
+  Positions residual = b;
+  Positions gaps_left = gaps;
+  Positions step;
+  Positions product;
+  double last = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < kMostSteps; ++k) {
+    stiff_->solve(kGapsLeft, residual, gaps_left, multipliers, step);
+    const double length = step.norm();
+    if (!(length < last)) break;
+    x += step;
+    if (length <= accuracy * x.norm() || length > kSlow * last) break;
+    last = length;
+    multiply_held(x, product);
+    residual = b - product;
+    stiff_->rows().multiply(x, product, workers_);
+    gaps_left = gaps - product;
+  }
+  b.swap(x);
 }
 
 void ConstrainedSystem::erase_fixed(Positions& x) const {
@@ -163,6 +181,7 @@ void ConstrainedSystem::multiply_held(const Positions& x, Positions& result) con
 void ConstrainedSystem::solve_columns(const Progress& progress) {
   const std::ptrdiff_t n_columns = std::ssize(columns_);
   column_solutions_.resize(matrix_.rows(), n_columns);
+  column_forces_.resize(n_stiff(), n_columns);
   for (std::ptrdiff_t first = 0; first < n_columns; first += 3) {
     const std::ptrdiff_t n = std::min<std::ptrdiff_t>(3, n_columns - first);
     Positions b = Positions::Zero(matrix_.rows(), 3);
@@ -170,8 +189,10 @@ void ConstrainedSystem::solve_columns(const Progress& progress) {
       const LinearRow& column = columns_[first + c];
       for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], c) += column.coefficients[k];
     }
-    solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b, workers_);
+    Positions forces = Positions::Zero(n_stiff(), 3);
+    solve_exactly(kDoubleAccuracy, b, Positions::Zero(n_stiff(), 3), forces);
     column_solutions_.middleCols(first, n) = b.leftCols(n);
+    column_forces_.middleCols(first, n) = forces.leftCols(n);
     const double done = static_cast<double>(first + n) / static_cast<double>(n_columns);
     report(progress, kBeforeColumns + done * (kAfterColumns - kBeforeColumns));
   }
@@ -219,25 +240,27 @@ Responses ConstrainedSystem::responses() const {
   return {column_solutions_ * y, y.topRows(std::ssize(averages_))};
 }
 
-Positions ConstrainedSystem::meet_averages(Positions& x, const Positions& gaps) const {
-  if (columns_.empty()) return {0, 3};
+void ConstrainedSystem::meet_averages(Positions& x, const Positions& gaps, Positions& multipliers) const {
+  if (columns_.empty()) return;
+  const std::ptrdiff_t n_averages = std::ssize(averages_);
   Eigen::MatrixX3d right(columns_.size(), 3);
   for (std::ptrdiff_t c = 0; c < std::ssize(columns_); ++c) {
     right.row(c) = columns_[c].of(x);
-    if (c < std::ssize(averages_)) right.row(c) -= gaps.row(c);
+    if (c < n_averages) right.row(c) -= gaps.row(c);
   }
   const Eigen::MatrixX3d y = dense_.solve(right);
   parallel_for<kRows>(workers_, static_cast<int>(x.rows()), [&](int begin, int end) {
     x.middleRows(begin, end - begin).noalias() -= column_solutions_.middleRows(begin, end - begin) * y;
   });
-  return y.topRows(averages_.size());
+  multipliers.topRows(n_averages) += y.topRows(n_averages);
+  multipliers.bottomRows(n_stiff()) -= column_forces_ * y;
 }
 
 void ConstrainedSystem::correct(const Positions& residual, const Positions& gaps, Positions& multipliers,
                                 Positions& correction) const {
   const std::ptrdiff_t n_averages = std::ssize(averages_);
-  if (multipliers.rows() != n_averages) multipliers = Positions::Zero(n_averages, 3);
-  if (columns_.empty()) {
+  if (multipliers.rows() != n_held()) multipliers = Positions::Zero(n_held(), 3);
+  if (columns_.empty() && stiff_ == nullptr) {
     factor_->solve(residual, correction);
     return;
   }
@@ -245,15 +268,22 @@ void ConstrainedSystem::correct(const Positions& residual, const Positions& gaps
   for (std::ptrdiff_t c = 0; c < n_averages; ++c)
     for (size_t k = 0; k < columns_[c].indices.size(); ++k)
       correction.row(columns_[c].indices[k]) -= columns_[c].coefficients[k] * multipliers.row(c);
-  factor_->solve(correction);
-  multipliers += meet_averages(correction, gaps);
+  if (stiff_ == nullptr) {
+    factor_->solve(correction);
+  } else {
+    Positions of_stiff = multipliers.bottomRows(n_stiff());
+    stiff_->solve(kGapsLeft, correction, gaps.bottomRows(n_stiff()), of_stiff, correction);
+    multipliers.bottomRows(n_stiff()) = of_stiff;
+  }
+  meet_averages(correction, gaps, multipliers);
 }
 
 void ConstrainedSystem::correct_to(double accuracy, Positions& residual, const Positions& gaps) const {
   erase_fixed(residual);
-  solve_refined([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, residual, workers_,
-                accuracy);
-  static_cast<void>(meet_averages(residual, gaps));
+  Positions multipliers = Positions::Zero(n_held(), 3);
+  Positions of_stiff = Positions::Zero(n_stiff(), 3);
+  solve_exactly(accuracy, residual, gaps.bottomRows(n_stiff()), of_stiff);
+  meet_averages(residual, gaps, multipliers);
 }
 
 }  // namespace arap

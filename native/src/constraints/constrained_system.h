@@ -7,8 +7,9 @@
 
 #include "arap/options.h"
 #include "cholesky/linear_solver.h"
-#include "cholesky/refined_solve.h"
+#include "cholesky/preconditioned_cg.h"
 #include "constraints/linear_rows.h"
+#include "constraints/stiff_rows.h"
 #include "parallel/workers.h"
 #include "sparse/sparse.h"
 
@@ -25,20 +26,23 @@ struct SystemConstraints {
   std::vector<char> is_fixed;         ///< (n,)
   Eigen::VectorXd soft_diagonal;      ///< (n,) >= 0
   std::vector<LinearRow> averages{};  ///< held exactly, each a dense column: for few
-  LinearRows rows{};                  ///< with finite weights, as many as one likes
+  LinearRows soft_rows{};             ///< as many as one likes, each of a few unknowns
+  LinearRows stiff_rows{};            ///< the same, with weights far above K
   std::vector<int> unknown_of{};      ///< of each index of a row, or empty: itself
 };
 
-/// Minimizes 1/2 <x, A x> - <b, x> with A = K + a diagonal for soft unknowns + H^T W H for the rows H, some unknowns
-/// fixed (their rows and columns are erased) and some averages held at targets (Lagrange multipliers). Factorized once;
-/// then any b, fixed values and targets. Works on residuals: x + correct(b - A x) is the minimizer, so that the fixed
-/// point of an iteration does not depend on the accuracy of the factor.
+/// Minimizes 1/2 <x, A x> - <b, x> + 1/2 sum_r w_r |h_r x - g_r|^2 with A = K + a diagonal for soft unknowns + H^T W H
+/// for the soft rows H, and stiff rows h_r; some unknowns are fixed (their rows and columns are erased) and the
+/// averages are held at targets (Lagrange multipliers). Factorized once; then any b, fixed values and targets. Works on
+/// residuals: x + correct(b - A x) is the minimizer, so that the fixed point of an iteration does not depend on the
+/// accuracy of the factor.
 ///
-/// Rows that leave K's pattern make a new symbolic analysis. A row that is much stiffer than K enters the factor with
-/// less than its weight, and StiffRows makes up for that.
+/// Averages are dense columns, eliminated by their Schur complement; for stiff rows see StiffRows. Rows that leave K's
+/// pattern make a new symbolic analysis.
 ///
-/// If only averages or rows across components hold a component, K may be singular there: one unknown of it is grounded
-/// by an extra diagonal entry in the factor, and a small dense system takes the grounding out again.
+/// If only averages, or rows across components, hold a component, K may be singular there: one unknown of it is
+/// grounded by an extra diagonal entry in the factor, and the small dense system of the averages takes the grounding
+/// out again.
 class ConstrainedSystem {
  public:
   /// @param solver      made for the pattern of K, of this kind
@@ -48,7 +52,7 @@ class ConstrainedSystem {
   ConstrainedSystem(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
                     const std::vector<int>& components, SystemConstraints constraints, const Progress& progress,
                     Workers workers = Workers(1));
-  ConstrainedSystem(const ConstrainedSystem&) = delete;  // the factor refers to its rows
+  ConstrainedSystem(const ConstrainedSystem&) = delete;  // stiff_ refers to factor_
   ConstrainedSystem& operator=(const ConstrainedSystem&) = delete;
 
   /// result = A x, without erasing and grounding.
@@ -58,15 +62,18 @@ class ConstrainedSystem {
 
   [[nodiscard]] Responses responses() const;
 
+  /// Averages and stiff rows, in this order.
+  [[nodiscard]] int n_held() const { return static_cast<int>(averages_.size()) + n_stiff(); }
+
   /// Sets `correction` to that of x for `residual` = b - A x, as exact as the factor is; 0 at fixed unknowns. The
-  /// averages meet their targets exactly in every case.
-  /// @param gaps         (n_averages, 3) target minus average of x
-  /// @param multipliers  (n_averages, 3) of the last correction, or empty; set: A x + sum_k a_k multipliers_k = b at
+  /// averages meet their targets exactly in every case, the stiff rows to a hundredth of what penalties would leave.
+  /// @param gaps         (n_held, 3) target minus what x has
+  /// @param multipliers  (n_held, 3) of the last correction, or empty; set: A x + sum_k a_k multipliers_k = b at
   ///                     the corrected x. To start from the last ones makes the correction vanish at the minimizer.
   /// @param correction   may be the residual
   void correct(const Positions& residual, const Positions& gaps, Positions& multipliers, Positions& correction) const;
 
-  /// Replaces the residual by the same to a part of itself, at once: see solve_refined().
+  /// Replaces the residual by the same to a part of itself, at once: see solve_with_cg().
   void correct_to(double accuracy, Positions& residual, const Positions& gaps) const;
 
  private:
@@ -77,24 +84,28 @@ class ConstrainedSystem {
                                              const SystemConstraints& constraints) const;
   void prepare_dense_part(const Progress& progress);
   void solve_columns(const Progress& progress);
+  [[nodiscard]] int n_stiff() const { return stiff_ == nullptr ? 0 : stiff_->rows().size(); }
+  /// Replaces b by x with A x + H^T multipliers = b and what minimizes with the stiff rows H, grounding included.
+  void solve_exactly(double accuracy, Positions& b, const Positions& gaps, Positions& multipliers) const;
   void erase_fixed(Positions& x) const;
   /// The factorized matrix times x.
   void multiply_held(const Positions& x, Positions& result) const;
-  /// Completes x = factor^-1 residual by the multipliers; returns their change.
-  [[nodiscard]] Positions meet_averages(Positions& x, const Positions& gaps) const;
+  /// Completes x = factor^-1 residual, with the stiff rows, such that it meets the averages; follows the
+  /// multipliers.
+  void meet_averages(Positions& x, const Positions& gaps, Positions& multipliers) const;
 
-  SparseMatrix matrix_;  ///< A, but for stiff rows
+  SparseMatrix matrix_;  ///< A
   Workers workers_;
   std::vector<char> is_fixed_;
   std::vector<LinearRow> averages_;
-  RowMatrix stiff_;                ///< rows whose weights are not in matrix_
-  Eigen::VectorXd stiff_weights_;  ///< of each
   std::vector<int> grounded_;
-  std::vector<double> grounding_;  ///< added to the diagonal of A in the factor, of each grounded unknown
-  std::unique_ptr<Factorization> factor_;
+  std::vector<double> grounding_;          ///< added to the diagonal of A in the factor, of each grounded unknown
+  std::unique_ptr<Factorization> factor_;  ///< of A with grounding and the penalties of stiff rows
+  std::unique_ptr<StiffRows> stiff_;       ///< over factor_; null without stiff rows
   /// Columns: the averages, then the grounded unknowns (with sign), restricted to free unknowns.
   std::vector<LinearRow> columns_;
-  Eigen::MatrixXd column_solutions_;  ///< factor^-1 columns, (n, n_columns)
+  Eigen::MatrixXd column_solutions_;  ///< solutions for the columns as b, (n, n_columns)
+  Eigen::MatrixXd column_forces_;     ///< (n_stiff, n_columns) multipliers of the stiff rows there
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> dense_;
 };
 

@@ -70,7 +70,7 @@ HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConst
     : model_(model), constraints_(constraints) {
   constexpr size_t kSamples = 1000;
   const auto n = static_cast<int>(model.rest.rows());
-  const LinearRows& rows = constraints.soft_rows();
+  const auto row_groups = {&constraints.soft_rows(), &constraints.stiff_rows()};
   std::vector<int> vertex_of_row(constraints.target_sums().size(), -1);
   std::vector<char> is_constrained(n, 0);
   for (const PreparedConstraints::Entry& entry : constraints.entries()) {
@@ -84,11 +84,14 @@ HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConst
     for (SparseMatrix::InnerIterator it(model.energy.K, v); it; ++it)
       if (is_constrained[it.row()] != 0) joined.join(v, static_cast<int>(it.row()));
   }
-  for (int r = 0; r < rows.size(); ++r) {
-    if (!is_point(constraints.soft_row_rows()[r])) continue;
-    const int first = rows.indices[rows.offsets[r]];
-    vertex_of_row[constraints.soft_row_rows()[r]] = first;
-    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) joined.join(first, rows.indices[k]);
+  for (const PreparedConstraints::Rows* group : row_groups) {
+    const LinearRows& rows = group->rows;
+    for (int r = 0; r < rows.size(); ++r) {
+      if (!is_point(group->target_rows[r])) continue;
+      const int first = rows.indices[rows.offsets[r]];
+      vertex_of_row[group->target_rows[r]] = first;
+      for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) joined.join(first, rows.indices[k]);
+    }
   }
 
   std::vector<int> group_of_root(n, -1);
@@ -112,8 +115,9 @@ HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConst
   };
   find_parts(constraints.patches(), constraints.patch_rows());
   find_parts(constraints.anchor_patches(), constraints.anchor_rows());
-  for (int r = 0; r < rows.size(); ++r)
-    part_of_row_[constraints.soft_row_rows()[r]] = model.part_of_vertex[rows.indices[rows.offsets[r]]];
+  for (const PreparedConstraints::Rows* group : row_groups)
+    for (int r = 0; r < group->rows.size(); ++r)
+      part_of_row_[group->target_rows[r]] = model.part_of_vertex[group->rows.indices[group->rows.offsets[r]]];
   for (const PreparedConstraints::Entry& entry : constraints.entries())
     part_of_row_[entry.row] = model.part_of_vertex[entry.vertex];
 }

@@ -24,15 +24,13 @@ struct ModelConstraints {
 /// A set of constraints, prepared for a model: entries on the same vertex are merged, each unknown is fixed or free,
 /// and the system is factorized. Nothing changes later but the second system, which a naive Laplacian guess makes.
 ///
-/// A row of the constraints becomes one of three things:
+/// A row of the constraints becomes one of these:
 ///   - a fixed vertex, if it is hard and names one;
 ///   - an average, as patches are: hard rows if they are few, or wide, or have members of rigid regions. Each is a
 ///   dense
-///     column of the system: 8 bytes an unknown, the time of a solve to set, and little in an iteration. [Which are few
-///     is measured; see kMostDense.]
-///   - a soft row in the matrix of the system: all others. A hard one is 1e8 times as stiff as K there, which holds it
-///   to
-///     about 1e-9 of the model's size.
+///     column of the system: 8 bytes an unknown, the time of a solve to set, and little in an iteration;
+///   - a soft or stiff row of the system: all others. Hard ones become 1e7 times as stiff as K at their unknowns, which
+///     holds them to some 1e-9 of the model's size, and where they contradict each other to the least squares.
 class PreparedConstraints {
  public:
   /// Throws InvalidInput, SolverError or Cancelled.
@@ -44,11 +42,14 @@ class PreparedConstraints {
   /// @param targets    (n_targets, 3) on the model
   /// @param of_vertex  (n, 3)
   void write_vertex_targets(const Positions& targets, Positions& of_vertex) const;
-  /// The rows of patches(), and of the patches that anchor regions.
-  [[nodiscard]] Positions patch_targets(const Positions& targets) const { return targets(patch_rows_, all); }
+  /// The rows of patches(), then of stiff_rows().
+  [[nodiscard]] Positions held_targets(const Positions& targets) const { return targets(held_rows_, all); }
+  /// The rows of the patches that anchor regions.
   [[nodiscard]] Positions anchor_targets(const Positions& targets) const { return targets(anchor_rows_, all); }
-  /// The rows of soft_rows().
-  [[nodiscard]] Positions soft_row_targets(const Positions& targets) const { return targets(soft_row_rows_, all); }
+  /// Of patches() and stiff_rows(), targets minus what positions have.
+  [[nodiscard]] Positions held_gaps(Positions held_targets, const Positions& positions, const Workers& workers) const;
+  /// b += factor * C^T multipliers, C the rows of both.
+  void add_held_forces(double factor, const Positions& multipliers, const Workers& workers, Positions& b) const;
 
   /// (n_targets, 3): where what is constrained is.
   [[nodiscard]] Positions constrained_points(const Positions& positions) const;
@@ -58,8 +59,8 @@ class PreparedConstraints {
 
   /// min |K x - K rest|^2 under the same constraints; made on the first call.
   [[nodiscard]] const ConstrainedSystem& laplacian_system(const PreparedModel& model);
-  /// soft_rows() as strong in it as they are beside K, whose diagonal this is.
-  [[nodiscard]] LinearRows laplacian_rows(const Eigen::VectorXd& diagonal) const;
+  /// Rows as strong in it as they are beside K, whose diagonal this is.
+  [[nodiscard]] static LinearRows laplacian_rows(LinearRows rows, const Eigen::VectorXd& diagonal);
   [[nodiscard]] bool has_laplacian_system() const { return laplacian_system_ != nullptr; }
 
   /// (n,) vertices that sit exactly at their target.
@@ -75,11 +76,14 @@ class PreparedConstraints {
   [[nodiscard]] const std::vector<int>& vertices_at_rest() const { return vertices_at_rest_; }
   /// The vertices of soft_diagonal() that are not 0.
   [[nodiscard]] const std::vector<int>& soft_vertices() const { return soft_vertices_; }
-  /// Rows in the matrix of the system, over vertices, with finite weights.
-  [[nodiscard]] const LinearRows& soft_rows() const { return soft_rows_; }
-  /// Their rows in the targets.
-  [[nodiscard]] const std::vector<int>& soft_row_rows() const { return soft_row_rows_; }
-  [[nodiscard]] const RowMatrix& soft_row_matrix() const { return soft_row_matrix_; }
+  /// Rows of the system's matrix, over vertices.
+  struct Rows {
+    LinearRows rows;
+    RowMatrix matrix;
+    std::vector<int> target_rows;  ///< in the targets
+  };
+  [[nodiscard]] const Rows& soft_rows() const { return soft_rows_; }
+  [[nodiscard]] const Rows& stiff_rows() const { return stiff_rows_; }
   /// What a rotation vector that all unknowns have makes of each target, (n_targets,): 1 but for rows of another sum.
   [[nodiscard]] const Eigen::VectorXd& target_sums() const { return target_sums_; }
   /// Patches as averages over vertices, but for those that anchor a rigid region.
@@ -108,6 +112,7 @@ class PreparedConstraints {
   void read_entries(const ConstraintSet& set);
   /// @param first  row of the targets
   void read_rows(const PreparedModel& model, const LinearRows& rows, int first);
+  [[nodiscard]] bool is_wide_or_in_region(const LinearRow& row) const;
   void merge_entries(const PreparedModel& model);
   void read_patch(const PreparedModel& model, const ConstraintSet& set, int p);
   /// A weighted average, of sum 1, whose weights are not negative, may anchor a region.
@@ -116,7 +121,9 @@ class PreparedConstraints {
   void find_weak_hold(const PreparedModel& model);
   void require_movable(const ConstraintSet& set, const std::vector<char>& is_fixed) const;
   [[nodiscard]] std::vector<char> fixed_unknowns() const;
-  [[nodiscard]] SystemConstraints system_constraints(const Eigen::VectorXd& soft_diagonal, LinearRows rows) const;
+
+  [[nodiscard]] SystemConstraints system_constraints(const Eigen::VectorXd& soft_diagonal, LinearRows soft_rows,
+                                                     LinearRows stiff_rows) const;
 
   RigidRegions regions_;
   std::vector<Entry> entries_;  ///< by vertex, so that what is written is next to what was
@@ -132,9 +139,9 @@ class PreparedConstraints {
   std::vector<RegionPoint> anchor_points_;
   std::vector<int> patch_rows_;
   std::vector<int> anchor_rows_;
-  LinearRows soft_rows_;
-  RowMatrix soft_row_matrix_;
-  std::vector<int> soft_row_rows_;
+  Rows soft_rows_;
+  Rows stiff_rows_;
+  std::vector<int> held_rows_;
   Eigen::VectorXd target_sums_;
   bool is_weak_hold_ = false;
   std::vector<int> parts_at_rest_;

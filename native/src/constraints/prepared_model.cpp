@@ -7,7 +7,7 @@
 #include "base/permutation.h"
 #include "cholesky/solver_choice.h"
 #include "parallel/beside.h"
-#include "sparse/connected_components.h"
+#include "sparse/sparse.h"
 
 namespace arap {
 
@@ -17,7 +17,7 @@ std::unique_ptr<LinearSolver> PreparedModel::make_solver() {
 }
 
 std::vector<int> PreparedModel::take_solver_numbers() {
-  const std::vector<int> order = *solver->order();
+  const std::vector<int> order = *solver->ordering();
   std::vector<int> new_of_old = inverse_permutation(order);
   regions.renumber(new_of_old);
   if (!regions.empty()) reduced_matrix_ = regions.reduce(energy.K);

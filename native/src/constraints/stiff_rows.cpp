@@ -9,9 +9,7 @@ namespace arap {
 
 namespace {
 
-/// Ends when the gaps that are left are this part of those that a step began with.
-constexpr double kAccuracy = 0.03;
-constexpr int kMostSteps = 20;
+constexpr int kMostSteps = 40;
 
 /// The three right-hand sides have coefficients of their own.
 using Coefficients = Eigen::Array<double, 1, 3>;
@@ -21,46 +19,73 @@ Coefficients dot(const Positions& a, const Positions& b) { return a.cwiseProduct
 /// a / b, 0 if there is nothing left to divide.
 Coefficients ratio(const Coefficients& a, const Coefficients& b) { return (b > 0).select(a / b, Coefficients::Zero()); }
 
-/// x += y * diag(a)
+/// x += y diag(a)
 void add_scaled(const Positions& y, const Coefficients& a, Positions& x, const Workers& workers) {
   parallel_for<2048>(workers, static_cast<int>(x.rows()), [&](int begin, int end) {
     x.middleRows(begin, end - begin).array() += y.middleRows(begin, end - begin).array().rowwise() * a;
   });
 }
 
+/// x = y + x diag(a)
+void scale_and_add(const Positions& y, const Coefficients& a, Positions& x, const Workers& workers) {
+  parallel_for<2048>(workers, static_cast<int>(x.rows()), [&](int begin, int end) {
+    auto part = x.middleRows(begin, end - begin).array();
+    part = y.middleRows(begin, end - begin).array() + part.rowwise() * a;
+  });
+}
+
 }  // namespace
 
-StiffRows::StiffRows(std::unique_ptr<Factorization> factor, const RowMatrix& rows, Eigen::VectorXd weights,
-                     Eigen::VectorXd penalties, Workers workers)
-    : factor_(std::move(factor)),
-      rows_(rows),
+StiffRows::StiffRows(const Factorization& factor, RowMatrix rows, const Eigen::VectorXd& penalties,
+                     const Eigen::VectorXd& weights, Workers workers)
+    : factor_(factor),
+      rows_(std::move(rows)),
+      penalties_(penalties.array()),
       compliance_(1 / (weights - penalties).array()),
       scaling_(1 / (1 / penalties.array() + compliance_)),
       workers_(std::move(workers)) {}
 
-// With x = F^-1 (b - H^T f), F the factorized matrix, the forces f = (w - p) H x solve
-//     (H F^-1 H^T + 1 / (w - p)) f = H F^-1 b.
-void StiffRows::solve(const Positions& b, Positions& x) const {
-  factor_->solve(b, x);
-  Positions residual;
-  rows_.multiply(x, residual, workers_);
-  Positions direction = (residual.array().colwise() * scaling_).matrix();
-  Coefficients slope = dot(residual, direction);
-  const Coefficients enough = kAccuracy * kAccuracy * slope;
-  Positions moved;  // F^-1 H^T direction
-  Positions product;
-  for (int step = 0; step < kMostSteps && (slope > enough).any(); ++step) {
+// With F = A + H^T P H, x = F^-1 (b + H^T (P g - f)), and f = (W - P) (H x - g) where it is the minimizer. A change of
+// f by df moves x by -F^-1 H^T df. So df solves
+//     S df = H x - g - f / (W - P),  S = H F^-1 H^T + 1 / (W - P).
+void StiffRows::solve(double accuracy, const Positions& b, const Positions& gaps, Positions& multipliers,
+                      Positions& x) const {
+  copy_rows(workers_, b, x);
+  rows_.add_transposed((gaps.array().colwise() * penalties_).matrix() - multipliers, x, workers_);
+  factor_.solve(x);
+  Positions direction;
+  rows_.multiply(x, direction, workers_);
+  direction -= gaps + (multipliers.array().colwise() * compliance_).matrix();
+  direction.array().colwise() *= scaling_;
+  Positions residual = direction;  // scaled, as all of it
+  Positions moved;                 // F^-1 H^T residual
+  Positions product;               // S residual
+  const auto respond = [&] {
     moved = Positions::Zero(x.rows(), 3);
-    rows_.add_transposed(direction, moved, workers_);
-    factor_->solve(moved);
+    rows_.add_transposed(residual, moved, workers_);
+    factor_.solve(moved);
     rows_.multiply(moved, product, workers_);
-    product.array() += direction.array().colwise() * compliance_;
-    const Coefficients length = ratio(slope, dot(direction, product));
-    add_scaled(moved, -length, x, workers_);
-    add_scaled(product, -length, residual, workers_);
-    const Positions scaled = (residual.array().colwise() * scaling_).matrix();
-    const Coefficients next_slope = dot(residual, scaled);
-    direction = scaled + (direction.array().rowwise() * ratio(next_slope, slope)).matrix();
+    product.array() += residual.array().colwise() * compliance_;
+  };
+  respond();
+  Positions moved_along = moved;
+  Positions product_along = product;
+  Coefficients slope = dot(residual, product);
+  const Coefficients enough = accuracy * accuracy * slope;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Positions scaled = (product_along.array().colwise() * scaling_).matrix();
+    const Coefficients length = ratio(slope, dot(product_along, scaled));
+    add_scaled(moved_along, -length, x, workers_);
+    add_scaled(direction, length, multipliers, workers_);
+    add_scaled(scaled, -length, residual, workers_);
+    if (step + 1 == kMostSteps) break;
+    respond();
+    const Coefficients next_slope = dot(residual, product);
+    if ((next_slope <= enough).all()) break;
+    const Coefficients keep = ratio(next_slope, slope);
+    scale_and_add(residual, keep, direction, workers_);
+    scale_and_add(moved, keep, moved_along, workers_);
+    scale_and_add(product, keep, product_along, workers_);
     slope = next_slope;
   }
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "cholesky/linear_solver.h"
 #include "constraints/linear_rows.h"
@@ -10,26 +9,31 @@
 
 namespace arap {
 
-/// Factor of A + H^T diag(w) H with rows H so stiff that numbers of their size would drown those of A: a factor of
-/// A + H^T diag(p) H with penalties p <= w, and conjugate gradients on the forces of the rows (the multipliers of an
-/// augmented Lagrangian). The penalties make their system nearly diagonal, so a few steps, of one solve each, suffice.
-class StiffRows final : public Factorization {
+/// Many sparse rows H, far stiffer than A: min 1/2 <x, A x> - <b, x> + 1/2 sum_r w_r |h_r x - g_r|^2. An augmented
+/// Lagrangian: a factor of A + H^T P H with penalties P, about a hundred times as stiff as A there, and conjugate
+/// residuals on the multipliers f = (W - P) (H x - g), which stay finite as the weights grow. The penalties make their
+/// system, H (A + H^T P H)^-1 H^T + (W - P)^-1, nearly diagonal, so a few steps, of one solve each, suffice. Rows may
+/// be redundant or contradict each other.
+class StiffRows {
  public:
-  /// @param factor     of A + H^T diag(penalties) H, which may have erased rows
-  /// @param rows       H
-  /// @param weights    (n_rows,) w, not below the penalties
-  StiffRows(std::unique_ptr<Factorization> factor, const RowMatrix& rows, Eigen::VectorXd weights,
-            Eigen::VectorXd penalties, Workers workers);
+  /// @param factor     of A + H^T diag(penalties) H
+  /// @param penalties  (n_rows,) > 0
+  /// @param weights    (n_rows,) above the penalties
+  StiffRows(const Factorization& factor, RowMatrix rows, const Eigen::VectorXd& penalties,
+            const Eigen::VectorXd& weights, Workers workers);
 
-  using Factorization::solve;
-  void solve(const Positions& b, Positions& x) const override;
-  [[nodiscard]] size_t bytes() const override { return factor_->bytes(); }
+  [[nodiscard]] const RowMatrix& rows() const { return rows_; }
+
+  /// Sets x for b and g, and the multipliers, (n_rows, 3), which it starts from. b may be x.
+  /// @param accuracy  what is left of the gaps, as a part of those that the penalties alone leave
+  void solve(double accuracy, const Positions& b, const Positions& gaps, Positions& multipliers, Positions& x) const;
 
  private:
-  std::unique_ptr<Factorization> factor_;
-  const RowMatrix& rows_;
+  const Factorization& factor_;
+  RowMatrix rows_;
+  Eigen::ArrayXd penalties_;
   Eigen::ArrayXd compliance_;  ///< 1 / (w - p)
-  Eigen::ArrayXd scaling_;     ///< about the inverse of the system's diagonal
+  Eigen::ArrayXd scaling_;     ///< about the inverse of the multipliers' system
   Workers workers_;
 };
 

@@ -108,7 +108,7 @@ class CellPassesOf final : public CellPasses {
   double find_residual(Positions& residual) const override {
     residual.resize(n_vertices_, 3);
     return parallel_sum<kSliceRange>(workers_, stream_.incidences.n_slices(), [&](int begin, int end) {
-      return kernels_.residual(stream_.incidences.view(), stream_.springs.view(), view(), rotations_.data(),
+      return kernels_.residual(stream_.incidences.view(), stream_.off_diagonals.view(), view(), rotations_.data(),
                                residual.data(), n_vertices_, begin, end);
     });
   }

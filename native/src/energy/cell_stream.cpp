@@ -65,7 +65,7 @@ CellStream<Real>::CellStream(const CellEnergy& energy, int threads)
     : cells(cell_sizes(energy), 3, threads),
       references(static_cast<size_t>(cells.n_slices()) * kSliceWidth),
       incidences(incidence_counts(energy), 3, threads),
-      springs(neighbor_counts(energy.K, threads), 1, threads) {
+      off_diagonals(neighbor_counts(energy.K, threads), 1, threads) {
   std::fill_n(references.data(), references.size(), 0);
   parallel_for<kCellRange>(threads, energy.n_cells(), [&](int begin, int end) {
     for (int c = begin; c < end; ++c) {
@@ -83,7 +83,7 @@ CellStream<Real>::CellStream(const CellEnergy& energy, int threads)
       }
       int e = 0;
       for (SparseMatrix::InnerIterator it(energy.K, v); it; ++it)
-        if (it.row() != v) springs.set(v, e++, static_cast<int>(it.row()), -it.value());
+        if (it.row() != v) off_diagonals.set(v, e++, static_cast<int>(it.row()), -it.value());
     }
   });
 }

@@ -42,10 +42,10 @@ class SlicedRows {
 /// A CellEnergy in the order in which an iteration reads it.
 template <class Real>
 struct CellStream {
-  SlicedRows<Real> cells;         ///< row: cell, index: vertex, values: q_cj; all but the cell's first vertex
-  AlignedBuffer<int> references;  ///< the first vertex of each cell, filled up to whole slices
-  SlicedRows<Real> incidences;    ///< row: vertex, index: cell, values: q_cj
-  SlicedRows<Real> springs;       ///< row: vertex j, index: vertex k other than j, value: -K_jk
+  SlicedRows<Real> cells;          ///< row: cell, index: vertex, values: q_cj; all but the cell's first vertex
+  AlignedBuffer<int> references;   ///< the first vertex of each cell, filled up to whole slices
+  SlicedRows<Real> incidences;     ///< row: vertex, index: cell, values: q_cj
+  SlicedRows<Real> off_diagonals;  ///< row: vertex j, index: vertex k other than j, value: -K_jk
 
   explicit CellStream(const CellEnergy& energy, int threads);
 };

@@ -11,13 +11,13 @@ namespace arap {
 
 std::vector<int> coincident_with(const Positions& positions, double distance, int threads) {
   const auto n = static_cast<int>(positions.rows());
-  // Large beside what is asked for, so that it is nearly always in one cell; small, so that one stray vertex far away
-  // does not put all others into one. But their indices must not overflow.
+  // Large compared to `distance`: a search looks at one cell in most cases. Small compared to the mesh, even if one
+  // stray vertex is far away, but large enough that cell indices do not overflow.
   const double farthest = positions.cwiseAbs().maxCoeff();
   const double cell_size = std::max({64 * distance, 1e-12 * farthest, std::numeric_limits<double>::min()});
   const PointGrid grid(positions, cell_size, threads);
   const auto find_before = [&](int v, const auto& is_wanted) {
-    // A ball around the cube.
+    // A ball that contains the cube.
     return grid.find_near(positions.row(v), 2 * distance, [&](int u, double) {
       return u < v && (positions.row(u) - positions.row(v)).cwiseAbs().maxCoeff() <= distance && is_wanted(u);
     });
@@ -32,7 +32,7 @@ std::vector<int> coincident_with(const Positions& positions, double distance, in
   });
   for (int v = 0; v < n; ++v) {
     if (has_near[v] == 0) continue;
-    // One that is there by another one's leave does not count: its place may be farther.
+    // A vertex that maps to another one does not count: that one may be farther away.
     const int near = find_before(v, [&](int u) { return lowest[u] == u; });
     if (near >= 0) lowest[v] = near;
   }

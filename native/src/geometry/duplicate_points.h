@@ -7,8 +7,8 @@
 
 namespace arap {
 
-/// For each vertex one before it within `distance` > 0 of it along every axis that has none itself; itself where there
-/// is none. Which, where there are several, depends on the positions alone.
+/// Maps each vertex to an earlier vertex that coincides with it (at most `distance` away along every axis) and maps to
+/// itself; to itself if there is none. Which one of several depends on the positions alone.
 [[nodiscard]] std::vector<int> coincident_with(const Positions& positions, double distance, int threads);
 
 }  // namespace arap

@@ -9,18 +9,18 @@
 
 namespace arap {
 
-/// A cell of a regular grid, by its number along each axis.
+/// Indices of a cell of a regular grid.
 using GridCell = std::array<std::int64_t, 3>;
 
-/// The cell that holds a place.
-/// @param per_length  cells in a unit of length; no coordinate is 2^63 cells from the origin
+/// The cell that contains a point.
+/// @param per_length  cells per unit of length; coordinates must be less than 2^63 cells from the origin
 [[nodiscard]] inline GridCell grid_cell(const Eigen::RowVector3d& place, double per_length) {
   return {static_cast<std::int64_t>(std::floor(place[0] * per_length)),
           static_cast<std::int64_t>(std::floor(place[1] * per_length)),
           static_cast<std::int64_t>(std::floor(place[2] * per_length))};
 }
 
-/// visit(cell) for every cell of a box, both corners included.
+/// Calls visit(cell) for every cell of a box, both corners included.
 template <class Visit>
 void for_each_cell(const GridCell& low, const GridCell& high, const Visit& visit) {
   for (std::int64_t x = low[0]; x <= high[0]; ++x)
@@ -28,7 +28,7 @@ void for_each_cell(const GridCell& low, const GridCell& high, const Visit& visit
       for (std::int64_t z = low[2]; z <= high[2]; ++z) visit(GridCell{x, y, z});
 }
 
-/// Neighbouring cells get numbers whose low bits differ; cells far from each other may get the same one.
+/// A hash whose low bits differ for neighbouring cells.
 [[nodiscard]] inline std::uint64_t grid_hash(const GridCell& cell, int level = 0) {
   const std::uint64_t mixed = static_cast<std::uint64_t>(cell[0]) * 0x9E3779B97F4A7C15ULL ^
                               static_cast<std::uint64_t>(cell[1]) * 0xC2B2AE3D27D4EB4FULL ^

@@ -11,11 +11,11 @@
 
 namespace arap {
 
-/// Points in the cells of a regular grid, for asking what is near.
+/// Points in a hashed regular grid, for searches nearby.
 class PointGrid {
  public:
   /// @param points     (n, 3), kept by reference
-  /// @param cell_size  > 0; about the distance that is asked for
+  /// @param cell_size  > 0; about the distance of the searches
   /// @param threads    to work on
   PointGrid(const Positions& points, double cell_size, int threads)
       : points_(points),
@@ -34,17 +34,8 @@ class PointGrid {
     for (int v = 0; v < n; ++v) members_[next[slots[v]]++] = v;
   }
 
-  /// visit(v, squared distance) for every point within `distance` of `place`.
-  template <class Visit>
-  void for_each_near(const Eigen::RowVector3d& place, double distance, const Visit& visit) const {
-    static_cast<void>(find_near(place, distance, [&](int v, double squared) {
-      visit(v, squared);
-      return false;
-    }));
-  }
-
-  /// A point within `distance` of `place` for which is_wanted(v, squared distance), -1 for none. Those of a cell are
-  /// asked in their order.
+  /// A point within `distance` of `place` for which is_wanted(v, squared distance) holds, -1 for none. Tests the points
+  /// of a cell in ascending order and stops at the first match.
   template <class IsWanted>
   [[nodiscard]] int find_near(const Eigen::RowVector3d& place, double distance, const IsWanted& is_wanted) const {
     int found = -1;
@@ -53,7 +44,7 @@ class PointGrid {
       for (int k = offsets_[s]; k < offsets_[s + 1] && found < 0; ++k) {
         const Eigen::RowVector3d point = points_.row(members_[k]);
         const double squared = (point - place).squaredNorm();
-        // Cells may share the slot, also two of those that are looked at.
+        // Cells may share a slot, even two cells of this search.
         if (squared <= distance * distance && cell_of(point) == cell && is_wanted(members_[k], squared))
           found = members_[k];
       }

@@ -11,11 +11,11 @@ namespace arap {
 
 namespace {
 
-/// The exact fit: never wrong, ten times slower.
+/// The exact fit, ten times slower than refine_rotation().
 Matrix3 nearest_rotation_by_svd(const Matrix3& S, double scale, const Matrix3& previous) {
-  // Scaled: the smallest covariances of a mesh lie near the end of double's range, where an SVD loses its digits.
+  // Scaled: the smallest covariances of a mesh are near the smallest doubles, where an SVD loses its digits.
   const Eigen::JacobiSVD<Matrix3> svd(S / scale, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  // Of rank 1 it says where one axis goes, and nothing about the turn around it: that stays.
+  // Rank 1 determines the image of one axis, but not the rotation about it: keep that.
   constexpr double kRank = 1e-13;
   if (svd.singularValues()[1] <= kRank * svd.singularValues()[0])
     return nearest_rotation_with_axis(previous, svd.matrixV().col(0), svd.matrixU().col(0), previous);
@@ -37,20 +37,20 @@ Matrix3 small_rotation(const Vector3& w) {
   return C;
 }
 
-/// Newton's method on SO(3) from `R`. With M = R^T S the function <R exp([w]), S> has at w = 0 the gradient vee(M -
-/// M^T) and the Hessian -H, H = tr(M) I - sym(M). Where the gradient vanishes and H is positive definite, the sum of
-/// any two eigenvalues of M is positive, which makes R the one global maximum: the certificate. False where it was not
-/// reached.
+/// Newton's method on SO(3), starting from `R`. With M = R^T S the function <R exp([w]), S> has at w = 0 the gradient
+/// vee(M - M^T) and the Hessian -H, H = tr(M) I - sym(M). The certificate: if the gradient vanishes and H is positive
+/// definite, the sum of any two eigenvalues of M is positive, so R is the unique global maximum. Returns false if it
+/// does not get there.
 bool refine_rotation(const Matrix3& S, double scale, Matrix3& R) {
   constexpr int kMostSteps = 8;
   constexpr double kLargestTurn = 1.0;     // radians; beyond, the quadratic model means little
-  constexpr double kLastTurn = 1e-8;       // Newton squares the error: after such a step it is below rounding
-  constexpr double kLeastDefinite = 1e-6;  // relative; below, the maximum is nearly not unique
+  constexpr double kLastTurn = 1e-8;       // Newton squares the error: after such a step it is rounding
+  constexpr double kLeastDefinite = 1e-6;  // relative; below, the maximum is hardly unique
   for (int step = 0; step < kMostSteps; ++step) {
     const Matrix3 M = R.transpose() * S;
     Matrix3 H = -0.5 * (M + M.transpose());
     H.diagonal().array() += M.trace();
-    // H = L D L^T by hand: three pivots decide on definiteness.
+    // H = L D L^T: definite if its three pivots are positive.
     const double d0 = H(0, 0);
     if (!(d0 > kLeastDefinite * scale)) return false;
     const double l1 = H(1, 0) / d0;
@@ -71,7 +71,7 @@ bool refine_rotation(const Matrix3& S, double scale, Matrix3& R) {
     if (turn > kLargestTurn) w *= kLargestTurn / turn;
     R = R * small_rotation(w);
     if (turn <= kLastTurn) {
-      R = R * (1.5 * Matrix3::Identity() - 0.5 * (R.transpose() * R));  // keeps many products orthogonal
+      R = R * (1.5 * Matrix3::Identity() - 0.5 * (R.transpose() * R));  // keeps R orthogonal after many products
       return true;
     }
   }
@@ -90,7 +90,7 @@ Matrix3 nearest_rotation(const Matrix3& S, const Matrix3& previous) {
 void fit_quaternion(const double* S, const double* former, double* quaternion) {
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> covariance(S);
   const Eigen::Quaterniond start(former[3], former[0], former[1], former[2]);
-  // Rank 1 turns the former rotation on: a length that is not 1 would grow with every fit.
+  // Normalized: for rank 1 the result builds on `former`, whose rounding would grow with every fit.
   const Eigen::Quaterniond fitted(nearest_rotation(covariance, start.normalized().toRotationMatrix()));
   Eigen::Vector4d::Map(quaternion) = fitted.normalized().coeffs();
 }

@@ -5,13 +5,13 @@
 
 namespace arap {
 
-/// The rotation R (det +1) that maximizes <R, S> = tr(R^T S): with S = U Sigma V^T it is U diag(1, 1, d) V^T, d = +-1.
-/// [SA07] Eq. (6), there with the covariance transposed. Where S is 0 every rotation is as good: `previous` is kept. A
-/// good `previous`, which must be a rotation, makes it fast; the result does not depend on it where the maximum is
-/// unique.
+/// The rotation R (det +1) that maximizes <R, S> = tr(R^T S), the polar rotation of S (orthogonal Procrustes problem,
+/// Wahba's problem). With S = U Sigma V^T it is U diag(1, 1, d) V^T, d = +-1. [SA07] Eq. (6), whose covariance is
+/// transposed. `previous`, a rotation, is the starting point: a good one makes the fit fast. The result depends on it
+/// only if the maximum is not unique; if S is 0, the result is `previous`.
 [[nodiscard]] Matrix3 nearest_rotation(const Matrix3& S, const Matrix3& previous);
 
-/// The rotation that maximizes <R, S> among those that turn the unit vector `from` into the unit vector `to`.
+/// The rotation that maximizes <R, S> under the constraint R from = to; `from` and `to` are unit vectors.
 [[nodiscard]] Matrix3 nearest_rotation_with_axis(const Matrix3& S, const Vector3& from, const Vector3& to,
                                                  const Matrix3& previous);
 

@@ -11,13 +11,14 @@ namespace arap {
 
 namespace {
 
-/// How far beyond its sides a triangle is still met, as a part of it: rays must not slip through between two.
+/// Triangles are enlarged by this part: rays must not slip through between two.
 constexpr double kMargin = 1e-3;
-/// Of cell sizes, each twice the one before.
+/// Number of grids; each has cells twice the size of the one before.
 constexpr int kLevels = 60;
 
-/// 1 where the edge from a to b goes up past the origin's right, -1 where it goes down there, else 0. It is worked out
-/// from the lower vertex to the higher one: what two triangles share is at the same side of the origin for both.
+/// 1 if the edge from a to b goes up to the right of the origin, -1 if it goes down there, else 0. Computed from the
+/// lower vertex index to the higher one, so that an edge that two triangles share is on the same side of the origin for
+/// both.
 int turn_past(int a, int b, const Eigen::Vector2d& place_of_a, const Eigen::Vector2d& place_of_b) {
   const bool goes_up = place_of_b[1] > 0;
   if (goes_up == (place_of_a[1] > 0)) return 0;
@@ -39,7 +40,7 @@ TriangleGrid::TriangleGrid(const Positions& points, std::vector<Triangle> triang
   constexpr int kRange = 4096;
   const auto n = static_cast<int>(triangles_.size());
   std::vector<std::vector<Entry>> pieces((triangles_.size() + kRange - 1) / kRange);
-  std::vector<std::uint64_t> levels(pieces.size(), 0);  // a bit each
+  std::vector<std::uint64_t> levels(pieces.size(), 0);  // one bit per level
   parallel_for_ranges(threads, n, kRange, [&](int begin, int end) {
     for (int t = begin; t < end; ++t)
       levels[begin / kRange] |= std::uint64_t{1} << static_cast<unsigned>(find_cells(t, pieces[begin / kRange]));
@@ -84,7 +85,7 @@ TriangleGrid::Walk::Walk(const Row& origin, const Row& direction, double length,
     step_[axis] = direction[axis] < 0 ? -1 : 1;
     const double speed = std::abs(direction[axis]) / cell_size;
     const double ahead = direction[axis] < 0 ? place - std::floor(place) : std::floor(place) + 1 - place;
-    // So slow that it does not get to the next cell.
+    // The ray does not reach the next cell along this axis.
     const bool stays = !(speed * length > ahead);
     next_[axis] = stays ? std::numeric_limits<double>::infinity() : ahead / speed;
     per_cell_[axis] = stays ? 0 : 1 / speed;

@@ -13,8 +13,8 @@
 
 namespace arap {
 
-/// Triangles in the cells of regular grids, for asking through which one a short ray leaves. Each triangle is in the
-/// finest grid whose cells are no smaller than it, so that it is in at most eight of them.
+/// Triangles in hashed regular grids of several cell sizes, for short rays. Each triangle is in the finest grid whose
+/// cells are at least as large as the triangle, so it is in at most eight cells.
 class TriangleGrid {
  public:
   using Triangle = std::array<int, 3>;
@@ -32,9 +32,9 @@ class TriangleGrid {
 
   [[nodiscard]] const Triangle& triangle(int index) const { return triangles_[index]; }
 
-  /// What a ray meets first from behind between `nearest` and `farthest`, of the triangles for which is_met(triangle).
-  /// Triangles without area, or along the ray, are met by none.
-  /// @param direction  of length 1
+  /// The first triangle that a ray crosses from behind between `nearest` and `farthest`, of those for which
+  /// is_met(triangle) holds. Ignores triangles without area and triangles along the ray.
+  /// @param direction  unit vector
   template <class IsMet>
   [[nodiscard]] Hit first_exit(const Row& origin, const Row& direction, double nearest, double farthest,
                                const IsMet& is_met) const {
@@ -46,7 +46,7 @@ class TriangleGrid {
       do {
         const std::uint64_t s = slot(level, walk.cell());
         for (int k = offsets_[s]; k < offsets_[s + 1]; ++k) {
-          // Half of the triangles, and nearly all where a ray leaves a wall, are done with after this.
+          // A cheap test that rejects half of the triangles, and nearly all where a ray leaves a wall.
           if (!(members_[k].normal.dot(ahead) > 0)) continue;
           const int t = members_[k].triangle;
           if (is_met(triangles_[t])) meet(t, origin, direction, nearest, hit);
@@ -56,10 +56,11 @@ class TriangleGrid {
     return hit;
   }
 
-  /// How often the triangles for which is_met(triangle) wind around a place, where they are closed: those that a ray
-  /// along an axis leaves through less those that it enters by. Exact where two triangles meet.
+  /// Winding number of the triangles for which is_met(triangle) holds around a point, if they are closed: the number of
+  /// triangles through which an axis-parallel ray leaves minus the number through which it enters. Exact also if the
+  /// ray crosses an edge or a vertex.
   /// @param along  1 or -1: up or down the axis
-  /// @param reach  of the ray; there is nothing beyond
+  /// @param reach  length of the ray; there must be no triangles beyond
   template <class IsMet>
   [[nodiscard]] int winding(const Row& place, int axis, int along, double reach, const IsMet& is_met) const {
     int sum = 0;
@@ -83,7 +84,7 @@ class TriangleGrid {
  private:
   struct Member {
     int triangle = -1;
-    Eigen::RowVector3f normal;  ///< unit; 0 where there is none
+    Eigen::RowVector3f normal;  ///< unit, or 0 if the triangle has no area
   };
 
   struct Entry {
@@ -99,7 +100,7 @@ class TriangleGrid {
    public:
     Walk(const Row& origin, const Row& direction, double length, double cell_size);
     [[nodiscard]] const GridCell& cell() const { return cell_; }
-    /// Whether there is a next cell that begins within `length`.
+    /// Goes to the next cell; false if it begins beyond `length`.
     bool advance(double length) {
       const int axis = next_[0] < next_[1] ? (next_[0] < next_[2] ? 0 : 2) : (next_[1] < next_[2] ? 1 : 2);
       if (!(next_[axis] <= length)) return false;
@@ -111,24 +112,24 @@ class TriangleGrid {
    private:
     GridCell cell_{};
     GridCell step_{};
-    std::array<double, 3> next_{};      ///< where on the ray the next cell along each axis begins
-    std::array<double, 3> per_cell_{};  ///< length of the ray in a cell
+    std::array<double, 3> next_{};      ///< for each axis: position on the ray where the next cell begins
+    std::array<double, 3> per_cell_{};  ///< for each axis: length of the ray per cell
   };
 
   /// Adds the cells of a triangle; returns its level.
   int find_cells(int triangle, std::vector<Entry>& entries) const;
-  /// Puts the triangle in the place of `hit` where it is met sooner.
+  /// Replaces `hit` by the triangle if the ray crosses it earlier.
   void meet(int triangle, const Row& origin, const Row& direction, double nearest, Hit& hit) const;
-  /// 1 where a ray along an axis leaves through the triangle, -1 where it enters by it, 0 where it does neither.
+  /// 1 if an axis-parallel ray leaves through the triangle, -1 if it enters, 0 if it does neither.
   [[nodiscard]] int pass(int triangle, const Row& place, int axis, int along) const;
 
   const Positions& points_;
   std::vector<Triangle> triangles_;
   double cell_size_;
   std::uint64_t mask_;
-  std::vector<int> levels_;      ///< that have triangles
+  std::vector<int> levels_;      ///< grids that have triangles
   std::vector<int> offsets_;     ///< of each slot
-  std::vector<Member> members_;  ///< cells may share a slot: what else is in it is not met
+  std::vector<Member> members_;  ///< of the slots one after the other; cells may share a slot
 };
 
 }  // namespace arap

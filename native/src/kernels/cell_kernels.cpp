@@ -15,19 +15,18 @@ using Quaternion = Four<Real>;  // x, y, z, w
 
 template <class Real>
 struct Matrix {
-  Three<Real> rows[3];  // NOLINT: no std::array here, see cell_kernels.h
+  Three<Real> rows[3];  // NOLINT: no std::array here, see simd.h
   [[gnu::always_inline]] Three<Real>& operator[](int i) { return rows[i]; }
   [[gnu::always_inline]] const Three<Real>& operator[](int i) const { return rows[i]; }
 };
 
-/// When a fit is done. Terms of third order are as small as the gradient times the square of the turn, so a Newton step
-/// by an angle t (radians) leaves an error of t^3.
+/// When a fit ends. A Newton step by the angle t (radians) leaves an error of about t^3.
 template <class Real>
 struct FitLimits;
 template <>
 struct FitLimits<double> {
   static constexpr double kLastTurnSquared = 1e-10;
-  static constexpr double kLeastDefinite = 1e-6;  // of the norm of Q
+  static constexpr double kLeastDefinite = 1e-6;  // relative to the norm of Q
 };
 template <>
 struct FitLimits<float> {
@@ -35,14 +34,14 @@ struct FitLimits<float> {
   static constexpr float kLeastDefinite = 1e-4F;
 };
 
-/// Start of a group's lanes.
+/// Offset of a group's lanes.
 long lanes_of(int group, int n_components) { return static_cast<long>(group) * n_components * kSliceWidth; }
 
-/// Coordinates as they are stored, in vectors of Real that only carry their bits.
+/// Stored coordinates: vectors of Real hold their bits.
 template <class Real>
 using StoredRows = Four<Real>;
 
-/// Row row_of(k) in lane k.
+/// Loads row row_of(k) into lane k.
 template <class Real, class RowOf>
 [[gnu::always_inline]] inline StoredRows<Real> stored_rows(const Coordinate<Real>* rows, const RowOf& row_of) {
   return components<Real>([&](int k) __attribute__((always_inline)) {
@@ -50,7 +49,7 @@ template <class Real, class RowOf>
   });
 }
 
-/// a - b, exact but for the digits that a Real has.
+/// a - b, exact but for the final rounding to Real.
 template <class Real>
 [[gnu::always_inline]] inline Three<Real> differences(const StoredRows<Real>& a, const StoredRows<Real>& b) {
   Three<Real> result{};
@@ -70,14 +69,14 @@ template <class Real>
 double store_positions(const double* positions, int n, double range, Coordinate<Real>* rows) {
   using Row = Vector<double, 4>;
   Row largest{};
-  Row zero{};  // not a number as soon as one of the numbers is not finite
+  Row zero{};  // NaN as soon as one of the numbers is not finite
   const auto store_row = [&](int v, const Row& x) __attribute__((always_inline)) {
     const Row size = x < 0 ? -x : x;
     largest = size > largest ? size : largest;
     zero += 0 * x;
     if constexpr (sizeof(Real) == sizeof(double))
       store<double, 4>(rows + 4L * v, x);
-    else  // rounded down, which moves all of them alike
+    else  // rounds down, which moves all positions alike
       store<int, 4>(rows + 4L * v, __builtin_convertvector((x + range) * (kFixedPointUnits / range), Vector<int, 4>));
   };
   for (int v = 0; v + 1 < n; ++v) store_row(v, load<double, 4>(positions + 3L * v));
@@ -143,8 +142,7 @@ struct NewtonStep {
   Mask<Real> is_definite;
 };
 
-/// See refine_rotation() in rotation.cpp, whose steps these are. With M = R^T Q:  H = tr(M) I - sym(M),  H turn = vee(M
-/// - M^T).
+/// A step of refine_rotation() in rotation.cpp. With M = R^T Q:  H = tr(M) I - sym(M),  H turn = vee(M - M^T).
 template <class Real>
 [[gnu::always_inline]] inline NewtonStep<Real> newton_step(const Matrix<Real>& Q, const Quaternion<Real>& q,
                                                            const Lanes<Real>& least_pivot) {
@@ -199,7 +197,7 @@ template <class Real>
   Mask<Real> is_certain{};
   for (int i = 0; i < kMostSteps; ++i) {
     NewtonStep<Real> step = newton_step<Real>(Q, q, least_pivot);
-    // Lanes without a certificate go to the exact fit; until then they must stay finite.
+    // Lanes without a certificate get the exact fit later; keep them finite until then.
     for (Lanes<Real>& component : step.turn.v) component = step.is_definite ? component : Lanes<Real>{};
     const Mask<Real> is_long = step.turn_squared > broadcast<Real>(kLargestTurn * kLargestTurn);
     if (bits<Real>(is_long) != 0) {
@@ -221,8 +219,8 @@ template <class Real>
   return q;
 }
 
-/// <R, Q> for the rotation that q is but for its length, which is 1 only to the last digit. Sums over many cells must
-/// not go through numbers next to 1: what is rounded off there has one sign.
+/// <R, Q> for the rotation of q, corrected for the rounding of |q|. Computed from R - I: rounding of numbers near 1 has
+/// one sign and would add up over many cells.
 template <class Real>
 [[gnu::always_inline]] inline Lanes<Real> aligned(const Quaternion<Real>& q, const Matrix<Real>& Q) {
   const Lanes<Real> turned = inner_product<Real>(turn_matrix<Real>(q), Q);
@@ -230,7 +228,7 @@ template <class Real>
   return Q[0][0] + Q[1][1] + Q[2][2] + (turned - turned * excess);
 }
 
-/// What groups [begin, end) of a slice add to Q_c, of the cells in the lanes from `part` on.
+/// The contribution of groups [begin, end) of a slice to Q_c, for the cells in the lanes from `part` on.
 template <class Real>
 [[gnu::always_inline]] inline Matrix<Real> partial_covariances(const SlicedView<Real>& cells,
                                                                const StoredRows<Real>& own,
@@ -251,8 +249,7 @@ template <class Real>
   return Q;
 }
 
-/// Q_c of the cells in the lanes from `part` on of a slice. Cells of thousands of vertices are summed in chunks, and
-/// what each addition of a chunk rounds off is kept for the next one.
+/// Q_c of the cells in the lanes from `part` on of a slice. Sums large cells in chunks with Kahan's compensation.
 template <class Real>
 [[gnu::always_inline]] inline Matrix<Real> covariances(const SlicedView<Real>& cells, const int* references,
                                                        const PositionsView<Real>& positions, int slice, int part) {
@@ -331,7 +328,7 @@ template <class Real>
   sum[2] += q[2] + R[3] * t2 + R[0] * t1 - R[1] * t0;
 }
 
-/// Rows of three doubles from rows of four; nothing is written behind the last one.
+/// Stores rows of three doubles; writes nothing behind the last row.
 template <class Real>
 [[gnu::always_inline]] inline void store_rows(const Three<Real>& components, int n_rows, double* rows) {
   for_each_row<Real>(
@@ -341,14 +338,14 @@ template <class Real>
         if (k >= n_rows) return;
         const Vector<double, 4> wide = __builtin_convertvector(row, Vector<double, 4>);
         if (k + 1 < n_rows && k + 1 < kLaneCount<Real>)
-          store<double, 4>(rows + 3L * k, wide);  // the next one writes over the fourth number
+          store<double, 4>(rows + 3L * k, wide);  // the next row overwrites the fourth number
         else
           for (int a = 0; a < 3; ++a) rows[3L * k + a] = wide[a];
       });
 }
 
 template <class Real>
-double find_residual(const SlicedView<Real>& incidences, const SlicedView<Real>& springs,
+double find_residual(const SlicedView<Real>& incidences, const SlicedView<Real>& off_diagonals,
                      const PositionsView<Real>& positions, const Real* rotations, double* residual, int n_vertices,
                      int begin, int end) {
   constexpr int kCount = kLaneCount<Real>;
@@ -371,23 +368,23 @@ double find_residual(const SlicedView<Real>& incidences, const SlicedView<Real>&
       }
       const StoredRows<Real> own = stored_rows<Real>(
           positions.rows, [&](int k) __attribute__((always_inline)) { return first + k; });
-      Three<Real> pulls{};
-      Lanes<Real> spring_energy{};
-      for (int group = springs.offsets[slice]; group < springs.offsets[slice + 1]; ++group) {
-        const int* index = springs.indices + lanes_of(group, 1) + part;
+      Three<Real> forces{};
+      Lanes<Real> edge_energy{};
+      for (int group = off_diagonals.offsets[slice]; group < off_diagonals.offsets[slice + 1]; ++group) {
+        const int* index = off_diagonals.indices + lanes_of(group, 1) + part;
         const Three<Real> e =
             differences<Real>(stored_rows<Real>(
                                   positions.rows, [&](int k) __attribute__((always_inline)) { return index[k]; }),
                               own);
-        const Lanes<Real> w = load<Real, kCount>(springs.values + lanes_of(group, 1) + part);
+        const Lanes<Real> w = load<Real, kCount>(off_diagonals.values + lanes_of(group, 1) + part);
         for (int a = 0; a < 3; ++a) {
-          const Lanes<Real> pull = w * e[a];
-          pulls[a] += pull;
-          spring_energy += pull * e[a];
+          const Lanes<Real> force = w * e[a];
+          forces[a] += force;
+          edge_energy += force * e[a];
         }
       }
-      for (int a = 0; a < 3; ++a) sum[a] += unit * pulls[a];
-      energy.add(spring_energy * unit * unit);
+      for (int a = 0; a < 3; ++a) sum[a] += unit * forces[a];
+      energy.add(edge_energy * unit * unit);
       store_rows<Real>(sum, n_vertices - first, residual + 3 * static_cast<long>(first));
     }
   return 0.25 * energy.total();

@@ -1,26 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-// Included where the flags are of one instruction set: no header with inline functions may come in here, or the linker
-// could hand their copies to code that has to run on every processor.
+// Kernel sources include this header: no inline functions of other headers here, see simd.h.
 
 namespace arap {
 
 inline constexpr int kSliceWidth = 16;
 
-/// Ragged rows, sixteen at a time side by side ("sliced ELLPACK"): entry e of row 16 s + k belongs to group offsets[s]
-/// + e and is its lane k, so that one vector register takes the same entry of neighbouring rows. Shorter rows are
-/// filled with zeros.
+/// Sliced ELLPACK: rows of different lengths, sixteen side by side. Entry e of row 16 s + k is lane k of group
+/// offsets[s] + e, so that a vector register holds the same entry of neighbouring rows. Shorter rows are padded with
+/// zeros.
 template <class Real>
 struct SlicedView {
-  const int* offsets;  ///< n_slices + 1
-  const int* indices;  ///< 16 of each group
-  const Real* values;  ///< 16 of each component of each group
+  const int* offsets;  ///< (n_slices + 1,)
+  const int* indices;  ///< (n_groups, 16)
+  const Real* values;  ///< (n_groups, n_components, 16)
 };
 
-/// Differences of positions must not be of rounded numbers: in single precision an edge of a dense mesh would have
-/// three digits left. Beside doubles stand 32 bits of fixed point, whose differences are exact and which take half the
-/// room.
+/// Type of stored coordinates. Differences of floats would leave three digits to an edge of a dense mesh, so the single
+/// precision passes store 32 bits of fixed point: exact differences, and half the size of doubles.
 template <class Real>
 struct CoordinateOf;
 template <>
@@ -29,7 +27,7 @@ struct CoordinateOf<double> {
 };
 template <>
 struct CoordinateOf<float> {
-  using Type = int;  ///< of kFixedPointUnits units from -range to 0, and as many above
+  using Type = int;  ///< kFixedPointUnits units from -range to 0, and as many from 0 to range
 };
 template <class Real>
 using Coordinate = typename CoordinateOf<Real>::Type;
@@ -38,36 +36,35 @@ inline constexpr double kFixedPointUnits = 0x1p30;
 
 template <class Real>
 struct PositionsView {
-  const Coordinate<Real>* rows;  ///< (n_vertices, 4), the fourth of any value
-  Real unit;                     ///< of a coordinate; 1 for doubles
+  const Coordinate<Real>* rows;  ///< (n_vertices, 4), the fourth component is ignored
+  Real unit;                     ///< length of one unit of a coordinate; 1 for doubles
 };
 
-/// The two passes of an iteration over a range of slices, compiled once per instruction set. Differences of positions
-/// are exact; everything after that is Real.
+/// The passes of an iteration over a range of slices. Differences of positions are exact; all else is in Real.
 template <class Real>
 struct CellKernels {
-  /// Stores n rows of 3 as n rows of 4, for coordinates between -range and range. Returns the largest |coordinate|, NaN
-  /// if one is not finite; where that is above the range, what is stored is of no use.
+  /// Stores n rows of 3 doubles as n rows of 4 coordinates between -range and range. Returns the largest |coordinate|,
+  /// NaN if one is not finite. If it is above `range`, the stored values are meaningless.
   double (*store_positions)(const double* positions, int n, double range, Coordinate<Real>* rows);
 
-  /// Local step of the cells in slices [begin, end): each rotation becomes the one that maximizes <R_c, Q_c(p')>,
-  /// starting from its present value; returns the sum of <R_c, Q_c>.
-  /// @param cells       row: cell, index: vertex, 3 components: q_cj; without the vertex in `references`
-  /// @param references  of each row: one vertex of the cell
+  /// Local step of the cells in slices [begin, end): sets each rotation to the maximizer of <R_c, Q_c(p')>, starting
+  /// from its present value. Returns the sum of <R_c, Q_c>.
+  /// @param cells       row: cell, index: vertex, 3 components: q_cj; without the cell's reference vertex
+  /// @param references  reference vertex of each row
   /// @param rotations   (n_cells, 4), unit quaternions, (x, y, z, w)
   double (*fit_rotations)(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
                           Real* rotations, int begin, int end);
 
-  /// The sum of <R_c, Q_c> for the rotations as they are.
+  /// The sum of <R_c, Q_c> for given rotations.
   double (*alignment)(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
                       const Real* rotations, int begin, int end);
 
-  /// residual = b - K p' of the vertices in slices [begin, end), b_j = sum_c R_c q_cj; returns their part of
+  /// Sets residual = b - K p' of the vertices in slices [begin, end), b_j = sum_c R_c q_cj. Returns their share of
   /// 1/2 <p', K p'>.
-  /// @param incidences  row: vertex, index: cell, 3 components: q_cj
-  /// @param springs     row: vertex j, index: vertex k other than j, 1 component: -K_jk
-  /// @param residual    (n_vertices, 3)
-  double (*residual)(const SlicedView<Real>& incidences, const SlicedView<Real>& springs,
+  /// @param incidences    row: vertex, index: cell, 3 components: q_cj
+  /// @param off_diagonals row: vertex j, index: vertex k other than j, 1 component: -K_jk
+  /// @param residual      (n_vertices, 3)
+  double (*residual)(const SlicedView<Real>& incidences, const SlicedView<Real>& off_diagonals,
                      const PositionsView<Real>& positions, const Real* rotations, double* residual, int n_vertices,
                      int begin, int end);
 };

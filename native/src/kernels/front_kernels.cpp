@@ -5,7 +5,7 @@
 #include "kernels/simd.h"
 #include "kernels/tile_kernels.h"
 
-// Offsets inside of a supernode fit in an int.
+// Offsets within a supernode fit in an int.
 // NOLINTBEGIN(bugprone-implicit-widening-of-multiplication-result)
 
 namespace arap {
@@ -18,7 +18,7 @@ using Doubles = Vector<double, kLanes>;
   return front.values + row + static_cast<size_t>(front.stride) * static_cast<size_t>(column);
 }
 
-/// The 4 columns of B in C -= A B, or its rows where B is stored transposed.
+/// The 4 columns of B in C -= A B; strides allow B to be stored transposed.
 struct Factor {
   const double* values;
   size_t inner_stride;   ///< from one row of B to the next
@@ -48,7 +48,7 @@ template <int kVectors>
   });
 }
 
-/// C -= A B for `n_rows` rows, and up to a vector more.
+/// C -= A B for `n_rows` rows, rounded up to whole vectors.
 void subtract_product_of_rows(const double* a, size_t a_stride, Factor b, int n_inner, double* c, size_t c_stride,
                               int n_rows) {
   constexpr int kWide = kLanes == 2 ? 2 : 3;
@@ -58,12 +58,12 @@ void subtract_product_of_rows(const double* a, size_t a_stride, Factor b, int n_
   for (; r < n_rows; r += kLanes) subtract_product<1>(a + r, a_stride, b, n_inner, c + r, c_stride);
 }
 
-/// Cholesky factor of the 4 x 4 block at (j, j) in place, its upper triangle 0; and its inverse, row-major.
+/// Cholesky factorization of the 4 x 4 block at (j, j) in place, upper triangle 0; and the inverse, row-major.
 bool factor_block(const Front& front, int j, const double* least_pivot, double* inverse) {
   for (int c = 0; c < 4; ++c) {
     double pivot = *at(front, j + c, j + c);
     for (int k = 0; k < c; ++k) pivot -= *at(front, j + c, j + k) * *at(front, j + c, j + k);
-    if (!(pivot > least_pivot[c])) return false;  // NaN is not larger either
+    if (!(pivot > least_pivot[c])) return false;  // also if it is NaN
     const double root = __builtin_sqrt(pivot);
     *at(front, j + c, j + c) = root;
     for (int r = c + 1; r < 4; ++r) {
@@ -132,14 +132,15 @@ void update_columns(const Front& front, int begin, int end, int target_begin, in
                              at(front, j, j), stride, front.n_rows - j);
 }
 
-/// Strip `strip` of G, whose rows are `rows` of (kFrontRowBlock, n_columns), column-major, to its tiles.
+/// Stores strip `strip` of G as tiles.
+/// @param rows        (kFrontRowBlock, n_columns), column-major, rows of G from this strip on
 /// @param n_own_rows  rows of F21 that are not padding
-/// @param carry       (n_columns,) what earlier rows of F21 lost by rounding; changes
+/// @param carry       (n_columns,) rounding error of the rows of F21 before; updated
 template <class Number>
 bool store_strip(const Front& front, int strip, int n_own_rows, const double* rows, double* carry, Number* tiles) {
   using Four = Vector<float, 4>;
   using FourDoubles = Vector<double, 4>;
-  // Rows of this strip that take and leave what was lost.
+  // Rows of this strip that belong to F21 and carry rounding errors.
   const int first = kTile * strip - front.n_columns;
   const int n_carrying = first < 0 ? 0 : n_own_rows - first < kTile ? n_own_rows - first : kTile;
   Four largest = {};
@@ -181,7 +182,7 @@ bool store_strip(const Front& front, int strip, int n_own_rows, const double* ro
   return true;
 }
 
-/// G L11 = [I; -L21], so the rows of G are independent: each is a triangular solve, from the last column to the first.
+/// G L11 = [I; -L21]: each row of G is an independent triangular solve, from the last column to the first.
 template <class Number>
 bool store_tiles(const Front& front, int n_own, int n_own_rows, int begin, int end, double* workspace, void* tiles) {
   static_assert(kFrontRowBlock % kLanes == 0);

@@ -30,7 +30,7 @@ std::string list(const Isas& isas) {
 }
 
 #if defined(ARAP_HAS_X86_KERNELS)
-/// Numbers in half precision. Not all compilers' __builtin_cpu_supports() knows the word.
+/// Conversions of half precision. Not every compiler's __builtin_cpu_supports() knows "f16c".
 bool has_f16c() {
   unsigned eax = 0;
   unsigned ebx = 0;

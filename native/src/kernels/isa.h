@@ -8,22 +8,22 @@ namespace arap {
 
 /// Instruction sets that the kernels are compiled for.
 enum class Isa {
-  kBaseline,  ///< what every processor of the architecture has: SSE2 on x86-64, NEON on arm64
+  kBaseline,  ///< of every processor of the architecture: SSE2 on x86-64, NEON on arm64
   kAvx2,      ///< with FMA
   kAvx512,    ///< F, DQ and VL
 };
 
-/// As ARAP_ISA names it: baseline, avx2, avx512.
+/// Its name in ARAP_ISA: baseline, avx2, avx512.
 [[nodiscard]] std::string_view name(Isa isa);
 
-/// What this machine runs and this build has, the slowest first.
+/// Instruction sets of this machine that this build has, the slowest first.
 [[nodiscard]] std::vector<Isa> available_isas();
 
-/// The fastest of `available`, or the one that `wanted`, the value of ARAP_ISA, names. Throws InvalidInput where there
-/// is no such instruction set, or `available` lacks it.
+/// The one named `wanted`, the value of ARAP_ISA, or the fastest of `available` if that is empty. Throws InvalidInput
+/// if there is no such instruction set or `available` lacks it.
 [[nodiscard]] Isa choose_isa(std::string_view wanted, const std::vector<Isa>& available);
 
-/// The same of available_isas() and the environment variable ARAP_ISA.
+/// The same for available_isas() and the environment variable ARAP_ISA.
 [[nodiscard]] Isa choose_isa();
 
 }  // namespace arap

@@ -8,11 +8,11 @@
 
 namespace arap {
 
-/// The inner loops, compiled for one instruction set.
+/// The inner loops for one instruction set.
 struct Kernels {
   FrontKernels front;
   TileKernels tile;
-  TileKernels half_tile;  ///< all null where the instruction set does not convert halves
+  TileKernels half_tile;  ///< all null if the instruction set cannot convert halves
   CellKernels<float> single_cell;
   CellKernels<double> double_cell;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Many small things at once: one component of each in the lanes of a vector. Only for sources that are compiled once
-// per instruction set; see simd.h for what that forbids.
+// Structure-of-arrays vectors: lane k holds a component of the k-th of many small objects. For kernel sources only, see
+// simd.h.
 #pragma once
 
 #include "kernels/simd.h"
@@ -14,7 +14,7 @@ inline constexpr int kLaneCount = kVectorBytes / static_cast<int>(sizeof(Real));
 template <class Real>
 using Lanes = Vector<Real, kLaneCount<Real>>;
 
-/// Four components of as many things as a vector has lanes.
+/// Four components of one object per lane.
 template <class Real>
 struct Four {
   Lanes<Real> v[4];  // NOLINT: std::array has inline functions
@@ -34,7 +34,7 @@ template <class Real>
   return value - Lanes<Real>{};
 }
 
-/// The compilers have no square root of a vector of their own.
+/// Compilers have no built-in square root of vectors.
 template <class Real>
 [[gnu::always_inline]] inline Lanes<Real> square_root(const Lanes<Real>& value) {
   constexpr bool kIsSingle = sizeof(Real) == sizeof(float);
@@ -64,7 +64,7 @@ template <class Real>
 #endif
 }
 
-/// What a comparison gives: all bits of a lane, or none.
+/// Result of a comparison: all bits of a lane set, or none.
 template <class Real>
 using Mask = decltype(Lanes<Real>{} < Lanes<Real>{});
 
@@ -125,14 +125,14 @@ class LaneSum {
   Lanes<double> high_{};
 };
 
-/// 4 x 4 transposes, in each group of four lanes.
+/// Transposes 4 x 4 numbers in each group of four lanes.
 template <class Real>
 [[gnu::always_inline]] inline Four<Real> transposed(Four<Real> rows) {
   transpose_fours<kLaneCount<Real>, Real>(rows[0], rows[1], rows[2], rows[3]);
   return rows;
 }
 
-/// The fours at(first), at(first + 4), ... side by side, n numbers in all.
+/// Concatenates at(first), at(first + 4), ... of four numbers each, n numbers in all.
 template <class Real, int n, class At>
 [[gnu::always_inline]] inline Vector<Real, n> every_fourth(const At& at, int first) {
   if constexpr (n == 4)
@@ -141,7 +141,7 @@ template <class Real, int n, class At>
     return join<n, Real>(every_fourth<Real, n / 2>(at, first), every_fourth<Real, n / 2>(at, first + n / 2));
 }
 
-/// The four components of the rows at(0), at(1), ..., one a lane.
+/// The four components of the rows at(0), at(1), ...; row k in lane k.
 /// @param at  at(k): Vector<Real, 4>
 template <class Real, class At>
 [[gnu::always_inline]] inline Four<Real> components(const At& at) {
@@ -159,7 +159,7 @@ template <class Real, class At>
   }
 }
 
-/// The way back: put(k, row) for each lane.
+/// The inverse of components(): calls put(k, row) for each lane.
 template <class Real, class Put>
 [[gnu::always_inline]] inline void for_each_row(const Four<Real>& components, const Put& put) {
   constexpr int kCount = kLaneCount<Real>;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Vectors of numbers on the vector extensions of GCC and Clang: + - * work lane by lane, and the compiler picks the
-// instructions. Only for sources that are compiled once per instruction set. Everything is in an unnamed namespace and
-// nothing of the standard library is called: an inline function that two of those sources share would be linked once,
-// in the version of either.
+// SIMD vectors by the vector extensions of GCC and Clang: + - * work lane by lane, and the compiler picks the
+// instructions. For kernel sources only, which are compiled once per instruction set. These must not use inline
+// functions of other headers, not even of the standard library: the linker keeps one copy of an inline function, and
+// that copy may be compiled for an instruction set that the processor lacks. So everything here is in an unnamed
+// namespace.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +12,7 @@
 #if defined(__x86_64__)
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wuninitialized"  // GCC's bug 105593: it warns of its own header
+#pragma GCC diagnostic ignored "-Wuninitialized"  // GCC's bug 105593: a warning in this header
 #include <immintrin.h>                            // intrinsics are always inlined
 #pragma GCC diagnostic pop
 #else
@@ -33,7 +34,7 @@ inline constexpr int kVectorBytes = 16;
 template <class Number, int n>
 struct VectorOf {
   using Type [[gnu::vector_size(sizeof(Number) * n)]] = Number;
-  /// The same in memory, where it is aligned as a number only and overlaps arrays of them.
+  /// The same in memory, aligned like a number and allowed to alias arrays of numbers.
   using InMemory [[gnu::vector_size(sizeof(Number) * n), gnu::aligned(alignof(Number)), gnu::may_alias]] = Number;
 };
 
@@ -50,12 +51,12 @@ template <class Number, int n>
   *reinterpret_cast<typename VectorOf<Number, n>::InMemory*>(p) = v;
 }
 
-/// A number of 16 bits: 11 digits, up to 65504.
+/// IEEE half precision: 11 binary digits, up to 65504.
 struct Half {
   unsigned short bits;
 };
 
-/// Where a processor converts them in vectors; it does wherever it has AVX2.
+/// F16C converts vectors of halves; every processor with AVX2 has it.
 #if defined(__F16C__)
 inline constexpr bool kHasHalf = true;
 
@@ -76,7 +77,7 @@ template <class Number, int n>
   }
 }
 
-/// Stores the nearest.
+/// Rounds to nearest.
 [[gnu::always_inline]] inline void store_four(Half* p, Vector<float, 4> v) {
   _mm_storel_epi64(reinterpret_cast<__m128i*>(p), _mm_cvtps_ph(v, 0));
 }
@@ -91,8 +92,8 @@ template <class Number, int n>
 
 [[gnu::always_inline]] inline void store_four(float* p, Vector<float, 4> v) { store<float, 4>(p, v); }
 
-/// The same four lanes of a pattern in each group of four: lane 4 g + i of the result is lane 4 g + p_i of a, or of b
-/// where p_i is 4 and more.
+/// Shuffles each group of four lanes by the same pattern: lane 4 g + i of the result is lane 4 g + p_i of a, or lane
+/// 4 g + p_i - 4 of b if p_i >= 4.
 template <int n, int p0, int p1, int p2, int p3, class Number = float>
 [[gnu::always_inline]] inline Vector<Number, n> shuffle_fours(Vector<Number, n> a, Vector<Number, n> b) {
   constexpr auto kLane = [](int lane) {
@@ -106,13 +107,13 @@ template <int n, int p0, int p1, int p2, int p3, class Number = float>
   (std::make_integer_sequence<int, n>());
 }
 
-/// Lane c of each group of four, four times.
+/// Repeats lane c of each group of four.
 template <int n, int c>
 [[gnu::always_inline]] inline Vector<float, n> spread(Vector<float, n> v) {
   return shuffle_fours<n, c, c, c, c>(v, v);
 }
 
-/// Rows of 4 x 4 numbers become columns, in each group of four lanes.
+/// Transposes 4 x 4 numbers in each group of four lanes.
 template <int n, class Number = float>
 [[gnu::always_inline]] inline void transpose_fours(Vector<Number, n>& a, Vector<Number, n>& b, Vector<Number, n>& c,
                                                    Vector<Number, n>& d) {
@@ -126,7 +127,7 @@ template <int n, class Number = float>
   d = shuffle_fours<n, 2, 3, 6, 7, Number>(ab_high, cd_high);
 }
 
-/// The four numbers at p in each group of four.
+/// Repeats the four numbers at p in each group of four.
 template <int n>
 [[gnu::always_inline]] inline Vector<float, n> repeat_four(const float* p) {
   const Vector<float, 4> v = load<float, 4>(p);
@@ -139,10 +140,10 @@ template <int n>
 #endif
 }
 
-// Vectors of different width are joined and parted by intrinsics: GCC 12 sends __builtin_shufflevector of them through
-// memory, and a load of what two stores have just written waits.
+// Intrinsics join and split vectors: GCC 12 compiles __builtin_shufflevector between different widths to stores and a
+// load, which stalls.
 
-/// Two vectors of n / 2 numbers side by side.
+/// Concatenates two vectors of n / 2 numbers.
 template <int n, class Number>
 [[gnu::always_inline]] inline Vector<Number, n> join([[maybe_unused]] Vector<Number, n / 2> low,
                                                      [[maybe_unused]] Vector<Number, n / 2> high) {
@@ -155,7 +156,7 @@ template <int n, class Number>
 #endif
 }
 
-/// The lower half of a vector, or the upper one.
+/// The lower or upper half of a vector.
 template <int n, bool is_upper>
 [[gnu::always_inline]] inline Vector<float, n / 2> half([[maybe_unused]] Vector<float, n> v) {
   if constexpr (n == 4) return __builtin_shufflevector(v, v, 2 * is_upper, 2 * is_upper + 1);
@@ -167,7 +168,7 @@ template <int n, bool is_upper>
 #endif
 }
 
-/// The fours at(0), at(1), ... side by side.
+/// Concatenates at(0), at(1), ... of four numbers each.
 template <int n, int first = 0, class At>
 [[gnu::always_inline]] inline Vector<float, n> join_fours(const At& at) {
   if constexpr (n == 4)
@@ -198,7 +199,7 @@ template <int n>
     return sum_of_fours<n / 2>(half<n, false>(v) + half<n, true>(v));
 }
 
-/// body(0), ..., body(n - 1), unrolled: the argument is a constant.
+/// Calls body(0), ..., body(n - 1) with constant arguments.
 template <int n, class Body>
 [[gnu::always_inline]] inline void unroll(const Body& body) {
   [&]<int... i>(std::integer_sequence<int, i...>) __attribute__((always_inline)) {

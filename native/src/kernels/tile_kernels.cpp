@@ -4,23 +4,23 @@
 
 #include "kernels/simd.h"
 
-// Offsets inside of a supernode fit in an int.
+// Offsets within a supernode fit in an int.
 // NOLINTBEGIN(bugprone-implicit-widening-of-multiplication-result)
 
 namespace arap {
 namespace {
 
-/// A vector covers kGroups rows of a tile, kVectors of them the tile.
+/// A vector holds kGroups rows of a tile; a tile has kVectors vectors.
 constexpr int kLanes = kVectorBytes / static_cast<int>(sizeof(float));
 constexpr int kGroups = kLanes / kTile;
 constexpr int kVectors = kTile / kGroups;
 using Floats = Vector<float, kLanes>;
 using Four = Vector<float, 4>;
 
-/// Components of the right-hand sides; a place in x has one more.
+/// Right-hand sides; a place in x has one component more.
 constexpr int kSides = 3;
 
-/// How far ahead of its use the stream is asked for; a strip of a full panel has 512 bytes.
+/// Prefetch distance; a strip of a full panel has 512 bytes.
 constexpr int kPrefetchBytes = 2048;
 
 [[gnu::always_inline]] inline float* place(float* x, int row) { return x + size_t{kTile} * static_cast<size_t>(row); }
@@ -42,7 +42,7 @@ constexpr int kPrefetchBytes = 2048;
   }
 }
 
-/// The packed columns as the products want them: in registers where there are enough.
+/// The packed columns as the products need them: in registers if there are enough.
 template <int width>
 struct Columns {
   Columns(const float* packed, int side_stride) : memory(packed), stride(side_stride) {
@@ -66,7 +66,7 @@ struct Columns {
   int stride;
 };
 
-/// Asks for the stream where it will be used, once for each cache line.
+/// Prefetches the stream, once per cache line.
 template <int tile, class Number>
 [[gnu::always_inline]] inline void prefetch(const Number* tiles, int bytes_ahead) {
   constexpr int kTilesOfLine = 64 / (kTileNumbers * static_cast<int>(sizeof(Number)));
@@ -88,7 +88,7 @@ template <int count, int width, class Number>
     });
   });
   unroll<kVectors>([&](auto v) __attribute__((always_inline)) {
-    // Each group of four lanes is a row times four columns; its sum over the columns, for the three sides at once.
+    // Each group of four lanes is a row times four columns: sum over the columns, for the three sides at once.
     const Floats zero = {};
     const Floats xy = shuffle_fours<kLanes, 0, 4, 1, 5>(sum[v][0], sum[v][1]) +
                       shuffle_fours<kLanes, 2, 6, 3, 7>(sum[v][0], sum[v][1]);
@@ -99,7 +99,7 @@ template <int count, int width, class Number>
   });
 }
 
-/// Strips [begin, end) of a panel; the triangle's set their rows, the others add to theirs.
+/// Strips [begin, end) of a panel: strips of the triangle set their rows, the others add to them.
 /// @param tiles, rows  of the panel's first strip
 template <int width, class Number>
 void forward_panel(const Number* tiles, const int* rows, int begin, int end, const float* packed, int stride,
@@ -179,7 +179,7 @@ template <int width, int first, int count, class Number>
 /// @param tiles, rows  of the panel's first strip
 template <int width, class Number>
 void backward_panel_of(const Number* tiles, const int* rows, int n_strips, const float* x, float* out) {
-  // Three sums a tile: 8 tiles fill the 32 registers of AVX-512, 4 the 16 of the others.
+  // Three sums per tile: 8 tiles fit in the 32 registers of AVX-512, 4 in the 16 of the others.
   constexpr int kAtOnce = kLanes == 16 ? 8 : 4;
   if constexpr (width > kAtOnce) {
     backward_tiles<width, kAtOnce, width - kAtOnce>(tiles, rows, n_strips, x, out + 16 * kAtOnce);
@@ -189,7 +189,7 @@ void backward_panel_of(const Number* tiles, const int* rows, int n_strips, const
   }
 }
 
-/// call(width) with the width as a constant.
+/// Calls call(width) with the width as a constant.
 template <class Call>
 [[gnu::always_inline]] inline void with_width(int width, const Call& call) {
   static_assert(kPanelTiles == 8);
@@ -213,7 +213,7 @@ template <class Call>
   }
 }
 
-/// call(panel, its width, its first tile) from right to left.
+/// Calls call(panel, its width, its first tile) from right to left.
 template <class Number, class Call>
 [[gnu::always_inline]] inline void for_panels_in_stream_order(const TileSupernode& node, const Call& call) {
   const auto* tiles = static_cast<const Number*>(node.tiles);
@@ -300,7 +300,7 @@ void forward_strips(const TileSupernode& node, int begin, int end, const float* 
 float read(const double* b, const float* scaling, double factor, int n, float* x) {
   using Bits = Vector<int, 4>;
   constexpr Bits kNoSign = {0x7fffffff, 0x7fffffff, 0x7fffffff, 0x7fffffff};
-  // Positive numbers are in the order of their bits, and NaN and infinity come last.
+  // Positive floats sort like their bits; infinity and NaN are the largest.
   Bits largest = {};
   for (int k = 0; k < n; ++k, b += 3, x += 4) {
     const Four value = to_place(b, factor * static_cast<double>(scaling[k]), k + 1 < n);
@@ -316,7 +316,7 @@ void write(const float* x, const float* scaling, double factor, int n, double* b
   for (int k = 0; k < n; ++k, b += 3, x += 4) {
     const double f = factor * static_cast<double>(scaling[k]);
 #if defined(__AVX__)
-    // The fourth number is overwritten by the next row.
+    // The next row overwrites the fourth number.
     if (k + 1 < n) {
       store<double, 4>(b, __builtin_convertvector(load<float, 4>(x), Vector<double, 4>) * f);
       continue;

@@ -9,14 +9,14 @@
 #include "arap/error.h"
 #include "base/format_message.h"
 #include "base/union_find.h"
-#include "mesh/surface_box.h"
+#include "mesh/surface_measures.h"
 
 namespace arap {
 
 namespace {
 
 void require_finite_positions(const Positions& positions) {
-  // Beyond this, squares of lengths leave the range of double.
+  // Squares of larger lengths overflow.
   constexpr double kLargest = 1e100;
   for (Eigen::Index v = 0; v < positions.rows(); ++v) {
     const auto row = positions.row(v);
@@ -69,12 +69,5 @@ PolygonMesh::PolygonMesh(Positions positions, std::vector<int> corner_vertices, 
 }
 
 double PolygonMesh::diagonal() const { return surface_box(*this).diagonal().norm(); }
-
-Eigen::AlignedBox3d surface_box(const PolygonMesh& mesh) {
-  Eigen::AlignedBox3d box;
-  for (int v = 0; v < mesh.n_vertices(); ++v)
-    if (mesh.n_parts() == 0 || mesh.part_of_vertex()[v] >= 0) box.extend(mesh.positions().row(v).transpose());
-  return box;
-}
 
 }  // namespace arap

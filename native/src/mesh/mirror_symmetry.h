@@ -7,14 +7,13 @@
 
 namespace arap {
 
-/// How far the image of a vertex may be from another one, as a part of the mesh's diagonal.
+/// How far a vertex may be from the mirror image of another one, relative to the mesh's diagonal.
 inline constexpr double kMirrorTolerance = 1e-4;
 
-/// The vertex at each vertex' mirror image, for the planes x = 0, y = 0, z = 0 under which all vertices have one. Each
-/// map is its own inverse, and one after the other gives the same in either order: planes for which none such is found
-/// are left out. Vertices at one place, as at an open seam, are told apart by their neighbours. A loose one, which may
-/// be anywhere, is its own image.
-/// @param mesh     centred at its bounding box, of a size of about 1
+/// For each of the planes x = 0, y = 0, z = 0 that the mesh is symmetric to: the vertex at each vertex' mirror image.
+/// Each map is its own inverse, and maps commute: planes without such a map are left out. Among vertices at one place,
+/// as at an open seam, the one counts whose faces are mirrored too. An isolated vertex is its own image.
+/// @param mesh     centred at its bounding box, diagonal about 1
 /// @param threads  to work on
 [[nodiscard]] std::vector<std::vector<int>> find_mirrors(const PolygonMesh& mesh, int threads);
 

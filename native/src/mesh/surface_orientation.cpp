@@ -6,7 +6,7 @@
 #include <numbers>
 #include <span>
 
-#include "mesh/face_area.h"
+#include "mesh/surface_measures.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -15,10 +15,11 @@ namespace {
 
 using Row = Eigen::RowVector3d;
 
-/// The directed edges of all faces, at the lower one of their vertices.
+/// The directed edges of all faces, grouped by their lower vertex.
 class Edges {
  public:
-  Edges(const PolygonMesh& mesh, int threads) : offsets_(mesh.n_vertices() + 1, 0), has_unsound_(mesh.n_vertices(), 0) {
+  Edges(const PolygonMesh& mesh, int threads)
+      : offsets_(mesh.n_vertices() + 1, 0), has_irregular_(mesh.n_vertices(), 0) {
     const auto for_each = [&](const auto& visit) {
       for (int f = 0; f < mesh.n_faces(); ++f) {
         int from = mesh.face(f).back();
@@ -36,21 +37,21 @@ class Edges {
     parallel_for(threads, mesh.n_vertices(), [&](int begin, int end) {
       for (int v = begin; v < end; ++v) {
         std::sort(entries_.begin() + offsets_[v], entries_.begin() + offsets_[v + 1]);
-        for_each_unsound_at(v, [&](int) { has_unsound_[v] = 1; });
+        for_each_irregular_at(v, [&](int) { has_irregular_[v] = 1; });
       }
     });
   }
 
-  /// visit(a, b)
+  /// Calls visit(a, b) for each edge that is not regular.
   template <class Visit>
-  void for_each_unsound(const Visit& visit) const {
-    for (int v = 0; v < static_cast<int>(has_unsound_.size()); ++v)
-      if (has_unsound_[v] != 0) for_each_unsound_at(v, [&](int other) { visit(v, other); });
+  void for_each_irregular(const Visit& visit) const {
+    for (int v = 0; v < static_cast<int>(has_irregular_.size()); ++v)
+      if (has_irregular_[v] != 0) for_each_irregular_at(v, [&](int other) { visit(v, other); });
   }
 
  private:
   template <class Visit>
-  void for_each_unsound_at(int v, const Visit& visit) const {
+  void for_each_irregular_at(int v, const Visit& visit) const {
     for (int k = offsets_[v], end = k; k < offsets_[v + 1]; k = end) {
       const std::uint32_t other = entries_[k] >> 1U;
       while (end < offsets_[v + 1] && entries_[end] >> 1U == other) ++end;
@@ -59,16 +60,16 @@ class Edges {
   }
 
   std::vector<int> offsets_;
-  std::vector<std::uint32_t> entries_;  ///< the higher vertex, and whether it is the edge's end
-  std::vector<char> has_unsound_;       ///< of each vertex as the lower one
+  std::vector<std::uint32_t> entries_;  ///< the higher vertex, and in the lowest bit whether the edge ends there
+  std::vector<char> has_irregular_;     ///< of each vertex as the lower one of an edge
 };
 
-/// Sums over a part.
+/// Sums over a connected component.
 struct Part {
   double area = 0;
   double volume = 0;
-  double unsound_length = 0;
-  Row inner = Row::Zero();  ///< mean of the vertices: what is missing at a hole counts little from there
+  double irregular_length = 0;
+  Row inner = Row::Zero();  ///< mean of the vertices, from which the volume is measured: a small hole changes little
   int n_vertices = 0;
 };
 
@@ -83,7 +84,7 @@ std::vector<Part> find_parts(const PolygonMesh& mesh) {
   return parts;
 }
 
-/// Adds a face to its part and to the normals of its vertices.
+/// Adds a face to its component and to the normals of its vertices.
 void add_face(const Positions& p, std::span<const int> face, Part& part, Positions& normals) {
   const Row doubled = twice_vector_area(p, face);
   Row middle = Row::Zero();
@@ -104,16 +105,16 @@ SurfaceOrientation find_orientation(const PolygonMesh& mesh, int threads) {
   result.normals = Positions::Zero(mesh.n_vertices(), 3);
   for (int f = 0; f < mesh.n_faces(); ++f)
     add_face(p, mesh.face(f), parts[mesh.part_of_vertex()[mesh.face(f)[0]]], result.normals);
-  // Row by row: rowwise() would divide by 0 where faces cancel each other out.
+  // Row by row: rowwise().normalized() would divide by 0 if faces cancel each other out.
   for (auto normal : result.normals.rowwise()) normal.normalize();
-  result.is_sound.assign(mesh.n_vertices(), 1);
-  Edges(mesh, threads).for_each_unsound([&](int a, int b) {
-    result.is_sound[a] = result.is_sound[b] = 0;
-    parts[mesh.part_of_vertex()[a]].unsound_length += (p.row(a) - p.row(b)).norm();
+  result.is_manifold.assign(mesh.n_vertices(), 1);
+  Edges(mesh, threads).for_each_irregular([&](int a, int b) {
+    result.is_manifold[a] = result.is_manifold[b] = 0;
+    parts[mesh.part_of_vertex()[a]].irregular_length += (p.row(a) - p.row(b)).norm();
   });
   for (const Part& part : parts) {
-    // No disc around which a line fits is larger than a circle of its length.
-    const double missing = part.unsound_length * part.unsound_length / (4 * std::numbers::pi);
+    // The largest hole with this circumference is a circle.
+    const double missing = part.irregular_length * part.irregular_length / (4 * std::numbers::pi);
     result.has_inside.push_back(static_cast<char>(part.volume > 0 && missing < .01 * part.area));
   }
   return result;

@@ -8,16 +8,17 @@
 
 namespace arap {
 
-/// Where a surface has an inside, and which way that is.
+/// Normals of a surface, and which of its connected components enclose a volume.
 struct SurfaceOrientation {
-  Positions normals;             ///< (n, 3) unit, of vertices; 0 where there is none
-  std::vector<char> has_inside;  ///< of each part
-  std::vector<char> is_sound;    ///< of each vertex: all its edges are
+  Positions normals;              ///< (n, 3) unit normals of vertices, 0 if the faces cancel out
+  std::vector<char> has_inside;   ///< of each connected component
+  std::vector<char> is_manifold;  ///< of each vertex: all its edges are regular
 };
 
-/// An edge is sound where it is between two faces that run through it in opposite directions. A part has an inside
-/// where its volume is positive and hardly an edge is not sound: discs around which these would fit have less than a
-/// hundredth of its area. An open sheet has none, folded or not, nor has a part that is turned inside out.
+/// An edge is regular if it has two faces and they traverse it in opposite directions (manifold, consistently
+/// oriented). A component has an inside if its volume is positive and nearly all of its edges are regular: a disc whose
+/// circumference is the length of the others has less than a hundredth of its area. So neither an open sheet, folded or
+/// not, nor a component that is turned inside out has one.
 [[nodiscard]] SurfaceOrientation find_orientation(const PolygonMesh& mesh, int threads);
 
 }  // namespace arap

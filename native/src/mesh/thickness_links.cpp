@@ -8,7 +8,7 @@
 
 #include "geometry/grid_cell.h"
 #include "geometry/triangle_grid.h"
-#include "mesh/surface_box.h"
+#include "mesh/surface_measures.h"
 #include "mesh/surface_orientation.h"
 #include "parallel/parallel.h"
 
@@ -16,16 +16,16 @@ namespace arap {
 
 namespace {
 
-using Bridges = std::vector<std::pair<int, int>>;
+using Links = std::vector<std::pair<int, int>>;
 using Row = Eigen::RowVector3d;
 
-/// Cosine of the angle between normals from which on they are opposite.
+/// Normals are opposite if the cosine of their angle is below this.
 constexpr double kOpposite = -.5;
-/// Cells of the finest grid of triangles, in radii.
+/// Cell size of the finest grid of triangles, in radii.
 constexpr double kCell = .25;
-/// Vertices nearer to each other than this, in radii, may stand for each other.
+/// Vertices nearer to each other than this, in radii, may represent each other.
 constexpr double kSpacing = .25;
-/// What is nearer than this, in radii, is the same place.
+/// Points nearer than this, in radii, are at the same place.
 constexpr double kNearest = 1e-6;
 /// Walls that overlap by less than this, in radii, touch.
 constexpr double kTouching = 1e-3;
@@ -41,13 +41,13 @@ std::vector<TriangleGrid::Triangle> walls(const PolygonMesh& mesh, const Surface
   return triangles;
 }
 
-/// The first vertex of those in a small cube whose normals point to the same of six sides.
+/// Selects the first vertex of each small cube, for each of six directions of normals.
 class Representatives {
  public:
   Representatives(double spacing, int n)
       : per_length_(1 / spacing), keys_(std::bit_ceil(2 * static_cast<std::uint64_t>(n) + 1), 0) {}
 
-  /// Whether there was none before it.
+  /// Whether the vertex is the first one.
   bool add(const Row& place, const Row& normal) {
     Eigen::Index side = 0;
     normal.cwiseAbs().maxCoeff(&side);
@@ -78,16 +78,16 @@ std::vector<int> choose_ends(const PolygonMesh& mesh, const SurfaceOrientation& 
   std::vector<int> ends;
   for (int v = 0; v < mesh.n_vertices(); ++v) {
     const int part = mesh.part_of_vertex()[v];
-    if (part < 0 || orientation.has_inside[part] == 0 || orientation.is_sound[v] == 0) continue;
+    if (part < 0 || orientation.has_inside[part] == 0 || orientation.is_manifold[v] == 0) continue;
     const Row normal = orientation.normals.row(v);
     if (!normal.isZero() && representatives.add(mesh.positions().row(v), normal)) ends.push_back(v);
   }
   return ends;
 }
 
-/// Looks from a vertex straight through the inside.
+/// Casts rays from vertices through the inside.
 class Crossing {
-  /// Of the vertex' part, but not at the vertex.
+  /// Tests for triangles of the vertex' component that do not touch the vertex.
   [[nodiscard]] auto is_of_part(int vertex) const {
     return [this, vertex, part = mesh_.part_of_vertex()[vertex]](const TriangleGrid::Triangle& triangle) {
       return std::find(triangle.begin(), triangle.end(), vertex) == triangle.end() &&
@@ -103,7 +103,7 @@ class Crossing {
         grid_(mesh.positions(), walls(mesh, orientation), kCell * radius, threads),
         box_(surface_box(mesh)) {}
 
-  /// The nearest vertex around the place of the opposite wall; -1 for none.
+  /// The nearest corner of the triangle opposite to a vertex; -1 for none.
   [[nodiscard]] int opposite(int vertex) const {
     const Row normal = orientation_.normals.row(vertex);
     const Row place = mesh_.positions().row(vertex);
@@ -130,16 +130,16 @@ class Crossing {
   [[nodiscard]] bool is_opposite(int vertex, int end, const Row& across) const {
     const Row normal = orientation_.normals.row(vertex);
     const Row other = orientation_.normals.row(end);
-    return orientation_.is_sound[end] != 0 && normal.dot(other) < kOpposite && across.dot(normal) < 0 &&
+    return orientation_.is_manifold[end] != 0 && normal.dot(other) < kOpposite && across.dot(normal) < 0 &&
            across.dot(other) > 0;
   }
 
-  /// Whether another limb of the part is on the way from a vertex through the inside, up to the first wall that the way
-  /// leaves by: it is this limb's wall or the other's, and which of them cannot be told.
+  /// Whether another limb overlaps the ray from a vertex to the first wall through which it leaves: then that wall may
+  /// belong to either limb.
   [[nodiscard]] bool overlaps(int vertex, double distance) const {
     const Row normal = orientation_.normals.row(vertex);
     const Row place = mesh_.positions().row(vertex);
-    // Looking back, where the way enters another limb is where the look leaves it.
+    // The ray enters another limb where the reversed ray leaves it.
     const double touching = kTouching * radius_;
     const TriangleGrid::Hit entry =
         grid_.first_exit(place - distance * normal, normal, touching, distance - touching, is_of_part(vertex));
@@ -153,7 +153,7 @@ class Crossing {
     Eigen::Index high = 0;
     const int along = above.minCoeff(&high) < below.minCoeff(&low) ? 1 : -1;
     const auto axis = static_cast<int>(along > 0 ? high : low);
-    // A few faces may be missing or bad: a look the other way must find the same.
+    // Some faces may be missing or bad: rays in both directions must agree.
     return winding(place, part, axis, along, along > 0 ? above[axis] : below[axis]) > 1 &&
            winding(place, part, axis, -along, along > 0 ? below[axis] : above[axis]) > 1;
   }
@@ -171,15 +171,15 @@ class Crossing {
   Eigen::AlignedBox3d box_;
 };
 
-void sort_unique(Bridges& bridges) {
-  std::sort(bridges.begin(), bridges.end());
-  bridges.erase(std::unique(bridges.begin(), bridges.end()), bridges.end());
+void sort_unique(Links& links) {
+  std::sort(links.begin(), links.end());
+  links.erase(std::unique(links.begin(), links.end()), links.end());
 }
 
 }  // namespace
 
-Bridges find_bridges(const PolygonMesh& mesh, double radius, const std::vector<std::vector<int>>& mirrors,
-                     int threads) {
+Links find_thickness_links(const PolygonMesh& mesh, double radius, const std::vector<std::vector<int>>& mirrors,
+                           int threads) {
   const SurfaceOrientation orientation = find_orientation(mesh, threads);
   const std::vector<int> ends = choose_ends(mesh, orientation, radius);
   if (ends.empty()) return {};
@@ -188,16 +188,16 @@ Bridges find_bridges(const PolygonMesh& mesh, double radius, const std::vector<s
   parallel_for(threads, static_cast<int>(ends.size()), [&](int begin, int end) {
     for (int k = begin; k < end; ++k) found[k] = crossing.opposite(ends[k]);
   });
-  Bridges bridges;
+  Links links;
   for (size_t k = 0; k < ends.size(); ++k)
-    if (found[k] >= 0) bridges.emplace_back(std::minmax(ends[k], found[k]));
-  sort_unique(bridges);
+    if (found[k] >= 0) links.emplace_back(std::minmax(ends[k], found[k]));
+  sort_unique(links);
   for (const std::vector<int>& mirror : mirrors) {
-    for (size_t k = 0, n = bridges.size(); k < n; ++k)
-      bridges.push_back(std::minmax({mirror[bridges[k].first], mirror[bridges[k].second]}));
-    sort_unique(bridges);
+    for (size_t k = 0, n = links.size(); k < n; ++k)
+      links.push_back(std::minmax({mirror[links[k].first], mirror[links[k].second]}));
+    sort_unique(links);
   }
-  return bridges;
+  return links;
 }
 
 }  // namespace arap

@@ -8,12 +8,13 @@
 
 namespace arap {
 
-/// Pairs (a, b), a < b, of vertices on opposite walls of a thin part: nearer to each other than `radius` straight
-/// through the inside, their normals about opposite. The walls are those of one part that has an inside (see
-/// SurfaceOrientation), and there is nothing of it in between: never across a gap, nor where limbs overlap. Where
-/// vertices are much denser than the radius, some of them stand for their neighbours.
-/// @param mirrors  vertex maps of the mesh's mirror symmetries: images of bridges are bridges
-[[nodiscard]] std::vector<std::pair<int, int>> find_bridges(const PolygonMesh& mesh, double radius,
-                                                            const std::vector<std::vector<int>>& mirrors, int threads);
+/// Pairs (a, b), a < b, of vertices on opposite walls of a thin limb: nearer than `radius` straight through the inside,
+/// with about opposite normals. Both walls belong to one connected component that has an inside (see
+/// SurfaceOrientation), and nothing of it is in between: there are no links across a gap or between limbs that overlap.
+/// If vertices are much denser than the radius, some of them represent their neighbours.
+/// @param mirrors  vertex maps of the mesh's mirror symmetries: images of links are links
+[[nodiscard]] std::vector<std::pair<int, int>> find_thickness_links(const PolygonMesh& mesh, double radius,
+                                                                    const std::vector<std::vector<int>>& mirrors,
+                                                                    int threads);
 
 }  // namespace arap

@@ -12,14 +12,14 @@ namespace arap {
 
 namespace {
 
-/// Holds together what a degenerate triangle joined. As its height goes to 0 the cotangent energy tends to exactly such
-/// a tie, with unbounded weight; this is its value at a height of 1/40 of the longest edge.
+/// Weight of ties. As the height of a triangle goes to 0 its cotangent energy tends to such a tie with unbounded
+/// weight; this is the weight at a height of 1/40 of the longest edge.
 constexpr double kTieWeight = 10;
 
-/// Keeps every vertex connected with the rest, too weak to be seen.
+/// Keeps vertices connected, too weak to be seen.
 constexpr double kWeakWeight = 1e-3;
 
-/// Degenerate triangles with a shorter edge than this part of the longest are needles, the others caps.
+/// A degenerate triangle is a needle if its shortest edge is below this part of the longest, else a cap.
 constexpr double kNeedleEdge = 1e-2;
 
 class Triangulator {
@@ -49,7 +49,7 @@ class Triangulator {
     }
   }
 
-  /// The fans from opposite corners of a quad are the same two triangles; a triangle has one fan.
+  /// Opposite corners of a quad have the same fan, and all corners of a triangle.
   static size_t fans_of(size_t n_corners) {
     return n_corners <= 4 ? n_corners - 2 : std::min<size_t>(n_corners, kMostFans);
   }
@@ -79,13 +79,13 @@ class Triangulator {
     result_.triangles.push_back({v, weights});
   }
 
-  /// A corner named twice: the triangle is at most an edge.
+  /// A triangle with a repeated corner: at most an edge.
   void add_collapsed(const std::array<int, 3>& v, double share) {
     const int other = v[0] != v[1] ? v[1] : v[2];
     if (v[0] != other) add_edge(v[0], other, kWeakWeight * share);
   }
 
-  /// Half with the rotation of either end, so that the order of the corners does not matter.
+  /// Half for the rotation of each end, so that the order of the corners does not matter.
   void add_edge(int a, int b, double weight) {
     result_.ties.push_back({{a, b, b}, {1, -1, 0}, 0.5 * weight});
     result_.ties.push_back({{b, a, a}, {1, -1, 0}, 0.5 * weight});
@@ -102,9 +102,8 @@ class Triangulator {
       add_edge(v[(shortest + 1) % 3], v[(shortest + 2) % 3], kTieWeight * share);
       return;
     }
-    // A cap: the middle vertex lies on the longest edge. In a larger face the other fans hold it, and tying it there
-    // would make a straight row of corners stiff. As a face of its own it may be all that joins the longest edge's
-    // other face to the middle vertex: see strengthen_glue().
+    // A cap: the middle vertex is on the longest edge. In a larger face other fans hold it, and a strong tie would make
+    // a straight row of corners stiff. A triangle face may be the only connection: see strengthen_glue().
     const Vector3 edge = p[b] - p[a];
     const double t = (p[longest] - p[a]).dot(edge) / edge.squaredNorm();
     if (is_whole_face) caps_.push_back(result_.ties.size());
@@ -122,8 +121,8 @@ class Triangulator {
     return corners;
   }
 
-  /// A cap is the glue between the faces at its longest edge and those at its short ones: it gets its full weight.
-  /// Where the surface goes on without it, it must be as if it were not there.
+  /// A cap that connects other faces at its longest edge with other faces at its short edges gets the full weight. If
+  /// the surface is connected without it, the cap must have no influence.
   void strengthen_glue() {
     if (caps_.empty()) return;
     std::map<Edge, std::set<Corners>> faces_of_edge;
@@ -154,7 +153,7 @@ class Triangulator {
   const PolygonMesh& mesh_;
   EdgeWeights weights_;
   Triangulation result_;
-  std::vector<size_t> caps_;  ///< ties that stand for a triangle face with its middle vertex on its longest edge
+  std::vector<size_t> caps_;  ///< ties of triangle faces whose middle vertex is on the longest edge
 };
 
 }  // namespace

@@ -9,15 +9,15 @@
 
 namespace arap {
 
-/// A triangle of the surface. Edge k lies opposite corner k: it joins corners k + 1 and k + 2 (mod 3).
+/// A triangle of the surface. Edge k is opposite to corner k: it joins corners k + 1 and k + 2 (mod 3).
 struct Triangle {
   std::array<int, 3> vertices;
-  std::array<double, 3> half_cotangents;  ///< 1/2 cot of the angle at corner k = weight of edge k, times the share
-                                          ///< the triangle has in its face; may be negative
+  std::array<double, 3> half_cotangents;  ///< 1/2 cot of the angle at corner k = weight of edge k, times the share of
+                                          ///< the triangle in its face; may be negative
 };
 
-/// k |u(p') - R u(p)|^2 with u(p) = sum of coefficients * positions: what stands in for a degenerate triangle. R is the
-/// rotation of the cell of vertices[0]. The coefficients sum to 0, so it does not feel translations.
+/// Replacement of a degenerate triangle: the energy k |u(p') - R u(p)|^2 with u(p) = sum of coefficients * positions. R
+/// is the rotation of the cell of vertices[0]. The coefficients sum to 0, so translations cost nothing.
 struct Tie {
   std::array<int, 3> vertices;
   std::array<double, 3> coefficients;
@@ -29,19 +29,18 @@ struct Triangulation {
   std::vector<Tie> ties;
 };
 
-/// Triangles of all faces. A face with n corners is the average of its fans from every corner, each triangle with the
-/// share 1/n: a quad becomes both diagonals' pairs at half weight, a triangle itself. The rule is symmetric under every
-/// relabelling of the face. Beyond kMostFans corners only that many, evenly spaced, send a fan, to keep the cost
-/// linear.
+/// Triangles of all faces. A face with n corners becomes the fans of triangles from each of its corners, with the share
+/// 1/n: a quad becomes the two triangles of each diagonal at half weight. This does not depend on how corners are
+/// numbered. If n > kMostFans only that many evenly spaced corners have a fan, to keep the cost linear.
 ///
 /// Uniform weights replace every cotangent by 1. With cotangents a triangle lower than kDegenerateHeight of its longest
-/// edge becomes ties: its weights would be meaningless, but what it joins must not come apart.
+/// edge becomes ties: its weights would be meaningless, but its corners must stay together.
 [[nodiscard]] Triangulation triangulate(const PolygonMesh& mesh, EdgeWeights weights);
 
 inline constexpr int kMostFans = 64;
 inline constexpr double kDegenerateHeight = 1e-4;
 
-/// 1/2 cot of the three angles, corner by corner; the triangle must not be degenerate. [SA07] Sec. 2.2.
+/// 1/2 cot of the angle at each corner. The triangle must not be degenerate. [SA07] Sec. 2.2.
 [[nodiscard]] std::array<double, 3> half_cotangents(const Vector3& a, const Vector3& b, const Vector3& c);
 
 }  // namespace arap

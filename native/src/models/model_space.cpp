@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include "mesh/surface_box.h"
+#include "mesh/surface_measures.h"
 #include "parallel/parallel.h"
 
 namespace arap {

@@ -130,7 +130,7 @@ std::optional<double> Engine::apply_guess(const Positions& targets, InitialGuess
   if (start.ahead != 0) return steps_->global_step(pose_, predictor_, start.ahead);
   if (guess == InitialGuess::kPrevious && (has_torn || (start.step.array() != 0).any()))
     return steps_->global_step(pose_);
-  steps_->project_on_patches(pose_);
+  steps_->project_on_held(pose_);
   return std::nullopt;
 }
 

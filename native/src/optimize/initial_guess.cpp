@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/eigen_compat.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -31,9 +32,9 @@ std::vector<Eigen::RowVector3d> mean_rotations(const PreparedModel& model, const
   for (const int v : constraints.soft_vertices()) add(v, of_vertex.row(v));
   add_patches(constraints.patches(), constraints.patch_rows());
   add_patches(constraints.anchor_patches(), constraints.anchor_rows());
-  const LinearRows& rows = constraints.soft_rows();
-  for (int r = 0; r < rows.size(); ++r)
-    add(rows.indices[rows.offsets[r]], rotations.row(constraints.soft_row_rows()[r]));
+  for (const PreparedConstraints::Rows* group : {&constraints.soft_rows(), &constraints.stiff_rows()})
+    for (int r = 0; r < group->rows.size(); ++r)
+      add(group->rows.indices[group->rows.offsets[r]], rotations.row(group->target_rows[r]));
   for (size_t place = 0; place < sums.size(); ++place) sums[place] /= std::max(1, counts[place]);
   return sums;
 }
@@ -42,7 +43,7 @@ std::vector<Eigen::RowVector3d> mean_rotations(const PreparedModel& model, const
 void add_row_forces(const PreparedModel& model, const PreparedConstraints& constraints,
                     const std::vector<double>& weights, Positions y, Positions& b) {
   for (Eigen::Index r = 0; r < y.rows(); ++r) y.row(r) *= weights[r];
-  constraints.soft_row_matrix().add_transposed(y, b, model.workers);
+  constraints.soft_rows().matrix.add_transposed(y, b, model.workers);
 }
 
 }  // namespace
@@ -63,15 +64,16 @@ void guess_naive_laplacian(const PreparedModel& model, PreparedConstraints& cons
     const double diagonal_squared = model.energy.K.col(v).squaredNorm();
     residual.row(v) += soft[v] * diagonal_squared / diagonal[v] * (vertex_targets.row(v) - pose.positions.row(v));
   }
-  if (!constraints.soft_rows().empty()) {
+  if (!constraints.soft_rows().rows.empty()) {
     Positions reached;
-    constraints.soft_row_matrix().multiply(pose.positions, reached, model.workers);
-    add_row_forces(model, constraints, constraints.laplacian_rows(diagonal).weights,
-                   constraints.soft_row_targets(targets) - reached, residual);
+    constraints.soft_rows().matrix.multiply(pose.positions, reached, model.workers);
+    add_row_forces(model, constraints,
+                   PreparedConstraints::laplacian_rows(constraints.soft_rows().rows, diagonal).weights,
+                   targets(constraints.soft_rows().target_rows, all) - reached, residual);
   }
   regions.reduce(residual);
-  const Positions patch_targets = constraints.patch_targets(targets);
-  system.correct_to(kDoubleAccuracy, residual, gaps_to(patch_targets, constraints.patches(), pose.positions));
+  const Positions gaps = constraints.held_gaps(constraints.held_targets(targets), pose.positions, model.workers);
+  system.correct_to(kDoubleAccuracy, residual, gaps);
   regions.expand(residual);
   pose.positions += residual;
   regions.read_translations(pose.placements, pose.positions);
@@ -101,14 +103,19 @@ double spread_rotations(const PreparedModel& model, const PreparedConstraints& c
     field.row(regions.unknown_of(constraints.anchor_patches()[k].indices.front())) =
         rotations.row(constraints.anchor_rows()[k]);
   Positions of_rows = Positions::Zero(field.rows(), 3);
-  add_row_forces(model, constraints, constraints.soft_rows().weights, constraints.soft_row_targets(targets), of_rows);
+  add_row_forces(model, constraints, constraints.soft_rows().rows.weights,
+                 targets(constraints.soft_rows().target_rows, all), of_rows);
   regions.reduce(of_rows);
   Positions pull;
   system.multiply(field, pull);
   Positions residual = of_rows - pull;
   for (const int v : constraints.soft_vertices())
     residual.row(regions.unknown_of(v)) += constraints.soft_diagonal()[v] * of_vertex.row(v);
-  system.correct_to(kRotationAccuracy, residual, gaps_to(constraints.patch_targets(targets), system.averages(), field));
+  // Of the field at the unknowns: with regions, members have that of theirs.
+  Positions of_members = field;
+  regions.expand(of_members);
+  system.correct_to(kRotationAccuracy, residual,
+                    constraints.held_gaps(constraints.held_targets(targets), of_members, model.workers));
   const double range = longest_row(residual, model.workers);
   field += residual;
 

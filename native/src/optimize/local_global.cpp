@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
+#include "base/eigen_compat.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -43,15 +45,20 @@ void LocalGlobal::set_targets(const Positions& targets, Precision precision) {
   pull_softly(-1);
   constraints_.write_vertex_targets(targets, targets_.vertices);
   pull_softly(1);
-  Positions row_targets = constraints_.soft_row_targets(targets);
+  Positions row_targets = targets(constraints_.soft_rows().target_rows, all);
   if (known_ == Known::kResidual && row_targets.rows() > 0) add_row_forces(row_targets - targets_.rows);
   targets_.rows = std::move(row_targets);
   targets_.patches = constraints_.anchor_targets(targets);
-  Positions patch_targets = constraints_.patch_targets(targets);
+  Positions held_targets = constraints_.held_targets(targets);
   // A solve that only goes on keeps what holds the patches: at the minimum nothing is left to correct.
-  const bool goes_on = knew_pose && patch_targets.rows() == patch_targets_.rows();
-  if (!goes_on || patch_targets != patch_targets_) multipliers_ = Positions::Zero(patch_targets.rows(), 3);
-  patch_targets_ = std::move(patch_targets);
+  const bool goes_on = knew_pose && held_targets.rows() == held_targets_.rows();
+  if (!goes_on || held_targets != held_targets_) {
+    const Eigen::Index n_patches = std::ssize(constraints_.patches());
+    // What holds hard rows is found by iteration, which begins nearer from the last ones.
+    if (multipliers_.rows() != held_targets.rows()) multipliers_ = Positions::Zero(held_targets.rows(), 3);
+    multipliers_.topRows(n_patches).setZero();
+  }
+  held_targets_ = std::move(held_targets);
 }
 
 bool LocalGlobal::impose_constraints(Pose& pose) {
@@ -77,24 +84,34 @@ bool LocalGlobal::impose_constraints(Pose& pose) {
   return (pose.positions - before).rowwise().squaredNorm().maxCoeff() > kMoved * kMoved;
 }
 
-Positions LocalGlobal::patch_gaps(const Positions& positions) const {
-  return gaps_to(patch_targets_, constraints_.patches(), positions);
+Positions LocalGlobal::held_gaps(const Positions& positions) const {
+  return constraints_.held_gaps(held_targets_, positions, workers());
 }
 
-void LocalGlobal::add_patch_forces(double sign) {
-  const std::vector<LinearRow>& patches = constraints_.patches();
-  for (Eigen::Index k = 0; k < multipliers_.rows(); ++k)
-    for (size_t i = 0; i < patches[k].indices.size(); ++i)
-      residual_.row(patches[k].indices[i]) += sign * patches[k].coefficients[i] * multipliers_.row(k);
+Positions LocalGlobal::patch_gaps(const Positions& positions) const {
+  return gaps_to(held_targets_.topRows(std::ssize(constraints_.patches())), constraints_.patches(), positions);
+}
+
+void LocalGlobal::add_held_forces(double sign) {
+  constraints_.add_held_forces(sign, multipliers_, workers(), residual_);
+}
+
+void LocalGlobal::add_free_forces(double sign) {
+  if (multipliers_.rows() == 0) return;
+  Positions forces = -multipliers_;
+  const std::vector<double>& weights = constraints_.stiff_rows().rows.weights;
+  const Eigen::Index first = forces.rows() - std::ssize(weights);
+  for (Eigen::Index r = 0; r < std::ssize(weights); ++r) forces.row(first + r) = weights[r] * stiff_gaps_.row(r);
+  constraints_.add_held_forces(sign, forces, workers(), residual_);
 }
 
 void LocalGlobal::follow_vertex(int v, const Eigen::RowVector3d& step) {
   for (SparseMatrix::InnerIterator entry(model_.energy.K, v); entry; ++entry)
     residual_.row(entry.row()) -= entry.value() * step;
-  const RowMatrix& rows = constraints_.soft_row_matrix();
+  const RowMatrix& rows = constraints_.soft_rows().matrix;
   if (rows.empty()) return;
   rows.for_rows_of(v, [&](int row, double of_v) {
-    const Eigen::RowVector3d force = constraints_.soft_rows().weights[row] * of_v * step;
+    const Eigen::RowVector3d force = constraints_.soft_rows().rows.weights[row] * of_v * step;
     rows.for_unknowns_of(row, [&](int i, double coefficient) { residual_.row(i) -= coefficient * force; });
   });
 }
@@ -102,11 +119,11 @@ void LocalGlobal::follow_vertex(int v, const Eigen::RowVector3d& step) {
 double LocalGlobal::add_row_forces(Positions gaps) {
   double energy = 0;
   for (Eigen::Index r = 0; r < gaps.rows(); ++r) {
-    const double weight = constraints_.soft_rows().weights[r];
+    const double weight = constraints_.soft_rows().rows.weights[r];
     energy += 0.5 * weight * gaps.row(r).squaredNorm();
     gaps.row(r) *= weight;
   }
-  constraints_.soft_row_matrix().add_transposed(gaps, residual_, workers());
+  constraints_.soft_rows().matrix.add_transposed(gaps, residual_, workers());
   return energy;
 }
 
@@ -114,27 +131,27 @@ void LocalGlobal::find_correction(const Pose& pose, Positions& correction) {
   const RigidRegions& regions = constraints_.regions();
   const ConstrainedSystem& system = constraints_.system();
   if (regions.empty()) {
-    system.correct(residual_, patch_gaps(pose.positions), multipliers_, correction);
+    system.correct(residual_, held_gaps(pose.positions), multipliers_, correction);
     return;
   }
   correction = residual_;
   regions.reduce(correction);
-  system.correct(correction, patch_gaps(pose.positions), multipliers_, correction);
+  system.correct(correction, held_gaps(pose.positions), multipliers_, correction);
   regions.expand(correction);
 }
 
 void LocalGlobal::apply_residual_to(double accuracy, Pose& pose) {
   const RigidRegions& regions = constraints_.regions();
   regions.reduce(residual_);
-  constraints_.system().correct_to(accuracy, residual_, patch_gaps(pose.positions));
+  constraints_.system().correct_to(accuracy, residual_, held_gaps(pose.positions));
   known_ = std::min(known_, Known::kRotations);
   regions.expand(residual_);
   pose.positions += residual_;
   follow_positions(pose);
 }
 
-void LocalGlobal::project_on_patches(Pose& pose) {
-  if (patch_targets_.rows() == 0) return;
+void LocalGlobal::project_on_held(Pose& pose) {
+  if (held_targets_.rows() == 0) return;
   residual_ = Positions::Zero(pose.positions.rows(), 3);
   apply_residual_to(kDoubleAccuracy, pose);
 }
@@ -147,10 +164,14 @@ double LocalGlobal::refresh_residual(const Pose& pose) {
     energy += 0.5 * soft[v] * gap.squaredNorm();
     residual_.row(v) += soft[v] * gap;
   }
-  if (!constraints_.soft_rows().empty()) {
+  if (!constraints_.soft_rows().rows.empty()) {
     Positions reached;
-    constraints_.soft_row_matrix().multiply(pose.positions, reached, workers());
+    constraints_.soft_rows().matrix.multiply(pose.positions, reached, workers());
     energy += add_row_forces(targets_.rows - reached);
+  }
+  if (const LinearRows& stiff = constraints_.stiff_rows().rows; !stiff.empty()) {
+    stiff_gaps_ = held_gaps(pose.positions).bottomRows(stiff.size());
+    for (int r = 0; r < stiff.size(); ++r) energy += 0.5 * stiff.weights[r] * stiff_gaps_.row(r).squaredNorm();
   }
   return energy;
 }
@@ -221,7 +242,9 @@ bool LocalGlobal::go_on_in_double(Pose& pose) {
 void LocalGlobal::show_forces_to(DragPredictor& prediction, double share) {
   // What holds the patches is no force of the cells. Ahead it would change nothing, as new multipliers take it up; but
   // it would add up from frame to frame, and these numbers are rounded.
-  with_free_residual([&](const Positions& residual) { prediction.observe(residual, share, workers()); });
+  add_held_forces(-1);
+  prediction.observe(residual_, share, workers());
+  add_held_forces(1);
 }
 
 void LocalGlobal::find_residual_of(const Pose& pose) {

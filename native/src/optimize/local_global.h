@@ -36,8 +36,8 @@ class LocalGlobal {
   /// Puts hard vertices, anchored regions and what stays at rest to their places; true where that moved any of them.
   bool impose_constraints(Pose& pose);
 
-  /// The smallest change (in the norm of K) that brings the patches to their targets.
-  void project_on_patches(Pose& pose);
+  /// The smallest change (in the norm of K) that brings patches and stiff rows to their targets.
+  void project_on_held(Pose& pose);
 
   /// One global step with the rotations of the pose, to the accuracy of the factor or to a part of itself. Returns the
   /// largest movement of a vertex.
@@ -69,15 +69,15 @@ class LocalGlobal {
   /// After the first fit of a frame, which began with this share of the forces ahead.
   void show_forces_to(DragPredictor& prediction, double share);
 
-  /// use(residual), with minus the gradient of the energy, soft constraints included, but for what holds the patches,
-  /// (n, 3): no direction has a share in that, but its rounding would drown the slopes near the minimum.
+  /// use(residual), with minus the gradient of the energy, soft and stiff constraints included, but for what holds the
+  /// patches, (n, 3): no direction has a share in that, but its rounding would drown the slopes near the minimum.
   template <class Use>
   auto with_free_residual(const Use& use) {
     struct Held {
       LocalGlobal& steps;
-      ~Held() { steps.add_patch_forces(1); }
+      ~Held() { steps.add_free_forces(-1); }
     };
-    add_patch_forces(-1);
+    add_free_forces(1);
     const Held held{*this};
     return use(std::as_const(residual_));
   }
@@ -104,8 +104,12 @@ class LocalGlobal {
   void fit_regions(Pose& pose);
   /// The energy without its term of rotations.
   [[nodiscard]] double refresh_residual(const Pose& pose);
-  /// Adds what the last multipliers hold the patches with to the residual, times `sign`.
-  void add_patch_forces(double sign);
+  /// Adds what the last multipliers hold patches and stiff rows with to the residual, times `sign`.
+  void add_held_forces(double sign);
+  /// What the residual lacks of the energy's slope, times `sign`: less what holds the patches, and the stiff rows'
+  /// pull.
+  void add_free_forces(double sign);
+  [[nodiscard]] Positions held_gaps(const Positions& positions) const;
   [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
   /// The forces of soft rows in `gaps`, (n_rows, 3), are added to the residual; returns their energy.
   double add_row_forces(Positions gaps);
@@ -123,8 +127,9 @@ class LocalGlobal {
   bool is_in_double_ = false;
   Known known_ = Known::kNothing;
   RegionTargets targets_;  ///< of vertices, of patches that anchor regions, and of soft rows
-  Positions patch_targets_;
-  Positions residual_;
+  Positions held_targets_;
+  Positions residual_;    ///< b - K p plus soft constraints
+  Positions stiff_gaps_;  ///< of stiff rows, where the residual is
   Positions multipliers_;
   Positions start_;  ///< of the last global step, where there are regions
 };

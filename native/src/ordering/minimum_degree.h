@@ -6,14 +6,14 @@
 
 namespace arap {
 
-/// The sparse rows of a small graph.
+/// Neighbours of a vertex of a small graph.
 constexpr int kMinimumDegreeSize = 256;
 using SmallRow = std::bitset<kMinimumDegreeSize>;
 
-/// Order of elimination of the first n vertices: always one that has the fewest neighbours, as elimination has left
-/// them. The others stay, but are counted. [Tinney and Walker 1967]
+/// Minimum-degree ordering of the first n vertices: always eliminates one with the fewest neighbours at that time. The
+/// other vertices are not eliminated but count as neighbours. [Tinney and Walker 1967]
 ///
-/// @param rows  neighbours of the first n vertices; columns beyond n are the others
+/// @param rows  neighbours of the first n vertices; columns from n on are the other vertices
 /// @param n     at most kMinimumDegreeSize
 [[nodiscard]] std::vector<int> minimum_degree(std::vector<SmallRow> rows, int n);
 

@@ -10,8 +10,8 @@ namespace {
 
 constexpr int kNone = -1;
 
-/// Vertices of low degree first, as they have the least choice; among those of one degree in an order that is random
-/// from block to block only, so that memory is read nearly in order.
+/// Vertices of low degree first: they have the least choice of partners. Within one degree shuffled in blocks, so that
+/// memory is read nearly in sequence.
 std::vector<int> visiting_order(const Graph& graph, std::minstd_rand& random) {
   constexpr int kMaxDegree = 32;
   const int n = graph.n_vertices();
@@ -24,7 +24,7 @@ std::vector<int> visiting_order(const Graph& graph, std::minstd_rand& random) {
   const auto offset = static_cast<int>(random() % kBlock);
   for (int block = 0; block < n; block += kBlock) {
     const int size = std::min(kBlock, n - block);
-    // 37 has no common factor with 64; the last block is taken in order.
+    // 37 is coprime to 64. The last block is not shuffled.
     for (int k = 0; k < size; ++k) {
       const int v = block + (size == kBlock ? (37 * k + offset) % kBlock : k);
       order[begin[bucket(v)]++] = v;
@@ -33,11 +33,11 @@ std::vector<int> visiting_order(const Graph& graph, std::minstd_rand& random) {
   return order;
 }
 
-/// Each vertex' partner, itself where it has none.
+/// The partner of each vertex, itself if it has none.
 std::vector<int> match(const Graph& graph, int max_weight, std::minstd_rand& random) {
   const int n = graph.n_vertices();
   std::vector<int> partner(n, kNone);
-  std::vector<int> waiting(n, kNone);  // beside each vertex: a vertex that found all its neighbours taken
+  std::vector<int> waiting(n, kNone);  // for each vertex: a neighbour that found no free partner
   int waiting_alone = kNone;
   const auto join = [&](int a, int b) {
     partner[a] = b;
@@ -76,14 +76,13 @@ std::vector<int> match(const Graph& graph, int max_weight, std::minstd_rand& ran
   return partner;
 }
 
-/// The vertices of a coarser graph weigh eight at most: coarser ones are matched anew for each part, so that they have
-/// its shape.
+/// Levels of a hierarchy. Still coarser graphs are matched for each piece separately, so that they fit its shape.
 constexpr int kLevels = 3;
 constexpr int kHeaviest = 1 << kLevels;
 
 constexpr int kOutside = -1;
 
-/// Which vertices of a graph remain, how they are numbered, and what is left of their weights.
+/// The vertices of a graph that remain, their new numbers and weights.
 struct Remainder {
   std::vector<int> vertices;  ///< ascending
   std::vector<int> index;     ///< of each vertex of the graph, or kOutside
@@ -102,11 +101,10 @@ Remainder on_side(const Graph& graph, const Separator& separator, int side) {
   return remainder;
 }
 
-/// The coarse vertices that have something left.
+/// The coarse vertices with a remaining fine vertex.
 Remainder above(const Remainder& fine, const Coarsening& coarsening) {
   Remainder remainder;
   remainder.index.assign(coarsening.graph.n_vertices(), kOutside);
-  // The fine vertices come in the order of the first ones of the coarse ones: so do these, nearly.
   for (size_t k = 0; k < fine.vertices.size(); ++k) {
     const int c = coarsening.coarse_of[fine.vertices[k]];
     if (remainder.index[c] == kOutside) {

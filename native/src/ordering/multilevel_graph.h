@@ -15,23 +15,23 @@ struct Coarsening {
   std::vector<int> coarse_of;  ///< of each fine vertex
 };
 
-/// Joins vertices in pairs, those with the heaviest edge between them first: about half as many remain. A separator of
-/// the result is one of the graph. [Karypis and Kumar 1998, section 3.1]
+/// Heavy-edge matching: joins pairs of vertices with heavy edges between them, so that about half as many remain. A
+/// separator of the result is a separator of the graph. [Karypis and Kumar 1998, section 3.1]
 [[nodiscard]] Coarsening coarsen(const Graph& graph, int max_weight, std::minstd_rand& random);
 
-/// Vertices on two sides without an edge between them, and those that keep them apart.
+/// Two sets of vertices without an edge between them, and the vertices that separate them.
 struct Separator {
   using Side = std::uint8_t;
   static constexpr Side kBetween = 2;
 
   std::vector<Side> side;        ///< of each vertex: 0, 1 or kBetween
-  std::array<int, 3> weights{};  ///< of the sides and of what is between
+  std::array<int, 3> weights{};  ///< of side 0, side 1 and the separator
 };
 
-/// A graph and what it is made of when it is made coarser, again and again, a few times.
+/// A graph and a few coarser ones, each made from the one before.
 struct GraphHierarchy {
   Graph graph;
-  std::vector<Coarsening> coarser;  ///< each of the graph before it
+  std::vector<Coarsening> coarser;  ///< each of the graph before
 };
 
 [[nodiscard]] GraphHierarchy make_hierarchy(Graph graph);
@@ -42,9 +42,9 @@ struct GraphSide {
   std::vector<int> vertices;  ///< of the whole, ascending
 };
 
-/// Both sides. Their coarser graphs are what is left of those of the whole, which costs a fraction of matching anew.
-/// They may have edges that have nothing left under them; so a separator of one is still one of the finer graph.
-/// @param least  a side of no more vertices is not cut again, and has no coarser graphs
+/// Both sides. Their coarser graphs are restrictions of the coarser graphs of the whole, which is much faster than a
+/// new matching. They may have edges without a fine edge, so their separators are still separators of the finer graph.
+/// @param least  a side of at most this many vertices gets no coarser graphs
 [[nodiscard]] std::array<GraphSide, 2> divide(const GraphHierarchy& whole, const Separator& separator, int least);
 
 }  // namespace arap

@@ -19,7 +19,7 @@ namespace arap {
 
 namespace {
 
-/// Pieces of so few vertices are ordered by minimum degree.
+/// Pieces of at most this many vertices are ordered by minimum degree.
 constexpr int kLeafSize = 160;
 static_assert(kLeafSize <= kMinimumDegreeSize);
 constexpr std::ptrdiff_t kPiecesPerThread = 8;
@@ -28,15 +28,14 @@ int degree(const SparseMatrix& pattern, int i) {
   return pattern.outerIndexPtr()[i + 1] - pattern.outerIndexPtr()[i] - 1;
 }
 
-/// A part of a graph, and where in the order its vertices go.
+/// A subgraph, and where in the ordering its vertices begin.
 struct Piece {
   std::vector<int> vertices;  ///< of the whole graph, ascending
   GraphHierarchy hierarchy;
   int begin = 0;
 };
 
-/// The graph of some unknowns. They are put in the order in which they are reached from one another: neighbours are
-/// near each other in memory then, also in each piece.
+/// The graph of some unknowns. Sorts them breadth first, so that neighbours are close in memory, also within pieces.
 Graph make_graph(const SparseMatrix& pattern, std::vector<int>& unknowns) {
   constexpr int kOutside = -2;
   constexpr int kNotReached = -1;
@@ -72,12 +71,12 @@ Graph make_graph(const SparseMatrix& pattern, std::vector<int>& unknowns) {
 
 class Dissection {
  public:
-  explicit Dissection(const Graph& graph) : graph_(graph), order_(graph.n_vertices()) {}
+  explicit Dissection(const Graph& graph) : graph_(graph), ordering_(graph.n_vertices()) {}
 
-  /// order[new] = vertex
+  /// Returns ordering[new] = vertex.
   std::vector<int> run(int threads) {
     std::vector<Piece> pieces;
-    pieces.push_back({std::vector<int>(order_.size()), make_hierarchy(graph_), 0});
+    pieces.push_back({std::vector<int>(ordering_.size()), make_hierarchy(graph_), 0});
     std::iota(pieces[0].vertices.begin(), pieces[0].vertices.end(), 0);
     while (threads > 1 && std::ssize(pieces) < kPiecesPerThread * threads) {
       std::vector<std::array<Piece, 2>> halves(pieces.size());
@@ -87,11 +86,11 @@ class Dissection {
         for (Piece& half : both) pieces.push_back(std::move(half));
     }
     for_each(threads, pieces, [&](int k) { dissect(std::move(pieces[k])); });
-    return std::move(order_);
+    return std::move(ordering_);
   }
 
  private:
-  /// Calls body(k) for each piece, the largest first: each thread takes the next one when it has done one.
+  /// Calls body(k) for each piece, the largest first; threads take them one by one.
   template <class Body>
   static void for_each(int threads, const std::vector<Piece>& pieces, const Body& body) {
     std::vector<int> queue(pieces.size());
@@ -104,7 +103,7 @@ class Dissection {
     });
   }
 
-  /// Puts what is between the halves in its place, at the end; a small piece whole, and has no halves.
+  /// Cuts a piece into halves and places its separator behind them. A small piece is ordered whole and has no halves.
   std::array<Piece, 2> cut(Piece piece) {
     if (piece.vertices.size() <= kLeafSize) {
       finish(piece);
@@ -120,7 +119,7 @@ class Dissection {
       place += static_cast<int>(halves[k].vertices.size());
     }
     for (size_t v = 0; v < piece.vertices.size(); ++v)
-      if (separator.side[v] == Separator::kBetween) order_[place++] = piece.vertices[v];
+      if (separator.side[v] == Separator::kBetween) ordering_[place++] = piece.vertices[v];
     return halves;
   }
 
@@ -154,32 +153,32 @@ class Dissection {
       rows[v].set(column);
     }
     int place = piece.begin;
-    for (const int v : minimum_degree(std::move(rows), n)) order_[place++] = piece.vertices[v];
+    for (const int v : minimum_degree(std::move(rows), n)) ordering_[place++] = piece.vertices[v];
   }
 
   const Graph& graph_;
-  std::vector<int> order_;
+  std::vector<int> ordering_;
 };
 
 }  // namespace
 
 std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads) {
   const auto n = static_cast<int>(pattern.rows());
-  // Unknowns alone need no order; unknowns beside very many others are in every separator, and would hide the shape of
-  // the rest.
+  // Isolated unknowns come first. Unknowns with very many neighbours come last: they would be in every separator and
+  // hide the shape of the rest.
   const double dense = 16 + 10 * std::sqrt(static_cast<double>(n));
-  std::vector<int> order;
+  std::vector<int> ordering;
   std::vector<int> inner;
   std::vector<int> last;
-  order.reserve(n);
+  ordering.reserve(n);
   for (int i = 0; i < n; ++i) {
     const int d = degree(pattern, i);
-    (d <= 0 ? order : d > dense ? last : inner).push_back(i);
+    (d <= 0 ? ordering : d > dense ? last : inner).push_back(i);
   }
   const Graph graph = make_graph(pattern, inner);
-  for (const int v : Dissection(graph).run(threads)) order.push_back(inner[v]);
-  order.insert(order.end(), last.begin(), last.end());
-  return order;
+  for (const int v : Dissection(graph).run(threads)) ordering.push_back(inner[v]);
+  ordering.insert(ordering.end(), last.begin(), last.end());
+  return ordering;
 }
 
 }  // namespace arap

@@ -7,14 +7,14 @@
 
 namespace arap {
 
-/// A fill-reducing order of the unknowns, order[new] = old.
+/// A fill-reducing ordering of the unknowns, ordering[new] = old.
 ///
-/// Elimination couples all neighbours of the eliminated unknown. Nested dissection keeps that local: a small separator
-/// that cuts the graph in two halves comes last, each half is ordered the same way, and nothing couples one half with
-/// the other. For meshes the factor then has O(n log n) entries.
+/// Elimination couples all neighbours of the eliminated unknown. Nested dissection [George 1973] keeps that local: a
+/// small separator that cuts the graph into two halves comes last, and each half is ordered the same way, so nothing
+/// couples the halves. For meshes the factor then has O(n log n) entries.
 ///
 /// @param pattern  symmetric, stored whole
-/// @param threads  to work on; the order does not depend on them
+/// @param threads  to work on; the ordering does not depend on them
 [[nodiscard]] std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads);
 
 }  // namespace arap

@@ -2,14 +2,27 @@
 #pragma once
 
 #include <span>
+#include <tuple>
 
 #include "ordering/multilevel_graph.h"
 
 namespace arap {
 
-/// A light separator with no side heavier than about 0.6 of all, found on coarser graphs and refined on the way back
-/// [Karypis and Kumar 1998, "A fast and high quality multilevel scheme"]. The same each time for the same graph.
-/// @param coarser  graphs to begin with, each of the one before it
+/// Finds a light separator whose sides weigh at most 0.6 of all, on coarser graphs first, refined on the way back
+/// [Karypis and Kumar 1998, "A fast and high quality multilevel scheme"]. Deterministic.
+/// @param coarser  coarser graphs to start from, each made from the one before
 [[nodiscard]] Separator find_separator(const Graph& graph, std::span<const Coarsening> coarser = {});
+
+/// Makes a separator lighter by moving single vertices out of it and their neighbours on the other side into it: always
+/// the best move, for a while also moves that make it heavier. [Fiduccia and Mattheyses 1982; for separators Ashcraft
+/// and Liu 1998]
+/// @param max_passes  each moves every vertex at most once
+void refine(const Graph& graph, Separator& separator, int max_passes);
+
+/// What a separator should minimize, lexicographically: excess weight of the heavier side, weight of the separator,
+/// difference of the sides.
+using SeparatorCost = std::tuple<int, int, int>;
+
+[[nodiscard]] SeparatorCost separator_cost(const Separator& separator);
 
 }  // namespace arap

@@ -6,10 +6,10 @@
 
 namespace arap {
 
-/// Of work on several threads, which no exception may leave: the first failure stops the rest and is told afterwards.
+/// Captures the first exception of parallel work and rethrows it on the calling thread.
 class FirstFailure {
  public:
-  /// Calls act() and keeps what it throws; does nothing once something has failed.
+  /// Calls act() and captures its exception. Does nothing after a failure.
   template <class Act>
   void guard(const Act& act) {
     if (has_failed_) return;
@@ -20,11 +20,11 @@ class FirstFailure {
     }
   }
 
-  /// Something has failed without an exception.
+  /// Notes a failure without an exception.
   void note() { has_failed_ = true; }
   [[nodiscard]] bool has_happened() const { return has_failed_; }
 
-  /// Once the threads are done: throws what was kept, if anything was.
+  /// Rethrows the captured exception, if any. Call when the threads are done.
   void rethrow() const {
     if (exception_) std::rethrow_exception(exception_);
   }

@@ -10,22 +10,26 @@
 
 namespace arap {
 
-/// Threads that pay for a mesh of n vertices: `requested`, or by size where that is 0.
+/// Number of threads for a mesh of n vertices: `requested`, or by size if that is 0.
 [[nodiscard]] int choose_threads(int requested, int n_vertices);
 
-/// Calls body(piece) for [0, n_pieces), on OpenMP's threads: for the long loops of a bind. Throws what the first one
-/// throws that fails; after it none is begun.
+/// Number of threads for an OpenMP region: `wanted`, but 1 in a forked child whose parent has had regions. The runtime
+/// keeps its threads between regions, a child does not have them, and GCC's runtime would wait for them forever.
+[[nodiscard]] int openmp_threads(int wanted);
+
+/// Calls body(piece) for [0, n_pieces) on OpenMP's threads; for the long loops of a bind. Rethrows the first exception,
+/// after which no piece is started.
 void for_each_piece(int threads, int n_pieces, const std::function<void(int piece)>& body);
 
-/// The same for the short passes of an iteration. `body` must not throw, here and wherever there are Workers.
+/// The same on Workers, for the short passes of an iteration. With Workers `body` must not throw, here and below.
 template <class Body>
 void for_each_piece(const Workers& workers, int n_pieces, const Body& body) {
   workers.run(n_pieces, body);
 }
 
-/// Calls body(begin, end) for consecutive ranges of [0, n), several at once. The ranges do not depend on the number of
+/// Calls body(begin, end) for consecutive ranges of [0, n) in parallel. The ranges do not depend on the number of
 /// threads.
-/// @param threads  here and below: how many, or Workers
+/// @param threads  here and below: their number, or Workers
 template <class Threads, class Body>
 void parallel_for_ranges(const Threads& threads, int n, int range, const Body& body) {
   for_each_piece(threads, (n + range - 1) / range, [&](int r) { body(r * range, std::min(n, (r + 1) * range)); });
@@ -36,7 +40,7 @@ void parallel_for(const Threads& threads, int n, const Body& body) {
   parallel_for_ranges(threads, n, kRange, body);
 }
 
-/// to = from, whatever size that had. Rows: a dense matrix
+/// Copies a dense matrix; resizes `to`.
 template <int kRange = 4096, class Threads, class Rows>
 void copy_rows(const Threads& threads, const Rows& from, Rows& to) {
   to.resize(from.rows(), from.cols());
@@ -45,7 +49,7 @@ void copy_rows(const Threads& threads, const Rows& from, Rows& to) {
   });
 }
 
-/// Results of body(begin, end) over ranges of [0, n), joined in order: the same for every number of threads.
+/// Joins the results of body(begin, end) over ranges of [0, n) in order: the same for every number of threads.
 template <int kRange = 512, class Threads, class Value, class Body, class Join>
 [[nodiscard]] Value parallel_reduce(const Threads& threads, int n, const Value& neutral, const Body& body,
                                     const Join& join, int range = kRange) {
@@ -56,14 +60,14 @@ template <int kRange = 512, class Threads, class Value, class Body, class Join>
   return result;
 }
 
-/// A share of [0, n) for each thread, for work that needs a table of its own: consecutive numbers, in order.
+/// Splits [0, n) into one consecutive range per thread, for work that needs a table of its own on each thread.
 class Shares {
  public:
   Shares(int threads, int n) : count_(std::clamp(threads, 1, n / kLeast + 1)), n_(n) {}
 
   [[nodiscard]] int count() const { return count_; }
 
-  /// Calls body(share, begin, end) for each, several at once.
+  /// Calls body(share, begin, end) for each share in parallel.
   template <class Body>
   void for_each(const Body& body) const {
     for_each_piece(count_, count_, [&](int share) { body(share, begin(share), begin(share + 1)); });
@@ -88,7 +92,7 @@ template <int kRange = 512, class Threads, class Body>
 /// Whether body(begin, end) is true for all ranges of [0, n).
 template <int kRange = 512, class Threads, class Body>
 [[nodiscard]] bool parallel_all(const Threads& threads, int n, const Body& body) {
-  // Not bool: a vector of those has no room of its own for each.
+  // char instead of bool: threads must not write to bits of one byte.
   return parallel_reduce<kRange>(
              threads, n, char{1}, [&](int begin, int end) { return static_cast<char>(body(begin, end)); },
              [](char a, char b) { return static_cast<char>(a & b); }) != 0;

@@ -7,7 +7,7 @@
 
 namespace arap {
 
-// The child of a fork has all objects of its parent, but of its threads only the one that forked.
+// Detects forks: a forked child has copies of all objects, but only the thread that forked.
 #if defined(__unix__) || defined(__APPLE__)
 using ProcessId = pid_t;
 inline ProcessId process_id() { return getpid(); }

@@ -6,12 +6,12 @@
 #include <atomic>
 #include <thread>
 
-#include "parallel/openmp.h"
+#include "parallel/parallel.h"
 
 namespace arap {
 
-/// Where the threads of a team wait for each other: a short time spinning, because the parts between two barriers take
-/// microseconds, then giving the core away, because it may be shared with the one that is waited for.
+/// A barrier for work of microseconds: spins for a short time, then yields, because the missing thread may need the
+/// core.
 class SpinBarrier {
  public:
   void wait(int n_threads) {
@@ -38,7 +38,7 @@ class SpinBarrier {
 #endif
   }
 
-  // Each in its own cache line: who arrives does not disturb who waits.
+  // In separate cache lines: arriving threads do not disturb waiting ones.
   alignas(64) std::atomic<int> arrived_ = 0;
   alignas(64) std::atomic<unsigned> generation_ = 0;
 };
@@ -53,7 +53,7 @@ struct Team {
     if (size > 1) gate.wait(size);
   }
 
-  /// Where this thread's part of n things begins and the next one's begins; begins are multiples of `grain`.
+  /// This thread's part [begin, end) of [0, n); parts begin at multiples of `grain`.
   [[nodiscard]] int begin(int n, int grain = 1) const { return part(n, grain, rank); }
   [[nodiscard]] int end(int n, int grain = 1) const { return part(n, grain, rank + 1); }
 

@@ -20,8 +20,8 @@ void pause() {
 #endif
 }
 
-/// Waits until is_over(value) of an atomic that changes by notify_all. What it reads is in the one order of all that is
-/// read and written so, see serve().
+/// Waits until is_over(value). The atomic must be changed with notify_all. Reads are sequentially consistent, see
+/// serve().
 template <class Value, class IsOver>
 Value wait_for(const std::atomic<Value>& changing, const IsOver& is_over) {
   constexpr int kSpins = 4000;  // the gaps between the passes of an iteration
@@ -48,8 +48,7 @@ class Workers::Pool {
 
   ~Pool() {
     if (is_started_ && process_id() != owner_) {
-      // The child of a fork has the objects of threads but not the threads: there is nothing to join, and an object
-      // that was neither joined nor detached must not be destroyed.
+      // A forked child has the thread objects without the threads: they can be neither joined nor destroyed.
       static_cast<void>(threads_.release());
       return;
     }
@@ -73,8 +72,8 @@ class Workers::Pool {
   }
 
  private:
-  /// Pieces in their order, one share for each thread: it finds in its cache what it wrote in the pass before. Who is
-  /// done with its own helps with the others'.
+  /// Consecutive pieces, one share for each thread: it finds in its cache what it wrote in the pass before. A thread
+  /// that is done with its share helps with the others.
   struct alignas(64) Share {
     std::atomic<int> next = 0;
     int end = 0;
@@ -105,7 +104,7 @@ class Workers::Pool {
     try {
       for (size_t rank = 1; rank < shares_.size(); ++rank) threads_->emplace_back([this, rank] { serve(rank); });
     } catch (const std::system_error&) {  // NOLINT(bugprone-empty-catch)
-      // With fewer, then: the pieces are claimed by those that there are.
+      // The threads that there are do all pieces.
     }
   }
 
@@ -122,8 +121,8 @@ class Workers::Pool {
     for (unsigned last = 0;;) {
       const unsigned phase = wait_for(phase_, [&](unsigned p) { return (is_open(p) && p != last) || is_ending(); });
       if (is_ending()) return;
-      // Either the caller sees that this thread is inside and waits, or this thread sees that the pass is over: both
-      // write first and read then, and all four are in one order.
+      // Either the caller sees that this thread is inside and waits, or this thread sees that the pass is over: each
+      // writes before it reads, and the four accesses are sequentially consistent.
       n_inside_.fetch_add(1);
       if (phase_.load() == phase) work(rank);
       if (n_inside_.fetch_sub(1) == 1) n_inside_.notify_all();
@@ -133,16 +132,16 @@ class Workers::Pool {
 
   [[nodiscard]] bool is_ending() const { return is_ending_.load(std::memory_order_relaxed); }
 
-  // Each in its own cache line: who claims does not disturb who waits.
+  // In separate cache lines: claiming threads do not disturb waiting ones.
   alignas(64) std::atomic<unsigned> phase_ = 0;  ///< odd while a pass is open
-  alignas(64) std::atomic<int> n_inside_ = 0;    ///< threads that may be at work on a piece, without the caller
+  alignas(64) std::atomic<int> n_inside_ = 0;    ///< threads that may work on a piece, the caller excluded
   alignas(64) std::atomic<bool> is_busy_ = false;
   std::atomic<bool> is_ending_ = false;
   bool is_started_ = false;
   Task task_{};
   std::vector<Share> shares_;
   std::unique_ptr<std::vector<std::thread>> threads_ = std::make_unique<std::vector<std::thread>>();
-  ProcessId owner_ = 0;  ///< that has the threads
+  ProcessId owner_ = 0;  ///< process that has the threads
 };
 
 Workers::Workers(int threads) : threads_(threads), pool_(threads > 1 ? std::make_shared<Pool>(threads) : nullptr) {}

@@ -5,17 +5,16 @@
 
 namespace arap {
 
-/// Threads for passes of microseconds to milliseconds, which a drag does hundreds of times a second. Copies share them;
-/// the last copy ends them.
+/// A pool of threads for passes of microseconds to milliseconds, hundreds of them a second during a drag. Copies share
+/// the pool; the last copy ends it.
 ///
-/// A pass is cut into pieces that threads claim one by one, the calling thread with them. It waits for nobody but who
-/// is at work on a piece: a thread that the system has not put on a core yet is not missed. Threads without work spin
-/// for a moment, then offer their core to others, then sleep; they start with the first pass that is worth it. Where
-/// they cannot be had (no more threads, the child of a fork), and where they are busy with the pass of another caller,
-/// the calling thread does all pieces itself.
+/// A pass is cut into pieces that the threads and the caller claim one by one. The caller waits only for threads that
+/// hold a piece; a thread that is not scheduled does not delay it. Idle threads spin for a moment, then yield, then
+/// sleep. They start with the first pass of more than one piece. If threads are not available (system limit, forked
+/// child) or busy with the pass of another caller, the caller does all pieces itself.
 class Workers {
  public:
-  /// @param threads  >= 1, the calling one included
+  /// @param threads  >= 1, including the calling thread
   explicit Workers(int threads = 1);
 
   [[nodiscard]] int threads() const { return threads_; }

@@ -9,21 +9,22 @@
 #include <utility>
 
 #include "parallel/parallel.h"
-#include "sampling/node_choice.h"
+#include "sampling/dijkstra.h"
+#include "sampling/poisson_disk.h"
 
 namespace arap {
 
 namespace {
 
-/// Support of a node's weights, in radii.
+/// Support of the weights, in radii.
 constexpr double kSupport = 2;
-/// A node's share of the surface is at least this part of r^2, so that faces without area have rotations too.
+/// Least share of a node in the surface, as a part of r^2: faces without area need rotations too.
 constexpr double kLeastShare = .01;
-/// How often the shares are balanced: what is left changes by little.
+/// Steps of balance(): further ones change little.
 constexpr int kBalancings = 4;
-/// An exponent in (1, 2): four balancings do then as much as six.
+/// In (1, 2): four steps then do as much as six.
 constexpr double kOverRelaxation = 1.5;
-/// A vertex' own support is at least this part of it, squared: every node that covers a vertex is well inside.
+/// Least squared support of a vertex, as a part of the squared support: the nodes that cover a vertex stay inside.
 constexpr double kLeastSupport = .5;
 
 struct Reached {
@@ -31,27 +32,27 @@ struct Reached {
   float weight;
 };
 
-/// s_j^2. The corners of a triangle share their weights, which spreads these: their mean squared distance from the
-/// node, s_j^2 / 3 on a small triangle, is to be the same on a large one.
-double own_support(double support, double spread) {
+/// s_j^2. The corners of a triangle share their weights, which widens them by the triangle's variance. The mean squared
+/// distance of a weight from its node, s_j^2 / 3 on a small triangle, should be the same on a large one.
+double squared_support(double support, double variance) {
   const double whole = support * support;
-  return std::max(whole - 3 * spread, kLeastSupport * whole);
+  return std::max(whole - 3 * variance, kLeastSupport * whole);
 }
 
-/// The vertices in the support of each node.
-std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const std::vector<double>& spreads,
+/// The vertices in the support of each node, with weights before normalization.
+std::vector<std::vector<Reached>> find_supports(const EdgeGraph& graph, const std::vector<double>& variances,
                                                 const std::vector<int>& nodes, double radius, int threads) {
   std::vector<std::vector<Reached>> supports(nodes.size());
   const double support = kSupport * radius;
   std::atomic<size_t> next = 0;
   for_each_piece(threads, threads, [&](int /*thread*/) {
-    DistanceSweep sweep(graph);
+    TruncatedDijkstra sweep(graph);
     std::vector<Reached> reached;
     for (size_t c = next++; c < nodes.size(); c = next++) {
       reached.clear();
       sweep.run(std::span(&nodes[c], 1), static_cast<float>(support), [&](int vertex, float distance) {
         const auto d = static_cast<double>(distance);
-        const double weight = 1 - d * d / own_support(support, spreads[vertex]);
+        const double weight = 1 - d * d / squared_support(support, variances[vertex]);
         if (weight > 0) reached.push_back({vertex, static_cast<float>(weight)});
       });
       supports[c] = reached;
@@ -60,7 +61,7 @@ std::vector<std::vector<Reached>> find_supports(const SurfaceGraph& graph, const
   return supports;
 }
 
-/// 1 / the sum of the shares times the entries' weights, at each vertex.
+/// At each vertex 1 / (sum over its entries of share times weight).
 std::vector<double> reciprocal_sums(const RotationNodes& entries, const std::vector<double>& shares, int threads) {
   std::vector<double> reciprocals(entries.offsets.size() - 1);
   parallel_for(threads, static_cast<int>(reciprocals.size()), [&](int begin, int end) {
@@ -74,8 +75,8 @@ std::vector<double> reciprocal_sums(const RotationNodes& entries, const std::vec
   return reciprocals;
 }
 
-/// Makes the sums at the vertices more even: a share is divided by what it finds there, a harmonic mean over the
-/// support [Richardson 1972, Lucy 1974]. Shares stay positive.
+/// Makes the sums at the vertices more even: divides each share by the harmonic mean of the sums in its node's support
+/// [Richardson 1972, Lucy 1974; as Sinkhorn's scaling]. Shares stay positive.
 void balance(std::vector<double>& shares, const RotationNodes& entries,
              const std::vector<std::vector<Reached>>& supports, const std::vector<double>& areas, int threads) {
   const std::vector<double> reciprocals = reciprocal_sums(entries, shares, threads);
@@ -95,8 +96,8 @@ void balance(std::vector<double>& shares, const RotationNodes& entries,
 
 }  // namespace
 
-std::vector<double> face_spreads(const PolygonMesh& mesh) {
-  std::vector<double> spreads(mesh.n_vertices(), 0);
+std::vector<double> face_variances(const PolygonMesh& mesh) {
+  std::vector<double> variances(mesh.n_vertices(), 0);
   std::vector<int> n_faces(mesh.n_vertices(), 0);
   const Positions& p = mesh.positions();
   for (int f = 0; f < mesh.n_faces(); ++f) {
@@ -104,28 +105,27 @@ std::vector<double> face_spreads(const PolygonMesh& mesh) {
     const double share = 1 / static_cast<double>(face.size());
     Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
     for (const int v : face) centre += share * p.row(v);
-    double spread = 0;
-    for (const int v : face) spread += share * (p.row(v) - centre).squaredNorm();
+    double variance = 0;
+    for (const int v : face) variance += share * (p.row(v) - centre).squaredNorm();
     for (const int v : face) {
-      spreads[v] += spread;
+      variances[v] += variance;
       ++n_faces[v];
     }
   }
-  for (size_t v = 0; v < spreads.size(); ++v) spreads[v] /= std::max(1, n_faces[v]);
-  return spreads;
+  for (size_t v = 0; v < variances.size(); ++v) variances[v] /= std::max(1, n_faces[v]);
+  return variances;
 }
 
-RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const PolygonMesh& mesh,
-                                    const std::vector<double>& areas, double radius,
-                                    const std::vector<std::vector<int>>& mirrors, const std::vector<int>& group,
-                                    int threads) {
+RotationNodes choose_rotation_nodes(const EdgeGraph& graph, const PolygonMesh& mesh, const std::vector<double>& areas,
+                                    double radius, const std::vector<std::vector<int>>& mirrors,
+                                    const std::vector<int>& group, int threads) {
   RotationNodes result;
-  ChosenNodes chosen = choose_nodes(graph, mesh.positions(), areas, radius, mirrors, group);
-  std::vector<double> shares = std::move(chosen.areas);
+  DiskSamples samples = sample_poisson_disk(graph, mesh.positions(), areas, radius, mirrors, group);
+  std::vector<double> shares = std::move(samples.areas);
   for (double& share : shares) share = std::max(share, kLeastShare * radius * radius);
-  result.vertices = std::move(chosen.vertices);
+  result.vertices = std::move(samples.vertices);
   const std::vector<std::vector<Reached>> supports =
-      find_supports(graph, face_spreads(mesh), result.vertices, radius, threads);
+      find_supports(graph, face_variances(mesh), result.vertices, radius, threads);
   result.offsets.assign(graph.n_vertices() + 1, 0);
   for (const std::vector<Reached>& support : supports)
     for (const Reached& reached : support) ++result.offsets[reached.vertex + 1];

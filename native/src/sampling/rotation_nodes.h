@@ -4,35 +4,36 @@
 #include <vector>
 
 #include "arap/mesh.h"
-#include "sampling/surface_distance.h"
+#include "sampling/edge_graph.h"
 
 namespace arap {
 
-/// Rotation nodes: points of the surface, about a radius r apart at any density of the mesh. A vertex looks at the
-/// nodes within 2 r of it along the surface, with the weights w_jc = a_c (1 - d^2 / s_j^2), scaled to sum 1. a_c is
-/// what the node stands for: the area nearest to it, corrected so that the sums before scaling are about even. s_j is 2
-/// r where triangles are small, and less by what they spread a weight where they are large.
+/// Rotation nodes: a smooth version of rotation clusters [Jacobson et al. 2012]. They are vertices about a radius r
+/// apart along the surface, whatever the density of the mesh. Vertex j uses the nodes c within its support s_j with the
+/// weights w_jc = a_c (1 - d^2 / s_j^2), normalized to sum 1. a_c is the area that the node stands for: its Voronoi
+/// cell, corrected so that the sums before normalization are about equal. s_j is 2 r, less on large triangles, which
+/// spread weights themselves.
 struct RotationNodes {
   std::vector<int> vertices;    ///< of each node
-  std::vector<int> offsets;     ///< n_vertices + 1: the nodes of vertex j are entries [offset j, offset j + 1)
+  std::vector<int> offsets;     ///< (n + 1,): vertex j has the entries [offsets[j], offsets[j + 1])
   std::vector<int> nodes;       ///< of each entry
   std::vector<double> weights;  ///< of each entry
 
   [[nodiscard]] int size() const { return static_cast<int>(vertices.size()); }
 };
 
-/// How far a weight at a vertex is spread by the faces at it, squared, (n,): their mean of the mean squared distance of
-/// corners from their centre; 0 in no face.
-[[nodiscard]] std::vector<double> face_spreads(const PolygonMesh& mesh);
+/// (n,) mean variance of the faces at each vertex: the mean squared distance of a face's corners from its centre. 0 for
+/// an isolated vertex.
+[[nodiscard]] std::vector<double> face_variances(const PolygonMesh& mesh);
 
-/// Chooses them, as choose_nodes. Which are chosen depends on the mesh alone.
-/// @param mesh  of the graph's vertices, for all else as there
-[[nodiscard]] RotationNodes choose_rotation_nodes(const SurfaceGraph& graph, const PolygonMesh& mesh,
+/// Places the nodes by sample_poisson_disk, whose parameters these are, and computes the weights. The result depends on
+/// the mesh alone, not on `threads`.
+[[nodiscard]] RotationNodes choose_rotation_nodes(const EdgeGraph& graph, const PolygonMesh& mesh,
                                                   const std::vector<double>& areas, double radius,
                                                   const std::vector<std::vector<int>>& mirrors,
                                                   const std::vector<int>& group, int threads);
 
-/// One at each vertex, which looks at no other.
+/// One node at each vertex, used by this vertex alone.
 [[nodiscard]] RotationNodes node_at_each_vertex(int n_vertices);
 
 }  // namespace arap

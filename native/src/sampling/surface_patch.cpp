@@ -7,13 +7,14 @@
 
 #include "arap/error.h"
 #include "base/format_message.h"
-#include "mesh/face_area.h"
+#include "mesh/surface_measures.h"
+#include "sampling/dijkstra.h"
 
 namespace arap {
 
 namespace {
 
-/// How a weight fades out with the distance: (1 - d^2 / s^2)^3, 0 from s on.
+/// (1 - d^2 / s^2)^3, 0 from s on.
 double faded(double distance, double support) {
   const double part = distance / support;
   const double closeness = part < 1 ? 1 - part * part : 0;
@@ -44,11 +45,11 @@ std::vector<double> vertex_areas(const PolygonMesh& mesh) {
   return areas;
 }
 
-Patch find_patch(const SurfaceGraph& graph, const std::vector<double>& areas, const Positions& rest,
+Patch find_patch(const EdgeGraph& graph, const std::vector<double>& areas, const Positions& rest,
                  const std::vector<int>& sources, double radius) {
   std::vector<std::pair<float, int>> nearest_first;
-  DistanceSweep(graph).run(sources, static_cast<float>(radius),
-                           [&](int vertex, float distance) { nearest_first.emplace_back(distance, vertex); });
+  TruncatedDijkstra(graph).run(sources, static_cast<float>(radius),
+                               [&](int vertex, float distance) { nearest_first.emplace_back(distance, vertex); });
   std::sort(nearest_first.begin(), nearest_first.end());
   Patch patch;
   std::vector<double> fades;

@@ -8,7 +8,7 @@
 
 namespace arap {
 
-/// A sparse row under construction: values by column, with the columns in the order in which they were first named.
+/// A sparse row under construction: values by column, columns in order of first use.
 template <class Value>
 class RowAccumulator {
  public:
@@ -16,7 +16,7 @@ class RowAccumulator {
 
   explicit RowAccumulator(int n_columns) : slot_(n_columns, -1) {}
 
-  /// 0 where it is new.
+  /// The value of a column; adds it as 0 if it is new.
   Value& operator[](int column) {
     int& slot = slot_[column];
     if (slot < 0) {
@@ -28,12 +28,11 @@ class RowAccumulator {
 
   [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
 
-  /// Puts the columns in their own order. Nothing may be added afterwards.
+  /// Sorts the columns. No column may be used afterwards, except after clear().
   void sort() {
     std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.first < b.first; });
   }
 
-  /// Starts anew.
   void clear() {
     for (const Entry& entry : entries_) slot_[entry.first] = -1;
     entries_.clear();
@@ -47,7 +46,7 @@ class RowAccumulator {
       return Value::Zero();
   }
 
-  std::vector<int> slot_;  ///< of each column in entries_, or -1
+  std::vector<int> slot_;  ///< index of each column in entries_, or -1
   std::vector<Entry> entries_;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/union_find.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -19,19 +20,20 @@ void multiply(const SparseMatrix& A, const Positions& x, Positions& result, cons
   });
 }
 
-SparseMatrix renumbered(const SparseMatrix& A, const std::vector<int>& order, const std::vector<int>& new_of_old,
+SparseMatrix renumbered(const SparseMatrix& A, const std::vector<int>& ordering, const std::vector<int>& new_of_old,
                         int threads) {
   SparseMatrix result(A.rows(), A.cols());
   result.resizeNonZeros(A.nonZeros());
   int* offsets = result.outerIndexPtr();
   offsets[0] = 0;
-  for (size_t k = 0; k < order.size(); ++k)
-    offsets[k + 1] = offsets[k] + A.outerIndexPtr()[order[k] + 1] - A.outerIndexPtr()[order[k]];
-  parallel_for(threads, static_cast<int>(order.size()), [&](int begin, int end) {
+  for (size_t k = 0; k < ordering.size(); ++k)
+    offsets[k + 1] = offsets[k] + A.outerIndexPtr()[ordering[k] + 1] - A.outerIndexPtr()[ordering[k]];
+  parallel_for(threads, static_cast<int>(ordering.size()), [&](int begin, int end) {
     std::vector<std::pair<int, double>> column;
     for (int k = begin; k < end; ++k) {
       column.clear();
-      for (SparseMatrix::InnerIterator it(A, order[k]); it; ++it) column.emplace_back(new_of_old[it.row()], it.value());
+      for (SparseMatrix::InnerIterator it(A, ordering[k]); it; ++it)
+        column.emplace_back(new_of_old[it.row()], it.value());
       std::sort(column.begin(), column.end());
       for (size_t e = 0; e < column.size(); ++e) {
         result.innerIndexPtr()[offsets[k] + static_cast<int>(e)] = column[e].first;
@@ -40,6 +42,17 @@ SparseMatrix renumbered(const SparseMatrix& A, const std::vector<int>& order, co
     }
   });
   return result;
+}
+
+std::vector<int> connected_components(const SparseMatrix& A) {
+  const auto n = static_cast<int>(A.cols());
+  UnionFind sets(n);
+  for (int column = 0; column < n; ++column)
+    for (SparseMatrix::InnerIterator it(A, column); it && it.row() < column; ++it)
+      if (it.value() != 0) sets.join(column, static_cast<int>(it.row()));
+  std::vector<int> components(n);
+  for (int i = 0; i < n; ++i) components[i] = sets.find(i);
+  return components;
 }
 
 }  // namespace arap

@@ -11,14 +11,14 @@
 
 namespace arap {
 
-/// Sparse rows, made in parallel: consecutive rows are a share.
+/// Sparse rows that are computed in parallel, in shares of consecutive rows.
 template <class Value>
 class SparseRows {
  public:
   using Entry = typename RowAccumulator<Value>::Entry;
 
-  /// @param make_fill  make_fill() is called once for each share; what it returns is called with each of its rows and
-  ///     the RowAccumulator to add it to, whose order the entries keep
+  /// @param make_fill  make_fill() is called once for each share and returns a function fill(row, RowAccumulator&),
+  ///     which is called for each row of the share; entries keep the order of the accumulator
   template <class MakeFill>
   SparseRows(int n_rows, int n_columns, int threads, const MakeFill& make_fill)
       : shares_(threads, n_rows), pieces_(shares_.count()), offsets_(n_rows + 1, 0) {
@@ -36,10 +36,10 @@ class SparseRows {
   }
 
   [[nodiscard]] int n_shares() const { return shares_.count(); }
-  /// n_rows + 1: where the entries of each row begin among all.
+  /// (n_rows + 1,) first entry of each row.
   [[nodiscard]] const std::vector<int>& offsets() const { return offsets_; }
 
-  /// visit(share, row, entries), several shares at once, each in the order of its rows.
+  /// Calls visit(share, row, entries) for the rows of each share in order, for several shares in parallel.
   template <class Visit>
   void for_each(const Visit& visit) const {
     shares_.for_each([&](int share, int begin, int end) {
@@ -59,7 +59,7 @@ class SparseRows {
   }
 
  private:
-  /// Blocks do not move while a share grows.
+  /// Blocks instead of one array: a share grows without moving its entries.
   using Piece = std::vector<std::vector<Entry>>;
   static constexpr size_t kBlock = 1U << 15U;
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "cholesky/solver_choice.h"
-#include "sparse/connected_components.h"
+#include "sparse/sparse.h"
 #include "support/helpers.h"
 
 namespace arap_test {
@@ -33,23 +33,42 @@ struct Problem {
   std::vector<char> is_fixed;
   Eigen::VectorXd soft_diagonal;
   std::vector<LinearRow> averages;
-  arap::LinearRows rows;
+  arap::LinearRows soft_rows;
+  arap::LinearRows stiff_rows;
 
   explicit Problem(const MeshData& mesh)
       : K(Reference(mesh, arap::Energy::kSpokes, arap::EdgeWeights::kCotangent).matrix().sparseView()),
         is_fixed(static_cast<size_t>(mesh.n_vertices()), 0),
         soft_diagonal(Eigen::VectorXd::Zero(mesh.n_vertices())) {}
 
-  [[nodiscard]] arap::SystemConstraints constraints() const { return {is_fixed, soft_diagonal, averages, rows, {}}; }
+  [[nodiscard]] arap::SystemConstraints constraints() const {
+    return {is_fixed, soft_diagonal, averages, soft_rows, stiff_rows, {}};
+  }
 
-  /// Minimizer of 1/2 <x, A x> - <b, x>, fixed rows as in `x`.
+  [[nodiscard]] static Eigen::MatrixXd dense(const arap::LinearRows& rows, Eigen::Index n) {
+    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(rows.size(), n);
+    for (int r = 0; r < rows.size(); ++r)
+      for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) result(r, rows.indices[k]) += rows.coefficients[k];
+    return result;
+  }
+  /// H^T W H.
+  [[nodiscard]] static Eigen::MatrixXd normal_matrix(const arap::LinearRows& rows, Eigen::Index n) {
+    const Eigen::MatrixXd H = dense(rows, n);
+    return H.transpose() * Eigen::VectorXd::Map(rows.weights.data(), rows.size()).asDiagonal() * H;
+  }
+
+  /// Minimizer of 1/2 <x, A x> - <b, x>, fixed rows as in `x`; the targets of averages, then of stiff rows.
   [[nodiscard]] Positions dense_solution(const Positions& b, const Positions& x, const Positions& targets) const {
     const auto n = K.rows();
     const auto m = static_cast<Eigen::Index>(averages.size());
     Eigen::MatrixXd saddle = Eigen::MatrixXd::Zero(n + m, n + m);
     Eigen::MatrixXd right(n + m, 3);
-    saddle.topLeftCorner(n, n) = Eigen::MatrixXd(K) + Eigen::MatrixXd(soft_diagonal.asDiagonal());
-    right << b, targets;
+    saddle.topLeftCorner(n, n) = Eigen::MatrixXd(K) + Eigen::MatrixXd(soft_diagonal.asDiagonal()) +
+                                 normal_matrix(soft_rows, n) + normal_matrix(stiff_rows, n);
+    right << b, targets.topRows(m);
+    right.topRows(n) += dense(stiff_rows, n).transpose() *
+                        Eigen::VectorXd::Map(stiff_rows.weights.data(), stiff_rows.size()).asDiagonal() *
+                        targets.bottomRows(stiff_rows.size());
     for (Eigen::Index k = 0; k < m; ++k)
       for (size_t e = 0; e < averages[k].indices.size(); ++e)
         saddle(n + k, averages[k].indices[e]) += averages[k].coefficients[e];
@@ -67,18 +86,24 @@ struct Problem {
     const auto n = static_cast<int>(K.rows());
     const Positions b = Random(71).noise(n, 1);
     const Positions x = Random(72).noise(n, 1);
-    const Positions targets = Random(73).noise(static_cast<int>(averages.size()), 1);
+    const Positions targets = Random(73).noise(static_cast<int>(averages.size()) + stiff_rows.size(), 1);
     const auto solver = arap::make_linear_solver(K, kSolver);
     const ConstrainedSystem system(*solver, kSolver, K, arap::connected_components(K), constraints(), {});
     Positions residual;
     system.multiply(x, residual);
     residual = b - residual;
     Positions gaps = targets;
-    for (Eigen::Index k = 0; k < gaps.rows(); ++k) gaps.row(k) -= averages[k].of(x);
+    for (size_t k = 0; k < averages.size(); ++k) gaps.row(k) -= averages[k].of(x);
+    gaps.bottomRows(stiff_rows.size()) -= dense(stiff_rows, n) * x;
     Positions multipliers;
+    Positions exact = residual;
+    system.correct_to(1e-14, exact, gaps);
     system.correct(residual, gaps, multipliers, residual);
     const Positions expected = dense_solution(b, x, targets);
-    EXPECT_LT(max_distance(x + residual, expected), 1e-9 * (1 + expected.cwiseAbs().maxCoeff())) << what;
+    const double size = 1 + expected.cwiseAbs().maxCoeff();
+    EXPECT_LT(max_distance(x + exact, expected), 1e-8 * size) << what;
+    // Stiff rows are met by iteration.
+    EXPECT_LT(max_distance(x + residual, expected), (stiff_rows.empty() ? 1e-9 : 1e-2) * size) << what;
   }
 };
 
@@ -123,6 +148,59 @@ TEST(ConstrainedSystem, EachComponentIsHeldItsOwnWay) {
   problem.averages = {{{13, 14}, {.5, .5}}, {{3, 15}, {.5, .5}}};
   problem.soft_diagonal[30] = 1;
   problem.expect_solved("three parts: fixed, averages, soft; one average over two of them");
+}
+
+TEST(ConstrainedSystem, SoftRowsBesideFixedAndSoftUnknownsAndAverages) {
+  Problem problem(bumpy_sphere(1));
+  problem.is_fixed[3] = 1;
+  problem.soft_diagonal[12] = 3;
+  problem.soft_rows.add({{5, 30, 17}, {1, -.5, 2}}, .7);
+  problem.soft_rows.add({{3, 31}, {.5, .5}}, 4);
+  problem.soft_rows.add({{8}, {1}}, .1);
+  problem.expect_solved("soft rows");
+  problem.averages = {{{5, 6, 7}, {.5, .25, .25}}};
+  problem.expect_solved("and an average");
+}
+
+TEST(ConstrainedSystem, SoftRowsAloneHoldAComponent) {
+  Problem problem(bumpy_sphere(1));
+  problem.soft_rows.add({{5, 30}, {.5, .5}}, .7);
+  problem.expect_solved("a row");
+}
+
+TEST(ConstrainedSystem, RowsOverTwoComponentsHoldBoth) {
+  Problem problem(join(two_spheres(0), bumpy_sphere(0)));
+  problem.is_fixed[2] = 1;
+  problem.soft_rows.add({{3, 15}, {1, -1}}, 2);
+  problem.soft_rows.add({{14, 30}, {1, 1}}, .5);
+  problem.expect_solved("a chain of three parts, the first fixed");
+}
+
+TEST(ConstrainedSystem, RowsThatDoNotSayWhereAComponentIsLeaveThatToOthers) {
+  Problem problem(bumpy_sphere(1));
+  problem.soft_rows.add({{5, 30}, {1, -1}}, 2);
+  problem.averages = {{{20, 21}, {.5, .5}}};
+  problem.expect_solved("a difference, and an average");
+}
+
+TEST(ConstrainedSystem, StiffRows) {
+  Problem problem(bumpy_sphere(1));
+  for (int k = 0; k < 6; ++k) problem.stiff_rows.add({{k, 2 * k + 11, 40 - k}, {.5, .3, .2}}, 1e5);
+  problem.expect_solved("alone");
+  problem.is_fixed[3] = 1;
+  problem.soft_rows.add({{8, 9}, {.5, .5}}, 1);
+  problem.expect_solved("with a fixed unknown among theirs, and a soft row");
+  problem.averages = {{{6, 7}, {.5, .5}}, {{20}, {1}}};
+  problem.expect_solved("and averages");
+}
+
+TEST(ConstrainedSystem, StiffRowsMayRepeatAndContradictEachOther) {
+  Problem problem(bumpy_sphere(1));
+  problem.is_fixed[0] = 1;
+  for (int copy = 0; copy < 3; ++copy) problem.stiff_rows.add({{5, 30}, {.5, .5}}, 1e5 * (1 + copy));
+  problem.stiff_rows.add({{5, 30, 31}, {1, 1, 1}}, 1e5);
+  problem.stiff_rows.add({{31}, {1}}, 1e5);
+  problem.expect_solved("five rows over two degrees of freedom, each with its own target");
 }
 
 TEST(ConstrainedSystem, CorrectionOfASolutionIsZero) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <set>
 #include <utility>
@@ -13,27 +12,24 @@
 
 #include "mesh/mirror_symmetry.h"
 #include "mesh/surface_orientation.h"
-#include "models/surface_arap/surface_energies.h"
-#include "sampling/rotation_nodes.h"
-#include "sampling/surface_patch.h"
 #include "support/helpers.h"
 
 namespace arap_test {
 namespace {
 
-using Bridges = std::vector<std::pair<int, int>>;
+using Links = std::vector<std::pair<int, int>>;
 
-Bridges bridges_of(const MeshData& mesh, double radius) { return arap::find_bridges(mesh.mesh(), radius, {}, 1); }
+Links links_of(const MeshData& mesh, double radius) { return arap::find_thickness_links(mesh.mesh(), radius, {}, 1); }
 
 /// A plate with the diagonal 1.12, one cell thick.
 MeshData plate(int n, double thickness, Faces faces = Faces::kQuads) {
   return box({2 * n, n, 1}, Vector3(1, .5, thickness), faces);
 }
 
-/// Vertices of bridges.
-std::set<int> ends_of(const Bridges& bridges) {
+/// Vertices of links.
+std::set<int> ends_of(const Links& links) {
   std::set<int> ends;
-  for (const auto& [a, b] : bridges) ends.insert({a, b});
+  for (const auto& [a, b] : links) ends.insert({a, b});
   return ends;
 }
 
@@ -82,17 +78,17 @@ struct Fork {
   }
 };
 
-TEST(Bridges, JoinTheWallsOfAThinPlateAndOnlyThese) {
+TEST(ThicknessLinks, JoinTheWallsOfAThinPlateAndOnlyThese) {
   const double thickness = .02;
   for (const MeshData& mesh : {plate(10, thickness), plate(10, thickness, Faces::kTriangles)}) {
-    const Bridges bridges = bridges_of(mesh, .06);
-    for (const auto& [a, b] : bridges) {
+    const Links links = links_of(mesh, .06);
+    for (const auto& [a, b] : links) {
       EXPECT_LT(a, b);
       EXPECT_LT(mesh.vertices[a][2] * mesh.vertices[b][2], 0);
       EXPECT_LT((mesh.vertices[a] - mesh.vertices[b]).norm(), .06);
     }
-    const std::set<std::pair<int, int>> found(bridges.begin(), bridges.end());
-    EXPECT_EQ(found.size(), bridges.size());
+    const std::set<std::pair<int, int>> found(links.begin(), links.end());
+    EXPECT_EQ(found.size(), links.size());
     for (int a = 0; a < mesh.n_vertices(); ++a) {
       const Vector3& p = mesh.vertices[a];
       if (p[2] > 0 || std::abs(p[0]) > .49 || std::abs(p[1]) > .24) continue;
@@ -103,87 +99,64 @@ TEST(Bridges, JoinTheWallsOfAThinPlateAndOnlyThese) {
   }
 }
 
-TEST(Bridges, ThereAreNoneWhereWallsAreFurtherApartThanTheRadius) {
-  EXPECT_TRUE(bridges_of(plate(10, .1), .09).empty());
-  EXPECT_FALSE(bridges_of(plate(10, .1), .11).empty());
+TEST(ThicknessLinks, ThereAreNoneWhereWallsAreFurtherApartThanTheRadius) {
+  EXPECT_TRUE(links_of(plate(10, .1), .09).empty());
+  EXPECT_FALSE(links_of(plate(10, .1), .11).empty());
 }
 
-TEST(Bridges, NoneGoesAcrossAGap) {
+TEST(ThicknessLinks, NoneGoesAcrossAGap) {
   const Fork fork;
   const Positions p = fork.mesh.positions();
-  const Bridges bridges = bridges_of(fork.mesh, 1.5 * Fork::kThickness);
-  const std::set<int> ends = ends_of(bridges);
+  const Links links = links_of(fork.mesh, 1.5 * Fork::kThickness);
+  const std::set<int> ends = ends_of(links);
   int n_at_gap = 0;
   for (int v = 0; v < p.rows(); ++v)
     n_at_gap += std::abs(p(v, 0)) < Fork::kGap && p(v, 1) > .05 && ends.contains(v) ? 1 : 0;
-  EXPECT_GT(n_at_gap, 0) << "walls at the gap have bridges, but into their own finger";
-  for (const auto& [a, b] : bridges) {
+  EXPECT_GT(n_at_gap, 0) << "walls at the gap have links, but into their own finger";
+  for (const auto& [a, b] : links) {
     if (p(a, 1) <= 0 && p(b, 1) <= 0) continue;
     EXPECT_GT(p(a, 0) * p(b, 0), 0) << a << ", " << b;
   }
 }
 
-/// Whether a vertex of a fork's fingers, with the palm's edge, is at the left one: by its place in an open fork.
+/// Whether a vertex belongs to the left finger, by its position in an open fork.
 bool is_left(const MeshData& open, int vertex) { return open.vertices[vertex][0] < 0; }
 
-TEST(Bridges, NoneJoinsFingersThatTouchOrOverlap) {
+TEST(ThicknessLinks, NoneJoinsFingersThatTouchOrOverlap) {
   const Fork open;
   for (const double depth : {0., 1e-12, 1e-9, 1e-7, 1e-5, 1e-4, 1e-3, .01, .03}) {
     const Fork fork(-depth);
-    const Bridges bridges = bridges_of(fork.mesh, 1.5 * Fork::kThickness);
-    EXPECT_GT(bridges.size(), 20u) << "in the fingers";
-    for (const auto& [a, b] : bridges) {
+    const Links links = links_of(fork.mesh, 1.5 * Fork::kThickness);
+    EXPECT_GT(links.size(), 20u) << "in the fingers";
+    for (const auto& [a, b] : links) {
       if (open.mesh.vertices[a][1] <= .05 && open.mesh.vertices[b][1] <= .05) continue;
       EXPECT_EQ(is_left(open.mesh, a), is_left(open.mesh, b)) << a << ", " << b << " overlap by " << depth;
     }
   }
 }
 
-TEST(Bridges, AFingerThatStaysDoesNotMindTheOneThatOverlapsIt) {
-  const Fork open;
-  const auto most_moved = [&](double gap) {
-    const MeshData& mesh = Fork(gap).mesh;
-    Task task;
-    for (int v = 0; v < mesh.n_vertices(); ++v) {
-      const Vector3& p = mesh.vertices[v];
-      if (p[1] < -.15) task.add(v, p);
-      if (p[1] > .75 && !is_left(open.mesh, v)) task.add(v, p + Vector3(.1, 0, .3));
-    }
-    arap::Options options;
-    options.rigidity_radius = .08;
-    const Positions after = solve_once(mesh, task, {}, options).positions;
-    double most = 0;
-    for (int v = 0; v < mesh.n_vertices(); ++v)
-      if (mesh.vertices[v][1] > .05 && is_left(open.mesh, v))
-        most = std::max(most, (after.row(v).transpose() - mesh.vertices[v]).norm());
-    return most / mesh.diagonal();
-  };
-  const double apart = most_moved(Fork::kGap);
-  for (const double depth : {0., 1e-7, 1e-4, 1e-3}) EXPECT_LT(most_moved(-depth), 1.5 * apart + 1e-3) << depth;
-}
-
-TEST(Bridges, NoneJoinsWhatPokesIntoAPartWithIt) {
+TEST(ThicknessLinks, NoneJoinsOverlappingLimbs) {
   // A thin sheet below the surface of a thick plate; they are one part, as they have a corner in common.
   const MeshData thick = plate(10, .1);
-  const auto bridges_with_sheet_at = [&](double height) {
+  const auto links_with_sheet_at = [&](double height) {
     const MeshData thin =
         transformed(plate(10, .01), [&](const Vector3& x) { return Vector3(.8 * x[0], .8 * x[1], x[2] + height); });
     MeshData mesh = join(thick, thin);
     for (auto& face : mesh.faces) std::replace(face.begin(), face.end(), thick.n_vertices(), 0);
-    return bridges_of(mesh, .06);
+    return links_of(mesh, .06);
   };
-  EXPECT_FALSE(bridges_with_sheet_at(.5).empty());
-  for (const auto& [a, b] : bridges_with_sheet_at(.03)) EXPECT_EQ(a < thick.n_vertices(), b < thick.n_vertices());
+  EXPECT_FALSE(links_with_sheet_at(.5).empty());
+  for (const auto& [a, b] : links_with_sheet_at(.03)) EXPECT_EQ(a < thick.n_vertices(), b < thick.n_vertices());
 }
 
-TEST(Bridges, NoneJoinsParts) {
+TEST(ThicknessLinks, NoneJoinsParts) {
   const double thickness = .03;
   for (const double distance : {thickness, 1.1 * thickness, .8 * thickness}) {
     const MeshData lower = plate(8, thickness);
     const MeshData upper = transformed(lower, [&](const Vector3& x) { return Vector3(x[0], x[1], x[2] + distance); });
-    const Bridges bridges = bridges_of(join(lower, upper), .1);
-    EXPECT_FALSE(bridges.empty());
-    for (const auto& [a, b] : bridges) EXPECT_EQ(a < lower.n_vertices(), b < lower.n_vertices());
+    const Links links = links_of(join(lower, upper), .1);
+    EXPECT_FALSE(links.empty());
+    for (const auto& [a, b] : links) EXPECT_EQ(a < lower.n_vertices(), b < lower.n_vertices());
   }
 }
 
@@ -199,35 +172,35 @@ MeshData hairpin(double gap) {
   });
 }
 
-TEST(Bridges, OpenSheetsHaveNone) {
+TEST(ThicknessLinks, OpenSheetsHaveNone) {
   for (const MeshData& mesh : {grid(10, Faces::kQuads), open_cylinder(12, 8, Faces::kQuads), moebius_strip(24, 3),
                                book(6, Faces::kQuads), hairpin(.05)}) {
-    EXPECT_TRUE(bridges_of(mesh, .2 * mesh.diagonal()).empty()) << mesh.name;
+    EXPECT_TRUE(links_of(mesh, .2 * mesh.diagonal()).empty()) << mesh.name;
     MeshData turned = mesh;
     for (auto& face : turned.faces) std::reverse(face.begin(), face.end());
-    EXPECT_TRUE(bridges_of(turned, .2 * mesh.diagonal()).empty()) << mesh.name;
+    EXPECT_TRUE(links_of(turned, .2 * mesh.diagonal()).empty()) << mesh.name;
   }
 }
 
-TEST(Bridges, FacesThatAreTurnedAroundHaveNone) {
+TEST(ThicknessLinks, FacesThatAreTurnedAroundHaveNone) {
   const MeshData mesh = plate(10, .02);
   const auto with_turned = [&](const auto& is_turned) {
     MeshData result = mesh;
     for (int f = 0; f < mesh.n_faces(); ++f)
       if (is_turned(f)) std::reverse(result.faces[f].begin(), result.faces[f].end());
-    return bridges_of(result, .06);
+    return links_of(result, .06);
   };
   EXPECT_TRUE(with_turned([](int) { return true; }).empty()) << "inside out";
   EXPECT_TRUE(with_turned([](int f) { return f % 2 == 0; }).empty()) << "every other";
   EXPECT_TRUE(with_turned([&](int f) { return mesh.vertices[mesh.faces[f][0]][2] > 0; }).empty()) << "one wall";
 }
 
-TEST(Bridges, AFewBadFacesLoseOnlyTheirOwn) {
+TEST(ThicknessLinks, AFewBadFacesLoseOnlyTheirOwn) {
   const MeshData mesh = plate(20, .02);
-  const std::set<int> all = ends_of(bridges_of(mesh, .06));
+  const std::set<int> all = ends_of(links_of(mesh, .06));
   const std::vector<int> face = mesh.faces[mesh.n_faces() / 2];
   const auto expect_others = [&](const MeshData& worse) {
-    const std::set<int> ends = ends_of(bridges_of(worse, .06));
+    const std::set<int> ends = ends_of(links_of(worse, .06));
     for (const int v : face) EXPECT_FALSE(ends.contains(v));
     EXPECT_GT(ends.size(), all.size() - 10);
   };
@@ -252,14 +225,14 @@ TEST(SurfaceOrientation, FacesThatCancelOutLeaveNoNormal) {
   for (int v = 0; v < tip; ++v) EXPECT_NEAR(normals.row(v).norm(), 1, 1e-12) << v;
 }
 
-TEST(Bridges, AreDefinedOnMeshesOfEveryKind) {
+TEST(ThicknessLinks, AreDefinedOnMeshesOfEveryKind) {
   for (MeshData& mesh : all_small_meshes()) {
     mesh.add_vertex(mesh.vertices[0]);
     mesh.add_vertex(Vector3(1, 2, 3));
     mesh.faces.push_back({0, 1, mesh.n_vertices() - 2});  // no area: its first and last corner are at one place
     const arap::PolygonMesh polygons = mesh.mesh();
     for (const double radius : {1e-4, .05, .3, 2.}) {
-      for (const auto& [a, b] : bridges_of(mesh, radius * mesh.diagonal())) {
+      for (const auto& [a, b] : links_of(mesh, radius * mesh.diagonal())) {
         EXPECT_EQ(polygons.part_of_vertex()[a], polygons.part_of_vertex()[b]) << mesh.name;
         EXPECT_LT((mesh.vertices[a] - mesh.vertices[b]).norm(), radius * mesh.diagonal()) << mesh.name;
         EXPECT_LT(b, mesh.n_vertices() - 1) << "a loose vertex of " << mesh.name;
@@ -268,51 +241,41 @@ TEST(Bridges, AreDefinedOnMeshesOfEveryKind) {
   }
 }
 
-TEST(Bridges, ImagesOfBridgesAreBridges) {
+TEST(ThicknessLinks, ImagesOfLinksAreLinks) {
   for (const Faces faces : {Faces::kQuads, Faces::kTriangles}) {
     const MeshData mesh = transformed(plate(9, .02, faces),
                                       [](const Vector3& x) { return Vector3(x[0], x[1], x[2] * (1.5 - x[0] * x[0])); });
     const auto mirrors = arap::find_mirrors(mesh.mesh(), 2);
     ASSERT_EQ(mirrors.size(), 3u);
-    const Bridges bridges = arap::find_bridges(mesh.mesh(), .06, mirrors, 1);
-    const std::set<std::pair<int, int>> found(bridges.begin(), bridges.end());
+    const Links links = arap::find_thickness_links(mesh.mesh(), .06, mirrors, 1);
+    const std::set<std::pair<int, int>> found(links.begin(), links.end());
     EXPECT_FALSE(found.empty());
     for (const auto& mirror : mirrors)
-      for (const auto& [a, b] : bridges) EXPECT_TRUE(found.contains(std::minmax({mirror[a], mirror[b]})));
+      for (const auto& [a, b] : links) EXPECT_TRUE(found.contains(std::minmax({mirror[a], mirror[b]})));
   }
 }
 
-TEST(Bridges, DoNotDependOnTheNumberOfThreads) {
+TEST(ThicknessLinks, DoNotDependOnTheNumberOfThreads) {
   const MeshData mesh = plate(40, .012, Faces::kTriangles);
-  EXPECT_EQ(arap::find_bridges(mesh.mesh(), .03, {}, 1), arap::find_bridges(mesh.mesh(), .03, {}, 2));
+  EXPECT_EQ(arap::find_thickness_links(mesh.mesh(), .03, {}, 1), arap::find_thickness_links(mesh.mesh(), .03, {}, 2));
 }
 
-TEST(Bridges, AreFewHoweverDenseTheMesh) {
+TEST(ThicknessLinks, AreFewHoweverDenseTheMesh) {
   // A vertex for each quarter of the radius along and across, on either wall, and as many at the rim.
   const double radius = .1;
   const double most = 4 * (4 / radius + 2) * (2 / radius + 2);
-  EXPECT_LT(bridges_of(plate(60, .02), radius).size(), most);
-  EXPECT_LT(bridges_of(plate(120, .02), radius).size(), most);
-}
-
-/// The nodes of a mesh that is its own model.
-arap::RotationNodes nodes_of(const MeshData& mesh, double radius) {
-  arap::Options options;
-  options.energy = arap::Energy::kSpokesAndRims;
-  const arap::PolygonMesh polygons = mesh.mesh();
-  const arap::CellEnergy cells = surface_energy(polygons, options);
-  const arap::SurfaceGraph graph(cells.K, mesh.positions(), 1, arap::find_bridges(polygons, radius, {}, 1));
-  return arap::choose_rotation_nodes(graph, polygons, arap::vertex_areas(polygons), radius, {}, {}, 1);
+  EXPECT_LT(links_of(plate(60, .02), radius).size(), most);
+  EXPECT_LT(links_of(plate(120, .02), radius).size(), most);
 }
 
 std::set<int> seen_by(const arap::RotationNodes& nodes, int vertex) {
   return {nodes.nodes.begin() + nodes.offsets[vertex], nodes.nodes.begin() + nodes.offsets[vertex + 1]};
 }
 
-TEST(Bridges, WallsOfAThinPlateShareNodes) {
+TEST(ThicknessLinks, WallsOfAThinPlateShareNodes) {
   for (const int n : {10, 50}) {
     MeshData mesh = plate(n, .02, Faces::kTriangles);
-    const arap::RotationNodes nodes = nodes_of(mesh, .06);
+    const arap::RotationNodes nodes = choose_nodes(mesh, .06);
     for (int a = 0; a < mesh.n_vertices(); ++a) {
       const Vector3& p = mesh.vertices[a];
       const int b = mesh.vertex_at(Vector3(p[0], p[1], -p[2]));
@@ -324,10 +287,10 @@ TEST(Bridges, WallsOfAThinPlateShareNodes) {
   }
 }
 
-TEST(Bridges, FingersShareNoNodesAcrossTheGap) {
+TEST(ThicknessLinks, FingersShareNoNodesAcrossTheGap) {
   const Fork fork;
   const double radius = 1.2 * Fork::kThickness;
-  const arap::RotationNodes nodes = nodes_of(fork.mesh, radius);
+  const arap::RotationNodes nodes = choose_nodes(fork.mesh, radius);
   std::set<int> left;
   std::set<int> right;
   for (int v = 0; v < fork.mesh.n_vertices(); ++v)
@@ -336,7 +299,7 @@ TEST(Bridges, FingersShareNoNodesAcrossTheGap) {
   for (const int c : left) EXPECT_FALSE(right.contains(c));
 }
 
-TEST(Bridges, ABentPlateDoesNotPassThroughItself) {
+TEST(ThicknessLinks, ABentPlateDoesNotPassThroughItself) {
   const double thickness = .012;
   MeshData mesh = plate(40, thickness, Faces::kTriangles);
   Task task;

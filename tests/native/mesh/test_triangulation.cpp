@@ -21,7 +21,7 @@ using arap::Triangulation;
 
 using EdgeSums = std::map<std::pair<int, int>, double>;
 
-/// Sum over the triangles of what each gives to an edge.
+/// Sum of the weights of each edge over all triangles.
 EdgeSums edge_sums(const Triangulation& triangulation) {
   EdgeSums sums;
   for (const auto& t : triangulation.triangles)
@@ -34,7 +34,7 @@ EdgeSums edge_sums(const MeshData& mesh, EdgeWeights weights = EdgeWeights::kCot
   return edge_sums(arap::triangulate(mesh.mesh(), weights));
 }
 
-/// Sum of weight (f_i - f_j)^2, which is the integral of |grad f|^2 over a flat mesh where f is linear.
+/// Sum of weight (f_i - f_j)^2, which is the integral of |grad f|^2 over a flat mesh if f is linear.
 double dirichlet(const EdgeSums& sums, const MeshData& mesh, const Vector3& slope) {
   double sum = 0;
   for (const auto& [ij, weight] : sums)
@@ -201,7 +201,7 @@ TEST(Triangulate, ThinButProperTriangleKeepsItsCotangents) {
   EXPECT_TRUE(t.ties.empty());
 }
 
-TEST(Triangulate, FaceThatNamesAVertexTwiceGivesNoNonsense) {
+TEST(Triangulate, FaceWithARepeatedVertexGivesFiniteWeights) {
   MeshData mesh = one_face({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
   for (const std::vector<int>& face : {std::vector<int>{0, 1, 1}, {0, 0, 0}, {0, 1, 2, 1}, {0, 1, 2, 0}}) {
     mesh.faces[0] = face;

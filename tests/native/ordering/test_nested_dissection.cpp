@@ -13,11 +13,9 @@
 #include <vector>
 
 #include "cholesky/elimination_tree.h"
-#include "cholesky/references/symmetric_ordering.h"
 #include "ordering/minimum_degree.h"
 #include "ordering/multilevel_graph.h"
 #include "ordering/separator.h"
-#include "ordering/separator_refinement.h"
 #include "support/helpers.h"
 
 namespace arap_test {
@@ -76,7 +74,7 @@ Edges random_edges(int n, int n_edges) {
   return edges;
 }
 
-/// As the graph, its vertices in a random order.
+/// The same graph with shuffled vertices.
 Edges shuffled(int n, Edges edges) {
   Random random(5);
   std::vector<int> name(n);
@@ -148,11 +146,9 @@ double fill(const SparseMatrix& pattern, const std::vector<int>& order) {
 }
 
 std::vector<int> approximate_minimum_degree(const SparseMatrix& pattern) {
-  arap::SymmetricOrdering::PermutationType permutation;
-  arap::SymmetricOrdering()(pattern, permutation);
-  std::vector<int> order(pattern.rows());
-  for (int old = 0; old < pattern.rows(); ++old) order[permutation.indices()[old]] = old;
-  return order;
+  Eigen::AMDOrdering<int>::PermutationType permutation;
+  Eigen::AMDOrdering<int>()(pattern, permutation);
+  return {permutation.indices().begin(), permutation.indices().end()};
 }
 
 void expect_separates(const Graph& graph, const Separator& separator) {
@@ -171,7 +167,7 @@ class NestedDissection : public testing::TestWithParam<NamedGraph> {};
 INSTANTIATE_TEST_SUITE_P(Graphs, NestedDissection, testing::ValuesIn(graphs()),
                          [](const auto& graph) { return graph.param.name; });
 
-TEST_P(NestedDissection, IsAnOrderOfAllUnknowns) {
+TEST_P(NestedDissection, IsAPermutationOfAllUnknowns) {
   std::vector<int> order = arap::nested_dissection(pattern_of(GetParam()), 2);
   std::sort(order.begin(), order.end());
   std::vector<int> all(GetParam().n);
@@ -185,18 +181,12 @@ TEST_P(NestedDissection, DoesNotDependOnTheThreads) {
   for (const int threads : {1, 2, 3, 8}) EXPECT_EQ(arap::nested_dissection(pattern, threads), order) << threads;
 }
 
-/// Which is as good on meshes, and better on paths and on graphs that have no small separators.
+/// AMD is as good on meshes, and better on paths and graphs without small separators.
 TEST_P(NestedDissection, FillsAboutAsMuchAsApproximateMinimumDegree) {
   const SparseMatrix pattern = pattern_of(GetParam());
   const bool is_mesh = GetParam().name.find("sheet") != std::string::npos;
   EXPECT_LE(fill(pattern, arap::nested_dissection(pattern, 1)),
             (is_mesh ? 1.1 : 1.5) * fill(pattern, approximate_minimum_degree(pattern)));
-}
-
-TEST(NestedDissectionFill, OfALargeMeshIsAboutThatOfApproximateMinimumDegree) {
-  const SparseMatrix pattern = pattern_of({"sheet", 200 * 200, sheet(200)});
-  EXPECT_LT(fill(pattern, arap::nested_dissection(pattern, 2)),
-            1.1 * fill(pattern, approximate_minimum_degree(pattern)));
 }
 
 TEST_P(NestedDissection, SeparatorsSeparate) {
@@ -245,7 +235,7 @@ TEST_P(NestedDissection, CoarseGraphsHaveTheSameWeightAndAboutHalfTheVertices) {
   }
 }
 
-/// Of each vertex the neighbours.
+/// The neighbours of each vertex.
 std::vector<std::set<int>> neighbours_of(const Graph& graph) {
   std::vector<std::set<int>> neighbours(graph.n_vertices());
   for (int v = 0; v < graph.n_vertices(); ++v)
@@ -253,7 +243,7 @@ std::vector<std::set<int>> neighbours_of(const Graph& graph) {
   return neighbours;
 }
 
-/// A coarse vertex weighs what is under it, and whatever is joined is joined above.
+/// Expects that a coarse vertex weighs as much as its fine vertices, and that every fine edge has a coarse edge.
 void expect_stands_for(const arap::Coarsening& coarsening, const Graph& fine) {
   std::vector<int> weights(coarsening.graph.n_vertices(), 0);
   const std::vector<std::set<int>> neighbours = neighbours_of(coarsening.graph);

@@ -10,26 +10,19 @@
 #include <numeric>
 #include <set>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "mesh/mirror_symmetry.h"
-#include "mesh/thickness_links.h"
-#include "models/model_space.h"
-#include "models/surface_arap/surface_energies.h"
-#include "sampling/surface_distance.h"
-#include "sampling/surface_patch.h"
+#include "sampling/dijkstra.h"
 #include "support/helpers.h"
 
 namespace arap_test {
 namespace {
 
 using arap::CellEnergy;
-using arap::EdgeWeights;
 using arap::Energy;
 using arap::RotationNodes;
-using arap::SolveResult;
 using arap::SurfaceArap;
 
 arap::Options with_nodes(double radius) {
@@ -37,65 +30,6 @@ arap::Options with_nodes(double radius) {
   options.energy = Energy::kRotationNodes;
   options.rigidity_radius = radius;
   return options;
-}
-
-/// The definition, in the mesh's own unit, with the nodes that the library chooses.
-Reference reference(const MeshData& mesh, double radius) {
-  Reference result(mesh, Energy::kSpokesAndRims, EdgeWeights::kCotangent);
-  const MeshData model = in_model_space(mesh);
-  result.share_rotations(dense_weights(choose_nodes(model, radius), mesh.n_vertices()));
-  return result;
-}
-
-std::vector<MeshData> asymmetric_meshes() {
-  std::vector<MeshData> meshes;
-  for (MeshData& mesh : all_small_meshes()) {
-    Random random(7);
-    for (Vector3& p : mesh.vertices) p += random.vector(.002 * mesh.diagonal());
-    meshes.push_back(std::move(mesh));
-  }
-  return meshes;
-}
-
-TEST(RotationNodes, LibraryEnergyAndGradientAreThoseOfTheDefinition) {
-  Random random(31);
-  for (const MeshData& mesh : asymmetric_meshes())
-    for (const double radius : {.05, .2, .6}) {
-      const SurfaceArap solver(mesh.mesh(), with_nodes(radius));
-      const Reference plain = reference(mesh, radius);
-      const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .05 * mesh.diagonal());
-      const double expected = plain.energy(p);
-      EXPECT_NEAR(solver.energy(p), expected, 1e-10 * expected) << mesh.name << ", radius " << radius;
-      const Positions gradient = plain.gradient(p);
-      EXPECT_LT(max_distance(solver.energy_gradient(p), gradient), 1e-8 * gradient.cwiseAbs().maxCoeff())
-          << mesh.name << ", radius " << radius;
-    }
-}
-
-TEST(RotationNodes, GradientIsThatOfFiniteDifferences) {
-  Random random(32);
-  for (const MeshData& mesh : {bar(3, Faces::kTriangles), bumpy_sphere(2), grid(6, Faces::kQuads)}) {
-    const SurfaceArap solver(mesh.mesh(), with_nodes(.2));
-    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .02 * mesh.diagonal());
-    const Positions gradient = solver.energy_gradient(p);
-    for (int k = 0; k < 10; ++k) {
-      const Positions direction = random.noise(mesh.n_vertices(), 1);
-      const double h = 1e-6 * mesh.diagonal();
-      const double slope = (solver.energy(p + h * direction) - solver.energy(p - h * direction)) / (2 * h);
-      EXPECT_NEAR(slope, gradient.cwiseProduct(direction).sum(), 1e-6 * gradient.norm() * direction.norm())
-          << mesh.name;
-    }
-  }
-}
-
-TEST(RotationNodes, EnergyNeverRises) {
-  for (const MeshData& mesh : all_small_meshes())
-    for (const double radius : {.05, .2}) {
-      SurfaceArap solver(mesh.mesh(), exactly(with_nodes(radius)));
-      const Task task = bend_task(mesh, default_bend(mesh));
-      solver.set_constraints(task.constraints);
-      expect_energy_never_rises(solver, mesh, task.targets, 30, mesh.name + ", radius " + std::to_string(radius));
-    }
 }
 
 TEST(RotationNodes, WithTheSupportBelowTheShortestEdgeTheyAreSpokesAndRims) {
@@ -109,7 +43,7 @@ TEST(RotationNodes, WithTheSupportBelowTheShortestEdgeTheyAreSpokesAndRims) {
   }
 }
 
-TEST(RotationNodes, EveryVertexWithACellLooksAtNodesWithWeightsOfSumOne) {
+TEST(RotationNodes, WeightsOfEveryVertexSumToOne) {
   for (const MeshData& mesh : all_small_meshes()) {
     const RotationNodes nodes = choose_nodes(in_model_space(mesh), .1);
     const Eigen::VectorXd sums = dense_weights(nodes, mesh.n_vertices()).rowwise().sum();
@@ -132,7 +66,7 @@ TEST(RotationNodes, EachCellIsAtHomeAtItsNodeAndItsRestVectorsSumToZero) {
   }
 }
 
-/// Every vertex' number in a random order.
+/// A random permutation.
 std::vector<int> shuffled(int n, std::uint64_t seed) {
   Random random(seed);
   std::vector<int> order(static_cast<size_t>(n));
@@ -141,7 +75,7 @@ std::vector<int> shuffled(int n, std::uint64_t seed) {
   return order;
 }
 
-/// The vertex v of `mesh` as number order[v].
+/// The mesh whose vertex order[v] is vertex v of `mesh`.
 MeshData renumbered(const MeshData& mesh, const std::vector<int>& order) {
   MeshData result = mesh;
   for (int v = 0; v < mesh.n_vertices(); ++v) result.vertices[order[v]] = mesh.vertices[v];
@@ -194,22 +128,22 @@ TEST(RotationNodes, ConvergesUnderRefinementWhereSpokesAndRimsDoesNot) {
   EXPECT_LT(coarse_change, .01) << "from a mesh whose edges are nearly as long as the radius";
 }
 
-TEST(RotationNodes, FacesSpreadAWeightByTheMeanSquaredDistanceOfTheirCorners) {
+TEST(RotationNodes, VarianceOfAVertexIsTheMeanOfItsFaces) {
   MeshData mesh;
   for (const Vector3& p : {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(1, 1, 0), Vector3(0, 1, 0), Vector3(2, 0, 0)})
     mesh.add_vertex(p);
   mesh.add_vertex(Vector3(5, 5, 5));  // in no face
   mesh.faces = {{0, 1, 2, 3}, {1, 4, 2}};
-  const std::vector<double> spreads = arap::face_spreads(mesh.mesh());
+  const std::vector<double> variances = arap::face_variances(mesh.mesh());
   const double of_quad = .5;          // its corners are sqrt(.5) from its centre
   const double of_triangle = 4. / 9;  // a ninth of the sum of its squared sides
   const std::vector<double> expected{
       of_quad, (of_quad + of_triangle) / 2, (of_quad + of_triangle) / 2, of_quad, of_triangle, 0};
-  ASSERT_EQ(spreads.size(), expected.size());
-  for (size_t v = 0; v < expected.size(); ++v) EXPECT_NEAR(spreads[v], expected[v], 1e-15) << "vertex " << v;
+  ASSERT_EQ(variances.size(), expected.size());
+  for (size_t v = 0; v < expected.size(); ++v) EXPECT_NEAR(variances[v], expected[v], 1e-15) << "vertex " << v;
 }
 
-TEST(RotationNodes, SharesOfNodesBeginWithTheNearestAreaAndAreBalanced) {
+TEST(RotationNodes, SharesOfNodesAreTheirVoronoiAreasBalanced) {
   // A strip of faces of length 1 and width 1, of which each vertex is a node. Those at the ends have half the area.
   MeshData mesh;
   for (int k = 0; k < 4; ++k) {
@@ -220,7 +154,7 @@ TEST(RotationNodes, SharesOfNodesBeginWithTheNearestAreaAndAreBalanced) {
   const double radius = .9;
   const RotationNodes nodes = choose_nodes(mesh, radius);
   ASSERT_EQ(nodes.size(), mesh.n_vertices());
-  const double support = 4 * radius * radius - 3 * .5;  // a face spreads its corners by .5
+  const double support = 4 * radius * radius - 3 * .5;  // a face variances its corners by .5
   Eigen::MatrixXd kernel(8, 8);
   for (int v = 0; v < 8; ++v)
     for (int w = 0; w < 8; ++w)
@@ -243,17 +177,17 @@ TEST(RotationNodes, SharesOfNodesBeginWithTheNearestAreaAndAreBalanced) {
 }
 
 /// Distances along the surface from a vertex to all others.
-std::vector<double> distances_from(const arap::SurfaceGraph& graph, int vertex) {
+std::vector<double> distances_from(const arap::EdgeGraph& graph, int vertex) {
   std::vector<double> distances(static_cast<size_t>(graph.n_vertices()), std::numeric_limits<double>::infinity());
-  arap::DistanceSweep sweep(graph);
+  arap::TruncatedDijkstra sweep(graph);
   sweep.run(std::span(&vertex, 1), 1e9F, [&](int reached, float d) { distances[reached] = static_cast<double>(d); });
   return distances;
 }
 
-arap::SurfaceGraph graph_of(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
+arap::EdgeGraph graph_of(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
 
-/// The vertices that are chosen one after the other, each not nearer than r to a former one.
-std::vector<int> greedy_choice(const arap::SurfaceGraph& graph, double radius) {
+/// Greedy sampling: each vertex that is not nearer than r to a sample becomes one.
+std::vector<int> greedy_choice(const arap::EdgeGraph& graph, double radius) {
   std::vector<int> chosen;
   std::vector<char> is_covered(static_cast<size_t>(graph.n_vertices()), 0);
   for (int v = 0; v < graph.n_vertices(); ++v) {
@@ -270,7 +204,7 @@ TEST(RotationNodes, AreChosenInTheOrderOfTheVerticesAndMoveWithinTheirAreas) {
   const double radius = .1;
   for (const MeshData& data : {grid(60, Faces::kQuads), bumpy_sphere(4)}) {
     const MeshData mesh = in_model_space(renumbered(data, shuffled(data.n_vertices(), 5)));
-    const arap::SurfaceGraph graph = graph_of(mesh);
+    const arap::EdgeGraph graph = graph_of(mesh);
     const std::vector<int> greedy = greedy_choice(graph, radius);
     const RotationNodes nodes = choose_nodes(mesh, radius);
     ASSERT_EQ(nodes.size(), static_cast<int>(greedy.size())) << mesh.name;
@@ -292,14 +226,14 @@ TEST(RotationNodes, EveryVertexIsNearerThan14RadiiToANode) {
       const MeshData mesh = in_model_space(renumbered(data, shuffled(data.n_vertices(), seed)));
       const RotationNodes nodes = choose_nodes(mesh, radius);
       std::vector<float> nearest(static_cast<size_t>(mesh.n_vertices()), 1e9F);
-      const arap::SurfaceGraph graph = graph_of(mesh);
-      arap::DistanceSweep sweep(graph);
+      const arap::EdgeGraph graph = graph_of(mesh);
+      arap::TruncatedDijkstra sweep(graph);
       sweep.run(nodes.vertices, 1e9F, [&](int v, float d) { nearest[v] = d; });
       EXPECT_LT(static_cast<double>(*std::max_element(nearest.begin(), nearest.end())), 1.4 * radius) << mesh.name;
     }
 }
 
-/// A box with open seams at |x| = .25 and its vertices in no order.
+/// A box with open seams at |x| = .25 and shuffled vertices.
 MeshData box_with_seams() {
   const MeshData whole = box({8, 10, 12}, Vector3(1, .8, 1.2), Faces::kQuads);
   std::vector<std::pair<int, bool>> places;
@@ -392,26 +326,12 @@ TEST(MirrorSymmetry, FacesOfABoxThatAreAllApartAreMirroredToFaces) {
   }
 }
 
-TEST(MirrorSymmetry, IsNotLookedForAmongThousandsOfVerticesAtOnePlace) {
-  MeshData mesh = in_model_space(grid(6, Faces::kQuads));
-  for (int k = 0; k < 3000; ++k) mesh.add_vertex(Vector3::Zero());
-  for (int k = 0; k < 1000; ++k) {
-    const int first = mesh.n_vertices() - 3 - 3 * k;
-    mesh.faces.push_back({first, first + 1, first + 2});
-  }
-  EXPECT_TRUE(arap::find_mirrors(mesh.mesh(), 2).empty());
-}
-
-TEST(MirrorSymmetry, TwoSheetsAtOnePlaceHaveMaps) {
-  const MeshData sheet = in_model_space(grid(6, Faces::kQuads));
-  const MeshData mesh = join(sheet, sheet);
-  const auto mirrors = arap::find_mirrors(mesh.mesh(), 1);
-  ASSERT_EQ(mirrors.size(), 3u);
-  for (const std::vector<int>& mirror : mirrors)
-    for (int v = 0; v < mesh.n_vertices(); ++v) {
-      EXPECT_EQ(mirror[mirror[v]], v);
-      EXPECT_EQ(mirror[v] < sheet.n_vertices(), v < sheet.n_vertices());
-    }
+/// Comparing all of them would take quadratic time. One stray vertex far away makes a whole mesh as small as this.
+TEST(MirrorSymmetry, IsNotLookedForAmongThousandsOfVerticesWithinTheTolerance) {
+  const MeshData large = in_model_space(grid(6, Faces::kQuads));
+  const MeshData small = transformed(grid(60, Faces::kQuads), [](const Vector3& p) { return Vector3(5e-5 * p); });
+  EXPECT_EQ(arap::find_mirrors(large.mesh(), 2).size(), 3u);
+  EXPECT_TRUE(arap::find_mirrors(join(large, small).mesh(), 2).empty());
 }
 
 TEST(RotationNodes, EveryVertexHasANodeOfItsOwnGroupNearby) {
@@ -424,26 +344,6 @@ TEST(RotationNodes, EveryVertexHasANodeOfItsOwnGroupNearby) {
     for (int k = nodes.offsets[v]; k < nodes.offsets[v + 1]; ++k)
       has_own = has_own || group[nodes.vertices[nodes.nodes[k]]] == group[v];
     EXPECT_TRUE(has_own) << "vertex " << v;
-  }
-}
-
-TEST(RotationNodes, RegionsMoveAsOneAndEnergyFalls) {
-  const MeshData mesh = bar(6, Faces::kTriangles);
-  std::vector<int> regions;
-  std::vector<int> inside;
-  for (int v = 0; v < mesh.n_vertices(); ++v) {
-    regions.push_back(std::abs(mesh.vertices[v][0]) < .4 ? 0 : -1);
-    if (regions.back() == 0) inside.push_back(v);
-  }
-  SurfaceArap solver(mesh.mesh(), exactly(with_nodes(.06)), with_regions(regions));
-  const Task task = bend_task(mesh, default_bend(mesh));
-  solver.set_constraints(task.constraints);
-  double energy = solver.solve(task.targets, iterations(1)).energy_after;
-  for (int k = 0; k < 30; ++k) {
-    const SolveResult result = solver.solve(task.targets, iterations(1));
-    EXPECT_LT(off_rigid(mesh.positions(), result.positions, inside), 1e-9);
-    EXPECT_LE(result.energy_after, energy * (1 + 1e-12));
-    energy = result.energy_after;
   }
 }
 
@@ -465,16 +365,6 @@ TEST(RotationNodes, PartsDoNotSeeEachOthersNodesAndLooseVerticesHaveNone) {
   ASSERT_EQ(nodes.size(), 2) << "smaller than the radius, each part has one";
   for (int v = 0; v < n_connected; ++v) EXPECT_EQ(nodes.offsets[v + 1] - nodes.offsets[v], 1);
   EXPECT_EQ(nodes.offsets[n_connected], nodes.offsets[n_connected + 1]);
-}
-
-TEST(RotationNodes, AMeshWithoutFacesCanBeBound) {
-  MeshData points;
-  for (int k = 0; k < 3; ++k) points.add_vertex(Vector3(k, 0, 0));
-  Task task = hold(points, {1});
-  task.targets(0, 2) = 1;
-  const SolveResult result = solve_once(points, task, iterations(3), with_nodes(.1));
-  EXPECT_EQ(result.positions(1, 2), 1);
-  EXPECT_EQ(result.positions.row(0), points.positions().row(0));
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ TEST(SurfacePatch, IsRoundAndFadesOut) {
   // In the plane, away from its border, all areas are alike.
   for (size_t k = 0; k < patch.vertices.size(); ++k) {
     const Vector3 off = mesh.vertices[patch.vertices[k]] - mesh.vertices[centre];
-    // Along the edges and diagonals of squares the way is straight.
+    // Along the edges and diagonals of squares the path is straight.
     const bool is_straight = std::abs(off[0] * off[1] * (std::abs(off[0]) - std::abs(off[1]))) < 1e-12;
     const double part = off.norm() / (radius * mesh.diagonal());
     EXPECT_LT(part, 1);
@@ -127,7 +127,7 @@ TEST(SurfacePatch, APointPullIsTheSameAtEveryDensity) {
   }
 }
 
-TEST(SurfacePatch, WhatHoldsItDoesNotDrownTheWayToTheMinimum) {
+TEST(SurfacePatch, PatchesAloneConvergeToTheAccuracy) {
   const MeshData mesh = open_cylinder(12, 30, Faces::kQuads);
   const SurfaceArap model(mesh.mesh());
   Task task;

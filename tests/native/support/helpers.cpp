@@ -228,8 +228,8 @@ MeshData in_model_space(const MeshData& mesh) {
 arap::RotationNodes choose_nodes(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors,
                                  const std::vector<int>& group, int threads) {
   const arap::PolygonMesh polygons = mesh.mesh();
-  const arap::SurfaceGraph graph(surface_energy(polygons).K, mesh.positions(), threads,
-                                 arap::find_bridges(polygons, radius, mirrors, threads));
+  const arap::EdgeGraph graph(surface_energy(polygons).K, mesh.positions(), threads,
+                              arap::find_thickness_links(polygons, radius, mirrors, threads));
   return arap::choose_rotation_nodes(graph, polygons, arap::vertex_areas(polygons), radius, mirrors, group, threads);
 }
 

@@ -40,43 +40,42 @@ void expect_error(const Act& act, std::initializer_list<std::string_view> words)
   ADD_FAILURE() << "nothing was thrown";
 }
 
-/// What is constrained and where to.
+/// Constraints and their targets.
 struct Task {
   arap::ConstraintSet constraints;
   Positions targets;
 
   void add(int vertex, const Vector3& target, double strength = 1);
-  /// Before the targets of patches only constrained vertices can be added.
+  /// Call after all add(): the targets of patches come last.
   void add_patch(const std::vector<int>& vertices, const std::vector<double>& weights, const Vector3& target);
 };
 
-/// The ceil(fraction n) vertices, and no less than `least`, that are lowest along `axis`; highest where `fraction` is
-/// negative.
+/// The ceil(fraction n) vertices, at least `least`, that are lowest along `axis`; the highest ones if `fraction` < 0.
 std::vector<int> extreme_vertices(const Positions& positions, int axis, double fraction, int least = 1);
 
 /// Axis along which the bounding box is longest.
 int longest_axis(const Positions& positions);
 
-/// Hard: both ends along the longest axis, a fifth of the vertices each and no less than three, the far end through
-/// `motion` about its centre.
+/// Hard constraints on both ends along the longest axis, a fifth of the vertices each, at least three. The far end
+/// moves by `motion` about its centre.
 Task bend_task(const MeshData& mesh, const RigidMotion& motion);
 
 /// A turn by 40 degrees and a shift by a tenth of the diagonal.
 RigidMotion default_bend(const MeshData& mesh);
 
-/// The same constraints, every target at `motion` of its vertex' rest position.
+/// The constraints with targets that are their rest positions moved by `motion`.
 Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, const RigidMotion& motion);
 
-/// The given hard vertices at rest.
+/// Hard constraints that hold the vertices at rest.
 Task hold(const MeshData& mesh, const std::vector<int>& vertices);
 
 arap::SurfaceArap::VertexProperties with_stiffness(std::vector<double> stiffness);
 arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions);
 
-/// With a linear solver in double, so that every single iteration is exact and not only where they end.
+/// With a linear solver in double: every single iteration is exact, not only the limit.
 arap::Options exactly(arap::Options options = {});
 
-/// Exactly this many iterations, unless nothing moves at all.
+/// Exactly n iterations, unless nothing moves at all.
 arap::SolveOptions iterations(int n, arap::InitialGuess guess = arap::InitialGuess::kPrevious);
 
 /// The same without acceleration.
@@ -93,21 +92,20 @@ arap::SolveResult solve_once(const MeshData& mesh, const Task& task, const arap:
 /// Largest distance between rows.
 double max_distance(const Positions& a, const Positions& b);
 
-/// Largest distance of `posed` from its best rigid fit to `rest`, both at `vertices`.
+/// Largest distance between `posed` and its best rigid fit to `rest`, at `vertices`.
 double off_rigid(const Positions& rest, const Positions& posed, const std::vector<int>& vertices);
 
 /// `rows` of `positions`.
 Positions rows(const Positions& positions, const std::vector<int>& rows);
 
-/// Expects of solves with 1, 2, ... `n` iterations from rest that none ends above the one before: those are the
-/// iterations of one solve, of which all but the first may be accelerated.
-/// @param options   guess and max_iterations are set here
-/// @param rounding  what counts as none, as a part of the energy at the start plus the squared diagonal
+/// Expects that the energy after k + 1 iterations from rest is not higher than after k, for k < n.
+/// @param options   guess and max_iterations are overwritten
+/// @param rounding  tolerance relative to the initial energy plus the squared diagonal
 void expect_energy_never_rises(arap::SurfaceArap& solver, const MeshData& mesh, const Positions& targets, int n,
                                const std::string& what, arap::SolveOptions options = iterations(1),
                                double rounding = 1e-13);
 
-/// Energy and weights, for tests over all of them.
+/// Energy and weights: the parameter of tests over all models.
 struct Model {
   arap::Energy energy;
   arap::EdgeWeights weights;
@@ -116,9 +114,9 @@ struct Model {
   [[nodiscard]] arap::Options options() const;
   [[nodiscard]] std::string name() const;
 };
-/// Those with one cell a vertex.
+/// The models with one cell a vertex.
 std::vector<Model> classic_models();
-/// These and rotation nodes, with a radius at which they have several vertices on small meshes too.
+/// These and rotation nodes, whose radius spans several vertices even on small meshes.
 std::vector<Model> all_models();
 
 /// The energy of a surface, numbered as the mesh.
@@ -129,15 +127,15 @@ arap::CellEnergy surface_energy(const arap::PolygonMesh& mesh, const arap::Optio
 /// Fills vertex_* of an energy from its cells.
 void index_by_vertex(arap::CellEnergy& energy);
 
-/// The mesh in model space, where radii are parts of the diagonal.
+/// The mesh in model space: centred, diagonal 1.
 MeshData in_model_space(const MeshData& mesh);
 /// Nodes of a mesh in model space.
 arap::RotationNodes choose_nodes(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors = {},
                                  const std::vector<int>& group = {}, int threads = 1);
-/// (n, nodes), of each vertex.
+/// (n, n_nodes) weights.
 Eigen::MatrixXd dense_weights(const arap::RotationNodes& nodes, int n);
 
-/// The reference of a model. Rotation nodes are those that the library chooses.
+/// The reference of a model, with the rotation nodes that the library chooses.
 struct ModelReference : Reference {
   ModelReference(const MeshData& mesh, const Model& model, const std::vector<double>& stiffness = {},
                  const std::vector<int>& region_of_vertex = {});

@@ -18,7 +18,7 @@ using arap::Matrix3;
 using arap::Positions;
 using arap::Vector3;
 
-/// A mesh as it is written down, before the library looks at it: it may be as broken as a test needs.
+/// A mesh before the library validates it: it may be as broken as a test needs.
 struct MeshData {
   std::string name;
   std::vector<Vector3> vertices;
@@ -44,9 +44,9 @@ enum class Faces { kTriangles, kQuads };
 MeshData tetrahedron();
 /// Unit cube of six quads, centred.
 MeshData cube();
-/// Surface of a box of nx * ny * nz cells, centred; `size` along each axis. Mirror symmetric where `faces` are quads.
+/// Surface of a box of nx * ny * nz cells, centred; `size` along each axis. Mirror symmetric if `faces` are quads.
 MeshData box(std::array<int, 3> cells, const Vector3& size, Faces faces);
-/// box with square cells, four times as long (x) as wide: 4 n * n * n cells.
+/// box of 4 n * n * n square cells, long in x.
 MeshData bar(int n, Faces faces);
 /// Unit square in z = height(x, y), centred, n * n cells. No height: flat.
 MeshData grid(int n, Faces faces, const std::function<double(double, double)>& height = {});
@@ -56,8 +56,7 @@ MeshData prism(const std::vector<std::array<double, 2>>& polygon, double height,
 MeshData cylinder(int n_around, int n_along);
 /// The same without the caps.
 MeshData open_cylinder(int n_around, int n_along, Faces faces);
-/// open_cylinder cut along one line: the vertices of the seam are there twice. The second ones come last, from bottom
-/// to top.
+/// open_cylinder cut along one line: the vertices of the seam exist twice. Their copies come last, from bottom to top.
 MeshData cylinder_with_open_seam(int n_around, int n_along, Faces faces);
 /// prism of an L, whose caps are concave hexagons.
 MeshData l_prism(int n_layers);
@@ -82,18 +81,18 @@ MeshData sheared_cylinder(int n_around, int n_along);
 /// Sheet of one n-gon row and quads: 8-gons with vertices in the middle of straight sides.
 MeshData sheet_with_collinear_corners();
 
-/// Meshes of every kind that have no degenerate triangle, in every fan from every corner.
+/// Meshes of every kind without degenerate triangles, in every fan from every corner.
 std::vector<MeshData> all_small_meshes();
 
-/// Every triangle cut in four at the middles of its edges; triangles only.
+/// Cuts every triangle in four at the middles of its edges; triangles only.
 MeshData subdivide(const MeshData& triangles);
-/// Every polygon as the fan from its first corner.
+/// Replaces every polygon by the fan from its first corner.
 MeshData triangulate(const MeshData& mesh);
-/// `second` beside `first` as one mesh; vertices of `second` come last.
+/// Both as one mesh; vertices of `second` come last.
 MeshData join(const MeshData& first, const MeshData& second);
-/// Every vertex through `map`; the same faces.
+/// Applies `map` to every vertex.
 MeshData transformed(const MeshData& mesh, const std::function<Vector3(const Vector3&)>& map);
-/// For each vertex the one at its image under x -> -x; throws where there is none.
+/// For each vertex the one at its image under x -> -x; throws if there is none.
 std::vector<int> mirror_vertices(const MeshData& mesh);
 
 struct RigidMotion {
@@ -107,7 +106,7 @@ struct RigidMotion {
 /// The rotation and translation that bring `from` closest to `to`.
 RigidMotion best_rigid_motion(const Positions& from, const Positions& to);
 
-/// Numbers that are the same with every compiler.
+/// Random numbers that are the same with every compiler.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -122,12 +121,12 @@ class Random {
 
 Matrix3 rotation_about(const Vector3& axis, double angle_rad);
 
-/// Faces whose normal is against their rest normal turned by the mean of `rotations` of their corners.
+/// Number of faces whose normal is opposite to their rest normal, rotated by the mean of their corners' `rotations`.
 int count_flips(const MeshData& rest, const Positions& posed, const std::vector<Matrix3>& rotations);
 
 /// Reads an OFF file; throws std::runtime_error that names the file.
 MeshData load_off(const std::string& path);
-/// Directory of real meshes, from ARAP_TEST_MESHES; empty where that is not set.
+/// Directory of real meshes, from ARAP_TEST_MESHES; empty if that is not set.
 std::optional<std::string> real_mesh_directory();
 
 }  // namespace arap_test

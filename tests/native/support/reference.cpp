@@ -17,7 +17,7 @@ using Eigen::MatrixXd;
 
 Vector3 edge(const Positions& p, int a, int b) { return (p.row(a) - p.row(b)).transpose(); }
 
-/// [SA07] Eq. (6): R = V U^T for S = U Sigma V^T, the column of U of the smallest singular value flipped where needed.
+/// [SA07] Eq. (6): R = V U^T for S = U Sigma V^T, the column of U of the smallest singular value flipped if needed.
 Matrix3 rotation_of(const Matrix3& covariance) {
   const Eigen::JacobiSVD<Matrix3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Matrix3 u = svd.matrixU();
@@ -218,7 +218,7 @@ Reference::Solution Reference::solve(const arap::ConstraintSet& constraints, con
   A.topLeftCorner(n_free, n_free) = K(free, free);
   A.topRightCorner(n_free, patches.size()) = C(all, free).transpose();
   A.bottomLeftCorner(patches.size(), n_free) = C(all, free);
-  // Where nothing is free there is nothing to solve, and Eigen does not take the empty matrix.
+  // Eigen does not factorize an empty matrix, which is the system if nothing is free.
   const Eigen::FullPivLU<MatrixXd> lu(A.rows() > 0 ? A : MatrixXd(MatrixXd::Identity(1, 1)));
 
   Solution solution;

@@ -9,9 +9,8 @@
 
 namespace arap_test {
 
-/// Surface ARAP as plainly as the papers' formulas can be written down: sums over cells in double, dense matrices,
-/// Jacobi SVD. It shares nothing with the library but its array types, takes O(n^3), and is what the library is checked
-/// against.
+/// The papers' formulas of surface ARAP as plainly as possible: sums over cells in double, dense matrices, Jacobi SVD.
+/// O(n^3). The library is tested against it; it shares only array types with the library.
 class Reference {
  public:
   /// One edge of one cell: weight |(p'_a - p'_b) - R_cell (p_a - p_b)|^2.
@@ -26,24 +25,22 @@ class Reference {
   /// @param weights  (n, n_nodes), rows sum to 1
   void share_rotations(const Eigen::MatrixXd& weights);
 
-  [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
-
-  /// The double sum of the energy, with given rotations.
+  /// The energy for given rotations.
   [[nodiscard]] double energy(const Positions& positions, const std::vector<Matrix3>& rotations) const;
-  /// The same with the best rotation for every cell.
+  /// The energy for the best rotation of every cell.
   [[nodiscard]] double energy(const Positions& positions) const;
-  /// omega_i |p'_i - t_i|^2 of the soft constraints.
+  /// Sum of omega_i |p'_i - t_i|^2 of the soft constraints.
   [[nodiscard]] double soft_energy(const arap::ConstraintSet& constraints, const Positions& targets,
                                    const Positions& positions) const;
-  /// Of every cell, from the SVD of its covariance.
+  /// The best rotation of every cell, from the SVD of its covariance.
   [[nodiscard]] std::vector<Matrix3> rotations(const Positions& positions) const;
-  /// (n, 3): derivative of energy() with the rotations held.
+  /// (n, 3) derivative of energy() for fixed rotations.
   [[nodiscard]] Positions gradient(const Positions& positions, const std::vector<Matrix3>& rotations) const;
   /// The same with the best rotation for every cell.
   [[nodiscard]] Positions gradient(const Positions& positions) const;
-  /// Half the Hessian's 3x3 block-scalars: E is 1/2 <p', K p'> plus terms of lower order. (n, n).
+  /// (n, n) K: E is 1/2 <p', K p'> plus terms of lower order.
   [[nodiscard]] Eigen::MatrixXd matrix() const;
-  /// (n, 3): K p' equals this where the gradient vanishes.
+  /// (n, 3) b: the gradient vanishes if K p' = b.
   [[nodiscard]] Positions right_hand_side(const std::vector<Matrix3>& rotations) const;
 
   /// Rest positions, hard vertices at their targets.
@@ -54,7 +51,7 @@ class Reference {
   struct Solution {
     Positions positions;
     int iterations = 0;
-    double step = 0;               ///< largest movement in the last iteration / diagonal
+    double step = 0;               ///< largest movement in the last iteration, relative to the diagonal
     std::vector<double> energies;  ///< at the start and after each iteration, with the soft constraints' terms
   };
   /// Local/global from `start`, until the step is at most `step_tolerance`. Every part needs a hard vertex, a soft one

@@ -73,8 +73,8 @@ struct SurfaceArap::Impl {
   std::vector<int> loose_vertices;
   double patch_radius;  ///< of patches without one
   ConstraintSet constraints;
-  Engine engine;                                ///< over model
-  mutable std::unique_ptr<SurfaceGraph> graph;  ///< of the model; made when first needed
+  Engine engine;                             ///< over model
+  mutable std::unique_ptr<EdgeGraph> graph;  ///< of the model; made when first needed
 };
 
 SurfaceArap::SurfaceArap(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties,
@@ -136,7 +136,7 @@ Patch SurfaceArap::patch_around(const std::vector<int>& vertices, double radius)
   const ModelSpace& space = impl_->space;
   if (impl_->graph == nullptr)
     impl_->graph =
-        std::make_unique<SurfaceGraph>(model.prepared.energy.K, model.prepared.rest, impl_->workers().threads());
+        std::make_unique<EdgeGraph>(model.prepared.energy.K, model.prepared.rest, impl_->workers().threads());
   std::vector<int> sources;
   sources.reserve(vertices.size());
   for (const int v : vertices) sources.push_back(space.model_vertices()[v]);

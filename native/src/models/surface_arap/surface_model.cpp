@@ -34,7 +34,8 @@ RotationNodes choose_nodes(const SurfaceModel& model, const PolygonMesh& mesh, d
   const PreparedModel& prepared = model.prepared;
   const int threads = prepared.workers.threads();
   const std::vector<std::vector<int>> mirrors = find_mirrors(mesh, threads);
-  const SurfaceGraph graph(prepared.energy.K, prepared.rest, threads, find_bridges(mesh, radius, mirrors, threads));
+  const EdgeGraph graph(prepared.energy.K, prepared.rest, threads,
+                        find_thickness_links(mesh, radius, mirrors, threads));
   return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, threads);
 }
 
@@ -64,17 +65,17 @@ std::vector<int> prepare_surface(SurfaceModel& model, const PolygonMesh& mesh, c
     constexpr int kFewVertices = 2000;
     prepared.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(prepared.energy, prepared.rest);
     prepared.solver = solver.get();
-    return prepared.solver->order();
+    return prepared.solver->ordering();
   };
   assemble_surface_energy(prepared.energy, mesh, options, stiffness, prepared.workers.threads(), progress, with_matrix,
                           find_order);
-  if (prepared.solver->order() == nullptr) {
+  if (prepared.solver->ordering() == nullptr) {
     prepared.keep_numbers();
     std::vector<int> unchanged(mesh.n_vertices());
     std::iota(unchanged.begin(), unchanged.end(), 0);
     return unchanged;
   }
-  const std::vector<int> order = *prepared.solver->order();
+  const std::vector<int> order = *prepared.solver->ordering();
   model.areas = permuted(model.areas, order);
   return prepared.take_solver_numbers();
 }

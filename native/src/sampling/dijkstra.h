@@ -10,41 +10,13 @@
 #include <utility>
 #include <vector>
 
-#include "arap/types.h"
-#include "sparse/sparse.h"
+#include "sampling/edge_graph.h"
 
 namespace arap {
 
-/// The vertices of a surface, joined by straight segments.
-class SurfaceGraph {
- public:
-  struct Arc {
-    int vertex;
-    float length;
-  };
-
-  /// Joins the vertices that share a triangle, and others.
-  /// @param K       (n, n) whose pattern says which ones these are, stored whole
-  /// @param rest    (n, 3)
-  /// @param others  pairs, each once
-  SurfaceGraph(const SparseMatrix& K, const Positions& rest, int threads,
-               const std::vector<std::pair<int, int>>& others = {});
-
-  [[nodiscard]] int n_vertices() const { return static_cast<int>(offsets_.size()) - 1; }
-  [[nodiscard]] std::span<const Arc> arcs(int vertex) const {
-    return std::span(arcs_).subspan(offsets_[vertex], offsets_[vertex + 1] - offsets_[vertex]);
-  }
-  /// arcs(vertex) are soon asked for.
-  void prefetch_arcs(int vertex) const { __builtin_prefetch(arcs_.data() + offsets_[vertex]); }
-
- private:
-  std::vector<int> offsets_;
-  std::vector<Arc> arcs_;
-};
-
-/// Vertices that wait for their turn, the nearest first, and the lowest of those as near: a radix heap [Ahuja,
-/// Mehlhorn, Orlin, Tarjan 1990]. Until it is empty, nothing nearer than the last one popped may be pushed. Entries are
-/// a set.
+/// Priority queue of Dijkstra's algorithm: pops the nearest vertex, the lowest one of equally near. A radix heap
+/// [Ahuja, Mehlhorn, Orlin, Tarjan 1990]: until it is empty, nothing nearer than the last popped entry may be pushed.
+/// Equal entries are kept once.
 class DistanceQueue {
  public:
   struct Entry {
@@ -77,19 +49,19 @@ class DistanceQueue {
     filled_ |= std::uint64_t{1} << bucket;
   }
 
-  /// Keys by the highest bit in which they differ from the last one popped; the bits of a distance >= 0 sort as it
-  /// does, and the highest of them is 0.
+  /// Keys by the highest bit in which they differ from the last popped key. The bits of a float >= 0 sort as the float
+  /// does, and its highest bit is 0.
   std::array<std::vector<std::uint64_t>, 64> buckets_;
-  std::uint64_t filled_ = 0;  ///< a bit for each bucket
+  std::uint64_t filled_ = 0;  ///< one bit per bucket
   std::uint64_t last_ = 0;
 };
 
-/// Distances along the graph from one or a few vertices, up to a radius, again and again.
-class DistanceSweep {
+/// Shortest paths from a few vertices up to a radius, for many calls.
+class TruncatedDijkstra {
  public:
-  explicit DistanceSweep(const SurfaceGraph& graph) : graph_(graph), distance_(graph.n_vertices(), kFar) {}
+  explicit TruncatedDijkstra(const EdgeGraph& graph) : graph_(graph), distance_(graph.n_vertices(), kFar) {}
 
-  /// visit(vertex, distance) for every vertex nearer to one of `sources` than `radius`, in no particular order.
+  /// Calls visit(vertex, distance) for every vertex nearer to one of `sources` than `radius`, in no particular order.
   template <class Visit>
   void run(std::span<const int> sources, float radius, const Visit& visit) {
     const auto ring_of = [&](float distance) {
@@ -97,13 +69,13 @@ class DistanceSweep {
     };
     for (const int source : sources) reach(source, 0, 0);
     for (size_t ring = 0; n_waiting_ > 0; ++ring) {
-      // It may be filled again meanwhile.
+      // The loop below may add to this ring.
       while (!rings_[ring].empty()) {
         std::swap(present_, rings_[ring]);
         n_waiting_ -= present_.size();
         for (const Waiting& next : present_) {
           if (next.distance > distance_[next.vertex]) continue;
-          for (const SurfaceGraph::Arc& arc : graph_.arcs(next.vertex)) {
+          for (const EdgeGraph::Arc& arc : graph_.arcs(next.vertex)) {
             const float further = next.distance + arc.length;
             if (further < radius && further < distance_[arc.vertex]) reach(arc.vertex, further, ring_of(further));
           }
@@ -135,14 +107,13 @@ class DistanceSweep {
     ++n_waiting_;
   }
 
-  const SurfaceGraph& graph_;
-  std::vector<float> distance_;  ///< kFar but while it runs
+  const EdgeGraph& graph_;
+  std::vector<float> distance_;  ///< kFar outside of run()
   std::vector<int> reached_;
-  /// Vertices that wait for their turn, by distance. In a ring they are in no order: what is reached on a shorter way
-  /// afterwards has another turn [Meyer and Sanders 2003, delta-stepping]. That is seldom and costs less than an order,
-  /// and the shortest way is the same.
+  /// Queued vertices by distance. A ring is not sorted: a vertex that is reached later on a shorter path is queued
+  /// again [Meyer and Sanders 2003, delta-stepping]. That is rare and costs less than sorting.
   std::array<std::vector<Waiting>, kRings> rings_;
-  std::vector<Waiting> present_;  ///< of a ring, while it is their turn
+  std::vector<Waiting> present_;  ///< the ring at hand
   size_t n_waiting_ = 0;          ///< in all rings
 };
 

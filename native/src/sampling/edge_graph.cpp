@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "sampling/surface_distance.h"
+#include "sampling/edge_graph.h"
 
 #include "parallel/parallel.h"
 
 namespace arap {
 
-SurfaceGraph::SurfaceGraph(const SparseMatrix& K, const Positions& rest, int threads,
-                           const std::vector<std::pair<int, int>>& others)
+EdgeGraph::EdgeGraph(const SparseMatrix& K, const Positions& rest, int threads,
+                     const std::vector<std::pair<int, int>>& links)
     : offsets_(K.cols() + 1, 0) {
   const auto n = static_cast<int>(K.cols());
   const auto length = [&](int a, int b) { return static_cast<float>((rest.row(a) - rest.row(b)).norm()); };
   for (int v = 0; v < n; ++v)
     for (SparseMatrix::InnerIterator it(K, v); it; ++it) offsets_[v + 1] += it.row() != v ? 1 : 0;
-  for (const auto& [a, b] : others) {
+  for (const auto& [a, b] : links) {
     ++offsets_[a + 1];
     ++offsets_[b + 1];
   }
@@ -26,7 +26,7 @@ SurfaceGraph::SurfaceGraph(const SparseMatrix& K, const Positions& rest, int thr
         if (it.row() != v) arcs_[next[v]++] = {static_cast<int>(it.row()), length(static_cast<int>(it.row()), v)};
     }
   });
-  for (const auto& [a, b] : others) {
+  for (const auto& [a, b] : links) {
     arcs_[next[a]++] = {b, length(a, b)};
     arcs_[next[b]++] = {a, length(a, b)};
   }

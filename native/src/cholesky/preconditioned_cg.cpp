@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cholesky/refined_solve.h"
+#include "cholesky/preconditioned_cg.h"
 
 #include <array>
 #include <cstddef>
@@ -10,7 +10,7 @@ namespace arap {
 
 namespace {
 
-/// The three right-hand sides have coefficients of their own.
+/// One coefficient for each of the three right-hand sides.
 using Coefficients = Eigen::Array<double, 1, 3>;
 
 /// Numbers of consecutive rows.
@@ -27,17 +27,17 @@ Eigen::Map<Numbers<width>> at(Positions& x, std::ptrdiff_t k) {
   return Eigen::Map<Numbers<width>>(x.data() + k);
 }
 
-/// For each of the numbers, that of its right-hand side.
+/// The coefficient of each number's right-hand side.
 template <int width>
 Numbers<width> spread(const Coefficients& a) {
   return a.transpose().template replicate<width / 3, 1>();
 }
 
-/// a / b, 0 where there is nothing left to divide.
+/// a / b, 0 if b is not positive.
 Coefficients ratio(const Coefficients& a, const Coefficients& b) { return (b > 0).select(a / b, Coefficients::Zero()); }
 
-/// Sums over all rows of what body.operator()<width>(k) gives for the numbers from k on, (count) of Numbers<width>:
-/// four rows at a time, where the compilers see vectors.
+/// Sums body.operator()<width>(k), `count` times Numbers<width> for the numbers from k on, over all rows. Four rows at
+/// a time, so that compilers vectorize.
 template <int count, class Body>
 std::array<Coefficients, count> sums(const Workers& workers, Eigen::Index n_rows, const Body& body) {
   constexpr int kFour = 12;
@@ -68,13 +68,13 @@ std::array<Coefficients, count> sums(const Workers& workers, Eigen::Index n_rows
   return parallel_reduce<4096>(workers, static_cast<int>(n_rows), zero, of_range, add);
 }
 
-/// What is left of the squared error at least, by a step of conjugate gradients that the factor is good for: not by
-/// what one step is longer than the next, as the first ones are of what is smooth and the factor's rounding is not.
+/// The squared error that a step is assumed to leave at least, as a part of it. The ratio of the first steps is no
+/// measure: they correct smooth errors, and the rounding of the factor is not smooth.
 constexpr double kLeastLeftSquared = 0.03 * 0.03;
 
 }  // namespace
 
-void solve_refined(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
+void solve_with_cg(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
                    Positions& b, const Workers& workers, double accuracy) {
   constexpr int kMostSteps = 50;
   constexpr double kRoundingSquared = 1e-30;
@@ -90,7 +90,7 @@ void solve_refined(const std::function<void(const Positions& x, Positions& y)>& 
     return std::array<Numbers<width>, 2>{r * r, r * at<width>(direction, k)};
   });
   Coefficients slope = first_slope;
-  Coefficients last_step_squared = Coefficients::Ones();  // as a part of x
+  Coefficients last_step_squared = Coefficients::Ones();  // relative to x
   for (int step = 0; step < kMostSteps; ++step) {
     apply(direction, product);
     const Coefficients curvature = sums<1>(workers, n, [&]<int width>(std::ptrdiff_t k) {
@@ -106,8 +106,8 @@ void solve_refined(const std::function<void(const Positions& x, Positions& y)>& 
     });
     if ((r_squared <= kRoundingSquared * b_squared).all()) break;
     factor.solve(residual, next);
-    // Polak and Ribiere's coefficient: right also where the preconditioner's rounding differs from solve to solve. The
-    // residual changed by -length * product.
+    // Polak and Ribiere's coefficient tolerates a preconditioner whose rounding differs between solves. The residual
+    // changed by -length * product.
     const Coefficients turned = sums<1>(workers, n, [&]<int width>(std::ptrdiff_t k) {
       return std::array<Numbers<width>, 1>{at<width>(next, k) * at<width>(product, k)};
     })[0];
@@ -118,7 +118,7 @@ void solve_refined(const std::function<void(const Positions& x, Positions& y)>& 
       return std::array<Numbers<width>, 2>{at<width>(residual, k) * d, d * d};
     });
     slope = next_slope;
-    // The whole step, as the factor has it, where what it leaves is little enough: its length would change less.
+    // Take the next step in full if it is accurate enough: a line search would change it by less than the accuracy.
     const Coefficients step_squared = ratio(d_squared, x_squared);
     const Coefficients left = ratio(step_squared, last_step_squared).max(kLeastLeftSquared).min(1.0);
     last_step_squared = step_squared;
