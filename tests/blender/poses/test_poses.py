@@ -453,12 +453,6 @@ class MirrorTest(SceneTest):
     def test_by_name(self):
         self.check_mirrored(self.symmetric())
 
-    def test_by_place(self):
-        obj = self.symmetric()
-        for handle, name in zip(obj.arap.handles, ("One", "Two"), strict=True):
-            handle.name = name
-        self.check_mirrored(obj)
-
     def test_twice_is_the_pose_itself(self):
         obj = self.symmetric()
         move(obj.arap.handles[1].target, (0.4, 0.3, 0.2), (0.2, 0.3, 0.4))

@@ -6,7 +6,6 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import numpy as np
-from mathutils import Matrix
 from support import (
     MIDDLE,
     SEGMENTS,
@@ -73,31 +72,6 @@ class StiffnessTest(SceneTest):
         entry.is_one_body = True
         self.api.solve(obj)
         self.assertLess(out_of_shape(obj, both), 1e-5)
-
-    def test_entries_side_by_side_are_joined_by_a_hinge(self):
-        obj = self.solved()
-        upper = list(range(9 * SEGMENTS, 12 * SEGMENTS))
-        self.api.add_rigid(obj, BELLY)
-        self.api.add_rigid(obj, upper)
-        self.api.solve(obj)
-        self.assertLess(max(out_of_shape(obj, BELLY), out_of_shape(obj, upper)), 1e-5)
-        self.assertGreater(out_of_shape(obj, [*BELLY, *upper]), 0.01)
-
-    def test_one_body_takes_along_a_part_that_nothing_else_holds(self):
-        obj, shell = posable(), mesh_object("Shell")
-        n = len(obj.data.vertices)
-        shell.data.transform(Matrix.Translation((0.0, 2.0, 0.0)))
-        with bpy.context.temp_override(active_object=obj, selected_editable_objects=[obj, shell]):
-            bpy.ops.object.join()
-        bpy.context.view_layer.update()
-        helmet = [*TOP, *range(n, 2 * n)]
-        entry = self.api.add_rigid(obj, helmet, name="Helmet")
-        bend(obj)
-        self.assertEqual(self.api.solve(obj).parts_at_rest, 1)
-        entry.is_one_body = True
-        self.assertEqual(self.api.solve(obj).parts_at_rest, 0)
-        self.assertLess(out_of_shape(obj, helmet), 1e-5)
-        self.assertGreater(np.abs(key_positions(obj) - rest_positions(obj))[n:].min(axis=0).max(), 0.1)
 
     def test_live_and_painted_stiffness(self):
         obj = self.solved()

@@ -17,7 +17,6 @@ from support import (
     key_positions,
     mesh_object,
     module,
-    move,
     posable,
     rest_positions,
 )
@@ -37,39 +36,6 @@ class WeightTest(SceneTest):
         self.assertEqual(distances, sorted(distances, reverse=True))
         self.assertGreater(distances[0], 0.02)
         self.assertLess(distances[-1], 1e-4)
-
-    def test_weight_zero_is_free(self):
-        obj = posable()
-        self.api.add_pin(obj, MIDDLE, name="Waist")
-        obj.vertex_groups["Waist"].add(MIDDLE, 0.0, "REPLACE")
-        bend(obj)
-        done = self.api.solve(obj)
-        self.assertGreater(np.abs(key_positions(obj) - rest_positions(obj))[MIDDLE].max(), 0.05)
-        self.assertEqual(done.free_vertices, done.vertices - len(BOTTOM) - len(TOP))
-
-    def test_a_vertex_in_several_groups_takes_the_weighted_mean(self):
-        obj = mesh_object()
-        self.api.add_pin(obj, TOP, name="Still")
-        handle = self.api.add_handle(obj, TOP, name="Moving")
-        obj.vertex_groups["Still"].add(TOP, 0.25, "REPLACE")
-        bpy.context.view_layer.update()
-        move(handle.target, (0.0, 1.0, 0.0))
-        done = self.api.solve(obj)
-        self.assertEqual(done.free_vertices, done.vertices - len(TOP))
-        # Largest strength 1: hard; mean of 0 at weight 1/4 and 1 at weight 1.
-        self.assert_close(key_positions(obj)[TOP], rest_positions(obj)[TOP] + np.array([0.0, 0.8, 0.0]))
-
-    def test_parts_that_nothing_holds_are_reported_and_stay(self):
-        obj, other = posable(), mesh_object("Other")
-        n = len(obj.data.vertices)
-        other.data.transform(obj.matrix_world.Translation((3.0, 0.0, 0.0)))
-        with bpy.context.temp_override(active_object=obj, selected_editable_objects=[obj, other]):
-            bpy.ops.object.join()
-        bpy.context.view_layer.update()
-        bend(obj)
-        done = self.api.solve(obj)
-        self.assertEqual((done.vertices, done.parts_at_rest), (2 * n, 1))
-        self.assert_close(key_positions(obj)[n:], rest_positions(obj)[n:], 4e-6)
 
     def test_a_group_without_weights_holds_nothing(self):
         obj = mesh_object()
