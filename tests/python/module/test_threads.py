@@ -264,6 +264,7 @@ def test_hammering_one_solver_from_many_threads_never_breaks_it():
 
 LEAVE_A_SOLVE_BEHIND = """
 import threading
+import time
 from contextlib import suppress
 import numpy as np
 import arap_native
@@ -283,6 +284,7 @@ def solve():
 
 threading.Thread(target=solve, daemon=True).start()
 while True:
+    time.sleep(0.001)  # the other thread's turn
     try:
         solver.n_factorizations
     except RuntimeError:  # it is at work
