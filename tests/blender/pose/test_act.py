@@ -9,7 +9,7 @@ from support import SceneTest, bend, bpy, key_positions, module, posable, unfit
 
 class PoseSceneTest(SceneTest):
     def act(self, obj: bpy.types.Object) -> Any:
-        return module("pose.operators").BlenderPoseScene(obj)
+        return module("pose.scene").BlenderPoseScene(obj)
 
     def test_what_ends_it(self):
         left = "'Tube' was deleted or renamed: posing has ended"

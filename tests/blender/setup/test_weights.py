@@ -16,7 +16,6 @@ from support import (
     key_positions,
     mesh_object,
     module,
-    move,
     posable,
     rest_positions,
 )
