@@ -16,6 +16,7 @@ from support import (
     key_positions,
     mesh_object,
     module,
+    move,
     posable,
     rest_positions,
 )
