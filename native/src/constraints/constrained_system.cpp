@@ -80,9 +80,14 @@ ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, LinearSolverKin
 
 void ConstrainedSystem::factorize(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
                                   const SystemConstraints& constraints) {
+  const bool has_rows = !constraints.soft_rows.empty() || !constraints.stiff_rows.empty();
+  if (grounded_.empty() && !has_rows) {
+    factor_ = solver.factorize(matrix_, is_fixed_);
+    return;
+  }
   SparseMatrix held = matrix_;
   for (size_t k = 0; k < grounded_.size(); ++k) held.coeffRef(grounded_[k], grounded_[k]) += grounding_[k];
-  if (constraints.soft_rows.empty() && constraints.stiff_rows.empty()) {
+  if (!has_rows) {
     factor_ = solver.factorize(held, is_fixed_);
     return;
   }

@@ -23,12 +23,12 @@ struct Responses {
 
 /// What holds the unknowns of a system.
 struct SystemConstraints {
-  std::vector<char> is_fixed;         ///< (n,)
-  Eigen::VectorXd soft_diagonal;      ///< (n,) >= 0
-  std::vector<LinearRow> averages{};  ///< held exactly, each a dense column: for few
-  LinearRows soft_rows{};             ///< as many as one likes, each of a few unknowns
-  LinearRows stiff_rows{};            ///< the same, with weights far above K
-  std::vector<int> unknown_of{};      ///< of each index of a row, or empty: itself
+  std::vector<char> is_fixed;       ///< (n,)
+  Eigen::VectorXd soft_diagonal;    ///< (n,) >= 0
+  std::vector<LinearRow> averages;  ///< held exactly, each a dense column: for few
+  LinearRows soft_rows{};           ///< as many as one likes, each of a few unknowns
+  LinearRows stiff_rows{};          ///< the same, with weights far above K
+  std::vector<int> unknown_of;      ///< of each index of a row, or empty: itself
 };
 
 /// Minimizes 1/2 <x, A x> - <b, x> + 1/2 sum_r w_r |h_r x - g_r|^2 with A = K + a diagonal for soft unknowns + H^T W H

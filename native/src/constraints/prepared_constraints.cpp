@@ -75,7 +75,7 @@ PreparedConstraints::PreparedConstraints(const PreparedModel& model, const Model
 }
 
 void PreparedConstraints::require_movable(const ConstraintSet& set, const std::vector<char>& is_fixed) const {
-  const auto first_row = static_cast<int>(set.size());
+  const int first_row = set.size();
   for (size_t p = 0; p < patches_.size(); ++p) {
     const bool can_move = std::any_of(patches_[p].indices.begin(), patches_[p].indices.end(),
                                       [&](int v) { return is_fixed[regions_.unknown_of(v)] == 0; });
@@ -83,6 +83,14 @@ void PreparedConstraints::require_movable(const ConstraintSet& set, const std::v
     const bool is_row = patch_rows_[p] >= first_row;
     throw InvalidInput(text(is_row ? "row " : "patch ",
                             patch_rows_[p] - (is_row ? first_row : static_cast<int>(set.vertices.size())),
+                            " consists of hard vertices only; take it or them out of the constraints"));
+  }
+  for (int r = 0; r < stiff_rows_.rows.size(); ++r) {
+    const LinearRow row = stiff_rows_.rows.row(r);
+    if (std::any_of(row.indices.begin(), row.indices.end(),
+                    [&](int v) { return is_fixed[regions_.unknown_of(v)] == 0; }))
+      continue;
+    throw InvalidInput(text("row ", stiff_rows_.target_rows[r] - first_row,
                             " consists of hard vertices only; take it or them out of the constraints"));
   }
 }

@@ -25,7 +25,7 @@ double fit_from_rest(CellPasses& passes, const Positions& positions) {
 Engine::Engine(const PreparedModel& model) : model_(model) { move_to_rest(); }
 
 void Engine::move_to_rest() {
-  if (steps_ != nullptr) steps_->forget();
+  if (steps_ != nullptr) steps_->forget_pose();
   pose_.positions = model_.rest;
   pose_.rotations.assign(model_.energy.n_cells(), Eigen::Quaterniond::Identity());
   pose_.placements = model_.regions.fit_placements(pose_.positions);
@@ -37,7 +37,7 @@ void Engine::reset() {
 }
 
 void Engine::set_positions(Positions positions) {
-  if (steps_ != nullptr) steps_->forget();
+  if (steps_ != nullptr) steps_->forget_pose();
   CellPasses& passes = model_.passes(Precision::kSingle);
   static_cast<void>(fit_from_rest(passes, positions));
   passes.read_rotations(pose_.rotations);
@@ -81,7 +81,7 @@ void Engine::keep_pose() {
 }
 
 void Engine::restore_pose() {
-  steps_->forget();
+  steps_->forget_pose();
   copy_rows(model_.workers, kept_.positions, pose_.positions);
   pose_.placements = kept_.placements;
   pose_.rotations = kept_.rotations;
@@ -116,8 +116,9 @@ std::optional<double> Engine::apply_guess(const Positions& targets, InitialGuess
   pose_.placements = constraints_->regions().fit_placements(pose_.positions);
   const bool has_torn = steps_->impose_constraints(pose_);
   if (guess == InitialGuess::kNaiveLaplacian) {
-    if (!constraints_->has_laplacian_system()) ++n_factorizations_;
+    const bool is_first = !constraints_->has_laplacian_system();
     guess_naive_laplacian(model_, *constraints_, targets, steps_->vertex_targets(), pose_);
+    if (is_first) ++n_factorizations_;
   }
   // With the rotations of the former pose: fitted to a torn one, they would rotate what a single handle only moves.
   if (start.rotations.rows() > 0) {

@@ -28,7 +28,7 @@ class Engine {
   explicit Engine(const PreparedModel& model);
 
   /// Throws InvalidInput, SolverError or Cancelled, and then the former constraints stay.
-  void set_constraints(const ModelConstraints& constraints, const Progress& progress);
+  void set_constraints(const ModelConstraints& given, const Progress& progress);
   [[nodiscard]] bool has_constraints() const { return constraints_ != nullptr; }
 
   /// Moves the pose towards the targets. A solve to the targets of the last one goes on with its search. A cancelled

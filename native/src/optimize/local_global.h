@@ -52,8 +52,13 @@ class LocalGlobal {
   /// The next fit() is in double, from the rotations of the last one; false where it has been so already.
   [[nodiscard]] bool go_on_in_double(Pose& pose);
   [[nodiscard]] bool is_in_double() const { return is_in_double_; }
-  /// Comes where anybody else changes the pose or works with the passes.
+  /// Call it if anybody else changes the pose or works with the passes.
   void forget() { known_ = Known::kNothing; }
+  /// Call it if the pose is replaced by another one: what held the rows of the former pose is no start for it.
+  void forget_pose() {
+    forget();
+    multipliers_.resize(0, 3);
+  }
   /// Whether the pose is the one that finish() left.
   [[nodiscard]] bool knows_pose() const { return known_ != Known::kNothing; }
 
