@@ -51,7 +51,7 @@ class Triangulator {
 
   /// Opposite corners of a quad have the same fan, and all corners of a triangle.
   static size_t fans_of(size_t n_corners) {
-    return n_corners <= 4 ? n_corners - 2 : std::min<size_t>(n_corners, kMostFans);
+    return n_corners <= 4 ? n_corners - 2 : std::clamp(kMostFanTriangles / n_corners, kFewestFans, n_corners);
   }
 
   static int corner(std::span<const int> face, int k) { return face[k % face.size()]; }

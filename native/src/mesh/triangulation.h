@@ -31,13 +31,15 @@ struct Triangulation {
 
 /// Triangles of all faces. A face with n corners becomes the fans of triangles from each of its corners, with the share
 /// 1/n: a quad becomes the two triangles of each diagonal at half weight. This does not depend on how corners are
-/// numbered. If n > kMostFans only that many evenly spaced corners have a fan, to keep the cost linear.
+/// numbered. If n * n > kMostFanTriangles only so many evenly spaced corners have a fan, but at least kFewestFans: the
+/// cost stays linear, with few triangles a corner.
 ///
 /// Uniform weights replace every cotangent by 1. With cotangents a triangle lower than kDegenerateHeight of its longest
 /// edge becomes ties: its weights would be meaningless, but its corners must stay together.
 [[nodiscard]] Triangulation triangulate(const PolygonMesh& mesh, EdgeWeights weights);
 
-inline constexpr int kMostFans = 64;
+inline constexpr size_t kMostFanTriangles = 2048;
+inline constexpr size_t kFewestFans = 4;
 inline constexpr double kDegenerateHeight = 1e-4;
 
 /// 1/2 cot of the angle at each corner. The triangle must not be degenerate. [SA07] Sec. 2.2.
