@@ -12,7 +12,7 @@
 #include "cholesky/elimination_tree.h"
 #include "cholesky/linear_solver.h"
 #include "parallel/first_failure.h"
-#include "parallel/team.h"
+#include "parallel/parallel.h"
 
 namespace arap {
 
@@ -41,32 +41,34 @@ struct FrontSize {
   int stride;
 };
 
+/// How many rows or columns of a front a thread takes at a time, a multiple of `grain`; all if there is one thread.
+int range_of(const Workers& workers, int n, int grain) {
+  constexpr int kRangesPerThread = 4;
+  const int n_grains = (n + grain - 1) / grain;
+  const int n_ranges = workers.threads() > 1 ? kRangesPerThread * workers.threads() : 1;
+  return grain * std::max(1, (n_grains + n_ranges - 1) / n_ranges);
+}
+
 /// Memory for one front at a time.
 struct Workspace {
   AlignedBuffer<double> values;
   AlignedBuffer<double> inverses;
-  AlignedBuffer<double> row_block;
   std::vector<double> least_pivot;
 
   void reserve(size_t n_values, int n_columns) {
     const auto columns = static_cast<size_t>(n_columns);
     if (values.size() < n_values) values = AlignedBuffer<double>(n_values);
     if (inverses.size() < kTile * columns) inverses = AlignedBuffer<double>(kTile * columns);
-    reserve_row_block(n_columns);
     if (least_pivot.size() < columns) least_pivot.resize(columns);
-  }
-
-  void reserve_row_block(int n_columns) {
-    const size_t size = size_t{kFrontRowBlock + 1} * static_cast<size_t>(n_columns);
-    if (row_block.size() < size) row_block = AlignedBuffer<double>(size);
   }
 };
 
 class Factorizer {
  public:
   Factorizer(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels, const SparseMatrix& A,
-             const Scaling& scaling, TileFormat format, std::byte* tiles)
-      : plan_(plan),
+             const Scaling& scaling, TileFormat format, const Workers& workers, std::byte* tiles)
+      : workers_(workers),
+        plan_(plan),
         fronts_(fronts),
         kernels_(kernels),
         A_(A),
@@ -78,15 +80,8 @@ class Factorizer {
 
   /// Returns false if a number is too large for the format.
   bool run() {
-    Workspace shared;
-    run_team(plan_.n_threads, [&](const Team& team) {
-      failure_.guard([&] { eliminate_subtrees(); });
-      if (team.rank == 0) failure_.guard([&] { reserve(shared, plan_.partition.root_part); });
-      Workspace own;
-      failure_.guard([&] { own.reserve_row_block(largest_root_columns()); });
-      team.barrier();
-      for (const int s : plan_.partition.root_part) eliminate_in_team(team, s, shared, own);
-    });
+    workers_.run(workers_.threads(), [&](int) { failure_.guard([&] { eliminate_subtrees(); }); });
+    failure_.guard([&] { eliminate_root_part(); });
     failure_.rethrow();
     if (failure_.has_happened()) fail();
     return fits_;
@@ -103,12 +98,6 @@ class Factorizer {
   }
 
   [[nodiscard]] const Supernode& node(int s) const { return plan_.structure.supernodes[s]; }
-  void store(int s, const Front& front, int begin, int end, Workspace& workspace) {
-    if (!store_tiles_(front, node(s).n_columns, node(s).n_rows, begin, end, workspace.row_block.data(),
-                      tiles_ + tile_bytes_ * plan_.tile_offsets[s]))
-      fits_ = false;
-  }
-
   void eliminate_subtrees() {
     const auto& subtrees = plan_.partition.subtrees;
     Workspace workspace;
@@ -120,8 +109,19 @@ class Factorizer {
       reserve(workspace, supernodes);
       for (const int s : supernodes) {
         if (failure_.has_happened()) return;
-        eliminate(s, workspace);
+        eliminate(s, workspace, alone_);
       }
+    }
+  }
+
+  void eliminate_root_part() {
+    Workspace workspace;
+    reserve(workspace, plan_.partition.root_part);
+    for (const int s : plan_.partition.root_part) {
+      if (failure_.has_happened()) return;
+      const FrontSize size(node(s));
+      const bool is_shared = static_cast<size_t>(size.n_columns) * static_cast<size_t>(size.n_rows) > kSharedFront;
+      eliminate(s, workspace, is_shared ? workers_ : alone_);
     }
   }
 
@@ -133,12 +133,6 @@ class Factorizer {
       n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
     }
     workspace.reserve(n_values, n_columns);
-  }
-
-  [[nodiscard]] int largest_root_columns() const {
-    int n_columns = 0;
-    for (const int s : plan_.partition.root_part) n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
-    return n_columns;
   }
 
   /// Adds up the front of supernode s.
@@ -200,7 +194,20 @@ class Factorizer {
     }
   }
 
-  void eliminate(int s, Workspace& workspace) {
+  void store(int s, const Front& front, const Workers& workers) {
+    const auto row_block = (kFrontRowBlock + 1) * static_cast<size_t>(front.n_columns);
+    const auto store_rows = [&](int begin, int end) {
+      AlignedBuffer<double> workspace(row_block);
+      if (!store_tiles_(front, node(s).n_columns, node(s).n_rows, begin, end, workspace.data(),
+                        tiles_ + tile_bytes_ * plan_.tile_offsets[s]))
+        fits_ = false;
+    };
+    parallel_for_ranges(workers, front.n_rows, range_of(workers, front.n_rows, kFrontRowBlock),
+                        [&](int begin, int end) { failure_.guard([&] { store_rows(begin, end); }); });
+  }
+
+  /// Notes a failure if a pivot is not positive.
+  void eliminate(int s, Workspace& workspace, const Workers& workers) {
     const Front front = assemble(s, workspace);
     for (int begin = 0; begin < front.n_columns; begin += kFrontPanel) {
       const int end = std::min(begin + kFrontPanel, front.n_columns);
@@ -208,43 +215,19 @@ class Factorizer {
         failure_.note();
         return;
       }
-      kernels_.update_columns(front, begin, end, end, front.n_rows);
+      constexpr int kColumns = 16;
+      const int n = front.n_rows - end;
+      parallel_for_ranges(workers, n, range_of(workers, n, kColumns),
+                          [&](int from, int to) { kernels_.update_columns(front, begin, end, end + from, end + to); });
     }
-    take_update(s, front, 0, node(s).n_rows);
-    store(s, front, 0, front.n_rows, workspace);
+    const int n = node(s).n_rows;
+    parallel_for_ranges(workers, n, range_of(workers, n, 1),
+                        [&](int begin, int end) { take_update(s, front, begin, end); });
+    store(s, front, workers);
   }
 
-  /// The same by all threads of the team.
-  void eliminate_in_team(const Team& team, int s, Workspace& shared, Workspace& own) {
-    const FrontSize size(node(s));
-    const bool is_shared = static_cast<size_t>(size.n_columns) * static_cast<size_t>(size.n_rows) > kSharedFront;
-    if (!is_shared) {
-      if (team.rank == 0) failure_.guard([&] { eliminate(s, shared); });
-      return;
-    }
-    if (team.rank == 0) failure_.guard([&] { assemble(s, shared); });
-    const Front front{shared.values.data(), size.stride, size.n_columns, size.n_rows, shared.inverses.data()};
-    for (int begin = 0; begin < front.n_columns; begin += kFrontPanel) {
-      const int end = std::min(begin + kFrontPanel, front.n_columns);
-      if (team.rank == 0 && !failure_.has_happened() &&
-          !kernels_.factor_panel(front, begin, end, shared.least_pivot.data()))
-        failure_.note();
-      team.barrier();
-      if (failure_.has_happened()) break;
-      // Round robin: columns get shorter.
-      constexpr int kTurn = 16;
-      for (int j = end + kTurn * team.rank; j < front.n_rows; j += kTurn * team.size)
-        kernels_.update_columns(front, begin, end, j, std::min(j + kTurn, front.n_rows));
-      team.barrier();
-    }
-    if (!failure_.has_happened()) {
-      const int n = node(s).n_rows;
-      take_update(s, front, team.begin(n), team.end(n));
-      store(s, front, team.begin(front.n_rows, kFrontRowBlock), team.end(front.n_rows, kFrontRowBlock), own);
-    }
-    team.barrier();
-  }
-
+  const Workers& workers_;
+  const Workers alone_;
   const TilePlan& plan_;
   const FrontPlan& fronts_;
   const FrontKernels& kernels_;
@@ -313,8 +296,9 @@ Scaling::Scaling(const SparseMatrix& A, const std::vector<char>& is_erased) : of
 }
 
 bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels,
-                            const SparseMatrix& A, const Scaling& scaling, TileFormat format, std::byte* tiles) {
-  return Factorizer(plan, fronts, kernels, A, scaling, format, tiles).run();
+                            const SparseMatrix& A, const Scaling& scaling, TileFormat format, const Workers& workers,
+                            std::byte* tiles) {
+  return Factorizer(plan, fronts, kernels, A, scaling, format, workers, tiles).run();
 }
 
 }  // namespace arap

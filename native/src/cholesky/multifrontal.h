@@ -6,6 +6,7 @@
 
 #include "cholesky/tile_plan.h"
 #include "kernels/kernels.h"
+#include "parallel/workers.h"
 #include "sparse/sparse.h"
 
 namespace arap {
@@ -44,6 +45,7 @@ struct Scaling {
 /// SolverError if that is not positive definite. Returns false if a number is too large for the format.
 /// @param tiles  (16 * number of tiles,) output
 bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels,
-                            const SparseMatrix& A, const Scaling& scaling, TileFormat format, std::byte* tiles);
+                            const SparseMatrix& A, const Scaling& scaling, TileFormat format, const Workers& workers,
+                            std::byte* tiles);
 
 }  // namespace arap

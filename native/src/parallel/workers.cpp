@@ -3,11 +3,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <exception>
 #include <memory>
-#include <system_error>
 #include <thread>
 #include <vector>
 
+#include "parallel/first_failure.h"
 #include "parallel/process_id.h"
 
 namespace arap {
@@ -59,16 +60,18 @@ class Workers::Pool {
   }
 
   void run(int n_pieces, const Task& task) {
+    FirstFailure failure;
     if (is_busy_.exchange(true, std::memory_order_acquire)) {
-      run_alone(n_pieces, task);
-      return;
+      run_alone(n_pieces, task, failure);
+    } else {
+      if (!is_started_) start();
+      if (owner_ == process_id())
+        run_together(n_pieces, task, failure);
+      else
+        run_alone(n_pieces, task, failure);
+      is_busy_.store(false, std::memory_order_release);
     }
-    if (!is_started_) start();
-    if (owner_ == process_id())
-      run_together(n_pieces, task);
-    else
-      run_alone(n_pieces, task);
-    is_busy_.store(false, std::memory_order_release);
+    failure.rethrow();
   }
 
  private:
@@ -79,8 +82,9 @@ class Workers::Pool {
     int end = 0;
   };
 
-  void run_together(int n_pieces, const Task& task) {
+  void run_together(int n_pieces, const Task& task, FirstFailure& failure) {
     task_ = task;
+    failure_ = &failure;
     const auto n = static_cast<std::int64_t>(n_pieces);
     const auto n_shares = static_cast<std::int64_t>(shares_.size());
     for (std::int64_t s = 0; s < n_shares; ++s) {
@@ -94,8 +98,8 @@ class Workers::Pool {
     wait_for(n_inside_, [](int n_inside) { return n_inside == 0; });
   }
 
-  static void run_alone(int n_pieces, const Task& task) {
-    for (int piece = 0; piece < n_pieces; ++piece) task.call(task.body, piece);
+  static void run_alone(int n_pieces, const Task& task, FirstFailure& failure) {
+    for (int piece = 0; piece < n_pieces; ++piece) failure.guard([&] { task.call(task.body, piece); });
   }
 
   void start() {
@@ -103,7 +107,7 @@ class Workers::Pool {
     owner_ = process_id();
     try {
       for (size_t rank = 1; rank < shares_.size(); ++rank) threads_->emplace_back([this, rank] { serve(rank); });
-    } catch (const std::system_error&) {  // NOLINT(bugprone-empty-catch)
+    } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch): no thread or no memory for one
       // The threads that there are do all pieces.
     }
   }
@@ -112,7 +116,7 @@ class Workers::Pool {
     for (size_t k = 0; k < shares_.size(); ++k) {
       Share& share = shares_[(rank + k) % shares_.size()];
       for (int piece; (piece = share.next.fetch_add(1, std::memory_order_relaxed)) < share.end;)
-        task_.call(task_.body, piece);
+        failure_->guard([&] { task_.call(task_.body, piece); });
     }
   }
 
@@ -139,6 +143,7 @@ class Workers::Pool {
   std::atomic<bool> is_ending_ = false;
   bool is_started_ = false;
   Task task_{};
+  FirstFailure* failure_ = nullptr;  ///< of the pass
   std::vector<Share> shares_;
   std::unique_ptr<std::vector<std::thread>> threads_ = std::make_unique<std::vector<std::thread>>();
   ProcessId owner_ = 0;  ///< process that has the threads

@@ -19,7 +19,8 @@ class Workers {
 
   [[nodiscard]] int threads() const { return threads_; }
 
-  /// Calls body(piece) once for each of [0, n_pieces) and returns when all are done. `body` must not throw.
+  /// Calls body(piece) once for each of [0, n_pieces) and returns when all are done. Rethrows the first exception,
+  /// after which no piece is started.
   template <class Body>
   void run(int n_pieces, const Body& body) const {
     if (n_pieces > 1 && pool_ != nullptr)

@@ -55,6 +55,17 @@ TEST_P(WorkersOf, APassMayStartAnother) {
   for (const std::vector<int>& count : inner) EXPECT_EQ(count, std::vector<int>(50, 1));
 }
 
+TEST_P(WorkersOf, AnExceptionReachesTheCallerAndTheNextPassIsWhole) {
+  const Workers workers(GetParam());
+  for (int k = 0; k < 20; ++k) {
+    const auto fail_in_one = [](int piece) {
+      if (piece == 7) throw std::bad_alloc();
+    };
+    EXPECT_THROW(workers.run(20, fail_in_one), std::bad_alloc);
+    EXPECT_EQ(calls(workers, 20), std::vector<int>(20, 1));
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Threads, WorkersOf, testing::Values(1, 2, 3, 8));
 
 TEST(Workers, ServeSeveralCallers) {
