@@ -54,6 +54,20 @@ Positions ModelSpace::to_model(const Positions& of_input, const Workers& workers
   parallel_for<kRows>(workers, n_model_vertices(), [&](int begin, int end) {
     for (int m = begin; m < end; ++m) result.row(m) = (of_input.row(input_vertex_[m]) - center_) / size_;
   });
+  for (const Loose& loose : loose_)
+    result.row(model_vertex_[loose.vertex]) = (of_input.row(loose.vertex) - center_ - loose.shift) / size_;
+  return result;
+}
+
+Positions ModelSpace::targets_to_model(const Positions& targets, const ConstraintSet& of_input) const {
+  Positions result = points_to_model(targets);
+  if (loose_.empty()) return result;
+  for (size_t k = 0; k < of_input.vertices.size(); ++k) {
+    const auto found = std::lower_bound(loose_.begin(), loose_.end(), of_input.vertices[k],
+                                        [](const Loose& loose, int v) { return loose.vertex < v; });
+    if (found != loose_.end() && found->vertex == of_input.vertices[k])
+      result.row(static_cast<Eigen::Index>(k)) -= found->shift / size_;
+  }
   return result;
 }
 
@@ -62,11 +76,12 @@ Positions ModelSpace::to_input(const Positions& of_model, const Workers& workers
   parallel_for<kRows>(workers, n_input_vertices(), [&](int begin, int end) {
     for (int v = begin; v < end; ++v) result.row(v) = of_model.row(model_vertex_[v]) * size_ + center_;
   });
+  for (const Loose& loose : loose_) result.row(loose.vertex) += loose.shift;
   return result;
 }
 
 bool ModelSpace::write_to_input(const Positions& of_model, const Workers& workers, std::span<float> of_input) const {
-  return parallel_all<kRows>(workers, n_input_vertices(), [&](int begin, int end) {
+  const bool is_finite = parallel_all<kRows>(workers, n_input_vertices(), [&](int begin, int end) {
     double zero = 0;  // not a number as soon as one of the numbers is not finite
     for (int v = begin; v < end; ++v) {
       __builtin_prefetch(of_model.data() + 3L * model_vertex_[std::min(v + kRowsAhead, end - 1)]);
@@ -77,6 +92,16 @@ bool ModelSpace::write_to_input(const Positions& of_model, const Workers& worker
     }
     return zero == 0;
   });
+  return is_finite && parallel_all<kRows>(workers, static_cast<int>(loose_.size()), [&](int begin, int end) {
+           bool are_finite = true;
+           for (int l = begin; l < end; ++l) {
+             const auto& [v, shift] = loose_[l];
+             auto x = Eigen::RowVector3f::Map(of_input.data() + 3L * v);
+             x = (of_model.row(model_vertex_[v]) * size_ + center_ + shift).cast<float>();
+             are_finite = are_finite && x.allFinite();
+           }
+           return are_finite;
+         });
 }
 
 Positions ModelSpace::gradient_to_input(const Positions& of_model) const {
@@ -102,15 +127,21 @@ std::vector<int> ModelSpace::regions_to_model(const std::vector<int>& of_input) 
   return result;
 }
 
-PolygonMesh ModelSpace::to_model(const PolygonMesh& mesh) const {
+PolygonMesh ModelSpace::make_model(const PolygonMesh& mesh) {
   std::vector<int> corners;
   std::vector<int> sizes;
   corners.reserve(mesh.n_corners());
   sizes.reserve(mesh.n_faces());
+  std::vector<char> is_in_face(n_model_vertices(), 0);
   for (int f = 0; f < mesh.n_faces(); ++f) {
-    for (const int v : mesh.face(f)) corners.push_back(model_vertex_[v]);
+    for (const int v : mesh.face(f)) {
+      corners.push_back(model_vertex_[v]);
+      is_in_face[model_vertex_[v]] = 1;
+    }
     sizes.push_back(static_cast<int>(mesh.face(f).size()));
   }
+  for (int v = 0; v < n_input_vertices(); ++v)
+    if (is_in_face[model_vertex_[v]] == 0) loose_.push_back({v, mesh.positions().row(v) - center_});
   return {to_model(mesh.positions(), Workers(1)), std::move(corners), std::move(sizes)};
 }
 

@@ -12,7 +12,8 @@
 namespace arap {
 
 /// Between the user's mesh and the model's: the model is centred at the box of its surface, has diagonal 1 there, has
-/// one vertex where open seams are joined, and numbers its vertices as its linear solver wants them.
+/// one vertex where open seams are joined, and numbers its vertices as its linear solver wants them. A loose vertex
+/// rests at its center: nothing hangs on it, and far away it would take the digits of single precision from all others.
 class ModelSpace {
  public:
   /// @param mesh  the user's, at rest
@@ -34,6 +35,8 @@ class ModelSpace {
   [[nodiscard]] Positions points_to_model(const Positions& points) const {
     return (points.rowwise() - center_) / size_;
   }
+  /// One target a constraint: of each vertex, then of each patch.
+  [[nodiscard]] Positions targets_to_model(const Positions& targets, const ConstraintSet& of_input) const;
 
   [[nodiscard]] Positions to_model(const Positions& of_input, const Workers& workers) const;
   [[nodiscard]] Positions to_input(const Positions& of_model, const Workers& workers) const;
@@ -42,7 +45,8 @@ class ModelSpace {
   [[nodiscard]] std::vector<double> to_model(const std::vector<double>& of_input) const;
   /// A vertex belongs to the region of any of its copies; of several, to the lowest.
   [[nodiscard]] std::vector<int> regions_to_model(const std::vector<int>& of_input) const;
-  [[nodiscard]] PolygonMesh to_model(const PolygonMesh& mesh) const;
+  /// The mesh given to the constructor, after join() and before anything else.
+  [[nodiscard]] PolygonMesh make_model(const PolygonMesh& mesh);
   [[nodiscard]] ConstraintSet to_model(ConstraintSet of_input) const;
 
   [[nodiscard]] Eigen::RowVector3d to_input(const Eigen::RowVector3d& point) const { return point * size_ + center_; }
@@ -53,10 +57,17 @@ class ModelSpace {
   [[nodiscard]] Positions gradient_to_input(const Positions& of_model) const;
 
  private:
+  /// A loose vertex of the user's, and where it is at rest from the center.
+  struct Loose {
+    int vertex;
+    Eigen::RowVector3d shift;
+  };
+
   Eigen::RowVector3d center_;
   double size_ = 1;
   std::vector<int> model_vertex_;  ///< of each input vertex
   std::vector<int> input_vertex_;  ///< the first one of each model vertex
+  std::vector<Loose> loose_;       ///< by vertex
 };
 
 }  // namespace arap

@@ -54,7 +54,7 @@ struct SurfaceArap::Impl {
     if (options.join_seams)
       space.join(coincident_with(space.points_to_model(mesh.positions()), kSamePlace,
                                  choose_threads(options.threads, mesh.n_vertices())));
-    space.renumber(prepare_surface(model, space.to_model(mesh), options, space.to_model(properties.stiffness),
+    space.renumber(prepare_surface(model, space.make_model(mesh), options, space.to_model(properties.stiffness),
                                    space.regions_to_model(properties.rigid_regions), progress));
     return model.prepared;
   }
@@ -115,7 +115,7 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
   };
   IterationReport report;
   try {
-    report = impl_->engine.solve(space.points_to_model(targets), options, rotations, progress, hand_over);
+    report = impl_->engine.solve(space.targets_to_model(targets, impl_->constraints), options, rotations, progress, hand_over);
   } catch (...) {
     if (!out.empty()) static_cast<void>(space.write_to_input(impl_->engine.positions(), impl_->workers(), out));
     throw;
