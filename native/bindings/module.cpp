@@ -6,8 +6,10 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <exception>
 #include <initializer_list>
 #include <memory>
+#include <new>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -622,6 +624,14 @@ class Solver {
     return work();
   }
 
+  /// pybind11 asks for memory without an object in it if a script has called __new__ alone.
+ public:
+  static void* operator new(size_t) {
+    throw py::type_error("this SurfaceArap has no mesh, because only __new__ was called: call SurfaceArap(...)");
+  }
+  static void operator delete(void* solver) { ::operator delete(solver); }
+
+ private:
   arap::SurfaceArap solver_;
   int n_targets_ = 0;
   std::atomic<bool> is_busy_ = false;
@@ -633,9 +643,9 @@ void bind_solver(py::module_& m) {
       .def(py::init([](const py::object& rest_positions, const py::object& corner_vertices,
                        const py::object& face_sizes, const arap::Options* options, const py::object& stiffness,
                        const py::object& rigid_regions, py::object progress) {
-             return std::make_unique<Solver>(rest_positions, corner_vertices, face_sizes,
-                                             options != nullptr ? *options : arap::Options{}, stiffness, rigid_regions,
-                                             std::move(progress));
+             return std::unique_ptr<Solver>(::new Solver(rest_positions, corner_vertices, face_sizes,
+                                                         options != nullptr ? *options : arap::Options{}, stiffness,
+                                                         rigid_regions, std::move(progress)));
            }),
            docstrings::SurfaceArap_init, py::arg("rest_positions"), py::arg("corner_vertices"),
            py::arg("face_sizes") = none, py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
@@ -675,6 +685,15 @@ PYBIND11_MODULE(_native, m) {
 
   m.doc() = docstrings::module;
   m.attr("__version__") = ARAP_VERSION;
+  py::register_local_exception_translator([](std::exception_ptr failure) {
+    try {
+      if (failure) std::rethrow_exception(failure);
+    } catch (const std::bad_alloc&) {
+      PyErr_SetString(PyExc_MemoryError,
+                      "there is not enough memory for this mesh; close other programs or take a "
+                      "coarser mesh");
+    }
+  });
   // InvalidInput and SolverError derive from the standard exceptions that pybind11 makes ValueError and RuntimeError.
   auto cancelled = py::register_exception<arap::Cancelled>(m, "Cancelled", PyExc_RuntimeError);
   cancelled.attr("__doc__") = docstrings::Cancelled;

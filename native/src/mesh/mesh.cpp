@@ -30,6 +30,13 @@ void require_finite_positions(const Positions& positions) {
 
 PolygonMesh::PolygonMesh(Positions positions, std::vector<int> corner_vertices, std::vector<int> face_sizes)
     : positions_(std::move(positions)), corner_vertices_(std::move(corner_vertices)) {
+  // Sums over neighbours stay below 2^31.
+  constexpr Eigen::Index kMostVertices = 100'000'000;
+  constexpr size_t kMostCorners = 500'000'000;
+  if (positions_.rows() > kMostVertices || corner_vertices_.size() > kMostCorners)
+    throw InvalidInput(text("the mesh has ", positions_.rows(), " vertices and ", corner_vertices_.size(),
+                            " corners of faces, must have at most ", kMostVertices, " and ", kMostCorners,
+                            "; pose a coarser one"));
   if (positions_.rows() == 0) throw InvalidInput("rest_positions is empty; the mesh needs at least one vertex");
   require_finite_positions(positions_);
   face_offsets_.reserve(face_sizes.size() + 1);

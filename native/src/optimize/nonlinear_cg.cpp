@@ -100,7 +100,9 @@ double NonlinearCg::move(Pose& pose, double length, const Update& update) {
       [](float a, float b) { return std::max(a, b); });
   pose.placements = placements_;
   steps_.follow_positions(pose);
-  step_ = length * std::sqrt(static_cast<double>(longest));
+  // Squares of lengths of 1e20 and more are too large for single precision.
+  step_ = std::isfinite(longest) ? length * std::sqrt(static_cast<double>(longest))
+                                 : longest_row(pose.positions - start_, steps_.workers());
   return steps_.fit(pose);
 }
 

@@ -29,6 +29,12 @@ TEST(PolygonMesh, FacesComeBackAsTheyWentIn) {
   EXPECT_EQ(face(1), (std::vector<int>{2, 1, 4}));
 }
 
+TEST(PolygonMesh, MoreVerticesThanCanBeCountedAreRefused) {
+  expect_error<InvalidInput>(
+      [] { static_cast<void>(PolygonMesh(Positions(100'000'001, 3), {}, {})); },
+      {"the mesh has 100000001 vertices and 0 corners of faces", "at most 100000000 and 500000000"});
+}
+
 TEST(PolygonMesh, DiagonalIsThatOfTheBoundingBox) {
   EXPECT_DOUBLE_EQ(cube().mesh().diagonal(), std::sqrt(3.0));
   EXPECT_EQ(PolygonMesh(Positions::Constant(3, 3, 7), {0, 1, 2}, {3}).diagonal(), 0);

@@ -67,6 +67,15 @@ struct SurfaceArap::Impl {
     return space.to_model(positions, workers());
   }
 
+  /// Energy and gradient of the model.
+  double evaluate(const Positions& positions, Positions& gradient) const {
+    const double energy = engine.evaluate(checked_to_model(positions), gradient);
+    if (!std::isfinite(energy) || !gradient.allFinite())
+      throw SolverError(text("the energy at these positions is too large for a number: they are up to ",
+                             space.points_to_model(positions).cwiseAbs().maxCoeff(), " sizes of the mesh away"));
+    return energy;
+  }
+
   ModelSpace space;
   SurfaceModel model;
   std::vector<int> part_of_vertex;  ///< of each vertex of the user's, -1 = loose
@@ -115,7 +124,8 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
   };
   IterationReport report;
   try {
-    report = impl_->engine.solve(space.targets_to_model(targets, impl_->constraints), options, rotations, progress, hand_over);
+    report = impl_->engine.solve(space.targets_to_model(targets, impl_->constraints), options, rotations, progress,
+                                 hand_over);
   } catch (...) {
     if (!out.empty()) static_cast<void>(space.write_to_input(impl_->engine.positions(), impl_->workers(), out));
     throw;
@@ -157,12 +167,12 @@ Positions SurfaceArap::positions() const { return impl_->space.to_input(impl_->e
 
 double SurfaceArap::energy(const Positions& positions) const {
   Positions gradient;
-  return impl_->space.energy_to_input(impl_->engine.evaluate(impl_->checked_to_model(positions), gradient));
+  return impl_->space.energy_to_input(impl_->evaluate(positions, gradient));
 }
 
 Positions SurfaceArap::energy_gradient(const Positions& positions) const {
   Positions gradient;
-  impl_->engine.evaluate(impl_->checked_to_model(positions), gradient);
+  impl_->evaluate(positions, gradient);
   return impl_->space.gradient_to_input(gradient);
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "support/helpers.h"
@@ -90,6 +91,17 @@ TEST(Energy, GradientWithRegionsIsThatOfFiniteDifferences) {
               1e-10 * mesh.diagonal())
         << model.name();
   }
+}
+
+TEST(Energy, TooFarAwayForANumberIsRefused) {
+  const MeshData mesh = bumpy_sphere(1);
+  MeshData small = mesh;
+  for (Vector3& vertex : small.vertices) vertex *= 1e-80;
+  const SurfaceArap solver(small.mesh());
+  const Positions far = 1e99 * mesh.positions();
+  for (const auto& ask : {std::function<void()>([&] { static_cast<void>(solver.energy(far)); }),
+                          std::function<void()>([&] { static_cast<void>(solver.energy_gradient(far)); })})
+    expect_error<arap::SolverError>(ask, {"too large for a number", "sizes of the mesh away"});
 }
 
 }  // namespace
