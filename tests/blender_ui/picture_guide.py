@@ -133,4 +133,4 @@ def test_picture_dialog(ui: Ui) -> Steps:
 def test_picture_preferences(ui: Ui) -> Steps:
     camera = Camera(ui)
     area = yield from ui.turn_view_into_preferences()
-    yield from camera.area("guide-preferences", "-crop", "886x210+170+254", "+repage", area=area)
+    yield from camera.area("guide-preferences", "-crop", "886x104+170+254", "+repage", area=area)
