@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One library on one task file, in a process of its own; measure.peers says what when.
+"""One library on one task file, in a process of its own; measure.runs.peers says what when.
 
     python -m peers.worker LIBRARY TASK POSITIONS OPTIONS
 
@@ -22,9 +22,9 @@ import re
 import sys
 import time
 from pathlib import Path
+from statistics import median
 
-from measure.convergence import median
-from measure.tasks import read_task
+from measure.inputs.tasks import read_task
 
 from .library import Library
 

@@ -3,9 +3,9 @@
 
 import numpy as np
 import pytest
-from measure.meshes import make_mesh, midpoint_subdivision
-from measure.shape import Surface, interior_edges, mirror_partners, rotations, thickness
-from measure.tasks import rotation
+from measure.inputs.mesh import make_mesh, midpoint_subdivision
+from measure.inputs.tasks import rotation
+from measure.runs.shape import Surface, interior_edges, mirror_partners, rotations, thickness
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 OCTAHEDRON = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]])

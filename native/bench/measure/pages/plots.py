@@ -12,9 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from .machine import ISA_NAMES
-from .tables import ENERGIES, library_name, measured
-from .tables_native import best_row
+from ..base.machine import ISA_NAMES
+from .markdown import ENERGIES, library_name, measured
+from .native import best_row
 
 COLORS = {"ours": "#c8501e", "libigl": "#3b6ea5", "cgal": "#5a8f4e", "open3d": "#8a6bb1"}
 STYLES = {"rotation_nodes": "-.", "spokes_and_rims": "-", "spokes": "--"}

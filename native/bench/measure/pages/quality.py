@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of measure.quality and their pictures."""
+"""Tables of measure.runs.quality and their pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from .meshes import short_count
-from .tables import NOTHING, Row, joined, machine_line, markdown, number
+from ..inputs.mesh import short_count
+from .markdown import NOTHING, Row, joined, machine_line, markdown, number
 
 MODEL_NAMES = {"plain": "plain", "nodes": "rotation nodes"}
+PanelRow = tuple[str, list[tuple[str, Path]]]  # a title, and the title and file of each picture
 IMAGES, KINDS_PICTURE, KINDS_A_ROW = "images", "quality-kinds.webp", 4
 SHAPE = ("∫ \\|dH\\| dA", "rms °", "99 % °", "max °", "> 60°", "flips")
 COLUMNS = ("model", "vertices", "energy", *SHAPE, "iterations", "moved, %")
@@ -18,7 +19,7 @@ COLUMNS = ("model", "vertices", "energy", *SHAPE, "iterations", "moved, %")
 def sections(data: Row) -> dict[str, str]:
     """The Markdown of each section of docs/quality.md that has results."""
     bodies = {
-        "quality-poses": joined(machine_line(data["machine"]), not_run(data), *map(pose, shown(data["poses"]).items())),
+        "quality-poses": joined(machine_line(data["machine"]), *map(pose, shown(data["poses"]).items())),
         "quality-walls": walls(data["poses"].values()),
         "quality-steps": steps(data["poses"].values()),
         "quality-kinds": kinds(data["kinds"]),
@@ -35,10 +36,6 @@ def shown(poses: Row) -> Row:
         for name, entry in poses.items()
         if not any("from_steps" in row for rows in entry["rows"].values() for row in rows)
     }
-
-
-def not_run(data: Row) -> str:
-    return "\n".join(f"- Not run: {MODEL_NAMES[model]}: {reason}" for model, reason in data["not_run"].items())
 
 
 def pose(item: tuple[str, Row]) -> str:
@@ -71,34 +68,25 @@ def pose_line(model: str, row: Row) -> tuple[str, ...]:
 def walls(entries: Iterable[Row]) -> str:
     """How well thin parts keep their walls apart."""
     lines = [
-        (
-            f"{entry['pose']}, {MODEL_NAMES[model]}",
-            str(row["n_vertices"]),
-            number(100 * row["walls"]["passed"], 2),
-            number(row["walls"]["median"], 2),
-        )
-        for entry in entries
-        for model, rows in entry["rows"].items()
-        for row in rows
-        if "walls" in row
+        (*name, number(100 * row["walls"]["passed"], 2), number(row["walls"]["median"], 2))
+        for name, row in rows_with("walls", entries)
     ]
-    return markdown(("", "vertices", "passed through, %", "thickness kept, median"), lines) if lines else ""
+    return markdown(("", "vertices", "passed through, %", "thickness kept, median"), lines)
 
 
 def steps(entries: Iterable[Row]) -> str:
     """Distance of a pose in one step from the same pose in several."""
-    lines = [
-        (
-            f"{entry['pose']}, {MODEL_NAMES[model]}",
-            str(row["n_vertices"]),
-            number(100 * row["from_steps"], 2),
-        )
-        for entry in entries
-        for model, rows in entry["rows"].items()
-        for row in rows
-        if "from_steps" in row
-    ]
-    return markdown(("", "vertices", "from ten steps, %"), lines) if lines else ""
+    lines = [(*name, number(100 * row["from_steps"], 2)) for name, row in rows_with("from_steps", entries)]
+    return markdown(("", "vertices", "from ten steps, %"), lines)
+
+
+def rows_with(what: str, entries: Iterable[Row]) -> Iterator[tuple[tuple[str, str], Row]]:
+    """The rows that have something, with their pose, model and number of vertices."""
+    for entry in entries:
+        for model, rows in entry["rows"].items():
+            for row in rows:
+                if what in row:
+                    yield (f"{entry['pose']}, {MODEL_NAMES[model]}", str(row["n_vertices"])), row
 
 
 def kinds(entries: Row) -> str:
@@ -120,19 +108,17 @@ def kinds(entries: Row) -> str:
     return joined(markdown(headers, lines), picture) if lines else ""
 
 
-def kind_panels(entries: Row, folder: Path) -> list[tuple[str, list[tuple[str, Path]]]]:
+def kind_panels(entries: Row, folder: Path) -> list[PanelRow]:
     """Rows of rendered pictures, KINDS_A_ROW kinds each: for the same kinds one row a model."""
     names = list(entries)
-    rows = []
-    for first in range(0, len(names), KINDS_A_ROW):
-        for model, title in MODEL_NAMES.items():
-            files = [
-                (entries[name]["name"], folder / f"{name}-{model}.png") for name in names[first : first + KINDS_A_ROW]
-            ]
-            rendered = [(kind, file) for kind, file in files if file.exists()]
-            if rendered:
-                rows.append((title, rendered))
-    return rows
+    return rendered(
+        (
+            title,
+            [(entries[name]["name"], folder / f"{name}-{model}.png") for name in names[first : first + KINDS_A_ROW]],
+        )
+        for first in range(0, len(names), KINDS_A_ROW)
+        for model, title in MODEL_NAMES.items()
+    )
 
 
 def drag(models: dict[str, Row]) -> str:
@@ -147,7 +133,7 @@ def drag(models: dict[str, Row]) -> str:
             lines.append((*start, NOTHING, n, *_behind(behind), NOTHING))
     behind = ("behind, mean, %", "behind, max, %")
     headers = ("drag", "vertices", "ms a frame", "iterations a frame", *behind, "load after")
-    return markdown(headers, lines) if lines else ""
+    return markdown(headers, lines)
 
 
 def _behind(distances: list[float]) -> tuple[str, str]:
@@ -162,22 +148,28 @@ def symmetry(models: dict[str, Row]) -> str:
         for accuracy, distance in row["distances"]
     ]
     headers = ("mirrored pose", "vertices", "accuracy", "mirror error, max", "moved, max")
-    return markdown(headers, lines) if lines else ""
+    return markdown(headers, lines)
 
 
 def picture_file(name: str) -> str:
     return f"quality-{name}.webp"
 
 
-def panels(name: str, entry: Row, folder: Path) -> list[tuple[str, list[tuple[str, Path]]]]:
+def panels(name: str, entry: Row, folder: Path) -> list[PanelRow]:
     """For each model its rendered pictures from coarse to fine, with their titles."""
-    rows = []
-    for model, densities in entry["rows"].items():
-        files = [
-            (short_count(row["n_vertices"]), folder / f"{name}-{model}-{level}.png")
-            for level, row in enumerate(densities)
-        ]
-        rendered = [(title, file) for title, file in files if file.exists()]
-        if rendered:
-            rows.append((MODEL_NAMES[model], rendered))
-    return rows
+    return rendered(
+        (
+            MODEL_NAMES[model],
+            [
+                (short_count(row["n_vertices"]), folder / f"{name}-{model}-{level}.png")
+                for level, row in enumerate(densities)
+            ],
+        )
+        for model, densities in entry["rows"].items()
+    )
+
+
+def rendered(rows: Iterable[PanelRow]) -> list[PanelRow]:
+    """The rows without pictures that are not there."""
+    found = [(title, [(name, file) for name, file in files if file.exists()]) for title, files in rows]
+    return [row for row in found if row[1]]

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shared by all tables of results: Markdown, numbers, names."""
+"""Shared by all pages of results: Markdown, numbers, names."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from .machine import ISA_NAMES
+from ..base.machine import ISA_NAMES
 
 Row = dict[str, Any]
 LIBRARIES = {"ours": "ours", "libigl": "libigl", "open3d": "Open3D", "cgal": "CGAL"}
@@ -14,8 +15,10 @@ ENERGIES = {"rotation_nodes": "rotation nodes", "spokes_and_rims": "spokes-and-r
 NOTHING = "-"
 
 
-def markdown(headers: Sequence[str], rows: Iterable[Sequence[str]], n_left: int = 1) -> str:
-    """A table whose first ``n_left`` columns are words and the others numbers."""
+def markdown(headers: Sequence[str], rows: Sequence[Sequence[str]], n_left: int = 1) -> str:
+    """A table whose first ``n_left`` columns are words and the others numbers; empty without rows."""
+    if not rows:
+        return ""
     rule = ["---"] * n_left + ["---:"] * (len(headers) - n_left)
     return "\n".join("| " + " | ".join(line) + " |" for line in (headers, rule, *rows))
 
@@ -76,6 +79,24 @@ def not_run_lines(rows: Iterable[Row]) -> str:
 def joined(*blocks: str) -> str:
     """Joins blocks of Markdown by empty lines, without the empty blocks."""
     return "\n\n".join(block for block in blocks if block)
+
+
+def replace_section(document: str, name: str, body: str) -> str:
+    """Replaces the text between <!-- measured: NAME --> and <!-- end of NAME -->.
+
+    Raises:
+        ValueError: the document does not have the two markers exactly once.
+    """
+    begin, end = f"<!-- measured: {name} -->", f"<!-- end of {name} -->"
+    found, n = re.subn(
+        re.escape(begin) + ".*?" + re.escape(end),
+        lambda _: f"{begin}\n\n{body.strip()}\n\n{end}",
+        document,
+        flags=re.DOTALL,
+    )
+    if n != 1:
+        raise ValueError(f"the document has {n} sections {begin} ... {end}, must have one")
+    return found
 
 
 def measured(rows: Iterable[Row]) -> list[Row]:

@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .meshes import Floats, Ints, Mesh
+from ..inputs.mesh import Floats, Ints, Mask, Mesh
 
-Mask = NDArray[np.bool_]
 SHARP_RAD = np.pi / 3
 
 

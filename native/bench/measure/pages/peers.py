@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of measure.peers: ours beside other libraries."""
+"""Tables of measure.runs.peers: ours beside other libraries."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from statistics import median
 
-from .convergence import median, ratio
-from .machine import ISA_NAMES
-from .tables import (
+from ..base.machine import ISA_NAMES
+from .markdown import (
     ENERGIES,
     NOTHING,
     Row,
@@ -18,7 +18,7 @@ from .tables import (
     measured,
     not_run_lines,
     number,
-)
+)  # fmt: skip
 
 
 def peers(data: Row) -> str:
@@ -75,7 +75,7 @@ def peer_ratios(rows: Sequence[Row]) -> str:
         for row in measured(rows)
         if row["library"] != "ours"
     ]
-    return markdown(headers, lines, 2) if lines else ""
+    return markdown(headers, lines, 2)
 
 
 def round_ratio(theirs: Row, ours: Row | None) -> float | None:
@@ -83,5 +83,4 @@ def round_ratio(theirs: Row, ours: Row | None) -> float | None:
     if ours is None:
         return None
     pairs = zip(theirs["iteration_ms_of_rounds"], ours["iteration_ms_of_rounds"], strict=False)
-    ratios = [value for value in (ratio(a, b) for a, b in pairs) if value is not None]
-    return median(ratios) if ratios else None
+    return float(median(a / b for a, b in pairs))
