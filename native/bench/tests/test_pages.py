@@ -4,6 +4,7 @@
 import pytest
 from measure.pages.markdown import markdown, not_run_lines, number, replace_section
 from measure.pages.peers import near_ms, round_ratio
+from measure.pages.quality import together
 
 
 @pytest.mark.parametrize(
@@ -27,6 +28,12 @@ def test_the_ratio_is_the_median_of_the_rounds():
     theirs, ours = ({"iteration_ms_of_rounds": times} for times in ([20.0, 30.0, 40.0], [1.0, 2.0, 4.0]))
     assert round_ratio(theirs, ours) == 15.0  # of 20, 15, 10
     assert round_ratio(theirs, None) is None
+
+
+def test_densities_share_a_cell():
+    assert together(["48", "50"]) == "48, 50"
+    assert together(["0", "0"]) == "0"
+    assert together([]) == "-"
 
 
 def test_what_cannot_run_is_named_once_with_its_reason():

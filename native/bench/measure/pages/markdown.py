@@ -60,17 +60,12 @@ def machine_line(machine: Row, *more: str) -> str:
     return "*" + "; ".join(parts) + ".*"
 
 
-def library_name(row: Row) -> str:
-    name = LIBRARIES[row["library"]]
-    return f"{name}, {ISA_NAMES[row['isa']]}" if row.get("isa") else name
-
-
 def not_run_lines(rows: Iterable[Row]) -> str:
     """One line for each row that could not be measured, with the reason; empty if all were."""
     lines = []
     for row in rows:
         if "not_run" in row:
-            name = library_name(row) if "library" in row else ISA_NAMES.get(row.get("isa", ""), "")
+            name = LIBRARIES[row["library"]] if "library" in row else ISA_NAMES.get(row.get("isa", ""), "")
             energy = f", {ENERGIES[row['energy']]}" if row.get("energy") else ""
             lines.append(f"- Not run: {name}{energy}: {row['not_run']}")
     return "\n".join(dict.fromkeys(lines))

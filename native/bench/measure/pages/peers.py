@@ -6,19 +6,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from statistics import median
 
-from ..base.machine import ISA_NAMES
 from .markdown import (
     ENERGIES,
+    LIBRARIES,
     NOTHING,
     Row,
     joined,
-    library_name,
     machine_line,
     markdown,
     measured,
     not_run_lines,
     number,
-)  # fmt: skip
+)
 
 
 def peers(data: Row) -> str:
@@ -26,32 +25,30 @@ def peers(data: Row) -> str:
     blocks = [machine_line(data["machine"], *parts)]
     for mesh in data["meshes"]:
         rows = mesh["rows"]
-        blocks += [f"### {mesh['mesh']}, {mesh['n_vertices']} vertices", peer_times(rows), peer_ratios(rows)]
-        blocks.append(not_run_lines(rows))
+        blocks += [f"### {mesh['mesh']}, {mesh['n_vertices']} vertices", peer_times(rows), not_run_lines(rows)]
     return joined(*blocks)
 
 
 def peer_times(rows: Sequence[Row]) -> str:
     """Time and memory of each library, how fast it got near its minimum, and where it ended."""
-    headers = ["library", "energy", "bind, ms", "iteration, ms", "cores used", "peak MB", "before, MB"]
-    headers += ["to 1.01, ms", "iterations", "E spokes", "E spokes-and-rims"]
+    headers = ["library", "energy", "bind, ms", "iteration, ms", "/ ours", "peak MB", "to 1.01, ms", "iterations"]
+    ours = {row["energy"]: row for row in measured(rows) if row["library"] == "ours"}
     lines = [
         (
-            f"{library_name(row)} {row['version']}" if row["library"] != "ours" else library_name(row),
+            f"{LIBRARIES[row['library']]} {row['version']}" if row["library"] != "ours" else LIBRARIES["ours"],
             ENERGIES[row["energy"]],
             number(row["bind_ms"]),
             number(row["iteration_ms"]),
-            number(row["cores_used"], 2),
+            number(round_ratio(row, ours.get(row["energy"])), 2),
             number(row["peak_mb"]),
-            number(row["before_mb"]),
             near_ms(row),
             str(row["near"]["iterations"]) if row["near"] else NOTHING,
-            number(row["energies"]["spokes"], 4),
-            number(row["energies"]["spokes_and_rims"], 4),
+            number(row["energies"]["spokes"]),
+            number(row["energies"]["spokes_and_rims"]),
         )
         for row in measured(rows)
     ]
-    return markdown(headers, lines, 2)
+    return markdown([*headers, "E spokes", "E spokes-and-rims"], lines, 2)
 
 
 def near_ms(row: Row) -> str:
@@ -61,26 +58,9 @@ def near_ms(row: Row) -> str:
     return f"not in {number(1e-3 * max(run[1] for run in row['runs']))} s"
 
 
-def peer_ratios(rows: Sequence[Row]) -> str:
-    """Time of their iteration over the time of ours, for each of our instruction sets."""
-    ours = {(row["isa"], row["energy"]): row for row in measured(rows) if row["library"] == "ours"}
-    isas = list(dict.fromkeys(isa for isa, _ in ours))
-    headers = ("iteration, theirs / ours", "energy", *(ISA_NAMES[isa] for isa in isas))
-    lines = [
-        (
-            library_name(row),
-            ENERGIES[row["energy"]],
-            *(number(round_ratio(row, ours.get((isa, row["energy"])))) for isa in isas),
-        )
-        for row in measured(rows)
-        if row["library"] != "ours"
-    ]
-    return markdown(headers, lines, 2)
-
-
 def round_ratio(theirs: Row, ours: Row | None) -> float | None:
-    """Median of the ratios within each round."""
-    if ours is None:
+    """Time of their iteration over the time of ours: the median of the ratios within each round."""
+    if ours is None or theirs is ours:
         return None
     pairs = zip(theirs["iteration_ms_of_rounds"], ours["iteration_ms_of_rounds"], strict=False)
     return float(median(a / b for a, b in pairs))

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from ..inputs.mesh import short_count
@@ -12,14 +12,14 @@ from .markdown import NOTHING, Row, joined, machine_line, markdown, number
 MODEL_NAMES = {"plain": "plain", "nodes": "rotation nodes"}
 PanelRow = tuple[str, list[tuple[str, Path]]]  # a title, and the title and file of each picture
 IMAGES, KINDS_PICTURE, KINDS_A_ROW = "images", "quality-kinds.webp", 4
-SHAPE = ("∫ \\|dH\\| dA", "rms °", "99 % °", "max °", "> 60°", "flips")
-COLUMNS = ("model", "vertices", "energy", *SHAPE, "iterations", "moved, %")
+BENDS = ("max °", "> 60°", "flips")
+POSES = ("pose", "model", "vertices", "∫ \\|dH\\| dA", *BENDS, "iterations", "moved, %")
 
 
 def sections(data: Row) -> dict[str, str]:
     """The Markdown of each section of docs/quality.md that has results."""
     bodies = {
-        "quality-poses": joined(machine_line(data["machine"]), *map(pose, shown(data["poses"]).items())),
+        "quality-poses": joined(machine_line(data["machine"]), poses(shown(data["poses"]))),
         "quality-walls": walls(data["poses"].values()),
         "quality-steps": steps(data["poses"].values()),
         "quality-kinds": kinds(data["kinds"]),
@@ -38,74 +38,91 @@ def shown(poses: Row) -> Row:
     }
 
 
-def pose(item: tuple[str, Row]) -> str:
-    """The table of one pose, and its picture if the mesh is a sample of ours."""
-    name, entry = item
-    title = f"{entry['mesh']}: {entry['pose']}"
-    lines = [pose_line(model, row) for model, rows in entry["rows"].items() for row in rows]
-    picture = f"![{title}]({IMAGES}/{picture_file(name)})" if entry["is_sample"] else ""
-    return joined(f"### {title}", markdown(COLUMNS, lines), picture)
+def poses(entries: Row) -> str:
+    """One row a pose and model, and the pictures of those on samples of ours."""
+    titles = {name: f"{entry['mesh']}: {entry['pose']}" for name, entry in entries.items()}
+    lines = [
+        (titles[name], MODEL_NAMES[model], *pose_cells(rows))
+        for name, entry in entries.items()
+        for model, rows in entry["rows"].items()
+    ]
+    samples = [name for name, entry in entries.items() if entry["is_sample"]]
+    pictures = [f"![{titles[name]}]({IMAGES}/{picture_file(name)})" for name in samples]
+    return joined(markdown(POSES, lines, 2), *pictures)
 
 
-def pose_line(model: str, row: Row) -> tuple[str, ...]:
-    near = NOTHING
-    if row["near"]:
-        iterations, is_known = row["near"]
-        near = f"{iterations}" + ("" if is_known else "*")
+def pose_cells(rows: Sequence[Row]) -> tuple[str, ...]:
+    near = [row["near"] for row in rows if row["near"]]
     return (
-        MODEL_NAMES[model],
-        str(row["n_vertices"]),
-        number(row["energy"]) + ("" if row["is_converged"] else "*"),
-        number(row["curvature"]),
-        *(number(row[key], 2) for key in ("rms_deg", "p99_deg", "max_deg")),
-        str(row["sharp_edges"]),
-        str(row["flips"]),
-        near,
-        number(100 * row["moved"], 2) if "moved" in row else NOTHING,
+        together(str(row["n_vertices"]) for row in rows),
+        together(number(row["curvature"], 2) for row in rows),
+        *bends(rows),
+        together(f"{iterations}" + ("" if is_known else "*") for iterations, is_known in near),
+        together(number(100 * row["moved"], 2) for row in rows if "moved" in row),
     )
+
+
+def bends(rows: Sequence[Row]) -> tuple[str, ...]:
+    """The cells of BENDS."""
+    return (
+        together(number(row["max_deg"], 2) for row in rows),
+        together(str(row["sharp_edges"]) for row in rows),
+        together(str(row["flips"]) for row in rows),
+    )
+
+
+def together(values: Iterable[str]) -> str:
+    """The values of several densities in one cell, once if they are the same."""
+    found = list(values)
+    return ", ".join(found if len(set(found)) > 1 else found[:1]) or NOTHING
 
 
 def walls(entries: Iterable[Row]) -> str:
     """How well thin parts keep their walls apart."""
     lines = [
-        (*name, number(100 * row["walls"]["passed"], 2), number(row["walls"]["median"], 2))
-        for name, row in rows_with("walls", entries)
+        (
+            *name,
+            together(number(100 * row["walls"]["passed"], 2) for row in rows),
+            together(number(row["walls"]["median"], 2) for row in rows),
+        )
+        for name, rows in rows_with("walls", entries)
     ]
     return markdown(("", "vertices", "passed through, %", "thickness kept, median"), lines)
 
 
 def steps(entries: Iterable[Row]) -> str:
     """Distance of a pose in one step from the same pose in several."""
-    lines = [(*name, number(100 * row["from_steps"], 2)) for name, row in rows_with("from_steps", entries)]
+    lines = [
+        (*name, together(number(100 * row["from_steps"], 2) for row in rows))
+        for name, rows in rows_with("from_steps", entries)
+    ]
     return markdown(("", "vertices", "from ten steps, %"), lines)
 
 
-def rows_with(what: str, entries: Iterable[Row]) -> Iterator[tuple[tuple[str, str], Row]]:
-    """The rows that have something, with their pose, model and number of vertices."""
+def rows_with(what: str, entries: Iterable[Row]) -> Iterator[tuple[tuple[str, str], list[Row]]]:
+    """The rows of each pose and model that have something, with these and the numbers of vertices."""
     for entry in entries:
-        for model, rows in entry["rows"].items():
-            for row in rows:
-                if what in row:
-                    yield (f"{entry['pose']}, {MODEL_NAMES[model]}", str(row["n_vertices"])), row
+        for model, all_rows in entry["rows"].items():
+            rows = [row for row in all_rows if what in row]
+            if rows:
+                vertices = together(str(row["n_vertices"]) for row in rows)
+                yield (f"{entry['pose']}, {MODEL_NAMES[model]}", vertices), rows
 
 
 def kinds(entries: Row) -> str:
-    """Meshes of special kinds, and their picture."""
+    """Meshes of special kinds, each cell of plain and of rotation nodes, and their picture."""
     lines = [
         (
-            f"{entry['name']}, {MODEL_NAMES[model]}",
-            str(row["n_vertices"]),
-            number(row["max_deg"], 2),
-            str(row["sharp_edges"]),
-            str(row["flips"]),
-            number(100 * row["off"], 2) if "off" in row else NOTHING,
+            entry["name"],
+            str(rows[0]["n_vertices"]),
+            *bends(rows),
+            together(number(100 * row["off"], 2) for row in rows if "off" in row),
         )
         for entry in entries.values()
-        for model, row in entry["rows"].items()
+        for rows in [list(entry["rows"].values())]
     ]
-    headers = ("", "vertices", "max °", "> 60°", "flips", "off, %")
     picture = f"![Special kinds of meshes, posed]({IMAGES}/{KINDS_PICTURE})"
-    return joined(markdown(headers, lines), picture) if lines else ""
+    return joined(markdown(("plain, rotation nodes", "vertices", *BENDS, "off, %"), lines), picture) if lines else ""
 
 
 def kind_panels(entries: Row, folder: Path) -> list[PanelRow]:
@@ -143,9 +160,14 @@ def _behind(distances: list[float]) -> tuple[str, str]:
 
 def symmetry(models: dict[str, Row]) -> str:
     lines = [
-        (MODEL_NAMES[model], str(row["n_vertices"]), f"{accuracy:.0e}", f"{distance:.0e}", number(row["moved"], 2))
+        (
+            MODEL_NAMES[model],
+            str(row["n_vertices"]),
+            together(f"{accuracy:.0e}" for accuracy, _ in row["distances"]),
+            together(f"{distance:.0e}" for _, distance in row["distances"]),
+            number(row["moved"], 2),
+        )
         for model, row in models.items()
-        for accuracy, distance in row["distances"]
     ]
     headers = ("mirrored pose", "vertices", "accuracy", "mirror error, max", "moved, max")
     return markdown(headers, lines)

@@ -40,18 +40,17 @@ TIMEOUT_S = 600.0
 
 
 class Contender(NamedTuple):
-    """A library, ours once for each instruction set, with one energy."""
+    """A library with one energy."""
 
     library: str
     energy: Energy
-    isa: str
     command: list[str]
     plain_command: list[str]  # for the times of iterations: local/global without acceleration
     env: dict[str, str]
 
     @property
     def name(self) -> str:
-        return " ".join(filter(None, (self.library, self.isa, self.energy)))
+        return f"{self.library} {self.energy}"
 
 
 class Yardstick:
@@ -80,23 +79,16 @@ def contenders(files: Files, threads: int) -> tuple[list[Contender], list[dict[s
     """Who takes part, ours first, and rows for those that cannot."""
     env = {"OMP_NUM_THREADS": str(threads), "IGL_NUM_THREADS": str(threads)}
     found: list[Contender] = []
+    missing: list[dict[str, Any]] = []
 
     def ours(energy: Energy, **options: object) -> list[str]:
         return worker_command(sys.executable, "ours", files, energy=energy, **options)
 
-    def bind(isa: str) -> None:
-        with Worker(ours("spokes", threads=1), {"ARAP_ISA": isa}) as worker:
-            worker.ask("bind")
-
-    isas, not_run = machine.instruction_sets(bind)
-    missing = [{"library": "ours", "isa": isa, "not_run": reason} for isa, reason in not_run.items()]
-    for isa in reversed(isas):
-        for energy in OUR_ENERGIES:
-            command, plain = (
-                ours(energy, threads=threads, acceleration=acceleration)
-                for acceleration in ("conjugate_gradients", "none")
-            )
-            found.append(Contender("ours", energy, isa, command, plain, {**env, "ARAP_ISA": isa}))
+    for energy in OUR_ENERGIES:
+        command, plain = (
+            ours(energy, threads=threads, acceleration=acceleration) for acceleration in ("conjugate_gradients", "none")
+        )
+        found.append(Contender("ours", energy, command, plain, env))
 
     def theirs(library: str, energy: Energy) -> list[str]:
         if library == "cgal":
@@ -108,24 +100,20 @@ def contenders(files: Files, threads: int) -> tuple[list[Contender], list[dict[s
         try:
             for energy in energies:
                 command = theirs(library, energy)
-                found.append(Contender(library, energy, "", command, command, env))
+                found.append(Contender(library, energy, command, command, env))
         except NotRun as reason:  # noqa: PERF203 - a library each
             missing.append({"library": library, "not_run": str(reason)})
     return found, missing
 
 
 def time_once(contender: Contender) -> dict[str, Any]:
-    """Bind and iteration times, cores used and memory, in a new process."""
-    cores_used: list[float] = []
+    """Bind and iteration times and memory, in a new process."""
     with Worker(contender.plain_command, contender.env, TIMEOUT_S) as worker:
 
         def solve_ms(n_iterations: int) -> float:
-            answer = worker.ask(f"solve {n_iterations}")
-            cores_used.append(answer["cores"])
-            return float(answer["ms"])
+            return float(worker.ask(f"solve {n_iterations}")["ms"])
 
         version = worker.ask("version")["version"]
-        before_mb = worker.ask("memory")["peak_mb"]
         bind_ms = [worker.ask("bind")["ms"]]
         solve_ms(4)
         peak_mb = worker.ask("memory")["peak_mb"]
@@ -134,8 +122,6 @@ def time_once(contender: Contender) -> dict[str, Any]:
             "version": version,
             "bind_ms": median(bind_ms),
             **solve_cost(solve_ms, N_SAMPLES)._asdict(),
-            "cores_used": median(cores_used),
-            "before_mb": before_mb,
             "peak_mb": peak_mb,
         }
 
@@ -181,7 +167,7 @@ def measure_mesh(mesh: Mesh, args: argparse.Namespace, folder: Path) -> dict[str
     yardstick = Yardstick(mesh)
     lowest = dict.fromkeys(OUR_ENERGIES, np.inf)
     for contender in found:
-        row: dict[str, Any] = {"library": contender.library, "energy": contender.energy, "isa": contender.isa}
+        row: dict[str, Any] = {"library": contender.library, "energy": contender.energy}
         rows.append(row)
         if contender.name not in failed:
             row |= summary(timings[contender.name])
