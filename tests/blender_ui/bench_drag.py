@@ -13,7 +13,6 @@ import os
 from collections.abc import Callable, Generator
 
 import bpy
-from bpy_extras.view3d_utils import location_3d_to_region_2d
 from harness import MODULE, Steps, Ui
 from main_loop import WARM_UP, MainLoop, move_each_turn
 from mathutils import Vector
@@ -32,7 +31,7 @@ Act = Callable[[Ui, bpy.types.Object], Generator[None, None, Milliseconds]]
 def measure(ui: Ui, act: Act, name: str, size: int, *, has_handles: bool = True) -> Steps:
     creature = begin(ui, size, has_handles=has_handles)
     load = os.getloadavg()[0]
-    yield from ui.move_mouse(*pixel(ui, GRIP))
+    yield from ui.move_mouse(*ui.pixel(GRIP))
     rows = yield from act(ui, creature)
     yield from ui.until_free()
     result = {
@@ -60,12 +59,6 @@ def begin(ui: Ui, size: int, *, has_handles: bool) -> bpy.types.Object:
     ui.call(bpy.ops.view3d.view_axis, "EXEC_DEFAULT", True, type="FRONT")
     ui.call(bpy.ops.view3d.view_selected, "EXEC_DEFAULT", True)
     return creature
-
-
-def pixel(ui: Ui, place: tuple[float, float, float]) -> tuple[int, int]:
-    region = ui.region()
-    x, y = location_3d_to_region_2d(region, ui.view.spaces.active.region_3d, Vector(place))
-    return round(region.x + x), round(region.y + y)
 
 
 def n_frames(creature: bpy.types.Object) -> int:

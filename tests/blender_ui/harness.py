@@ -21,6 +21,8 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+from mathutils import Vector
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
@@ -141,6 +143,14 @@ class Ui:
         self.press(kind, **modifiers)
         yield
 
+    def undo(self) -> Steps:
+        yield from self.key("Z", ctrl=True)
+        yield
+
+    def redo(self) -> Steps:
+        yield from self.key("Z", ctrl=True, shift=True)
+        yield
+
     def text(self, text: str) -> Steps:
         for letter in text:
             self.press_letter(letter)
@@ -150,6 +160,12 @@ class Ui:
         self.mouse = (x, y)
         self.event("MOUSEMOVE", "NOTHING")
         yield
+
+    def pixel(self, place: Sequence[float]) -> tuple[int, int]:
+        """Where a place in the world is seen."""
+        region = self.region()
+        x, y = location_3d_to_region_2d(region, self.view.spaces.active.region_3d, Vector(place))
+        return round(region.x + x), round(region.y + y)
 
     def move_mouse_to_view(self) -> Steps:
         region = self.region()

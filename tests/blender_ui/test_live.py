@@ -103,16 +103,16 @@ def test_live_follows_a_drag_and_undo_and_redo(ui: Ui) -> Steps:
     yield from drag(ui)
     yield from settle(ui)
     for _ in range(3):  # two drags, and back and forth
-        yield from ui.key("Z", ctrl=True)
+        yield from ui.undo()
         yield from settle(ui)
         assert_followed(ui)
         np.testing.assert_allclose(scenes.shown_positions(bar()), posed, atol=SAME)
-        yield from ui.key("Z", ctrl=True, shift=True)
+        yield from ui.redo()
         yield from settle(ui)
         assert_followed(ui)
         assert abs(bpy.data.objects["Top"].location.x - 2.0) < NEAR
     for _ in range(2):
-        yield from ui.key("Z", ctrl=True)
+        yield from ui.undo()
         yield from settle(ui)
     assert_followed(ui)
     np.testing.assert_allclose(scenes.shown_positions(bar()), rest, atol=SAME)

@@ -111,7 +111,7 @@ def test_overlay_survives_what_happens_to_a_mesh(ui: Ui) -> Steps:
     yield from redraw(ui)
     assert len(drawn(ui)["Bar"].surface.rest) == len(bpy.data.objects["Bar"].data.vertices) > 4 * scenes.N_RINGS
     for _ in range(3):
-        yield from ui.key("Z", ctrl=True)
+        yield from ui.undo()
         yield from redraw(ui)
     bpy.data.objects["Bar"].scale = (0.0, 1.0, 1.0)
     yield from redraw(ui)

@@ -8,8 +8,8 @@ import bpy
 import numpy as np
 import scenes
 from harness import Steps, Ui
-from test_bake import animate, key_names
-from test_pose import NEAR, bar, begin, handle, settle
+from test_bake import animate
+from test_pose import NEAR, bar, begin, handle, key_names, settle
 
 
 def add_poses(ui: Ui) -> np.ndarray:
@@ -48,18 +48,15 @@ def test_poses_panel(ui: Ui) -> Steps:
     half = scenes.key_positions(bar())
     assert np.abs(half - straight).max() > 0.2
     assert np.abs(half - bent).max() > 0.2
-    yield from ui.key("Z", ctrl=True)
-    yield
+    yield from ui.undo()
     np.testing.assert_allclose(scenes.key_positions(bar()), straight, atol=NEAR)
-    yield from ui.key("Z", ctrl=True)
-    yield
+    yield from ui.undo()
     np.testing.assert_allclose(scenes.key_positions(bar()), bent, atol=NEAR)
     ui.call(bpy.ops.arap.poses_to_keys, "EXEC_DEFAULT", True)
     yield from ui.until(lambda: "Bent" in key_names(), "the poses are shape keys")
     yield from ui.screenshot("4_keys")
     np.testing.assert_allclose(scenes.key_positions(bar(), "Bent"), bent, atol=NEAR)
-    yield from ui.key("Z", ctrl=True)
-    yield
+    yield from ui.undo()
     assert key_names() == ["Basis", "ARAP"]
 
 
@@ -71,8 +68,7 @@ def test_blend_is_adjusted_in_its_panel(ui: Ui) -> Steps:
     ui.call(bpy.ops.arap.poses_blend, "EXEC_DEFAULT", True, pose="Bent", factor=0.25)
     yield
     quarter = scenes.key_positions(bar())
-    yield from ui.key("Z", ctrl=True)
-    yield
+    yield from ui.undo()
     yield from ui.move_mouse_to_view()
     ui.call(bpy.ops.arap.poses_blend, "EXEC_DEFAULT", True, pose="Bent", factor=0.75)
     yield
@@ -143,8 +139,7 @@ def test_blend_is_dragged(ui: Ui) -> Steps:
     ui.call(bpy.ops.ed.undo_redo, "EXEC_DEFAULT", True)
     yield
     np.testing.assert_allclose(scenes.key_positions(bar()), kept, atol=NEAR)
-    yield from ui.key("Z", ctrl=True)
-    yield
+    yield from ui.undo()
     np.testing.assert_allclose(scenes.key_positions(bar()), straight, atol=NEAR)
     ui.select(handle())
     yield from begin(ui)
@@ -189,8 +184,7 @@ def test_export_mesh_cache_browser(ui: Ui) -> Steps:
         yield from ui.until(lambda: bool(bar().modifiers), "the frames are exported")
         assert (Path(folder) / "Bar.mdd").is_file()
     yield from ui.move_mouse_to_view()
-    yield from ui.key("Z", ctrl=True)
-    yield
+    yield from ui.undo()
     assert not bar().modifiers
 
 
@@ -202,16 +196,14 @@ def test_undo_of_an_act_leaves_live_off(ui: Ui) -> Steps:
     yield from ui.move_mouse_to_view()
     ui.call(bpy.ops.arap.poses_apply, "EXEC_DEFAULT", True, pose="Straight")
     yield
-    yield from ui.key("Z", ctrl=True)
-    yield
+    yield from ui.undo()
     np.testing.assert_allclose(scenes.key_positions(bar()), bent, atol=NEAR)
     assert not bar().arap.is_live
     bar().arap.live_problem = "Live is off"
     bpy.ops.ed.undo_push(message="given up")
     ui.call(bpy.ops.arap.poses_to_keys, "EXEC_DEFAULT", True)
     yield from ui.until(lambda: "Bent" in key_names(), "the poses are shape keys")
-    yield from ui.key("Z", ctrl=True)
-    yield
+    yield from ui.undo()
     assert "Bent" not in key_names()
     np.testing.assert_allclose(scenes.key_positions(bar()), bent, atol=NEAR)
     assert not bar().arap.is_live

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -84,3 +85,16 @@ class FakeFollowScene:
 
     def settled(self) -> None:
         self.n_settled += 1
+
+
+def evaluate_with_matrices(scene: FakeFollowScene, handler: Callable[[], object], times: int = 1 << 30) -> None:
+    """From now on, so many times, reading the handles evaluates the scene, which calls a handler."""
+    plain = scene.matrices
+    calls = iter(range(times))
+
+    def matrices_that_evaluate() -> np.ndarray:
+        if next(calls, None) is not None:
+            handler()
+        return plain()
+
+    scene.matrices = matrices_that_evaluate  # type: ignore[method-assign]

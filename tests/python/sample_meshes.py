@@ -45,6 +45,16 @@ def rotation_z(angle_rad: float) -> NDArray[np.float64]:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+def motion(
+    linear: NDArray[np.float64] | None = None, shift: tuple[float, ...] = (0.0, 0.0, 0.0)
+) -> NDArray[np.float64]:
+    """(4, 4) x -> linear x + shift."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.eye(3) if linear is None else linear
+    matrix[:3, 3] = shift
+    return matrix
+
+
 def twisted_ends(mesh: Mesh, angle_rad: float = 1.0) -> NDArray[np.float64]:
     """Targets for ends(): the lower ring at rest, the upper one turned about z."""
     targets = mesh.positions[ends(mesh)]

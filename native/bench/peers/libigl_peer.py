@@ -8,8 +8,8 @@ from typing import Any
 
 import igl
 import numpy as np
-from measure.meshes import Mesh
-from measure.tasks import Task
+from measure.inputs.mesh import Mesh
+from measure.inputs.tasks import Task
 from numpy.typing import NDArray
 
 ENERGIES = {"spokes": igl.ARAP_ENERGY_TYPE_SPOKES, "spokes_and_rims": igl.ARAP_ENERGY_TYPE_SPOKES_AND_RIMS}

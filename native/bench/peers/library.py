@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 import numpy as np
-from measure.meshes import Mesh
-from measure.tasks import Task
+from measure.inputs.mesh import Mesh
+from measure.inputs.tasks import Task
 from numpy.typing import NDArray
 
 

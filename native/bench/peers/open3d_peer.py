@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import open3d
-from measure.meshes import Mesh
-from measure.tasks import Task
+from measure.inputs.mesh import Mesh
+from measure.inputs.tasks import Task
 from numpy.typing import NDArray
 
 

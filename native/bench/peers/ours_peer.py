@@ -12,8 +12,8 @@ from typing import Any
 
 import arap_native
 import numpy as np
-from measure.meshes import Mesh
-from measure.tasks import Task
+from measure.inputs.mesh import Mesh
+from measure.inputs.tasks import Task
 from numpy.typing import NDArray
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One library on one task file, in a process of its own; measure.peers says what when.
+"""One library on one task file, in a process of its own; measure.runs.peers says what when.
 
     python -m peers.worker LIBRARY TASK POSITIONS OPTIONS
 
@@ -9,8 +9,7 @@ peers/cgal_peer.cpp does the same for CGAL.
 
     version   {"version"}
     bind      {"ms"}            all that does not depend on the targets, from the library's own kind of mesh on
-    solve K   {"ms", "cores"}   K iterations from rest, bind not counted, and processor time over wall-clock time; the
-                                result goes to POSITIONS, (n, 3) float64
+    solve K   {"ms"}            K iterations from rest, bind not counted; the result goes to POSITIONS, (n, 3) float64
     memory    {"peak_mb"}       most memory that was resident up to now
 """
 
@@ -22,9 +21,9 @@ import re
 import sys
 import time
 from pathlib import Path
+from statistics import median
 
-from measure.convergence import median
-from measure.tasks import read_task
+from measure.inputs.tasks import read_task
 
 from .library import Library
 
@@ -55,12 +54,12 @@ class Measured:
         return self._bind_ms[-1]
 
     def _solve(self, n_iterations: int) -> dict[str, object]:
-        wall, cpu = time.perf_counter(), time.process_time()
+        start = time.perf_counter()
         self._library.solve(n_iterations)
-        ms, cpu_ms = 1e3 * (time.perf_counter() - wall), 1e3 * (time.process_time() - cpu)
+        ms = 1e3 * (time.perf_counter() - start)
         self._library.positions().tofile(self._positions)
         bind_ms = median(self._bind_ms) if self._library.binds_in_every_solve else 0.0
-        return {"ms": ms - bind_ms, "cores": cpu_ms / ms}
+        return {"ms": ms - bind_ms}
 
 
 def peak_memory_mb() -> float:

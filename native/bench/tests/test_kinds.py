@@ -3,12 +3,11 @@
 
 import numpy as np
 import pytest
-from measure.kinds import Kind, kinds
-from measure.meshes import make_mesh
-from measure.poses import Pose, View
-from measure.quality import file_name
-from measure.quality_kinds import measure_kind
-from measure.solids import cubes, finer_where, joined, sheet, welded, with_needles
+from measure.inputs.kinds import Kind, kinds
+from measure.inputs.mesh import make_mesh
+from measure.inputs.poses import Pose, View
+from measure.inputs.solids import cubes, finer_where, joined, sheet, welded, with_needles
+from measure.runs.quality import file_name, measure_kind
 
 BOX = np.ones((3, 2, 2), dtype=bool)
 

@@ -3,8 +3,16 @@
 
 import numpy as np
 import pytest
-from measure.meshes import creature, load_off, make_mesh, mesh_files, midpoint_subdivision, short_count, triangulated
-from measure.tasks import bend, displacement, read_task, rotation, write_task
+from measure.inputs.mesh import (
+    creature,
+    load_off,
+    make_mesh,
+    mesh_files,
+    midpoint_subdivision,
+    short_count,
+    triangulated,
+)
+from measure.inputs.tasks import bend, displacement, read_task, rotation, write_task
 
 TETRAHEDRON = """OFF  # four corners
 4 4 6

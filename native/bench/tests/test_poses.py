@@ -3,11 +3,11 @@
 
 import numpy as np
 import pytest
-from measure.meshes import make_mesh
-from measure.poses import finer, knee, named_poses, plate, pull, sample_poses, wide_pieces, wing
-from measure.posing import Posing, options_of
-from measure.quality import chosen, densities, file_name
-from measure.shape import facing
+from measure.inputs.mesh import make_mesh
+from measure.inputs.poses import finer, knee, named_poses, plate, pull, sample_poses, wide_pieces, wing
+from measure.runs.posing import Posing, options_of
+from measure.runs.quality import chosen, densities, file_name
+from measure.runs.shape import facing
 
 
 @pytest.fixture(scope="module")

@@ -3,9 +3,9 @@
 
 import numpy as np
 from arap_native import Options
-from measure.kinds import dense_half
-from measure.poses import pull
-from measure.posing import Posing
+from measure.inputs.kinds import dense_half
+from measure.inputs.poses import pull
+from measure.runs.posing import Posing
 
 CLOSE = 0.0025  # of the diagonal
 

@@ -13,7 +13,7 @@ from arap_deform.core.session_data import SessionMesh, SessionSettings, readout_
 from arap_deform.core.stiffness import StiffGroup, regions_of, stiffness_of
 from arap_deform.core.targets import HandleSpec
 from arap_deform.core.transforms import best_rigid_fit, stretch_of
-from sample_meshes import rotation_z, tube
+from sample_meshes import motion, rotation_z, tube
 
 TUBE = tube()
 MESH = SessionMesh(TUBE.positions, TUBE.corner_vertices, TUBE.face_sizes)
@@ -27,13 +27,6 @@ EXACT = SessionSettings(accuracy=1e-10, max_iterations=2000)
 def rotation_x(angle_rad):
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-
-
-def motion(rotation, shift=(0.0, 0.0, 0.0)):
-    matrix = np.eye(4)
-    matrix[:3, :3] = rotation
-    matrix[:3, 3] = shift
-    return matrix
 
 
 def apply(matrix, points):
@@ -232,7 +225,7 @@ def test_progress_grows_to_the_end():
 
 def test_reset_and_set_positions():
     session = new_session(STRETCH)
-    matrices = np.array([NO_MOTION, motion(np.eye(3), (0.0, 0.5, 0.0))])
+    matrices = np.array([NO_MOTION, motion(shift=(0.0, 0.5, 0.0))])
     session.update(matrices, to_convergence=True)
     posed = session.positions.copy()
     session.reset()
@@ -325,7 +318,7 @@ def test_best_rigid_fit_finds_a_rigid_motion(stretch):
 def test_best_rigid_fit_of_a_point_only_shifts_and_of_a_line_turns_least():
     point = np.array([[1.0, 2.0, 3.0]])
     np.testing.assert_allclose(
-        best_rigid_fit(point, point + np.array([1.0, 0.0, 0.0]), np.eye(3)), motion(np.eye(3), (1.0, 0, 0))
+        best_rigid_fit(point, point + np.array([1.0, 0.0, 0.0]), np.eye(3)), motion(shift=(1.0, 0, 0))
     )
     line = np.outer(np.linspace(-1.0, 1.0, 5), [1.0, 0.0, 0.0])
     fit = best_rigid_fit(line, line @ rotation_z(0.6).T, np.eye(3))

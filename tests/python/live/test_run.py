@@ -9,7 +9,7 @@ import numpy as np
 from arap_deform.core.following import FOLLOW_TIME_LIMIT_S
 from arap_deform.core.session_data import Readout
 from arap_deform.live.run import HEAVY_STEP_S, LiveRun, NotNow, When
-from fake_follow import FakeBind, FakeFollowScene
+from fake_follow import FakeBind, FakeFollowScene, evaluate_with_matrices
 
 
 @dataclass
@@ -235,13 +235,7 @@ def test_undo_looks_at_everything_and_goes_on_from_what_it_brought() -> None:
 def test_evaluation_within_a_step_does_not_start_another() -> None:
     scene = FakeScene()
     run = begun(scene)
-    plain = scene.matrices
-
-    def matrices_that_evaluate() -> np.ndarray:
-        run.scene_changed(When.UPDATE)
-        return plain()
-
-    scene.matrices = matrices_that_evaluate  # type: ignore[method-assign]
+    evaluate_with_matrices(scene, lambda: run.scene_changed(When.UPDATE))
     scene.place = 1.0
     run.tick(is_playing=False)
     assert scene.calls == ["follow"]

@@ -13,7 +13,7 @@ from arap_deform.pull.region import (
     mirror_signs,
     symmetric_grabs,
 )
-from sample_meshes import rotation_z
+from sample_meshes import motion, rotation_z
 
 N = 21
 
@@ -121,18 +121,11 @@ def test_a_mesh_without_mirror_images_is_refused():
         symmetric_grabs(lopsided, EDGES, disc(0.5, 0.3, 0.2), 1.0, (True, False, False))
 
 
-def motion(shift=(0.0, 0.0, 0.0), turn=None):
-    matrix = np.eye(4)
-    matrix[:3, :3] = np.eye(3) if turn is None else turn
-    matrix[:3, 3] = shift
-    return matrix
-
-
 def test_an_image_moves_as_the_mirror_image_does():
     vertices = disc(0.5, 0.3, 0.2)
     grabs = symmetric_grabs(POINTS, EDGES, vertices, 1.0, (True, False, False))
     assert [len(grab.vertices) for grab in grabs] == [len(vertices)] * 2
-    wanted = motion((0.1, 0.2, 0.3), rotation_z(0.4))
+    wanted = motion(rotation_z(0.4), (0.1, 0.2, 0.3))
     own, image = (grab.motion(wanted, POINTS[vertices].mean(axis=0), np.eye(3)) for grab in grabs)
     np.testing.assert_array_equal(own, wanted)
     flip = np.array([-1.0, 1.0, 1.0])
@@ -148,7 +141,7 @@ def test_what_lies_on_the_plane_stays_on_it(stretch):
     centre = POINTS[grab.vertices].mean(axis=0)
     unstretch = np.linalg.inv(stretch)
     turn = unstretch @ rotation(0.7 * np.array([0.6, 0.0, 0.8])) @ stretch
-    done = grab.motion(motion((0.3, 0.2, 0.1), turn), centre, stretch)
+    done = grab.motion(motion(turn, (0.3, 0.2, 0.1)), centre, stretch)
     flip = np.diag([-1.0, 1.0, 1.0, 1.0])
     np.testing.assert_allclose(flip @ done @ flip, done, atol=1e-12)
     seen = stretch @ done[:3, :3] @ unstretch

@@ -11,12 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .meshes import Floats, Ints, Mesh, make_mesh
-from .poses import Pose, View, bar_bend, finer, pull, rolled_up
+from .mesh import Floats, Ints, Mesh, make_mesh
+from .poses import Pose, View, X, Y, bar_bend, ends_of, finer, pull, rolled_up
 from .solids import cubes, finer_where, joined, sheet, welded, with_needles
 from .tasks import rotation
 
-X, Y, Z = np.eye(3)
 HALF = 0.5
 FINGERS = (60, 21, 8)  # cubes
 BAR = (60, 8, 8)
@@ -129,7 +128,7 @@ def rolled(name: str, mesh: Mesh, angle_rad: float, hinge: float = 0.0) -> Pose:
     """Held where x is least; what is at its other end goes where an arc takes it. ``hinge`` is a part of the length."""
     x = mesh.positions[:, 0]
     length = float(np.ptp(x))
-    held, moved = (np.flatnonzero(mask).astype(np.int32) for mask in (x < 0.06 * length, x > 0.94 * length))
+    held, moved = ends_of(x)
     middle = (0.45 * length, float(mesh.positions[:, 1].mean()), 0.25 * length)
     view = View((-0.7, -1.0, 0.6), middle, 1.3 * length)
     return Pose(name, mesh, held, moved, rolled_up(hinge * length, length, angle_rad), view)

@@ -3,24 +3,26 @@
 
 from __future__ import annotations
 
+import functools
 import subprocess
 from pathlib import Path
 
 from .workers import NotRun
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 PYTHON = "3.13"
 PROGRAMS = ROOT / "build" / "native" / "release" / "native" / "bench"
 
 
+@functools.cache
 def library_python(name: str, *groups: str) -> Path:
     """The Python that has a library from PyPI, which may need groups of .ci/setup."""
     for group in groups:
         _run(".ci/setup", group)
-    python = _run(".ci/venv", f"peer-{name}", PYTHON, name, "numpy")
-    return Path(python)
+    return Path(_run(".ci/venv", f"peer-{name}", PYTHON, name, "numpy"))
 
 
+@functools.cache
 def cgal_program() -> Path:
     """The program that runs CGAL, built."""
     _run(".ci/setup", "native", "peers")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The library by itself, in C++: what each act costs, by size, instruction set and number of threads.
 
-    python -m measure.native PROGRAM OUT.json [--sizes N...] [--budget S]
+    python -m measure.runs.native PROGRAM OUT.json [--sizes N...] [--budget S]
 
 PROGRAM is native/bench/worker.cpp, built. Meshes are the sample creature at the given sizes and what ARAP_BENCH_MESHES
 names. The way to the minimum, and all about large meshes, whose binds on one slow thread would take minutes, is
@@ -16,15 +16,16 @@ import os
 import sys
 import tempfile
 from pathlib import Path
+from statistics import median
 from typing import Any
 
-from . import machine
-from .convergence import Run, descend, median, reach, solve_cost
-from .meshes import Mesh, creature, load_off, mesh_files
-from .tables import ENERGIES
-from .tasks import bend, write_task
-from .workers import NotRun, Worker
+from ..base import machine
+from ..base.convergence import Run, descend, reach, solve_cost
+from ..base.workers import NotRun, Worker
+from ..inputs.mesh import Mesh, creature, named_meshes
+from ..inputs.tasks import bend, write_task
 
+ENERGIES = ("rotation_nodes", "spokes_and_rims", "spokes")
 SIZES = (10_000, 100_000, 1_000_000)
 LEVELS = (1.1, 1.01)
 TIMEOUT_S = 1800.0
@@ -135,7 +136,7 @@ def measure_mesh(path: Path, mesh: Mesh, folder: Path, budget_s: float) -> dict[
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="measure.native", description="The library by itself.")
+    parser = argparse.ArgumentParser(prog="measure.runs.native", description="The library by itself.")
     parser.add_argument("program", type=Path)
     parser.add_argument("out", type=Path, help="the JSON file to write")
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, help="vertices of the creature")
@@ -143,8 +144,7 @@ def main() -> None:
     args = parser.parse_args()
     result: dict[str, Any] = {"machine": machine.description(), "meshes": []}
     with tempfile.TemporaryDirectory(dir=args.out.parent) as folder:
-        named = (load_off(path) for path in mesh_files(os.environ.get("ARAP_BENCH_MESHES", "")))
-        for mesh in (*map(creature, args.sizes), *named):
+        for mesh in (*map(creature, args.sizes), *named_meshes()):
             result["meshes"].append(measure_mesh(args.program, mesh, Path(folder), args.budget))
             args.out.write_text(json.dumps(result, indent=1))
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The tables of a student's report on as-rigid-as-possible deformation, measured anew on its meshes.
 
-    python -m measure.report OUT.json [--timeout S]
+    python -m measure.runs.report OUT.json
 
 The report: 200 iterations of [SA07] with and without OpenMP; linear solvers; energies of small, medium and large moves;
 with and without the naive Laplacian as initial guess. Its figures are in published.py. The meshes are taken from
@@ -16,38 +16,36 @@ import os
 import sys
 import tempfile
 from pathlib import Path
+from statistics import median
 from typing import Any
 
-import arap_native
-
-from . import machine
-from .convergence import median
-from .meshes import Mesh, load_off, mesh_files
-from .peers import Files, Yardstick, worker_command
+from ..base import machine
+from ..base.workers import NotRun, Worker
+from ..inputs.mesh import Mesh, named_meshes
+from ..inputs.tasks import displacement, write_task
+from .peers import Energy, Files, Yardstick, worker_command
 from .published import ENERGY_MESHES, GUESSES, MOVES, PUBLISHED_S, SOLVER_MESHES
-from .tasks import displacement, write_task
-from .workers import NotRun, Worker
 
 ITERATIONS = 200
-ENERGY = "spokes"
+ENERGY: Energy = "spokes"
+TIMEOUT_S = 300.0
 SOLVERS = ("block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab")
 
 
 class Case:
     """A mesh with one move."""
 
-    def __init__(self, mesh: Mesh, share: float, folder: Path, timeout_s: float) -> None:
+    def __init__(self, mesh: Mesh, share: float, folder: Path) -> None:
         self.files = Files(folder / f"task-{share:g}.bin", folder / "positions.bin")
         write_task(self.files.task, mesh, displacement(mesh, share))
         self._yardstick = Yardstick(mesh)
-        self._timeout_s = timeout_s
 
     def run(self, threads: int = 0, initial_guess: str = "previous", **options: object) -> dict[str, Any]:
         """Seconds of bind and 200 iterations, and the energy reached; or why it was not run."""
-        given: dict[str, object] = {"energy": ENERGY, "threads": threads, "initial_guess": initial_guess, **options}
-        command = worker_command(sys.executable, "ours", self.files, given)
+        given = {"energy": ENERGY, "threads": threads, "initial_guess": initial_guess, **options}
+        command = worker_command(sys.executable, "ours", self.files, **given)
         try:
-            with Worker(command, timeout_s=self._timeout_s) as worker:
+            with Worker(command, timeout_s=TIMEOUT_S) as worker:
                 bind_ms = worker.ask("bind")["ms"]
                 solve_ms = median([worker.ask(f"solve {ITERATIONS}")["ms"] for _ in range(3)])
         except NotRun as reason:
@@ -56,18 +54,8 @@ class Case:
         return {"bind_s": 1e-3 * bind_ms, "total_s": 1e-3 * (bind_ms + solve_ms), "energy": energy}
 
 
-def linear_solvers() -> list[str | None]:
-    """What arap_native lets one choose; [None] where it has no choice."""
-    keyword: dict[str, Any] = {"linear_solver": SOLVERS[0]}
-    try:
-        arap_native.Options(**keyword)
-    except TypeError:
-        return [None]
-    return list(SOLVERS)
-
-
-def measure(folder: Path, timeout_s: float) -> dict[str, Any]:
-    files = {path.stem: path for path in mesh_files(os.environ.get("ARAP_BENCH_MESHES", ""))}
+def measure(folder: Path) -> dict[str, Any]:
+    meshes = {mesh.name: mesh for mesh in named_meshes()}
     cores = os.cpu_count() or 1
     tables: dict[str, list[dict[str, Any]]] = {"times": [], "solvers": [], "energies": [], "guesses": []}
 
@@ -76,31 +64,31 @@ def measure(folder: Path, timeout_s: float) -> dict[str, Any]:
         print(f"{table}: {row}", file=sys.stderr, flush=True)
 
     for name in PUBLISHED_S:
-        if name not in files:
+        if name not in meshes:
             say("times", {"mesh": name, "not_run": "its file is not in ARAP_BENCH_MESHES"})
             continue
-        mesh = load_off(files[name])
+        mesh = meshes[name]
         about = {"mesh": name, "n_vertices": len(mesh.positions)}
-        large = Case(mesh, MOVES["large"], folder, timeout_s)
+        large = Case(mesh, MOVES["large"], folder)
         say("times", {**about, "one": large.run(1), "all": large.run(cores), "own": large.run(0)})
         say("guesses", {**about, **{guess: large.run(initial_guess=guess) for guess in GUESSES}})
         if name in SOLVER_MESHES:
-            for solver in linear_solvers():
-                options: dict[str, Any] = {"linear_solver": solver} if solver else {}
-                say("solvers", {**about, "solver": solver, **large.run(**options)})
+            for solver in SOLVERS:
+                say("solvers", {**about, "solver": solver, **large.run(linear_solver=solver)})
         if name in ENERGY_MESHES:
-            moves = {move: Case(mesh, share, folder, timeout_s).run() for move, share in MOVES.items()}
+            moves = {move: Case(mesh, share, folder).run() for move, share in MOVES.items()}
             say("energies", {**about, **moves})
     return {"cores": cores, **tables}
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="measure.report", description="A student report's tables, measured anew.")
+    parser = argparse.ArgumentParser(
+        prog="measure.runs.report", description="A student report's tables, measured anew."
+    )
     parser.add_argument("out", type=Path, help="the JSON file to write")
-    parser.add_argument("--timeout", type=float, default=300.0, help="seconds after which a command counts as not run")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(dir=args.out.parent) as folder:
-        result = {"machine": machine.description(), **measure(Path(folder), args.timeout)}
+        result = {"machine": machine.description(), **measure(Path(folder))}
     args.out.write_text(json.dumps(result, indent=1))
 
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import machine
-from .meshes import Mesh, creature
-from .poses import STEPS, Pose, cub_parts, large_move_of, turned
+from ..base import machine
+from ..inputs.mesh import Mesh, creature
+from ..inputs.poses import STEPS, Pose, cub_parts, large_move_of, turned
 from .posing import Limit, ModelName, Posing, options_of
 from .shape import largest_distance, mirror_partners
 

@@ -12,24 +12,23 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from .machine import ISA_NAMES
-from .tables import ENERGIES, library_name, measured
-from .tables_native import best_row
+from ..base.machine import ISA_NAMES
+from .markdown import ENERGIES, LIBRARIES, measured
+from .native import best_row
 
 COLORS = {"ours": "#c8501e", "libigl": "#3b6ea5", "cgal": "#5a8f4e", "open3d": "#8a6bb1"}
 STYLES = {"rotation_nodes": "-.", "spokes_and_rims": "-", "spokes": "--"}
 
 
 def plot_peers(data: dict[str, Any], path: Path) -> None:
-    """Time of an iteration over the number of vertices, by library; of ours the fastest instruction set."""
+    """Time of an iteration over the number of vertices, by library."""
     figure, axes = _figure()
-    lines: dict[tuple[str, str, str], list[tuple[int, float]]] = {}
+    lines: dict[tuple[str, str], list[tuple[int, float]]] = {}
     for mesh in data["meshes"]:
-        for row in _fastest_of_ours(mesh["rows"]):
-            key = (row["library"], library_name(row), row["energy"])
-            lines.setdefault(key, []).append((mesh["n_vertices"], row["iteration_ms"]))
-    for (library, name, energy), points in lines.items():
-        _line(axes, points, f"{name}, {ENERGIES[energy]}", COLORS[library], STYLES[energy])
+        for row in measured(mesh["rows"]):
+            lines.setdefault((row["library"], row["energy"]), []).append((mesh["n_vertices"], row["iteration_ms"]))
+    for (library, energy), points in lines.items():
+        _line(axes, points, f"{LIBRARIES[library]}, {ENERGIES[energy]}", COLORS[library], STYLES[energy])
     _finish(figure, axes, "vertices", "ms an iteration", path)
 
 
@@ -37,11 +36,11 @@ def plot_descents(data: dict[str, Any], path: Path) -> None:
     """Energy over time from rest on the largest mesh, spokes-and-rims."""
     figure, axes = _figure()
     mesh = max(data["meshes"], key=lambda mesh: mesh["n_vertices"])
-    rows = [row for row in _fastest_of_ours(mesh["rows"]) if row["energy"] == "spokes_and_rims"]
+    rows = [row for row in measured(mesh["rows"]) if row["energy"] == "spokes_and_rims"]
     lowest = min((row["minimum"] for row in rows), default=1.0)
     for row in rows:
         points = [(ms, energy / lowest) for _, ms, energy in row["runs"]]
-        _line(axes, points, library_name(row), COLORS[row["library"]], "-")
+        _line(axes, points, LIBRARIES[row["library"]], COLORS[row["library"]], "-")
     axes.set_title(mesh["mesh"], fontsize=9, loc="left")
     _finish(figure, axes, "ms from rest", "energy / lowest", path)
 
@@ -74,13 +73,6 @@ def plot_panels(rows: Sequence[tuple[str, Sequence[tuple[str, Path]]]], path: Pa
             axes.imshow(imread(file))
             axes.set_title(f"{name}, {title}", fontsize=8)
     figure.savefig(path, pil_kwargs={"quality": 80, "method": 6})
-
-
-def _fastest_of_ours(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Measured rows, of ours those of the first instruction set alone: it is the fastest."""
-    rows = measured(rows)
-    fastest = next((row["isa"] for row in rows if row["library"] == "ours"), "")
-    return [row for row in rows if row["library"] != "ours" or row["isa"] == fastest]
 
 
 def _figure() -> tuple[Figure, Axes]:

@@ -9,9 +9,9 @@ from typing import Any, Literal, NamedTuple
 import arap_native
 import numpy as np
 
-from .convergence import Run, descend, reach
-from .meshes import Floats, Ints
-from .poses import Pose
+from ..base.convergence import Run, descend, reach
+from ..inputs.mesh import Floats, Ints
+from ..inputs.poses import Pose
 
 ModelName = Literal["plain", "nodes"]
 MODELS: dict[ModelName, str] = {"plain": "spokes_and_rims", "nodes": "rotation_nodes"}
@@ -24,18 +24,8 @@ Patches = tuple[Ints, Ints, Floats]
 
 
 def options_of(model: ModelName) -> arap_native.Options:
-    """What the library is bound with; raises TypeError or ValueError where it does not know the model."""
     energy: Any = MODELS[model]
     return arap_native.Options(energy=energy)
-
-
-def reason_against(model: ModelName) -> str | None:
-    """Why the installed library cannot run a model; None where it can."""
-    try:
-        options_of(model)
-    except (TypeError, ValueError) as error:
-        return str(error)
-    return None
 
 
 def solve_options(iterations: int, accuracy: float, limit_s: float = math.inf) -> arap_native.SolveOptions:

@@ -1,30 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of measure.report."""
+"""Tables of measure.runs.report."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
-from .published import ENERGY_MESHES, GUESSES, MOVES, PUBLISHED_S, PUBLISHED_SOLVERS_S
-from .tables import (
-    NOTHING,
-    Row,
-    joined,
-    machine_line,
-    markdown,
-    number,
-)
+from ..runs.published import ENERGY_MESHES, GUESSES, MOVES, PUBLISHED_S, PUBLISHED_SOLVERS_S
+from .markdown import NOTHING, Row, joined, machine_line, markdown, number
 
 
 def report(data: Row) -> str:
-    blocks = [
-        machine_line(data["machine"]),
-        report_times(data),
-        report_solvers(data),
-        report_energies(data),
-        report_guesses(data),
-    ]
-    return joined(*blocks)
+    tables = (report_times, report_solvers, report_energies, report_guesses)
+    return joined(machine_line(data["machine"]), *(table(data) for table in tables))
 
 
 def mesh_label(row: Row) -> str:
@@ -56,17 +41,18 @@ def report_solvers(data: Row) -> str:
     lines = []
     for solver in dict.fromkeys(row["solver"] for row in data["solvers"]):
         published = PUBLISHED_SOLVERS_S.get(solver)
-        line = [solver or "the one there is", f"{published:.2f}" if published else NOTHING]
+        line = [solver, f"{published:.2f}" if published else NOTHING]
         for mesh in meshes:
             found = [row for row in data["solvers"] if row["solver"] == solver and mesh_label(row) == mesh]
             line += [cell(found[0], "total_s"), cell(found[0], "energy", 6)] if found else [NOTHING, NOTHING]
         lines.append(line)
-    return markdown(headers, lines) if lines else ""
+    return markdown(headers, lines)
 
 
 def report_energies(data: Row) -> str:
     lines = [(mesh_label(row), *(cell(row[move], "energy", 4) for move in MOVES)) for row in data["energies"]]
-    lines += [(name, NOTHING, NOTHING, NOTHING) for name in ENERGY_MESHES if name not in _names(data["energies"])]
+    names = {row["mesh"] for row in data["energies"]}
+    lines += [(name, NOTHING, NOTHING, NOTHING) for name in ENERGY_MESHES if name not in names]
     return markdown(("energy after 200 iterations", *MOVES), lines)
 
 
@@ -74,8 +60,4 @@ def report_guesses(data: Row) -> str:
     names = {"rest": "rest", "naive_laplacian": "naive Laplacian", "handle_rotations": "handles' rotations"}
     headers = ("energy after 200 iterations, large move", *(names.get(guess, "as in a drag") for guess in GUESSES))
     lines = [(mesh_label(row), *(cell(row[guess], "energy", 5) for guess in GUESSES)) for row in data["guesses"]]
-    return markdown(headers, lines) if lines else ""
-
-
-def _names(rows: Iterable[Row]) -> set[str]:
-    return {row["mesh"] for row in rows}
+    return markdown(headers, lines)

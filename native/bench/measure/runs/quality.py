@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How good poses look at several densities: plain spokes-and-rims beside rotation nodes.
 
-    python -m measure.quality OUT.json [--parts poses kinds drag symmetry] [--poses NAME...] [--models plain nodes]
-        [--levels N] [--budget S] [--most-vertices N]
+    python -m measure.runs.quality OUT.json [--parts poses kinds drag symmetry] [--poses NAME...]
+        [--models plain nodes] [--levels N] [--budget S] [--most-vertices N]
 
 What is measured takes the place of what the file holds of the same kind, so that parts can be run alone. Deformed
 meshes for the pictures go to the folder of the file's name beside it. The poses are those of the samples, and two of
@@ -13,31 +13,24 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import machine
-from .kinds import kinds
-from .meshes import Floats, load_off, mesh_files
-from .poses import STEPS, Pose, finer, named_poses, sample_poses
-from .posing import MODELS, ModelName, Posing, options_of, reason_against
-from .quality_kinds import measure_kind
-from .quality_live import measure_drag, measure_symmetry
+from ..base import machine
+from ..inputs.kinds import Kind, kinds
+from ..inputs.mesh import Floats, named_meshes
+from ..inputs.poses import STEPS, Pose, finer, named_poses, sample_poses
+from .live import measure_drag, measure_symmetry
+from .posing import MODELS, ModelName, Posing, options_of
 from .shape import Surface, facing, largest_distance, thickness
 
 PARTS = ("poses", "kinds", "drag", "symmetry")
 DESCENT_VERTICES = 60_000  # iterations are counted on meshes up to that size: every count takes several solves
-
-
-def all_poses() -> Iterator[Pose]:
-    yield from sample_poses()
-    for path in mesh_files(os.environ.get("ARAP_BENCH_MESHES", "")):
-        yield from named_poses(load_off(path))
 
 
 def densities(pose: Pose, levels: int, most_vertices: int) -> Iterator[Pose]:
@@ -55,8 +48,6 @@ def measure_density(pose: Pose, model: ModelName, budget_s: float) -> tuple[dict
     posed = posing.pose(pose.steps, budget_s)
     row: dict[str, Any] = {
         "n_vertices": len(pose.mesh.positions),
-        "energy": posed.energy,
-        "is_converged": posed.is_converged,
         **Surface(pose.mesh).change(posed.positions, pose.measured())._asdict(),
         "near": posing.iterations_near(budget_s) if len(pose.mesh.positions) <= DESCENT_VERTICES else None,
     }
@@ -70,14 +61,12 @@ def measure_density(pose: Pose, model: ModelName, budget_s: float) -> tuple[dict
     return row, posed.positions
 
 
-def measure_pose(
-    pose: Pose, model: ModelName, levels: int, most_vertices: int, budget_s: float, folder: Path
-) -> list[dict[str, Any]]:
+def measure_pose(pose: Pose, model: ModelName, args: argparse.Namespace, folder: Path) -> list[dict[str, Any]]:
     """The rows of a model, from coarse to fine; "moved" is how far the density before it is from it at most."""
     rows: list[dict[str, Any]] = []
     coarser: Floats | None = None
-    for level, at in enumerate(densities(pose, levels, most_vertices)):
-        row, positions = measure_density(at, model, budget_s)
+    for level, at in enumerate(densities(pose, args.levels, args.most_vertices)):
+        row, positions = measure_density(at, model, args.budget)
         if coarser is not None:
             row["moved"] = largest_distance(positions[: len(coarser)], coarser)
         coarser = positions
@@ -85,6 +74,29 @@ def measure_pose(
         save(folder / f"{file_name(at)}-{model}-{level}.npz", at, positions)
         print(f"{pose.mesh.name}, {pose.name}, {model}: {row}", file=sys.stderr, flush=True)
     return rows
+
+
+def measure_kind(kind: Kind, model: ModelName, budget_s: float) -> tuple[dict[str, Any], Floats]:
+    """The row of one model, and the deformed positions. Faces are those of the sound mesh, where one is known.
+
+    "off" is how far the positions are at most from what is known of them.
+    """
+
+    def posed(pose: Pose) -> Floats:
+        return Posing(pose, options_of(model)).pose(pose.steps, budget_s).positions
+
+    pose, seen = kind.pose, kind.sound or kind.pose
+    positions = posed(pose)
+    n = len(seen.mesh.positions)
+    change = Surface(seen.mesh).change(positions[:n], seen.measured())
+    row: dict[str, Any] = {"n_vertices": len(pose.mesh.positions), **change._asdict()}
+    if kind.sound is not None:
+        row["off"] = largest_distance(positions[:n], posed(kind.sound))
+    elif kind.known is not None:
+        vertices, places = kind.known
+        row["off"] = largest_distance(positions[vertices], places)
+    print(f"{pose.name}, {model}: {row}", file=sys.stderr, flush=True)
+    return row, positions
 
 
 def file_name(pose: Pose) -> str:
@@ -120,35 +132,8 @@ def quoted(names: Iterable[str]) -> str:
     return ", ".join(f'"{name}"' for name in names)
 
 
-def measure_poses(
-    results: dict[str, Any], args: argparse.Namespace, poses: Sequence[Pose], models: Sequence[ModelName], folder: Path
-) -> None:
-    """Adds the rows of each pose and model to the results."""
-    for pose in poses:
-        entry = results["poses"].setdefault(file_name(pose), {"mesh": pose.mesh.name, "pose": pose.name, "rows": {}})
-        entry["is_sample"] = pose.is_sample
-        for model in models:
-            rows = measure_pose(pose, model, args.levels, args.most_vertices, args.budget, folder)
-            entry["rows"][model] = rows
-            write(args.out, results)
-
-
-def measure_kinds(results: dict[str, Any], models: Sequence[ModelName], budget_s: float, folder: Path) -> None:
-    """Adds the row of each kind of mesh and model to the results."""
-    for kind in kinds():
-        name = file_name(kind.pose)
-        rows = results["kinds"].setdefault(name, {"name": kind.pose.name, "rows": {}})["rows"]
-        for model in models:
-            rows[model], positions = measure_kind(kind, model, budget_s)
-            save(folder / f"{name}-{model}.npz", kind.pose, positions)
-
-
-def write(path: Path, results: dict[str, Any]) -> None:
-    path.write_text(json.dumps(results, indent=1))
-
-
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="measure.quality", description="How good poses look at several densities.")
+    parser = argparse.ArgumentParser(prog="measure.runs.quality", description="How good poses look.")
     parser.add_argument("out", type=Path, help="the JSON file to write")
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--poses", nargs="+", default=(), help="names of poses; all where none is named")
@@ -158,7 +143,7 @@ def main() -> None:
     parser.add_argument("--budget", type=float, default=12.0, help="seconds of the last step of a pose, and of a count")
     args = parser.parse_args()
     try:
-        poses = chosen(all_poses(), args.poses)
+        poses = chosen(chain(sample_poses(), *map(named_poses, named_meshes())), args.poses)
     except ValueError as error:
         parser.error(str(error))
 
@@ -168,21 +153,33 @@ def main() -> None:
     if args.out.exists():
         results |= json.loads(args.out.read_text())
     results["machine"] = machine.description()
-    results["not_run"] = {model: reason for model in args.models if (reason := reason_against(model))}
-    models = [model for model in args.models if model not in results["not_run"]]
+
+    def write() -> None:
+        args.out.write_text(json.dumps(results, indent=1))
+
     if "poses" in args.parts:
         if not args.poses:  # what no pose has the name of any more goes
             known = {file_name(pose) for pose in poses}
             results["poses"] = {name: entry for name, entry in results["poses"].items() if name in known}
-        measure_poses(results, args, poses, models, folder)
+        for pose in poses:
+            about = {"mesh": pose.mesh.name, "pose": pose.name, "is_sample": pose.is_sample}
+            rows = results["poses"].setdefault(file_name(pose), {**about, "rows": {}})["rows"]
+            for model in args.models:
+                rows[model] = measure_pose(pose, model, args, folder)
+                write()
     if "kinds" in args.parts:
-        measure_kinds(results, models, args.budget, folder)
-    for model in models:
+        for kind in kinds():
+            name = file_name(kind.pose)
+            rows = results["kinds"].setdefault(name, {"name": kind.pose.name, "rows": {}})["rows"]
+            for model in args.models:
+                rows[model], positions = measure_kind(kind, model, args.budget)
+                save(folder / f"{name}-{model}.npz", kind.pose, positions)
+    for model in args.models:
         if "drag" in args.parts:
             results["drag"][model] = measure_drag(model)
         if "symmetry" in args.parts:
             results["symmetry"][model] = measure_symmetry(model)
-        write(args.out, results)
+    write()
 
 
 if __name__ == "__main__":

@@ -15,9 +15,9 @@ from arap_deform.core.graph import connected_labels
 from scenes.bar import bar
 from scenes.creature import DEFAULT_VERTICES, creature, creature_groups
 
-from .meshes import Floats, Ints, Mesh, make_mesh, midpoint_ends, midpoint_subdivision, triangulated
-from .meshes import creature as sample_creature
-from .shape import Mask
+from .mesh import Floats, Ints, Mask, Mesh, make_mesh, midpoint_ends, midpoint_subdivision, triangulated
+from .mesh import creature as sample_creature
+from .solids import plate
 from .tasks import Motion, Task, bend_motion, ends, longest_axis, rotation
 
 X, Y, Z = np.eye(3)
@@ -145,9 +145,14 @@ def straight_bar() -> tuple[Mesh, Ints, Ints, float]:
     mesh = triangulated(make_mesh("bar", model.positions, model.quads))
     z = mesh.positions[:, 2]
     length = float(np.ptp(z))
-    row = 0.06 * length
-    held, moved = (np.flatnonzero(mask).astype(np.int32) for mask in (z < row, z > length - row))
-    return mesh, held, moved, length
+    return mesh, *ends_of(z), length
+
+
+def ends_of(along: Floats) -> tuple[Ints, Ints]:
+    """The vertices within .06 of either end of a mesh, ``along`` (n,) being their places along it from 0 on."""
+    share = along / np.ptp(along)
+    held, moved = (np.flatnonzero(mask).astype(np.int32) for mask in (share < 0.06, share > 0.94))
+    return held, moved
 
 
 def bar_bend() -> Pose:
@@ -189,13 +194,11 @@ def pull(name: str, patch_radius: float = 0.0) -> Pose:
 
 def wing() -> Pose:
     """A plate a hundredth as thick as long, bent by 90 degrees along an arc and twisted by 40; its root is held."""
-    length, width, thick = 1.0, 0.5, 0.012
-    mesh = make_mesh("wing", *plate((length, width, thick), (100, 50)))
-    scale = float(np.ptp(mesh.positions[:, 0])) / length
-    x = mesh.positions[:, 0] / scale
-    held, moved = (np.flatnonzero(mask).astype(np.int32) for mask in (x < 0.06, x > 0.94))
-    bent = rolled_up(0.0, scale * length, np.pi / 2, twist_rad=np.radians(40))
-    view = View((-0.7, -0.8, 0.6), (0.36 * scale, 0.0, 0.28 * scale), 1.08 * scale)
+    mesh = make_mesh("wing", *plate((1.0, 0.5, 0.012), (100, 50)))
+    length = float(np.ptp(mesh.positions[:, 0]))
+    held, moved = ends_of(mesh.positions[:, 0])
+    bent = rolled_up(0.0, length, np.pi / 2, twist_rad=np.radians(40))
+    view = View((-0.7, -0.8, 0.6), (0.36 * length, 0.0, 0.28 * length), 1.08 * length)
     return Pose("bend and twist", mesh, held, moved, bent, view, walls_axis=2)
 
 
@@ -292,23 +295,3 @@ def rolled_up(hinge: float, end: float, angle_rad: float, twist_rad: float = 0.0
 def turned(axis: Floats, centre: Floats, angle_rad: float) -> Motion:
     """A turn about an axis through a centre."""
     return lambda points, share: (points - centre) @ rotation(axis, share * angle_rad).T + centre
-
-
-def plate(size: tuple[float, float, float], cells: tuple[int, int]) -> tuple[Floats, Ints]:
-    """A closed plate of triangles in x > 0, its middle plane z = 0: mirror-symmetric in z, one cell thick."""
-    nx, ny = cells
-    i, j = np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij")
-    flat = np.stack([i / nx * size[0], (j / ny - 0.5) * size[1]], axis=-1).reshape(-1, 2)
-    n = len(flat)
-    half = np.full((n, 1), 0.5 * size[2])
-    positions = np.concatenate([np.hstack([flat, half]), np.hstack([flat, -half])])
-    corner = (i * (ny + 1) + j)[:-1, :-1].ravel()
-    top = np.stack([corner, corner + ny + 1, corner + ny + 2, corner + 1], axis=1)
-    at = (i * (ny + 1) + j).astype(np.int64)
-    loop = np.concatenate([at[:-1, 0], at[-1, :-1], at[:0:-1, -1], at[0, :0:-1]])
-    after = np.roll(loop, -1)
-    rim = np.stack([loop + n, after + n, after, loop], axis=1)
-    quads = np.concatenate([top, top[:, ::-1] + n, rim])
-    # The lower faces are reversed from their second corner on, so that both sides are cut along the same diagonal.
-    quads[len(top) : 2 * len(top)] = np.roll(quads[len(top) : 2 * len(top)], 1, axis=1)
-    return positions, quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3).astype(np.int32)

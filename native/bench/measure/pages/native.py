@@ -1,24 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of measure.native, and of the frame in Blender."""
+"""Tables of measure.runs.native, and of what was measured in Blender: frames, drags in a window, the overlay."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from statistics import median
 
-from .convergence import median
-from .machine import ISA_NAMES
-from .tables import (
-    ENERGIES,
-    NOTHING,
-    Row,
-    joined,
-    machine_line,
-    markdown,
-    measured,
-    medians,
-    not_run_lines,
-    number,
-)
+from ..base.machine import ISA_NAMES
+from .markdown import ENERGIES, NOTHING, Row, joined, machine_line, markdown, measured, medians, not_run_lines, number
+
+ACTS = {"pose": "Pose", "pull": "ARAP Pull", "blend": "Blend"}
 
 
 def native(data: Row) -> str:
@@ -83,6 +74,20 @@ def native_iterations(meshes: Sequence[Row]) -> str:
 
 def frame(results: Sequence[Row]) -> str:
     """Cost of a frame of posing in Blender, medians in milliseconds; one column a Blender and size."""
-    if not results:
-        return ""
     return medians([f"Blender {r['blender']}, {r['vertices']}" for r in results], results)
+
+
+def drag(results: Sequence[Row]) -> str:
+    """Cost of a frame of a drag, medians in milliseconds: a table for each Blender, a column an act and size."""
+    blocks = []
+    for blender in dict.fromkeys(r["blender"] for r in results):
+        of_blender = [r for r in results if r["blender"] == blender]
+        of_blender.sort(key=lambda r: (list(ACTS).index(r["act"]), r["vertices"]))
+        columns = [f"{ACTS[r['act']]}, {r['vertices']}" for r in of_blender]
+        blocks += [f"### Blender {blender}", medians(columns, of_blender)]
+    return joined(*blocks)
+
+
+def overlay(results: Sequence[Row]) -> str:
+    """Cost of a redraw with the overlay, medians in milliseconds: a column a Blender."""
+    return medians([f"Blender {r['blender']}" for r in results], results)

@@ -6,8 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .meshes import Floats, Ints, Mesh, midpoint_subdivision
-from .shape import Mask
+from .mesh import Floats, Ints, Mask, Mesh, cut_quads, midpoint_subdivision, unscaled
 
 Surface = tuple[Floats, Ints]
 
@@ -18,7 +17,18 @@ def sheet(size: tuple[float, float], cells: tuple[int, int]) -> Surface:
     i, j = np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij")
     positions = np.stack([i / nx * size[0], (j / ny - 0.5) * size[1], 0.0 * i], axis=-1).reshape(-1, 3)
     corner = (i * (ny + 1) + j)[:-1, :-1].ravel()
-    return positions, _cut(np.stack([corner, corner + ny + 1, corner + ny + 2, corner + 1], axis=1))
+    return positions, cut_quads(np.stack([corner, corner + ny + 1, corner + ny + 2, corner + 1], axis=1))
+
+
+def plate(size: tuple[float, float, float], cells: tuple[int, int]) -> Surface:
+    """A closed plate in x > 0, its middle plane z = 0: mirror-symmetric in z, one cell thick."""
+    flat, upper = sheet(size[:2], cells)
+    n, half = len(flat), np.array([0.0, 0.0, 0.5 * size[2]])
+    at = np.arange(n).reshape(cells[0] + 1, cells[1] + 1)
+    border = np.concatenate([at[:-1, 0], at[-1, :-1], at[:0:-1, -1], at[0, :0:-1]])
+    after = np.roll(border, -1)
+    rim = cut_quads(np.stack([border + n, after + n, after, border], axis=1))
+    return np.concatenate([flat + half, flat - half]), np.concatenate([upper, upper[:, [0, 2, 1]] + n, rim])
 
 
 def cubes(is_solid: NDArray[np.bool_], side: float = 1.0) -> Surface:
@@ -34,7 +44,7 @@ def cubes(is_solid: NDArray[np.bool_], side: float = 1.0) -> Surface:
             quads.append(np.stack([first + offset for offset in around], axis=1))
     corners = np.concatenate(quads)
     places, vertices = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    return side * places, _cut(vertices.reshape(-1, 4))
+    return side * places, cut_quads(vertices.reshape(-1, 4))
 
 
 def joined(*surfaces: Surface) -> Surface:
@@ -59,7 +69,7 @@ def with_needles(mesh: Mesh, faces: Ints, height: float) -> Mesh:
     middle = len(p) + np.arange(len(faces))
     cut = [np.stack(corners, axis=1) for corners in ((a, b, middle), (b, c, middle), (c, a, middle))]
     whole = np.delete(mesh.triangles, faces, axis=0)
-    return _of(mesh, np.concatenate([p, new]), np.concatenate([whole, *cut]))
+    return unscaled(mesh.name, np.concatenate([p, new]), np.concatenate([whole, *cut]))
 
 
 def finer_where(mesh: Mesh, is_chosen: Mask) -> Mesh:
@@ -83,15 +93,4 @@ def finer_where(mesh: Mesh, is_chosen: Mask) -> Mesh:
     )
     number = np.full(len(fine.positions), -1)
     number[used] = np.arange(len(used))
-    return _of(mesh, fine.positions[used], number[np.concatenate(faces)])
-
-
-def _of(mesh: Mesh, positions: Floats, triangles: Ints) -> Mesh:
-    """The mesh with other vertices and triangles, in its own scale."""
-    sizes = np.full(len(triangles), 3, dtype=np.int32)
-    return Mesh(mesh.name, positions, np.ascontiguousarray(triangles.ravel(), dtype=np.int32), sizes)
-
-
-def _cut(quads: Ints) -> Ints:
-    """Each in two from its first corner."""
-    return quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3).astype(np.int32)
+    return unscaled(mesh.name, fine.positions[used], number[np.concatenate(faces)])

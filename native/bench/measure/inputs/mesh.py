@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,6 +14,7 @@ from scenes.creature import creature_arrays
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
+Mask = NDArray[np.bool_]
 
 
 class Mesh(NamedTuple):
@@ -40,8 +43,13 @@ def make_mesh(name: str, positions: Floats, faces: Ints) -> Mesh:
     diagonal = float(np.linalg.norm(np.ptp(positions, axis=0)))
     if not diagonal > 0.0:
         raise ValueError(f"{name}: all vertices are at one place")
+    return unscaled(name, positions / diagonal, faces)
+
+
+def unscaled(name: str, positions: Floats, faces: Ints) -> Mesh:
+    """A mesh of faces (f, k) that all have k corners, its positions as they are."""
     sizes = np.full(len(faces), faces.shape[1], dtype=np.int32)
-    return Mesh(name, positions / diagonal, np.ascontiguousarray(faces.ravel(), dtype=np.int32), sizes)
+    return Mesh(name, positions, np.ascontiguousarray(faces.ravel(), dtype=np.int32), sizes)
 
 
 def creature(n_vertices: int) -> Mesh:
@@ -77,12 +85,12 @@ def triangulated(mesh: Mesh) -> Mesh:
         return mesh
     if not np.all(mesh.face_sizes == 4):
         raise ValueError(f"{mesh.name}: only triangles and quads can be triangulated here")
-    quads = mesh.corner_vertices.reshape(-1, 4)
-    triangles = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-    return mesh._replace(
-        corner_vertices=np.ascontiguousarray(triangles.ravel()),
-        face_sizes=np.full(len(triangles), 3, dtype=np.int32),
-    )
+    return unscaled(mesh.name, mesh.positions, cut_quads(mesh.corner_vertices.reshape(-1, 4)))
+
+
+def cut_quads(quads: Ints) -> Ints:
+    """Each in two triangles from its first corner, (2 f, 3) int32."""
+    return quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3).astype(np.int32)
 
 
 def midpoint_subdivision(mesh: Mesh) -> Mesh:
@@ -93,13 +101,7 @@ def midpoint_subdivision(mesh: Mesh) -> Mesh:
     midpoints = mesh.positions[ends].mean(axis=1)
     at_corner = np.stack([triangles, middle, np.roll(middle, 1, axis=1)], axis=-1)
     finer = np.concatenate([at_corner, middle[:, None]], axis=1).reshape(-1, 3)
-    positions = np.concatenate([mesh.positions, midpoints])
-    return Mesh(
-        f"{mesh.name}, subdivided",
-        positions,
-        np.ascontiguousarray(finer.ravel(), dtype=np.int32),
-        np.full(len(finer), 3, dtype=np.int32),
-    )
+    return unscaled(f"{mesh.name}, subdivided", np.concatenate([mesh.positions, midpoints]), finer)
 
 
 def midpoint_ends(mesh: Mesh) -> Ints:
@@ -114,6 +116,11 @@ def _edges(mesh: Mesh) -> tuple[Ints, Ints]:
     keys = ends.min(axis=-1).astype(np.int64) * n + ends.max(axis=-1)
     edges, edge_of = np.unique(keys, return_inverse=True)
     return np.stack([edges // n, edges % n], axis=1).astype(np.int32), edge_of.reshape(keys.shape)
+
+
+def named_meshes() -> Iterator[Mesh]:
+    """The meshes that ARAP_BENCH_MESHES names."""
+    return map(load_off, mesh_files(os.environ.get("ARAP_BENCH_MESHES", "")))
 
 
 def mesh_files(setting: str) -> list[Path]:

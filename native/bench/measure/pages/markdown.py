@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shared by all tables of results: Markdown, numbers, names."""
+"""Shared by all pages of results: Markdown, numbers, names."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from .machine import ISA_NAMES
+from ..base.machine import ISA_NAMES
 
 Row = dict[str, Any]
 LIBRARIES = {"ours": "ours", "libigl": "libigl", "open3d": "Open3D", "cgal": "CGAL"}
@@ -14,8 +15,10 @@ ENERGIES = {"rotation_nodes": "rotation nodes", "spokes_and_rims": "spokes-and-r
 NOTHING = "-"
 
 
-def markdown(headers: Sequence[str], rows: Iterable[Sequence[str]], n_left: int = 1) -> str:
-    """A table whose first ``n_left`` columns are words and the others numbers."""
+def markdown(headers: Sequence[str], rows: Sequence[Sequence[str]], n_left: int = 1) -> str:
+    """A table whose first ``n_left`` columns are words and the others numbers; empty without rows."""
+    if not rows:
+        return ""
     rule = ["---"] * n_left + ["---:"] * (len(headers) - n_left)
     return "\n".join("| " + " | ".join(line) + " |" for line in (headers, rule, *rows))
 
@@ -57,17 +60,12 @@ def machine_line(machine: Row, *more: str) -> str:
     return "*" + "; ".join(parts) + ".*"
 
 
-def library_name(row: Row) -> str:
-    name = LIBRARIES[row["library"]]
-    return f"{name}, {ISA_NAMES[row['isa']]}" if row.get("isa") else name
-
-
 def not_run_lines(rows: Iterable[Row]) -> str:
     """One line for each row that could not be measured, with the reason; empty if all were."""
     lines = []
     for row in rows:
         if "not_run" in row:
-            name = library_name(row) if "library" in row else ISA_NAMES.get(row.get("isa", ""), "")
+            name = LIBRARIES[row["library"]] if "library" in row else ISA_NAMES.get(row.get("isa", ""), "")
             energy = f", {ENERGIES[row['energy']]}" if row.get("energy") else ""
             lines.append(f"- Not run: {name}{energy}: {row['not_run']}")
     return "\n".join(dict.fromkeys(lines))
@@ -76,6 +74,24 @@ def not_run_lines(rows: Iterable[Row]) -> str:
 def joined(*blocks: str) -> str:
     """Joins blocks of Markdown by empty lines, without the empty blocks."""
     return "\n\n".join(block for block in blocks if block)
+
+
+def replace_section(document: str, name: str, body: str) -> str:
+    """Replaces the text between <!-- measured: NAME --> and <!-- end of NAME -->.
+
+    Raises:
+        ValueError: the document does not have the two markers exactly once.
+    """
+    begin, end = f"<!-- measured: {name} -->", f"<!-- end of {name} -->"
+    found, n = re.subn(
+        re.escape(begin) + ".*?" + re.escape(end),
+        lambda _: f"{begin}\n\n{body.strip()}\n\n{end}",
+        document,
+        flags=re.DOTALL,
+    )
+    if n != 1:
+        raise ValueError(f"the document has {n} sections {begin} ... {end}, must have one")
+    return found
 
 
 def measured(rows: Iterable[Row]) -> list[Row]:

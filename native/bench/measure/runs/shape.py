@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .meshes import Floats, Ints, Mesh
+from ..inputs.mesh import Floats, Ints, Mask, Mesh
 
-Mask = NDArray[np.bool_]
 SHARP_RAD = np.pi / 3
 
 
@@ -19,14 +18,12 @@ class Change(NamedTuple):
 
     Attributes:
         curvature: integral |dH| dA, H the mean curvature; in units of length.
-        rms_deg, p99_deg, max_deg: of the edges' changes of dihedral angle.
+        max_deg: the largest change of an edge's dihedral angle.
         sharp_edges: edges whose dihedral angle changed by more than 60 degrees.
         flips: faces whose normal is against their rotated rest normal.
     """
 
     curvature: float
-    rms_deg: float
-    p99_deg: float
     max_deg: float
     sharp_edges: int
     flips: int
@@ -52,8 +49,6 @@ class Surface:
         before, after = (self._integrated_curvature(p) for p in (self._rest, positions))
         return Change(
             curvature=float(np.abs(after - before)[region].sum()),
-            rms_deg=float(np.sqrt(np.mean(bends**2))),
-            p99_deg=float(np.percentile(bends, 99)),
             max_deg=float(bends.max()),
             sharp_edges=int(np.count_nonzero(bends > np.degrees(SHARP_RAD))),
             flips=int(np.count_nonzero(self.flipped(positions, np.all(region[self._triangles], axis=1)))),

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from statistics import median
 from typing import NamedTuple
 
 
@@ -20,6 +20,7 @@ class Run(NamedTuple):
 Solve = Callable[[int], Run]
 
 MOST_ITERATIONS, MOST_SAMPLES = 40, 41
+ENOUGH_MS = 150.0  # much more than the clock's and the scheduler's grain
 
 
 class Cost(NamedTuple):
@@ -29,22 +30,17 @@ class Cost(NamedTuple):
     once_ms: float
 
 
-def solve_cost(time_ms: Callable[[int], float], n_samples: int = 7, enough_ms: float = 150.0) -> Cost:
-    """Medians of what solves cost.
+def solve_cost(time_ms: Callable[[int], float], n_samples: int = 7) -> Cost:
+    """Medians of what solves cost, of at least ``n_samples``; ``time_ms`` times a run of so many iterations from rest.
 
     Each sample is the difference between a run of 2 m iterations and one of m, so that what a solve costs once is told
-    apart. m is chosen so that m iterations take about ``enough_ms``, but never so many that the end of a descent
+    apart. m is chosen so that m iterations take about ENOUGH_MS, but never so many that the end of a descent
     is timed, where iterations may cost something else; fast ones are sampled more often instead.
-
-    Args:
-        time_ms: time of a run of so many iterations from rest.
-        n_samples: how many at least.
-        enough_ms: much more than the clock's and the scheduler's grain.
     """
     first, twice = time_ms(4), time_ms(8)
     one = max((twice - first) / 4.0, twice / 64.0, 1e-4)
-    m = max(3, min(MOST_ITERATIONS, round(enough_ms / one)))
-    n = max(n_samples, min(MOST_SAMPLES, round(n_samples * enough_ms / (m * one))))
+    m = max(3, min(MOST_ITERATIONS, round(ENOUGH_MS / one)))
+    n = max(n_samples, min(MOST_SAMPLES, round(n_samples * ENOUGH_MS / (m * one))))
     runs = [(time_ms(m), time_ms(2 * m)) for _ in range(n)]
     return Cost(median([(b - a) / m for a, b in runs]), max(0.0, median([2 * a - b for a, b in runs])))
 
@@ -67,15 +63,16 @@ class Descent:
 
 
 SETTLED = 1e-3
+FIRST_RUN, LONGEST_RUN = 4, 1 << 16  # iterations
 NEAR_RESOLUTION = 1.03  # of the number of iterations
 
 
-def descend(solve: Solve, budget_s: float, first: int = 4, most: int = 1 << 16) -> Descent:
+def descend(solve: Solve, budget_s: float) -> Descent:
     """Doubles the iterations until the energy settles, or until the next run would exceed the budget."""
     descent = Descent()
     spent_ms = 0.0
-    n = first
-    while n <= most:
+    n = FIRST_RUN
+    while n <= LONGEST_RUN:
         run = solve(n)
         descent.runs.append(run)
         spent_ms += run.ms
@@ -108,13 +105,3 @@ def reach(solve: Solve, descent: Descent, level: float, n_repeats: int = 3) -> R
     descent.runs.sort()
     times = [solve(best.iterations).ms for _ in range(n_repeats - 1)]
     return best._replace(ms=median([best.ms, *times]))
-
-
-def median(values: Sequence[float]) -> float:
-    """The middle one, or the mean of the middle two."""
-    return float(statistics.median(values))
-
-
-def ratio(theirs: float | None, ours: float | None) -> float | None:
-    """How many times faster ours is; None where one of both was not measured."""
-    return theirs / ours if theirs is not None and ours else None

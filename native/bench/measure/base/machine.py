@@ -13,7 +13,7 @@ from pathlib import Path
 from .workers import NotRun
 
 ISAS = ("baseline", "avx2", "avx512")
-ISA_NAMES = {"baseline": "baseline", "avx2": "AVX2", "avx512": "AVX-512", "": "compiled in"}
+ISA_NAMES = {"baseline": "baseline", "avx2": "AVX2", "avx512": "AVX-512"}
 
 
 def description() -> dict[str, object]:
@@ -31,26 +31,19 @@ def description() -> dict[str, object]:
 
 
 def instruction_sets(bind: Callable[[str], None]) -> tuple[list[str], dict[str, str]]:
-    """The values of ARAP_ISA that a library runs with, the fastest last, and why it does not with the others.
+    """The values of ARAP_ISA that the library runs with, the fastest last, and why it does not with the others.
 
-    A library that takes any value has no choice of its own: its one instruction set is named "".
-
-    Args:
-        bind: binds anything in a process whose ARAP_ISA is the given value; raises NotRun where that fails.
+    ``bind`` binds anything in a process whose ARAP_ISA is the given value, and raises NotRun if that fails.
     """
-    if _reason_against(bind, "none-such") is None:
-        return [""], {}
-    reasons = {isa: _reason_against(bind, isa) for isa in ISAS}
-    available = [isa for isa, reason in reasons.items() if reason is None]
-    return available, {isa: reason for isa, reason in reasons.items() if reason is not None}
-
-
-def _reason_against(bind: Callable[[str], None], isa: str) -> str | None:
-    try:
-        bind(isa)
-    except NotRun as reason:
-        return str(reason)
-    return None
+    available: list[str] = []
+    reasons: dict[str, str] = {}
+    for isa in ISAS:
+        try:
+            bind(isa)
+            available.append(isa)
+        except NotRun as reason:  # noqa: PERF203 - a process each
+            reasons[isa] = str(reason)
+    return available, reasons
 
 
 def _text(path: str) -> str:

@@ -3,8 +3,8 @@
 
     python panels.py FOLDER [NAME...]
 
-Renders each NAME.npz of the folder that measure.quality left (all where none is named) into NAME.png with Workbench:
-what is held is grey, what is moved blue, the rest clay.
+Renders each NAME.npz of the folder that measure.runs.quality left (all where none is named) into NAME.png: what is held
+is grey, what is moved blue, the rest clay.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ DISTANCE = 10.0  # of the camera, which is orthographic
 
 
 def render(data: Any, path: Path) -> None:
-    """One picture of what measure.quality.save wrote."""
+    """One picture of what measure.runs.quality.save wrote."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.collection.objects.link(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .meshes import Floats, Ints, Mesh
+from .mesh import Floats, Ints, Mesh
 
 HELD, MOVED = 0.05, 0.02
 Motion = Callable[[Floats, float], Floats]  # places (k, 3) at rest and a share in [0, 1] of the way, to places
