@@ -188,28 +188,3 @@ def test_enter_right_after_a_stroke_keeps_it(ui: Ui) -> Steps:
     assert weights_of("Waist").max() > 0.5
     assert np.abs(scenes.key_positions(bar()) - free).max() > 0.05
     assert_as_solved(ui)
-
-
-def test_stiffness_panel(ui: Ui) -> Steps:
-    """The panel in each mode; a click makes the selected vertices rigid, and undo takes that back."""
-    show_front(ui)
-    ui.open_panels("ARAP_PT_stiffness")
-    yield from ui.open_tab()
-    yield from ui.screenshot("1_empty")
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="DESELECT")
-    assert not bpy.ops.arap.rigid_add.poll()
-    yield from ui.screenshot("2_nothing_selected")
-    ui.call(bpy.ops.arap.group_select, "EXEC_DEFAULT", True, vertex_group="Bottom")
-    yield
-    assert ui.call(bpy.ops.arap.rigid_add) == {"FINISHED"}
-    assert [(entry.name, entry.is_rigid) for entry in bar().arap.stiffness] == [("Rigid", True)]
-    yield from ui.screenshot("3_rigid")
-    yield from ui.undo()
-    yield from ui.until(lambda: not bar().arap.stiffness and "Rigid" not in bar().vertex_groups, "it is undone")
-    yield from ui.redo()
-    yield from ui.until(lambda: len(bar().arap.stiffness) == 1, "it is done again")
-    ui.api.add_stiffness(bar(), range(16, 32), name="Belly", factor=10.0)
-    yield from ui.screenshot("4_stiff")
-    yield from paint(ui, "Belly")
-    yield from ui.screenshot("5_painted")
