@@ -3,7 +3,8 @@
 
 tests/blender_ui/run.py --blender BLENDER --zip ZIP --screenshots DIR --files "bench_*.py" --size 1280x800 --at-once 1
 
-Each test writes drag-ACT-SIZE.json into the folder of the screenshots.
+Each test writes drag-ACT-SIZE.json into the folder of the screenshots, for each of the vertex counts in
+ARAP_BENCH_SIZES (default: 10000 100000 1000000).
 """
 
 import importlib
@@ -13,11 +14,10 @@ import os
 from collections.abc import Callable, Generator
 
 import bpy
+from frame_times import DRAGS, PINS, Milliseconds, Stopwatch, creature_object, summary
 from harness import MODULE, Steps, Ui
 from main_loop import WARM_UP, MainLoop, move_each_turn
 from mathutils import Vector
-
-from frame_times import DRAGS, PINS, Milliseconds, Stopwatch, creature_object, summary  # isort: skip  (main_loop makes it importable)
 
 SIZES = tuple(int(size) for size in os.environ.get("ARAP_BENCH_SIZES", "10000 100000 1000000").split())
 LARGE = 500_000  # vertices from which fewer frames will do

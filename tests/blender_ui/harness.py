@@ -26,6 +26,7 @@ from mathutils import Vector
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
+sys.path.append(str(HERE.parent / "blender"))  # frame_times, which the measurements share
 import gate  # noqa: E402 - Blender runs this file from elsewhere
 from gate import Gate  # noqa: E402
 
