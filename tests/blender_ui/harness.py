@@ -25,7 +25,9 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
+if str(HERE) not in sys.path:
+    sys.path.insert(0, str(HERE))
+    sys.path.append(str(HERE.parent / "blender"))  # frame_times, which the measurements share
 import gate  # noqa: E402 - Blender runs this file from elsewhere
 from gate import Gate  # noqa: E402
 

@@ -92,13 +92,6 @@ def install(blender: str, zip_path: Path, env: dict[str, str]) -> None:
         sys.exit(f"The zip could not be installed:\n{done.stdout}{done.stderr}")
 
 
-@contextmanager
-def copied(folder: Path) -> Iterator[Path]:
-    """A copy of a user folder: a test that disables the add-on takes its wheel away from who else uses the folder."""
-    with tempfile.TemporaryDirectory(prefix="arap_ui_") as copy:
-        yield Path(shutil.copytree(folder, copy, dirs_exist_ok=True))
-
-
 @dataclass
 class Outcome:
     """Of one test. ``wrong``: what went wrong, '' where nothing did."""
@@ -184,8 +177,10 @@ def main() -> int:
             outcomes = []
             command = blender_command(args.blender, "--", "run", file, str(args.screenshots.resolve()))
             command[1:1] = ["--enable-event-simulate", "--window-geometry", "0", "0", *args.size.split("x")]
-            with display(args.size) as display_name, copied(Path(folder)) as user_folder:
-                env = environment(user_folder) | {"DISPLAY": display_name}
+            # A copy: a test that disables the add-on takes its wheel away from who else uses the folder.
+            with display(args.size) as display_name, tempfile.TemporaryDirectory(prefix="arap_ui_") as copy:
+                shutil.copytree(folder, copy, dirs_exist_ok=True)
+                env = environment(Path(copy)) | {"DISPLAY": display_name}
                 for outcome in run_file(command, tests[file], env, args.hang_limit, alone=args.alone):
                     outcomes.append(outcome)
                     state = "FAIL" if outcome.wrong else "ok  "

@@ -13,12 +13,9 @@ from test_weight_paint import take_brush
 SAMPLES = Path(__file__).resolve().parents[2] / "blend_files"
 
 
-PANELS = ("ARAP_PT_handle_look", "ARAP_PT_advanced")
-
-
 def test_all_is_drawn(ui: Ui) -> Steps:
     """The tab in every state, menus and preferences: the pictures are for eyes, a traceback fails the test."""
-    ui.open_panels("ARAP_PT_pins", "ARAP_PT_handles", *PANELS)
+    ui.open_panels(*(f"ARAP_PT_{name}" for name in ("pins", "handles", "handle_look", "stiffness", "advanced")))
     yield from draw_states_of_the_tab(ui)
     yield from draw_settings(ui)
     yield from draw_menus(ui)
@@ -61,6 +58,7 @@ def draw_settings(ui: Ui) -> Steps:
     """Rigidity and Exact show with the energy they belong to, and so does what nothing holds."""
     scenes.add_bar_with_handle(ui.api)
     ui.api.add_handle(bar(), [24], name="Point", is_exact=True)
+    ui.api.add_stiffness(bar(), range(16, 32), name="Belly", factor=10.0)
     bar().data.vertices.add(1)
     assert ui.api.solve(bar()).loose_vertices == 1
     yield from ui.screenshot("look")

@@ -25,6 +25,7 @@ def test_other_file_within(ui: Ui) -> Steps:
     yield from drag(ui)
     ui.call(bpy.ops.wm.read_homefile, "EXEC_DEFAULT", use_factory_startup=True)
     yield from ui.until_free()
+    yield
     yield from begin_moved(ui)
     assert_followed(rest, (1.0, 0.0, 0.0))
     yield from ui.key("RET")

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from measure.inputs.mesh import make_mesh, midpoint_subdivision
 from measure.inputs.tasks import rotation
-from measure.runs.shape import Surface, interior_edges, mirror_partners, rotations, thickness
+from measure.runs.shape import Surface, interior_edges, rotations, thickness
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 OCTAHEDRON = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]])
@@ -127,14 +127,6 @@ def test_borders_and_edges_of_three_faces_are_not_measured():
 
 def test_the_nearest_rotation_of_a_reflection_is_a_rotation():
     np.testing.assert_allclose(rotations(np.diag([3.0, 2.0, -1.0])[None])[0], np.eye(3), atol=1e-12)
-
-
-def test_mirror_partners():
-    positions = np.array([[1.0, 0, 0], [0, 2, 0], [-1, 0, 0], [0, -2, 0]])
-    np.testing.assert_array_equal(mirror_partners(positions, 0), [2, 1, 0, 3])
-    np.testing.assert_array_equal(mirror_partners(positions, 1), [0, 3, 2, 1])
-    with pytest.raises(ValueError, match="not its own mirror image along axis 0"):
-        mirror_partners(np.add(positions, [0.5, 0, 0]), 0)
 
 
 def test_thickness_is_a_share_of_that_at_rest_and_negative_where_the_walls_passed():

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,27 +39,28 @@ class FakeScene(FakeFollowScene):
         return done
 
 
-def begin(scene: FakeScene) -> PoseAct:
+def begin(**scene_options: Any) -> tuple[FakeScene, PoseAct]:
+    scene = FakeScene(**scene_options)
     act = PoseAct(scene)
     act.begin()
-    return act
+    return scene, act
 
 
-def begun(scene: FakeScene) -> PoseAct:
+def begun(**scene_options: Any) -> tuple[FakeScene, PoseAct]:
     """An act that has followed once."""
-    act = begin(scene)
+    scene, act = begin(**scene_options)
     act.tick()
     scene.calls.clear()
-    return act
+    return scene, act
 
 
-def binding_again(scene: FakeScene) -> PoseAct:
+def binding_again() -> tuple[FakeScene, PoseAct]:
     """An act that has followed once and then binds, because groups have changed."""
-    act = begun(scene)
+    scene, act = begun()
     scene.is_fit = False
     act.tick()
     assert act.phase is Phase.BINDING
-    return act
+    return scene, act
 
 
 def bind_and_follow(scene: FakeScene, act: PoseAct) -> None:
@@ -73,8 +75,7 @@ def how(act: PoseAct) -> Ending | None:
 
 
 def test_refines_until_settled_and_then_rests() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     assert not act.is_settled
     for _ in range(5):
         act.tick()
@@ -83,8 +84,7 @@ def test_refines_until_settled_and_then_rests() -> None:
 
 
 def test_a_moved_handle_is_followed_at_once_and_refined_later() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     scene.place = 1.0
     scene.needed_updates = 2
     act.scene_changed()
@@ -96,8 +96,7 @@ def test_a_moved_handle_is_followed_at_once_and_refined_later() -> None:
 
 
 def test_refining_ends_at_the_iteration_limit() -> None:
-    scene = FakeScene(needed_updates=1000, limit=12)
-    act = begun(scene)
+    scene, act = begun(needed_updates=1000, limit=12)
     for _ in range(10):
         act.tick()
     assert scene.calls == ["refine", "refine"]  # 4 iterations each, and 4 in the first update
@@ -107,14 +106,13 @@ def test_refining_ends_at_the_iteration_limit() -> None:
 
 
 def test_a_session_that_fits_goes_on_from_the_pose_shown() -> None:
-    scene = FakeScene()
-    assert begin(scene).phase is Phase.FOLLOWING
+    scene, act = begin()
+    assert act.phase is Phase.FOLLOWING
     assert scene.calls == ["go on"]
 
 
 def test_binds_first_if_the_session_does_not_fit() -> None:
-    scene = FakeScene(is_fit=False)
-    act = begin(scene)
+    scene, act = begin(is_fit=False)
     assert act.phase is Phase.BINDING
     assert not scene.binds[0].has_started, "the operator that begins the act has not returned yet"
     act.tick()
@@ -129,21 +127,19 @@ def test_binds_first_if_the_session_does_not_fit() -> None:
 
 def test_begin_raises_if_the_scene_cannot_be_posed() -> None:
     with pytest.raises(ValueError, match="no handles"):
-        begin(FakeScene(is_fit=False, error=ValueError("no handles")))
+        begin(is_fit=False, error=ValueError("no handles"))
 
 
 @pytest.mark.parametrize("end", ["keep", "cancel"])
 def test_ending_while_binding_drops_the_bind_and_restores(end: str) -> None:
-    scene = FakeScene(is_fit=False)
-    act = begin(scene)
+    scene, act = begin(is_fit=False)
     getattr(act, end)()
     assert scene.binds[0].is_dropped
     assert how(act) is Ending.RESTORE
 
 
 def test_a_failed_bind_restores_and_says_why() -> None:
-    scene = FakeScene(is_fit=False)
-    act = begin(scene)
+    scene, act = begin(is_fit=False)
     scene.binds[0].error = ValueError("vertex 7 is not finite")
     bind_and_follow(scene, act)
     assert act.end is not None
@@ -152,8 +148,7 @@ def test_a_failed_bind_restores_and_says_why() -> None:
 
 
 def test_changed_groups_bind_again_and_the_pose_goes_on() -> None:
-    scene = FakeScene()
-    act = binding_again(scene)
+    scene, act = binding_again()
     act.scene_changed()
     assert scene.calls == []
     bind_and_follow(scene, act)
@@ -162,8 +157,7 @@ def test_changed_groups_bind_again_and_the_pose_goes_on() -> None:
 
 
 def test_keep_while_binding_again_waits_for_it() -> None:
-    scene = FakeScene()
-    act = binding_again(scene)
+    scene, act = binding_again()
     assert not act.is_keeping
     act.keep()
     assert act.is_keeping
@@ -177,8 +171,7 @@ def test_keep_while_binding_again_waits_for_it() -> None:
 
 @pytest.mark.parametrize(("ask", "ending"), [("keep", Ending.KEEP), ("cancel", Ending.RESTORE)])
 def test_while_keep_waits_another_end_does_not_wait(ask: str, ending: Ending) -> None:
-    scene = FakeScene()
-    act = binding_again(scene)
+    scene, act = binding_again()
     act.keep()
     getattr(act, ask)()
     assert not act.is_keeping
@@ -188,7 +181,7 @@ def test_while_keep_waits_another_end_does_not_wait(ask: str, ending: Ending) ->
 
 @pytest.mark.parametrize("is_keeping", [True, False])
 def test_an_act_without_ticks_keeps_the_pose_only_if_keep_was_called(is_keeping: bool) -> None:
-    act = binding_again(FakeScene())
+    _, act = binding_again()
     if is_keeping:
         act.keep()
     act.end_now("over")
@@ -196,8 +189,7 @@ def test_an_act_without_ticks_keeps_the_pose_only_if_keep_was_called(is_keeping:
 
 
 def test_keep_waits_for_the_end_of_a_stroke() -> None:
-    scene = FakeScene(needed_updates=1)
-    act = begun(scene)
+    scene, act = begun(needed_updates=1)
     scene.is_painted = True
     act.keep()
     act.tick()
@@ -210,8 +202,7 @@ def test_keep_waits_for_the_end_of_a_stroke() -> None:
 
 def test_keep_sees_what_only_following_has_shown() -> None:
     """The evaluation that a step causes tells of a stroke which ended just before."""
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     evaluate_with_matrices(scene, lambda: setattr(scene, "is_fit", False), times=1)
     act.keep()
     assert act.end is None
@@ -221,8 +212,7 @@ def test_keep_sees_what_only_following_has_shown() -> None:
 
 
 def test_what_cannot_be_bound_again_leaves_the_pose() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     scene.is_fit = False
     scene.error = ValueError("Nothing holds or moves 'Bar'")
     act.tick()
@@ -232,8 +222,7 @@ def test_what_cannot_be_bound_again_leaves_the_pose() -> None:
 
 
 def test_keep_follows_a_last_time_and_settles() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     scene.place = 1.0
     act.keep()
     assert scene.calls == ["follow", "refine"]
@@ -243,16 +232,14 @@ def test_keep_follows_a_last_time_and_settles() -> None:
 
 @pytest.mark.parametrize(("needed_updates", "is_settling"), [(1, True), (50, False)])
 def test_keep_does_nothing_more_if_all_is_settled_or_need_not_be(needed_updates: int, is_settling: bool) -> None:
-    scene = FakeScene(needed_updates=needed_updates)
-    act = begun(scene)
+    scene, act = begun(needed_updates=needed_updates)
     act.keep(is_settling=is_settling)
     assert scene.calls == []
     assert how(act) is Ending.KEEP
 
 
 def test_a_scene_that_is_over_ends_without_a_touch() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     scene.place = 1.0
     scene.reason = "'Bar' is no longer there"
     act.scene_changed()
@@ -263,8 +250,7 @@ def test_a_scene_that_is_over_ends_without_a_touch() -> None:
 
 
 def test_an_exception_restores_and_is_told() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     scene.place = 1.0
     scene.error = ZeroDivisionError("a fault of ours")
     act.scene_changed()
@@ -275,7 +261,7 @@ def test_an_exception_restores_and_is_told() -> None:
 
 
 def test_the_first_end_counts() -> None:
-    act = begun(FakeScene())
+    _, act = begun()
     act.cancel("first")
     act.keep()
     act.leave("later")
@@ -284,16 +270,14 @@ def test_the_first_end_counts() -> None:
 
 
 def test_undo_goes_on_from_what_it_brought() -> None:
-    scene = FakeScene(needed_updates=1)
-    act = begun(scene)
+    scene, act = begun(needed_updates=1)
     act.undone()
     act.tick()
     assert scene.calls == ["go on", "follow"]
 
 
 def test_evaluation_within_a_step_does_not_start_another() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     evaluate_with_matrices(scene, act.scene_changed)
     scene.place = 1.0
     act.tick()
@@ -301,18 +285,17 @@ def test_evaluation_within_a_step_does_not_start_another() -> None:
 
 
 def test_status_says_state_and_keys() -> None:
-    act = begin(FakeScene(is_fit=False))
+    _, act = begin(is_fit=False)
     assert "preparing the mesh, 50%" in status_text(act)
     assert "Esc: cancel" in status_text(act)
-    act = begun(FakeScene(needed_updates=1))
+    _, act = begun(needed_updates=1)
     assert "settled" in status_text(act)
     for key in ("G, R, S", "Ctrl Z", "Enter: keep", "Esc: cancel"):
         assert key in status_text(act)
 
 
 def test_unsettled_until_a_step_has_looked() -> None:
-    scene = FakeScene(needed_updates=1)
-    act = begun(scene)
+    scene, act = begun(needed_updates=1)
     assert act.is_settled
     act.unsettle()
     assert not act.is_settled
@@ -335,8 +318,7 @@ def test_what_cannot_be_restored_is_said() -> None:
 
 
 def test_a_stroke_is_waited_for_and_then_the_mesh_is_bound_again() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     scene.is_painted, scene.is_fit = True, False
     act.scene_changed()
     act.tick()

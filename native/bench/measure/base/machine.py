@@ -17,14 +17,13 @@ ISA_NAMES = {"baseline": "baseline", "avx2": "AVX2", "avx512": "AVX-512"}
 
 
 def description() -> dict[str, object]:
-    """Processor, cores, memory, system, the load before the measurement, and the day."""
+    """Processor, cores, memory, the load before the measurement, and the day."""
     memory = re.search(r"MemTotal:\s+(\d+)", _text("/proc/meminfo"))
     model = re.search(r"model name\s*:\s*(.*)", _text("/proc/cpuinfo"))
     return {
         "processor": model[1] if model else platform.machine(),
         "cores": os.cpu_count(),
         "memory_gib": round(int(memory[1]) / 2**20) if memory else None,
-        "system": platform.system(),
         "load": round(os.getloadavg()[0], 2),
         "day": time.strftime("%Y-%m-%d"),
     }

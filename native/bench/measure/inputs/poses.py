@@ -118,6 +118,13 @@ def cub_parts(n_vertices: int = DEFAULT_VERTICES) -> tuple[dict[str, Ints], floa
     return creature_groups(model), 1.0 / float(np.linalg.norm(np.ptp(model.positions, axis=0)))
 
 
+def cub_partners(n_vertices: int) -> Ints:
+    """(n,) int32, the vertex at the mirror image of each of the creature's through x = 0."""
+    partners = creature(n_vertices).mirror
+    assert partners is not None
+    return partners
+
+
 def cub() -> Mesh:
     return triangulated(sample_creature(DEFAULT_VERTICES))._replace(name="creature")
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from ..base import machine
 from ..inputs.mesh import Mesh, creature
-from ..inputs.poses import STEPS, Pose, cub_parts, large_move_of, turned
+from ..inputs.poses import STEPS, Pose, cub_partners, cub_parts, large_move_of, turned
 from .posing import Limit, ModelName, Posing, options_of
-from .shape import largest_distance, mirror_partners
+from .shape import largest_distance
 
 FRAMES = 60
 SHARES = [(frame + 1) / FRAMES for frame in range(FRAMES)]
@@ -71,7 +71,7 @@ def _drag(posing: Posing, pose: Pose, limit: Limit) -> tuple[NDArray[np.float32]
 def measure_symmetry(model: ModelName) -> dict[str, Any]:
     """How far the mirrored result is from the result of the mirrored pose at most; a paw lifted to the side."""
     mesh = creature(SYMMETRY_VERTICES)
-    partners = mirror_partners(mesh.positions, 0)
+    partners = cub_partners(SYMMETRY_VERTICES)
     flip = np.array([-1.0, 1.0, 1.0])
     left = _paw_lifted(mesh)
     right = left._replace(

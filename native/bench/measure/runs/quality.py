@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How good poses look at several densities: plain spokes-and-rims beside rotation nodes.
 
-    python -m measure.runs.quality OUT.json [--parts poses kinds drag symmetry] [--poses NAME...]
-        [--models plain nodes] [--levels N] [--budget S] [--most-vertices N]
+    python -m measure.runs.quality OUT.json [--parts PART...] [--poses NAME...] [--levels N] [--budget S]
 
 What is measured takes the place of what the file holds of the same kind, so that parts can be run alone. Deformed
 meshes for the pictures go to the folder of the file's name beside it. The poses are those of the samples, and two of
@@ -30,14 +29,15 @@ from .posing import MODELS, ModelName, Posing, options_of
 from .shape import Surface, facing, largest_distance, thickness
 
 PARTS = ("poses", "kinds", "drag", "symmetry")
+MOST_VERTICES = 250_000
 DESCENT_VERTICES = 60_000  # iterations are counted on meshes up to that size: every count takes several solves
 
 
-def densities(pose: Pose, levels: int, most_vertices: int) -> Iterator[Pose]:
+def densities(pose: Pose, levels: int) -> Iterator[Pose]:
     """The pose and its finer ones, while they have not too many vertices."""
     for _ in range(levels):
         yield pose
-        if 4 * len(pose.mesh.positions) > most_vertices:
+        if 4 * len(pose.mesh.positions) > MOST_VERTICES:
             return
         pose = finer(pose)
 
@@ -65,7 +65,7 @@ def measure_pose(pose: Pose, model: ModelName, args: argparse.Namespace, folder:
     """The rows of a model, from coarse to fine; "moved" is how far the density before it is from it at most."""
     rows: list[dict[str, Any]] = []
     coarser: Floats | None = None
-    for level, at in enumerate(densities(pose, args.levels, args.most_vertices)):
+    for level, at in enumerate(densities(pose, args.levels)):
         row, positions = measure_density(at, model, args.budget)
         if coarser is not None:
             row["moved"] = largest_distance(positions[: len(coarser)], coarser)
@@ -137,9 +137,7 @@ def main() -> None:
     parser.add_argument("out", type=Path, help="the JSON file to write")
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--poses", nargs="+", default=(), help="names of poses; all where none is named")
-    parser.add_argument("--models", nargs="+", choices=tuple(MODELS), default=tuple(MODELS))
     parser.add_argument("--levels", type=int, default=3, help="densities, each four times the one before")
-    parser.add_argument("--most-vertices", type=int, default=250_000)
     parser.add_argument("--budget", type=float, default=12.0, help="seconds of the last step of a pose, and of a count")
     args = parser.parse_args()
     try:
@@ -164,17 +162,17 @@ def main() -> None:
         for pose in poses:
             about = {"mesh": pose.mesh.name, "pose": pose.name, "is_sample": pose.is_sample}
             rows = results["poses"].setdefault(file_name(pose), {**about, "rows": {}})["rows"]
-            for model in args.models:
+            for model in MODELS:
                 rows[model] = measure_pose(pose, model, args, folder)
                 write()
     if "kinds" in args.parts:
         for kind in kinds():
             name = file_name(kind.pose)
             rows = results["kinds"].setdefault(name, {"name": kind.pose.name, "rows": {}})["rows"]
-            for model in args.models:
+            for model in MODELS:
                 rows[model], positions = measure_kind(kind, model, args.budget)
                 save(folder / f"{name}-{model}.npz", kind.pose, positions)
-    for model in args.models:
+    for model in MODELS:
         if "drag" in args.parts:
             results["drag"][model] = measure_drag(model)
         if "symmetry" in args.parts:

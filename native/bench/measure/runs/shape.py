@@ -113,23 +113,6 @@ def rotations(covariances: Floats) -> Floats:
     return np.asarray(u @ vt)
 
 
-def mirror_partners(positions: Floats, axis: int, tolerance: float = 1e-7) -> Ints:
-    """(n,) int32, the vertex at each vertex's mirror image through 0 along an axis; itself on the plane.
-
-    Raises:
-        ValueError: a vertex has none.
-    """
-    grid = np.rint(positions / tolerance).astype(np.int64)
-    mirrored = grid.copy()
-    mirrored[:, axis] *= -1
-    order, sought = np.lexsort(grid.T), np.lexsort(mirrored.T)
-    if np.abs(grid[order] - mirrored[sought]).max() > 1:
-        raise ValueError(f"the mesh is not its own mirror image along axis {axis}")
-    partners = np.empty(len(positions), dtype=np.int32)
-    partners[sought] = order
-    return partners
-
-
 def facing(positions: Floats, axis: int) -> tuple[Ints, Ints]:
     """Vertices (k,) of the two outermost planes across an axis of a plate, those that lie opposite side by side."""
     across = positions[:, axis]
