@@ -14,7 +14,7 @@ from ..inputs.mesh import Floats, Ints
 from ..inputs.poses import Pose
 
 ModelName = Literal["plain", "nodes"]
-MODELS: dict[ModelName, Literal["spokes_and_rims", "rotation_nodes"]] = {"plain": "spokes_and_rims", "nodes": "rotation_nodes"}
+MODELS: dict[ModelName, Any] = {"plain": "spokes_and_rims", "nodes": "rotation_nodes"}  # their energies
 NEAR = 1.01
 STEP_ITERATIONS = 30  # of each step but the last
 MOST_ITERATIONS = 3000
