@@ -102,7 +102,7 @@ def last_lines(log: Path) -> str:
 
 def print_summary(out: Path, seconds: float) -> None:
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    summary["demo_s"] = round(seconds, 1)
+    summary["seconds_of_the_demo"] = round(seconds, 1)
     rows = [(name.replace("_", " "), f"{x:.6g}" if isinstance(x, float) else str(x)) for name, x in summary.items()]
     width = max(len(label) for label, _ in rows)
     print()
