@@ -20,10 +20,9 @@
 #include <string>
 
 #include "arap/surface_arap.h"
-#include "bandwidth.h"
 #include "process.h"
-#include "step_times.h"
 #include "task_file.h"
+#include "timings.h"
 
 namespace arap::bench {
 namespace {

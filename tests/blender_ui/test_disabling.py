@@ -70,8 +70,7 @@ def test_disabled_within_a_bake(ui: Ui) -> Steps:
 def test_disabled_within_a_pull(ui: Ui) -> Steps:
     yield from test_pull.begin(ui)
     rest = scenes.key_positions(test_pull.sheet())
-    yield from test_pull.press(ui, (0.3, 0.0, 0.0))
-    yield from test_pull.drag_to(ui, (0.3, 0.2, 0.0))
+    yield from test_pull.grab(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
     yield from disable()
     ui.event("LEFTMOUSE", "RELEASE")
     yield

@@ -11,6 +11,7 @@ from harness import Steps, Ui
 from main_loop import move_each_turn
 
 NEAR = 1e-4
+Place = tuple[float, float, float]
 N = 41  # vertices along a side of the sheet, which is two units wide
 
 
@@ -50,23 +51,29 @@ def refusal(ui: Ui) -> str:
     return ""
 
 
-def point_at(ui: Ui, place: tuple[float, float, float]) -> Steps:
+def point_at(ui: Ui, place: Place) -> Steps:
     """Moves the mouse over a place in the world."""
     yield from ui.move_mouse(*ui.pixel(place))
 
 
-def press(ui: Ui, place: tuple[float, float, float], **modifiers: bool) -> Steps:
+def press(ui: Ui, place: Place, **modifiers: bool) -> Steps:
     yield from point_at(ui, place)
     ui.event("LEFTMOUSE", "PRESS", **modifiers)
     yield
 
 
-def drag_to(ui: Ui, place: tuple[float, float, float], n_steps: int = 4, **modifiers: bool) -> Steps:
+def drag_to(ui: Ui, place: Place, n_steps: int = 4, **modifiers: bool) -> Steps:
     start, end = np.array(ui.mouse), np.array(ui.pixel(place))
     for i in range(1, n_steps + 1):
         ui.mouse = tuple(int(value) for value in np.round(start + (end - start) * i / n_steps))
         ui.event("MOUSEMOVE", "NOTHING", **modifiers)
         yield
+
+
+def grab(ui: Ui, start: Place, end: Place, n_steps: int = 4, **modifiers: bool) -> Steps:
+    """A drag whose button is still down."""
+    yield from press(ui, start, **modifiers)
+    yield from drag_to(ui, end, n_steps, **modifiers)
 
 
 def release(ui: Ui) -> Steps:
@@ -75,14 +82,13 @@ def release(ui: Ui) -> Steps:
     yield
 
 
-def pull(ui: Ui, start: tuple[float, float, float], end: tuple[float, float, float]) -> Steps:
+def pull(ui: Ui, start: Place, end: Place) -> Steps:
     """One whole drag."""
-    yield from press(ui, start)
-    yield from drag_to(ui, end)
+    yield from grab(ui, start, end)
     yield from release(ui)
 
 
-def nearest(rest: np.ndarray, place: tuple[float, float, float]) -> int:
+def nearest(rest: np.ndarray, place: Place) -> int:
     return int(np.linalg.norm(rest - place, axis=1).argmin())
 
 
@@ -93,8 +99,7 @@ def test_pull_undo_redo(ui: Ui) -> Steps:
     middle = nearest(rest, (0.0, 0.0, 0.0))
     yield from point_at(ui, (0.0, 0.0, 0.0))
     yield from ui.screenshot("hover")
-    yield from press(ui, (0.0, 0.0, 0.0))
-    yield from drag_to(ui, (0.3, 0.1, 0.0))
+    yield from grab(ui, (0.0, 0.0, 0.0), (0.3, 0.1, 0.0))
     assert "Grid" in ui.running
     yield from ui.until(lambda: scenes.shown_positions(sheet())[middle][0] > 0.25, "the mesh follows")
     yield from ui.screenshot("dragging")
@@ -117,8 +122,7 @@ def test_pull_undo_redo(ui: Ui) -> Steps:
 def test_pull_is_drawn(ui: Ui) -> Steps:
     """Every move that the mesh follows draws the view anew: nobody but the drag itself evaluates or redraws here."""
     yield from begin(ui)
-    yield from press(ui, (0.3, 0.0, 0.0))
-    yield from drag_to(ui, (0.35, 0.0, 0.0))
+    yield from grab(ui, (0.3, 0.0, 0.0), (0.35, 0.0, 0.0))
     yield from ui.until(lambda: bool(ui.running) and ui.running["Grid"].is_settled, "the mesh has bound and follows")
     n_drawn = 0
 
@@ -140,8 +144,7 @@ def test_pull_solves_each_move_once(ui: Ui) -> Steps:
     """While the mouse is under way its moves are followed: refining would hold up the next one."""
     yield from begin(ui)
     sheet().arap.iterations_per_update = 1  # there is something left to refine
-    yield from press(ui, (0.3, 0.0, 0.0))
-    yield from drag_to(ui, (0.35, 0.0, 0.0))
+    yield from grab(ui, (0.3, 0.0, 0.0), (0.35, 0.0, 0.0))
     yield from ui.until(lambda: bool(ui.running) and ui.running["Grid"].is_settled, "the mesh has bound and follows")
     run = ui.pull.runs[0]
     update, tick, steps = run.scene.update, run.tick, []
@@ -167,16 +170,14 @@ def test_pull_esc_restores_that_drag(ui: Ui) -> Steps:
     """Esc, and the right button, give back what the drag changed, to the last bit, and nothing of the drag before."""
     yield from begin(ui)
     rest = scenes.key_positions(sheet())
-    yield from press(ui, (0.4, 0.4, 0.0))
-    yield from drag_to(ui, (0.6, 0.4, 0.0))
+    yield from grab(ui, (0.4, 0.4, 0.0), (0.6, 0.4, 0.0))
     yield from ui.key("ESC")
     yield from ui.until_free()
     assert sheet().data.shape_keys is None
     ui.event("LEFTMOUSE", "RELEASE")
     yield from pull(ui, (0.0, 0.0, 0.0), (0.2, 0.0, 0.0))
     posed = scenes.key_positions(sheet())
-    yield from press(ui, (0.4, 0.4, 0.0))
-    yield from drag_to(ui, (0.7, 0.4, 0.0))
+    yield from grab(ui, (0.4, 0.4, 0.0), (0.7, 0.4, 0.0))
     yield from ui.until(lambda: np.abs(scenes.key_positions(sheet()) - posed).max() > 0.1, "the mesh follows")
     yield from ui.key("RIGHTMOUSE")
     yield from ui.until_free()
@@ -188,7 +189,7 @@ def test_pull_esc_restores_that_drag(ui: Ui) -> Steps:
     np.testing.assert_allclose(scenes.shown_positions(sheet()), rest, atol=NEAR)
 
 
-def click(ui: Ui, place: tuple[float, float, float], **modifiers: bool) -> Steps:
+def click(ui: Ui, place: Place, **modifiers: bool) -> Steps:
     yield from press(ui, place, **modifiers)
     ui.event("LEFTMOUSE", "RELEASE", **modifiers)
     yield
@@ -231,8 +232,7 @@ def test_pull_modifiers_and_axes(ui: Ui) -> Steps:
     rest = scenes.key_positions(sheet())
     middle = nearest(rest, (0.0, 0.0, 0.0))
     beside = nearest(rest, (0.2, 0.0, 0.0))
-    yield from press(ui, (0.0, 0.0, 0.0), ctrl=True)
-    yield from drag_to(ui, (0.0, 0.3, 0.0), ctrl=True)
+    yield from grab(ui, (0.0, 0.0, 0.0), (0.0, 0.3, 0.0), ctrl=True)
     yield from release(ui)
     posed = scenes.shown_positions(sheet())
     np.testing.assert_allclose(posed[middle], (0.0, 0.0, 0.3), atol=0.02)
@@ -245,16 +245,14 @@ def test_pull_modifiers_and_axes(ui: Ui) -> Steps:
         ui.mouse = (x - 20 * i, y)
         ui.event("MOUSEMOVE", "NOTHING", shift=True)
         yield
-    ui.event("LEFTMOUSE", "RELEASE", shift=True)
-    yield from ui.until_free()
+    yield from release(ui)
     turned = scenes.shown_positions(sheet())
     np.testing.assert_allclose(turned[middle], (0.0, 0.0, 0.0), atol=0.02)
     angle = np.radians(40.0)  # half a degree a pixel, 80 pixels to the left: against the clock
     np.testing.assert_allclose(turned[beside], 0.2 * np.array([np.cos(angle), np.sin(angle), 0.0]), atol=0.02)
     yield from ui.undo()
 
-    yield from press(ui, (0.0, 0.0, 0.0))
-    yield from drag_to(ui, (0.2, 0.3, 0.0))
+    yield from grab(ui, (0.0, 0.0, 0.0), (0.2, 0.3, 0.0))
     yield from ui.key("X")
     yield from ui.until(lambda: abs(scenes.shown_positions(sheet())[middle][1]) < 0.01, "X constrains")
     yield from ui.key("Y")
@@ -283,8 +281,7 @@ def test_pull_radius(ui: Ui) -> Steps:
     assert settings.radius > 40
     settings.radius = 20
     before = ui.view.spaces.active.region_3d.view_distance
-    yield from press(ui, (0.0, 0.0, 0.0))
-    yield from drag_to(ui, (0.2, 0.0, 0.0))
+    yield from grab(ui, (0.0, 0.0, 0.0), (0.2, 0.0, 0.0))
     for _ in range(8):
         ui.event("WHEELUPMOUSE")
         yield
@@ -344,8 +341,7 @@ def test_pull_interrupted_settling(ui: Ui) -> Steps:
     rest = scenes.key_positions(sheet())
     for is_undo in (False, True):
         with ui.held_settling():
-            yield from press(ui, (0.3, 0.0, 0.0))
-            yield from drag_to(ui, (0.3, 0.2, 0.0))
+            yield from grab(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
             yield from ui.until(lambda: np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.15, "the mesh follows")
             ui.event("LEFTMOUSE", "RELEASE")
             yield
@@ -376,8 +372,7 @@ def test_pull_undone_while_it_binds(ui: Ui) -> Steps:
 
     def pull_and_press_z(**modifiers: bool) -> Steps:
         with ui.held_thread():
-            yield from press(ui, (0.3, 0.0, 0.0))
-            yield from drag_to(ui, (0.3, 0.2, 0.0), 2)
+            yield from grab(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0), 2)
             yield from ui.until_held()
             ui.event("LEFTMOUSE", "RELEASE")
             yield
@@ -416,8 +411,7 @@ def test_pull_and_live(ui: Ui) -> Steps:
     yield from ui.key("ESC")  # in Blender 5 this does
     flat = scenes.key_positions(pulled)
     yield
-    yield from press(ui, (0.0, 0.0, 1.0))
-    yield from drag_to(ui, (0.2, 0.0, 1.0))
+    yield from grab(ui, (0.0, 0.0, 1.0), (0.2, 0.0, 1.0))
     assert "Pulled" in ui.running
     sheet().arap.handles[0].target.location.y += 0.5
     yield from ui.until(lambda: np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.4, "Live follows")
@@ -429,8 +423,7 @@ def test_pull_and_live(ui: Ui) -> Steps:
     pulled = bpy.data.objects["Pulled"]
     ui.api.add_pin(pulled, [0], name="Corner")
     ui.api.add_handle(pulled, [399], name="Far")
-    yield from press(ui, (0.0, 0.5, 1.0))
-    yield from drag_to(ui, (0.2, 0.5, 1.0))
+    yield from grab(ui, (0.0, 0.5, 1.0), (0.2, 0.5, 1.0))
     assert "Pulled" in ui.running
     bpy.data.objects["Pulled"].arap.is_live = True
     live = ui.live.run_of(bpy.data.objects["Pulled"])
@@ -465,8 +458,7 @@ def test_pull_undone_leaves_live_off(ui: Ui) -> Steps:
 def test_pull_other_file_within(ui: Ui) -> Steps:
     """Loading a file, and File > New, end the drag, quietly; temporary pins that were saved go if the tool is off."""
     yield from begin(ui)
-    yield from press(ui, (0.3, 0.0, 0.0))
-    yield from drag_to(ui, (0.5, 0.3, 0.0))
+    yield from grab(ui, (0.3, 0.0, 0.0), (0.5, 0.3, 0.0))
     ui.call(bpy.ops.wm.read_homefile, "EXEC_DEFAULT", use_factory_startup=True)
     yield from ui.until_free()
     ui.event("LEFTMOUSE", "RELEASE")
@@ -477,8 +469,7 @@ def test_pull_other_file_within(ui: Ui) -> Steps:
     path = f"{bpy.app.tempdir}sheet.blend"
     bpy.ops.wm.save_as_mainfile(filepath=path)
     rest = scenes.key_positions(sheet())
-    yield from press(ui, (0.3, 0.0, 0.0))
-    yield from drag_to(ui, (0.3, 0.2, 0.0))
+    yield from grab(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
     yield from ui.until(lambda: np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.1, "the mesh follows")
     bpy.ops.wm.open_mainfile(filepath=path)
     yield from release(ui)
@@ -551,7 +542,7 @@ def test_pull_storm(ui: Ui) -> Steps:
     yield from begin(ui, 21)
     rest = scenes.key_positions(sheet())
 
-    def somewhere() -> tuple[float, float, float]:
+    def somewhere() -> Place:
         return random.uniform(-1.1, 1.1), random.uniform(-1.1, 1.1), 0.0
 
     for _ in range(60):

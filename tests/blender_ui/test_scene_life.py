@@ -98,8 +98,7 @@ def test_two_windows(ui: Ui) -> Steps:
 def test_renamed_mesh_within_a_pull(ui: Ui) -> Steps:
     """A mesh that gets another name under the mouse ends the drag; the next one finds it."""
     yield from test_pull.begin(ui)
-    yield from test_pull.press(ui, (0.3, 0.0, 0.0))
-    yield from test_pull.drag_to(ui, (0.5, 0.3, 0.0))
+    yield from test_pull.grab(ui, (0.3, 0.0, 0.0), (0.5, 0.3, 0.0))
     sheet = test_pull.sheet()
     sheet.name = "Cloth"
     yield from ui.until_free()

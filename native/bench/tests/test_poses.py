@@ -6,7 +6,7 @@ import pytest
 from measure.inputs.mesh import make_mesh
 from measure.inputs.poses import finer, knee, named_poses, pull, sample_poses, wide_pieces, wing
 from measure.inputs.solids import plate
-from measure.runs.posing import Posing, options_of
+from measure.runs.posing import Posing
 from measure.runs.quality import chosen, densities, file_name
 from measure.runs.shape import facing
 from surfaces import is_closed, volume
@@ -72,7 +72,7 @@ def test_densities_end_at_the_most_vertices():
 
 
 def test_a_patch_stands_for_its_vertex():
-    posings = [Posing(pull("pull", radius), options_of("plain")) for radius in (0.0, 0.03)]
+    posings = [Posing(pull("pull", radius), "plain") for radius in (0.0, 0.03)]
     single, patch = (posing.targets(0.0) for posing in posings)
     assert len(single) == len(patch)
     assert np.linalg.norm(patch[-1] - single[-1]) < 0.003

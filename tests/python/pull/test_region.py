@@ -3,6 +3,8 @@
 
 import numpy as np
 import pytest
+import sample_meshes
+from arap_deform.core.graph import face_edges
 from arap_deform.core.transforms import rotation
 from arap_deform.pull.region import (
     ITSELF,
@@ -16,19 +18,9 @@ from arap_deform.pull.region import (
 from sample_meshes import motion, rotation_z
 
 N = 21
-
-
-def grid():
-    """(n, 3) points of a flat grid two units wide, and its edges along x and y."""
-    line = np.linspace(-1.0, 1.0, N)
-    points = np.array([(x, y, 0.0) for y in line for x in line])
-    index = np.arange(N * N).reshape(N, N)
-    along = np.concatenate([np.stack([a.ravel(), b.ravel()], 1) for a, b in (
-        (index[:, :-1], index[:, 1:]), (index[:-1], index[1:]))])  # fmt: skip
-    return points, along.astype(np.int32)
-
-
-POINTS, EDGES = grid()
+GRID = sample_meshes.sheet(N)
+POINTS = GRID.positions
+EDGES = np.stack(face_edges(GRID.corner_vertices, GRID.face_sizes), axis=1)
 MIDDLE = N * N // 2
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..base import machine
 from ..inputs.mesh import Mesh, creature
 from ..inputs.poses import STEPS, Pose, cub_partners, cub_parts, large_move_of, turned
-from .posing import Limit, ModelName, Posing, options_of
+from .posing import Limit, ModelName, Posing
 from .shape import largest_distance
 
 FRAMES = 60
@@ -32,7 +32,7 @@ def measure_drag(model: ModelName) -> dict[str, Any]:
     the time of a frame allows stand frames of so many iterations, which do not depend on the machine.
     """
     pose = large_move_of(creature(DRAG_VERTICES), DRAG_VERTICES)
-    posing = Posing(pose, options_of(model))
+    posing = Posing(pose, model)
     in_time = Limit(s=FRAME_S)
     posing.frame(0.0, in_time, np.empty(pose.mesh.positions.shape, dtype=np.float32))  # the first touch of its memory
     live, iterations = _drag(posing, pose, in_time)
@@ -79,7 +79,7 @@ def measure_symmetry(model: ModelName) -> dict[str, Any]:
         moved=partners[left.moved],
         motion=lambda p, share: flip * left.motion(flip * p, share),
     )
-    postures = [Posing(pose, options_of(model)) for pose in (left, right)]
+    postures = [Posing(pose, model) for pose in (left, right)]
     row: dict[str, Any] = {"n_vertices": len(mesh.positions), "distances": []}
     for accuracy in SYMMETRY_ACCURACIES:
         results = [posing.pose(STEPS, SYMMETRY_S, accuracy).positions for posing in postures]

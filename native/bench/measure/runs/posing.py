@@ -14,18 +14,13 @@ from ..inputs.mesh import Floats, Ints
 from ..inputs.poses import Pose
 
 ModelName = Literal["plain", "nodes"]
-MODELS: dict[ModelName, str] = {"plain": "spokes_and_rims", "nodes": "rotation_nodes"}
+MODELS: dict[ModelName, Any] = {"plain": "spokes_and_rims", "nodes": "rotation_nodes"}  # their energies
 NEAR = 1.01
 STEP_ITERATIONS = 30  # of each step but the last
 MOST_ITERATIONS = 3000
 ACCURACY = 1e-6  # a fraction of the diagonal, where a pose counts as reached
 BEST_ACCURACY = 1e-7  # below it the library works in double alone
 Patches = tuple[Ints, Ints, Floats]
-
-
-def options_of(model: ModelName) -> arap_native.Options:
-    energy: Any = MODELS[model]
-    return arap_native.Options(energy=energy)
 
 
 def solve_options(iterations: int, accuracy: float, limit_s: float = math.inf) -> arap_native.SolveOptions:
@@ -50,8 +45,8 @@ class Posed(NamedTuple):
 class Posing:
     """A mesh bound, and the pose's parts constrained."""
 
-    def __init__(self, pose: Pose, options: arap_native.Options) -> None:
-        mesh = pose.mesh
+    def __init__(self, pose: Pose, model: ModelName) -> None:
+        mesh, options = pose.mesh, arap_native.Options(energy=MODELS[model])
         self._arap = arap_native.SurfaceArap(mesh.positions, mesh.corner_vertices, mesh.face_sizes, options)
         self._pose = pose
         vertices = pose.task(0.0).vertices

@@ -25,7 +25,7 @@ from ..inputs.kinds import Kind, kinds
 from ..inputs.mesh import Floats, named_meshes
 from ..inputs.poses import STEPS, Pose, finer, named_poses, sample_poses
 from .live import measure_drag, measure_symmetry
-from .posing import MODELS, ModelName, Posing, options_of
+from .posing import MODELS, ModelName, Posing
 from .shape import Surface, facing, largest_distance, thickness
 
 PARTS = ("poses", "kinds", "drag", "symmetry")
@@ -44,7 +44,7 @@ def densities(pose: Pose, levels: int) -> Iterator[Pose]:
 
 def measure_density(pose: Pose, model: ModelName, budget_s: float) -> tuple[dict[str, Any], Floats]:
     """The row of one model at one density, and the deformed positions."""
-    posing = Posing(pose, options_of(model))
+    posing = Posing(pose, model)
     posed = posing.pose(pose.steps, budget_s)
     row: dict[str, Any] = {
         "n_vertices": len(pose.mesh.positions),
@@ -83,7 +83,7 @@ def measure_kind(kind: Kind, model: ModelName, budget_s: float) -> tuple[dict[st
     """
 
     def posed(pose: Pose) -> Floats:
-        return Posing(pose, options_of(model)).pose(pose.steps, budget_s).positions
+        return Posing(pose, model).pose(pose.steps, budget_s).positions
 
     pose, seen = kind.pose, kind.sound or kind.pose
     positions = posed(pose)
