@@ -25,12 +25,6 @@ arap::Options with_radius(double radius) {
   return options;
 }
 
-Vector3 average(const MeshData& mesh, const Patch& patch) {
-  Vector3 sum = Vector3::Zero();
-  for (size_t k = 0; k < patch.vertices.size(); ++k) sum += patch.weights[k] * mesh.vertices[patch.vertices[k]];
-  return sum;
-}
-
 TEST(SurfacePatch, IsRoundAndFadesOut) {
   const MeshData mesh = transformed(grid(20, Faces::kQuads), [](const Vector3& p) { return Vector3(3 * p); });
   const SurfaceArap solver(mesh.mesh());
@@ -38,7 +32,7 @@ TEST(SurfacePatch, IsRoundAndFadesOut) {
   const int centre = 10 * 21 + 10;
   const Patch patch = solver.patch_around({centre}, radius);
   EXPECT_NEAR(std::accumulate(patch.weights.begin(), patch.weights.end(), 0.0), 1, 1e-12);
-  EXPECT_LT((average(mesh, patch) - patch.rest_position).norm(), 1e-12);
+  EXPECT_LT((average(mesh.positions(), patch.vertices, patch.weights) - patch.rest_position).norm(), 1e-12);
   EXPECT_LT((patch.rest_position - mesh.vertices[centre]).norm(), 1e-9);
   EXPECT_EQ(patch.vertices.front(), centre);
   // In the plane, away from its border, all areas are alike.

@@ -76,13 +76,11 @@ Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, co
     task.targets.row(k) = motion.apply(mesh.vertices[constraints.vertices[static_cast<size_t>(k)]]).transpose();
   const auto& patches = constraints.patches;
   for (int k = 0; k < patches.size(); ++k) {
-    Vector3 mean = Vector3::Zero();
-    double sum = 0;
-    for (int e = patches.offsets[k]; e < patches.offsets[k + 1]; ++e) {
-      mean += patches.weights[e] * mesh.vertices[patches.vertices[e]];
-      sum += patches.weights[e];
-    }
-    task.targets.row(n + k) = motion.apply(Vector3(mean / sum)).transpose();
+    const auto first = static_cast<size_t>(patches.offsets[k]);
+    const size_t size = static_cast<size_t>(patches.offsets[k + 1]) - first;
+    const Vector3 mean = average(mesh.positions(), std::span(patches.vertices).subspan(first, size),
+                                 std::span(patches.weights).subspan(first, size));
+    task.targets.row(n + k) = motion.apply(mean).transpose();
   }
   return task;
 }
@@ -161,6 +159,25 @@ double off_rigid(const Positions& rest, const Positions& posed, const std::vecto
   return max_distance(best_rigid_motion(from, to).apply(from), to);
 }
 
+Vector3 average(const Positions& points, std::span<const int> vertices, std::span<const double> weights) {
+  Vector3 sum = Vector3::Zero();
+  for (size_t k = 0; k < vertices.size(); ++k) sum += weights[k] * points.row(vertices[k]).transpose();
+  return sum / std::accumulate(weights.begin(), weights.end(), 0.0);
+}
+
+Positions differences(const std::function<double(const Positions&)>& function, Positions p, double h) {
+  Positions result(p.rows(), 3);
+  for (Eigen::Index k = 0; k < p.size(); ++k) {
+    const double middle = p.data()[k];
+    p.data()[k] = middle + h;
+    const double forth = function(p);
+    p.data()[k] = middle - h;
+    result.data()[k] = (forth - function(p)) / (2 * h);
+    p.data()[k] = middle;
+  }
+  return result;
+}
+
 Positions rows(const Positions& positions, const std::vector<int>& rows) { return positions(rows, arap::all); }
 
 arap::Options Model::options() const {
@@ -225,6 +242,8 @@ MeshData in_model_space(const MeshData& mesh) {
   return result;
 }
 
+arap::EdgeGraph edge_graph(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
+
 arap::RotationNodes choose_nodes(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors,
                                  const std::vector<int>& group, int threads) {
   const arap::PolygonMesh polygons = mesh.mesh();
@@ -253,6 +272,19 @@ ModelReference::ModelReference(const MeshData& mesh, const Model& model, const s
       choose_nodes(centred, model.rigidity_radius, arap::find_mirrors(centred.mesh(), 1), region_of_vertex);
   share_rotations(dense_weights(nodes, mesh.n_vertices()));
   homes = nodes.vertices;
+}
+
+void expect_ends_at_reference(const MeshData& mesh, const Task& task, const Model& model,
+                              const std::vector<double>& stiffness) {
+  const ModelReference plain(mesh, model, stiffness);
+  const Reference::Solution expected =
+      plain.solve(task.constraints, task.targets, plain.rest_guess(task.constraints, task.targets), 20000, 1e-10);
+  const arap::SolveResult result =
+      solve_once(mesh, task, to_accuracy(1e-10, arap::InitialGuess::kRest), model.options(), with_stiffness(stiffness));
+  EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged) << mesh.name << model.name();
+  EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal()) << mesh.name << model.name();
+  EXPECT_NEAR(result.energy_after, expected.energies.back(), 1e-9 * expected.energies.back())
+      << mesh.name << model.name();
 }
 
 }  // namespace arap_test
