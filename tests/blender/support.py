@@ -35,7 +35,7 @@ class FakeAct:
 
 def module(name: str) -> ModuleType:
     """A module of the installed add-on."""
-    return importlib.import_module(f"{PACKAGE}.{name}")
+    return importlib.import_module(f"{PACKAGE}.{name}".rstrip("."))
 
 
 def linked_back(obj: bpy.types.Object, *names: str) -> list[bpy.types.Object]:

@@ -188,8 +188,3 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
 
     def result_text(self, job: MeshCacheJob, path: Path) -> str:
         return f"Exported {job.n_shapes} frames to {path}"
-
-
-register, unregister = bpy.utils.register_classes_factory(
-    (ARAP_OT_bake_pose, ARAP_OT_bake_animation, ARAP_OT_export_mesh_cache)
-)

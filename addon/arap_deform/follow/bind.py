@@ -20,7 +20,6 @@ class SessionBinding(Binding[Session]):
         """Prepares it.
 
         Args:
-            obj: the mesh.
             inputs: from read_input().
             start: (n, 3) positions to begin with; None: the pose that the key has.
         """

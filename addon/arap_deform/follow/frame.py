@@ -39,7 +39,6 @@ class Frame:
         """Looks at the scene.
 
         Args:
-            obj: the mesh.
             depsgraph: to read matrices from.
             holds: what the session must hold; None: what the pins and handles of the object do.
             is_thorough: compare topology, rest shape and weights too, which takes milliseconds.

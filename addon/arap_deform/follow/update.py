@@ -50,7 +50,6 @@ def update_pose(
     at these handles.
 
     Args:
-        obj: the mesh.
         depsgraph: to read the handles from.
         iterations, initial_guess, time_limit_s: see Session.update().
         is_from_rest: as solve() does, from the defined start, to convergence or the time limit.

@@ -144,8 +144,3 @@ class ARAP_OT_poses_to_keys(JobOperator, bpy.types.Operator):
     def result_text(self, _job: PoseKeysJob, names: list[str]) -> str:
         n = len(names)
         return f"Made {n} shape key{'' if n == 1 else 's'}: {', '.join(names)}"
-
-
-register, unregister = bpy.utils.register_classes_factory(
-    (ARAP_OT_poses_store, ARAP_OT_poses_delete, ARAP_OT_poses_mirror, ARAP_OT_poses_to_keys)
-)

@@ -21,7 +21,6 @@ from bpy.props import (
 from ..core.naming import NAME_BYTES
 from . import hooks
 from .handles import ArapHandle, ArapPin
-from .poses import CLASSES as POSE_CLASSES
 from .poses import ArapStoredPose
 from .pull import ArapPullPin, ArapPullSettings
 from .stiffness import ArapStiffness
@@ -246,22 +245,7 @@ class ArapObject(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (
-    *POSE_CLASSES,
-    ArapPin,
-    ArapHandle,
-    ArapStiffness,
-    ArapMadeKey,
-    ArapPullPin,
-    ArapOverlay,
-    ArapObject,
-    ArapPullSettings,
-)
-
-
 def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
     bpy.types.Object.arap = PointerProperty(type=ArapObject, name="ARAP", description="As-rigid-as-possible posing")
     bpy.types.WindowManager.arap_pull = PointerProperty(type=ArapPullSettings, name="ARAP Pull")
 
@@ -269,5 +253,3 @@ def register() -> None:
 def unregister() -> None:
     del bpy.types.WindowManager.arap_pull
     del bpy.types.Object.arap
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

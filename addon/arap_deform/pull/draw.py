@@ -134,18 +134,8 @@ def clear() -> None:
     _hover = (None, None)
 
 
-_handle: object | None = None
-
-
-def register() -> None:
-    global _handle  # noqa: PLW0603 - Blender needs it to remove the handler
-    if not bpy.app.background:
-        _handle = bpy.types.SpaceView3D.draw_handler_add(draw_pins, (), "WINDOW", "POST_PIXEL")
+DRAWN = ((draw_pins, "POST_PIXEL"),)
 
 
 def unregister() -> None:
-    global _handle  # noqa: PLW0603
-    if _handle is not None:
-        bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
-        _handle = None
     clear()

@@ -83,7 +83,6 @@ def add_handle_for(
     """Makes a handle for an existing object, or a bone of an armature, with a vertex group of its own.
 
     Args:
-        obj: the mesh.
         target: the object, or the armature of ``bone``.
         bone: name of a pose bone, '' for the object itself.
         radius: world units. The group has the vertices whose posed place is within this distance of the target's
@@ -170,7 +169,6 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
     """Why a handle cannot work (no object, object deleted, bone or group missing ...), one sentence; '' if it can.
 
     Args:
-        obj: the mesh.
         index: of the handle.
         with_weights: report a group without weights too, if a look at it takes only milliseconds: see empty_groups.
     """
@@ -244,11 +242,4 @@ def _on_changed(obj: bpy.types.Object, handle: ArapHandle) -> None:
         handle.rest_matrix = (0.0,) * 16  # the rest place is unknown, which handle_problem() reports
 
 
-def register() -> None:
-    hooks.handle_changed.append(_on_changed)
-    hooks.display_changed.append(resize_empties)
-
-
-def unregister() -> None:
-    hooks.display_changed.remove(resize_empties)
-    hooks.handle_changed.remove(_on_changed)
+CALLBACKS = ((hooks.handle_changed, _on_changed), (hooks.display_changed, resize_empties))

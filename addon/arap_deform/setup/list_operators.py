@@ -255,17 +255,3 @@ class ARAP_OT_stiffness_remove(ArapOperator, bpy.types.Operator):
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         with one_step(obj, self.bl_label):
             remove_stiffness(obj, obj.arap.active_stiffness_index)
-
-
-register, unregister = bpy.utils.register_classes_factory(
-    (
-        ARAP_OT_pin_add,
-        ARAP_OT_pin_remove,
-        ARAP_OT_handle_add,
-        ARAP_OT_handle_add_from_empties,
-        ARAP_OT_handle_remove,
-        ARAP_OT_stiffness_add,
-        ARAP_OT_rigid_add,
-        ARAP_OT_stiffness_remove,
-    )
-)

@@ -17,7 +17,7 @@ from mathutils import Matrix
 from ..core import sessions
 from ..core.arrays import Float32s, Ints
 from ..core.session_data import Readout
-from ..scene import app_handlers, pose_key, versions
+from ..scene import pose_key, versions
 from ..ui import batches, colors
 from ..ui.checks import find_drawn_object
 from . import data
@@ -158,26 +158,15 @@ def _forget(*_: object) -> None:
     _drawn.clear()
 
 
-_HANDLERS = (
-    ("depsgraph_update_post", _on_update),
-    ("frame_change_post", _on_frame),
-    ("undo_post", _forget),
-    ("redo_post", _forget),
-    ("load_post", _forget),
+CALLBACKS = (
+    (bpy.app.handlers.depsgraph_update_post, _on_update),
+    (bpy.app.handlers.frame_change_post, _on_frame),
+    (bpy.app.handlers.undo_post, _forget),
+    (bpy.app.handlers.redo_post, _forget),
+    (bpy.app.handlers.load_post, _forget),
 )
-_draw_handles: list[Any] = []
-
-
-def register() -> None:
-    app_handlers.add(_HANDLERS)
-    space = bpy.types.SpaceView3D
-    _draw_handles.append(space.draw_handler_add(_draw_in_space, (), "WINDOW", "POST_VIEW"))
-    _draw_handles.append(space.draw_handler_add(_draw_on_screen, (), "WINDOW", "POST_PIXEL"))
+DRAWN = ((_draw_in_space, "POST_VIEW"), (_draw_on_screen, "POST_PIXEL"))
 
 
 def unregister() -> None:
-    for handle in _draw_handles:
-        bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
-    _draw_handles.clear()
-    app_handlers.remove(_HANDLERS)
     _drawn.clear()

@@ -87,7 +87,7 @@ class BlendRunTest(SceneTest):
         self.assertGreater(np.abs(places(obj) - before).max(), 0.1)
         obj.data.vertices.add(1)
         for _ in range(2):  # a second call does no harm
-            self.assertEqual(run.cancel(), "'Tube' has 137 vertices, but had 136: its shape key stays")
+            self.assertEqual(run.abort(), "'Tube' has 137 vertices, but had 136: its shape key stays")
             self.assertEqual(claimed_by("Tube"), "")
             self.assert_close(places(obj), before)
 

@@ -44,14 +44,19 @@ class LabelTest(SceneTest):
             self.assertFalse(rna.description.endswith("."), f"{name}: Blender adds the full stop")
 
     def test_properties_have_labels_and_tooltips(self):
-        groups = [cls.bl_rna for cls in (*module("props.object").CLASSES, module("props.preferences").ArapPreferences)]
-        groups += [getattr(bpy.ops.arap, name).get_rna_type() for name in OPERATORS]
-        ours = [
-            (group, prop) for group in groups for prop in group.properties if prop.is_runtime and not prop.is_hidden
+        operators = [getattr(bpy.ops.arap, name).get_rna_type() for name in OPERATORS]
+        saved = [
+            cls.bl_rna
+            for name in module("").MODULES["props"]
+            for cls in module("scene.registration").classes(module(f"props.{name}"))
         ]
-        self.assertGreater(len(ours), 40)
+        ours = [(group, prop) for group in (*operators, *saved) for prop in group.properties if prop.is_runtime]
+        self.assertGreater(len(ours), 60)
         for group, prop in ours:
-            self.assertTrue(prop.name and prop.description, f"{group.name}: {prop.identifier}")
+            with self.subTest(f"{group.name}.{prop.identifier}"):
+                self.assertTrue(prop.name or prop.is_hidden)
+                self.assertTrue(prop.description or (prop.is_hidden and group in operators))
+                self.assertFalse(prop.description.endswith("."))
 
 
 class MenuTest(SceneTest):
