@@ -20,7 +20,7 @@ bl_info = {
 
 # The modules that give something to Blender, in this order; see scene/registration.
 MODULES = {
-    "props": ("preferences", "handles", "stiffness", "poses", "pull", "object"),
+    "props": ("preferences", "handles", "poses", "pull", "object"),
     "scene": ("owners", "redraw"),
     "ui": ("panels",),
     "setup": ("handles", "list_operators", "select_operators", "group_operators", "panels"),

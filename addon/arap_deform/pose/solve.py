@@ -72,12 +72,10 @@ class SolveJob:
 
     @property
     def fraction(self) -> float:
-        """The part that is done, 0 to 1."""
         return self._work.fraction
 
     @property
     def status(self) -> str:
-        """For the status bar."""
         text = "preparing the mesh, {:.0%}" if self._session is None else "solving, {:.0%}"
         return text.format(self.fraction)
 
@@ -102,7 +100,6 @@ class SolveJob:
         return result
 
     def cancel(self) -> None:
-        """Puts everything back."""
         self._work.drop()
         sessions.release(self.object_name, self)
         if self._work.has_started and (self._is_bound or self._session is not None):

@@ -14,7 +14,7 @@ from ..scene.groups import VertexIndices
 from .pins import GroupList
 
 if TYPE_CHECKING:
-    from ..props.stiffness import ArapStiffness
+    from ..props.handles import ArapStiffness
 
 STIFFNESS = GroupList("stiffness", "stiffness", "active_stiffness_index")
 

@@ -18,7 +18,7 @@ from ..core import sessions
 from ..core.arrays import Float32s, Ints
 from ..core.session_data import Readout
 from ..scene import pose_key, versions
-from ..ui import batches, colors
+from ..ui import batches
 from ..ui.checks import find_drawn_object
 from . import data
 from .legend import draw_legend
@@ -80,10 +80,10 @@ class Drawn:
         if self.heat is not None:
             batches.draw_surface(self.heat, matrix)
         if self.pins is not None:
-            color = colors.of_pins()
+            color = batches.color_of_pins()
             batches.draw_points(self.pins, matrix, color, PIN_SIZE, is_hidden_behind=True)
         if self.lines is not None and self.rests is not None:
-            color = colors.of_handles()
+            color = batches.color_of_handles()
             batches.draw_lines(self.lines, color, LINE_WIDTH)
             batches.draw_points(self.rests, Matrix(), color, REST_SIZE, is_hidden_behind=False)
 

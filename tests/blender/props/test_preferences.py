@@ -40,11 +40,11 @@ class PreferencesTest(SceneTest):
             self.assertEqual(module("scene.pose_key").name_of(mesh_object()), wanted)
 
     def test_what_is_drawn_has_colors_of_the_theme(self):
-        colors, theme = module("ui.colors"), bpy.context.preferences.themes[0]
+        batches, theme = module("ui.batches"), bpy.context.preferences.themes[0]
         for color, wanted in (
-            (colors.of_pins(), theme.view_3d.bone_pose),
-            (colors.of_handles(), theme.view_3d.vertex_select),
-            (colors.of_pull(), theme.user_interface.gizmo_primary),
+            (batches.color_of_pins(), theme.view_3d.bone_pose),
+            (batches.color_of_handles(), theme.view_3d.vertex_select),
+            (batches.color_of_pull(), theme.user_interface.gizmo_primary),
         ):
             self.assert_close(color, (*wanted[:3], 1.0))
 

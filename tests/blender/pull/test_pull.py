@@ -247,7 +247,7 @@ class DragTest(PullTest):
     def test_a_bind_dropped_before_it_has_begun_leaves_the_former_session(self):
         obj = posable()
         former = module("follow.update").prepare_session(obj)
-        sessions, bind = module("core.sessions"), module("follow.bind")
+        sessions, bind = module("core.sessions"), module("follow.mesh")
         inputs = module("scene.inputs").read_input(obj, self.depsgraph)
         binding = bind.SessionBinding(obj, inputs)
         self.assertIsNone(sessions.get("Tube"), "the bind uses it")
