@@ -18,12 +18,14 @@ from ..core.transforms import transformed
 from ..props import hooks
 from ..scene import empty_groups, groups, handle_motion, handle_patch, meshes
 from ..scene.groups import VertexIndices
-from .pins import item_at
+from .pins import GroupList
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
 
 SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of the mesh's diagonal
+
+HANDLES = GroupList("handle", "handles", "active_handle_index", "vertex_group")
 
 _is_making = False
 
@@ -127,13 +129,9 @@ def add_handles_for(
 
 def remove_handle(obj: bpy.types.Object, index: int) -> None:
     """Removes a handle, and the vertex group and the empty made for it if nothing else uses them."""
-    handles = obj.arap.handles
-    handle = item_at(obj, handles, index, "handle")
-    group = handle.vertex_group if handle.has_made_group else ""
+    handle = HANDLES.at(obj, index)
     target = handle.target if handle.has_made_target else None
-    handles.remove(index)
-    obj.arap.active_handle_index = max(0, min(obj.arap.active_handle_index, len(handles) - 1))
-    groups.remove_unused(obj, group)
+    HANDLES.remove(obj, index)
     if target is not None and not _is_used(target):
         bpy.data.objects.remove(target)
 
@@ -172,7 +170,7 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
         index: of the handle.
         with_weights: report a group without weights too, if a look at it takes only milliseconds: see empty_groups.
     """
-    handle = item_at(obj, obj.arap.handles, index, "handle")
+    handle = HANDLES.at(obj, index)
     problem = handle_motion.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
     if not problem and with_weights and empty_groups.is_empty(obj, handle.vertex_group):
         return handle_motion.no_weights(obj, handle)
