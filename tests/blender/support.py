@@ -138,6 +138,48 @@ def bend(obj: bpy.types.Object) -> None:
     move(obj.arap.handles[0].target, (0.0, 1.0, -0.6), (-0.9, 0.0, 0.2))
 
 
+def solved(name: str = "Tube", matrix: Matrix | None = None) -> bpy.types.Object:
+    """posable(), bent and solved."""
+    obj = posable(name, matrix)
+    bend(obj)
+    module("api").solve(obj)
+    return obj
+
+
+def armature(matrix: Matrix | None = None) -> bpy.types.Object:
+    """An active armature with two bones upwards, Lower to z = 2 and its child Upper to z = 4."""
+    data = bpy.data.armatures.new("Rig")
+    rig = bpy.data.objects.new("Rig", data)
+    bpy.context.scene.collection.objects.link(rig)
+    rig.matrix_world = matrix or Matrix()
+    bpy.context.view_layer.objects.active = rig
+    bpy.ops.object.mode_set(mode="EDIT")
+    lower, upper = data.edit_bones.new("Lower"), data.edit_bones.new("Upper")
+    lower.tail = upper.head = (0.0, 0.0, 2.0)
+    upper.tail, upper.parent = (0.0, 0.0, 4.0), lower
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.view_layer.update()
+    return rig
+
+
+def opened_again() -> bpy.types.Object:
+    """The tube, after its file was saved and opened again."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "saved.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.open_mainfile(filepath=path)
+    return bpy.data.objects["Tube"]
+
+
+def copied(obj: bpy.types.Object) -> bpy.types.Object:
+    """A copy of the object with a mesh of its own, in the scene."""
+    copy = obj.copy()
+    copy.data = obj.data.copy()
+    bpy.context.scene.collection.objects.link(copy)
+    bpy.context.view_layer.update()
+    return copy
+
+
 def group_of(obj: bpy.types.Object, name: str) -> dict[int, float]:
     """Weights of a vertex group by vertex."""
     index = obj.vertex_groups[name].index
@@ -150,6 +192,10 @@ def select_in_edit_mode(obj: bpy.types.Object, vertices: list[int]) -> None:
     bpy.ops.object.mode_set(mode="OBJECT")
     module("scene.meshes").select_vertices(obj, np.asarray(vertices, dtype=np.int32), shows_hidden=True)
     bpy.ops.object.mode_set(mode="EDIT")
+
+
+def key_names(obj: bpy.types.Object) -> list[str]:
+    return [key.name for key in obj.data.shape_keys.key_blocks] if obj.data.shape_keys else []
 
 
 def key_positions(obj: bpy.types.Object, name: str = "ARAP") -> np.ndarray:

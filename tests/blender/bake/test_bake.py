@@ -12,6 +12,7 @@ from support import (
     bpy,
     data_of,
     empty_at,
+    key_names,
     key_positions,
     mesh_object,
     module,
@@ -22,10 +23,6 @@ from support import (
 
 CANCELLED = "The bake of 'Tube' was cancelled; nothing has changed"
 IN_THE_TAB = "(in the tab: Advanced > Shape Key)"
-
-
-def key_names(obj):
-    return [key.name for key in obj.data.shape_keys.key_blocks]
 
 
 class BakeTest(SceneTest):

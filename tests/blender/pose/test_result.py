@@ -2,24 +2,12 @@
 """What becomes of a pose: a key of its own, the new rest shape, nothing; and the way back on Esc."""
 
 import numpy as np
-from support import (
-    SceneTest,
-    bend,
-    bpy,
-    key_positions,
-    module,
-    move,
-    posable,
-    rest_positions,
-    shown_positions,
-)
+from support import SceneTest, bend, bpy, key_positions, module, move, posable, rest_positions, shown_positions, solved
 
 
 class ResultTest(SceneTest):
     def test_bake_pose_keeps_a_copy_at_value_zero(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
+        obj = solved()
         posed = key_positions(obj)
         key = self.api.bake_pose(obj, name="Wave")
         self.assertEqual((key.name, key.value), ("Wave", 0.0))
@@ -33,9 +21,7 @@ class ResultTest(SceneTest):
         )
 
     def test_what_becomes_of_a_pose_is_what_is_shown(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
+        obj = solved()
         rest, posed = rest_positions(obj), key_positions(obj)
         key = obj.data.shape_keys.key_blocks["ARAP"]
         key.mute = True
@@ -72,9 +58,7 @@ class ResultTest(SceneTest):
         self.assertIsNone(obj.data.shape_keys)
 
     def test_reset_pose_goes_back_to_rest_and_leaves_the_handles(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
+        obj = solved()
         place = obj.arap.handles[0].target.matrix_world.copy()
         self.api.reset_pose(obj)
         self.assert_close(key_positions(obj), rest_positions(obj), 0.0)
@@ -109,9 +93,7 @@ class ResultTest(SceneTest):
         self.assert_close(module("scene.handle_motion").handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
 
     def test_state_brings_back_key_slider_and_handles(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
+        obj = solved()
         key = obj.data.shape_keys.key_blocks["ARAP"]
         key.slider_max = 0.5
         key.value = 0.4

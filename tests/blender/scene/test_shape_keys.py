@@ -7,6 +7,7 @@ from support import (
     SceneTest,
     bend,
     bpy,
+    key_names,
     key_positions,
     linked_back,
     mesh_object,
@@ -15,6 +16,7 @@ from support import (
     posable,
     rest_positions,
     shown_positions,
+    solved,
 )
 
 
@@ -37,7 +39,7 @@ class ShapeKeyTest(SceneTest):
         obj.arap.key_name = "Bent"
         bend(obj)
         self.api.solve(obj)
-        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "Bent"])
+        self.assertEqual(key_names(obj), ["Basis", "Bent"])
 
     def test_a_slider_that_was_moved_is_set_again(self):
         obj = posable()
@@ -66,9 +68,7 @@ class ShapeKeyTest(SceneTest):
         self.assert_close(shown_positions(obj), key_positions(obj) + np.array([0.25, 0.0, 0.0]), 1e-5)
 
     def test_subdivision_and_armature_after_the_key_deform_the_posed_mesh(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
+        obj = solved()
         posed = key_positions(obj)
         rig = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
         self.scene.collection.objects.link(rig)

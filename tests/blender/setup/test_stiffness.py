@@ -10,13 +10,13 @@ from support import (
     MIDDLE,
     SEGMENTS,
     SceneTest,
-    bend,
     bpy,
     key_positions,
     module,
     posable,
     rest_positions,
     select_in_edit_mode,
+    solved,
 )
 
 BELLY = list(range(6 * SEGMENTS, 9 * SEGMENTS))
@@ -36,14 +36,8 @@ def entries(obj) -> list[tuple[str, bool, float]]:
 
 
 class StiffnessTest(SceneTest):
-    def solved(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
-        return obj
-
     def test_pieces_of_a_rigid_group_are_bodies_of_their_own(self):
-        obj = self.solved()
+        obj = solved()
         both = [*BELLY, *CHEST]
         entry = self.api.add_rigid(obj, both, name="Armor")
         self.api.solve(obj)
@@ -58,7 +52,7 @@ class StiffnessTest(SceneTest):
         self.assertGreater(out_of_shape(obj, BELLY), 1e-2)
 
     def test_live_and_painted_stiffness(self):
-        obj = self.solved()
+        obj = solved()
         obj.arap.is_live = True
         bpy.context.view_layer.update()
         bent = out_of_shape(obj, BELLY)
