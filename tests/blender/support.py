@@ -194,6 +194,17 @@ def select_in_edit_mode(obj: bpy.types.Object, vertices: list[int]) -> None:
     bpy.ops.object.mode_set(mode="EDIT")
 
 
+def own_key(obj: bpy.types.Object, name: str, shift: float = 0.25, value: float = 1.0) -> bpy.types.ShapeKey:
+    """A key of the artist's own, shifted along x; with Basis if there are no keys."""
+    if obj.data.shape_keys is None:
+        obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name=name)
+    for point in key.data:
+        point.co.x += shift
+    key.value = value
+    return key
+
+
 def key_names(obj: bpy.types.Object) -> list[str]:
     return [key.name for key in obj.data.shape_keys.key_blocks] if obj.data.shape_keys else []
 

@@ -16,6 +16,7 @@ from support import (
     key_positions,
     mesh_object,
     module,
+    own_key,
     posable,
     rest_positions,
     shown_positions,
@@ -133,11 +134,7 @@ class BakeTest(SceneTest):
 
     def test_other_keys_and_the_frame_stay(self):
         obj = animated()
-        obj.shape_key_add(name="Basis")
-        smile = obj.shape_key_add(name="Smile")
-        for point in smile.data:
-            point.co.x += 0.25
-        smile.value = 1.0
+        smile = own_key(obj, "Smile")
         self.scene.frame_set(7, subframe=0.25)
         names = self.api.bake_animation(obj, 1, 21, 10)
         self.assertEqual((self.scene.frame_current, self.scene.frame_subframe), (7, 0.25))

@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from support import PLACED, SceneTest, animated, bpy, data_of, key_positions, module, shown_positions
+from support import PLACED, SceneTest, animated, bpy, data_of, key_positions, module, own_key, shown_positions
 
 
 class MeshCacheTest(SceneTest):
@@ -135,10 +135,6 @@ class MeshCacheTest(SceneTest):
     def test_other_shape_keys_are_not_in_it(self):
         obj = animated()
         shapes = self.baked_shapes(obj, 1, 3)
-        obj.shape_key_add(name="Basis")
-        smile = obj.shape_key_add(name="Smile")
-        for point in smile.data:
-            point.co.x += 1.0
-        smile.value = 1.0
+        own_key(obj, "Smile", 1.0)
         self.api.export_mesh_cache(obj, self.mdd, 1, 3, add_modifier=True)
         self.check_frames(obj, shapes, (1, 2, 3))

@@ -17,6 +17,7 @@ from support import (
     key_positions,
     mesh_object,
     module,
+    own_key,
     posable,
     rest_positions,
     shown_positions,
@@ -123,11 +124,7 @@ class PickTest(PullTest):
 
     def test_other_shape_keys_and_deforming_modifiers_count(self):
         obj = mesh_object()
-        obj.shape_key_add(name="Basis", from_mix=False)
-        key = obj.shape_key_add(name="Aside", from_mix=False)
-        for point in key.data:
-            point.co.x += 1.0
-        key.value = 1.0
+        own_key(obj, "Aside", 1.0)
         obj.modifiers.new("Up", "DISPLACE").direction = "Z"
         obj.modifiers["Up"].mid_level = 0.5
         self.assertIsNone(self.pick(obj, 120.0))

@@ -11,6 +11,7 @@ from support import (
     key_positions,
     module,
     opened_again,
+    own_key,
     posable,
     rest_positions,
 )
@@ -19,18 +20,10 @@ from support import (
 class LiveKeyTest(SceneTest):
     """The key of the pose is one that was made for it; a key of the artist's own that has its name is not."""
 
-    def own_key(self, obj, name="ARAP"):
-        if obj.data.shape_keys is None:
-            obj.shape_key_add(name="Basis")
-        key = obj.shape_key_add(name=name)
-        for point in key.data:
-            point.co.x += 0.25
-        key.value = 0.5
-        return key_positions(obj, name)
-
     def test_a_key_that_has_the_name_already_is_left_alone(self):
         obj = posable()
-        mine = self.own_key(obj)
+        own_key(obj, "ARAP", value=0.5)
+        mine = key_positions(obj)
         bend(obj)
         for _ in range(2):
             self.api.solve(obj)
@@ -50,7 +43,7 @@ class LiveKeyTest(SceneTest):
 
     def test_it_is_no_pose_either(self):
         obj = posable()
-        self.own_key(obj)
+        own_key(obj, "ARAP")
         for function in (self.api.bake_pose, self.api.apply_pose_as_rest):
             self.assert_error(ValueError, "'Tube' has no pose yet: pose it first", function, obj)
         mine = key_positions(obj)
@@ -62,11 +55,11 @@ class LiveKeyTest(SceneTest):
     def test_the_next_free_name_is_taken(self):
         obj = posable()
         for name in ("ARAP", "ARAP.001", "ARAP.003"):
-            self.own_key(obj, name)
+            own_key(obj, name)
         self.api.solve(obj)
         self.assertEqual(key_names(obj)[-1], "ARAP.002")
         long = "x" * 63
-        self.own_key(obj, long)
+        own_key(obj, long)
         obj.arap.key_name = long + "yz"
         self.api.solve(obj)
         self.assertEqual((key_names(obj)[-1], obj.arap.key_name), ("x" * 57 + ".001",) * 2)
@@ -87,7 +80,8 @@ class LiveKeyTest(SceneTest):
 
     def test_the_state_before_gives_the_name_back(self):
         obj = posable()
-        mine = self.own_key(obj)
+        own_key(obj, "ARAP", value=0.5)
+        mine = key_positions(obj)
         state = module("pose.result").capture_state(obj)
         self.api.solve(obj)
         module("pose.result").restore_state(obj, state)
@@ -101,7 +95,7 @@ class LiveKeyTest(SceneTest):
         self.api.solve(obj)
         obj.shape_key_remove(obj.data.shape_keys.key_blocks["ARAP"])
         module("scene.pose_key").forget_removed(obj)
-        self.own_key(obj)
+        own_key(obj, "ARAP")
         self.api.solve(obj)
         self.assertEqual(key_names(obj), ["Basis", "ARAP", "ARAP.001"])
 
