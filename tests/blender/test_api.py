@@ -5,7 +5,9 @@ import re
 
 import numpy as np
 import support
-from support import SceneTest, bpy, key_names, key_positions, mesh_object, rest_positions
+from looks import key_names, key_positions, rest_positions
+from support import SceneTest, bpy
+from tubes import mesh_object
 
 
 def example(text: str) -> str:

@@ -12,18 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import support
-from support import (
-    TOP,
-    SceneTest,
-    bpy,
-    key_names,
-    key_positions,
-    mesh_object,
-    module,
-    posable,
-    rest_positions,
-    shown_positions,
-)
+from looks import key_names, key_positions, rest_positions, shown_positions
+from support import SceneTest, bpy, module
+from tubes import TOP, mesh_object, posable
 
 
 class CliTest(SceneTest):

@@ -5,22 +5,9 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from support import (
-    TOP,
-    SceneTest,
-    animated,
-    bpy,
-    data_of,
-    empty_at,
-    key_names,
-    key_positions,
-    mesh_object,
-    module,
-    own_key,
-    posable,
-    rest_positions,
-    shown_positions,
-)
+from looks import data_of, key_names, key_positions, rest_positions, shown_positions
+from support import SceneTest, bpy, module
+from tubes import TOP, animated, empty_at, mesh_object, own_key, posable
 
 CANCELLED = "The bake of 'Tube' was cancelled; nothing has changed"
 IN_THE_TAB = "(in the tab: Advanced > Shape Key)"

@@ -5,7 +5,9 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from support import PLACED, SceneTest, animated, bpy, data_of, key_positions, module, own_key, shown_positions
+from looks import data_of, key_positions, shown_positions
+from support import SceneTest, bpy, module
+from tubes import PLACED, animated, own_key
 
 
 class MeshCacheTest(SceneTest):

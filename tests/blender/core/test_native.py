@@ -14,7 +14,8 @@ from pathlib import Path
 from types import FunctionType
 
 import support
-from support import SceneTest, bpy, module, posable
+from support import SceneTest, bpy, module
+from tubes import posable
 
 HERE = Path(__file__).resolve().parents[1]
 PROBE = """

@@ -2,21 +2,9 @@
 """Live sessions: small updates, what ends them, and what goes on."""
 
 import numpy as np
-from support import (
-    MIDDLE,
-    TOP,
-    SceneTest,
-    bend,
-    bpy,
-    key_positions,
-    mesh_object,
-    module,
-    move,
-    posable,
-    rest_positions,
-    solved,
-    unfit,
-)
+from looks import key_positions, rest_positions, unfit
+from support import SceneTest, bpy, module
+from tubes import MIDDLE, TOP, bend, mesh_object, move, posable, solved
 
 
 class LiveTest(SceneTest):

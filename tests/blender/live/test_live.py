@@ -8,23 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import support
-from support import (
-    BOTTOM,
-    MIDDLE,
-    TOP,
-    FakeAct,
-    SceneTest,
-    bend,
-    bpy,
-    copied,
-    key_positions,
-    mesh_object,
-    module,
-    move,
-    posable,
-    rest_positions,
-    shown_positions,
-)
+from looks import key_positions, rest_positions, shown_positions
+from support import FakeAct, SceneTest, bpy, module
+from tubes import BOTTOM, MIDDLE, TOP, bend, copied, mesh_object, move, posable
 
 SAME = 2e-3  # of a mesh 4 long: what two ways to one pose may differ by, at the accuracy below
 

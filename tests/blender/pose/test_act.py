@@ -4,7 +4,9 @@
 from typing import Any
 
 import bmesh
-from support import SceneTest, bend, bpy, key_names, key_positions, module, posable, solved, unfit
+from looks import key_names, key_positions, unfit
+from support import SceneTest, bpy, module
+from tubes import bend, posable, solved
 
 
 class PoseSceneTest(SceneTest):

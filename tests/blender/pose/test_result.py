@@ -2,19 +2,9 @@
 """What becomes of a pose: a key of its own, the new rest shape, nothing; and the way back on Esc."""
 
 import numpy as np
-from support import (
-    SceneTest,
-    bend,
-    bpy,
-    key_positions,
-    module,
-    move,
-    own_key,
-    posable,
-    rest_positions,
-    shown_positions,
-    solved,
-)
+from looks import key_positions, rest_positions, shown_positions
+from support import SceneTest, bpy, module
+from tubes import bend, move, own_key, posable, solved
 
 
 class ResultTest(SceneTest):

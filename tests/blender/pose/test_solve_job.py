@@ -4,7 +4,9 @@
 import tempfile
 
 import numpy as np
-from support import FakeAct, SceneTest, bpy, key_positions, mesh_object, module, move, posable, unfit
+from looks import key_positions, unfit
+from support import FakeAct, SceneTest, bpy, module
+from tubes import mesh_object, move, posable
 
 
 class SolveJobTest(SceneTest):

@@ -1,19 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stored poses as shape keys: solved to the end, named, and nobody else's key touched."""
 
-from support import (
-    MIDDLE,
-    SceneTest,
-    bend,
-    bpy,
-    data_of,
-    key_names,
-    key_positions,
-    module,
-    move,
-    posable,
-    rest_positions,
-)
+from looks import data_of, key_names, key_positions, rest_positions
+from support import SceneTest, bpy, module
+from tubes import MIDDLE, bend, move, posable
 
 
 class PoseKeysTest(SceneTest):

@@ -2,27 +2,10 @@
 """Stored poses: the handles come back to where they were, whatever they are and whatever has changed since."""
 
 import numpy as np
+from looks import key_positions, rest_positions
 from mathutils import Matrix, Vector
-from support import (
-    BOTTOM,
-    MIDDLE,
-    PLACED,
-    TOP,
-    SceneTest,
-    armature,
-    bend,
-    bpy,
-    copied,
-    empty_at,
-    key_positions,
-    mesh_object,
-    module,
-    move,
-    opened_again,
-    posable,
-    rest_positions,
-    solved,
-)
+from support import SceneTest, bpy, module, opened_again
+from tubes import BOTTOM, MIDDLE, PLACED, TOP, armature, bend, copied, empty_at, mesh_object, move, posable, solved
 
 
 def places(obj) -> np.ndarray:

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The add-on's preferences."""
 
-from support import SceneTest, bpy, key_names, mesh_object, module, move, posable
+from looks import key_names
+from support import SceneTest, bpy, module
+from tubes import mesh_object, move, posable
 
 
 class PreferencesTest(SceneTest):

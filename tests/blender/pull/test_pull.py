@@ -5,24 +5,10 @@ from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
+from looks import key_positions, rest_positions, shown_positions, unfit
 from mathutils import Matrix
-from support import (
-    BOTTOM,
-    LENGTH,
-    MIDDLE,
-    SEGMENTS,
-    TOP,
-    SceneTest,
-    bpy,
-    key_positions,
-    mesh_object,
-    module,
-    own_key,
-    posable,
-    rest_positions,
-    shown_positions,
-    unfit,
-)
+from support import SceneTest, bpy, module
+from tubes import BOTTOM, LENGTH, MIDDLE, SEGMENTS, TOP, mesh_object, own_key, posable
 
 SIZE = (400, 300)
 RIGHT = np.array([0.3, 0.0, 0.0])

@@ -2,19 +2,9 @@
 """Which key takes the pose, and what happens to keys of the artist."""
 
 import support
-from support import (
-    SceneTest,
-    bend,
-    bpy,
-    copied,
-    key_names,
-    key_positions,
-    module,
-    opened_again,
-    own_key,
-    posable,
-    rest_positions,
-)
+from looks import key_names, key_positions, rest_positions
+from support import SceneTest, bpy, module, opened_again
+from tubes import bend, copied, own_key, posable
 
 
 class LiveKeyTest(SceneTest):

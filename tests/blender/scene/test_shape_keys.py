@@ -2,22 +2,9 @@
 """The key that takes the pose: what is made, what is left alone, what is refused."""
 
 import numpy as np
-from support import (
-    TOP,
-    SceneTest,
-    bend,
-    bpy,
-    key_positions,
-    linked_back,
-    mesh_object,
-    module,
-    move,
-    own_key,
-    posable,
-    rest_positions,
-    shown_positions,
-    solved,
-)
+from looks import key_positions, rest_positions, shown_positions
+from support import SceneTest, bpy, linked_back, module
+from tubes import TOP, bend, mesh_object, move, own_key, posable, solved
 
 
 class ShapeKeyTest(SceneTest):

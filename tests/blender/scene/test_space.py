@@ -2,20 +2,10 @@
 """The object-space rule: what a handle's place means, wherever object and handle stand and whatever moves them."""
 
 import numpy as np
+from looks import in_world, key_positions, rest_positions
 from mathutils import Matrix
-from support import (
-    TOP,
-    SceneTest,
-    bend,
-    bpy,
-    empty_at,
-    in_world,
-    key_positions,
-    module,
-    move,
-    posable,
-    rest_positions,
-)
+from support import SceneTest, bpy, module
+from tubes import TOP, bend, empty_at, move, posable
 
 PLACED = Matrix.Translation((3.0, -2.0, 1.0)) @ Matrix.Rotation(0.7, 4, "Y") @ Matrix.Rotation(-0.4, 4, "X")
 STRETCHED = PLACED @ Matrix.Diagonal((1.0, 2.5, 0.6, 1.0))

@@ -2,26 +2,10 @@
 """Making, removing and resetting pins and handles."""
 
 import numpy as np
+from looks import group_of, in_world, key_positions, rest_positions
 from mathutils import Matrix
-from support import (
-    BOTTOM,
-    MIDDLE,
-    PLACED,
-    TOP,
-    SceneTest,
-    armature,
-    bpy,
-    empty_at,
-    group_of,
-    in_world,
-    key_positions,
-    mesh_object,
-    module,
-    move,
-    posable,
-    rest_positions,
-    solved,
-)
+from support import SceneTest, bpy, module
+from tubes import BOTTOM, MIDDLE, PLACED, TOP, armature, empty_at, mesh_object, move, posable, solved
 
 
 def misfit(rest, shown):

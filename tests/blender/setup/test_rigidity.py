@@ -4,20 +4,10 @@
 from __future__ import annotations
 
 import numpy as np
+from looks import in_world, key_positions, rest_positions, unfit
 from mathutils import Matrix
-from support import (
-    PLACED,
-    SceneTest,
-    bpy,
-    in_world,
-    key_positions,
-    module,
-    move,
-    opened_again,
-    posable,
-    rest_positions,
-    unfit,
-)
+from support import SceneTest, bpy, module, opened_again
+from tubes import PLACED, move, posable
 
 SIDE = 41  # vertices along an edge of the sheet, which is 2 wide
 CENTRE = SIDE * SIDE // 2

@@ -6,18 +6,9 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import numpy as np
-from support import (
-    MIDDLE,
-    SEGMENTS,
-    SceneTest,
-    bpy,
-    key_positions,
-    module,
-    posable,
-    rest_positions,
-    select_in_edit_mode,
-    solved,
-)
+from looks import key_positions, rest_positions
+from support import SceneTest, bpy, module
+from tubes import MIDDLE, SEGMENTS, posable, select_in_edit_mode, solved
 
 BELLY = list(range(6 * SEGMENTS, 9 * SEGMENTS))
 CHEST = list(range(10 * SEGMENTS, 13 * SEGMENTS))

@@ -5,21 +5,10 @@ from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
+from looks import key_positions, rest_positions
 from mathutils import Matrix
-from support import (
-    BOTTOM,
-    MIDDLE,
-    TOP,
-    SceneTest,
-    bend,
-    bpy,
-    key_positions,
-    mesh_object,
-    module,
-    posable,
-    rest_positions,
-    solved,
-)
+from support import SceneTest, bpy, module
+from tubes import BOTTOM, MIDDLE, TOP, bend, mesh_object, posable, solved
 
 
 class WeightTest(SceneTest):

@@ -6,8 +6,10 @@ from unittest import mock
 import bpy
 import gpu
 import numpy as np
+from looks import rest_positions, shown_positions
 from mathutils import Matrix
-from support import BOTTOM, MIDDLE, SceneTest, bend, module, move, posable, rest_positions, shown_positions, solved
+from support import SceneTest, module
+from tubes import BOTTOM, MIDDLE, bend, move, posable, solved
 
 SIZE = 64
 
