@@ -129,14 +129,19 @@ def own_key(obj: bpy.types.Object, name: str, shift: float = 0.25, value: float 
     return key
 
 
-def animated(matrix: Matrix | None = None) -> bpy.types.Object:
-    """posable(), whose handle moves, turns and comes half way back from frame 1 to 21, with Blender's own easing."""
-    obj = posable(matrix=matrix)
+def animate(obj: bpy.types.Object) -> None:
+    """Its handle moves, turns and comes half way back from frame 1 to 21, with Blender's own easing."""
     target = obj.arap.handles[0].target
     for frame, y, turn in ((1, 0.0, 0.0), (11, 1.5, -1.2), (21, 0.6, -0.3)):
         target.location.y, target.rotation_euler.x = y, turn
         target.keyframe_insert("location", frame=frame)
         target.keyframe_insert("rotation_euler", frame=frame)
+
+
+def animated(matrix: Matrix | None = None) -> bpy.types.Object:
+    """posable() and animate(), solved less tightly."""
+    obj = posable(matrix=matrix)
+    animate(obj)
     obj.arap.accuracy = 1e-4
     obj.arap.max_iterations = 200
     return obj

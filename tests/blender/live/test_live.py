@@ -10,7 +10,7 @@ import numpy as np
 import support
 from looks import key_positions, rest_positions, shown_positions
 from support import FakeAct, SceneTest, bpy, module
-from tubes import BOTTOM, MIDDLE, TOP, bend, copied, mesh_object, move, posable
+from tubes import BOTTOM, MIDDLE, TOP, animate, bend, copied, mesh_object, move, posable
 
 SAME = 2e-3  # of a mesh 4 long: what two ways to one pose may differ by, at the accuracy below
 
@@ -20,14 +20,6 @@ def live_tube(name="Tube"):
     obj.arap.is_live = True
     bpy.context.view_layer.update()
     return obj
-
-
-def animate(obj, start=1, end=21, turn=-1.2):
-    target = obj.arap.handles[0].target
-    for frame, y, angle in ((start, 0.0, 0.0), ((start + end) // 2, 1.5, turn), (end, 0.6, 0.3 * turn)):
-        target.location.y, target.rotation_euler.x = y, angle
-        target.keyframe_insert("location", frame=frame)
-        target.keyframe_insert("rotation_euler", frame=frame)
 
 
 def top_as_handled(obj):

@@ -164,20 +164,3 @@ class PointHandleTest(SceneTest):
         self.assertEqual(unfit(obj), "The pins or handles of 'Sheet' have changed")
         module("follow.update").prepare_session(obj)
         self.assertIsNone(patch_of(obj))
-
-    def test_a_bake_holds_the_average_and_is_as_settled_as_a_solve(self):
-        """A frame of a bake goes to the accuracy, unlike a frame of posing."""
-        obj = sheet()
-        obj.arap.iterations_per_update = 1
-        target = self.api.add_handle(obj, [CENTRE], name="Point").target
-        for frame, z in ((1, 0.0), (2, 0.6)):
-            target.location.z = z
-            target.keyframe_insert("location", frame=frame)
-        self.api.bake_animation(obj, 1, 2)
-        patch, baked = patch_of(obj), key_positions(obj, "ARAP_0002")
-        self.assert_close(average(patch, baked) - average(patch, rest_positions(obj)), (0.0, 0.0, 0.6))
-        self.scene.frame_set(2)
-        for key in list(obj.data.shape_keys.key_blocks[1:]):
-            obj.shape_key_remove(key)
-        self.assertEqual(self.api.solve(obj).stop_reason, "converged")
-        self.assert_close(baked, key_positions(obj), 1e-3)
