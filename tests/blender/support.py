@@ -57,6 +57,12 @@ class SceneTest(unittest.TestCase):
         self.api = module("api")
         self.scene = bpy.context.scene
 
+    def new_folder(self) -> Path:
+        """An empty folder, removed after the test."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        return Path(folder.name).resolve()
+
     def assert_error(self, kind: type[Exception], message: str, function, *arguments, **keywords) -> None:
         """The whole message, so that every word that the user reads is tested."""
         with self.assertRaises(kind) as caught:

@@ -6,7 +6,6 @@ import io
 import os
 import subprocess
 import sys
-import tempfile
 import unittest.mock
 from pathlib import Path
 
@@ -20,9 +19,7 @@ from tubes import TOP, mesh_object, posable
 class CliTest(SceneTest):
     def setUp(self) -> None:
         super().setUp()
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name).resolve()
+        self.folder = self.new_folder()
         self.input = self.folder / "input.blend"
         self.output = self.folder / "output.blend"
 

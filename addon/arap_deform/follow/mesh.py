@@ -7,12 +7,12 @@ For the act or the Live run that has the mesh: nothing here asks who has it.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import bpy
 
 from ..core import sessions
 from ..core.arrays import Float32s, Floats
-from ..core.models import Progress
 from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import SessionInput, counts_differ, difference
@@ -59,14 +59,13 @@ def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
     return bound.session
 
 
-def solve_from_rest(
-    session: Session,
-    matrices: Floats,
-    progress: Progress | None = None,
-    time_limit_s: float | None = None,
-    sufficient_accuracy: float = 0.0,
-) -> Readout:
+def solve_from_rest(session: Session, matrices: Floats, **options: Any) -> Readout:
     """Starts from rest, with a guess from the rotations of the handles, and goes to convergence or the time limit.
+
+    Args:
+        session: to solve with.
+        matrices: (h, 4, 4) object-space motions.
+        options: others of Session.update().
 
     Raises:
         As Session.update(). The session is then as it was.
@@ -74,14 +73,7 @@ def solve_from_rest(
     before = session.positions.copy()
     session.reset()
     try:
-        return session.update(
-            matrices,
-            initial_guess="handle_rotations",
-            to_convergence=True,
-            progress=progress,
-            time_limit_s=time_limit_s,
-            sufficient_accuracy=sufficient_accuracy,
-        )
+        return session.update(matrices, initial_guess="handle_rotations", to_convergence=True, **options)
     except BaseException:
         session.set_positions(before)
         raise

@@ -42,7 +42,6 @@ def update_pose(
     iterations: int | None = None,
     initial_guess: str | None = None,
     time_limit_s: float | None = None,
-    is_from_rest: bool = False,
 ) -> Readout:
     """One live update: reads the handles, solves a few iterations, writes the key.
 
@@ -52,7 +51,6 @@ def update_pose(
     Args:
         depsgraph: to read the handles from.
         iterations, initial_guess, time_limit_s: see Session.update().
-        is_from_rest: as solve() does, from the defined start, to convergence or the time limit.
 
     Raises:
         RuntimeError: no live session, the mesh or scale has changed under it (the session has then ended), or an act
@@ -69,5 +67,4 @@ def update_pose(
         iterations=iterations,
         initial_guess=initial_guess,
         time_limit_s=time_limit_s,
-        is_from_rest=is_from_rest,
     )

@@ -8,6 +8,7 @@ import bpy
 from bpy.props import BoolProperty
 
 from ..core import sessions
+from ..core.naming import counted
 from ..core.session_data import Readout
 from ..follow.act import Ending, PoseAct
 from ..scene import redraw
@@ -28,7 +29,7 @@ from ..ui.modal import ModalOperator
 from .job_operator import JobOperator
 from .result import apply_pose_as_rest, reset_pose
 from .run import PoseRun
-from .solve import SolveJob, begin_solve, iterations_text, solve, unsettled_text
+from .solve import SolveJob, begin_solve, solve, unsettled_text
 
 VIEW_EVENTS = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "NDOF_MOTION"}
 EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
@@ -151,7 +152,7 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
         if unsettled:
             self.report({"WARNING"}, unsettled)
         else:
-            self.report({"INFO"}, f"Solved in {iterations_text(readout)}, {readout.last_ms:.0f} ms")
+            self.report({"INFO"}, f"Solved in {counted(readout.iterations, 'iteration')}, {readout.last_ms:.0f} ms")
 
 
 class ARAP_OT_reset_handles(ArapOperator, bpy.types.Operator):

@@ -13,6 +13,7 @@ from ..pose.solve import solve_with_progress, unsettled_text
 from ..scene import redraw
 from ..ui.checks import ArapOperator, posed_object
 from ..ui.modal import ModalOperator
+from ..ui.panels import split_column
 from .blend_run import BlendRun
 from .library import NOW, REST, Placement, apply_pose, blend_poses
 from .operators import active_name, is_followed, why_not_applicable
@@ -97,9 +98,7 @@ class ARAP_OT_poses_blend(ModalOperator, PoseOperator, bpy.types.Operator):
     _is_confirmed: bool
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = split_column(self.layout)
         settings = posed_object(context).arap
         layout.prop(self, "start")
         if self.start == "POSE":

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baking an animation: every baked frame shows exactly its pose, and nothing else changes."""
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 from looks import data_of, key_names, key_positions, rest_positions, shown_positions
 from support import SceneTest, bpy, module
@@ -352,18 +349,17 @@ class RefusalTest(SceneTest):
         animation = obj.data.shape_keys.animation_data
         action = animation.action
         action.name = "Linked"
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "library.blend")
-            bpy.data.libraries.write(path, {action})
-            bpy.data.actions.remove(action)
-            with bpy.data.libraries.load(path, link=True) as (_, data):
-                data.actions = ["Linked"]
-            animation.action = bpy.data.actions["Linked"]
-            message = (
-                "The animation of the shape keys of 'Tube', action 'Linked', is linked from another file: "
-                "make it local or take it off"
-            )
-            self.assert_refused(message, obj, 1, 2)
+        path = str(self.new_folder() / "library.blend")
+        bpy.data.libraries.write(path, {action})
+        bpy.data.actions.remove(action)
+        with bpy.data.libraries.load(path, link=True) as (_, data):
+            data.actions = ["Linked"]
+        animation.action = bpy.data.actions["Linked"]
+        message = (
+            "The animation of the shape keys of 'Tube', action 'Linked', is linked from another file: "
+            "make it local or take it off"
+        )
+        self.assert_refused(message, obj, 1, 2)
 
     def test_a_shared_action_of_the_keys_is_refused(self):
         obj = animated()

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mesh caches, read by Blender's own Mesh Cache modifier. The bytes of a file are tested without Blender."""
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 from looks import data_of, key_positions, shown_positions
 from support import SceneTest, bpy, module
@@ -13,9 +10,7 @@ from tubes import PLACED, animated, own_key
 class MeshCacheTest(SceneTest):
     def setUp(self) -> None:
         super().setUp()
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name).resolve()
+        self.folder = self.new_folder()
         self.mdd = self.folder / "tube.mdd"
 
     def check_frames(self, obj, shapes, frames):
