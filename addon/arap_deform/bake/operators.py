@@ -13,6 +13,7 @@ from ..pose.job_operator import JobOperator
 from ..pose.result import bake_pose
 from ..scene import mesh_size, versions
 from ..ui.checks import ArapOperator, posed_object, why_no_pose, why_not_solvable
+from ..ui.panels import split_column
 from .cache import MeshCacheJob
 from .cache_file import FORMATS
 from .estimate import BYTES_PER_VERTEX, BakeEstimate, check_range, frames_of, size_text
@@ -63,13 +64,8 @@ class FramesOperator(JobOperator):
     def frame_range(self) -> tuple[int, int, int]:
         return self.frame_start, self.frame_end, self.frame_step
 
-    def begin_layout(self) -> bpy.types.UILayout:
-        self.layout.use_property_split = True
-        self.layout.use_property_decorate = False
-        return self.layout
-
-    def draw_range(self) -> None:
-        column = self.layout.column(align=True)
+    def draw_range(self, layout: bpy.types.UILayout) -> None:
+        column = layout.column(align=True)
         for name in ("frame_start", "frame_end", "frame_step"):
             column.prop(self, name)
 
@@ -110,8 +106,8 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         return set(context.window_manager.invoke_props_dialog(self))
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.begin_layout()
-        self.draw_range()
+        layout = split_column(self.layout)
+        self.draw_range(layout)
         column = layout.column(align=True)
         column.prop(self, "use_fewest_keys")
         within = column.column()
@@ -172,9 +168,9 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
         return has_changed
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.begin_layout()
+        layout = split_column(self.layout)
         layout.prop(self, "cache_format")
-        self.draw_range()
+        self.draw_range(layout)
         layout.prop(self, "add_modifier")
         self.draw_size(lambda: self._size_text(posed_object(context)), "FILE_CACHE")
 
@@ -188,8 +184,3 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
 
     def result_text(self, job: MeshCacheJob, path: Path) -> str:
         return f"Exported {job.n_shapes} frames to {path}"
-
-
-register, unregister = bpy.utils.register_classes_factory(
-    (ARAP_OT_bake_pose, ARAP_OT_bake_animation, ARAP_OT_export_mesh_cache)
-)

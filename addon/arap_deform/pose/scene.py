@@ -6,8 +6,6 @@ from __future__ import annotations
 import bpy
 
 from ..core import sessions
-from ..core.arrays import Floats
-from ..core.session_data import Readout
 from ..core.session_input import SessionInput
 from ..follow.scene import BlenderFollowScene
 from ..scene import pose_key
@@ -53,6 +51,7 @@ class BlenderPoseScene(ActScene):
     """The PoseScene of Pose."""
 
     modes = {"OBJECT", "WEIGHT_PAINT"}
+    key: pose_key.KeyFollower
 
     def __init__(self, obj: bpy.types.Object) -> None:
         super().__init__(obj)
@@ -66,11 +65,6 @@ class BlenderPoseScene(ActScene):
         """The object; None if it is gone, or if another one has its name."""
         obj = super().obj
         return obj if obj is not None and undo.is_within(obj, self.act_number) else None
-
-    def update(self, matrices: Floats, iterations: int | None, time_limit_s: float | None) -> Readout:
-        readout = super().update(matrices, iterations, time_limit_s)
-        self.key.note(self._obj())
-        return readout
 
     def restore(self, obj: bpy.types.Object) -> None:
         self.key.give_name_back(obj)

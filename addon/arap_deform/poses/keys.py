@@ -94,7 +94,6 @@ def poses_to_keys(
     same pose takes the new shape. Other keys stay, also a key that was edited since: then the new name gets a number.
 
     Args:
-        obj: the mesh.
         names: of the poses; None: all.
         progress: see api.
         scene: the scene of ``obj``; None: the current one.

@@ -75,11 +75,3 @@ def _value(name: str, default: Any) -> Any:
     # A script may register the add-on without enabling it: then it has no preferences.
     addon = bpy.context.preferences.addons.get(ADDON)
     return getattr(addon.preferences, name, default) if addon is not None else default
-
-
-def register() -> None:
-    bpy.utils.register_class(ArapPreferences)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(ArapPreferences)

@@ -70,7 +70,6 @@ def begin_pull(
     """Reads the input of a drag of ``grabs``. Main thread only.
 
     Args:
-        obj: the mesh.
         depsgraph: evaluates modifiers and other shape keys.
         grabs: the piece under the mouse, then its mirror images.
         begun: the drag that goes on with these grabs; None: a new drag.

@@ -130,7 +130,7 @@ class PullRun(ActRun):
         return self.act.end is not None
 
     def show_status(self, context: bpy.types.Context) -> None:
-        self._modal.show_status(context, self._status_text())
+        self.show_text(context, self._status_text())
 
     def finish(self) -> End:
         runs.remove(self)

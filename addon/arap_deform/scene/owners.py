@@ -57,10 +57,4 @@ def _on_handle_changed(_obj: bpy.types.Object, _handle: object) -> None:
     clear()
 
 
-def register() -> None:
-    hooks.handle_changed.append(_on_handle_changed)
-
-
-def unregister() -> None:
-    hooks.handle_changed.remove(_on_handle_changed)
-    clear()
+CALLBACKS = ((hooks.handle_changed, _on_handle_changed),)

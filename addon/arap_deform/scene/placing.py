@@ -40,7 +40,6 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
     """Moves the objects and bones of handles.
 
     Args:
-        obj: the mesh.
         motions: (4, 4) object-space motion since rest, by index of the handle; of working handles.
 
     Returns:

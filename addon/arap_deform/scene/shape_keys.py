@@ -223,7 +223,6 @@ def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) 
     """Makes ``shape`` the rest shape and the shape of ``pose``; other keys keep their offsets.
 
     Args:
-        obj: the mesh.
         pose: the live key.
         shape: (n, 3) contiguous float32.
     """

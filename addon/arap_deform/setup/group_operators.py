@@ -115,8 +115,3 @@ class ARAP_OT_group_soften(_GroupOperator, bpy.types.Operator):
             self.radius = DEFAULT_RADIUS * mesh_size.diagonal(obj, context.evaluated_depsgraph_get())
         with object_mode(obj):
             soften_group(obj, group, self.radius)
-
-
-register, unregister = bpy.utils.register_classes_factory(
-    (ARAP_OT_group_paint, ARAP_OT_group_select, ARAP_OT_group_soften)
-)

@@ -42,16 +42,11 @@ class _List:
 
 
 class ARAP_UL_pins(_List, bpy.types.UIList):
-    """Pins: the vertex group."""
-
     def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, _index: int) -> None:
         _draw_group_name(row, obj, entry.name, "PINNED")
 
 
 class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
-    """The list of pins."""
-
-    bl_idname = "ARAP_PT_pins"
     bl_label = "Pins"
     bl_order = 10
 
@@ -75,9 +70,6 @@ class ARAP_UL_handles(_List, bpy.types.UIList):
 
 
 class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
-    """The list of handles."""
-
-    bl_idname = "ARAP_PT_handles"
     bl_label = "Handles"
     bl_order = 20
 
@@ -97,9 +89,6 @@ class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
 
 
 class ARAP_PT_handle_look(ArapPanel, bpy.types.Panel):
-    """The size of the empties."""
-
-    bl_idname = "ARAP_PT_handle_look"
     bl_label = "Look"
     bl_parent_id = "ARAP_PT_handles"
     bl_options = {"DEFAULT_CLOSED"}
@@ -120,9 +109,6 @@ class ARAP_UL_stiffness(_List, bpy.types.UIList):
 
 
 class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
-    """The list of stiff and rigid groups."""
-
-    bl_idname = "ARAP_PT_stiffness"
     bl_label = "Stiffness"
     bl_order = 25
     bl_options = {"DEFAULT_CLOSED"}
@@ -190,16 +176,3 @@ def _draw_group_buttons(layout: bpy.types.UILayout, obj: bpy.types.Object, verte
         ("arap.group_soften", "Soften", False),
     ):
         row.operator(operator, text=text, depress=is_pressed).vertex_group = vertex_group
-
-
-register, unregister = bpy.utils.register_classes_factory(
-    (
-        ARAP_UL_pins,
-        ARAP_UL_handles,
-        ARAP_UL_stiffness,
-        ARAP_PT_pins,
-        ARAP_PT_handles,
-        ARAP_PT_handle_look,
-        ARAP_PT_stiffness,
-    )
-)

@@ -98,6 +98,3 @@ class ARAP_OT_select_unheld(ArapOperator, bpy.types.Operator):
         n = select_in_edit_mode(context, obj, find, shows_hidden=True)
         message = f"Selected {n} vertices in {n_parts} parts" if n else "Every part of the mesh has a pin or handle"
         self.report({"INFO"}, message)
-
-
-register, unregister = bpy.utils.register_classes_factory((ARAP_OT_edit_mesh, ARAP_OT_select_unheld))

@@ -15,9 +15,6 @@ SHOWN_ENERGIES = ("rotation_nodes", "spokes_and_rims")  # scripts may set others
 
 
 class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
-    """Settings that most poses do not need."""
-
-    bl_idname = "ARAP_PT_advanced"
     bl_label = "Advanced"
     bl_order = 90
     bl_options = {"DEFAULT_CLOSED"}
@@ -60,6 +57,3 @@ def _labelled(column: bpy.types.UILayout, text: str) -> bpy.types.UILayout:
     name.alignment = "RIGHT"
     name.label(text=text)
     return value
-
-
-register, unregister = bpy.utils.register_classes_factory((ARAP_PT_advanced,))

@@ -11,7 +11,6 @@ from typing import Any
 import bpy
 
 from ..core import native, sessions
-from ..core.arrays import Ints
 from ..follow.act import PoseAct
 from ..follow.scene import is_rendering
 from ..scene import meshes, owners, pose_key
@@ -190,14 +189,6 @@ def check_visible(obj: bpy.types.Object) -> None:
         raise ValueError(f"'{obj.name}' is hidden: show it first (Alt H, its collection, or leave Local View)")
 
 
-def selected_vertices(obj: bpy.types.Object, lack: str) -> Ints:
-    """(k,) int32, of a mesh in Edit Mode. Raises ValueError(lack) if none are selected."""
-    vertices = meshes.selected_vertices(obj)
-    if not len(vertices):
-        raise ValueError(lack)
-    return vertices
-
-
 def allow(cls: Any, reason: str) -> bool:
     """For poll(): True without a reason. With one the button is grey, and its tooltip gives the reason."""
     if reason:
@@ -226,10 +217,8 @@ class ArapOperator:
     """
 
     bl_options = {"REGISTER", "UNDO"}
-
-    @staticmethod
-    def why_not(context: bpy.types.Context) -> str:
-        return why_not_changeable(context)
+    bl_label: str
+    why_not: Callable[[bpy.types.Context], str] = staticmethod(why_not_changeable)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -44,7 +44,6 @@ class ArapSubPanel(ArapPanel):
 class ARAP_PT_main(ArapPanel, bpy.types.Panel):
     """The name of the mesh, the posing act if there is one, and an error if there is no solver."""
 
-    bl_idname = "ARAP_PT_main"
     bl_label = "ARAP Deform"
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -118,6 +117,3 @@ def draw_table(layout: bpy.types.UILayout, rows: list[tuple[str, str]]) -> None:
     for name, value in rows:
         names.label(text=name)
         values.label(text=value, translate=False)
-
-
-register, unregister = bpy.utils.register_classes_factory((ARAP_PT_main,))

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Solve as a job in steps; jobs and scripts that want the same mesh."""
 
-import tempfile
-
 import numpy as np
-from support import FakeAct, SceneTest, bpy, key_positions, mesh_object, module, move, posable, unfit
+from looks import key_positions, unfit
+from support import FakeAct, SceneTest, bpy, module
+from tubes import mesh_object, move, posable
 
 
 class SolveJobTest(SceneTest):
@@ -100,15 +100,14 @@ class WaitTest(SceneTest):
         self.api.store_pose(obj, "Pose")
         update, result = module("follow.update"), module("pose.result")
         shown, state = key_positions(obj), result.capture_state(obj)
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
+        folder = self.new_folder()
         for doing, begin in (
             ("it is solved", lambda: self.api.begin_solve(obj)),
             ("it is baked", lambda: module("bake.keys").BakeJob(obj, 1, 2)),
             ("shape keys are made of its poses", lambda: module("poses.keys").PoseKeysJob(obj)),
             (
                 "its frames are exported",
-                lambda: module("bake.cache").MeshCacheJob(obj, f"{folder.name}/tube.mdd", 1, 2),
+                lambda: module("bake.cache").MeshCacheJob(obj, f"{folder}/tube.mdd", 1, 2),
             ),
         ):
             job = begin()

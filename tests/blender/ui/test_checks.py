@@ -3,7 +3,8 @@
 
 from unittest import mock
 
-from support import BOTTOM, FakeAct, SceneTest, bpy, linked_back, mesh_object, module, posable
+from support import FakeAct, SceneTest, bpy, linked_back, module
+from tubes import BOTTOM, mesh_object, posable
 
 OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"))
 
