@@ -303,9 +303,9 @@ void bind_options(py::module_& m) {
                  .energy = value_of<arap::Energy>(energy, "energy", kEnergies),
                  .rigidity_radius = rigidity_radius,
                  .weights = value_of<arap::EdgeWeights>(weights, "weights", kWeights),
-                 .linear_solver = value_of<arap::LinearSolverKind>(linear_solver, "linear_solver", kLinearSolvers),
                  .threads = threads,
-                 .join_seams = join_seams};
+                 .join_seams = join_seams,
+                 .linear_solver = value_of<arap::LinearSolverKind>(linear_solver, "linear_solver", kLinearSolvers)};
              options.validate();
              return options;
            }),
@@ -335,10 +335,10 @@ void bind_solve_options(py::module_& m) {
                        double accuracy, double time_limit_s) {
              const SolveOptions options{
                  .initial_guess = value_of<arap::InitialGuess>(initial_guess, "initial_guess", kInitialGuesses),
-                 .acceleration = value_of<arap::Acceleration>(acceleration, "acceleration", kAccelerations),
                  .max_iterations = max_iterations,
                  .accuracy = accuracy,
-                 .time_limit_s = time_limit_s};
+                 .time_limit_s = time_limit_s,
+                 .acceleration = value_of<arap::Acceleration>(acceleration, "acceleration", kAccelerations)};
              options.validate();
              return options;
            }),
@@ -529,8 +529,9 @@ class Solver {
                        py::object progress) {
     arap::ConstraintSet set;
     set.vertices = vector_from<int>(vertices, "vertices", "k", "one entry per constrained vertex");
-    set.strengths = vector_from<double>(strengths, "strengths", static_cast<py::ssize_t>(set.vertices.size()),
-                                        "one entry per constrained vertex");
+    if (!strengths.is_none())
+      set.strengths = vector_from<double>(strengths, "strengths", static_cast<py::ssize_t>(set.vertices.size()),
+                                          "one entry per constrained vertex");
     set.patches = patches_from(patches);
     ProgressCall call(std::move(progress));
     exclusively([&] { solver_.set_constraints(set, call.function()); });
@@ -641,7 +642,7 @@ void bind_solver(py::module_& m) {
            py::arg("face_sizes") = none, py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
            py::arg("rigid_regions") = none, py::arg("progress") = none)
       .def("set_constraints", &Solver::set_constraints, docstrings::SurfaceArap_set_constraints, py::arg("vertices"),
-           py::arg("strengths"), py::arg("patches") = none, py::kw_only(), py::arg("progress") = none)
+           py::arg("strengths") = none, py::arg("patches") = none, py::kw_only(), py::arg("progress") = none)
       .def(
           "solve",
           [](Solver& solver, const py::object& targets, const arap::SolveOptions* options, const py::object& rotations,

@@ -33,7 +33,7 @@ class LocalGlobal {
   /// (n, 3), 0 where there is none.
   [[nodiscard]] const Positions& vertex_targets() const { return targets_.vertices; }
 
-  /// Puts hard vertices, anchored regions and what stays at rest to their places; true where that moved any of them.
+  /// Puts hard vertices, anchored regions and what stays at rest to their places; true if that moved any of them.
   bool impose_constraints(Pose& pose);
 
   /// The smallest change (in the norm of K) that brings patches and stiff rows to their targets.
@@ -49,7 +49,7 @@ class LocalGlobal {
   /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().
   void start(const Pose& pose);
   void finish(Pose& pose);
-  /// The next fit() is in double, from the rotations of the last one; false where it has been so already.
+  /// The next fit() is in double, from the rotations of the last one; false if it has been so already.
   [[nodiscard]] bool go_on_in_double(Pose& pose);
   [[nodiscard]] bool is_in_double() const { return is_in_double_; }
   /// Call it if anybody else changes the pose or works with the passes.
@@ -103,7 +103,7 @@ class LocalGlobal {
     kResidual,   ///< and in residual_
   };
 
-  /// Hands the rotations of the pose to the passes, where those have not got them.
+  /// Hands the rotations of the pose to the passes, if they have not got them.
   void know_rotations(const Pose& pose);
   /// Brings rigid regions to their best rotations, after the cells.
   void fit_regions(Pose& pose);

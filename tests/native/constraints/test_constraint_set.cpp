@@ -31,6 +31,15 @@ TEST(ConstraintSet, HardSoftAndPatchesTogetherAreValid) {
   EXPECT_EQ(set.size(), 5);
 }
 
+TEST(ConstraintSet, WithoutStrengthsAllVerticesAreHard) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  Task bare = task;
+  bare.constraints.strengths.clear();
+  EXPECT_NO_THROW(bare.constraints.validate(mesh.n_vertices()));
+  EXPECT_EQ(solve_once(mesh, bare, iterations(3)).positions, solve_once(mesh, task, iterations(3)).positions);
+}
+
 TEST(ConstraintSet, PatchesAloneAreValid) {
   const ConstraintSet set{{}, {}, {{0, 2}, {1, 2}, {1, 1}}};
   EXPECT_NO_THROW(set.validate(kVertices));
