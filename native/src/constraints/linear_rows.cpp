@@ -51,13 +51,13 @@ void LinearRows::validate(int n_unknowns) const {
   }
 }
 
-RowMatrix::RowMatrix(const LinearRows& rows, int n_unknowns, const std::vector<int>& new_index)
+RowMatrix::RowMatrix(const LinearRows& rows, int n_unknowns)
     : by_row_(rows.size(), n_unknowns), by_unknown_(rows.size(), n_unknowns) {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(rows.indices.size());
   for (int r = 0; r < rows.size(); ++r)
     for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k)
-      entries.emplace_back(r, new_index.empty() ? rows.indices[k] : new_index[rows.indices[k]], rows.coefficients[k]);
+      entries.emplace_back(r, rows.indices[k], rows.coefficients[k]);
   by_row_.setFromTriplets(entries.begin(), entries.end());
   by_unknown_ = by_row_;
 }
@@ -87,6 +87,19 @@ void RowMatrix::add_transposed(const Positions& y, Positions& x, const Workers& 
 SparseMatrix RowMatrix::normal_matrix(const Eigen::VectorXd& weights) const {
   const SparseMatrix weighted = weights.asDiagonal() * by_unknown_;
   return SparseMatrix(by_unknown_.transpose()) * weighted;
+}
+
+Eigen::VectorXd row_stiffness(const RowMatrix& rows, const SparseMatrix& K) {
+  const Eigen::VectorXd diagonal = K.diagonal();
+  Eigen::VectorXd stiffness(rows.size());
+  for (int r = 0; r < rows.size(); ++r) {
+    double compliance = 0;
+    rows.for_unknowns_of(r, [&](int i, double a) {
+      if (diagonal[i] > 0) compliance += a * a / diagonal[i];
+    });
+    stiffness[r] = compliance > 0 ? 1 / compliance : std::numeric_limits<double>::infinity();
+  }
+  return stiffness;
 }
 
 }  // namespace arap

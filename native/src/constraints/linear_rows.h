@@ -48,8 +48,7 @@ struct LinearRows {
 class RowMatrix {
  public:
   RowMatrix() = default;
-  /// @param new_index  of each unknown, or empty: its own
-  RowMatrix(const LinearRows& rows, int n_unknowns, const std::vector<int>& new_index = {});
+  RowMatrix(const LinearRows& rows, int n_unknowns);
 
   [[nodiscard]] bool empty() const { return by_row_.rows() == 0; }
   [[nodiscard]] int size() const { return static_cast<int>(by_row_.rows()); }
@@ -77,5 +76,8 @@ class RowMatrix {
   ByRow by_row_;
   SparseMatrix by_unknown_;
 };
+
+/// The weight at which each row pulls as strongly as K does at its unknowns; infinite if K holds none of them.
+[[nodiscard]] Eigen::VectorXd row_stiffness(const RowMatrix& rows, const SparseMatrix& K);
 
 }  // namespace arap

@@ -26,11 +26,12 @@ struct ModelConstraints {
 ///
 /// A row of the constraints becomes one of these:
 ///   - a fixed vertex, if it is hard and names one;
-///   - an average, as patches are: hard rows if they are few, or wide, or have members of rigid regions. Each is a
-///   dense
-///     column of the system: 8 bytes an unknown, the time of a solve to set, and little in an iteration;
-///   - a soft or stiff row of the system: all others. Hard ones become 1e7 times as stiff as K at their unknowns, which
-///     holds them to some 1e-9 of the model's size, and where they contradict each other to the least squares.
+///   - an average, as patches are: hard rows if they are few or wide, or have members of rigid regions. With such
+///     members and others, a row counts as hard from 1e4 times the stiffness of K on. Each average is a dense column of
+///     the system: 8 bytes an unknown, the time of a solve to set, and little in an iteration;
+///   - a soft row of the system: the other rows with members of rigid regions, and rows up to 200 times as stiff as K;
+///   - a stiff row of the system: all others. Hard ones become 1e7 times as stiff as K at their unknowns, which holds
+///     them to some 1e-9 of the model's size, and where they contradict each other to the least squares.
 class PreparedConstraints {
  public:
   /// Throws InvalidInput, SolverError or Cancelled.
@@ -112,7 +113,6 @@ class PreparedConstraints {
   void read_entries(const ConstraintSet& set);
   /// @param first  row of the targets
   void read_rows(const PreparedModel& model, const LinearRows& rows, int first);
-  [[nodiscard]] bool is_wide_or_in_region(const LinearRow& row) const;
   void merge_entries(const PreparedModel& model);
   void read_patch(const PreparedModel& model, const ConstraintSet& set, int p);
   /// A weighted average, of sum 1, whose weights are not negative, may anchor a region.

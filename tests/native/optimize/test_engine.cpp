@@ -302,50 +302,55 @@ TEST(Engine, DragOfRowsFollowsThem) {
     }
 }
 
-TEST(Engine, SoftRowsPullAtARegion) {
+/// Rows of this weight pull at a region beyond `border`, a part of the length; the rows nearest to it name others too.
+void expect_that_rows_rotate_a_region(double border, double weight, bool is_anchored) {
+  SCOPED_TRACE(testing::Message() << border << " " << weight << " " << is_anchored);
   const TetMesh mesh = TetMesh::blocks(6, 3, 3);
-  const auto n = static_cast<int>(mesh.positions.rows());
-  std::vector<int> regions(static_cast<size_t>(n), -1);
+  std::vector<int> regions(static_cast<size_t>(mesh.positions.rows()), -1);
   std::vector<int> members;
-  for (int v = 0; v < n; ++v)
-    if (mesh.positions(v, 0) > .7 * mesh.positions.col(0).maxCoeff()) {
+  for (int v = 0; v < static_cast<int>(mesh.positions.rows()); ++v)
+    if (mesh.positions(v, 0) > border * mesh.positions.col(0).maxCoeff()) {
       regions[v] = 0;
       members.push_back(v);
     }
-  const Pull pull(mesh, 12, .2, bend());
-  for (const bool is_anchored : {false, true}) {
-    ModelConstraints constraints = pull.constraints();
-    Positions targets = pull.targets;
-    if (is_anchored) {
-      constraints.set.vertices = {members.back()};
-      targets.resize(pull.targets.rows() + 1, 3);
-      targets << mesh.positions.row(members.back()), pull.targets;
-    }
-    TetArap model(mesh, 1, regions);
-    model.set_constraints(constraints);
-    model.solve(targets, to_accuracy(1e-10, arap::InitialGuess::kRest));
-    const Positions& p = model.positions();
-    EXPECT_LT(off_rigid(mesh.positions, p, members), 1e-12);
-    // At the minimum no motion of the region lowers the energy.
-    Positions gradient;
-    const auto energy = [&](const Positions& at) {
-      return model.engine().evaluate(at, gradient) + DenseTets::row_energy(pull.rows, pull.targets, at);
-    };
-    const double least = energy(p);
-    const Vector3 fixed = p.row(members.back()).transpose();
-    for (int axis = 0; axis < 3; ++axis)
-      for (const double by : {-1e-3, 1e-3}) {
-        Positions rotated = p;
-        const Matrix3 R = rotation_about(Vector3::Unit(axis), by);
-        for (const int v : members) rotated.row(v) = (R * (p.row(v).transpose() - fixed) + fixed).transpose();
-        EXPECT_GT(energy(rotated), least) << is_anchored << " " << axis << " " << by;
-        Positions moved = p;
-        for (const int v : members) moved(v, axis) += by;
-        if (!is_anchored) {
-          EXPECT_GT(energy(moved), least) << axis << " " << by;
-        }
-      }
+  const Pull pull(mesh, 12, weight, bend());
+  ModelConstraints constraints = pull.constraints();
+  Positions targets = pull.targets;
+  if (is_anchored) {
+    constraints.set.vertices = {members.back()};
+    targets.resize(pull.targets.rows() + 1, 3);
+    targets << mesh.positions.row(members.back()), pull.targets;
   }
+  TetArap model(mesh, 1, regions);
+  model.set_constraints(constraints);
+  model.solve(targets, to_accuracy(1e-10, arap::InitialGuess::kRest));
+  const Positions& p = model.positions();
+  EXPECT_LT(off_rigid(mesh.positions, p, members), 1e-12);
+  // At the minimum no motion of the region lowers the energy.
+  Positions gradient;
+  const auto energy = [&](const Positions& at) {
+    return model.engine().evaluate(at, gradient) + DenseTets::row_energy(pull.rows, pull.targets, at);
+  };
+  const double least = energy(p);
+  const Vector3 fixed = p.row(members.back()).transpose();
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double by : {-1e-3, 1e-3}) {
+      Positions rotated = p;
+      const Matrix3 R = rotation_about(Vector3::Unit(axis), by);
+      for (const int v : members) rotated.row(v) = (R * (p.row(v).transpose() - fixed) + fixed).transpose();
+      EXPECT_GT(energy(rotated), least) << axis << " " << by;
+      Positions moved = p;
+      for (const int v : members) moved(v, axis) += by;
+      if (!is_anchored) {
+        EXPECT_GT(energy(moved), least) << axis << " " << by;
+      }
+    }
+}
+
+TEST(Engine, RowsOfAnyWeightRotateARegion) {
+  for (const double border : {.7, .8})
+    for (const double weight : {.2, 20., 500., 2e4})
+      for (const bool is_anchored : {false, true}) expect_that_rows_rotate_a_region(border, weight, is_anchored);
 }
 
 TEST(Engine, RefusesRowsThatNameNothing) {
