@@ -113,9 +113,8 @@ std::vector<int> ConstrainedSystem::find_unheld(const std::vector<int>& componen
   for (size_t i = 0; i < is_fixed_.size(); ++i)
     if (is_fixed_[i] != 0 || constraints.soft_diagonal[static_cast<Eigen::Index>(i)] > 0) is_held[components[i]] = 1;
   // A row holds its component if that cannot move as one without the row's stretching.
-  for (const LinearRows* rows : {&constraints.soft_rows, &constraints.stiff_rows})
-    for (int r = 0; r < rows->size(); ++r) {
-      const LinearRow row = rows->row(r);
+  for (const LinearRows* group : {&constraints.soft_rows, &constraints.stiff_rows})
+    for (const LinearRow& row : group->rows) {
       const int component = components[row.indices.front()];
       const bool is_of_one =
           std::all_of(row.indices.begin(), row.indices.end(), [&](int i) { return components[i] == component; });
@@ -131,8 +130,8 @@ int ConstrainedSystem::sort_by_rows(const std::vector<int>& components, const Sy
                                     std::vector<int>& unheld) const {
   if (unheld.empty()) return 0;
   std::vector<LinearRow> rows = averages_;
-  for (const LinearRows* more : {&constraints.soft_rows, &constraints.stiff_rows})
-    for (int r = 0; r < more->size(); ++r) rows.push_back(more->row(r));
+  for (const LinearRows* group : {&constraints.soft_rows, &constraints.stiff_rows})
+    rows.insert(rows.end(), group->rows.begin(), group->rows.end());
   if (rows.empty()) return 0;
   std::vector<int> column_of_component(components.size(), -1);
   for (size_t k = 0; k < unheld.size(); ++k) column_of_component[components[unheld[k]]] = static_cast<int>(k);

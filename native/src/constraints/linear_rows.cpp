@@ -23,23 +23,12 @@ Positions gaps_to(Positions targets, const std::vector<LinearRow>& rows, const P
   return targets;
 }
 
-void LinearRows::add(const LinearRow& row, double weight) {
-  indices.insert(indices.end(), row.indices.begin(), row.indices.end());
-  coefficients.insert(coefficients.end(), row.coefficients.begin(), row.coefficients.end());
-  offsets.push_back(static_cast<int>(indices.size()));
-  weights.push_back(weight);
-}
-
-LinearRow LinearRows::row(int r) const {
-  return {{indices.begin() + offsets[r], indices.begin() + offsets[r + 1]},
-          {coefficients.begin() + offsets[r], coefficients.begin() + offsets[r + 1]}};
-}
-
 void LinearRows::validate(int n_unknowns) const {
   for (int r = 0; r < size(); ++r) {
     if (!(weights[r] > 0)) throw InvalidInput(text("weight of row ", r, " is ", weights[r], ", must be above 0"));
+    const auto& [indices, coefficients] = rows[r];
     bool has_entry = false;
-    for (int k = offsets[r]; k < offsets[r + 1]; ++k) {
+    for (size_t k = 0; k < indices.size(); ++k) {
       if (indices[k] < 0 || indices[k] >= n_unknowns)
         throw InvalidInput(
             text("row ", r, " names unknown ", indices[k], ", but there are unknowns 0 to ", n_unknowns - 1));
@@ -54,10 +43,9 @@ void LinearRows::validate(int n_unknowns) const {
 RowMatrix::RowMatrix(const LinearRows& rows, int n_unknowns)
     : by_row_(rows.size(), n_unknowns), by_unknown_(rows.size(), n_unknowns) {
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(rows.indices.size());
   for (int r = 0; r < rows.size(); ++r)
-    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k)
-      entries.emplace_back(r, rows.indices[k], rows.coefficients[k]);
+    for (size_t k = 0; k < rows.rows[r].indices.size(); ++k)
+      entries.emplace_back(r, rows.rows[r].indices[k], rows.rows[r].coefficients[k]);
   by_row_.setFromTriplets(entries.begin(), entries.end());
   by_unknown_ = by_row_;
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <limits>
-#include <span>
+#include <utility>
 #include <vector>
 
 #include "arap/types.h"
@@ -30,15 +30,15 @@ struct LinearRow {
 struct LinearRows {
   static constexpr double kHard = std::numeric_limits<double>::infinity();
 
-  std::vector<int> offsets{0};  ///< n_rows + 1: row r has the entries offsets[r] .. offsets[r + 1] - 1
-  std::vector<int> indices;
-  std::vector<double> coefficients;
+  std::vector<LinearRow> rows;
   std::vector<double> weights;  ///< (n_rows,) w_r in units of K, or kHard
 
-  [[nodiscard]] int size() const { return static_cast<int>(weights.size()); }
-  [[nodiscard]] bool empty() const { return weights.empty(); }
-  void add(const LinearRow& row, double weight);
-  [[nodiscard]] LinearRow row(int r) const;
+  [[nodiscard]] int size() const { return static_cast<int>(rows.size()); }
+  [[nodiscard]] bool empty() const { return rows.empty(); }
+  void add(LinearRow row, double weight) {
+    rows.push_back(std::move(row));
+    weights.push_back(weight);
+  }
   /// Throws InvalidInput that names the row: an index out of [0, n_unknowns), a coefficient that is not finite, none
   /// other than 0, or a weight that is not above 0.
   void validate(int n_unknowns) const;

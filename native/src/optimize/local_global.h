@@ -65,7 +65,7 @@ class LocalGlobal {
   /// Local step. Returns the energy, and leaves the residual for the next global step.
   [[nodiscard]] double fit(Pose& pose);
 
-  [[nodiscard]] bool has_regions() const { return !constraints_.regions().empty(); }
+  [[nodiscard]] bool has_regions() const { return !constraints_.regions.empty(); }
   /// The largest movement of a vertex since the start of the last global step: with the regions that fit() has turned.
   [[nodiscard]] double step_with_turns(const Pose& pose) const {
     return longest_row(pose.positions - start_, workers());
@@ -89,7 +89,7 @@ class LocalGlobal {
   /// The whole global step from the residual at hand, (n, 3); `correction` may be the residual.
   void find_correction(const Pose& pose, Positions& correction);
   /// Tells the regions that their vertices were moved alike.
-  void follow_positions(Pose& pose) const { constraints_.regions().read_translations(pose.placements, pose.positions); }
+  void follow_positions(Pose& pose) const { constraints_.regions.read_translations(pose.placements, pose.positions); }
 
   /// Smallest change of the energy that is not rounding.
   [[nodiscard]] double energy_rounding() const { return passes_->energy_rounding(); }

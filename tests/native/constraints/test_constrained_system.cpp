@@ -48,14 +48,15 @@ struct Problem {
   [[nodiscard]] static Eigen::MatrixXd dense(const arap::LinearRows& rows, Eigen::Index n) {
     Eigen::MatrixXd result = Eigen::MatrixXd::Zero(rows.size(), n);
     for (int r = 0; r < rows.size(); ++r)
-      for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) result(r, rows.indices[k]) += rows.coefficients[k];
+      for (size_t k = 0; k < rows.rows[r].indices.size(); ++k)
+        result(r, rows.rows[r].indices[k]) += rows.rows[r].coefficients[k];
     return result;
   }
   /// Averages, then stiff rows.
   [[nodiscard]] Eigen::MatrixXd dense_held() const {
     arap::LinearRows held;
     for (const LinearRow& average : averages) held.add(average, 1);
-    for (int r = 0; r < stiff_rows.size(); ++r) held.add(stiff_rows.row(r), 1);
+    for (const LinearRow& row : stiff_rows.rows) held.add(row, 1);
     return dense(held, K.rows());
   }
   /// H^T W H.

@@ -34,7 +34,7 @@ TEST(LinearRows, MultiplyAsADenseMatrix) {
   const Eigen::Vector3d weights(3, 1, .5);
   EXPECT_LT((Eigen::MatrixXd(matrix.normal_matrix(weights)) - dense.transpose() * weights.asDiagonal() * dense).norm(),
             1e-14);
-  EXPECT_LT((rows.row(0).of(x) - dense.row(0) * x).norm(), 1e-15);
+  EXPECT_LT((rows.rows[0].of(x) - dense.row(0) * x).norm(), 1e-15);
 }
 
 TEST(LinearRows, SayWhatIsWrong) {

@@ -46,7 +46,7 @@ struct DenseTets {
     double sum = 0;
     for (int r = 0; r < rows.size(); ++r)
       if (!std::isinf(rows.weights[r]))
-        sum += .5 * rows.weights[r] * (rows.row(r).of(p) - targets.row(r)).squaredNorm();
+        sum += .5 * rows.weights[r] * (rows.rows[r].of(p) - targets.row(r)).squaredNorm();
     return sum;
   }
   /// Local/global until nothing moves: hard rows by multipliers, soft ones in the matrix.
@@ -65,10 +65,11 @@ struct DenseTets {
         hard.push_back(r);
         continue;
       }
-      for (int a = rows.offsets[r]; a < rows.offsets[r + 1]; ++a) {
-        soft.row(rows.indices[a]) += rows.weights[r] * rows.coefficients[a] * targets.row(r);
-        for (int b = rows.offsets[r]; b < rows.offsets[r + 1]; ++b)
-          K(rows.indices[a], rows.indices[b]) += rows.weights[r] * rows.coefficients[a] * rows.coefficients[b];
+      const auto& [indices, coefficients] = rows.rows[r];
+      for (size_t a = 0; a < indices.size(); ++a) {
+        soft.row(indices[a]) += rows.weights[r] * coefficients[a] * targets.row(r);
+        for (size_t b = 0; b < indices.size(); ++b)
+          K(indices[a], indices[b]) += rows.weights[r] * coefficients[a] * coefficients[b];
       }
     }
     const auto m = static_cast<Eigen::Index>(hard.size());
@@ -76,7 +77,7 @@ struct DenseTets {
     saddle.topLeftCorner(n, n) = K;
     Positions right(n + m, 3);
     for (Eigen::Index k = 0; k < m; ++k) {
-      const LinearRow row = rows.row(hard[k]);
+      const LinearRow& row = rows.rows[hard[k]];
       for (size_t a = 0; a < row.indices.size(); ++a) saddle(n + k, row.indices[a]) += row.coefficients[a];
       right.row(n + k) = targets.row(hard[k]);
     }
@@ -128,7 +129,7 @@ struct Pull {
   [[nodiscard]] ModelConstraints constraints() const { return {{}, rows}; }
   [[nodiscard]] double gap(const Positions& p) const {
     double largest = 0;
-    for (int r = 0; r < rows.size(); ++r) largest = std::max(largest, (rows.row(r).of(p) - targets.row(r)).norm());
+    for (int r = 0; r < rows.size(); ++r) largest = std::max(largest, (rows.rows[r].of(p) - targets.row(r)).norm());
     return largest;
   }
 };
@@ -179,7 +180,7 @@ TEST(Engine, ManyHardRowsAreMet) {
     Pull with_averages = pull;
     with_averages.rows = {};
     for (int r = 0; r < pull.rows.size(); ++r) {
-      LinearRow row = pull.rows.row(r);
+      LinearRow row = pull.rows.rows[r];
       for (int k = 0; r % 30 == 0 && k < 70; ++k) {
         row.indices.push_back(row.indices[0]);
         row.coefficients.push_back(0);
