@@ -235,25 +235,27 @@ TEST(ConstrainedSystem, MultipliersAreTheForcesOfAveragesAndStiffRows) {
 }
 
 TEST(ConstrainedSystem, DifferencesAloneDoNotCarryComponentsAway) {
-  for (const auto kind : {kSolver, arap::LinearSolverKind::kBlockLdlt}) {
-    Problem one(bumpy_sphere(1));
-    one.averages = {{{5, 30}, {1, -1}}};
-    Problem chain(join(two_spheres(0), bumpy_sphere(0)));
-    chain.averages = {{{3, 15}, {1, -1}}};
-    chain.soft_rows.add({{14, 30}, {1, -1}}, 2);
-    for (const Problem& problem : {one, chain}) {
+  Problem one(bumpy_sphere(3));
+  one.averages = {{{5, 300}, {1e-4, -1e-4}}};
+  Problem chain(join(two_spheres(2), bumpy_sphere(2)));
+  const int n = static_cast<int>(chain.K.rows()) / 3;
+  chain.averages = {{{3, n + 3}, {1, -1}}, {{n + 8, 2 * n + 8}, {1e-4, -1e-4}}};
+  Problem soft = chain;
+  soft.averages.pop_back();
+  soft.soft_rows.add({{n + 8, 2 * n + 8}, {.3, -.3}}, 2);
+  for (const Problem& problem : {one, chain, soft})
+    for (const auto kind : {kSolver, arap::LinearSolverKind::kBlockLdlt}) {
       const ConstrainedSystem system(*arap::make_linear_solver(problem.K, kind), kind, problem.K,
                                      arap::connected_components(problem.K), problem.constraints(), {});
       // Nothing pulls at the components as a whole.
       Positions residual = Random(71).noise(static_cast<int>(problem.K.rows()), 1);
       residual.rowwise() -= residual.colwise().mean().eval();
-      const Positions gaps = Random(73).noise(1, 1);
+      const Positions gaps = Random(73).noise(static_cast<int>(problem.averages.size()), 1e-4);
       Positions multipliers;
       system.correct(residual, gaps, multipliers, residual);
       EXPECT_LT(max_distance(problem.dense_held() * residual, gaps), 1e-5);
       EXPECT_LT(residual.cwiseAbs().maxCoeff(), 100);
     }
-  }
 }
 
 TEST(ConstrainedSystem, CorrectionOfASolutionIsZero) {
