@@ -532,7 +532,7 @@ class Solver {
   }
 
   void set_positions(const py::object& positions) {
-    const arap::Positions points = positions_from(positions, "positions", n_vertices(), "one row per vertex");
+    const arap::Positions points = points_from(positions);
     exclusively([&] { solver_.set_positions(points); });
   }
 
@@ -544,12 +544,12 @@ class Solver {
   }
 
   double energy(const py::object& positions) {
-    const arap::Positions points = positions_from(positions, "positions", n_vertices(), "one row per vertex");
+    const arap::Positions points = points_from(positions);
     return exclusively([&] { return solver_.energy(points); });
   }
 
   py::array energy_gradient(const py::object& positions) {
-    const arap::Positions points = positions_from(positions, "positions", n_vertices(), "one row per vertex");
+    const arap::Positions points = points_from(positions);
     return to_array(exclusively([&] { return solver_.energy_gradient(points); }));
   }
 
@@ -591,6 +591,10 @@ class Solver {
     return arap::SurfaceArap(
         arap::PolygonMesh(std::move(mesh.positions), std::move(mesh.corner_vertices), std::move(mesh.face_sizes)),
         options, properties, progress.function());
+  }
+
+  [[nodiscard]] arap::Positions points_from(const py::object& positions) const {
+    return positions_from(positions, "positions", n_vertices(), "one row per vertex");
   }
 
   template <typename Work>

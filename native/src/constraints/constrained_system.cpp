@@ -93,11 +93,10 @@ void ConstrainedSystem::factorize(const LinearSolver& solver, LinearSolverKind k
 void ConstrainedSystem::factorize_with_rows(LinearSolverKind kind, const SparseMatrix& K,
                                             const SystemConstraints& constraints) {
   const int n = static_cast<int>(K.rows());
-  const auto weights_of = [](const LinearRows& rows) { return Eigen::VectorXd::Map(rows.weights.data(), rows.size()); };
   const RowMatrix soft(constraints.soft_rows, n);
-  matrix_ = SparseMatrix(matrix_ + soft.normal_matrix(weights_of(constraints.soft_rows)));
+  matrix_ = SparseMatrix(matrix_ + soft.normal_matrix(constraints.soft_rows.weight_vector()));
   RowMatrix stiff(constraints.stiff_rows, n);
-  const Eigen::VectorXd weights = weights_of(constraints.stiff_rows);
+  const Eigen::VectorXd weights = constraints.stiff_rows.weight_vector();
   const Eigen::VectorXd penalties = (kPenalty * row_stiffness(stiff, K)).cwiseMin(0.5 * weights);
   const SparseMatrix held = grounded() + stiff.normal_matrix(penalties);
   // Halves could not tell K beside rows.

@@ -18,11 +18,6 @@ Eigen::RowVector3d LinearRow::of(const Positions& x) const {
 
 double LinearRow::sum() const { return std::accumulate(coefficients.begin(), coefficients.end(), 0.0); }
 
-Positions gaps_to(Positions targets, const std::vector<LinearRow>& rows, const Positions& x) {
-  for (Eigen::Index k = 0; k < targets.rows(); ++k) targets.row(k) -= rows[k].of(x);
-  return targets;
-}
-
 void LinearRows::validate(int n_unknowns) const {
   for (int r = 0; r < size(); ++r) {
     if (!(weights[r] > 0)) throw InvalidInput(text("weight of row ", r, " is ", weights[r], ", must be above 0"));
@@ -59,6 +54,12 @@ void RowMatrix::multiply(const Positions& x, Positions& y, const Workers& worker
       y.row(r) = sum;
     }
   });
+}
+
+Positions RowMatrix::gaps(const Positions& targets, const Positions& x, const Workers& workers) const {
+  Positions reached;
+  multiply(x, reached, workers);
+  return targets - reached;
 }
 
 void RowMatrix::add_transposed(const Positions& y, Positions& x, const Workers& workers) const {

@@ -21,9 +21,6 @@ struct LinearRow {
   [[nodiscard]] double sum() const;
 };
 
-/// Targets minus what the rows are at x, (n_rows, 3).
-[[nodiscard]] Positions gaps_to(Positions targets, const std::vector<LinearRow>& rows, const Positions& x);
-
 /// Linear constraints a_r x = t_r on the unknowns of a model, as many as one likes, each of a few unknowns. A soft row
 /// adds 1/2 w_r |a_r x - t_r|^2 to the energy; a hard row is met. Rows may repeat or contradict each other: soft ones
 /// then meet where their energy is least, hard ones where the sum of squared gaps is, each in units of its stiffness.
@@ -35,6 +32,7 @@ struct LinearRows {
 
   [[nodiscard]] int size() const { return static_cast<int>(rows.size()); }
   [[nodiscard]] bool empty() const { return rows.empty(); }
+  [[nodiscard]] Eigen::Map<const Eigen::VectorXd> weight_vector() const { return {weights.data(), size()}; }
   void add(LinearRow row, double weight) {
     rows.push_back(std::move(row));
     weights.push_back(weight);
@@ -55,6 +53,8 @@ class RowMatrix {
 
   /// y = A x, (n_rows, 3).
   void multiply(const Positions& x, Positions& y, const Workers& workers) const;
+  /// targets - A x, (n_rows, 3).
+  [[nodiscard]] Positions gaps(const Positions& targets, const Positions& x, const Workers& workers) const;
   /// x += A^T y.
   void add_transposed(const Positions& y, Positions& x, const Workers& workers) const;
   /// A^T diag(weights) A.

@@ -247,10 +247,8 @@ void PreparedConstraints::write_vertex_targets(const Positions& targets, Positio
 Positions PreparedConstraints::held_gaps(Positions held_targets, const Positions& positions,
                                          const Workers& workers) const {
   for (size_t k = 0; k < patches.size(); ++k) held_targets.row(static_cast<int>(k)) -= patches[k].of(positions);
-  if (stiff_rows.matrix.empty()) return held_targets;
-  Positions reached;
-  stiff_rows.matrix.multiply(positions, reached, workers);
-  held_targets.bottomRows(reached.rows()) -= reached;
+  auto of_stiff = held_targets.bottomRows(stiff_rows.matrix.size());
+  if (of_stiff.rows() > 0) of_stiff = stiff_rows.matrix.gaps(of_stiff, positions, workers);
   return held_targets;
 }
 

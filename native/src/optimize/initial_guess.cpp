@@ -28,13 +28,6 @@ std::vector<Eigen::RowVector3d> mean_rotations(const PreparedModel& model, const
   return sums;
 }
 
-/// b += H^T W y for the soft rows H.
-void add_row_forces(const PreparedModel& model, const PreparedConstraints& constraints,
-                    const std::vector<double>& weights, Positions y, Positions& b) {
-  for (Eigen::Index r = 0; r < y.rows(); ++r) y.row(r) *= weights[r];
-  constraints.soft_rows.matrix.add_transposed(y, b, model.workers);
-}
-
 }  // namespace
 
 void guess_naive_laplacian(const PreparedModel& model, PreparedConstraints& constraints, const Positions& targets,
@@ -53,13 +46,10 @@ void guess_naive_laplacian(const PreparedModel& model, PreparedConstraints& cons
     const double diagonal_squared = model.energy.K.col(v).squaredNorm();
     residual.row(v) += soft[v] * diagonal_squared / diagonal[v] * (vertex_targets.row(v) - pose.positions.row(v));
   }
-  if (!constraints.soft_rows.rows.empty()) {
-    Positions reached;
-    constraints.soft_rows.matrix.multiply(pose.positions, reached, model.workers);
-    add_row_forces(model, constraints,
-                   PreparedConstraints::laplacian_rows(constraints.soft_rows.rows, diagonal).weights,
-                   targets(constraints.soft_rows.target_rows, all) - reached, residual);
-  }
+  const PreparedConstraints::Rows& rows = constraints.soft_rows;
+  const LinearRows weighted = PreparedConstraints::laplacian_rows(rows.rows, diagonal);
+  const Positions row_gaps = rows.matrix.gaps(targets(rows.target_rows, all), pose.positions, model.workers);
+  rows.matrix.add_transposed(weighted.weight_vector().asDiagonal() * row_gaps, residual, model.workers);
   regions.reduce(residual);
   const Positions gaps = constraints.held_gaps(constraints.held_targets(targets), pose.positions, model.workers);
   system.correct_to(kDoubleAccuracy, residual, gaps);
@@ -92,8 +82,9 @@ double spread_rotations(const PreparedModel& model, const PreparedConstraints& c
   for (size_t k = 0; k < constraints.anchor_points.size(); ++k)
     field.row(regions.unknown(constraints.anchor_points[k].region)) = of_anchors.row(static_cast<Eigen::Index>(k));
   Positions of_rows = Positions::Zero(field.rows(), 3);
-  add_row_forces(model, constraints, constraints.soft_rows.rows.weights,
-                 targets(constraints.soft_rows.target_rows, all), of_rows);
+  const PreparedConstraints::Rows& rows = constraints.soft_rows;
+  rows.matrix.add_transposed(rows.rows.weight_vector().asDiagonal() * targets(rows.target_rows, all), of_rows,
+                             model.workers);
   regions.reduce(of_rows);
   Positions pull;
   system.multiply(field, pull);

@@ -89,7 +89,7 @@ Positions LocalGlobal::held_gaps(const Positions& positions) const {
 }
 
 Positions LocalGlobal::patch_gaps(const Positions& positions) const {
-  return gaps_to(held_targets_.topRows(std::ssize(constraints_.patches)), constraints_.patches, positions);
+  return held_gaps(positions).topRows(std::ssize(constraints_.patches));
 }
 
 void LocalGlobal::add_held_forces(double sign) {
@@ -99,9 +99,8 @@ void LocalGlobal::add_held_forces(double sign) {
 void LocalGlobal::add_free_forces(double sign) {
   if (multipliers_.rows() == 0) return;
   Positions forces = -multipliers_;
-  const std::vector<double>& weights = constraints_.stiff_rows.rows.weights;
-  const Eigen::Index first = forces.rows() - std::ssize(weights);
-  for (Eigen::Index r = 0; r < std::ssize(weights); ++r) forces.row(first + r) = weights[r] * stiff_gaps_.row(r);
+  const LinearRows& stiff = constraints_.stiff_rows.rows;
+  if (!stiff.empty()) forces.bottomRows(stiff.size()) = stiff.weight_vector().asDiagonal() * stiff_gaps_;
   constraints_.add_held_forces(sign, forces, workers(), residual_);
 }
 
@@ -116,15 +115,10 @@ void LocalGlobal::follow_vertex(int v, const Eigen::RowVector3d& step) {
   });
 }
 
-double LocalGlobal::add_row_forces(Positions gaps) {
-  double energy = 0;
-  for (Eigen::Index r = 0; r < gaps.rows(); ++r) {
-    const double weight = constraints_.soft_rows.rows.weights[r];
-    energy += 0.5 * weight * gaps.row(r).squaredNorm();
-    gaps.row(r) *= weight;
-  }
-  constraints_.soft_rows.matrix.add_transposed(gaps, residual_, workers());
-  return energy;
+double LocalGlobal::add_row_forces(const Positions& gaps) {
+  const auto weights = constraints_.soft_rows.rows.weight_vector();
+  constraints_.soft_rows.matrix.add_transposed(weights.asDiagonal() * gaps, residual_, workers());
+  return 0.5 * weights.dot(gaps.rowwise().squaredNorm());
 }
 
 void LocalGlobal::find_correction(const Pose& pose, Positions& correction) {
@@ -164,14 +158,11 @@ double LocalGlobal::refresh_residual(const Pose& pose) {
     energy += 0.5 * soft[v] * gap.squaredNorm();
     residual_.row(v) += soft[v] * gap;
   }
-  if (!constraints_.soft_rows.rows.empty()) {
-    Positions reached;
-    constraints_.soft_rows.matrix.multiply(pose.positions, reached, workers());
-    energy += add_row_forces(targets_.rows - reached);
-  }
+  if (!constraints_.soft_rows.rows.empty())
+    energy += add_row_forces(constraints_.soft_rows.matrix.gaps(targets_.rows, pose.positions, workers()));
   if (const LinearRows& stiff = constraints_.stiff_rows.rows; !stiff.empty()) {
     stiff_gaps_ = held_gaps(pose.positions).bottomRows(stiff.size());
-    for (int r = 0; r < stiff.size(); ++r) energy += 0.5 * stiff.weights[r] * stiff_gaps_.row(r).squaredNorm();
+    energy += 0.5 * stiff.weight_vector().dot(stiff_gaps_.rowwise().squaredNorm());
   }
   return energy;
 }

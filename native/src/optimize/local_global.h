@@ -117,7 +117,7 @@ class LocalGlobal {
   [[nodiscard]] Positions held_gaps(const Positions& positions) const;
   [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
   /// The forces of soft rows in `gaps`, (n_rows, 3), are added to the residual; returns their energy.
-  double add_row_forces(Positions gaps);
+  double add_row_forces(const Positions& gaps);
   /// For the positions and rotations of the pose, whatever the passes have been about.
   void find_residual_of(const Pose& pose);
   /// The same by what changes if one vertex is moved.
