@@ -42,14 +42,22 @@ struct Problem {
         soft_diagonal(Eigen::VectorXd::Zero(mesh.n_vertices())) {}
 
   [[nodiscard]] arap::SystemConstraints constraints() const {
-    return {is_fixed, soft_diagonal, averages, soft_rows, stiff_rows, {}};
+    return {is_fixed, soft_diagonal, averages, soft_rows, stiff_rows};
   }
 
   [[nodiscard]] static Eigen::MatrixXd dense(const arap::LinearRows& rows, Eigen::Index n) {
     Eigen::MatrixXd result = Eigen::MatrixXd::Zero(rows.size(), n);
     for (int r = 0; r < rows.size(); ++r)
-      for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) result(r, rows.indices[k]) += rows.coefficients[k];
+      for (size_t k = 0; k < rows.rows[r].indices.size(); ++k)
+        result(r, rows.rows[r].indices[k]) += rows.rows[r].coefficients[k];
     return result;
+  }
+  /// Averages, then stiff rows.
+  [[nodiscard]] Eigen::MatrixXd dense_held() const {
+    arap::LinearRows held;
+    for (const LinearRow& average : averages) held.add(average, 1);
+    for (const LinearRow& row : stiff_rows.rows) held.add(row, 1);
+    return dense(held, K.rows());
   }
   /// H^T W H.
   [[nodiscard]] static Eigen::MatrixXd normal_matrix(const arap::LinearRows& rows, Eigen::Index n) {
@@ -201,6 +209,53 @@ TEST(ConstrainedSystem, StiffRowsMayRepeatAndContradictEachOther) {
   problem.stiff_rows.add({{5, 30, 31}, {1, 1, 1}}, 1e5);
   problem.stiff_rows.add({{31}, {1}}, 1e5);
   problem.expect_solved("five rows over two degrees of freedom, each with its own target");
+}
+
+TEST(ConstrainedSystem, MultipliersAreTheForcesOfAveragesAndStiffRows) {
+  Problem problem(bumpy_sphere(1));
+  problem.is_fixed[3] = 1;
+  problem.averages = {{{8, 9}, {.5, .5}}};
+  problem.stiff_rows.add({{5, 30}, {.5, .5}}, 3000);
+  problem.stiff_rows.add({{17}, {1}}, 1e6);
+  const ConstrainedSystem system(*arap::make_linear_solver(problem.K, kSolver), kSolver, problem.K,
+                                 arap::connected_components(problem.K), problem.constraints(), {});
+  const Positions b = Random(71).noise(static_cast<int>(problem.K.rows()), 1);
+  const Positions targets = Random(73).noise(3, 1);
+  Positions x = Positions::Zero(b.rows(), 3);
+  Positions multipliers;
+  Positions correction;
+  for (int n = 0; n < 20; ++n) {
+    Positions gaps = targets - problem.dense_held() * x;
+    system.correct(b - problem.K * x, gaps, multipliers, correction);
+    x += correction;
+  }
+  Positions left = b - problem.K * x - problem.dense_held().transpose() * multipliers;
+  left.row(3).setZero();
+  EXPECT_LT(left.cwiseAbs().maxCoeff(), 1e-7);
+}
+
+TEST(ConstrainedSystem, DifferencesAloneDoNotCarryComponentsAway) {
+  Problem one(bumpy_sphere(3));
+  one.averages = {{{5, 300}, {1e-4, -1e-4}}};
+  Problem chain(join(two_spheres(2), bumpy_sphere(2)));
+  const int n = static_cast<int>(chain.K.rows()) / 3;
+  chain.averages = {{{3, n + 3}, {1, -1}}, {{n + 8, 2 * n + 8}, {1e-4, -1e-4}}};
+  Problem soft = chain;
+  soft.averages.pop_back();
+  soft.soft_rows.add({{n + 8, 2 * n + 8}, {.3, -.3}}, 2);
+  for (const Problem& problem : {one, chain, soft})
+    for (const auto kind : {kSolver, arap::LinearSolverKind::kBlockLdlt}) {
+      const ConstrainedSystem system(*arap::make_linear_solver(problem.K, kind), kind, problem.K,
+                                     arap::connected_components(problem.K), problem.constraints(), {});
+      // Nothing pulls at the components as a whole.
+      Positions residual = Random(71).noise(static_cast<int>(problem.K.rows()), 1);
+      residual.rowwise() -= residual.colwise().mean().eval();
+      const Positions gaps = Random(73).noise(static_cast<int>(problem.averages.size()), 1e-4);
+      Positions multipliers;
+      system.correct(residual, gaps, multipliers, residual);
+      EXPECT_LT(max_distance(problem.dense_held() * residual, gaps), 1e-5);
+      EXPECT_LT(residual.cwiseAbs().maxCoeff(), 100);
+    }
 }
 
 TEST(ConstrainedSystem, CorrectionOfASolutionIsZero) {

@@ -27,6 +27,15 @@ TEST(ConstraintSet, HardSoftAndPatchesTogetherAndPatchesAloneAreValid) {
   EXPECT_NO_THROW((ConstraintSet{{}, {}, set.patches}.validate(kVertices)));
 }
 
+TEST(ConstraintSet, WithoutStrengthsAllVerticesAreHard) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  Task bare = task;
+  bare.constraints.strengths.clear();
+  EXPECT_NO_THROW(bare.constraints.validate(mesh.n_vertices()));
+  EXPECT_EQ(solve_once(mesh, bare, iterations(3)).positions, solve_once(mesh, task, iterations(3)).positions);
+}
+
 TEST(ConstraintSet, EqualityComparesEverything) {
   const ConstraintSet set{{4, 0}, {1, .5}, {{0, 2}, {1, 2}, {1, 1}}};
   ConstraintSet other = set;

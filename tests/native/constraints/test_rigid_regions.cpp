@@ -553,7 +553,7 @@ Positions pose_with_cells(const MeshData& mesh, const Task& task, const std::vec
   arap::LocalGlobal steps(model, constraints);
   steps.set_targets(task.targets / size, arap::Precision::kDouble);
   arap::Pose pose{model.rest, arap::Rotations(cell_order.size(), Eigen::Quaterniond::Identity()),
-                  constraints.regions().fit_placements(model.rest)};
+                  constraints.regions.fit_placements(model.rest)};
   steps.impose_constraints(pose);
   arap::NonlinearCg search(steps);
   arap::TimeBudget time(std::numeric_limits<double>::infinity());

@@ -40,7 +40,7 @@ struct DenseTets {
     double sum = 0;
     for (int r = 0; r < rows.size(); ++r)
       if (!std::isinf(rows.weights[r]))
-        sum += .5 * rows.weights[r] * (rows.row(r).of(p) - targets.row(r)).squaredNorm();
+        sum += .5 * rows.weights[r] * (rows.rows[r].of(p) - targets.row(r)).squaredNorm();
     return sum;
   }
   /// Local/global until nothing moves: hard rows by multipliers, soft ones in the matrix.
@@ -59,10 +59,11 @@ struct DenseTets {
         hard.push_back(r);
         continue;
       }
-      for (int a = rows.offsets[r]; a < rows.offsets[r + 1]; ++a) {
-        soft.row(rows.indices[a]) += rows.weights[r] * rows.coefficients[a] * targets.row(r);
-        for (int b = rows.offsets[r]; b < rows.offsets[r + 1]; ++b)
-          K(rows.indices[a], rows.indices[b]) += rows.weights[r] * rows.coefficients[a] * rows.coefficients[b];
+      const auto& [indices, coefficients] = rows.rows[r];
+      for (size_t a = 0; a < indices.size(); ++a) {
+        soft.row(indices[a]) += rows.weights[r] * coefficients[a] * targets.row(r);
+        for (size_t b = 0; b < indices.size(); ++b)
+          K(indices[a], indices[b]) += rows.weights[r] * coefficients[a] * coefficients[b];
       }
     }
     const auto m = static_cast<Eigen::Index>(hard.size());
@@ -70,7 +71,7 @@ struct DenseTets {
     saddle.topLeftCorner(n, n) = K;
     Positions right(n + m, 3);
     for (Eigen::Index k = 0; k < m; ++k) {
-      const LinearRow row = rows.row(hard[k]);
+      const LinearRow& row = rows.rows[hard[k]];
       for (size_t a = 0; a < row.indices.size(); ++a) saddle(n + k, row.indices[a]) += row.coefficients[a];
       right.row(n + k) = targets.row(hard[k]);
     }
@@ -122,7 +123,7 @@ struct Pull {
   [[nodiscard]] ModelConstraints constraints() const { return {{}, rows}; }
   [[nodiscard]] double gap(const Positions& p) const {
     double largest = 0;
-    for (int r = 0; r < rows.size(); ++r) largest = std::max(largest, (rows.row(r).of(p) - targets.row(r)).norm());
+    for (int r = 0; r < rows.size(); ++r) largest = std::max(largest, (rows.rows[r].of(p) - targets.row(r)).norm());
     return largest;
   }
 };
@@ -167,7 +168,7 @@ TEST(Engine, ManyHardRowsAreMet) {
     Pull with_averages = pull;
     with_averages.rows = {};
     for (int r = 0; r < pull.rows.size(); ++r) {
-      LinearRow row = pull.rows.row(r);
+      LinearRow row = pull.rows.rows[r];
       for (int k = 0; r % 30 == 0 && k < 70; ++k) {
         row.indices.push_back(row.indices[0]);
         row.coefficients.push_back(0);
@@ -278,50 +279,55 @@ TEST(Engine, DragOfRowsFollowsThem) {
     }
 }
 
-TEST(Engine, SoftRowsPullAtARegion) {
+/// Rows of this weight pull at a region beyond `border`, a part of the length; the rows nearest to it name others too.
+void expect_that_rows_rotate_a_region(double border, double weight, bool is_anchored) {
+  SCOPED_TRACE(testing::Message() << border << " " << weight << " " << is_anchored);
   const TetMesh mesh = TetMesh::blocks(6, 3, 3);
-  const auto n = static_cast<int>(mesh.positions.rows());
-  std::vector<int> regions(static_cast<size_t>(n), -1);
+  std::vector<int> regions(static_cast<size_t>(mesh.positions.rows()), -1);
   std::vector<int> members;
-  for (int v = 0; v < n; ++v)
-    if (mesh.positions(v, 0) > .7 * mesh.positions.col(0).maxCoeff()) {
+  for (int v = 0; v < static_cast<int>(mesh.positions.rows()); ++v)
+    if (mesh.positions(v, 0) > border * mesh.positions.col(0).maxCoeff()) {
       regions[v] = 0;
       members.push_back(v);
     }
-  const Pull pull(mesh, 12, .2, bend());
-  for (const bool is_anchored : {false, true}) {
-    ModelConstraints constraints = pull.constraints();
-    Positions targets = pull.targets;
-    if (is_anchored) {
-      constraints.set.vertices = {members.back()};
-      targets.resize(pull.targets.rows() + 1, 3);
-      targets << mesh.positions.row(members.back()), pull.targets;
-    }
-    TetArap model(mesh, 1, regions);
-    model.set_constraints(constraints);
-    model.solve(targets, to_accuracy(1e-10, arap::InitialGuess::kRest));
-    const Positions& p = model.positions();
-    EXPECT_LT(off_rigid(mesh.positions, p, members), 1e-12);
-    // At the minimum no motion of the region lowers the energy.
-    Positions gradient;
-    const auto energy = [&](const Positions& at) {
-      return model.engine().evaluate(at, gradient) + DenseTets::row_energy(pull.rows, pull.targets, at);
-    };
-    const double least = energy(p);
-    const Vector3 fixed = p.row(members.back()).transpose();
-    for (int axis = 0; axis < 3; ++axis)
-      for (const double by : {-1e-3, 1e-3}) {
-        Positions rotated = p;
-        const Matrix3 R = rotation_about(Vector3::Unit(axis), by);
-        for (const int v : members) rotated.row(v) = (R * (p.row(v).transpose() - fixed) + fixed).transpose();
-        EXPECT_GT(energy(rotated), least) << is_anchored << " " << axis << " " << by;
-        Positions moved = p;
-        for (const int v : members) moved(v, axis) += by;
-        if (!is_anchored) {
-          EXPECT_GT(energy(moved), least) << axis << " " << by;
-        }
-      }
+  const Pull pull(mesh, 12, weight, bend());
+  ModelConstraints constraints = pull.constraints();
+  Positions targets = pull.targets;
+  if (is_anchored) {
+    constraints.set.vertices = {members.back()};
+    targets.resize(pull.targets.rows() + 1, 3);
+    targets << mesh.positions.row(members.back()), pull.targets;
   }
+  TetArap model(mesh, 1, regions);
+  model.set_constraints(constraints);
+  model.solve(targets, to_accuracy(1e-10, arap::InitialGuess::kRest));
+  const Positions& p = model.positions();
+  EXPECT_LT(off_rigid(mesh.positions, p, members), 1e-12);
+  // At the minimum no motion of the region lowers the energy.
+  Positions gradient;
+  const auto energy = [&](const Positions& at) {
+    return model.engine().evaluate(at, gradient) + DenseTets::row_energy(pull.rows, pull.targets, at);
+  };
+  const double least = energy(p);
+  const Vector3 fixed = p.row(members.back()).transpose();
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double by : {-1e-3, 1e-3}) {
+      Positions rotated = p;
+      const Matrix3 R = rotation_about(Vector3::Unit(axis), by);
+      for (const int v : members) rotated.row(v) = (R * (p.row(v).transpose() - fixed) + fixed).transpose();
+      EXPECT_GT(energy(rotated), least) << axis << " " << by;
+      Positions moved = p;
+      for (const int v : members) moved(v, axis) += by;
+      if (!is_anchored) {
+        EXPECT_GT(energy(moved), least) << axis << " " << by;
+      }
+    }
+}
+
+TEST(Engine, RowsOfAnyWeightRotateARegion) {
+  for (const double border : {.7, .8})
+    for (const double weight : {.2, 20., 500., 2e4})
+      for (const bool is_anchored : {false, true}) expect_that_rows_rotate_a_region(border, weight, is_anchored);
 }
 
 TEST(Engine, RefusesRowsThatNameNothing) {

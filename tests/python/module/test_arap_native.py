@@ -196,6 +196,14 @@ def test_only_a_new_set_of_constraints_factorizes():
     assert solver.n_factorizations > once
 
 
+def test_without_strengths_all_vertices_are_hard():
+    mesh = tube()
+    solver = bound(mesh)
+    solver.set_constraints(ends(mesh))
+    expected = held_at_ends(mesh).solve(twisted_ends(mesh)).positions
+    assert np.array_equal(solver.solve(twisted_ends(mesh)).positions, expected)
+
+
 def test_loose_vertices_and_parts_without_constraints_stay_and_are_reported():
     near = tube()
     n = len(near.positions)
