@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 import scenes
+import test_live
 import test_pose
 import test_pull
 from harness import MODULE, Steps, Ui
@@ -33,6 +34,16 @@ def test_disabled_within_a_pose(ui: Ui) -> Steps:
         test_pose.assert_at_rest(rest)
         assert abs(handle().location.x) < NEAR
         yield from enable(ui)
+
+
+def test_live_goes_on_after_it_was_disabled(ui: Ui) -> Steps:
+    yield from test_live.begin(ui)
+    yield from disable()
+    yield from enable(ui)
+    yield from test_live.settle(ui)
+    yield from test_live.drag(ui)
+    yield from test_live.settle(ui)
+    test_live.assert_followed(ui)
 
 
 def test_disabled_within_a_blend(ui: Ui) -> Steps:

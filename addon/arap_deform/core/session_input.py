@@ -125,7 +125,7 @@ def difference_of_scene(old: SceneState, new: SceneState) -> str:
 
 def _difference_of_settings(old: SceneState, new: SceneState) -> str:
     if old.settings.of_bind != new.settings.of_bind:
-        return f"Energy, rigidity, weights, threads or seams of '{new.object_name}' have changed"
+        return f"Bending, rigidity, weights, threads or Weld Seams of '{new.object_name}' have changed"
     return "" if is_same_stretch(old.stretch, new.stretch) else f"The scale of '{new.object_name}' has changed"
 
 

@@ -199,7 +199,7 @@ def restored(end: End, restore: Callable[[], object]) -> End:
     """Calls ``restore`` and returns the end. If restoring fails, the end also says why."""
     try:
         restore()
-    except (ValueError, RuntimeError) as error:
+    except Exception as error:  # noqa: BLE001 - whatever it is, the act ends; print_fault() shows a fault of ours
         return replace(end, message=f"{end.message} {error}".strip(), error=end.error or error)
     return end
 

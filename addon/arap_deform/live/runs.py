@@ -207,7 +207,19 @@ CALLBACKS = (
 )
 
 
+def register() -> None:
+    """Live goes on after the add-on was switched off and on. Later, because no data can be read now."""
+    bpy.app.timers.register(_begin_all, first_interval=0.0, persistent=True)
+
+
+def _begin_all() -> None:
+    _find(bpy.data.objects)
+    _wake()
+
+
 def unregister() -> None:
+    if bpy.app.timers.is_registered(_begin_all):
+        bpy.app.timers.unregister(_begin_all)
     if bpy.app.timers.is_registered(_on_timer):
         bpy.app.timers.unregister(_on_timer)
     for run in _runs.values():

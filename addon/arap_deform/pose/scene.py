@@ -9,7 +9,6 @@ from ..core import sessions
 from ..core.session_input import SessionInput
 from ..follow.scene import BlenderFollowScene
 from ..scene import pose_key
-from ..setup.handles import handle_problem
 from . import undo
 from .result import capture_state, restore_state
 
@@ -76,8 +75,7 @@ class BlenderPoseScene(ActScene):
             return reason
         if not self.key.follow(obj):
             return f"Shape key '{pose_key.wanted_name(obj)}' of '{obj.name}' was removed"
-        enabled = (i for i, handle in enumerate(obj.arap.handles) if handle.is_enabled)
-        return next((problem for problem in (handle_problem(obj, i) for i in enabled) if problem), "")
+        return ""
 
     def _read_inputs(self) -> SessionInput:
         inputs = super()._read_inputs()

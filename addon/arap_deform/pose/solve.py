@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 
 from ..core import sessions
@@ -95,7 +97,8 @@ class SolveJob:
         reason = mesh.counts_problem(obj, self._inputs)
         if reason:
             raise RuntimeError(f"{reason} while it was solved: solve again")
-        sessions.put(self.object_name, Bound(self._session, self._inputs))
+        # The stretch of the bind: differences of the scene's below the tolerance must not add up.
+        sessions.put(self.object_name, Bound(self._session, replace(self._inputs, stretch=self._session.stretch)))
         write_pose(obj, pose_key.writable(obj), self._session, result)
         sessions.release(self.object_name, self)
         return result

@@ -61,7 +61,8 @@ def _pass_over(step: Callable[[], set[str]]) -> None:
     global _step  # noqa: PLW0603 - a timer takes no arguments
     _step = step
     if _objects_within_ended() and not bpy.app.timers.is_registered(_go_on):
-        bpy.app.timers.register(_go_on, first_interval=0.0, persistent=True)  # see handlers
+        # Persistent: Blender never lets go of the function of a timer that a loaded file has dropped.
+        bpy.app.timers.register(_go_on, first_interval=0.0, persistent=True)
 
 
 def _go_on() -> float | None:

@@ -142,7 +142,7 @@ def why_no_pose(context: bpy.types.Context) -> str:
     reason = why_not_idle(context)
     if reason or pose_key.find(posed_object(context)) is not None:
         return reason
-    return "There is no pose yet: press Pose or Solve first"
+    return "There is no pose yet: press Pose first"
 
 
 def why_not_solvable(context: bpy.types.Context) -> str:

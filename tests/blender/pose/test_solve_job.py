@@ -28,6 +28,15 @@ class SolveJobTest(SceneTest):
         self.assertEqual(unfit(other, is_thorough=True), "")
         self.assertEqual(self.run_job(self.api.begin_solve(other)).iterations, readout.iterations, "bound already")
 
+    def test_differences_of_the_scale_do_not_add_up(self):
+        obj = posable()
+        for _ in range(4):
+            obj.scale.x *= 1 + 0.7e-5
+            bpy.context.view_layer.update()
+            self.run_job(self.api.begin_solve(obj))
+        session = module("core.sessions").get("Tube").session
+        np.testing.assert_allclose(session.stretch, np.diag(obj.scale), atol=1e-5)
+
     def test_cancelled_it_leaves_everything_and_the_bind(self):
         obj = posable()
         move(obj.arap.handles[0].target, (0.5, 0.2, -0.3))
