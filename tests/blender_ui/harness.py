@@ -252,6 +252,14 @@ class Ui:
         panel.draw = draw
         yield from self.move_mouse_to_view()
 
+    def scroll_tab(self) -> Steps:
+        """To its end."""
+        region = self.region("UI")
+        yield from self.move_mouse(region.x + region.width // 3, region.y + region.height // 2)
+        for _ in range(12):
+            self.event("WHEELDOWNMOUSE")
+            yield
+
     def turn_view_into_preferences(self) -> Generator[None, None, bpy.types.Area]:
         """Shows the add-on's page of preferences where the 3D view was; returns the area."""
         area = self.view

@@ -62,11 +62,7 @@ def draw_settings(ui: Ui) -> Steps:
     bar().data.vertices.add(1)
     assert ui.api.solve(bar()).loose_vertices == 1
     yield from ui.screenshot("look")
-    region = ui.region("UI")
-    yield from ui.move_mouse(region.x + region.width // 3, region.y + region.height // 2)
-    for _ in range(12):
-        ui.event("WHEELDOWNMOUSE")
-        yield
+    yield from ui.scroll_tab()
     bar().scale = (2.0, 2.0, 2.0)
     yield from ui.screenshot("settings")
     bar().arap.energy = "spokes"

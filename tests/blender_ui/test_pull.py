@@ -2,7 +2,6 @@
 """ARAP Pull, as an artist does it: with the mouse and keys, in a window."""
 
 from itertools import pairwise
-from random import Random
 
 import bpy
 import numpy as np
@@ -527,48 +526,3 @@ def test_pull_bad_cases(ui: Ui) -> Steps:
     yield from ui.key("TAB")
     yield from pull(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
     assert np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.1
-
-
-ACTS = (*["drag"] * 3, *["click"] * 2, "let go", *["undo"] * 2, "redo", "radius", "mirror")
-
-
-def is_dragging(ui: Ui) -> bool:
-    return any(not run.is_released for run in ui.pull.runs)
-
-
-def test_pull_storm(ui: Ui) -> Steps:
-    """Sixty random drags, clicks, keys, undos and redos: nothing breaks, and all undone the mesh is at rest."""
-    random = Random(7)
-    yield from begin(ui, 21)
-    rest = scenes.key_positions(sheet())
-
-    def somewhere() -> Place:
-        return random.uniform(-1.1, 1.1), random.uniform(-1.1, 1.1), 0.0
-
-    for _ in range(60):
-        act = random.choice(ACTS)
-        if act == "drag":
-            yield from press(ui, somewhere())
-            modifiers = random.choice(({}, {}, {"shift": True}, {"ctrl": True}))
-            yield from drag_to(ui, somewhere(), 2, **modifiers)
-            key = random.choice(("", "", "X", "Y", "Z", "ESC", "RIGHTMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE"))
-            if key and is_dragging(ui):  # where nothing was taken hold of, X is Blender's own and deletes
-                ui.press(key)
-            ui.event("LEFTMOUSE", "RELEASE")
-            yield
-        elif act in {"click", "let go"}:
-            yield from click(ui, somewhere(), ctrl=act == "let go")
-        elif act in {"undo", "redo"}:
-            yield from ui.key("Z", ctrl=True, shift=act == "redo")
-        elif act == "radius":
-            yield from ui.key(random.choice(("LEFT_BRACKET", "RIGHT_BRACKET")))
-        else:
-            sheet().data.use_mirror_x = not sheet().data.use_mirror_x
-        assert np.isfinite(scenes.shown_positions(sheet())).all()
-        assert np.abs(scenes.shown_positions(sheet())).max() < 10.0
-        ui.select(sheet())
-    yield from ui.until_free()
-    yield from ui.screenshot("end")
-    while sheet().data.shape_keys is not None or sheet().arap.pull_pins:
-        yield from ui.undo()
-    np.testing.assert_allclose(scenes.shown_positions(sheet()), rest, atol=NEAR)

@@ -53,6 +53,7 @@ class FakeFollowScene:
     limit: int = 200
     error: Exception | None = None
     calls: list[str] = field(default_factory=list)
+    limits: list[tuple[int | None, float | None]] = field(default_factory=list)  # of iterations, of seconds
     binds: list[FakeBind] = field(default_factory=list)
 
     def has_to_wait(self) -> bool:
@@ -72,6 +73,14 @@ class FakeFollowScene:
         matrix = np.eye(4)
         matrix[0, 3] = self.place
         return matrix[None]
+
+    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
+        self.limits.append((iterations, time_limit_s))
+        return self.solved("follow" if iterations is None else "refine")
+
+    def update_from_rest(self, _matrices: np.ndarray, time_limit_s: float | None) -> Readout:
+        self.limits.append((None, time_limit_s))
+        return self.solved("from rest")
 
     def solved(self, call: str) -> Readout:
         if self.error is not None:

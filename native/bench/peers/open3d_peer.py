@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 
 class Peer:
+    version = str(open3d.__version__)
     binds_in_every_solve = True
 
     def __init__(self, mesh: Mesh, task: Task, options: dict[str, Any]) -> None:
@@ -25,9 +26,6 @@ class Peer:
         self._vertices = utility.IntVector(task.vertices)
         self._targets = utility.Vector3dVector(task.targets)
         self._result = self._mesh
-
-    def version(self) -> str:
-        return str(open3d.__version__)
 
     def bind(self) -> None:
         # No iterations: everything that comes before them.

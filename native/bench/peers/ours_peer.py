@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 
 class Peer:
+    version = arap_native.__version__
     binds_in_every_solve = False
 
     def __init__(self, mesh: Mesh, task: Task, options: dict[str, Any]) -> None:
@@ -27,9 +28,6 @@ class Peer:
         self._options = arap_native.Options(**options)
         self._model: arap_native.SurfaceArap | None = None
         self._positions = mesh.positions
-
-    def version(self) -> str:
-        return arap_native.__version__
 
     def bind(self) -> None:
         self._model = None

@@ -37,10 +37,10 @@ class Library(Protocol):
         binds_in_every_solve: it has no bind of its own: solve() does one, as long as bind() takes.
     """
 
+    version: str
     binds_in_every_solve: bool
 
     def __init__(self, mesh: Mesh, task: Task, options: dict[str, Any]) -> None: ...
-    def version(self) -> str: ...
     def bind(self) -> None: ...
     def solve(self, n_iterations: int) -> None:
         """Exactly so many iterations from rest."""
@@ -59,7 +59,7 @@ class Measured:
     def answer(self, command: str) -> dict[str, object]:
         name, _, number = command.strip().partition(" ")
         if name == "version":
-            return {"version": self._library.version()}
+            return {"version": self._library.version}
         if name == "bind":
             return {"ms": self._bind()}
         if name == "solve":

@@ -3,13 +3,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import pytest
 from arap_deform.core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
-from arap_deform.core.session_data import Readout
 from arap_deform.follow.act import KEEP_TIME_LIMIT_S, End, Ending, Phase, PoseAct, restored, status_text
 from fake_follow import FakeBind, FakeFollowScene, evaluate_with_matrices
 
@@ -20,7 +18,6 @@ class FakeScene(FakeFollowScene):
 
     reason: str = ""
     needed_updates: int = 3
-    limits: list[tuple[int | None, float | None]] = field(default_factory=list)
 
     def why_over(self) -> str:
         return self.reason
@@ -29,14 +26,6 @@ class FakeScene(FakeFollowScene):
         if self.error is not None:
             raise self.error
         return super().begin_bind()
-
-    def update_from_rest(self, _matrices: np.ndarray, _time_limit_s: float | None) -> Readout:
-        raise AssertionError("an act goes on from the pose shown")
-
-    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
-        done = self.solved("follow" if iterations is None else "refine")
-        self.limits.append((iterations, time_limit_s))
-        return done
 
 
 def begin(**scene_options: Any) -> tuple[FakeScene, PoseAct]:

@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
 from arap_deform.core.following import FOLLOW_TIME_LIMIT_S
 from arap_deform.core.session_data import Readout
 from arap_deform.live.run import HEAVY_STEP_S, LiveRun, NotNow, When
@@ -20,7 +19,6 @@ class FakeScene(FakeFollowScene):
     pause: str = ""
     step_s: float = 0.001
     now: float = 0.0
-    limits: list[float | None] = field(default_factory=list)
     off: list[str] = field(default_factory=list)
 
     def clock(self) -> float:
@@ -38,15 +36,8 @@ class FakeScene(FakeFollowScene):
     def switch_off(self, error: Exception) -> None:
         self.off.append(str(error))
 
-    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
-        return self.step("follow" if iterations is None else "refine", time_limit_s)
-
-    def update_from_rest(self, _matrices: np.ndarray, time_limit_s: float | None) -> Readout:
-        return self.step("from rest", time_limit_s)
-
-    def step(self, call: str, time_limit_s: float | None) -> Readout:
-        done = self.solved(call)
-        self.limits.append(time_limit_s)
+    def solved(self, call: str) -> Readout:
+        done = super().solved(call)
         self.now += self.step_s
         return replace(done, last_ms=1e3 * self.step_s)
 
@@ -137,7 +128,7 @@ def test_a_light_mesh_follows_every_evaluation() -> None:
         scene.place = place
         run.scene_changed(When.UPDATE)
     assert scene.calls == ["follow"] * 3
-    assert scene.limits[1:] == [FOLLOW_TIME_LIMIT_S] * 3
+    assert scene.limits[1:] == [(None, FOLLOW_TIME_LIMIT_S)] * 3
 
 
 def test_a_frame_that_a_heavy_mesh_missed_still_starts_from_rest() -> None:
@@ -179,7 +170,7 @@ def test_without_a_window_all_is_done_at_once() -> None:
     scene, run = begun()
     scene.place = 1.0
     run.scene_changed(When.UPDATE, None)
-    assert (scene.calls, scene.limits[-1]) == (["from rest"], None)
+    assert (scene.calls, scene.limits[-1]) == (["from rest"], (None, None))
 
 
 def test_a_mesh_that_never_fits_ends_instead_of_binding_for_ever() -> None:

@@ -146,7 +146,7 @@ def drag(models: dict[str, Row]) -> str:
         lines.append(
             (*start, number(row["frame_ms"]), number(mean, 2), *_behind(row["behind"]), number(row["load"], 2))
         )
-        for n, behind in row.get("behind_of_iterations", {}).items():
+        for n, behind in row["behind_of_iterations"].items():
             lines.append((*start, NOTHING, n, *_behind(behind), NOTHING))
     behind = ("behind, mean, %", "behind, max, %")
     headers = ("drag", "vertices", "ms a frame", "iterations a frame", *behind, "load after")
