@@ -291,17 +291,6 @@ TEST(Patches, WeightsAreScaledToSumOne) {
       1e-12);
 }
 
-TEST(Patches, PatchOfOneVertexIsAHardVertex) {
-  const MeshData mesh = bumpy_sphere(1);
-  Task hard = hold(mesh, {0, 1, 2});
-  Task patch = hard;
-  hard.add(30, {0, 0, 2});
-  patch.add_patch({30}, {7}, {0, 0, 2});
-  EXPECT_LT(max_distance(solve_once(mesh, hard, to_accuracy(1e-10)).positions,
-                         solve_once(mesh, patch, to_accuracy(1e-10)).positions),
-            1e-6);
-}
-
 TEST(Patches, ConvergeWhereTheReferenceDoes) {
   for (const Model& model : all_models()) {
     for (const MeshData& mesh : {bumpy_sphere(1), l_prism(4)}) {

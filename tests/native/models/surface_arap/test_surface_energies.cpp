@@ -113,7 +113,7 @@ TEST_P(SurfaceEnergies, GradientIsThatOfFiniteDifferences) {
   }
 }
 
-TEST_P(SurfaceEnergies, IsZeroForRigidMotionsAndPositiveElsewhere) {
+TEST_P(SurfaceEnergies, IsZeroForRigidMotions) {
   Random random(25);
   for (const MeshData& mesh : all_small_meshes()) {
     const SurfaceArap solver(mesh.mesh(), options());
@@ -121,10 +121,6 @@ TEST_P(SurfaceEnergies, IsZeroForRigidMotionsAndPositiveElsewhere) {
     const Positions moved = random.rigid_motion(2, mesh.diagonal()).apply(mesh.positions());
     EXPECT_NEAR(solver.energy(moved), 0, 1e-12 * size) << mesh.name;
     EXPECT_LT(solver.energy_gradient(moved).cwiseAbs().maxCoeff(), 1e-10 * mesh.diagonal()) << mesh.name;
-    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .1 * mesh.diagonal());
-    EXPECT_GT(solver.energy(p), 1e-4 * size) << mesh.name;
-    EXPECT_NEAR(solver.energy(random.rigid_motion(2, 1).apply(p)), solver.energy(p), 1e-10 * solver.energy(p))
-        << mesh.name;
   }
 }
 
