@@ -77,13 +77,8 @@ std::vector<Direction> all_directions() {
   return directions;
 }
 
-class RigidRegions : public testing::TestWithParam<Model> {
+class RigidRegions : public OfEachModel {
  protected:
-  arap::Options options() const { return GetParam().options(); }
-  ModelReference reference(const MeshData& mesh, const std::vector<int>& regions) const {
-    return {mesh, GetParam(), {}, regions};
-  }
-
   /// Expects region 0 rigid, hard vertices outside of it at their targets, and the energy never to rise, iteration by
   /// iteration.
   void expect_rigid_and_monotone(const MeshData& mesh, const std::vector<int>& regions, const Task& task,
@@ -110,7 +105,7 @@ class RigidRegions : public testing::TestWithParam<Model> {
   /// Expects that no small motion of region 0 in one of `directions`, and no free vertex, lowers the energy.
   void expect_stationary(const MeshData& mesh, const std::vector<int>& regions, const Task& task,
                          const SolveResult& result, const std::vector<Direction>& directions) const {
-    const ModelReference plain = reference(mesh, regions);
+    const ModelReference plain = reference(mesh, {}, regions);
     const std::vector<int> inside = members(regions, 0);
     const std::vector<Matrix3> rotations = shared_rotations(plain, mesh, regions, result.positions);
     const auto energy = [&](const Direction& direction, double size) {
@@ -143,7 +138,7 @@ class RigidRegions : public testing::TestWithParam<Model> {
   /// Expects that no small turn of region 0, with the vertex outside moved against the one inside, lowers the energy.
   void expect_turns_with_patch_cost_nothing(const MeshData& mesh, const std::vector<int>& regions,
                                             const Positions& positions, int inside, int outside) const {
-    const ModelReference plain = reference(mesh, regions);
+    const ModelReference plain = reference(mesh, {}, regions);
     const std::vector<Matrix3> rotations = shared_rotations(plain, mesh, regions, positions);
     const auto energy = [&](const Matrix3& turn, const Vector3& centre) {
       Positions p = positions;
@@ -335,7 +330,7 @@ TEST_P(RigidRegions, StepIsTheLargestMovementThatOfATurnToo) {
 TEST_P(RigidRegions, ReportedEnergyIsThatOfThePositionsWithTheRegionsRotation) {
   const MeshData mesh = long_bar();
   const std::vector<int> regions = middle_region();
-  const ModelReference plain = reference(mesh, regions);
+  const ModelReference plain = reference(mesh, {}, regions);
   const auto expected = [&](const SolveResult& result) {
     return plain.energy(result.positions, shared_rotations(plain, mesh, regions, result.positions));
   };

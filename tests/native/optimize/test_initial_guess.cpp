@@ -13,11 +13,7 @@ using arap::InitialGuess;
 using arap::SolveResult;
 using arap::SurfaceArap;
 
-class InitialGuessTest : public testing::TestWithParam<Model> {
- protected:
-  arap::Options options() const { return GetParam().options(); }
-  ModelReference reference(const MeshData& mesh) const { return {mesh, GetParam()}; }
-};
+class InitialGuessTest : public OfEachModel {};
 
 TEST_P(InitialGuessTest, RestStartsAtRestWithHardVerticesAtTheirTargets) {
   const MeshData mesh = bumpy_sphere(1);
@@ -220,15 +216,6 @@ TEST(LargeMoves, OfOnePartTurnNoOther) {
   Positions lifted = mesh.positions().bottomRows(n);
   lifted.col(2).array() += 1;
   EXPECT_LT(max_distance(result.positions.bottomRows(n), lifted), 1e-7);
-}
-
-TEST(Guesses, AllReachTheSameMinimumOfAGentleBend) {
-  const MeshData mesh = cylinder(10, 8);
-  const Task task = bend_task(mesh, default_bend(mesh));
-  const Positions expected = solve_once(mesh, task, to_accuracy(1e-9, InitialGuess::kRest)).positions;
-  for (const InitialGuess guess :
-       {InitialGuess::kPrevious, InitialGuess::kNaiveLaplacian, InitialGuess::kHandleRotations})
-    EXPECT_LT(max_distance(solve_once(mesh, task, to_accuracy(1e-9, guess)).positions, expected), 1e-5);
 }
 
 }  // namespace

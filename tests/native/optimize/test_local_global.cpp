@@ -24,11 +24,7 @@ RigidMotion hard_bend(const MeshData& mesh) {
   return {rotation_about({1, .4, .2}, 2.5), Vector3(.3, -.2, .3) * mesh.diagonal()};
 }
 
-class LocalGlobal : public testing::TestWithParam<Model> {
- protected:
-  arap::Options options() const { return GetParam().options(); }
-  ModelReference reference(const MeshData& mesh) const { return {mesh, GetParam()}; }
-};
+class LocalGlobal : public OfEachModel {};
 
 TEST_P(LocalGlobal, PlainIterationsAreThoseOfTheReference) {
   for (const MeshData& mesh : all_small_meshes()) {
@@ -111,7 +107,7 @@ TEST_P(LocalGlobal, EnergyNeverRisesWithSoftConstraintsStiffnessAndPatches) {
   Task task = bend_task(mesh, {rotation_about({1, .4, .2}, 2.5), {.5, 0, .5}});
   for (size_t k = 0; k < task.constraints.strengths.size(); k += 2) task.constraints.strengths[k] = .3;
   task.add_patch({0, 5, 9}, {1, 2, 1}, {0, 0, 3});
-  SurfaceArap solver(mesh.mesh(), options(), with_stiffness(stiffness));
+  SurfaceArap solver(mesh.mesh(), options(), {stiffness, {}});
   solver.set_constraints(task.constraints);
   expect_energy_never_rises(solver, mesh, task.targets, 60, mesh.name);
 }

@@ -50,13 +50,7 @@ void expect_gradient(const SurfaceArap& solver, const Positions& p, double size,
   EXPECT_LT(max_distance(gradient, expected), 1e-6 * gradient.cwiseAbs().maxCoeff()) << what;
 }
 
-class SurfaceEnergies : public testing::TestWithParam<Model> {
- protected:
-  arap::Options options() const { return GetParam().options(); }
-  ModelReference reference(const MeshData& mesh, const std::vector<double>& stiffness = {}) const {
-    return {mesh, GetParam(), stiffness};
-  }
-};
+class SurfaceEnergies : public OfEachModel {};
 
 /// What is assembled: one cell a vertex, also where rotation nodes are made of it.
 class CellsOfVertices : public SurfaceEnergies {};
@@ -128,7 +122,7 @@ TEST_P(SurfaceEnergies, StiffnessScalesWholeCells) {
   Random random(26);
   for (const MeshData& mesh : {bumpy_sphere(1), quad_sphere(3), star_prism(5, 3), sheared_cylinder(8, 4)}) {
     const std::vector<double> stiffness = random_stiffness(mesh.n_vertices(), 5);
-    const SurfaceArap solver(mesh.mesh(), options(), with_stiffness(stiffness));
+    const SurfaceArap solver(mesh.mesh(), options(), {stiffness, {}});
     const Reference plain = reference(mesh, stiffness);
     const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .1);
     EXPECT_NEAR(solver.energy(p), plain.energy(p), 1e-10 * plain.energy(p)) << mesh.name;
