@@ -115,38 +115,25 @@ struct Problem {
   }
 };
 
-TEST(ConstrainedSystem, FixedUnknowns) {
-  Problem problem(bumpy_sphere(1));
-  problem.is_fixed[3] = problem.is_fixed[17] = 1;
-  problem.expect_solved("fixed");
-}
-
-TEST(ConstrainedSystem, SoftUnknownsAlone) {
-  Problem problem(bumpy_sphere(1));
-  problem.soft_diagonal[3] = 2;
-  problem.soft_diagonal[30] = .01;
-  problem.expect_solved("soft");
-}
-
-TEST(ConstrainedSystem, AveragesBesideFixedAndSoftUnknowns) {
-  Problem problem(bumpy_sphere(1));
-  problem.is_fixed[3] = 1;
-  problem.soft_diagonal[12] = 3;
-  problem.averages = {{{5, 6, 7}, {.5, .25, .25}}, {{3, 8, 9}, {.2, .4, .4}}, {{20}, {1}}};
-  problem.expect_solved("averages with fixed members");
-}
-
-TEST(ConstrainedSystem, OneAverageAloneHoldsAComponent) {
-  Problem problem(bumpy_sphere(1));
-  problem.averages = {{{5, 6, 7}, {.5, .25, .25}}};
-  // Without a fixed unknown the right-hand side must sum to what the average takes, which it does by its multiplier.
-  problem.expect_solved("one average");
-}
-
-TEST(ConstrainedSystem, SeveralAveragesAloneHoldAComponent) {
-  Problem problem(bumpy_sphere(1));
-  problem.averages = {{{5, 6, 7}, {.5, .25, .25}}, {{30, 31}, {.5, .5}}, {{6, 12}, {.1, .9}}};
-  problem.expect_solved("three averages");
+TEST(ConstrainedSystem, FixedSoftAndAveragesInOneComponent) {
+  Problem fixed(bumpy_sphere(1));
+  fixed.is_fixed[3] = fixed.is_fixed[17] = 1;
+  fixed.expect_solved("fixed");
+  Problem soft(bumpy_sphere(1));
+  soft.soft_diagonal[3] = 2;
+  soft.soft_diagonal[30] = .01;
+  soft.expect_solved("soft alone");
+  Problem beside(bumpy_sphere(1));
+  beside.is_fixed[3] = 1;
+  beside.soft_diagonal[12] = 3;
+  beside.averages = {{{5, 6, 7}, {.5, .25, .25}}, {{3, 8, 9}, {.2, .4, .4}}, {{20}, {1}}};
+  beside.expect_solved("averages, one with a fixed member, beside fixed and soft");
+  // Without a fixed unknown the right-hand side must sum to what the averages take, which it does by their multipliers.
+  Problem averages(bumpy_sphere(1));
+  averages.averages = {{{5, 6, 7}, {.5, .25, .25}}};
+  averages.expect_solved("one average alone");
+  averages.averages.insert(averages.averages.end(), {{{30, 31}, {.5, .5}}, {{6, 12}, {.1, .9}}});
+  averages.expect_solved("three averages alone, two that overlap");
 }
 
 TEST(ConstrainedSystem, EachComponentIsHeldItsOwnWay) {
@@ -344,17 +331,6 @@ TEST(Patches, WeightsAreScaledToSumOne) {
   EXPECT_LT(
       max_distance(solve_once(mesh, task, iterations(5)).positions, solve_once(mesh, scaled, iterations(5)).positions),
       1e-12);
-}
-
-TEST(Patches, PatchOfOneVertexIsAHardVertex) {
-  const MeshData mesh = bumpy_sphere(1);
-  Task hard = hold(mesh, {0, 1, 2});
-  Task patch = hard;
-  hard.add(30, {0, 0, 2});
-  patch.add_patch({30}, {7}, {0, 0, 2});
-  EXPECT_LT(max_distance(solve_once(mesh, hard, to_accuracy(1e-10)).positions,
-                         solve_once(mesh, patch, to_accuracy(1e-10)).positions),
-            1e-6);
 }
 
 TEST(Patches, ConvergeWhereTheReferenceDoes) {

@@ -75,14 +75,6 @@ TEST(NearestRotation, DoesNotDependOnTheScale) {
   }
 }
 
-TEST(NearestRotation, OfARotationIsItself) {
-  Random random(10);
-  for (int trial = 0; trial < 50; ++trial) {
-    const Matrix3 R = random.rigid_motion(random.uniform(0, std::numbers::pi), 0).rotation;
-    EXPECT_LT((nearest_rotation(2.5 * R, Matrix3::Identity()) - R).norm(), 1e-13);
-  }
-}
-
 TEST(NearestRotation, OfZeroIsThePreviousOne) {
   const Matrix3 previous = rotation_about({1, 2, 3}, 1);
   EXPECT_EQ(nearest_rotation(Matrix3::Zero(), previous), previous);

@@ -86,19 +86,5 @@ TEST(PolygonMesh, WhatIsWrongIsRefusedByPlace) {
   expect_refused(square(), {0, 1, 2, 3}, {huge, huge, huge}, {"face_sizes"});
 }
 
-/// Tests of negative cotangents rely on it.
-TEST(TestMeshes, MostTrianglesOfTheShearedCylinderAreObtuse) {
-  const MeshData mesh = sheared_cylinder(12, 6);
-  int obtuse = 0;
-  for (const auto& t : mesh.faces) {
-    for (int c = 0; c < 3; ++c) {
-      const Vector3 u = mesh.vertices[t[(c + 1) % 3]] - mesh.vertices[t[c]];
-      const Vector3 v = mesh.vertices[t[(c + 2) % 3]] - mesh.vertices[t[c]];
-      if (u.dot(v) < 0) ++obtuse;
-    }
-  }
-  EXPECT_GT(obtuse, mesh.n_faces() / 2);
-}
-
 }  // namespace
 }  // namespace arap_test

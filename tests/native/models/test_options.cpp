@@ -15,16 +15,6 @@ using arap::InvalidInput;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-TEST(Options, DefaultsAreRotationNodesWithCotangents) {
-  const arap::Options options;
-  EXPECT_NO_THROW(options.validate());
-  EXPECT_EQ(options.energy, arap::Energy::kRotationNodes);
-  EXPECT_EQ(options.rigidity_radius, .02);
-  EXPECT_EQ(options.weights, arap::EdgeWeights::kCotangent);
-  EXPECT_EQ(options.threads, 0);
-  EXPECT_FALSE(options.join_seams);
-}
-
 TEST(Options, OutOfRangeIsRefused) {
   const auto expect_refused = [](const arap::Options& options, std::initializer_list<std::string_view> words) {
     expect_error<InvalidInput>([&] { options.validate(); }, words);
@@ -39,13 +29,6 @@ TEST(Options, OutOfRangeIsRefused) {
 TEST(Options, BindRefusesWhatValidateRefuses) {
   const arap::Options options{.threads = -3};
   expect_error<InvalidInput>([&] { const arap::SurfaceArap solver(tetrahedron().mesh(), options); }, {"threads", "-3"});
-}
-
-TEST(SolveOptions, DefaultsGoOnFromThePreviousPositionsWithoutTimeLimit) {
-  const arap::SolveOptions options;
-  EXPECT_NO_THROW(options.validate());
-  EXPECT_EQ(options.initial_guess, arap::InitialGuess::kPrevious);
-  EXPECT_EQ(options.time_limit_s, kInfinity);
 }
 
 TEST(SolveOptions, OutOfRangeIsRefused) {

@@ -24,11 +24,7 @@ RigidMotion hard_bend(const MeshData& mesh) {
   return {rotation_about({1, .4, .2}, 2.5), Vector3(.3, -.2, .3) * mesh.diagonal()};
 }
 
-class LocalGlobal : public testing::TestWithParam<Model> {
- protected:
-  arap::Options options() const { return GetParam().options(); }
-  ModelReference reference(const MeshData& mesh) const { return {mesh, GetParam()}; }
-};
+class LocalGlobal : public OfEachModel {};
 
 TEST_P(LocalGlobal, PlainIterationsAreThoseOfTheReference) {
   for (const MeshData& mesh : all_small_meshes()) {
@@ -73,18 +69,6 @@ TEST_P(LocalGlobal, ConvergesWhereTheReferenceDoes) {
     expect_ends_at_reference(mesh, bend_task(mesh, default_bend(mesh)), GetParam());
 }
 
-TEST_P(LocalGlobal, NoForceIsLeftOnFreeVerticesWhenConverged) {
-  for (const MeshData& mesh : {bumpy_sphere(2), cylinder(10, 8), bar(2, Faces::kQuads)}) {
-    const Task task = bend_task(mesh, default_bend(mesh));
-    const SolveResult result = solve_once(mesh, task, to_accuracy(1e-10), options());
-    Positions force = reference(mesh).gradient(result.positions);
-    const double reaction = force.cwiseAbs().maxCoeff();
-    for (const int v : task.constraints.vertices) force.row(v).setZero();
-    EXPECT_GT(reaction, 1e-3 * mesh.diagonal()) << mesh.name << ": the handles must pull at all";
-    EXPECT_LT(force.cwiseAbs().maxCoeff(), 1e-6 * reaction) << mesh.name;
-  }
-}
-
 TEST_P(LocalGlobal, SoftConstraintsConvergeWhereTheReferenceDoes) {
   Random random(31);
   for (const double share : {.7, 1.0})
@@ -123,7 +107,7 @@ TEST_P(LocalGlobal, EnergyNeverRisesWithSoftConstraintsStiffnessAndPatches) {
   Task task = bend_task(mesh, {rotation_about({1, .4, .2}, 2.5), {.5, 0, .5}});
   for (size_t k = 0; k < task.constraints.strengths.size(); k += 2) task.constraints.strengths[k] = .3;
   task.add_patch({0, 5, 9}, {1, 2, 1}, {0, 0, 3});
-  SurfaceArap solver(mesh.mesh(), options(), with_stiffness(stiffness));
+  SurfaceArap solver(mesh.mesh(), options(), {stiffness, {}});
   solver.set_constraints(task.constraints);
   expect_energy_never_rises(solver, mesh, task.targets, 60, mesh.name);
 }
@@ -213,16 +197,6 @@ TEST(StopReason, ConvergedWithoutAccelerationToo) {
   EXPECT_EQ(result.stop_reason, StopReason::kConverged);
   EXPECT_LT(max_distance(result.positions, solve_once(mesh, task, to_accuracy(1e-12)).positions),
             1e-6 * mesh.diagonal());
-}
-
-TEST(StopReason, ConvergedWhereTheEnergyIsNothingButRounding) {
-  const MeshData mesh = cylinder(8, 4);
-  const RigidMotion motion = Random(35).rigid_motion(.6, 1);
-  const Task task = rigid_task(mesh, bend_task(mesh, {}).constraints, motion);
-  for (const Model& model : all_models())
-    EXPECT_EQ(solve_once(mesh, task, to_accuracy(1e-9, InitialGuess::kPrevious, 2000), model.options()).stop_reason,
-              StopReason::kConverged)
-        << model.name();
 }
 
 TEST(StopReason, MaxIterationsWhenTheyRanOut) {

@@ -51,18 +51,13 @@ TEST(RotationNodes, WeightsOfEveryVertexSumToOne) {
   }
 }
 
-TEST(RotationNodes, EachCellIsAtHomeAtItsNodeAndItsRestVectorsSumToZero) {
+TEST(RotationNodes, EachCellIsAtHomeAtItsNode) {
   for (const MeshData& mesh : all_small_meshes()) {
     const MeshData model = in_model_space(mesh);
     const RotationNodes nodes = choose_nodes(model, .1);
     const CellEnergy energy = surface_energy(model.mesh(), {}, {}, 1, {}, [&] { return nodes; });
     ASSERT_EQ(energy.n_cells(), nodes.size());
-    for (int c = 0; c < energy.n_cells(); ++c) {
-      EXPECT_EQ(energy.home(c), nodes.vertices[c]) << mesh.name;
-      Vector3 sum = Vector3::Zero();
-      for (int e = energy.cell_offsets[c]; e < energy.cell_offsets[c + 1]; ++e) sum += energy.q.row(e).transpose();
-      EXPECT_LT(sum.norm(), 1e-11 * energy.q.cwiseAbs().maxCoeff()) << mesh.name;
-    }
+    for (int c = 0; c < energy.n_cells(); ++c) EXPECT_EQ(energy.home(c), nodes.vertices[c]) << mesh.name;
   }
 }
 

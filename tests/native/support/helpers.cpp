@@ -91,12 +91,6 @@ Task hold(const MeshData& mesh, const std::vector<int>& vertices) {
   return task;
 }
 
-arap::SurfaceArap::VertexProperties with_stiffness(std::vector<double> stiffness) {
-  arap::SurfaceArap::VertexProperties properties;
-  properties.stiffness = std::move(stiffness);
-  return properties;
-}
-
 arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions) {
   arap::SurfaceArap::VertexProperties properties;
   properties.rigid_regions = std::move(regions);
@@ -280,7 +274,7 @@ void expect_ends_at_reference(const MeshData& mesh, const Task& task, const Mode
   const Reference::Solution expected =
       plain.solve(task.constraints, task.targets, plain.rest_guess(task.constraints, task.targets), 20000, 1e-10);
   const arap::SolveResult result =
-      solve_once(mesh, task, to_accuracy(1e-10, arap::InitialGuess::kRest), model.options(), with_stiffness(stiffness));
+      solve_once(mesh, task, to_accuracy(1e-10, arap::InitialGuess::kRest), model.options(), {stiffness, {}});
   EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged) << mesh.name << model.name();
   EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal()) << mesh.name << model.name();
   EXPECT_NEAR(result.energy_after, expected.energies.back(), 1e-9 * expected.energies.back())

@@ -72,7 +72,6 @@ Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, co
 /// Hard constraints that hold the vertices at rest.
 Task hold(const MeshData& mesh, const std::vector<int>& vertices);
 
-arap::SurfaceArap::VertexProperties with_stiffness(std::vector<double> stiffness);
 arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions);
 
 /// With a linear solver in double: every single iteration is exact, not only the limit.
@@ -157,6 +156,16 @@ struct ModelReference : Reference {
 /// Expects that a solve from rest converges where the model's reference does.
 void expect_ends_at_reference(const MeshData& mesh, const Task& task, const Model& model,
                               const std::vector<double>& stiffness = {});
+
+/// Tests of every model.
+class OfEachModel : public testing::TestWithParam<Model> {
+ protected:
+  [[nodiscard]] static arap::Options options() { return GetParam().options(); }
+  [[nodiscard]] static ModelReference reference(const MeshData& mesh, const std::vector<double>& stiffness = {},
+                                                const std::vector<int>& region_of_vertex = {}) {
+    return {mesh, GetParam(), stiffness, region_of_vertex};
+  }
+};
 
 inline std::string model_name(const testing::TestParamInfo<Model>& info) { return info.param.name(); }
 

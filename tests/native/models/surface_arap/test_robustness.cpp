@@ -225,13 +225,14 @@ TEST(Robustness, NeedlesOfEveryHeightAreSound) {
 }
 
 TEST(Robustness, SliverOfAPolygonIsSound) {
-  // A quad with two corners at one place, one that is a line, one with a corner in the middle of a side.
+  // A quad with two corners at one place, one that is a line, one with a corner in the middle of a side; beside each a
+  // face that names a vertex twice.
   const MeshData mesh = bumpy_sphere(2);
   const Edge edge = some_edge(mesh);
   for (const double t : {0.0, .5, 1.0}) {
     MeshData faulty = mesh;
     const int m = faulty.add_vertex((1 - t) * mesh.vertices[edge.a] + t * mesh.vertices[edge.b]);
-    faulty.faces.push_back({edge.a, m, edge.b, edge.c});
+    faulty.faces.insert(faulty.faces.end(), {{edge.a, m, edge.b, edge.c}, {edge.c, edge.c, edge.d}});
     expect_sound(faulty, "polygon with degenerate fans");
   }
 }
@@ -535,20 +536,7 @@ TEST(Robustness, JoinedSeamWithStiffnessAndRegions) {
   EXPECT_LT(off_rigid(open.positions(), result, inside), 1e-6);
 }
 
-// Everything at once, and a large mesh.
-
-TEST(Robustness, AllFaultsTogetherAreSound) {
-  MeshData mesh = with_sliver(with_doubled_vertex(sound_mesh(), Vector3::Zero()), 1e-12);
-  const Edge edge = some_edge(sound_mesh());
-  mesh.faces.push_back(mesh.faces[3]);
-  std::reverse(mesh.faces[10].begin(), mesh.faces[10].end());
-  mesh.faces.push_back({edge.c, edge.c, edge.d});
-  const int tip = mesh.add_vertex(1.3 * mesh.vertices[edge.d]);
-  mesh.faces.push_back({edge.c, edge.d, tip});
-  expect_sound(mesh, "all faults");
-  mesh.add_vertex({2, 2, 2});
-  for (const Model& model : cotangent_models()) EXPECT_LT(deviation(mesh, model.options()), .01) << model.name();
-}
+// A large mesh.
 
 TEST(Robustness, MeshOf173ThousandVertices) {
   const MeshData mesh =

@@ -117,7 +117,7 @@ TEST(Stiffness, TheSameEverywhereScalesTheEnergyAndMovesNothing) {
     const SolveResult normal = solve_once(mesh, task, options, exactly(model.options()));
     for (const double c : {1e-3, 7.0, 1e4}) {
       const std::vector<double> stiffness(static_cast<size_t>(mesh.n_vertices()), c);
-      const SolveResult scaled = solve_once(mesh, task, options, exactly(model.options()), with_stiffness(stiffness));
+      const SolveResult scaled = solve_once(mesh, task, options, exactly(model.options()), {stiffness, {}});
       EXPECT_LT(max_distance(scaled.positions, normal.positions), 1e-7) << model.name() << c;
       EXPECT_NEAR(scaled.energy_before, c * normal.energy_before, 1e-10 * c * normal.energy_before)
           << model.name() << c;
@@ -138,14 +138,13 @@ TEST(Stiffness, StiffHalfKeepsItsShape) {
   }
   const Positions rest = mesh.positions();
   const double without = off_rigid(rest, solve_once(mesh, task, to_accuracy(1e-7)).positions, stiff);
-  const double with =
-      off_rigid(rest, solve_once(mesh, task, to_accuracy(1e-7), {}, with_stiffness(stiffness)).positions, stiff);
+  const double with = off_rigid(rest, solve_once(mesh, task, to_accuracy(1e-7), {}, {stiffness, {}}).positions, stiff);
   EXPECT_LT(with, .1 * without);
 }
 
 TEST(Stiffness, BadOnesAreRefused) {
   const auto expect_refused = [](const std::vector<double>& stiffness, std::initializer_list<std::string_view> words) {
-    expect_error<InvalidInput>([&] { const SurfaceArap solver(cube().mesh(), {}, with_stiffness(stiffness)); }, words);
+    expect_error<InvalidInput>([&] { const SurfaceArap solver(cube().mesh(), {}, {stiffness, {}}); }, words);
   };
   for (const double bad : {0.0, -1.0, kNan, kInfinity})
     expect_refused({1, 1, 1, 1, 1, bad, 1, 1}, {"stiffness", "vertex 5", "> 0"});

