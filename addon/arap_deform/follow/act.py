@@ -204,10 +204,10 @@ def restored(end: End, restore: Callable[[], object]) -> End:
     return end
 
 
-def print_fault(end: End) -> None:
+def print_fault(error: Exception | None) -> None:
     """Prints the traceback of a fault in the add-on: a report on it needs more than a sentence."""
-    if end.error is not None and not isinstance(end.error, (ValueError, RuntimeError)):
-        traceback.print_exception(end.error)
+    if error is not None and not isinstance(error, (ValueError, RuntimeError)):
+        traceback.print_exception(error)
 
 
 def status_text(act: PoseAct) -> str:
