@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from ..scene import empty_groups
+from ..scene import remembered
 from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
 from ..ui.panels import ArapPanel, ArapSubPanel, draw_text, is_following, split_column
@@ -172,7 +172,7 @@ def lack_of_group(obj: bpy.types.Object, group: str) -> str:
     """Why a group holds nothing, '' if it does."""
     if group not in obj.vertex_groups:
         return "no such group"
-    return "no weights" if not is_following(obj) and empty_groups.is_empty(obj, group) else ""
+    return "no weights" if not is_following(obj) and remembered.is_empty_group(obj, group) else ""
 
 
 def _draw_group_buttons(layout: bpy.types.UILayout, obj: bpy.types.Object, vertex_group: str) -> None:
