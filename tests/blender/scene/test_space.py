@@ -2,27 +2,15 @@
 """The object-space rule: what a handle's place means, wherever object and handle stand and whatever moves them."""
 
 import numpy as np
-from looks import in_world, key_positions, rest_positions
+from looks import key_positions, rest_positions
 from mathutils import Matrix
 from support import SceneTest, bpy, module
-from tubes import TOP, bend, empty_at, move, posable
+from tubes import TOP, empty_at, move, posable
 
 PLACED = Matrix.Translation((3.0, -2.0, 1.0)) @ Matrix.Rotation(0.7, 4, "Y") @ Matrix.Rotation(-0.4, 4, "X")
-STRETCHED = PLACED @ Matrix.Diagonal((1.0, 2.5, 0.6, 1.0))
 
 
 class SpaceTest(SceneTest):
-    def test_group_follows_its_handle_exactly(self):
-        obj = posable(matrix=STRETCHED)
-        target = obj.arap.handles[0].target
-        before = np.array(target.matrix_world)
-        bend(obj)
-        self.api.solve(obj)
-        motion = np.array(target.matrix_world) @ np.linalg.inv(before)
-        at_rest = in_world(obj, rest_positions(obj)[TOP])
-        expected = at_rest @ motion[:3, :3].T + motion[:3, 3]
-        self.assert_close(in_world(obj, key_positions(obj)[TOP]), expected, 1e-5)
-
     def test_object_and_handles_moved_together_change_nothing(self):
         """Even if the handle is no child of the object."""
         obj = posable()
@@ -38,45 +26,11 @@ class SpaceTest(SceneTest):
         self.api.solve(obj)
         self.assert_close(key_positions(obj), posed, 2e-4)
 
-    def test_parent_constraint_driver_and_animation_move_a_handle(self):
-        obj = posable()
-        parent = empty_at((0.0, 0.0, 0.0))
-
-        def parented(target):
-            target.parent = parent
-            parent.location.y = 0.5
-
-        def constrained(target):
-            target.constraints.new("COPY_LOCATION").target = parent
-            parent.location = (0.0, 0.5, 4.0)
-
-        def driven(target):
-            target.driver_add("location", 1).driver.expression = "0.5"
-
-        def animated(target):
-            target.location.y = 0.5
-            target.keyframe_insert("location", frame=10)
-            self.scene.frame_set(10)
-
-        for way in (parented, constrained, driven, animated):
-            with self.subTest(way.__name__):
-                target = empty_at((0.0, 0.0, 4.0))
-                self.api.reset_pose(obj)
-                obj.arap.handles[0].target = target
-                before = np.array(target.matrix_world)
-                way(target)
-                bpy.context.view_layer.update()
-                self.assertGreater(np.abs(np.array(target.matrix_world) - before).max(), 0.4)
-                self.api.solve(obj)
-                expected = rest_positions(obj)[TOP] + np.array([0.0, 0.5, 0.0])
-                self.assert_close(key_positions(obj)[TOP], expected, 1e-5)
-                parent.location = (0.0, 0.0, 0.0)
-
-    def test_hidden_handles_work(self):
+    def test_a_hidden_handle_that_a_driver_moves_works(self):
         obj = posable()
         target = obj.arap.handles[0].target
         target.hide_set(True)
-        target.location.y += 0.5
+        target.driver_add("location", 1).driver.expression = "0.5"
         self.api.solve(obj)
         self.assert_close(key_positions(obj)[TOP], rest_positions(obj)[TOP] + np.array([0.0, 0.5, 0.0]))
 
