@@ -20,10 +20,8 @@ DEFAULT_RADIUS = 0.05  # of a soft edge, as a fraction of the mesh's size
 
 def why_no_group(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must have a vertex group."""
-    reason = why_not_changeable(context)
-    if reason or posed_object(context).vertex_groups:
-        return reason
-    return "There is no vertex group yet: add a pin, a handle or stiffness first"
+    lack = "There is no vertex group yet: add a pin, a handle or stiffness first"
+    return why_not_changeable(context) or ("" if posed_object(context).vertex_groups else lack)
 
 
 def why_not_selectable(context: bpy.types.Context) -> str:

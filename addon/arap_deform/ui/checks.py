@@ -139,10 +139,8 @@ def why_not_changeable(context: bpy.types.Context) -> str:
 
 def why_no_pose(context: bpy.types.Context) -> str:
     """As why_not_idle(). The mesh must have a pose."""
-    reason = why_not_idle(context)
-    if reason or pose_key.find(posed_object(context)) is not None:
-        return reason
-    return "There is no pose yet: press Pose or Solve first"
+    lack = "There is no pose yet: press Pose or Solve first"
+    return why_not_idle(context) or ("" if pose_key.find(posed_object(context)) is not None else lack)
 
 
 def why_not_solvable(context: bpy.types.Context) -> str:
