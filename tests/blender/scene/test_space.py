@@ -26,11 +26,45 @@ class SpaceTest(SceneTest):
         self.api.solve(obj)
         self.assert_close(key_positions(obj), posed, 2e-4)
 
-    def test_a_hidden_handle_that_a_driver_moves_works(self):
+    def test_parent_constraint_driver_and_animation_move_a_handle(self):
+        obj = posable()
+        parent = empty_at((0.0, 0.0, 0.0))
+
+        def parented(target):
+            target.parent = parent
+            parent.location.y = 0.5
+
+        def constrained(target):
+            target.constraints.new("COPY_LOCATION").target = parent
+            parent.location = (0.0, 0.5, 4.0)
+
+        def driven(target):
+            target.driver_add("location", 1).driver.expression = "0.5"
+
+        def animated(target):
+            target.location.y = 0.5
+            target.keyframe_insert("location", frame=10)
+            self.scene.frame_set(10)
+
+        for way in (parented, constrained, driven, animated):
+            with self.subTest(way.__name__):
+                target = empty_at((0.0, 0.0, 4.0))
+                self.api.reset_pose(obj)
+                obj.arap.handles[0].target = target
+                before = np.array(target.matrix_world)
+                way(target)
+                bpy.context.view_layer.update()
+                self.assertGreater(np.abs(np.array(target.matrix_world) - before).max(), 0.4)
+                self.api.solve(obj)
+                expected = rest_positions(obj)[TOP] + np.array([0.0, 0.5, 0.0])
+                self.assert_close(key_positions(obj)[TOP], expected, 1e-5)
+                parent.location = (0.0, 0.0, 0.0)
+
+    def test_hidden_handles_work(self):
         obj = posable()
         target = obj.arap.handles[0].target
         target.hide_set(True)
-        target.driver_add("location", 1).driver.expression = "0.5"
+        target.location.y += 0.5
         self.api.solve(obj)
         self.assert_close(key_positions(obj)[TOP], rest_positions(obj)[TOP] + np.array([0.0, 0.5, 0.0]))
 
