@@ -21,7 +21,7 @@ bl_info = {
 # The modules that give something to Blender, in this order; see scene/registration.
 MODULES = {
     "props": ("preferences", "handles", "poses", "pull", "object"),
-    "scene": ("owners", "redraw"),
+    "scene": ("remembered", "redraw"),
     "ui": ("panels",),
     "setup": ("handles", "list_operators", "select_operators", "group_operators", "panels"),
     "live": ("runs", "panel"),

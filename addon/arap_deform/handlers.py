@@ -8,7 +8,7 @@ from bpy.app.handlers import persistent
 
 from .core import sessions
 from .pull import draw, seen_mesh
-from .scene import empty_groups, mesh_size, owners
+from .scene import remembered
 from .ui import modal
 
 
@@ -18,9 +18,7 @@ def _is_there(name: str) -> bool:
 
 def _forget_looks() -> None:
     """Forgets everything read from the scene."""
-    empty_groups.clear()
-    owners.clear()
-    mesh_size.clear()
+    remembered.clear()
     seen_mesh.clear()
     draw.clear()
 
@@ -38,9 +36,7 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         update.is_updated_geometry or update.is_updated_transform for update in depsgraph.updates
     ):
         sessions.forget_missing(_is_there)
-    empty_groups.forget_updated(depsgraph)
-    owners.forget_updated(depsgraph)
-    mesh_size.forget_updated(depsgraph, sessions.acts)
+    remembered.forget_updated(depsgraph, sessions.acts)
     seen_mesh.forget_updated(depsgraph)
 
 

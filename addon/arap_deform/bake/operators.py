@@ -11,7 +11,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from ..pose.job_operator import JobOperator
 from ..pose.result import bake_pose
-from ..scene import mesh_size, versions
+from ..scene import remembered, versions
 from ..ui.checks import ArapOperator, posed_object, why_no_pose, why_not_solvable
 from ..ui.panels import split_column
 from .cache import MeshCacheJob
@@ -120,7 +120,7 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         self.draw_size(lambda: f"{most}{BakeEstimate(len(frames_of(*self.frame_range)), n_vertices)}", "SHAPEKEY_DATA")
 
     def _tolerance_text(self, context: bpy.types.Context) -> str:
-        size = mesh_size.diagonal(posed_object(context), context.evaluated_depsgraph_get())
+        size = remembered.diagonal(posed_object(context), context.evaluated_depsgraph_get())
         return versions.length_text(context.scene, size * self.fewest_keys_percent / 100.0)
 
     def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> BakeJob:

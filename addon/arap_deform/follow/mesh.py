@@ -18,7 +18,7 @@ from ..core.session_data import Readout
 from ..core.session_input import SessionInput, counts_differ, difference
 from ..core.sessions import Bound
 from ..core.worker import Binding
-from ..scene import pose_key, shape_keys
+from ..scene import pose_key, versions
 from ..scene.inputs import counts_of
 
 
@@ -46,7 +46,7 @@ def sync(obj: bpy.types.Object) -> None:
     if key is None:
         bound.session.reset()
     else:
-        bound.session.set_positions(shape_keys.read(key))
+        bound.session.set_positions(versions.read_key(key))
 
 
 def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:

@@ -3,11 +3,10 @@
 
 from __future__ import annotations
 
-import traceback
-
 import bpy
 
 from ..core import sessions
+from ..follow.act import print_fault
 from ..follow.mesh import SessionBinding
 from ..follow.scene import BlenderFollowScene
 from ..scene import meshes, pose_key
@@ -71,8 +70,7 @@ class BlenderLiveScene(BlenderFollowScene):
         return binding
 
     def switch_off(self, error: Exception) -> None:
-        if not isinstance(error, (ValueError, RuntimeError)):
-            traceback.print_exception(error)  # a fault in the add-on: a report on it needs more than a sentence
+        print_fault(error)
         obj = self.obj
         if obj is not None:
             obj.arap.is_live = False

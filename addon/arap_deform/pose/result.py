@@ -43,7 +43,7 @@ def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
     shape_keys.check_shown(obj, _live_key(obj))
     if not name:
         raise ValueError("The baked pose needs a name: type one, for example Pose")
-    return shape_keys.new(obj, name, handle_motion.shown_positions(obj, shape_keys.read_reference(obj)))
+    return shape_keys.new(obj, name, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
 
 
 def reset_pose(obj: bpy.types.Object) -> None:
@@ -58,7 +58,7 @@ def reset_pose(obj: bpy.types.Object) -> None:
     key = pose_key.find(obj)
     if key is not None:
         pose_key.check_name(obj)
-        shape_keys.write(obj, key, shape_keys.read_reference(obj))
+        shape_keys.write(obj, key, meshes.read_rest(obj))
     bound = sessions.get(obj.name)
     if bound is not None:
         bound.session.reset()
@@ -78,7 +78,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     shape_keys.check_shown(obj, key)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     meshes.read_stretch(obj, depsgraph)  # raises before anything has changed
-    shape_keys.shift_all(obj, key, handle_motion.shown_positions(obj, shape_keys.read_reference(obj)))
+    shape_keys.shift_all(obj, key, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
     rests = _rest_matrices(obj)
     _set_rest_here(obj, depsgraph)
     _follow_new_rest(obj, rests)

@@ -38,7 +38,7 @@ class ActRun(ModalRun):
         elif end.how is Ending.RESTORE:
             end = restored(end, lambda: self.scene.restore(obj))
         self.leave()
-        print_fault(end)
+        print_fault(end.error)
         return end
 
     def abort(self, message: str = "") -> None:

@@ -9,6 +9,7 @@ from ..core import sessions
 from ..core.session_input import SessionInput
 from ..follow.scene import BlenderFollowScene
 from ..scene import pose_key
+from ..scene.inputs import counts_of
 from . import undo
 from .result import capture_state, restore_state
 
@@ -23,7 +24,7 @@ class ActScene(BlenderFollowScene):
         super().__init__(obj)
         pose_key.forget_removed(obj)
         self._state = capture_state(obj)
-        self._counts = _counts(obj)
+        self._counts = counts_of(obj)
 
     def why_over(self) -> str:
         obj = self.obj
@@ -31,7 +32,7 @@ class ActScene(BlenderFollowScene):
             reason = f"'{self.name}' was deleted or renamed"
         elif obj.mode not in self.modes:
             reason = f"'{self.name}' is no longer in Object Mode"
-        elif _counts(obj) != self._counts:
+        elif counts_of(obj) != self._counts:
             reason = f"The mesh of '{self.name}' has changed"
         else:
             reason = self._why_over(obj)
@@ -84,7 +85,3 @@ class BlenderPoseScene(ActScene):
             raise ValueError(f"The faces of '{self.name}' have changed")
         self._topology = topology
         return inputs
-
-
-def _counts(obj: bpy.types.Object) -> tuple[int, int, int]:
-    return len(obj.data.vertices), len(obj.data.loops), len(obj.data.polygons)

@@ -33,10 +33,8 @@ def why_no_library(context: bpy.types.Context) -> str:
 
 def why_not_storable(context: bpy.types.Context) -> str:
     """As why_no_library(), and there must be handles."""
-    reason = why_no_library(context)
-    if reason or posed_object(context).arap.handles:
-        return reason
-    return "Add a handle first: a pose stores the places of the handles"
+    lack = "Add a handle first: a pose stores the places of the handles"
+    return why_no_library(context) or ("" if posed_object(context).arap.handles else lack)
 
 
 def why_no_stored_pose(context: bpy.types.Context) -> str:

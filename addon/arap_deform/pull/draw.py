@@ -82,7 +82,7 @@ def _draw_patch(
         area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
         # Only triangles of one winding, or the far side would cover the patch twice. The near side is most of it.
         is_front = area * np.nansum(area) > 0.0
-        draw_triangles(corner + pixels[is_front].reshape(-1, 2), (*color[:3], PATCH_ALPHA))
+        batches.draw_pixels("TRIS", corner + pixels[is_front].reshape(-1, 2), (*color[:3], PATCH_ALPHA))
     else:
         draw_dots(corner + view.pixels(seen.positions[pick.vertices]), PIN_PX, color)
 
@@ -115,17 +115,12 @@ def draw_dots(pixels: Floats, radius: float, color: Color) -> None:
     pixels = pixels[np.isfinite(pixels).all(axis=1)]
     radius *= bpy.context.preferences.system.ui_scale
     fan = np.stack([np.zeros((48, 2)), CIRCLE[:-1], CIRCLE[1:]], axis=1).reshape(-1, 2)
-    draw_triangles((pixels[:, None] + radius * fan[None]).reshape(-1, 2), color)
+    batches.draw_pixels("TRIS", (pixels[:, None] + radius * fan[None]).reshape(-1, 2), color)
 
 
 def draw_lines(pixels: Floats, color: Color) -> None:
     """One line through (k, 2) points, without NaN points."""
     batches.draw_pixels("LINE_STRIP", pixels[np.isfinite(pixels).all(axis=1)], color)
-
-
-def draw_triangles(pixels: Floats, color: Color) -> None:
-    """(3 t, 2) corners."""
-    batches.draw_pixels("TRIS", pixels, color)
 
 
 def clear() -> None:

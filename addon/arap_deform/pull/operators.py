@@ -32,10 +32,8 @@ MOVES = {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "NONE"}
 
 def why_no_pull(context: bpy.types.Context) -> str:
     """As why_not_idle(), and there must be a temporary pin of the tool."""
-    reason = why_not_idle(context)
-    if reason or posed_object(context).arap.pull_pins:
-        return reason
-    return "Nothing is pulled or pinned: drag or click the mesh with ARAP Pull first"
+    lack = "Nothing is pulled or pinned: drag or click the mesh with ARAP Pull first"
+    return why_not_idle(context) or ("" if posed_object(context).arap.pull_pins else lack)
 
 
 class ARAP_OT_pull(ModalOperator, bpy.types.Operator):

@@ -16,7 +16,7 @@ from ..core.arrays import Floats
 from ..core.patches import diagonal_of
 from ..core.transforms import transformed
 from ..props import hooks
-from ..scene import empty_groups, groups, handle_motion, handle_patch, meshes
+from ..scene import groups, handle_motion, handle_patch, meshes, remembered
 from ..scene.groups import VertexIndices
 from .pins import GroupList
 
@@ -168,11 +168,11 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
 
     Args:
         index: of the handle.
-        with_weights: report a group without weights too, if a look at it takes only milliseconds: see empty_groups.
+        with_weights: report a group without weights too, if a look at it takes only milliseconds: see remembered.
     """
     handle = HANDLES.at(obj, index)
     problem = handle_motion.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
-    if not problem and with_weights and empty_groups.is_empty(obj, handle.vertex_group):
+    if not problem and with_weights and remembered.is_empty_group(obj, handle.vertex_group):
         return handle_motion.no_weights(obj, handle)
     return problem
 

@@ -29,18 +29,16 @@ def selected_targets(context: bpy.types.Context, obj: bpy.types.Object) -> list[
 
 def why_nothing_to_pin(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Edit Mode, or have vertex groups."""
-    reason = why_not_changeable(context)
-    if reason or posed_object(context).mode == "EDIT" or posed_object(context).vertex_groups:
-        return reason
-    return "Select vertices in Edit Mode (Tab) to pin them"
+    lack = "Select vertices in Edit Mode (Tab) to pin them"
+    return why_not_changeable(context) or (
+        "" if posed_object(context).mode == "EDIT" or posed_object(context).vertex_groups else lack
+    )
 
 
 def why_not_edited(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Edit Mode."""
-    reason = why_not_changeable(context)
-    if reason or posed_object(context).mode == "EDIT":
-        return reason
-    return "Select vertices in Edit Mode (Tab) to give them a handle"
+    lack = "Select vertices in Edit Mode (Tab) to give them a handle"
+    return why_not_changeable(context) or ("" if posed_object(context).mode == "EDIT" else lack)
 
 
 def why_no_new_targets(context: bpy.types.Context) -> str:

@@ -7,12 +7,14 @@ from typing import Any
 
 import bpy
 
-from ..scene import empty_groups
+from ..scene import remembered
 from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
-from ..ui.panels import ArapPanel, ArapSubPanel, draw_list, draw_text, is_following, split_column
+from ..ui.panels import ArapPanel, ArapSubPanel, draw_text, is_following, split_column
 from .group_operators import is_painted
-from .handles import handle_problem
+from .handles import HANDLES, handle_problem
+from .pins import PINS, GroupList
+from .stiffness import STIFFNESS
 
 
 class _List:
@@ -41,6 +43,16 @@ class _List:
         raise NotImplementedError
 
 
+def _draw_list(layout: bpy.types.UILayout, settings: Any, kind: GroupList) -> Any | None:
+    """A list with a button that removes; returns its chosen entry."""
+    entries, index = getattr(settings, kind.items), getattr(settings, kind.active)
+    row = layout.row()
+    n_rows = min(4, max(2, len(entries)))
+    row.template_list(f"ARAP_UL_{kind.items}", "", settings, kind.items, settings, kind.active, rows=n_rows)
+    row.column().operator(f"arap.{kind.noun}_remove", text="", icon="REMOVE")
+    return entries[index] if index < len(entries) else None
+
+
 class ARAP_UL_pins(_List, bpy.types.UIList):
     def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, _index: int) -> None:
         _draw_group_name(row, obj, entry.name, "PINNED")
@@ -53,7 +65,7 @@ class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         obj = posed_object(context)
-        pin = draw_list(layout, obj.arap, "ARAP_UL_pins", "pins", "active_pin_index", "arap.pin_remove")
+        pin = _draw_list(layout, obj.arap, PINS)
         if pin is not None:
             split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
             _draw_group_buttons(layout, obj, pin.name)
@@ -76,11 +88,10 @@ class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         obj = posed_object(context)
-        settings = obj.arap
-        handle = draw_list(layout, settings, "ARAP_UL_handles", "handles", "active_handle_index", "arap.handle_remove")
+        handle = _draw_list(layout, obj.arap, HANDLES)
         if handle is not None:
             _draw_handle(layout, obj, handle)
-            problem = _handle_problem(obj, settings.active_handle_index)
+            problem = _handle_problem(obj, obj.arap.active_handle_index)
             if problem:
                 draw_text(context, layout, problem, "ERROR")
         column = layout.column(align=True)
@@ -116,9 +127,7 @@ class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         obj = posed_object(context)
-        entry = draw_list(
-            layout, obj.arap, "ARAP_UL_stiffness", "stiffness", "active_stiffness_index", "arap.stiffness_remove"
-        )
+        entry = _draw_list(layout, obj.arap, STIFFNESS)
         if entry is not None:
             column = split_column(layout)
             column.prop_search(entry, "name", obj, "vertex_groups", text="Group")
@@ -163,7 +172,7 @@ def lack_of_group(obj: bpy.types.Object, group: str) -> str:
     """Why a group holds nothing, '' if it does."""
     if group not in obj.vertex_groups:
         return "no such group"
-    return "no weights" if not is_following(obj) and empty_groups.is_empty(obj, group) else ""
+    return "no weights" if not is_following(obj) and remembered.is_empty_group(obj, group) else ""
 
 
 def _draw_group_buttons(layout: bpy.types.UILayout, obj: bpy.types.Object, vertex_group: str) -> None:

@@ -13,7 +13,7 @@ import bpy
 from ..core import native, sessions
 from ..follow.act import PoseAct
 from ..follow.scene import is_rendering
-from ..scene import meshes, owners, pose_key
+from ..scene import meshes, pose_key, remembered
 
 Execute = Callable[[Any, bpy.types.Context], set[str]]
 
@@ -39,12 +39,12 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
             return active
-        return next((obj for obj in posed if owners.is_moved_by(obj, active)), active)
+        return next((obj for obj in posed if remembered.is_moved_by(obj, active)), active)
     if active is not None:
         for obj in (*posed, active.parent):
-            if obj is not None and owners.is_moved_by(obj, active):
+            if obj is not None and remembered.is_moved_by(obj, active):
                 return obj
-        owner = owners.find(context.view_layer, active)
+        owner = remembered.owner_of(context.view_layer, active)
         if owner is not None:
             return owner
     if len(posed) == 1:
@@ -139,10 +139,8 @@ def why_not_changeable(context: bpy.types.Context) -> str:
 
 def why_no_pose(context: bpy.types.Context) -> str:
     """As why_not_idle(). The mesh must have a pose."""
-    reason = why_not_idle(context)
-    if reason or pose_key.find(posed_object(context)) is not None:
-        return reason
-    return "There is no pose yet: press Pose first"
+    lack = "There is no pose yet: press Pose first"
+    return why_not_idle(context) or ("" if pose_key.find(posed_object(context)) is not None else lack)
 
 
 def why_not_solvable(context: bpy.types.Context) -> str:

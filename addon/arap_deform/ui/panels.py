@@ -7,8 +7,6 @@ Display 80, Advanced 90.
 
 from __future__ import annotations
 
-from typing import Any
-
 import blf
 import bpy
 
@@ -75,17 +73,6 @@ def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseA
 def is_following(obj: bpy.types.Object) -> bool:
     """Whether posing or Live changes the mesh. They report problems themselves, so a panel does not look for them."""
     return bool(sessions.claimed_by(obj.name_full) or obj.arap.is_live)
-
-
-def draw_list(
-    layout: bpy.types.UILayout, settings: Any, ui_list: str, items: str, active: str, remove: str
-) -> Any | None:
-    """The list ``items`` of ``settings`` with a button for the operator ``remove``; returns its chosen entry."""
-    entries, index = getattr(settings, items), getattr(settings, active)
-    row = layout.row()
-    row.template_list(ui_list, "", settings, items, settings, active, rows=min(4, max(2, len(entries))))
-    row.column().operator(remove, text="", icon="REMOVE")
-    return entries[index] if index < len(entries) else None
 
 
 def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:

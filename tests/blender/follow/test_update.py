@@ -122,30 +122,17 @@ class LiveTest(SceneTest):
             self.assertEqual(unfit(obj, is_thorough=True), "")
             self.assertIs(module("follow.update").prepare_session(obj), session)
 
-    def test_inputs_are_read_before_and_adopted_after_a_bind_in_a_thread(self):
-        import threading
-
+    def test_a_session_of_another_mesh_is_not_adopted(self):
         obj = posable()
-        bend(obj)
-        inputs = module("scene.inputs").read_input(obj, bpy.context.evaluated_depsgraph_get())
-        built = []
-        fractions = []
-        thread = threading.Thread(
-            target=lambda: built.append(module("core.sessions").build(inputs, fractions.append)), daemon=True
-        )
-        thread.start()
-        thread.join()
-        self.assertEqual(fractions, sorted(fractions))
-        module("follow.mesh").adopt(obj, inputs, built[0])
-        self.assertEqual(unfit(obj, is_thorough=True), "")
-        module("follow.update").update_pose(obj)
+        session = module("follow.update").prepare_session(obj)
+        inputs = module("core.sessions").get("Tube").inputs
         obj.data.vertices.add(1)
         n, faces = len(obj.data.vertices), len(obj.data.polygons)
         message = (
             f"The mesh of 'Tube' has changed ({n - 1} vertices and {faces} faces, now {n} and {faces}) "
             "while it was being prepared: start again"
         )
-        self.assert_error(RuntimeError, message, module("follow.mesh").adopt, obj, inputs, built[0])
+        self.assert_error(RuntimeError, message, module("follow.mesh").adopt, obj, inputs, session)
 
     def test_sync_goes_on_from_what_the_key_shows(self):
         """As after an undo: the data is another, the names are the same."""
@@ -168,24 +155,17 @@ class LiveTest(SceneTest):
         self.assertIsNone(module("core.sessions").get("Tube"))
 
     def test_a_new_object_has_nothing_of_one_that_had_its_name(self):
-        def delete(obj):
+        for leave in (bpy.data.objects.remove, lambda obj: setattr(obj, "name", "Body")):
+            obj = posable()
+            self.api.solve(obj)
+            self.assertIsNotNone(module("core.sessions").readout(obj.name_full))
+            leave(obj)
+            bpy.context.view_layer.update()
+            obj = mesh_object()
+            self.assertEqual(obj.name, "Tube")
+            self.assertIsNone(module("core.sessions").readout(obj.name_full))
+            self.assertIsNone(module("core.sessions").get("Tube"))
             bpy.data.objects.remove(obj)
-
-        def rename(obj):
-            obj.name = "Body"
-
-        for leave in (delete, rename):
-            with self.subTest(leave.__name__):
-                obj = posable()
-                self.api.solve(obj)
-                self.assertIsNotNone(module("core.sessions").readout(obj.name_full))
-                leave(obj)
-                bpy.context.view_layer.update()
-                obj = mesh_object()
-                self.assertEqual(obj.name, "Tube")
-                self.assertIsNone(module("core.sessions").readout(obj.name_full))
-                self.assertIsNone(module("core.sessions").get("Tube"))
-                bpy.data.objects.remove(obj)
 
     def test_cancelled_solves_and_binds_change_nothing(self):
         obj = posable()

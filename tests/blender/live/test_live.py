@@ -100,6 +100,18 @@ class LiveToggleTest(SceneTest):
         bend(obj)
         self.assertEqual(count, [1])
 
+    def test_several_objects_follow_their_own_handles(self):
+        objects = [live_tube(f"Tube {i}") for i in range(3)]
+        for obj in objects[1:]:  # the first one rests
+            animate(obj)
+        for frame in (5, 11, 21):
+            self.scene.frame_set(frame)
+            for obj in objects:
+                self.assert_followed(obj)
+        counts = [self.count_updates(obj) for obj in objects]
+        move(objects[1].arap.handles[0].target, (0.1, 0.0, 0.0))
+        self.assertEqual(counts, [[0], [1], [0]])
+
     # -------------------------------------------------------------------------------------- files, renders, other acts
 
     def test_saved_with_the_file_and_at_work_after_load(self):

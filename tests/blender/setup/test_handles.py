@@ -286,7 +286,7 @@ class OwnerTest(SceneTest):
 
     def setUp(self):
         super().setUp()
-        self.owner = module("scene.owners")
+        self.owner = module("scene.remembered")
 
     def shown(self):
         return module("ui.checks").find_posed_object(bpy.context)

@@ -56,7 +56,7 @@ class RigidityTest(SceneTest):
 
     def test_the_size_for_the_readout_is_that_of_the_rest_shape_as_seen(self):
         obj = posable(matrix=PLACED)
-        size = module("scene.mesh_size").diagonal
+        size = module("scene.remembered").diagonal
         depsgraph = bpy.context.evaluated_depsgraph_get()
 
         def check():

@@ -112,7 +112,7 @@ class LinkedTwinTest(ClaimTest):
 
     def test_what_is_remembered_of_one_is_not_told_of_the_other(self):
         depsgraph = bpy.context.evaluated_depsgraph_get()
-        size, is_empty = module("scene.mesh_size").diagonal, module("scene.empty_groups").is_empty
+        size, is_empty = module("scene.remembered").diagonal, module("scene.remembered").is_empty_group
         seen = module("pull.seen_mesh").read
         for obj in (self.obj, self.linked):  # the first is remembered where the second is asked for
             size(obj, depsgraph), is_empty(obj, "Feet"), seen(obj, depsgraph)
@@ -122,7 +122,7 @@ class LinkedTwinTest(ClaimTest):
         self.obj.data.update_tag()
         self.obj.update_tag()
         bpy.context.view_layer.update()
-        known = module("scene.mesh_size")._known
+        known = module("scene.remembered")._sizes
         self.assertEqual((self.obj.name_full in known, self.linked.name_full in known), (False, True))
 
     def test_an_act_and_a_readout_are_of_the_local_one(self):
