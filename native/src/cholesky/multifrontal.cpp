@@ -11,7 +11,7 @@
 #include "base/permutation.h"
 #include "cholesky/elimination_tree.h"
 #include "cholesky/linear_solver.h"
-#include "parallel/first_failure.h"
+#include "parallel/parallel.h"
 #include "parallel/team.h"
 
 namespace arap {
@@ -83,7 +83,7 @@ class Factorizer {
       failure_.guard([&] { eliminate_subtrees(); });
       if (team.rank == 0) failure_.guard([&] { reserve(shared, plan_.partition.root_part); });
       Workspace own;
-      failure_.guard([&] { own.reserve_row_block(largest_root_columns()); });
+      failure_.guard([&] { own.reserve_row_block(most_columns(plan_.partition.root_part)); });
       team.barrier();
       for (const int s : plan_.partition.root_part) eliminate_in_team(team, s, shared, own);
     });
@@ -127,17 +127,13 @@ class Factorizer {
 
   void reserve(Workspace& workspace, const std::vector<int>& supernodes) const {
     size_t n_values = 0;
-    int n_columns = 0;
-    for (const int s : supernodes) {
-      n_values = std::max(n_values, FrontSize(node(s)).n_values());
-      n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
-    }
-    workspace.reserve(n_values, n_columns);
+    for (const int s : supernodes) n_values = std::max(n_values, FrontSize(node(s)).n_values());
+    workspace.reserve(n_values, most_columns(supernodes));
   }
 
-  [[nodiscard]] int largest_root_columns() const {
+  [[nodiscard]] int most_columns(const std::vector<int>& supernodes) const {
     int n_columns = 0;
-    for (const int s : plan_.partition.root_part) n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
+    for (const int s : supernodes) n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
     return n_columns;
   }
 

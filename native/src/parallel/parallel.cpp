@@ -3,7 +3,6 @@
 
 #include <omp.h>
 
-#include "parallel/first_failure.h"
 #include "parallel/process_id.h"
 
 namespace arap {
