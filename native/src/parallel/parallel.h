@@ -16,10 +16,6 @@ namespace arap {
 /// Number of threads for a mesh of n vertices: `requested`, or by size if that is 0.
 [[nodiscard]] int choose_threads(int requested, int n_vertices);
 
-/// Number of threads for an OpenMP region: `wanted`, but 1 in a forked child whose parent has had regions. The runtime
-/// keeps its threads between regions, a child does not have them, and GCC's runtime would wait for them forever.
-[[nodiscard]] int openmp_threads(int wanted);
-
 /// Calls body(piece) for [0, n_pieces) on OpenMP's threads; for the long loops of a bind. Rethrows the first exception,
 /// after which no piece is started.
 void for_each_piece(int threads, int n_pieces, const std::function<void(int piece)>& body);
