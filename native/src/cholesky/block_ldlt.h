@@ -26,7 +26,7 @@ struct Scaling;
 class BlockLdlt final : public LinearSolver {
  public:
   /// @param pattern    symmetric, stored whole, with its diagonal
-  /// @param workers    for solves; factorize() uses as many threads. The last digits depend on their number
+  /// @param workers    of factorize() and of solves. The last digits depend on their number
   /// @param format     of tiles; kFloat is used if the instruction set lacks halves or the matrix is too badly
   ///                   conditioned for them
   explicit BlockLdlt(const SparseMatrix& pattern, const Workers& workers, Isa isa = choose_isa(),

@@ -11,8 +11,7 @@
 #include "base/permutation.h"
 #include "cholesky/elimination_tree.h"
 #include "cholesky/linear_solver.h"
-#include "parallel/first_failure.h"
-#include "parallel/team.h"
+#include "parallel/parallel.h"
 
 namespace arap {
 
@@ -41,33 +40,39 @@ struct FrontSize {
   int stride;
 };
 
-/// Memory for one front at a time.
+/// Memory for one front at a time, which `n_parts` threads may share.
 struct Workspace {
   AlignedBuffer<double> values;
   AlignedBuffer<double> inverses;
-  AlignedBuffer<double> row_block;
+  AlignedBuffer<double> row_blocks;
   std::vector<double> least_pivot;
 
-  void reserve(size_t n_values, int n_columns) {
+  void reserve(size_t n_values, int n_columns, int n_parts) {
     const auto columns = static_cast<size_t>(n_columns);
+    const size_t n_blocks = row_block(columns) * static_cast<size_t>(n_parts);
     if (values.size() < n_values) values = AlignedBuffer<double>(n_values);
     if (inverses.size() < kTile * columns) inverses = AlignedBuffer<double>(kTile * columns);
-    reserve_row_block(n_columns);
+    if (row_blocks.size() < n_blocks) row_blocks = AlignedBuffer<double>(n_blocks);
     if (least_pivot.size() < columns) least_pivot.resize(columns);
   }
 
-  void reserve_row_block(int n_columns) {
-    const size_t size = size_t{kFrontRowBlock + 1} * static_cast<size_t>(n_columns);
-    if (row_block.size() < size) row_block = AlignedBuffer<double>(size);
-  }
+  /// Numbers of a row block, to whole cache lines.
+  [[nodiscard]] static size_t row_block(size_t n_columns) { return ((kFrontRowBlock + 1) * n_columns + 7) / 8 * 8; }
 };
+
+/// Part k of [0, n) begins here, at a multiple of `grain`.
+int part_begin(int n, int grain, int k, int n_parts) {
+  const int n_grains = (n + grain - 1) / grain;
+  return k == n_parts ? n : static_cast<int>(static_cast<long>(n_grains) * k / n_parts) * grain;
+}
 
 class Factorizer {
  public:
-  Factorizer(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels, const SparseMatrix& A,
-             const Scaling& scaling, TileFormat format, std::byte* tiles)
+  Factorizer(const TilePlan& plan, const FrontPlan& fronts, const Workers& workers, const FrontKernels& kernels,
+             const SparseMatrix& A, const Scaling& scaling, TileFormat format, std::byte* tiles)
       : plan_(plan),
         fronts_(fronts),
+        workers_(workers),
         kernels_(kernels),
         A_(A),
         scaling_(scaling),
@@ -78,15 +83,8 @@ class Factorizer {
 
   /// Returns false if a number is too large for the format.
   bool run() {
-    Workspace shared;
-    run_team(plan_.n_threads, [&](const Team& team) {
-      failure_.guard([&] { eliminate_subtrees(); });
-      if (team.rank == 0) failure_.guard([&] { reserve(shared, plan_.partition.root_part); });
-      Workspace own;
-      failure_.guard([&] { own.reserve_row_block(largest_root_columns()); });
-      team.barrier();
-      for (const int s : plan_.partition.root_part) eliminate_in_team(team, s, shared, own);
-    });
+    workers_.run(workers_.threads(), [&](int) { failure_.guard([&] { eliminate_subtrees(); }); });
+    failure_.guard([&] { eliminate_root_part(); });
     failure_.rethrow();
     if (failure_.has_happened()) fail();
     return fits_;
@@ -103,12 +101,6 @@ class Factorizer {
   }
 
   [[nodiscard]] const Supernode& node(int s) const { return plan_.structure.supernodes[s]; }
-  void store(int s, const Front& front, int begin, int end, Workspace& workspace) {
-    if (!store_tiles_(front, node(s).n_columns, node(s).n_rows, begin, end, workspace.row_block.data(),
-                      tiles_ + tile_bytes_ * plan_.tile_offsets[s]))
-      fits_ = false;
-  }
-
   void eliminate_subtrees() {
     const auto& subtrees = plan_.partition.subtrees;
     Workspace workspace;
@@ -117,28 +109,33 @@ class Factorizer {
       if (b >= std::ssize(subtrees)) return;
       std::vector<int> supernodes;
       for (int s = subtrees[b].begin; s < subtrees[b].end; ++s) supernodes.push_back(s);
-      reserve(workspace, supernodes);
+      reserve(workspace, supernodes, 1);
       for (const int s : supernodes) {
         if (failure_.has_happened()) return;
-        eliminate(s, workspace);
+        eliminate(s, workspace, Workers(1));
       }
     }
   }
 
-  void reserve(Workspace& workspace, const std::vector<int>& supernodes) const {
+  void eliminate_root_part() {
+    Workspace workspace;
+    reserve(workspace, plan_.partition.root_part, workers_.threads());
+    for (const int s : plan_.partition.root_part) {
+      if (failure_.has_happened()) return;
+      const FrontSize size(node(s));
+      const bool is_shared = static_cast<size_t>(size.n_columns) * static_cast<size_t>(size.n_rows) > kSharedFront;
+      eliminate(s, workspace, is_shared ? workers_ : Workers(1));
+    }
+  }
+
+  void reserve(Workspace& workspace, const std::vector<int>& supernodes, int n_parts) const {
     size_t n_values = 0;
     int n_columns = 0;
     for (const int s : supernodes) {
       n_values = std::max(n_values, FrontSize(node(s)).n_values());
       n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
     }
-    workspace.reserve(n_values, n_columns);
-  }
-
-  [[nodiscard]] int largest_root_columns() const {
-    int n_columns = 0;
-    for (const int s : plan_.partition.root_part) n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
-    return n_columns;
+    workspace.reserve(n_values, n_columns, n_parts);
   }
 
   /// Adds up the front of supernode s.
@@ -200,53 +197,35 @@ class Factorizer {
     }
   }
 
-  void eliminate(int s, Workspace& workspace) {
+  void eliminate(int s, Workspace& workspace, const Workers& workers) {
     const Front front = assemble(s, workspace);
+    const int n_parts = workers.threads();
+    const int columns = n_parts > 1 ? 16 : front.n_rows;  // that a thread updates at once
     for (int begin = 0; begin < front.n_columns; begin += kFrontPanel) {
       const int end = std::min(begin + kFrontPanel, front.n_columns);
       if (!kernels_.factor_panel(front, begin, end, workspace.least_pivot.data())) {
         failure_.note();
         return;
       }
-      kernels_.update_columns(front, begin, end, end, front.n_rows);
+      workers.run((front.n_rows - end + columns - 1) / columns, [&](int k) {
+        const int first = end + columns * k;
+        kernels_.update_columns(front, begin, end, first, std::min(first + columns, front.n_rows));
+      });
     }
-    take_update(s, front, 0, node(s).n_rows);
-    store(s, front, 0, front.n_rows, workspace);
-  }
-
-  /// The same by all threads of the team.
-  void eliminate_in_team(const Team& team, int s, Workspace& shared, Workspace& own) {
-    const FrontSize size(node(s));
-    const bool is_shared = static_cast<size_t>(size.n_columns) * static_cast<size_t>(size.n_rows) > kSharedFront;
-    if (!is_shared) {
-      if (team.rank == 0) failure_.guard([&] { eliminate(s, shared); });
-      return;
-    }
-    if (team.rank == 0) failure_.guard([&] { assemble(s, shared); });
-    const Front front{shared.values.data(), size.stride, size.n_columns, size.n_rows, shared.inverses.data()};
-    for (int begin = 0; begin < front.n_columns; begin += kFrontPanel) {
-      const int end = std::min(begin + kFrontPanel, front.n_columns);
-      if (team.rank == 0 && !failure_.has_happened() &&
-          !kernels_.factor_panel(front, begin, end, shared.least_pivot.data()))
-        failure_.note();
-      team.barrier();
-      if (failure_.has_happened()) break;
-      // Round robin: columns get shorter.
-      constexpr int kTurn = 16;
-      for (int j = end + kTurn * team.rank; j < front.n_rows; j += kTurn * team.size)
-        kernels_.update_columns(front, begin, end, j, std::min(j + kTurn, front.n_rows));
-      team.barrier();
-    }
-    if (!failure_.has_happened()) {
+    workers.run(n_parts, [&](int k) {
       const int n = node(s).n_rows;
-      take_update(s, front, team.begin(n), team.end(n));
-      store(s, front, team.begin(front.n_rows, kFrontRowBlock), team.end(front.n_rows, kFrontRowBlock), own);
-    }
-    team.barrier();
+      take_update(s, front, part_begin(n, 1, k, n_parts), part_begin(n, 1, k + 1, n_parts));
+      double* row_block = workspace.row_blocks.data() + k * Workspace::row_block(front.n_columns);
+      if (!store_tiles_(front, node(s).n_columns, n, part_begin(front.n_rows, kFrontRowBlock, k, n_parts),
+                        part_begin(front.n_rows, kFrontRowBlock, k + 1, n_parts), row_block,
+                        tiles_ + tile_bytes_ * plan_.tile_offsets[s]))
+        fits_ = false;
+    });
   }
 
   const TilePlan& plan_;
   const FrontPlan& fronts_;
+  const Workers& workers_;
   const FrontKernels& kernels_;
   const SparseMatrix& A_;
   const Scaling& scaling_;
@@ -312,9 +291,10 @@ Scaling::Scaling(const SparseMatrix& A, const std::vector<char>& is_erased) : of
   }
 }
 
-bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels,
-                            const SparseMatrix& A, const Scaling& scaling, TileFormat format, std::byte* tiles) {
-  return Factorizer(plan, fronts, kernels, A, scaling, format, tiles).run();
+bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const Workers& workers,
+                            const FrontKernels& kernels, const SparseMatrix& A, const Scaling& scaling,
+                            TileFormat format, std::byte* tiles) {
+  return Factorizer(plan, fronts, workers, kernels, A, scaling, format, tiles).run();
 }
 
 }  // namespace arap

@@ -11,7 +11,7 @@
 namespace arap {
 
 /// @param pattern  symmetric, stored whole, with its diagonal
-/// @param workers  for solves; factorize() uses as many threads
+/// @param workers  of factorize() and of solves
 /// @param format   of kBlockLdlt: halves suffice if the stiffness is about the same everywhere
 [[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern,
                                                                LinearSolverKind kind = LinearSolverKind::kBlockLdlt,

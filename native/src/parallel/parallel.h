@@ -2,8 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
+#include <exception>
 #include <functional>
+#include <future>
 #include <vector>
 
 #include "parallel/workers.h"
@@ -12,10 +15,6 @@ namespace arap {
 
 /// Number of threads for a mesh of n vertices: `requested`, or by size if that is 0.
 [[nodiscard]] int choose_threads(int requested, int n_vertices);
-
-/// Number of threads for an OpenMP region: `wanted`, but 1 in a forked child whose parent has had regions. The runtime
-/// keeps its threads between regions, a child does not have them, and GCC's runtime would wait for them forever.
-[[nodiscard]] int openmp_threads(int wanted);
 
 /// Calls body(piece) for [0, n_pieces) on OpenMP's threads; for the long loops of a bind. Rethrows the first exception,
 /// after which no piece is started.
@@ -97,5 +96,39 @@ template <int kRange = 512, class Threads, class Body>
              threads, n, char{1}, [&](int begin, int end) { return static_cast<char>(body(begin, end)); },
              [](char a, char b) { return static_cast<char>(a & b); }) != 0;
 }
+
+/// Starts act() in a thread of its own, beside the caller's work. With one worker it runs when its result is asked for.
+template <class Act>
+auto beside(const Workers& workers, const Act& act) {
+  return std::async(workers.threads() > 1 ? std::launch::async : std::launch::deferred, act);
+}
+
+/// Captures the first exception of parallel work and rethrows it on the calling thread.
+class FirstFailure {
+ public:
+  /// Calls act() and captures its exception. Does nothing after a failure.
+  template <class Act>
+  void guard(const Act& act) {
+    if (has_failed_) return;
+    try {
+      act();
+    } catch (...) {
+      if (!has_failed_.exchange(true)) exception_ = std::current_exception();
+    }
+  }
+
+  /// Notes a failure without an exception.
+  void note() { has_failed_ = true; }
+  [[nodiscard]] bool has_happened() const { return has_failed_; }
+
+  /// Rethrows the captured exception, if any. Call when the threads are done.
+  void rethrow() const {
+    if (exception_) std::rethrow_exception(exception_);
+  }
+
+ private:
+  std::atomic<bool> has_failed_ = false;
+  std::exception_ptr exception_;
+};
 
 }  // namespace arap
