@@ -1,21 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sidebar tab, menus, preferences and the search: what is drawn, and what buttons do."""
 
-from pathlib import Path
-
 import bpy
 import numpy as np
 import scenes
+from camera import open_creature
 from harness import Steps, Ui
+from test_overlay import show_all
 from test_pose import bar, begin, drag, handle
 from test_weight_paint import take_brush
 
-SAMPLES = Path(__file__).resolve().parents[2] / "blend_files"
+PANELS = ("first_pose", "pins", "handles", "handle_look", "stiffness", "pose", "readout", "advanced")
 
 
 def test_all_is_drawn(ui: Ui) -> Steps:
     """The tab in every state, menus and preferences: the pictures are for eyes, a traceback fails the test."""
-    ui.open_panels(*(f"ARAP_PT_{name}" for name in ("pins", "handles", "handle_look", "stiffness", "advanced")))
+    ui.open_panels(*(f"ARAP_PT_{name}" for name in PANELS))
     yield from draw_states_of_the_tab(ui)
     yield from draw_settings(ui)
     yield from draw_menus(ui)
@@ -102,12 +102,8 @@ def draw_preferences(ui: Ui) -> Steps:
 def draw_creature(ui: Ui) -> Steps:
     """The sample creature in a frame of its animation, and all of the tab."""
     ui.change(bpy.context.preferences.view, "ui_scale", 0.8)
-    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "creature.blend"), load_ui=False)
-    yield
-    creature = next(obj for obj in bpy.context.scene.objects if obj.type == "MESH" and obj.arap.handles)
-    ui.select(creature)
-    overlay = creature.arap.overlay
-    overlay.show_pins = overlay.show_handles = overlay.show_strain = True
+    creature = yield from open_creature(ui)
+    show_all(creature)
     bpy.context.scene.frame_set(24)
     assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
     ui.call(bpy.ops.view3d.view_selected)
