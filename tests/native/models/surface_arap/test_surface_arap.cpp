@@ -369,8 +369,7 @@ TEST(Progress, SolveMayBeCancelledAtEveryCallAndThePoseStays) {
 TEST(Threads, SmallMeshesTakeOneAndAFixedNumberIsKept) {
   EXPECT_EQ(SurfaceArap(cube().mesh()).threads(), 1);
   for (const int threads : {1, 2, 3}) {
-    arap::Options options;
-    options.threads = threads;
+    const arap::Options options{.threads = threads};
     EXPECT_EQ(SurfaceArap(cube().mesh(), options).threads(), threads);
   }
 }
