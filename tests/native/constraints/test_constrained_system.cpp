@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <vector>
 
 #include "cholesky/solver_choice.h"
@@ -295,17 +294,8 @@ void add_disc(Task& task, const MeshData& mesh, int centre, double radius, const
 
 /// How far the averages are from their targets.
 double patch_gap(const Task& task, const Positions& p) {
-  const auto& patches = task.constraints.patches;
-  double gap = 0;
-  for (int k = 0; k < patches.size(); ++k) {
-    const auto first = static_cast<size_t>(patches.offsets[k]);
-    const size_t size = static_cast<size_t>(patches.offsets[k + 1]) - first;
-    const Vector3 mean =
-        average(p, std::span(patches.vertices).subspan(first, size), std::span(patches.weights).subspan(first, size));
-    const auto row = static_cast<Eigen::Index>(task.constraints.vertices.size()) + k;
-    gap = std::max(gap, (mean - task.targets.row(row).transpose()).norm());
-  }
-  return gap;
+  const int n = task.constraints.patches.size();
+  return max_distance(values_of(task.constraints, p).bottomRows(n), task.targets.bottomRows(n));
 }
 
 TEST(Patches, AverageMeetsItsTargetAfterEveryIteration) {

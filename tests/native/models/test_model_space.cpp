@@ -40,8 +40,7 @@ TEST(ModelSpace, LooseVertexJoinedToTheSurfaceIsNotLoose) {
   MeshData mesh = bumpy_sphere(1);
   const int copy = mesh.add_vertex(mesh.vertices[3]);
   EXPECT_EQ(SurfaceArap(mesh.mesh()).loose_vertices(), std::vector<int>{copy});
-  arap::Options options;
-  options.join_seams = true;
+  const arap::Options options{.join_seams = true};
   SurfaceArap solver(mesh.mesh(), options);
   EXPECT_TRUE(solver.loose_vertices().empty());
   EXPECT_EQ(solver.part_of_vertex()[copy], 0);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <numeric>
 #include <vector>
@@ -90,11 +91,7 @@ struct Drag {
   bool has_patch = false;  ///< the far end is held by the average of its vertices
   int n_frames = 20;
 
-  [[nodiscard]] arap::Options options() const {
-    arap::Options options;
-    options.rigidity_radius = .06;
-    return options;
-  }
+  [[nodiscard]] static arap::Options options() { return {.rigidity_radius = .06}; }
   [[nodiscard]] Task at(int frame) const {
     const double share = static_cast<double>(frame) / n_frames;
     const Vector3 shift = Vector3(-.1, 0, .2) * share * mesh.diagonal();

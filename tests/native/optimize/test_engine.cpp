@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <string>
+#include <limits>
 #include <vector>
 
 #include "support/helpers.h"

@@ -148,20 +148,6 @@ TEST(HandleRotations, ASingleVertexBesideAGroupTakesTheGroupsRotation) {
   EXPECT_LT(max_distance(result.positions, motion.apply(mesh.positions())), 1e-7);
 }
 
-/// A bar whose far end turns by `angle_rad` about `axis`, in `n_steps` equal steps of the targets; the result of the
-/// last.
-SolveResult turned_in_steps(const MeshData& mesh, const Vector3& axis, double angle_rad, int n_steps,
-                            const arap::Options& options = {}) {
-  SurfaceArap solver(mesh.mesh(), options);
-  SolveResult result;
-  for (int k = 1; k <= n_steps; ++k) {
-    const Task task = bend_task(mesh, {rotation_about(axis, angle_rad * k / n_steps), Vector3::Zero()});
-    solver.set_constraints(task.constraints);
-    result = solver.solve(task.targets, to_accuracy(1e-8));
-  }
-  return result;
-}
-
 TEST(LargeMoves, OneStepEndsWhereTenSmallOnesDo) {
   const MeshData mesh = bar(3, Faces::kTriangles);
   struct Turn {
@@ -175,15 +161,17 @@ TEST(LargeMoves, OneStepEndsWhereTenSmallOnesDo) {
                                    {Vector3(1, 1, 0), 1.6},
                                    {Vector3(1, 1, 0), 2.6}};
   for (const arap::Energy energy : {arap::Energy::kRotationNodes, arap::Energy::kSpokesAndRims})
-    for (const Turn& turn : turns) {
-      arap::Options options;
-      options.energy = energy;
-      options.rigidity_radius = .1;
+    for (const auto& [axis, angle_rad] : turns) {
       const auto pose = [&](int n_steps) {
-        return turned_in_steps(mesh, turn.axis, turn.angle_rad, n_steps, options).positions;
+        SurfaceArap solver(mesh.mesh(), Model{energy, arap::EdgeWeights::kCotangent, .1}.options());
+        solver.set_constraints(bend_task(mesh, {}).constraints);
+        for (int k = 1; k <= n_steps; ++k)
+          solver.solve(bend_task(mesh, {rotation_about(axis, angle_rad * k / n_steps), Vector3::Zero()}).targets,
+                       to_accuracy(1e-8));
+        return Positions(solver.positions());
       };
       EXPECT_LT(max_distance(pose(1), pose(10)), 1e-4 * mesh.diagonal())
-          << "about " << turn.axis.transpose() << " by " << turn.angle_rad;
+          << "about " << axis.transpose() << " by " << angle_rad;
     }
 }
 

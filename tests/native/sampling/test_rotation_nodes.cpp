@@ -25,21 +25,13 @@ using arap::Energy;
 using arap::RotationNodes;
 using arap::SurfaceArap;
 
-arap::Options with_nodes(double radius) {
-  arap::Options options;
-  options.energy = Energy::kRotationNodes;
-  options.rigidity_radius = radius;
-  return options;
-}
-
 TEST(RotationNodes, WithTheSupportBelowTheShortestEdgeTheyAreSpokesAndRims) {
   Random random(33);
   for (const MeshData& mesh : all_small_meshes()) {
-    arap::Options classic;
-    classic.energy = Energy::kSpokesAndRims;
+    const arap::Options classic{.energy = Energy::kSpokesAndRims};
     const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .05 * mesh.diagonal());
     const double expected = SurfaceArap(mesh.mesh(), classic).energy(p);
-    EXPECT_NEAR(SurfaceArap(mesh.mesh(), with_nodes(1e-4)).energy(p), expected, 1e-12 * expected) << mesh.name;
+    EXPECT_NEAR(SurfaceArap(mesh.mesh(), {.rigidity_radius = 1e-4}).energy(p), expected, 1e-12 * expected) << mesh.name;
   }
 }
 
@@ -82,7 +74,7 @@ MeshData renumbered(const MeshData& mesh, const std::vector<int>& order) {
 TEST(RotationNodes, AnotherChoiceOfNodesMovesNothingByMuch) {
   const MeshData mesh = triangulate(bar(12, Faces::kQuads));
   const Task task = bend_task(mesh, default_bend(mesh));
-  const arap::Options options = with_nodes(.06);
+  const arap::Options options{.rigidity_radius = .06};
   const Positions expected = solve_once(mesh, task, to_accuracy(1e-7), options).positions;
   for (const std::uint64_t seed : {1, 2, 3}) {
     const std::vector<int> order = shuffled(mesh.n_vertices(), seed);
@@ -97,8 +89,7 @@ TEST(RotationNodes, ConvergesUnderRefinementWhereSpokesAndRimsDoesNot) {
   // Two bars of the same shape, with the same handles.
   MeshData mesh = triangulate(bar(5, Faces::kQuads));
   const int n_common = mesh.n_vertices();
-  arap::Options classic;
-  classic.energy = Energy::kSpokesAndRims;
+  const arap::Options classic{.energy = Energy::kSpokesAndRims};
   std::vector<Positions> with_nodes_at;
   std::vector<Positions> classic_at;
   for (int level = 0; level < 3; ++level) {
@@ -112,7 +103,8 @@ TEST(RotationNodes, ConvergesUnderRefinementWhereSpokesAndRimsDoesNot) {
       if (rest[0] < -end) task.add(v, rest);
       if (rest[0] > end) task.add(v, turn * (rest - Vector3(end, 0, 0)) + Vector3(.5 * end, .9 * end, 0));
     }
-    with_nodes_at.emplace_back(solve_once(mesh, task, to_accuracy(1e-7), with_nodes(.06)).positions.topRows(n_common));
+    with_nodes_at.emplace_back(
+        solve_once(mesh, task, to_accuracy(1e-7), {.rigidity_radius = .06}).positions.topRows(n_common));
     classic_at.emplace_back(solve_once(mesh, task, to_accuracy(1e-7), classic).positions.topRows(n_common));
   }
   const double change = max_distance(with_nodes_at[2], with_nodes_at[1]) / mesh.diagonal();

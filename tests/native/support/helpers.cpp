@@ -69,20 +69,22 @@ RigidMotion default_bend(const MeshData& mesh) {
   return {rotation_about({1, .5, .3}, .7), Vector3(.04, .08, .04) * mesh.diagonal()};
 }
 
-Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, const RigidMotion& motion) {
-  Task task{constraints, Positions(constraints.size(), 3)};
+Positions values_of(const arap::ConstraintSet& constraints, const Positions& positions) {
+  Positions values(constraints.size(), 3);
   const auto n = static_cast<Eigen::Index>(constraints.vertices.size());
-  for (Eigen::Index k = 0; k < n; ++k)
-    task.targets.row(k) = motion.apply(mesh.vertices[constraints.vertices[static_cast<size_t>(k)]]).transpose();
-  const auto& patches = constraints.patches;
-  for (int k = 0; k < patches.size(); ++k) {
-    const auto first = static_cast<size_t>(patches.offsets[k]);
-    const size_t size = static_cast<size_t>(patches.offsets[k + 1]) - first;
-    const Vector3 mean = average(mesh.positions(), std::span(patches.vertices).subspan(first, size),
-                                 std::span(patches.weights).subspan(first, size));
-    task.targets.row(n + k) = motion.apply(mean).transpose();
+  values.topRows(n) = rows(positions, constraints.vertices);
+  const auto& [offsets, vertices, weights] = constraints.patches;
+  for (int k = 0; k < constraints.patches.size(); ++k) {
+    const auto first = static_cast<size_t>(offsets[k]);
+    const size_t size = static_cast<size_t>(offsets[k + 1]) - first;
+    values.row(n + k) =
+        average(positions, std::span(vertices).subspan(first, size), std::span(weights).subspan(first, size));
   }
-  return task;
+  return values;
+}
+
+Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, const RigidMotion& motion) {
+  return {constraints, values_of(constraints, motion.apply(mesh.positions()))};
 }
 
 Task hold(const MeshData& mesh, const std::vector<int>& vertices) {

@@ -66,6 +66,9 @@ Task bend_task(const MeshData& mesh, const RigidMotion& motion);
 /// A turn by 40 degrees and a shift by a tenth of the diagonal.
 RigidMotion default_bend(const MeshData& mesh);
 
+/// (n_targets, 3) the positions of the constrained vertices, then the averages of the patches.
+Positions values_of(const arap::ConstraintSet& constraints, const Positions& positions);
+
 /// The constraints with targets that are their rest positions moved by `motion`.
 Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, const RigidMotion& motion);
 

@@ -9,7 +9,6 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "support/helpers.h"
@@ -503,8 +502,7 @@ TEST(Robustness, BothSidesOfAJoinedSeamMayBeConstrained) {
   const MeshData closed = open_cylinder(10, 6, Faces::kTriangles);
   const MeshData open = cylinder_with_open_seam(10, 6, Faces::kTriangles);
   Task task = bend_task(closed, {rotation_about({1, .4, .3}, .8), {.1, .3, 0}});
-  arap::Options options;
-  options.join_seams = true;
+  const arap::Options options{.join_seams = true};
   const auto& held = task.constraints.vertices;
   const auto entry = std::find(held.begin(), held.end(), 0) - held.begin();
   ASSERT_LT(entry, task.constraints.size());
@@ -521,8 +519,7 @@ TEST(Robustness, BothSidesOfAJoinedSeamMayBeConstrained) {
 TEST(Robustness, JoinedSeamWithStiffnessAndRegions) {
   const MeshData open = cylinder_with_open_seam(10, 6, Faces::kTriangles);
   const Task task = bend_task(open, {rotation_about({1, .4, .3}, .5), {.1, .2, 0}});
-  arap::Options options;
-  options.join_seams = true;
+  const arap::Options options{.join_seams = true};
   SurfaceArap::VertexProperties properties;
   properties.stiffness.assign(static_cast<size_t>(open.n_vertices()), 2);
   properties.rigid_regions.assign(static_cast<size_t>(open.n_vertices()), -1);

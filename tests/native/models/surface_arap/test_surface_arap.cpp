@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -20,7 +19,6 @@ namespace arap_test {
 namespace {
 
 using arap::Cancelled;
-using arap::ConstraintSet;
 using arap::InitialGuess;
 using arap::InvalidInput;
 using arap::SolveResult;
@@ -30,19 +28,7 @@ using arap::SurfaceArap;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What it says about the mesh.
-
-TEST(SurfaceArap, SaysWhatItWasBoundTo) {
-  MeshData mesh = two_spheres(1);
-  mesh.add_vertex({9, 9, 9});
-  const SurfaceArap solver(mesh.mesh());
-  EXPECT_EQ(solver.n_vertices(), mesh.n_vertices());
-  EXPECT_EQ(solver.n_parts(), 2);
-  EXPECT_EQ(solver.loose_vertices(), std::vector<int>{mesh.n_vertices() - 1});
-  EXPECT_EQ(solver.part_of_vertex().front(), 0);
-  EXPECT_EQ(solver.part_of_vertex().back(), -1);
-  EXPECT_EQ(solver.part_of_vertex()[mesh.n_vertices() - 2], 1);
-}
+// Results.
 
 TEST(SurfaceArap, ResultIsWhereTheMeshIsWithHardVerticesAtTheirTargets) {
   const MeshData mesh = bumpy_sphere(1);
@@ -63,36 +49,6 @@ TEST(SurfaceArap, OneHardVertexCarriesTheMeshAlongAsItIs) {
   std::iota(all.begin(), all.end(), 0);
   EXPECT_LT(off_rigid(mesh.positions(), result.positions, all), 1e-6);
   EXPECT_LT((result.positions.row(7) - task.targets.row(0)).norm(), 1e-12);
-}
-
-TEST(SurfaceArap, OrderOfConstraintsDoesNotMatter) {
-  const MeshData mesh = bumpy_sphere(1);
-  const Task task = bend_task(mesh, default_bend(mesh));
-  Task reversed;
-  for (int k = task.constraints.size() - 1; k >= 0; --k)
-    reversed.add(task.constraints.vertices[k], task.targets.row(k).transpose());
-  EXPECT_LT(max_distance(solve_once(mesh, task, iterations(5)).positions,
-                         solve_once(mesh, reversed, iterations(5)).positions),
-            1e-12);
-}
-
-TEST(SurfaceArap, StrongerSoftConstraintsPullCloserAndTendToHard) {
-  const MeshData mesh = bumpy_sphere(1);
-  Task task = hold(mesh, extreme_vertices(mesh.positions(), 2, .2));
-  const int v = extreme_vertices(mesh.positions(), 2, -.01).front();
-  const Vector3 target = mesh.vertices[v] + Vector3(.2, .3, .5);
-  task.add(v, target);
-  const Positions hard = solve_once(mesh, task, to_accuracy(1e-10)).positions;
-  double gap = 1e300;
-  for (const double s : {.01, .1, .5, .9, .99, .999999}) {
-    task.constraints.strengths.back() = s;
-    const Positions soft = solve_once(mesh, task, to_accuracy(1e-10)).positions;
-    const double next = (soft.row(v).transpose() - target).norm();
-    EXPECT_LT(next, gap) << s;
-    gap = next;
-    EXPECT_LT(max_distance(soft, hard), s > .9999 ? 1e-4 : mesh.diagonal());
-  }
-  EXPECT_LT(gap, 1e-5);
 }
 
 TEST(SurfaceArap, HardlyAnySoftnessStaysSolvable) {
@@ -124,22 +80,6 @@ TEST(Stiffness, TheSameEverywhereScalesTheEnergyAndMovesNothing) {
       EXPECT_NEAR(scaled.energy_after, c * normal.energy_after, 1e-10 * c * normal.energy_before) << model.name() << c;
     }
   }
-}
-
-TEST(Stiffness, StiffHalfKeepsItsShape) {
-  const MeshData mesh = bar(3, Faces::kQuads);
-  const Task task = bend_task(mesh, {rotation_about({0, 1, 0}, 1), {-.2, 0, .4}});
-  std::vector<double> stiffness;
-  std::vector<int> stiff;
-  for (int v = 0; v < mesh.n_vertices(); ++v) {
-    const bool is_stiff = mesh.vertices[v].x() > -1 && mesh.vertices[v].x() < 0;
-    stiffness.push_back(is_stiff ? 1000 : 1);
-    if (is_stiff) stiff.push_back(v);
-  }
-  const Positions rest = mesh.positions();
-  const double without = off_rigid(rest, solve_once(mesh, task, to_accuracy(1e-7)).positions, stiff);
-  const double with = off_rigid(rest, solve_once(mesh, task, to_accuracy(1e-7), {}, {stiffness, {}}).positions, stiff);
-  EXPECT_LT(with, .1 * without);
 }
 
 TEST(Stiffness, BadOnesAreRefused) {
@@ -176,6 +116,7 @@ TEST(Factorizations, OneForEachSetOfConstraintsAndStrengths) {
     EXPECT_EQ(solver.n_factorizations(), bound + 1) << "the same set";
     for (const InitialGuess guess : kGuesses) solver.solve(task.targets, iterations(1, guess));
     const int solved = solver.n_factorizations();
+    EXPECT_EQ(solved, bound + 2) << "the naive Laplacian has a system of its own";
     for (const InitialGuess guess : kGuesses) solver.solve(1.1 * task.targets, iterations(3, guess));
     solver.set_constraints(task.constraints);
     solver.reset();
@@ -270,7 +211,7 @@ TEST(Refusals, PositionsBeyondTheRangeOfTheFloatsTheyAreWrittenTo) {
 
 // Reset and set_positions.
 
-TEST(Reset, GoesBackToRestAndKeepsTheConstraints) {
+TEST(Reset, GoesBackToRestFromPositionsThatWereSetAndKeepsTheConstraints) {
   const MeshData mesh = bumpy_sphere(1);
   const Task task = bend_task(mesh, default_bend(mesh));
   SurfaceArap solver(mesh.mesh());
@@ -278,17 +219,12 @@ TEST(Reset, GoesBackToRestAndKeepsTheConstraints) {
   EXPECT_LT(max_distance(rest, mesh.positions()), 1e-15);
   solver.set_constraints(task.constraints);
   const Positions posed = solver.solve(task.targets, iterations(5)).positions;
+  const Positions set = Random(91).noise(mesh.n_vertices(), 3);
+  solver.set_positions(set);
+  EXPECT_LT(max_distance(solver.positions(), set), 1e-14);
   solver.reset();
   EXPECT_EQ(solver.positions(), rest);
   EXPECT_EQ(solver.solve(task.targets, iterations(5)).positions, posed);
-}
-
-TEST(SetPositions, ComeBack) {
-  const MeshData mesh = bumpy_sphere(1);
-  SurfaceArap solver(mesh.mesh());
-  const Positions p = Random(91).noise(mesh.n_vertices(), 3);
-  solver.set_positions(p);
-  EXPECT_LT(max_distance(solver.positions(), p), 1e-14);
 }
 
 TEST(SurfaceArap, MayBeMoved) {
@@ -433,8 +369,7 @@ TEST(Progress, SolveMayBeCancelledAtEveryCallAndThePoseStays) {
 TEST(Threads, SmallMeshesTakeOneAndAFixedNumberIsKept) {
   EXPECT_EQ(SurfaceArap(cube().mesh()).threads(), 1);
   for (const int threads : {1, 2, 3}) {
-    arap::Options options;
-    options.threads = threads;
+    const arap::Options options{.threads = threads};
     EXPECT_EQ(SurfaceArap(cube().mesh(), options).threads(), threads);
   }
 }

@@ -162,9 +162,7 @@ TEST(SpokesAndRims, EnergyOfEachTriangleIsNotNegative) {
 TEST(Spokes, SingleNegativeCotangentsCountAsZero) {
   // Two obtuse triangles at an edge: with the sum of cotangents clamped, or not at all, its weight would differ.
   const MeshData mesh{"kite", {{0, 0, 0}, {1, 0, 0}, {.5, .1, 0}, {.5, -2, 0}}, {{0, 1, 2}, {1, 0, 3}}};
-  arap::Options options;
-  options.energy = Energy::kSpokes;
-  const Eigen::MatrixXd K = assemble(mesh, options).K;
+  const Eigen::MatrixXd K = assemble(mesh, {.energy = Energy::kSpokes}).K;
   const double sharp = 2 * std::atan(.25);  // the angle at vertex 3
   EXPECT_NEAR(K(0, 1), -4 * .5 / std::tan(sharp), 1e-12);
 }
