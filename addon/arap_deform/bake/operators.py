@@ -84,7 +84,7 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
     bl_description = "Solve each frame and make it a keyframed shape key, so that the file plays without this add-on"
 
     use_fewest_keys: BoolProperty(
-        name="Fewest Keys", description="Make only as many shape keys as the tolerance Within needs", default=False
+        name="Fewest Keys", description="Make only as many shape keys as the tolerance Within needs"
     )
     fewest_keys_percent: FloatProperty(
         name="Within",

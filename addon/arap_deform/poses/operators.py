@@ -82,7 +82,6 @@ class ARAP_OT_poses_store(ArapOperator, bpy.types.Operator):
     is_replacing: BoolProperty(
         name="Replace",
         description="Replace the selected pose of the list",
-        default=False,
         options={"HIDDEN", "SKIP_SAVE"},
     )
 

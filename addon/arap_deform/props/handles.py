@@ -80,7 +80,6 @@ class ArapHandle(bpy.types.PropertyGroup):
             "Hold every vertex, also if the handle is smaller than Rigidity. "
             "Off: a small handle holds the average of a round patch, which pulls a smooth hill and no spike"
         ),
-        default=False,
     )
     rest_matrix: FloatVectorProperty(
         name="Rest Matrix",
@@ -142,7 +141,6 @@ class ArapStiffness(bpy.types.PropertyGroup):
             "Vertices of weight 0.5 or more keep their shape exactly, like a helmet. "
             "Each connected piece moves as one piece"
         ),
-        default=False,
     )
     is_one_body: BoolProperty(
         name="As One Piece",
@@ -150,7 +148,6 @@ class ArapStiffness(bpy.types.PropertyGroup):
             "The whole group moves as one piece, even if it is not connected: the shells of a helmet. "
             "Off: each connected piece moves by itself, like two shoes"
         ),
-        default=False,
     )
     has_made_group: BoolProperty(
         options={"HIDDEN"}, description="The add-on made the vertex group, and removes it with the entry"

@@ -73,19 +73,15 @@ def _choosing(items: str, index: str, group: str) -> Callable[[bpy.types.Propert
 class ArapOverlay(bpy.types.PropertyGroup):
     """What is drawn over one mesh, while the panel shows that mesh."""
 
-    show_pins: BoolProperty(
-        name="Pins", description="Draw the pinned vertices", default=False, update=_on_overlay_changed
-    )
+    show_pins: BoolProperty(name="Pins", description="Draw the pinned vertices", update=_on_overlay_changed)
     show_handles: BoolProperty(
         name="Handles",
         description="Draw a line from each handle's rest place to its place now",
-        default=False,
         update=_on_overlay_changed,
     )
     show_strain: BoolProperty(
         name="Stretch",
         description="Color the mesh by the length of its edges: red is longer than at rest, blue is shorter",
-        default=False,
         update=_on_overlay_changed,
     )
     strain_limit: FloatProperty(
@@ -203,7 +199,6 @@ class ArapObject(bpy.types.PropertyGroup):
     join_seams: BoolProperty(
         name="Weld Seams",
         description="Vertices at the same place count as one, so open seams stay closed",
-        default=False,
     )
     key_name: StringProperty(
         name="Shape Key",
@@ -236,7 +231,6 @@ class ArapObject(bpy.types.PropertyGroup):
             "The mesh follows its handles all the time, also in playback. Saved with the file. "
             "Not while rendering: bake the animation first"
         ),
-        default=False,
         update=_on_live_changed,
     )
     live_problem: StringProperty(name="Live Problem", description="Why Live switched itself off", options={"HIDDEN"})

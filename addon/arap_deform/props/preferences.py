@@ -21,7 +21,6 @@ class ArapPreferences(bpy.types.AddonPreferences):
     threads: IntProperty(
         name="Threads",
         description="CPU threads. 0 is automatic",
-        default=0,
         min=0,
         max=1024,
         soft_max=64,

@@ -152,7 +152,6 @@ class ARAP_OT_handle_add(_Add, bpy.types.Operator):
     is_exact: BoolProperty(
         name="Exact",
         description="Hold every vertex, even if the handle is smaller than Rigidity. That pulls a spike",
-        default=False,
     )
 
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
@@ -244,7 +243,6 @@ class ARAP_OT_rigid_add(_Add, bpy.types.Operator):
     is_one_body: BoolProperty(
         name="As One Piece",
         description="All selected vertices move as one piece, even if they are not connected: the shells of a helmet",
-        default=False,
     )
 
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
