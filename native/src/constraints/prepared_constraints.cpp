@@ -41,13 +41,14 @@ PreparedConstraints::PreparedConstraints(const PreparedModel& model, const Model
                                          const Progress& progress)
     : regions(model.regions),
       vertex_of_target(constraints.size()),
-      target_sums(Eigen::VectorXd::Ones(constraints.size())) {
+      target_sums(Eigen::VectorXd::Ones(constraints.size())),
+      stiffness_(model.energy.K.diagonal()) {
   const auto n = static_cast<int>(model.rest.rows());
   constraints.rows.validate(n);
   read_entries(constraints.set);
   for (int p = 0; p < constraints.set.patches.size(); ++p) read_patch(model, constraints.set, p);
   read_rows(model, constraints.rows, constraints.set.size());
-  merge_entries(model);
+  merge_entries();
   for (Rows* group : {&soft_rows, &stiff_rows}) group->matrix = RowMatrix(group->rows, n);
   held_rows_ = patch_rows_;
   held_rows_.insert(held_rows_.end(), stiff_rows.target_rows.begin(), stiff_rows.target_rows.end());
@@ -117,8 +118,8 @@ void PreparedConstraints::read_rows(const PreparedModel& model, const LinearRows
   }
 }
 
-void PreparedConstraints::merge_entries(const PreparedModel& model) {
-  const auto n = static_cast<int>(model.rest.rows());
+void PreparedConstraints::merge_entries() {
+  const auto n = static_cast<int>(stiffness_.size());
   std::vector<double> strength(n, 0.0);
   std::vector<double> strength_sum(n, 0.0);
   for (const Entry& entry : entries) {
@@ -130,16 +131,15 @@ void PreparedConstraints::merge_entries(const PreparedModel& model) {
 
   is_hard.assign(n, 0);
   soft_diagonal = Eigen::VectorXd::Zero(n);
-  const Eigen::VectorXd stiffness = model.energy.K.diagonal();
   for (int v = 0; v < n; ++v) {
     const double s = strength[v];
     if (!(s > 0)) continue;
     // A loose vertex has nothing that pulls it from its target.
-    if (s >= kHardStrength || !(stiffness[v] > 0)) {
+    if (s >= kHardStrength || !(stiffness_[v] > 0)) {
       is_hard[v] = 1;
       hard_vertices.push_back(v);
     } else {
-      soft_diagonal[v] = 2 * stiffness[v] * s / (1 - s);
+      soft_diagonal[v] = 2 * stiffness_[v] * s / (1 - s);
       soft_vertices.push_back(v);
     }
   }
@@ -171,10 +171,9 @@ void PreparedConstraints::read_patch(const PreparedModel& model, const Constrain
 }
 
 template <class Visit>
-void PreparedConstraints::for_each_hold(const PreparedModel& model, const Visit& visit) const {
-  const Eigen::VectorXd stiffness = model.energy.K.diagonal();
+void PreparedConstraints::for_each_hold(const Visit& visit) const {
   for (const int v : hard_vertices) visit(v, 1.0);
-  for (const int v : soft_vertices) visit(v, soft_diagonal[v] / (2 * stiffness[v]));
+  for (const int v : soft_vertices) visit(v, soft_diagonal[v] / (2 * stiffness_[v]));
   for (const RegionPoint& point : anchor_points) visit(regions.unknown(point.region), 1.0);
   for (const std::vector<LinearRow>* hard : {&patches, &stiff_rows.rows.rows})
     for (const LinearRow& row : *hard)
@@ -183,7 +182,7 @@ void PreparedConstraints::for_each_hold(const PreparedModel& model, const Visit&
     const auto& [indices, coefficients] = soft_rows.rows.rows[r];
     for (size_t k = 0; k < indices.size(); ++k) {
       const double by = soft_rows.rows.weights[r] * coefficients[k] * coefficients[k];
-      visit(indices[k], stiffness[indices[k]] > 0 ? by / (2 * stiffness[indices[k]]) : 0.0);
+      visit(indices[k], stiffness_[indices[k]] > 0 ? by / (2 * stiffness_[indices[k]]) : 0.0);
     }
   }
 }
@@ -192,7 +191,7 @@ void PreparedConstraints::find_rest(const PreparedModel& model) {
   const auto n = static_cast<int>(model.rest.rows());
   std::vector<char> is_component_constrained(n, 0);
   const auto component = [&](int v) { return model.components[regions.unknown_of(v)]; };
-  for_each_hold(model, [&](int v, double) { is_component_constrained[component(v)] = 1; });
+  for_each_hold([&](int v, double) { is_component_constrained[component(v)] = 1; });
   is_at_rest.assign(n, 0);
   std::vector<char> is_part_constrained(model.n_parts, 0);
   for (int v = 0; v < n; ++v) {
@@ -209,7 +208,7 @@ void PreparedConstraints::find_rest(const PreparedModel& model) {
 void PreparedConstraints::find_weak_hold(const PreparedModel& model) {
   constexpr double kWeak = 0.01;  // of a vertex' own stiffness
   std::vector<double> hold(model.n_parts, 0.0);
-  for_each_hold(model, [&](int v, double by) {
+  for_each_hold([&](int v, double by) {
     const int part = model.part_of_vertex[v];
     if (part >= 0) hold[part] = std::max(hold[part], by);
   });
@@ -280,17 +279,17 @@ const ConstrainedSystem& PreparedConstraints::laplacian_system(const PreparedMod
   if (laplacian_system_ == nullptr) {
     const SparseMatrix K_squared = model.energy.K * model.energy.K;
     // The same strength as in the energy, measured in the diagonal of this system.
-    const Eigen::VectorXd diagonal = model.energy.K.diagonal();
     const Eigen::VectorXd diagonal_squared = K_squared.diagonal();
     Eigen::VectorXd soft = soft_diagonal;
     for (Eigen::Index v = 0; v < soft.size(); ++v)
-      if (soft[v] > 0) soft[v] *= diagonal_squared[v] / diagonal[v];
+      if (soft[v] > 0) soft[v] *= diagonal_squared[v] / stiffness_[v];
     const SparseMatrix reduced = regions.reduce(K_squared);
-    laplacian_system_ = std::make_unique<ConstrainedSystem>(
-        *make_linear_solver(reduced, model.linear_solver, model.workers), model.linear_solver, reduced,
-        connected_components(reduced),
-        system_constraints(soft, laplacian_rows(soft_rows.rows, diagonal), laplacian_rows(stiff_rows.rows, diagonal)),
-        Progress{}, model.workers);
+    laplacian_system_ =
+        std::make_unique<ConstrainedSystem>(*make_linear_solver(reduced, model.linear_solver, model.workers),
+                                            model.linear_solver, reduced, connected_components(reduced),
+                                            system_constraints(soft, laplacian_rows(soft_rows.rows, stiffness_),
+                                                               laplacian_rows(stiff_rows.rows, stiffness_)),
+                                            Progress{}, model.workers);
   }
   return *laplacian_system_;
 }

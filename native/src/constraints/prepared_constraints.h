@@ -101,12 +101,12 @@ class PreparedConstraints {
   void read_entries(const ConstraintSet& set);
   /// @param first  row of the targets
   void read_rows(const PreparedModel& model, const LinearRows& rows, int first);
-  void merge_entries(const PreparedModel& model);
+  void merge_entries();
   void read_patch(const PreparedModel& model, const ConstraintSet& set, int p);
   /// Calls visit(vertex, hold) for what each constraint names; hold is its stiffness as a part of K's there, at least
   /// 1 if it is hard.
   template <class Visit>
-  void for_each_hold(const PreparedModel& model, const Visit& visit) const;
+  void for_each_hold(const Visit& visit) const;
   void find_rest(const PreparedModel& model);
   void find_weak_hold(const PreparedModel& model);
   void require_movable(const ConstraintSet& set, const std::vector<char>& is_fixed) const;
@@ -115,6 +115,7 @@ class PreparedConstraints {
   [[nodiscard]] SystemConstraints system_constraints(const Eigen::VectorXd& of_vertices, LinearRows soft,
                                                      LinearRows stiff) const;
 
+  Eigen::VectorXd stiffness_;     ///< (n,) the diagonal of K
   std::vector<int> patch_rows_;   ///< of the patches in the targets
   std::vector<int> anchor_rows_;  ///< of the anchor points
   std::vector<int> held_rows_;
