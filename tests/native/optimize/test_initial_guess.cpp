@@ -161,17 +161,18 @@ TEST(LargeMoves, OneStepEndsWhereTenSmallOnesDo) {
                                    {Vector3(1, 1, 0), 1.6},
                                    {Vector3(1, 1, 0), 2.6}};
   for (const arap::Energy energy : {arap::Energy::kRotationNodes, arap::Energy::kSpokesAndRims})
-    for (const auto& [axis, angle_rad] : turns) {
+    for (const Turn& turn : turns) {
       const auto pose = [&](int n_steps) {
         SurfaceArap solver(mesh.mesh(), Model{energy, arap::EdgeWeights::kCotangent, .1}.options());
         solver.set_constraints(bend_task(mesh, {}).constraints);
         for (int k = 1; k <= n_steps; ++k)
-          solver.solve(bend_task(mesh, {rotation_about(axis, angle_rad * k / n_steps), Vector3::Zero()}).targets,
-                       to_accuracy(1e-8));
+          solver.solve(
+              bend_task(mesh, {rotation_about(turn.axis, turn.angle_rad * k / n_steps), Vector3::Zero()}).targets,
+              to_accuracy(1e-8));
         return Positions(solver.positions());
       };
       EXPECT_LT(max_distance(pose(1), pose(10)), 1e-4 * mesh.diagonal())
-          << "about " << axis.transpose() << " by " << angle_rad;
+          << "about " << turn.axis.transpose() << " by " << turn.angle_rad;
     }
 }
 
