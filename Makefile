@@ -38,7 +38,7 @@ bench:
 	@.ci/bench $(OPTIONS)
 
 bench-peers bench-report bench-quality:
-	@.ci/$@ $(OPTIONS)
+	@.ci/bench-run $(@:bench-%=%) $(OPTIONS)
 
 bench-test:
 	@.ci/bench-test

@@ -44,7 +44,7 @@ def main(zip_path: Path, scene_path: Path, out: Path, has_opengl: bool) -> None:
 
     use_engine(scene, has_opengl)
     pictures = render_all(scene, out)
-    results = summary(obj, job.readouts, keys) | {"engine": scene.render.engine}
+    results = summary(obj, job.readouts, keys) | {"rendered_by": scene.render.engine}
     (out / "summary.json").write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
     say(f"Wrote {posed.name}, {', '.join(pictures)}, summary.json")
 
@@ -61,20 +61,19 @@ def install(zip_path: Path) -> None:
 
 
 def summary(obj: bpy.types.Object, readouts: Sequence[Any], keys: Sequence[str]) -> dict[str, Any]:
-    """Energies are those of the last frame; iterations are those of the whole bake."""
     iterations = sum(r.iterations for r in readouts)
     reasons = sorted({r.stop_reason for r in readouts})
     return {
         "vertices": readouts[-1].vertices,
         "handles": len(obj.arap.handles),
         "bind_ms": round(readouts[-1].bind_ms, 2),
-        "factor_ms": round(readouts[-1].factor_ms, 2),
+        "factorization_ms": round(readouts[-1].factor_ms, 2),
         "ms_per_iteration": round(sum(r.last_ms for r in readouts) / max(iterations, 1), 3),
-        "iterations": iterations,
-        "energy_before": readouts[-1].energy_before,
-        "energy_after": readouts[-1].energy,
-        "stop_reason": ", ".join(reasons),
-        "keys": len(keys),
+        "iterations_of_all_frames": iterations,
+        "energy_of_last_frame_before": readouts[-1].energy_before,
+        "energy_of_last_frame_after": readouts[-1].energy,
+        "stopped": ", ".join(reasons),
+        "shape_keys": len(keys),
         "blender": bpy.app.version_string,
     }
 

@@ -18,8 +18,20 @@ bl_info = {
     "category": "Animation",
 }
 
-# The rooms that register something. A room imports only from itself and from rooms before it.
-ROOMS = ("props", "scene", "ui", "setup", "live", "show", "pose", "pull", "bake", "poses", "tab")
+# The modules that give something to Blender, in this order; see scene/registration.
+MODULES = {
+    "props": ("preferences", "handles", "poses", "pull", "object"),
+    "scene": ("remembered", "redraw"),
+    "ui": ("panels",),
+    "setup": ("handles", "list_operators", "select_operators", "group_operators", "panels"),
+    "live": ("runs", "panel"),
+    "show": ("overlay", "panel"),
+    "pose": ("undo", "operators", "panel"),
+    "pull": ("tool", "operators", "draw"),
+    "bake": ("operators", "panel"),
+    "poses": ("library", "operators", "blend_operator", "panel"),
+    "tab": ("first_pose", "advanced_panel", "menus"),
+}
 
 
 def _module(name: str) -> ModuleType:
@@ -27,18 +39,18 @@ def _module(name: str) -> ModuleType:
 
 
 def _modules() -> list[ModuleType]:
-    in_rooms = [_module(f"{room}.{name}") for room in ROOMS for name in _module(room).MODULES]
+    in_rooms = [_module(f"{room}.{name}") for room, names in MODULES.items() for name in names]
     return [*in_rooms, _module("handlers"), _module("cli")]
 
 
 def register() -> None:
     for module in _modules():
-        module.register()
+        _module("scene.registration").register(module)
 
 
 def unregister() -> None:
     for module in reversed(_modules()):
-        module.unregister()
+        _module("scene.registration").unregister(module)
     # Blender reloads this file alone when a new version is installed: the rest must be imported again.
     for name in [name for name in sys.modules if name.startswith(f"{__name__}.")]:
         del sys.modules[name]

@@ -8,7 +8,8 @@ from bpy.app.handlers import persistent
 
 from .core import sessions
 from .pull import draw, seen_mesh
-from .scene import app_handlers, empty_groups, mesh_size, owners
+from .scene import remembered
+from .ui import modal
 
 
 def _is_there(name: str) -> bool:
@@ -17,9 +18,7 @@ def _is_there(name: str) -> bool:
 
 def _forget_looks() -> None:
     """Forgets everything read from the scene."""
-    empty_groups.clear()
-    owners.clear()
-    mesh_size.clear()
+    remembered.clear()
     seen_mesh.clear()
     draw.clear()
 
@@ -37,9 +36,7 @@ def _on_update(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         update.is_updated_geometry or update.is_updated_transform for update in depsgraph.updates
     ):
         sessions.forget_missing(_is_there)
-    empty_groups.forget_updated(depsgraph)
-    owners.forget_updated(depsgraph)
-    mesh_size.forget_updated(depsgraph, sessions.acts)
+    remembered.forget_updated(depsgraph, sessions.acts)
     seen_mesh.forget_updated(depsgraph)
 
 
@@ -54,20 +51,16 @@ def _on_undo(*_: object) -> None:
     _forget_looks()
 
 
-_HANDLERS = (
-    ("load_post", _on_load),
-    ("depsgraph_update_post", _on_update),
-    ("frame_change_post", _on_frame),
-    ("undo_post", _on_undo),
-    ("redo_post", _on_undo),
+CALLBACKS = (
+    (bpy.app.handlers.load_post, _on_load),
+    (bpy.app.handlers.depsgraph_update_post, _on_update),
+    (bpy.app.handlers.frame_change_post, _on_frame),
+    (bpy.app.handlers.undo_post, _on_undo),
+    (bpy.app.handlers.redo_post, _on_undo),
 )
 
 
-def register() -> None:
-    app_handlers.add(_HANDLERS)
-
-
 def unregister() -> None:
-    app_handlers.remove(_HANDLERS)
+    modal.abort_all("The add-on was disabled")
     sessions.clear()
     _forget_looks()

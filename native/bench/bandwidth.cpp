@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "bandwidth.h"
+#include "timings.h"
 
 #include <omp.h>
 

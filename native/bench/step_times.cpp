@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The only benchmark that uses internals of the library: the public interface has no parts of an iteration.
-#include "step_times.h"
+#include "timings.h"
 
 #include <algorithm>
 #include <vector>

@@ -9,7 +9,7 @@
 
 namespace arap::bench {
 
-/// A mesh, its constrained vertices and their targets, in the format of measure/tasks.py.
+/// A mesh, its constrained vertices and their targets, in the format of measure/inputs/tasks.py.
 struct TaskFile {
   /// Throws std::runtime_error, naming the file, if it cannot be read completely.
   explicit TaskFile(const std::string& path);

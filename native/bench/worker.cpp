@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Measures the library on one task file. Reads commands from standard input, one per line, and answers each with one
-// line of JSON. measure/native.py is its client. Times are in milliseconds.
+// line of JSON. measure/runs/native.py is its client. Times are in milliseconds.
 //
 //   arap_worker TASK ENERGY THREADS      ENERGY as in Python's Options; THREADS as Options::threads
 //
@@ -20,10 +20,9 @@
 #include <string>
 
 #include "arap/surface_arap.h"
-#include "bandwidth.h"
 #include "process.h"
-#include "step_times.h"
 #include "task_file.h"
+#include "timings.h"
 
 namespace arap::bench {
 namespace {

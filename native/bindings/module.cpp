@@ -287,36 +287,32 @@ void def_enum(py::class_<Options>& type, const char* name, Enum Options::*field,
       doc);
 }
 
-/// Type(name=value, ...), from the object's own attributes.
-py::str repr(const char* type, py::handle object, std::initializer_list<const char*> attributes) {
-  std::string text;
-  for (const char* attribute : attributes)
-    text += (text.empty() ? "" : ", ") + std::string(attribute) + "=" + std::string(py::repr(object.attr(attribute)));
-  return type + ("(" + text + ")");
+/// Adds the constructor, with every attribute as a keyword, and the repr, which is a call of it.
+template <typename Options>
+void def_construction(py::class_<Options>& type, const char* init_doc, std::vector<const char*> attributes) {
+  const std::string name = py::str(type.attr("__name__"));
+  type.def(
+      py::init([name](const py::kwargs& values) {
+        const py::object options = py::cast(Options{});
+        for (const auto& [attribute, value] : values) {
+          if (!py::hasattr(options, attribute))
+            throw py::type_error(name + "() got an unexpected keyword argument " + std::string(py::repr(attribute)));
+          py::setattr(options, attribute, value);
+        }
+        return options.cast<Options>();
+      }),
+      init_doc);
+  type.def("__repr__", [name, attributes = std::move(attributes)](py::handle self) {
+    std::string text;
+    for (const char* attribute : attributes)
+      text += (text.empty() ? "" : ", ") + std::string(attribute) + "=" + std::string(py::repr(self.attr(attribute)));
+    return name + "(" + text + ")";
+  });
 }
 
 void bind_options(py::module_& m) {
   using arap::Options;
   py::class_<Options> type(m, "Options", docstrings::Options);
-  const Options defaults;
-  type.def(py::init([](const std::string& energy, double rigidity_radius, const std::string& weights,
-                       const std::string& linear_solver, int threads, bool join_seams) {
-             const Options options{
-                 .energy = value_of<arap::Energy>(energy, "energy", kEnergies),
-                 .rigidity_radius = rigidity_radius,
-                 .weights = value_of<arap::EdgeWeights>(weights, "weights", kWeights),
-                 .linear_solver = value_of<arap::LinearSolverKind>(linear_solver, "linear_solver", kLinearSolvers),
-                 .threads = threads,
-                 .join_seams = join_seams};
-             options.validate();
-             return options;
-           }),
-           docstrings::Options_init, py::kw_only(),
-           py::arg("energy") = name_of<arap::Energy>(defaults.energy, kEnergies),
-           py::arg("rigidity_radius") = defaults.rigidity_radius,
-           py::arg("weights") = name_of<arap::EdgeWeights>(defaults.weights, kWeights),
-           py::arg("linear_solver") = name_of<arap::LinearSolverKind>(defaults.linear_solver, kLinearSolvers),
-           py::arg("threads") = defaults.threads, py::arg("join_seams") = defaults.join_seams);
   def_enum<Options, arap::Energy>(type, "energy", &Options::energy, kEnergies, docstrings::Options_energy);
   def_field(type, "rigidity_radius", &Options::rigidity_radius, docstrings::Options_rigidity_radius);
   def_enum<Options, arap::EdgeWeights>(type, "weights", &Options::weights, kWeights, docstrings::Options_weights);
@@ -324,31 +320,13 @@ void bind_options(py::module_& m) {
                                             docstrings::Options_linear_solver);
   def_field(type, "threads", &Options::threads, docstrings::Options_threads);
   def_field(type, "join_seams", &Options::join_seams, docstrings::Options_join_seams);
-  type.def("__repr__", [](py::handle self) {
-    return repr("Options", self, {"energy", "rigidity_radius", "weights", "linear_solver", "threads", "join_seams"});
-  });
+  def_construction(type, docstrings::Options_init,
+                   {"energy", "rigidity_radius", "weights", "linear_solver", "threads", "join_seams"});
 }
 
 void bind_solve_options(py::module_& m) {
   using arap::SolveOptions;
   py::class_<SolveOptions> type(m, "SolveOptions", docstrings::SolveOptions);
-  const SolveOptions defaults;
-  type.def(py::init([](const std::string& initial_guess, const std::string& acceleration, int max_iterations,
-                       double accuracy, double time_limit_s) {
-             const SolveOptions options{
-                 .initial_guess = value_of<arap::InitialGuess>(initial_guess, "initial_guess", kInitialGuesses),
-                 .acceleration = value_of<arap::Acceleration>(acceleration, "acceleration", kAccelerations),
-                 .max_iterations = max_iterations,
-                 .accuracy = accuracy,
-                 .time_limit_s = time_limit_s};
-             options.validate();
-             return options;
-           }),
-           docstrings::SolveOptions_init, py::kw_only(),
-           py::arg("initial_guess") = name_of<arap::InitialGuess>(defaults.initial_guess, kInitialGuesses),
-           py::arg("acceleration") = name_of<arap::Acceleration>(defaults.acceleration, kAccelerations),
-           py::arg("max_iterations") = defaults.max_iterations, py::arg("accuracy") = defaults.accuracy,
-           py::arg("time_limit_s") = defaults.time_limit_s);
   def_enum<SolveOptions, arap::InitialGuess>(type, "initial_guess", &SolveOptions::initial_guess, kInitialGuesses,
                                              docstrings::SolveOptions_initial_guess);
   def_enum<SolveOptions, arap::Acceleration>(type, "acceleration", &SolveOptions::acceleration, kAccelerations,
@@ -356,9 +334,8 @@ void bind_solve_options(py::module_& m) {
   def_field(type, "max_iterations", &SolveOptions::max_iterations, docstrings::SolveOptions_max_iterations);
   def_field(type, "accuracy", &SolveOptions::accuracy, docstrings::SolveOptions_accuracy);
   def_field(type, "time_limit_s", &SolveOptions::time_limit_s, docstrings::SolveOptions_time_limit_s);
-  type.def("__repr__", [](py::handle self) {
-    return repr("SolveOptions", self, {"initial_guess", "acceleration", "max_iterations", "accuracy", "time_limit_s"});
-  });
+  def_construction(type, docstrings::SolveOptions_init,
+                   {"initial_guess", "acceleration", "max_iterations", "accuracy", "time_limit_s"});
 }
 
 // ------------------------------------------------------------------------------------------------------- result
@@ -531,8 +508,9 @@ class Solver {
                        py::object progress) {
     arap::ConstraintSet set;
     set.vertices = vector_from<int>(vertices, "vertices", "k", "one entry per constrained vertex");
-    set.strengths = vector_from<double>(strengths, "strengths", static_cast<py::ssize_t>(set.vertices.size()),
-                                        "one entry per constrained vertex");
+    if (!strengths.is_none())
+      set.strengths = vector_from<double>(strengths, "strengths", static_cast<py::ssize_t>(set.vertices.size()),
+                                          "one entry per constrained vertex");
     set.patches = patches_from(patches);
     ProgressCall call(std::move(progress));
     exclusively([&] { solver_.set_constraints(set, call.function()); });
@@ -556,7 +534,7 @@ class Solver {
   }
 
   void set_positions(const py::object& positions) {
-    const arap::Positions points = positions_from(positions, "positions", n_vertices(), "one row per vertex");
+    const arap::Positions points = points_from(positions);
     exclusively([&] { solver_.set_positions(points); });
   }
 
@@ -568,12 +546,12 @@ class Solver {
   }
 
   double energy(const py::object& positions) {
-    const arap::Positions points = positions_from(positions, "positions", n_vertices(), "one row per vertex");
+    const arap::Positions points = points_from(positions);
     return exclusively([&] { return solver_.energy(points); });
   }
 
   py::array energy_gradient(const py::object& positions) {
-    const arap::Positions points = positions_from(positions, "positions", n_vertices(), "one row per vertex");
+    const arap::Positions points = points_from(positions);
     return to_array(exclusively([&] { return solver_.energy_gradient(points); }));
   }
 
@@ -617,6 +595,10 @@ class Solver {
         options, properties, progress.function());
   }
 
+  [[nodiscard]] arap::Positions points_from(const py::object& positions) const {
+    return positions_from(positions, "positions", n_vertices(), "one row per vertex");
+  }
+
   template <typename Work>
   std::invoke_result_t<Work> exclusively(const Work& work) {
     const Turn turn(is_busy_);
@@ -651,7 +633,7 @@ void bind_solver(py::module_& m) {
            py::arg("face_sizes") = none, py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
            py::arg("rigid_regions") = none, py::arg("progress") = none)
       .def("set_constraints", &Solver::set_constraints, docstrings::SurfaceArap_set_constraints, py::arg("vertices"),
-           py::arg("strengths"), py::arg("patches") = none, py::kw_only(), py::arg("progress") = none)
+           py::arg("strengths") = none, py::arg("patches") = none, py::kw_only(), py::arg("progress") = none)
       .def(
           "solve",
           [](Solver& solver, const py::object& targets, const arap::SolveOptions* options, const py::object& rotations,

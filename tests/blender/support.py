@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tests inside Blender share: the installed add-on, small scenes, ways to look at the result."""
+"""What the tests inside Blender share: the installed add-on, and a test in an empty scene."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from types import ModuleType
 
 import bpy
 import numpy as np
-from mathutils import Euler, Matrix, Vector
 
 ZIP = Path()
 PACKAGE = ""
@@ -35,7 +34,7 @@ class FakeAct:
 
 def module(name: str) -> ModuleType:
     """A module of the installed add-on."""
-    return importlib.import_module(f"{PACKAGE}.{name}")
+    return importlib.import_module(f"{PACKAGE}.{name}".rstrip("."))
 
 
 def linked_back(obj: bpy.types.Object, *names: str) -> list[bpy.types.Object]:
@@ -58,6 +57,12 @@ class SceneTest(unittest.TestCase):
         self.api = module("api")
         self.scene = bpy.context.scene
 
+    def new_folder(self) -> Path:
+        """An empty folder, removed after the test."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        return Path(folder.name).resolve()
+
     def assert_error(self, kind: type[Exception], message: str, function, *arguments, **keywords) -> None:
         """The whole message, so that every word that the user reads is tested."""
         with self.assertRaises(kind) as caught:
@@ -68,141 +73,10 @@ class SceneTest(unittest.TestCase):
         np.testing.assert_allclose(actual, expected, rtol=0.0, atol=atol)
 
 
-# Of an object that stands somewhere, turned and stretched.
-PLACED = Matrix.Translation((3.0, -2.0, 1.0)) @ Matrix.Rotation(0.7, 4, "Y") @ Matrix.Diagonal((1.0, 2.0, 0.5, 1.0))
-
-RINGS, SEGMENTS, LENGTH = 17, 8, 4.0
-
-
-def tube_arrays() -> tuple[np.ndarray, list[list[int]]]:
-    """A closed tube along z from 0 to LENGTH, of quads, with a polygon at each end."""
-    angle = np.arange(SEGMENTS) * (2.0 * np.pi / SEGMENTS)
-    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(SEGMENTS)]) * 0.5
-    height = np.linspace(0.0, LENGTH, RINGS)
-    positions = (ring[None] + height[:, None, None] * np.array([0.0, 0.0, 1.0])).reshape(-1, 3)
-    i, j = np.meshgrid(np.arange(RINGS - 1), np.arange(SEGMENTS), indexing="ij")
-    right = (j + 1) % SEGMENTS
-    quads = np.stack([i, i, i + 1, i + 1], -1) * SEGMENTS + np.stack([j, right, right, j], -1)
-    caps = [list(range(SEGMENTS))[::-1], list(range((RINGS - 1) * SEGMENTS, RINGS * SEGMENTS))]
-    return positions, [*quads.reshape(-1, 4).tolist(), *caps]
-
-
-BOTTOM = list(range(SEGMENTS))
-TOP = list(range((RINGS - 1) * SEGMENTS, RINGS * SEGMENTS))
-MIDDLE = list(range(8 * SEGMENTS, 9 * SEGMENTS))
-
-
-def mesh_object(name: str = "Tube", matrix: Matrix | None = None) -> bpy.types.Object:
-    """The tube as a new object in the scene."""
-    positions, faces = tube_arrays()
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(positions.tolist(), [], faces)
-    obj = bpy.data.objects.new(name, mesh)
-    bpy.context.scene.collection.objects.link(obj)
-    if matrix is not None:
-        obj.matrix_world = matrix
-    bpy.context.view_layer.update()
-    return obj
-
-
-def posable(name: str = "Tube", matrix: Matrix | None = None) -> bpy.types.Object:
-    """The tube with its bottom pinned and a handle at its top; solved tightly."""
-    api = module("api")
-    obj = mesh_object(name, matrix)
-    api.add_pin(obj, BOTTOM, name="Feet")
-    api.add_handle(obj, TOP, name="Head")
-    obj.arap.accuracy = 1e-7
-    obj.arap.max_iterations = 5000
-    return obj
-
-
-def empty_at(location, name: str = "Empty") -> bpy.types.Object:
-    empty = bpy.data.objects.new(name, None)
-    bpy.context.scene.collection.objects.link(empty)
-    empty.location = location
-    bpy.context.view_layer.update()
-    return empty
-
-
-def move(target: bpy.types.Object, shift=(0.0, 0.0, 0.0), turn=(0.0, 0.0, 0.0)) -> None:
-    """Moves an object in the world, and turns it about its own origin."""
-    matrix = target.matrix_world.copy()
-    place = matrix.to_translation()
-    matrix.translation = (0.0, 0.0, 0.0)
-    target.matrix_world = Matrix.Translation(place + Vector(shift)) @ Euler(turn).to_matrix().to_4x4() @ matrix
-    bpy.context.view_layer.update()
-
-
-def bend(obj: bpy.types.Object) -> None:
-    """A large move and turn of the first handle."""
-    move(obj.arap.handles[0].target, (0.0, 1.0, -0.6), (-0.9, 0.0, 0.2))
-
-
-def group_of(obj: bpy.types.Object, name: str) -> dict[int, float]:
-    """Weights of a vertex group by vertex."""
-    index = obj.vertex_groups[name].index
-    return {v.index: g.weight for v in obj.data.vertices for g in v.groups if g.group == index}
-
-
-def select_in_edit_mode(obj: bpy.types.Object, vertices: list[int]) -> None:
-    """Selects these vertices alone, and leaves the mesh in Edit Mode."""
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="OBJECT")
-    module("scene.meshes").select_vertices(obj, np.asarray(vertices, dtype=np.int32), shows_hidden=True)
-    bpy.ops.object.mode_set(mode="EDIT")
-
-
-def key_positions(obj: bpy.types.Object, name: str = "ARAP") -> np.ndarray:
-    """(n, 3) values of a key, read the plain way."""
-    return np.array([point.co[:] for point in obj.data.shape_keys.key_blocks[name].data])
-
-
-def unfit(obj: bpy.types.Object, **keywords) -> str:
-    """Why the live session does not fit the scene, '' if it does."""
-    return module("follow.frame").Frame(obj, bpy.context.evaluated_depsgraph_get(), **keywords).problem
-
-
-def rest_positions(obj: bpy.types.Object) -> np.ndarray:
-    keys = obj.data.shape_keys
-    points = keys.reference_key.data if keys else obj.data.vertices
-    return np.array([point.co[:] for point in points])
-
-
-def shown_positions(obj: bpy.types.Object) -> np.ndarray:
-    """(n, 3) evaluated positions, object space: all keys and modifiers."""
-    evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    return np.array([vertex.co[:] for vertex in evaluated.data.vertices])
-
-
-def in_world(obj: bpy.types.Object, positions: np.ndarray) -> np.ndarray:
-    matrix = np.array(obj.matrix_world)
-    return positions @ matrix[:3, :3].T + matrix[:3, 3]
-
-
-def edge_lengths(obj: bpy.types.Object, positions: np.ndarray) -> np.ndarray:
-    """Lengths of the mesh's edges in the world."""
-    ends = np.array([edge.vertices[:] for edge in obj.data.edges])
-    world = in_world(obj, positions)
-    return np.linalg.norm(world[ends[:, 0]] - world[ends[:, 1]], axis=1)
-
-
-def animated(matrix: Matrix | None = None) -> bpy.types.Object:
-    """posable(), whose handle moves, turns and comes half way back from frame 1 to 21, with Blender's own easing."""
-    obj = posable(matrix=matrix)
-    target = obj.arap.handles[0].target
-    for frame, y, turn in ((1, 0.0, 0.0), (11, 1.5, -1.2), (21, 0.6, -0.3)):
-        target.location.y, target.rotation_euler.x = y, turn
-        target.keyframe_insert("location", frame=frame)
-        target.keyframe_insert("rotation_euler", frame=frame)
-    obj.arap.accuracy = 1e-4
-    obj.arap.max_iterations = 200
-    return obj
-
-
-def data_of(obj):
-    """Everything a cancelled bake must not have changed."""
-    keys = obj.data.shape_keys
-    blocks = [(key.name, key.value, key.mute) for key in keys.key_blocks] if keys else []
-    positions = [key_positions(obj, name).tolist() for name, _, _ in blocks]
-    action = keys.animation_data.action if keys and keys.animation_data else None
-    return blocks, positions, action, bpy.context.scene.frame_current
+def opened_again() -> bpy.types.Object:
+    """The tube, after its file was saved and opened again."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "saved.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.open_mainfile(filepath=path)
+    return bpy.data.objects["Tube"]

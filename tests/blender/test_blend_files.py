@@ -4,7 +4,8 @@
 from pathlib import Path
 
 import numpy as np
-from support import SceneTest, bpy, edge_lengths, key_positions, module, rest_positions
+from looks import edge_lengths, key_positions, rest_positions
+from support import SceneTest, bpy, module
 
 FILES = Path(__file__).resolve().parents[2] / "blend_files"
 POSED = {"bar": ("Bar bend", "Bar twist"), "cactus": ("Cactus",), "creature": ("Creature",)}

@@ -6,21 +6,20 @@ import io
 import os
 import subprocess
 import sys
-import tempfile
 import unittest.mock
 from pathlib import Path
 
 import numpy as np
 import support
-from support import TOP, SceneTest, bpy, key_positions, mesh_object, module, posable, rest_positions, shown_positions
+from looks import key_names, key_positions, rest_positions, shown_positions
+from support import SceneTest, bpy, module
+from tubes import TOP, mesh_object, posable
 
 
 class CliTest(SceneTest):
     def setUp(self) -> None:
         super().setUp()
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name).resolve()
+        self.folder = self.new_folder()
         self.input = self.folder / "input.blend"
         self.output = self.folder / "output.blend"
 
@@ -82,7 +81,7 @@ class CliTest(SceneTest):
     def test_bake_takes_the_scenes_range_and_a_prefix(self):
         self.save_scene()
         _, obj = self.done("bake", self.input, "--prefix", "Walk ")
-        names = [key.name for key in obj.data.shape_keys.key_blocks]
+        names = key_names(obj)
         self.assertEqual(names, ["Basis", *(f"Walk {frame:04d}" for frame in range(1, 12))])
 
     def test_bake_the_fewest_keys(self):

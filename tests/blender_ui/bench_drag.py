@@ -3,7 +3,8 @@
 
 tests/blender_ui/run.py --blender BLENDER --zip ZIP --screenshots DIR --files "bench_*.py" --size 1280x800 --at-once 1
 
-Each test writes drag-ACT-SIZE.json into the folder of the screenshots.
+Each test writes drag-ACT-SIZE.json into the folder of the screenshots, for each of the vertex counts in
+ARAP_BENCH_SIZES (default: 10000 100000 1000000).
 """
 
 import importlib
@@ -13,13 +14,12 @@ import os
 from collections.abc import Callable, Generator
 
 import bpy
-from bpy_extras.view3d_utils import location_3d_to_region_2d
+from frame_times import DRAGS, PINS, Milliseconds, Stopwatch, creature_object, summary
 from harness import MODULE, Steps, Ui
 from main_loop import WARM_UP, MainLoop, move_each_turn
 from mathutils import Vector
 
-from frame_times import DRAGS, PINS, Milliseconds, Stopwatch, creature_object, summary  # isort: skip  (main_loop makes it importable)
-
+SIZES = tuple(int(size) for size in os.environ.get("ARAP_BENCH_SIZES", "10000 100000 1000000").split())
 LARGE = 500_000  # vertices from which fewer frames will do
 PIXELS = 60  # radius of the circle that the mouse goes
 TURNS = 40  # of the main loop, once around
@@ -29,21 +29,26 @@ NAME = "Creature"
 Act = Callable[[Ui, bpy.types.Object], Generator[None, None, Milliseconds]]
 
 
-def measure(ui: Ui, act: Act, name: str, size: int, *, has_handles: bool = True) -> Steps:
-    creature = begin(ui, size, has_handles=has_handles)
-    load = os.getloadavg()[0]
-    yield from ui.move_mouse(*pixel(ui, GRIP))
-    rows = yield from act(ui, creature)
-    yield from ui.until_free()
-    result = {
-        "blender": bpy.app.version_string,
-        "act": name,
-        "vertices": len(creature.data.vertices),
-        "load": round(load, 1),
-        "frames": n_frames(creature),
-        "ms": summary(rows),
-    }
-    (ui.screenshots / f"drag-{name}-{size:07}.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+def measure(ui: Ui, act: Act, *, has_handles: bool = True) -> Steps:
+    """One size after the other, each in a new file."""
+    for size in SIZES:
+        creature = begin(ui, size, has_handles=has_handles)
+        load = os.getloadavg()[0]
+        yield from ui.move_mouse(*ui.pixel(GRIP))
+        rows = yield from act(ui, creature)
+        yield from ui.until_free()
+        result = {
+            "blender": bpy.app.version_string,
+            "act": act.__name__,
+            "vertices": len(creature.data.vertices),
+            "load": round(load, 1),
+            "frames": n_frames(creature),
+            "ms": summary(rows),
+        }
+        path = ui.screenshots / f"drag-{act.__name__}-{size:07}.json"
+        path.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        yield from ui.end()
+        ui.begin(f"bench_{act.__name__}")
 
 
 def begin(ui: Ui, size: int, *, has_handles: bool) -> bpy.types.Object:
@@ -60,12 +65,6 @@ def begin(ui: Ui, size: int, *, has_handles: bool) -> bpy.types.Object:
     ui.call(bpy.ops.view3d.view_axis, "EXEC_DEFAULT", True, type="FRONT")
     ui.call(bpy.ops.view3d.view_selected, "EXEC_DEFAULT", True)
     return creature
-
-
-def pixel(ui: Ui, place: tuple[float, float, float]) -> tuple[int, int]:
-    region = ui.region()
-    x, y = location_3d_to_region_2d(region, ui.view.spaces.active.region_3d, Vector(place))
-    return round(region.x + x), round(region.y + y)
 
 
 def n_frames(creature: bpy.types.Object) -> int:
@@ -168,37 +167,13 @@ def point(ui: Ui, n: int) -> Generator[None, None, list[float]]:
     return spent[WARM_UP:]
 
 
-def test_pose_10k(ui: Ui) -> Steps:
-    yield from measure(ui, pose, "pose", 10_000)
+def test_pose(ui: Ui) -> Steps:
+    yield from measure(ui, pose)
 
 
-def test_pose_100k(ui: Ui) -> Steps:
-    yield from measure(ui, pose, "pose", 100_000)
+def test_pull(ui: Ui) -> Steps:
+    yield from measure(ui, pull, has_handles=False)
 
 
-def test_pose_1m(ui: Ui) -> Steps:
-    yield from measure(ui, pose, "pose", 1_000_000)
-
-
-def test_pull_10k(ui: Ui) -> Steps:
-    yield from measure(ui, pull, "pull", 10_000, has_handles=False)
-
-
-def test_pull_100k(ui: Ui) -> Steps:
-    yield from measure(ui, pull, "pull", 100_000, has_handles=False)
-
-
-def test_pull_1m(ui: Ui) -> Steps:
-    yield from measure(ui, pull, "pull", 1_000_000, has_handles=False)
-
-
-def test_blend_10k(ui: Ui) -> Steps:
-    yield from measure(ui, blend, "blend", 10_000)
-
-
-def test_blend_100k(ui: Ui) -> Steps:
-    yield from measure(ui, blend, "blend", 100_000)
-
-
-def test_blend_1m(ui: Ui) -> Steps:
-    yield from measure(ui, blend, "blend", 1_000_000)
+def test_blend(ui: Ui) -> Steps:
+    yield from measure(ui, blend)

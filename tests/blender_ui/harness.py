@@ -21,9 +21,13 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+from mathutils import Vector
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
+if str(HERE) not in sys.path:
+    sys.path.insert(0, str(HERE))
+    sys.path.append(str(HERE.parent / "blender"))  # frame_times, which the measurements share
 import gate  # noqa: E402 - Blender runs this file from elsewhere
 from gate import Gate  # noqa: E402
 
@@ -141,6 +145,14 @@ class Ui:
         self.press(kind, **modifiers)
         yield
 
+    def undo(self) -> Steps:
+        yield from self.key("Z", ctrl=True)
+        yield
+
+    def redo(self) -> Steps:
+        yield from self.key("Z", ctrl=True, shift=True)
+        yield
+
     def text(self, text: str) -> Steps:
         for letter in text:
             self.press_letter(letter)
@@ -150,6 +162,12 @@ class Ui:
         self.mouse = (x, y)
         self.event("MOUSEMOVE", "NOTHING")
         yield
+
+    def pixel(self, place: Sequence[float]) -> tuple[int, int]:
+        """Where a place in the world is seen."""
+        region = self.region()
+        x, y = location_3d_to_region_2d(region, self.view.spaces.active.region_3d, Vector(place))
+        return round(region.x + x), round(region.y + y)
 
     def move_mouse_to_view(self) -> Steps:
         region = self.region()
@@ -233,6 +251,14 @@ class Ui:
         yield from self.until(lambda: n_drawn > 0, "the tab is shown")
         panel.draw = draw
         yield from self.move_mouse_to_view()
+
+    def scroll_tab(self) -> Steps:
+        """To its end."""
+        region = self.region("UI")
+        yield from self.move_mouse(region.x + region.width // 3, region.y + region.height // 2)
+        for _ in range(12):
+            self.event("WHEELDOWNMOUSE")
+            yield
 
     def turn_view_into_preferences(self) -> Generator[None, None, bpy.types.Area]:
         """Shows the add-on's page of preferences where the 3D view was; returns the area."""

@@ -8,16 +8,12 @@ of it is drawn: what follows until the mouse is handled again is the graphics ca
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import bpy
-from harness import MODULE, Steps, Ui
-
-sys.path.append(str(Path(__file__).resolve().parents[1] / "blender"))
 from frame_times import Milliseconds, Stopwatch
+from harness import MODULE, Steps, Ui
 
 HANDLE = "Blender evaluates the handle"
 REST = "checks, the rest"

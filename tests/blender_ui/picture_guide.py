@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures of the user guide: each panel, the first pose, what is drawn over the mesh. Run by .ci/pictures."""
 
-import importlib
-
 import bpy
 import numpy as np
 from camera import Camera, begin_pull, look, open_creature, tidy_up
-from harness import MODULE, Steps, Ui
+from harness import Steps, Ui
 from mathutils import Vector
 from test_overlay import show_all
 
@@ -45,10 +43,9 @@ def group(creature: bpy.types.Object, name: str) -> np.ndarray:
     return np.array([v.index for v in creature.data.vertices if index in {g.group for g in v.groups}])
 
 
-def select_in_edit_mode(creature: bpy.types.Object, *groups: np.ndarray) -> None:
+def select_in_edit_mode(ui: Ui, creature: bpy.types.Object, *groups: np.ndarray) -> None:
     bpy.ops.object.mode_set(mode="OBJECT")
-    mesh_io = importlib.import_module(f"{MODULE}.scene.meshes")
-    mesh_io.select_vertices(creature, np.concatenate(groups), shows_hidden=True)
+    ui.meshes.select_vertices(creature, np.concatenate(groups), shows_hidden=True)
     bpy.ops.object.mode_set(mode="EDIT")
 
 
@@ -87,13 +84,13 @@ def test_picture_first_pose(ui: Ui) -> Steps:
     paw = group(creature, "Paw front L")
     creature.vertex_groups.clear()
     look(ui, right=-0.6, up=0.3, closer=0.8)
-    select_in_edit_mode(creature, *paws)
+    select_in_edit_mode(ui, creature, *paws)
     yield from camera.view("guide-first-pose-1", *MIDDLE)
     assert ui.call(bpy.ops.arap.pin_add) == {"FINISHED"}
     yield from ui.open_tab()
     yield from camera.panel("guide-panel-first-pose", "ARAP_PT_first_pose")
     ui.view.spaces.active.show_region_ui = False
-    select_in_edit_mode(creature, paw)
+    select_in_edit_mode(ui, creature, paw)
     assert ui.call(bpy.ops.arap.handle_add) == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")
     empty = creature.arap.handles[0].target
@@ -133,4 +130,4 @@ def test_picture_dialog(ui: Ui) -> Steps:
 def test_picture_preferences(ui: Ui) -> Steps:
     camera = Camera(ui)
     area = yield from ui.turn_view_into_preferences()
-    yield from camera.area("guide-preferences", "-crop", "886x210+170+254", "+repage", area=area)
+    yield from camera.area("guide-preferences", "-crop", "886x104+170+254", "+repage", area=area)

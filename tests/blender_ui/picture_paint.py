@@ -2,7 +2,6 @@
 """A picture of the user guide: a pin that is painted on the live creature. Run by .ci/pictures."""
 
 import bpy
-from bpy_extras.view3d_utils import location_3d_to_region_2d
 from camera import Camera, look, open_creature
 from harness import Steps, Ui
 from mathutils import Vector
@@ -29,11 +28,9 @@ def test_picture_paint(ui: Ui) -> Steps:
 
 
 def stroke(ui: Ui) -> Steps:
-    region, view = ui.region(), ui.view.spaces.active.region_3d
-    start, end = (location_3d_to_region_2d(region, view, Vector(place)) for place in STROKE)
+    start, end = map(Vector, STROKE)
     for share in range(11):
-        place = start.lerp(end, share / 10)
-        yield from ui.move_mouse(region.x + int(place.x), region.y + int(place.y))
+        yield from ui.move_mouse(*ui.pixel(start.lerp(end, share / 10)))
         if share == 0:
             ui.event("LEFTMOUSE", "PRESS")
             yield

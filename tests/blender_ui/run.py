@@ -92,13 +92,6 @@ def install(blender: str, zip_path: Path, env: dict[str, str]) -> None:
         sys.exit(f"The zip could not be installed:\n{done.stdout}{done.stderr}")
 
 
-@contextmanager
-def copied(folder: Path) -> Iterator[Path]:
-    """A copy of a user folder: a test that disables the add-on takes its wheel away from who else uses the folder."""
-    with tempfile.TemporaryDirectory(prefix="arap_ui_") as copy:
-        yield Path(shutil.copytree(folder, copy, dirs_exist_ok=True))
-
-
 @dataclass
 class Outcome:
     """Of one test. ``wrong``: what went wrong, '' where nothing did."""
@@ -108,12 +101,15 @@ class Outcome:
     wrong: str
 
 
-def run_file(command: list[str], tests: list[str], env: dict[str, str], limit_s: float) -> Iterator[Outcome]:
-    """Runs all tests of a file, in as few Blenders as that takes."""
+def run_file(
+    command: list[str], tests: list[str], env: dict[str, str], limit_s: float, *, alone: bool
+) -> Iterator[Outcome]:
+    """Runs all tests of a file, in as few Blenders as that takes; ``alone``: each in a Blender of its own."""
     left = tests
     while left:
         n_done = 0
-        for outcome in run_blender([*command, *left], left, env, limit_s):
+        some = left[:1] if alone else left
+        for outcome in run_blender([*command, *some], some, env, limit_s):
             yield outcome
             n_done += 1
         left = left[n_done:]
@@ -170,6 +166,7 @@ def main() -> int:
     parser.add_argument("--files", default="test_*.py", help="the files of the tests, for example bench_*.py")
     parser.add_argument("--size", default=WINDOW, help="of the window, in pixels")
     parser.add_argument("--at-once", type=int, default=AT_ONCE, help="files at a time; 1 where time is measured")
+    parser.add_argument("--alone", action="store_true", help="a Blender for each test: pictures show all that is kept")
     args = parser.parse_args()
     tests = find_tests(args.files, args.only)
     args.screenshots.mkdir(parents=True, exist_ok=True)
@@ -180,9 +177,11 @@ def main() -> int:
             outcomes = []
             command = blender_command(args.blender, "--", "run", file, str(args.screenshots.resolve()))
             command[1:1] = ["--enable-event-simulate", "--window-geometry", "0", "0", *args.size.split("x")]
-            with display(args.size) as display_name, copied(Path(folder)) as user_folder:
-                env = environment(user_folder) | {"DISPLAY": display_name}
-                for outcome in run_file(command, tests[file], env, args.hang_limit):
+            # A copy: a test that disables the add-on takes its wheel away from who else uses the folder.
+            with display(args.size) as display_name, tempfile.TemporaryDirectory(prefix="arap_ui_") as copy:
+                shutil.copytree(folder, copy, dirs_exist_ok=True)
+                env = environment(Path(copy)) | {"DISPLAY": display_name}
+                for outcome in run_file(command, tests[file], env, args.hang_limit, alone=args.alone):
                     outcomes.append(outcome)
                     state = "FAIL" if outcome.wrong else "ok  "
                     print(f"{state} {outcome.test} ({outcome.seconds:.1f} s)\n{outcome.wrong}", end="", flush=True)

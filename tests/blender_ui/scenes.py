@@ -47,9 +47,14 @@ def add_grid(n: int) -> bpy.types.Object:
 def add_held_grid(api: Any, n: int = 20) -> bpy.types.Object:
     """A grid whose first edge is pinned and whose opposite edge hangs on a handle."""
     grid = add_grid(n)
+    hold(api, grid, n)
+    return grid
+
+
+def hold(api: Any, grid: bpy.types.Object, n: int) -> None:
+    """Pins an edge of a grid of n x n vertices and gives the opposite one a handle."""
     api.add_pin(grid, list(range(n)), name="Edge")
     api.add_handle(grid, list(range(n * n - n, n * n)), name="Other Edge")
-    return grid
 
 
 def add_bone() -> bpy.types.Object:

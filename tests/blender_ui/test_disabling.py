@@ -4,11 +4,12 @@
 import bpy
 import numpy as np
 import scenes
+import test_live
 import test_pose
 import test_pull
 from harness import MODULE, Steps, Ui
-from test_bake import animate, key_names
-from test_pose import NEAR, bar, handle
+from test_bake import animate
+from test_pose import NEAR, bar, handle, key_names
 from test_poses import add_poses
 
 
@@ -24,19 +25,25 @@ def enable(ui: Ui) -> Steps:
 
 
 def test_disabled_within_a_pose(ui: Ui) -> Steps:
-    scenes.add_bar_with_handle(ui.api)
-    rest = scenes.key_positions(bar())
-    ui.select(handle())
-    for is_again in (False, True):
+    rest = test_pose.add_bar(ui)
+    for _ in range(2):
         yield from test_pose.begin(ui)
-        yield from test_pose.drag(ui, "G", "X", "1")
-        yield from test_pose.settle(ui)
-        if is_again:
-            test_pose.assert_followed(rest, (1.0, 0.0, 0.0))
+        yield from test_pose.drag(ui)
+        test_pose.assert_followed(rest, (1.0, 0.0, 0.0))
         yield from disable()
         test_pose.assert_at_rest(rest)
         assert abs(handle().location.x) < NEAR
         yield from enable(ui)
+
+
+def test_live_goes_on_after_it_was_disabled(ui: Ui) -> Steps:
+    yield from test_live.begin(ui)
+    yield from disable()
+    yield from enable(ui)
+    yield from test_live.settle(ui)
+    yield from test_live.drag(ui)
+    yield from test_live.settle(ui)
+    test_live.assert_followed(ui)
 
 
 def test_disabled_within_a_blend(ui: Ui) -> Steps:
@@ -74,8 +81,7 @@ def test_disabled_within_a_bake(ui: Ui) -> Steps:
 def test_disabled_within_a_pull(ui: Ui) -> Steps:
     yield from test_pull.begin(ui)
     rest = scenes.key_positions(test_pull.sheet())
-    yield from test_pull.press(ui, (0.3, 0.0, 0.0))
-    yield from test_pull.drag_to(ui, (0.3, 0.2, 0.0))
+    yield from test_pull.grab(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
     yield from disable()
     ui.event("LEFTMOUSE", "RELEASE")
     yield

@@ -21,6 +21,7 @@ from random import Random
 import bpy
 import numpy as np
 import scenes
+import test_pull
 from harness import Steps, Ui
 from test_live import add_second_bar
 
@@ -270,30 +271,61 @@ class Monkey:
             bpy.data.scenes.remove(other)
         yield
 
+    def change_radius(self) -> Steps:
+        yield from self.ui.key(self.random.choice(("LEFT_BRACKET", "RIGHT_BRACKET")))
+
+    def toggle_mirror(self) -> Steps:
+        obj = self.pick(self.meshes())
+        if obj is not None:
+            obj.data.use_mirror_x = not obj.data.use_mirror_x
+        yield
+
+    def run(self, n_acts: int, minutes: float = 0.0) -> Steps:
+        """So many acts, and for so long."""
+        start = time.monotonic()
+        for i in count():
+            if i >= n_acts and time.monotonic() - start >= 60.0 * minutes:
+                break
+            act = self.random.choice(self.acts)
+            print(f"{i}: {act.__name__}", flush=True)
+            yield from act()
+            self.check()
+            if not self.meshes():
+                yield from self.rest_a_while()
+                self.build()
+        yield from self.rest_a_while()
+        yield from self.ui.screenshot("end")
+        self.check()
+
     def rest_a_while(self) -> Steps:
         """Ends whatever is under way."""
         for _ in range(3):
             yield from self.ui.key("ESC")
         for obj in self.meshes():
             obj.arap.is_live = False
-        yield from self.ui.until(lambda: not self.ui.running, "all acts have ended")
+        yield from self.ui.until_free()
 
 
 def test_monkey(ui: Ui) -> Steps:
     monkey = Monkey(ui)
     monkey.build()
     yield from ui.open_tab()
-    start = time.monotonic()
-    for i in count():
-        if i >= N_ACTS and time.monotonic() - start >= 60.0 * MINUTES:
-            break
-        act = monkey.random.choice(monkey.acts)
-        print(f"{i}: {act.__name__}", flush=True)
-        yield from act()
-        monkey.check()
-        if not monkey.meshes():
-            yield from monkey.rest_a_while()
-            monkey.build()
-    yield from monkey.rest_a_while()
-    yield from ui.screenshot("end")
-    monkey.check()
+    yield from monkey.run(N_ACTS, MINUTES)
+
+
+def test_monkey_pulls(ui: Ui) -> Steps:
+    """ARAP Pull alone: all undone, the mesh is at rest."""
+    yield from test_pull.begin(ui, 21)
+    for _ in range(20):  # or undo leads back to the cube
+        bpy.ops.ed.undo_push(message="scene")
+    rest = scenes.key_positions(test_pull.sheet())
+    monkey = Monkey(ui)
+    monkey.remember_rests()
+    pulls = [*[monkey.drag_surface] * 4, *[monkey.click_surface] * 2, monkey.change_radius, monkey.toggle_mirror]
+    monkey.acts = [*pulls, *[monkey.undo] * 2, monkey.redo, monkey.select]
+    yield from test_pull.pull(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
+    assert len(test_pull.sheet().arap.pull_pins) == 1, "the tool is in hand"
+    yield from monkey.run(60)
+    while test_pull.sheet().data.shape_keys is not None or test_pull.sheet().arap.pull_pins:
+        yield from ui.undo()
+    np.testing.assert_allclose(scenes.shown_positions(test_pull.sheet()), rest, atol=test_pull.NEAR)

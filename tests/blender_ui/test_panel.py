@@ -1,24 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sidebar tab, menus, preferences and the search: what is drawn, and what buttons do."""
 
-from pathlib import Path
-
 import bpy
 import numpy as np
 import scenes
+from camera import open_creature
 from harness import Steps, Ui
-from test_pose import bar, begin, drag, handle, settle
+from test_overlay import show_all
+from test_pose import bar, begin, drag, handle
 from test_weight_paint import take_brush
 
-SAMPLES = Path(__file__).resolve().parents[2] / "blend_files"
-
-
-PANELS = ("ARAP_PT_handle_look", "ARAP_PT_advanced")
+PANELS = ("first_pose", "pins", "handles", "handle_look", "stiffness", "pose", "readout", "advanced")
 
 
 def test_all_is_drawn(ui: Ui) -> Steps:
     """The tab in every state, menus and preferences: the pictures are for eyes, a traceback fails the test."""
-    ui.open_panels("ARAP_PT_pins", "ARAP_PT_handles", *PANELS)
+    ui.open_panels(*(f"ARAP_PT_{name}" for name in PANELS))
     yield from draw_states_of_the_tab(ui)
     yield from draw_settings(ui)
     yield from draw_menus(ui)
@@ -45,8 +42,7 @@ def draw_states_of_the_tab(ui: Ui) -> Steps:
     yield from ui.screenshot("3_ready")
     ui.select(handle())
     yield from begin(ui)
-    yield from drag(ui, "G", "X", "1")
-    yield from settle(ui)
+    yield from drag(ui)
     yield from ui.screenshot("4_posing")
     yield from ui.key("RET")
     yield from ui.screenshot("5_posed")
@@ -59,15 +55,14 @@ def draw_states_of_the_tab(ui: Ui) -> Steps:
 
 
 def draw_settings(ui: Ui) -> Steps:
-    """Rigidity and Exact show with the energy they belong to."""
+    """Rigidity and Exact show with the energy they belong to, and so does what nothing holds."""
     scenes.add_bar_with_handle(ui.api)
     ui.api.add_handle(bar(), [24], name="Point", is_exact=True)
+    ui.api.add_stiffness(bar(), range(16, 32), name="Belly", factor=10.0)
+    bar().data.vertices.add(1)
+    assert ui.api.solve(bar()).loose_vertices == 1
     yield from ui.screenshot("look")
-    region = ui.region("UI")
-    yield from ui.move_mouse(region.x + region.width // 3, region.y + region.height // 2)
-    for _ in range(12):
-        ui.event("WHEELDOWNMOUSE")
-        yield
+    yield from ui.scroll_tab()
     bar().scale = (2.0, 2.0, 2.0)
     yield from ui.screenshot("settings")
     bar().arap.energy = "spokes"
@@ -107,12 +102,8 @@ def draw_preferences(ui: Ui) -> Steps:
 def draw_creature(ui: Ui) -> Steps:
     """The sample creature in a frame of its animation, and all of the tab."""
     ui.change(bpy.context.preferences.view, "ui_scale", 0.8)
-    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / "creature.blend"), load_ui=False)
-    yield
-    creature = next(obj for obj in bpy.context.scene.objects if obj.type == "MESH" and obj.arap.handles)
-    ui.select(creature)
-    overlay = creature.arap.overlay
-    overlay.show_pins = overlay.show_handles = overlay.show_strain = True
+    creature = yield from open_creature(ui)
+    show_all(creature)
     bpy.context.scene.frame_set(24)
     assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
     ui.call(bpy.ops.view3d.view_selected)
@@ -137,76 +128,22 @@ def test_search_finds_the_acts(ui: Ui) -> Steps:
     )
 
 
-def test_first_pose_by_its_buttons(ui: Ui) -> Steps:
-    """The five lines, one after the other, as buttons call them; the hint goes once there is a pose."""
-    scenes.add_bar()
-    yield from ui.open_tab()
-    hint = bpy.types.ARAP_PT_first_pose
-    assert hint.poll(bpy.context)
-    assert ui.call(bpy.ops.arap.edit_mesh) == {"FINISHED"}
-    for vertices, act in ((scenes.bottom(), bpy.ops.arap.pin_add), (scenes.top(), bpy.ops.arap.handle_add)):
-        select_in_edit_mode(ui, bar(), vertices)
-        yield
-        assert ui.call(act) == {"FINISHED"}
-        yield from ui.screenshot(f"{len(bar().arap.pins)}{len(bar().arap.handles)}")
-    assert ui.call(bpy.ops.arap.edit_mesh) == {"FINISHED"}
-    ui.select(handle("Handle"))
-    yield from ui.move_mouse_to_view()
-    yield from begin(ui)
-    yield from drag(ui, "G", "X", "1")
-    yield from settle(ui)
-    assert not hint.poll(bpy.context)
-    yield from ui.key("RET")
-    shown = scenes.shown_positions(bar())
-    np.testing.assert_allclose(shown[scenes.top()].mean(axis=0)[0], 1.0, atol=1e-3)
-
-
-def select_in_edit_mode(ui: Ui, obj: bpy.types.Object, vertices: list[int]) -> None:
-    bpy.ops.object.mode_set(mode="OBJECT")
-    ui.meshes.select_vertices(obj, np.array(vertices), shows_hidden=True)
-    bpy.ops.object.mode_set(mode="EDIT")
-
-
-def test_parts_that_nothing_holds_are_shown_and_selected(ui: Ui) -> Steps:
-    """A second bar in the same mesh: the panel says so, and the button selects it in Edit Mode."""
-    obj = scenes.add_bar_with_handle(ui.api)
-    n = len(obj.data.vertices)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
-    bpy.ops.mesh.duplicate()
-    bpy.ops.transform.translate(value=(3.0, 0.0, 0.0))
-    bpy.ops.object.mode_set(mode="OBJECT")
-    for group in obj.vertex_groups:
-        group.remove(range(n, 2 * n))
-    ui.change(bpy.context.preferences.view, "ui_scale", 0.75)  # so that all of the tab is in the picture
-    yield from ui.open_tab()
-    assert ui.call(bpy.ops.arap.solve, "EXEC_DEFAULT", True) == {"FINISHED"}
-    assert ui.sessions.readout(obj.name).parts_at_rest == 1
-    ui.region("UI").tag_redraw()
-    yield from ui.screenshot("report")
-    assert ui.call(bpy.ops.arap.select_unheld) == {"FINISHED"}
-    yield from ui.screenshot("selected")
-    assert obj.mode == "EDIT"
-    bpy.ops.object.mode_set(mode="OBJECT")
-    assert [vertex.index for vertex in obj.data.vertices if vertex.select] == list(range(n, 2 * n))
-
-
 def test_select_is_one_step_of_undo(ui: Ui) -> Steps:
     """In Edit Mode, of which it leaves nothing behind but what is selected; undo brings back what was."""
     obj = scenes.add_bar_with_handle(ui.api)
     yield from ui.move_mouse_to_view()
     yield from ui.key("TAB")
     assert obj.mode == "EDIT"
-    mesh_io = ui.meshes
+    selected = lambda: ui.meshes.selected_vertices(bar()).tolist()  # noqa: E731
     ui.call(bpy.ops.mesh.select_all, "EXEC_DEFAULT", True, action="SELECT")
     assert ui.call(bpy.ops.arap.group_select, "EXEC_DEFAULT", True, vertex_group="Bottom") == {"FINISHED"}
     yield
-    assert mesh_io.selected_vertices(bar()).tolist() == scenes.bottom()
-    yield from ui.key("Z", ctrl=True)
-    yield from ui.until(lambda: len(mesh_io.selected_vertices(bar())) == len(bar().data.vertices), "it is undone")
+    assert selected() == scenes.bottom()
+    yield from ui.undo()
+    yield from ui.until(lambda: len(selected()) == len(bar().data.vertices), "it is undone")
     assert bar().mode == "EDIT"
-    yield from ui.key("Z", ctrl=True, shift=True)
-    yield from ui.until(lambda: mesh_io.selected_vertices(bar()).tolist() == scenes.bottom(), "it is done again")
+    yield from ui.redo()
+    yield from ui.until(lambda: selected() == scenes.bottom(), "it is done again")
     assert bar().mode == "EDIT"
 
 
@@ -236,6 +173,5 @@ def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
     assert ui.sessions.readout(obj.name) is not None
     np.testing.assert_allclose(scenes.shown_positions(obj)[-20:, 2], 1.0, atol=1e-4)
     yield
-    yield from ui.key("Z", ctrl=True)
-    yield
+    yield from ui.undo()
     assert bpy.data.objects["Grid"].data.shape_keys is None, "one step of undo"

@@ -4,9 +4,8 @@
 import bpy
 import numpy as np
 import scenes
-from bpy_extras.view3d_utils import location_3d_to_region_2d
+import test_pose
 from harness import Steps, Ui
-from mathutils import Vector
 from test_live import SAME, bar, settle
 
 STROKE = 120  # pixels, across the bar
@@ -19,8 +18,10 @@ def weights_of(group: str) -> np.ndarray:
 
 
 def show_front(ui: Ui) -> None:
-    """The bar from the front, its handle moved half a unit to the right."""
+    """The bar from the front, its handle moved half a unit to the right; a pin Waist has no weights yet."""
     scenes.add_bar_with_handle(ui.api)
+    bar().vertex_groups.new(name="Waist")
+    ui.api.add_pin_group(bar(), "Waist")
     bar().arap.accuracy, bar().arap.max_iterations = 1e-6, 2000
     with ui.override():
         bpy.ops.view3d.view_axis(type="FRONT")
@@ -60,9 +61,7 @@ def stroke(ui: Ui, height: float = MIDDLE, *, rests: bool = False, then: str = "
     ``rests``: before the button is up, for so long that a Blender that cannot tell takes the stroke for ended.
     ``then`` is a key that is pressed in the same moment.
     """
-    region = ui.region()
-    place = location_3d_to_region_2d(region, ui.view.spaces.active.region_3d, Vector((0.0, 0.0, height)))
-    x, y = region.x + int(place.x), region.y + int(place.y)
+    x, y = ui.pixel((0.0, 0.0, height))
     yield from ui.move_mouse(x - STROKE // 2, y)
     ui.event("LEFTMOUSE", "PRESS")
     yield
@@ -101,8 +100,6 @@ def assert_as_solved(ui: Ui) -> None:
 def test_live_follows_a_painted_pin(ui: Ui) -> Steps:
     """A pin that is painted onto the live mesh holds when the stroke has ended; undo of the stroke lets it go."""
     show_front(ui)
-    bar().vertex_groups.new(name="Waist")
-    ui.api.add_pin_group(bar(), "Waist")
     bar().arap.is_live = True
     yield from settle(ui)
     free = scenes.key_positions(bar())
@@ -117,12 +114,12 @@ def test_live_follows_a_painted_pin(ui: Ui) -> Steps:
     assert session(ui) is bound, "only constraints have changed: there is no new bind"
     assert session(ui).n_factorizations > n_before
     assert np.abs(scenes.key_positions(bar()) - free).max() > 0.05
-    yield from ui.key("Z", ctrl=True)
+    yield from ui.undo()
     yield from settle(ui)
     assert weights_of("Waist").max() == 0.0
     assert bar().mode == "WEIGHT_PAINT"
     np.testing.assert_allclose(scenes.key_positions(bar()), free, atol=SAME)
-    yield from ui.key("Z", ctrl=True, shift=True)
+    yield from ui.redo()
     yield from settle(ui)
     assert weights_of("Waist").max() > 0.5
     bar().arap.is_live = False
@@ -161,66 +158,24 @@ def test_live_waits_for_weights_and_follows_painted_stiffness(ui: Ui) -> Steps:
 
 
 def test_a_posing_act_follows_a_painted_pin(ui: Ui) -> Steps:
-    """Weight Paint within the act: the mesh follows the stroke, Enter keeps all of it, and it is one step of undo."""
+    """Weight Paint within the act: the mesh follows a stroke. Enter right after another one waits for it and keeps all
+    of it, which is one step of undo.
+    """
     show_front(ui)
-    bar().vertex_groups.new(name="Waist")
-    ui.api.add_pin_group(bar(), "Waist")
     ui.select(bar())
     bpy.ops.ed.undo_push(message="scene")
-    yield from ui.move_mouse_to_view()
-    assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
-    yield from ui.until(lambda: ui.running["Bar"].is_settled, "the act settles")
+    yield from test_pose.begin(ui)
     free = scenes.key_positions(bar())
     yield from paint(ui, "Waist")
     yield from stroke(ui)
     yield from ui.until(lambda: np.abs(scenes.key_positions(bar()) - free).max() > 0.05, "the mesh follows")
     yield from ui.until(lambda: ui.running["Bar"].is_settled, "the act settles again")
-    yield from ui.key("RET")
+    followed, n_painted = scenes.key_positions(bar()), np.count_nonzero(weights_of("Waist") > 0.5)
+    yield from stroke(ui, MIDDLE + 0.8, then="RET")
     yield from ui.until(lambda: "Bar" not in ui.running, "the act ends")
+    assert np.count_nonzero(weights_of("Waist") > 0.5) > n_painted
+    assert np.abs(scenes.key_positions(bar()) - followed).max() > 0.05
     assert_as_solved(ui)
-    yield from ui.key("Z", ctrl=True)
+    yield from ui.undo()
     yield from ui.until(lambda: bar().mode == "OBJECT" and bar().data.shape_keys is None, "the act is undone")
     assert weights_of("Waist").max() == 0.0
-
-
-def test_enter_right_after_a_stroke_keeps_it(ui: Ui) -> Steps:
-    """The act ends only once the mesh has followed the last stroke."""
-    show_front(ui)
-    bar().vertex_groups.new(name="Waist")
-    ui.api.add_pin_group(bar(), "Waist")
-    ui.select(bar())
-    yield from ui.move_mouse_to_view()
-    assert ui.call(bpy.ops.arap.pose) == {"RUNNING_MODAL"}
-    yield from ui.until(lambda: ui.running["Bar"].is_settled, "the act settles")
-    free = scenes.key_positions(bar())
-    yield from paint(ui, "Waist")
-    yield from stroke(ui, then="RET")
-    yield from ui.until(lambda: "Bar" not in ui.running, "the act ends")
-    assert weights_of("Waist").max() > 0.5
-    assert np.abs(scenes.key_positions(bar()) - free).max() > 0.05
-    assert_as_solved(ui)
-
-
-def test_stiffness_panel(ui: Ui) -> Steps:
-    """The panel in each mode; a click makes the selected vertices rigid, and undo takes that back."""
-    show_front(ui)
-    ui.open_panels("ARAP_PT_stiffness")
-    yield from ui.open_tab()
-    yield from ui.screenshot("1_empty")
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="DESELECT")
-    assert not bpy.ops.arap.rigid_add.poll()
-    yield from ui.screenshot("2_nothing_selected")
-    ui.call(bpy.ops.arap.group_select, "EXEC_DEFAULT", True, vertex_group="Bottom")
-    yield
-    assert ui.call(bpy.ops.arap.rigid_add) == {"FINISHED"}
-    assert [(entry.name, entry.is_rigid) for entry in bar().arap.stiffness] == [("Rigid", True)]
-    yield from ui.screenshot("3_rigid")
-    yield from ui.key("Z", ctrl=True)
-    yield from ui.until(lambda: not bar().arap.stiffness and "Rigid" not in bar().vertex_groups, "it is undone")
-    yield from ui.key("Z", ctrl=True, shift=True)
-    yield from ui.until(lambda: len(bar().arap.stiffness) == 1, "it is done again")
-    ui.api.add_stiffness(bar(), range(16, 32), name="Belly", factor=10.0)
-    yield from ui.screenshot("4_stiff")
-    yield from paint(ui, "Belly")
-    yield from ui.screenshot("5_painted")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -52,6 +53,7 @@ class FakeFollowScene:
     limit: int = 200
     error: Exception | None = None
     calls: list[str] = field(default_factory=list)
+    limits: list[tuple[int | None, float | None]] = field(default_factory=list)  # of iterations, of seconds
     binds: list[FakeBind] = field(default_factory=list)
 
     def has_to_wait(self) -> bool:
@@ -72,6 +74,14 @@ class FakeFollowScene:
         matrix[0, 3] = self.place
         return matrix[None]
 
+    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
+        self.limits.append((iterations, time_limit_s))
+        return self.solved("follow" if iterations is None else "refine")
+
+    def update_from_rest(self, _matrices: np.ndarray, time_limit_s: float | None) -> Readout:
+        self.limits.append((None, time_limit_s))
+        return self.solved("from rest")
+
     def solved(self, call: str) -> Readout:
         if self.error is not None:
             raise self.error
@@ -84,3 +94,16 @@ class FakeFollowScene:
 
     def settled(self) -> None:
         self.n_settled += 1
+
+
+def evaluate_with_matrices(scene: FakeFollowScene, handler: Callable[[], object], times: int = 1 << 30) -> None:
+    """From now on, so many times, reading the handles evaluates the scene, which calls a handler."""
+    plain = scene.matrices
+    calls = iter(range(times))
+
+    def matrices_that_evaluate() -> np.ndarray:
+        if next(calls, None) is not None:
+            handler()
+        return plain()
+
+    scene.matrices = matrices_that_evaluate  # type: ignore[method-assign]

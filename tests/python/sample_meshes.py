@@ -34,6 +34,14 @@ def tube(rings: int = 12, segments: int = 8) -> Mesh:
     return Mesh(np.ascontiguousarray(positions), corners, sizes)
 
 
+def sheet(n: int) -> Mesh:
+    """A square of quads, two units wide about the origin in z = 0; n x n vertices, along x first."""
+    line = np.linspace(-1.0, 1.0, n)
+    positions = np.stack([*np.meshgrid(line, line), np.zeros((n, n))], axis=-1).reshape(-1, 3)
+    first = np.arange(n * n).reshape(n, n)[:-1, :-1].reshape(-1, 1)
+    return Mesh(positions, np.add(first, (0, 1, n + 1, n)).ravel().astype(np.int32), np.full(len(first), 4, np.int32))
+
+
 def ends(mesh: Mesh) -> NDArray[np.int32]:
     """The vertices of a tube's two end rings, the lower one first."""
     z = mesh.positions[:, 2]
@@ -43,6 +51,16 @@ def ends(mesh: Mesh) -> NDArray[np.int32]:
 def rotation_z(angle_rad: float) -> NDArray[np.float64]:
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def motion(
+    linear: NDArray[np.float64] | None = None, shift: tuple[float, ...] = (0.0, 0.0, 0.0)
+) -> NDArray[np.float64]:
+    """(4, 4) x -> linear x + shift."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.eye(3) if linear is None else linear
+    matrix[:3, 3] = shift
+    return matrix
 
 
 def twisted_ends(mesh: Mesh, angle_rad: float = 1.0) -> NDArray[np.float64]:

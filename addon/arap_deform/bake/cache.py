@@ -87,7 +87,6 @@ def export_mesh_cache(
     It is written frame by frame, so only the disk limits its length. A complete new file replaces an existing one.
 
     Args:
-        obj: the mesh.
         path: ends in .mdd or .pc2; // is the folder of the .blend.
         start: first frame.
         end: last frame, if it is a whole number of steps from the first.

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..core.naming import counted
+
 BYTES_PER_VERTEX = 12  # of a shape key, and of a frame of a cache
 
 
@@ -26,7 +28,7 @@ class BakeEstimate:
     def __str__(self) -> str:
         """'48 keys, 7 MB in the file, 14 MB in memory'."""
         sizes = size_text(self.bytes_in_file), size_text(self.bytes_in_memory)
-        return "{}, {} in the file, {} in memory".format(_keys_text(self.n_keys), *sizes)
+        return "{}, {} in the file, {} in memory".format(counted(self.n_keys, "key"), *sizes)
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Fit:
     def __str__(self) -> str:
         """'9 keys for 48 frames, largest error 0.080 % of the size', or '48 keys' if every frame has one."""
         if self.n_keys == self.n_frames:
-            return _keys_text(self.n_keys)
+            return counted(self.n_keys, "key")
         percent = 100.0 * self.largest_distance / self.size if self.size else 0.0
         return f"{self.n_keys} keys for {self.n_frames} frames, largest error {percent:.3f} % of the size"
 
@@ -74,7 +76,3 @@ def size_text(n_bytes: float) -> str:
             return f"{n_bytes:.0f} {unit}"
         n_bytes = n_bytes / 1000
     return f"{n_bytes:.1f} GB"
-
-
-def _keys_text(n_keys: int) -> str:
-    return "1 key" if n_keys == 1 else f"{n_keys} keys"

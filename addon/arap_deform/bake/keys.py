@@ -119,7 +119,6 @@ def bake_animation(
     prefix are replaced. The live key is muted, so that it does not add to the baked keys.
 
     Args:
-        obj: the mesh.
         start: first frame.
         end: last frame, always baked.
         step: frames from one solved frame to the next.

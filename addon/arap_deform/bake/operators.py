@@ -11,8 +11,9 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from ..pose.job_operator import JobOperator
 from ..pose.result import bake_pose
-from ..scene import mesh_size, versions
+from ..scene import remembered, versions
 from ..ui.checks import ArapOperator, posed_object, why_no_pose, why_not_solvable
+from ..ui.panels import split_column
 from .cache import MeshCacheJob
 from .cache_file import FORMATS
 from .estimate import BYTES_PER_VERTEX, BakeEstimate, check_range, frames_of, size_text
@@ -63,13 +64,8 @@ class FramesOperator(JobOperator):
     def frame_range(self) -> tuple[int, int, int]:
         return self.frame_start, self.frame_end, self.frame_step
 
-    def begin_layout(self) -> bpy.types.UILayout:
-        self.layout.use_property_split = True
-        self.layout.use_property_decorate = False
-        return self.layout
-
-    def draw_range(self) -> None:
-        column = self.layout.column(align=True)
+    def draw_range(self, layout: bpy.types.UILayout) -> None:
+        column = layout.column(align=True)
         for name in ("frame_start", "frame_end", "frame_step"):
             column.prop(self, name)
 
@@ -88,7 +84,7 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
     bl_description = "Solve each frame and make it a keyframed shape key, so that the file plays without this add-on"
 
     use_fewest_keys: BoolProperty(
-        name="Fewest Keys", description="Make only as many shape keys as the tolerance Within needs", default=False
+        name="Fewest Keys", description="Make only as many shape keys as the tolerance Within needs"
     )
     fewest_keys_percent: FloatProperty(
         name="Within",
@@ -110,8 +106,8 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         return set(context.window_manager.invoke_props_dialog(self))
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.begin_layout()
-        self.draw_range()
+        layout = split_column(self.layout)
+        self.draw_range(layout)
         column = layout.column(align=True)
         column.prop(self, "use_fewest_keys")
         within = column.column()
@@ -124,7 +120,7 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         self.draw_size(lambda: f"{most}{BakeEstimate(len(frames_of(*self.frame_range)), n_vertices)}", "SHAPEKEY_DATA")
 
     def _tolerance_text(self, context: bpy.types.Context) -> str:
-        size = mesh_size.diagonal(posed_object(context), context.evaluated_depsgraph_get())
+        size = remembered.diagonal(posed_object(context), context.evaluated_depsgraph_get())
         return versions.length_text(context.scene, size * self.fewest_keys_percent / 100.0)
 
     def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> BakeJob:
@@ -172,9 +168,9 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
         return has_changed
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.begin_layout()
+        layout = split_column(self.layout)
         layout.prop(self, "cache_format")
-        self.draw_range()
+        self.draw_range(layout)
         layout.prop(self, "add_modifier")
         self.draw_size(lambda: self._size_text(posed_object(context)), "FILE_CACHE")
 
@@ -188,8 +184,3 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
 
     def result_text(self, job: MeshCacheJob, path: Path) -> str:
         return f"Exported {job.n_shapes} frames to {path}"
-
-
-register, unregister = bpy.utils.register_classes_factory(
-    (ARAP_OT_bake_pose, ARAP_OT_bake_animation, ARAP_OT_export_mesh_cache)
-)

@@ -9,9 +9,6 @@ from ..ui.panels import ArapSubPanel
 
 
 class ARAP_PT_bake(ArapSubPanel, bpy.types.Panel):
-    """Results that stay without the add-on."""
-
-    bl_idname = "ARAP_PT_bake"
     bl_label = "Bake"
     bl_order = 50
 
@@ -20,6 +17,3 @@ class ARAP_PT_bake(ArapSubPanel, bpy.types.Panel):
         column.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
         column.operator("arap.bake_animation", icon="RENDER_ANIMATION")
         column.operator("arap.export_mesh_cache", icon="EXPORT")
-
-
-register, unregister = bpy.utils.register_classes_factory((ARAP_PT_bake,))

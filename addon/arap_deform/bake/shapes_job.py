@@ -65,7 +65,6 @@ class ShapesJob(ABC, Generic[Result]):
 
     @property
     def fraction(self) -> float:
-        """The part of the shapes that is solved, 0 to 1."""
         return self._n_done / self.n_shapes
 
     @property
@@ -86,7 +85,6 @@ class ShapesJob(ABC, Generic[Result]):
 
     @property
     def status(self) -> str:
-        """For the status bar."""
         if self._bind is not None:
             return f"preparing the mesh, {self._bind.fraction:.0%}"
         return f"{self._shape_name()}, {self.fraction:.0%} done"
@@ -120,7 +118,6 @@ class ShapesJob(ABC, Generic[Result]):
         return result
 
     def cancel(self) -> None:
-        """Puts everything back."""
         if self._bind is not None:
             self._bind.drop()
         self._go_back()

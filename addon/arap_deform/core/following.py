@@ -170,3 +170,21 @@ class Follower:
         self.is_settled = readout.stop_reason == "converged" or self._iterations_here >= self._scene.iteration_limit()
         if self.is_settled:
             self._scene.settled()
+
+
+class HasFollower:
+    """What panels show of a follower, for what owns one."""
+
+    _follower: Follower
+
+    @property
+    def is_binding(self) -> bool:
+        return self._follower.is_binding
+
+    @property
+    def bind_fraction(self) -> float:
+        return self._follower.bind_fraction
+
+    @property
+    def readout(self) -> Readout | None:
+        return self._follower.readout

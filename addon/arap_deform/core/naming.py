@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names that are still free, numbered as Blender numbers them."""
+"""Names that are still free, numbered as Blender numbers them; and counts for messages."""
 
 from __future__ import annotations
 
@@ -19,3 +19,8 @@ def numbered(name: str, taken: Container[str]) -> str:
     """The first of name.001, name.002 ... that is not taken; a long name is cut, so that the number stays."""
     base = name.encode()[:BASE_BYTES].decode(errors="ignore")
     return next(found for found in (f"{base}.{i:03d}" for i in count(1)) if found not in taken)
+
+
+def counted(n: int, noun: str) -> str:
+    """'1 key' or '2 keys'."""
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"

@@ -93,7 +93,7 @@ class Session:
     @settings.setter
     def settings(self, settings: SessionSettings) -> None:
         if settings != self._settings and settings.of_bind != self._settings.of_bind:
-            raise ValueError("Energy, rigidity, weights, threads and seams are fixed at bind: make a new session")
+            raise ValueError("Bending, rigidity, weights, threads and Weld Seams are fixed at bind: make a new session")
         self._settings = settings
 
     @property

@@ -95,12 +95,8 @@ def difference_of_bind(old: SessionInput, new: SessionInput) -> str:
     if old.signature.rest != new.signature.rest:
         return f"The rest shape of '{new.object_name}' has changed"
     if old.signature.properties != new.signature.properties:
-        return stiffness_differs(new.object_name)
-    if old.settings.of_bind != new.settings.of_bind:
-        return settings_differ(new.object_name)
-    if not is_same_stretch(old.stretch, new.stretch):
-        return stretch_differs(new.object_name)
-    return ""
+        return f"The stiffness of '{new.object_name}' has changed"
+    return _difference_of_settings(old, new)
 
 
 def difference(old: SessionInput, new: SessionInput) -> str:
@@ -109,7 +105,9 @@ def difference(old: SessionInput, new: SessionInput) -> str:
     are_same = len(old.specs) == len(new.specs) and all(
         a.is_same_as(b) and a.base is b.base for a, b in zip(old.specs, new.specs, strict=True)
     )
-    return difference_of_bind(old, new) or ("" if are_same else groups_differ(new.object_name))
+    return difference_of_bind(old, new) or (
+        "" if are_same else f"The pins or handles of '{new.object_name}' have changed"
+    )
 
 
 def difference_of_scene(old: SceneState, new: SceneState) -> str:
@@ -119,36 +117,24 @@ def difference_of_scene(old: SceneState, new: SceneState) -> str:
     if old.counts != new.counts:
         return counts_differ(new.object_name, old.counts, new.counts)
     if old.holds != new.holds:
-        return groups_differ(new.object_name)
-    if old.settings != new.settings and old.settings.of_bind != new.settings.of_bind:
-        return settings_differ(new.object_name)
+        return f"The pins or handles of '{new.object_name}' have changed"
     if old.stiff_groups != new.stiff_groups:
-        return stiffness_differs(new.object_name)
-    return "" if is_same_stretch(old.stretch, new.stretch) else stretch_differs(new.object_name)
+        return f"The stiffness of '{new.object_name}' has changed"
+    return _difference_of_settings(old, new)
+
+
+def _difference_of_settings(old: SceneState, new: SceneState) -> str:
+    if old.settings.of_bind != new.settings.of_bind:
+        return f"Bending, rigidity, weights, threads or Weld Seams of '{new.object_name}' have changed"
+    return "" if is_same_stretch(old.stretch, new.stretch) else f"The scale of '{new.object_name}' has changed"
 
 
 def counts_differ(name: str, old: Counts, new: Counts) -> str:
     return f"The mesh of '{name}' has changed ({old[0]} vertices and {old[3]} faces, now {new[0]} and {new[3]})"
 
 
-def settings_differ(name: str) -> str:
-    return f"Energy, rigidity, weights, threads or seams of '{name}' have changed"
-
-
-def stiffness_differs(name: str) -> str:
-    return f"The stiffness of '{name}' has changed"
-
-
-def stretch_differs(name: str) -> str:
-    return f"The scale of '{name}' has changed"
-
-
 def key_differs(name: str) -> str:
     return f"The pose of '{name}' has another shape key now"
-
-
-def groups_differ(name: str) -> str:
-    return f"The pins or handles of '{name}' have changed"
 
 
 def is_same_stretch(old: Floats, new: Floats) -> bool:

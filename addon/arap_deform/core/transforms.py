@@ -51,11 +51,16 @@ def nearest_rotations(matrices: Floats) -> Floats:
     return np.asarray(u @ vt)
 
 
+def cross_matrix(turn: Floats) -> Floats:
+    """(3, 3) K with K x = turn cross x."""
+    x, y, z = turn
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
 def rotation(turn: Floats) -> Floats:
     """(3, 3) rotation by the (3,) rotation vector ``turn``: axis times angle in radians, right-handed."""
     angle = float(np.linalg.norm(turn))
-    x, y, z = turn
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    cross = cross_matrix(turn)
     # sin(a) / a and (1 - cos(a)) / a^2, by np.sinc because it is exact at 0.
     half = np.sinc(angle / (2.0 * np.pi))
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * half * half * (cross @ cross))

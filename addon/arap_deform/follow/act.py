@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import Protocol
 
-from ..core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene
-from ..core.session_data import Readout
+from ..core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene, HasFollower
 
 # Keep settles the pose first, but not for longer than an artist waits for Enter.
 KEEP_TIME_LIMIT_S = 2.0
@@ -51,7 +50,7 @@ class PoseScene(FollowScene, Protocol):
         """Why the act cannot go on (object gone, other mode, other mesh ...), one sentence; '' while it can."""
 
 
-class PoseAct:
+class PoseAct(HasFollower):
     """One posing act of one object, from begin() until ``end`` is set.
 
     A timer calls tick(). scene_changed() is called after each evaluation of the scene, undone() after an undo or redo.
@@ -83,14 +82,6 @@ class PoseAct:
     def is_keeping(self) -> bool:
         """Whether keep() was called and the act ends when the mesh has followed."""
         return self._is_keeping and self.end is None
-
-    @property
-    def bind_fraction(self) -> float:
-        return self._follower.bind_fraction
-
-    @property
-    def readout(self) -> Readout | None:
-        return self._follower.readout
 
     @property
     def is_settled(self) -> bool:
@@ -199,15 +190,15 @@ def restored(end: End, restore: Callable[[], object]) -> End:
     """Calls ``restore`` and returns the end. If restoring fails, the end also says why."""
     try:
         restore()
-    except (ValueError, RuntimeError) as error:
+    except Exception as error:  # noqa: BLE001 - whatever it is, the act ends; print_fault() shows a fault of ours
         return replace(end, message=f"{end.message} {error}".strip(), error=end.error or error)
     return end
 
 
-def print_fault(end: End) -> None:
+def print_fault(error: Exception | None) -> None:
     """Prints the traceback of a fault in the add-on: a report on it needs more than a sentence."""
-    if end.error is not None and not isinstance(end.error, (ValueError, RuntimeError)):
-        traceback.print_exception(end.error)
+    if error is not None and not isinstance(error, (ValueError, RuntimeError)):
+        traceback.print_exception(error)
 
 
 def status_text(act: PoseAct) -> str:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import bpy
 import numpy as np
@@ -39,7 +40,6 @@ class Frame:
         """Looks at the scene.
 
         Args:
-            obj: the mesh.
             depsgraph: to read matrices from.
             holds: what the session must hold; None: what the pins and handles of the object do.
             is_thorough: compare topology, rest shape and weights too, which takes milliseconds.
@@ -70,22 +70,13 @@ class Frame:
         """(h, 4, 4) as handle_motion.handle_matrices(). Raises ValueError if a handle cannot work."""
         return handle_motion.motions(self._obj, self._depsgraph, self._world)
 
-    def solve(
-        self,
-        matrices: Floats,
-        *,
-        iterations: int | None = None,
-        initial_guess: str | None = None,
-        time_limit_s: float | None = None,
-        sufficient_accuracy: float = 0.0,
-        is_from_rest: bool = False,
-    ) -> Readout:
+    def solve(self, matrices: Floats, *, is_from_rest: bool = False, **options: Any) -> Readout:
         """Solves and writes the key, which is made if there is none.
 
         Args:
             matrices: (h, 4, 4) object-space motions of all that the session holds.
-            iterations, initial_guess, time_limit_s, sufficient_accuracy: see Session.update().
             is_from_rest: see mesh.solve_from_rest().
+            options: of Session.update().
 
         Raises:
             ValueError: the key would not show the pose; nothing has changed.
@@ -96,17 +87,9 @@ class Frame:
         key = pose_key.writable(self._obj, self._key)
         self._key = replace(self._key, key=key)
         if is_from_rest:
-            result = mesh.solve_from_rest(
-                session, matrices, time_limit_s=time_limit_s, sufficient_accuracy=sufficient_accuracy
-            )
+            result = mesh.solve_from_rest(session, matrices, **options)
         else:
-            result = session.update(
-                matrices,
-                iterations=iterations,
-                initial_guess=initial_guess,
-                time_limit_s=time_limit_s,
-                sufficient_accuracy=sufficient_accuracy,
-            )
+            result = session.update(matrices, **options)
         write_pose(self._obj, key, session, result)
         return result
 

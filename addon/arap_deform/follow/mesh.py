@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is done with the live session of an object: it is adopted, brought up to date, and its pose is written.
+"""What is done with the live session of an object: it is bound in a thread, adopted, and brought up to date.
 
 For the act or the Live run that has the mesh: nothing here asks who has it.
 """
@@ -7,17 +7,18 @@ For the act or the Live run that has the mesh: nothing here asks who has it.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import bpy
 
 from ..core import sessions
-from ..core.arrays import Floats
-from ..core.models import Progress
+from ..core.arrays import Float32s, Floats
 from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import SessionInput, counts_differ, difference
 from ..core.sessions import Bound
-from ..scene import pose_key, shape_keys
+from ..core.worker import Binding
+from ..scene import pose_key, versions
 from ..scene.inputs import counts_of
 
 
@@ -45,7 +46,7 @@ def sync(obj: bpy.types.Object) -> None:
     if key is None:
         bound.session.reset()
     else:
-        bound.session.set_positions(shape_keys.read(key))
+        bound.session.set_positions(versions.read_key(key))
 
 
 def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
@@ -58,14 +59,13 @@ def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:
     return bound.session
 
 
-def solve_from_rest(
-    session: Session,
-    matrices: Floats,
-    progress: Progress | None = None,
-    time_limit_s: float | None = None,
-    sufficient_accuracy: float = 0.0,
-) -> Readout:
+def solve_from_rest(session: Session, matrices: Floats, **options: Any) -> Readout:
     """Starts from rest, with a guess from the rotations of the handles, and goes to convergence or the time limit.
+
+    Args:
+        session: to solve with.
+        matrices: (h, 4, 4) object-space motions.
+        options: others of Session.update().
 
     Raises:
         As Session.update(). The session is then as it was.
@@ -73,14 +73,7 @@ def solve_from_rest(
     before = session.positions.copy()
     session.reset()
     try:
-        return session.update(
-            matrices,
-            initial_guess="handle_rotations",
-            to_convergence=True,
-            progress=progress,
-            time_limit_s=time_limit_s,
-            sufficient_accuracy=sufficient_accuracy,
-        )
+        return session.update(matrices, initial_guess="handle_rotations", to_convergence=True, **options)
     except BaseException:
         session.set_positions(before)
         raise
@@ -90,3 +83,32 @@ def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
     """Why the mesh is no longer the one that ``inputs`` were read of, '' while it is."""
     before, now = inputs.counts, counts_of(obj)
     return "" if now == before else counts_differ(obj.name, before, now)
+
+
+class SessionBinding(Binding[Session]):
+    """Binds a session, or gives the live session other handles if that is enough."""
+
+    def __init__(self, obj: bpy.types.Object, inputs: SessionInput, start: Float32s | None = None) -> None:
+        """Prepares it.
+
+        Args:
+            inputs: from read_input().
+            start: (n, 3) positions to begin with; None: the pose that the key has.
+        """
+        self._name = obj.name
+        self._inputs = inputs
+        self._start_positions = start
+        self._former = former = sessions.get(obj.name)
+        sessions.drop(obj.name)  # the session is busy until adopt() or drop()
+        super().__init__(lambda progress: sessions.rebuild(inputs, former, progress))
+
+    def drop(self) -> None:
+        """Asks the work to stop. If it has not begun, the former session is the live one again."""
+        if not self.has_started and self._former is not None and sessions.get(self._name) is None:
+            sessions.put(self._name, self._former)
+        super().drop()
+
+    def adopt(self) -> None:
+        adopt(bpy.data.objects[self._name], self._inputs, self.result())
+        if self._start_positions is not None:
+            self.result().set_positions(self._start_positions)

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import bpy
 import numpy as np
@@ -14,10 +15,9 @@ from numpy.typing import NDArray
 
 from ..core.session_data import Readout
 from ..core.session_input import SessionInput
-from ..scene import redraw, versions
+from ..scene import pose_key, redraw, versions
 from ..scene.inputs import read_input
 from . import mesh
-from .bind import SessionBinding
 from .frame import Frame
 
 # A stroke of a brush tags the mesh at every step. Before 4.2 Blender does not tell of strokes: then a stroke has ended
@@ -28,14 +28,11 @@ STROKE_PAUSE_S = 0.15
 ACCURACY = 1e-4
 
 
-def _sufficient(time_limit_s: float | None) -> float:
-    return 0.0 if time_limit_s is None else ACCURACY
-
-
 class BlenderFollowScene:
     """Looks its object up by name each time."""
 
     initial_guess: str | None = None  # of update(); None: the object's setting
+    key: pose_key.KeyFollower | None = None  # if the key may be renamed while this lasts
 
     def __init__(self, obj: bpy.types.Object) -> None:
         self.name = obj.name
@@ -96,18 +93,17 @@ class BlenderFollowScene:
         return obj is not None and obj.mode == "WEIGHT_PAINT"
 
     def is_bound(self) -> bool:
-        use_nodes = None if self.depsgraph is None else False  # within a handler nothing may be added to the scene
         depsgraph = self._depsgraph()  # first: evaluating the scene may make the mesh suspect
-        self._frame = Frame(self._obj(), depsgraph, is_thorough=self._is_suspect, use_nodes=use_nodes)
+        self._frame = Frame(self._obj(), depsgraph, is_thorough=self._is_suspect, use_nodes=self._use_nodes)
         if self._frame.problem:
             return False  # the mesh stays suspect until it is bound
         self._is_suspect = False
         return True
 
-    def begin_bind(self) -> SessionBinding:
+    def begin_bind(self) -> mesh.SessionBinding:
         inputs = self._read_inputs()
         self._is_suspect = False  # everything was just read
-        return SessionBinding(self._obj(), inputs)
+        return mesh.SessionBinding(self._obj(), inputs)
 
     def go_on_from_shown(self) -> None:
         mesh.sync(self._obj())
@@ -116,29 +112,33 @@ class BlenderFollowScene:
         return self._this_frame().matrices()
 
     def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
-        self._announce_write()
-        return self._this_frame().solve(
-            matrices,
-            iterations=iterations,
-            initial_guess=self.initial_guess,
-            time_limit_s=time_limit_s,
-            sufficient_accuracy=_sufficient(time_limit_s),
-        )
+        return self._solve(matrices, time_limit_s, iterations=iterations, initial_guess=self.initial_guess)
 
     def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
-        self._announce_write()
-        return self._this_frame().solve(
-            matrices,
-            time_limit_s=time_limit_s,
-            sufficient_accuracy=_sufficient(time_limit_s),
-            is_from_rest=True,
+        return self._solve(matrices, time_limit_s, is_from_rest=True)
+
+    def _solve(self, matrices: NDArray[np.float64], time_limit_s: float | None, **options: Any) -> Readout:
+        # The next change of the mesh is the add-on's own and must be drawn. is_bound() has evaluated earlier ones.
+        self._has_written = self.depsgraph is None
+        redraw.tag_meshes()
+        sufficient = 0.0 if time_limit_s is None else ACCURACY
+        readout = self._this_frame().solve(
+            matrices, time_limit_s=time_limit_s, sufficient_accuracy=sufficient, **options
         )
+        if self.key is not None:
+            self.key.note(self._obj())
+        return readout
 
     def iteration_limit(self) -> int:
         return int(self._obj().arap.max_iterations)
 
     def _read_inputs(self) -> SessionInput:
-        return read_input(self._obj(), self._depsgraph())
+        return read_input(self._obj(), self._depsgraph(), use_nodes=self._use_nodes)
+
+    @property
+    def _use_nodes(self) -> bool | None:
+        """See versions.read_group_weights(). Within a handler nothing may be added to the scene."""
+        return None if self.depsgraph is None else False
 
     def _obj(self) -> bpy.types.Object:
         obj = self.obj
@@ -152,11 +152,6 @@ class BlenderFollowScene:
     def _this_frame(self) -> Frame:
         assert self._frame is not None
         return self._frame
-
-    def _announce_write(self) -> None:
-        """The next change of the mesh is the add-on's own and must be drawn. is_bound() has evaluated earlier ones."""
-        self._has_written = self.depsgraph is None
-        redraw.tag_meshes()
 
 
 def is_rendering() -> bool:

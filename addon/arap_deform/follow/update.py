@@ -42,7 +42,6 @@ def update_pose(
     iterations: int | None = None,
     initial_guess: str | None = None,
     time_limit_s: float | None = None,
-    is_from_rest: bool = False,
 ) -> Readout:
     """One live update: reads the handles, solves a few iterations, writes the key.
 
@@ -50,10 +49,8 @@ def update_pose(
     at these handles.
 
     Args:
-        obj: the mesh.
         depsgraph: to read the handles from.
         iterations, initial_guess, time_limit_s: see Session.update().
-        is_from_rest: as solve() does, from the defined start, to convergence or the time limit.
 
     Raises:
         RuntimeError: no live session, the mesh or scale has changed under it (the session has then ended), or an act
@@ -70,5 +67,4 @@ def update_pose(
         iterations=iterations,
         initial_guess=initial_guess,
         time_limit_s=time_limit_s,
-        is_from_rest=is_from_rest,
     )

@@ -1,5 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A mesh that follows its handles all the time."""
-
-# What registers something, in this order.
-MODULES = ("runs", "panel")

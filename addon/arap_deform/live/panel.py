@@ -14,9 +14,6 @@ LIVE_HINT = "Tick Live and the mesh follows its handles all the time, also in pl
 
 
 class ARAP_PT_live(ArapSubPanel, bpy.types.Panel):
-    """The toggle in the header; its state below."""
-
-    bl_idname = "ARAP_PT_live"
     bl_label = "Live"
     bl_order = 40
 
@@ -50,11 +47,3 @@ def _state(context: bpy.types.Context, obj: bpy.types.Object) -> tuple[str, str]
     if run.pause:
         return run.pause, "PAUSE"
     return ("Settled" if run.is_settled else "Following the handles"), "REC"
-
-
-def register() -> None:
-    bpy.utils.register_class(ARAP_PT_live)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(ARAP_PT_live)

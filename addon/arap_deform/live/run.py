@@ -13,8 +13,7 @@ from collections.abc import Callable
 from enum import Enum, auto
 from typing import Protocol
 
-from ..core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene
-from ..core.session_data import Readout
+from ..core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene, HasFollower
 
 # A mesh whose step takes longer than this lets Blender work for as long before its next one.
 HEAVY_STEP_S = 0.03
@@ -49,7 +48,7 @@ class LiveScene(FollowScene, Protocol):
         """Live cannot go on: switches it off and says why."""
 
 
-class LiveRun:
+class LiveRun(HasFollower):
     """From the moment that Live is switched on until ``is_over``. No method raises."""
 
     def __init__(self, scene: LiveScene, clock: Callable[[], float] = time.perf_counter) -> None:
@@ -66,22 +65,10 @@ class LiveRun:
         self.is_over = False
 
     @property
-    def is_binding(self) -> bool:
-        return self._follower.is_binding
-
-    @property
-    def bind_fraction(self) -> float:
-        return self._follower.bind_fraction
-
-    @property
     def is_settled(self) -> bool:
         """Whether there is nothing left to do until something changes."""
         is_busy = self.is_binding or self._is_resuming or self._is_behind or self._is_played
         return self._follower.is_settled and not is_busy
-
-    @property
-    def readout(self) -> Readout | None:
-        return self._follower.readout
 
     @property
     def wants_timer(self) -> bool:

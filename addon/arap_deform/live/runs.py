@@ -16,7 +16,7 @@ from ..core import sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S
 from ..follow.scene import is_rendering
 from ..props import hooks, preferences
-from ..scene import app_handlers, meshes, redraw
+from ..scene import meshes, redraw
 from .run import LiveRun, When
 from .scene import BlenderLiveScene
 
@@ -194,26 +194,32 @@ def _shown() -> list[tuple[object, ...]]:
     ]
 
 
-_HANDLERS = (
-    ("depsgraph_update_post", _on_update),
-    ("frame_change_post", _on_frame),
-    ("undo_post", _on_undo),
-    ("redo_post", _on_undo),
-    ("load_post", _on_load),
-    ("render_init", _on_render_begin),
-    ("render_complete", _on_render_end),
-    ("render_cancel", _on_render_end),
+CALLBACKS = (
+    (hooks.live_toggled, toggled),
+    (bpy.app.handlers.depsgraph_update_post, _on_update),
+    (bpy.app.handlers.frame_change_post, _on_frame),
+    (bpy.app.handlers.undo_post, _on_undo),
+    (bpy.app.handlers.redo_post, _on_undo),
+    (bpy.app.handlers.load_post, _on_load),
+    (bpy.app.handlers.render_init, _on_render_begin),
+    (bpy.app.handlers.render_complete, _on_render_end),
+    (bpy.app.handlers.render_cancel, _on_render_end),
 )
 
 
 def register() -> None:
-    hooks.live_toggled.append(toggled)
-    app_handlers.add(_HANDLERS)
+    """Live goes on after the add-on was switched off and on. Later, because no data can be read now."""
+    bpy.app.timers.register(_begin_all, first_interval=0.0, persistent=True)
+
+
+def _begin_all() -> None:
+    _find(bpy.data.objects)
+    _wake()
 
 
 def unregister() -> None:
-    app_handlers.remove(_HANDLERS)
-    hooks.live_toggled.remove(toggled)
+    if bpy.app.timers.is_registered(_begin_all):
+        bpy.app.timers.unregister(_begin_all)
     if bpy.app.timers.is_registered(_on_timer):
         bpy.app.timers.unregister(_on_timer)
     for run in _runs.values():

@@ -3,19 +3,13 @@
 
 from __future__ import annotations
 
-import traceback
-
 import bpy
-import numpy as np
-from numpy.typing import NDArray
 
 from ..core import sessions
-from ..core.session_data import Readout
-from ..core.session_input import SessionInput
-from ..follow.bind import SessionBinding
+from ..follow.act import print_fault
+from ..follow.mesh import SessionBinding
 from ..follow.scene import BlenderFollowScene
 from ..scene import meshes, pose_key
-from ..scene.inputs import read_input
 from .run import NotNow
 
 PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
@@ -24,11 +18,12 @@ PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
 class BlenderLiveScene(BlenderFollowScene):
     """Reads from the depsgraph of the handler that runs, or of the window that shows the object."""
 
+    key: pose_key.KeyFollower
     _lack = ""  # why it cannot follow while weights are painted; the next stroke may change that
 
     def __init__(self, obj: bpy.types.Object) -> None:
         super().__init__(obj)
-        self._key = pose_key.KeyFollower(obj)
+        self.key = pose_key.KeyFollower(obj)
 
     def why_paused(self) -> str:
         obj = self._obj()
@@ -49,27 +44,17 @@ class BlenderLiveScene(BlenderFollowScene):
         self._lack = ""
 
     def _follow_key(self, obj: bpy.types.Object) -> None:
-        reason = self._key.why_left(obj)
+        reason = self.key.why_left(obj)
         if reason:
             raise ValueError(reason)  # else both keys would show the pose
-        self._key.follow(obj)  # if it was removed, the next pose makes a new one
+        self.key.follow(obj)  # if it was removed, the next pose makes a new one
 
     def look_again(self) -> None:
         self._is_suspect = True
 
     def undone(self) -> None:
-        self._key.forget_address()
+        self.key.forget_address()
         self.look_again()
-
-    def update(self, matrices: NDArray[np.float64], iterations: int | None, time_limit_s: float | None) -> Readout:
-        readout = super().update(matrices, iterations, time_limit_s)
-        self._key.note(self._obj())
-        return readout
-
-    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
-        readout = super().update_from_rest(matrices, time_limit_s)
-        self._key.note(self._obj())
-        return readout
 
     def begin_bind(self) -> SessionBinding:
         try:
@@ -85,19 +70,13 @@ class BlenderLiveScene(BlenderFollowScene):
         return binding
 
     def switch_off(self, error: Exception) -> None:
-        if not isinstance(error, (ValueError, RuntimeError)):
-            traceback.print_exception(error)  # a fault in the add-on: a report on it needs more than a sentence
+        print_fault(error)
         obj = self.obj
         if obj is not None:
             obj.arap.is_live = False
             obj.arap.live_problem = f"{error}: Live is off"
             if bpy.app.background:
                 print(f"ARAP: {obj.arap.live_problem}")
-
-    def _read_inputs(self) -> SessionInput:
-        # Within a handler nothing may be added to the scene.
-        use_nodes = False if self.depsgraph is not None else None
-        return read_input(self._obj(), self._depsgraph(), use_nodes=use_nodes)
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
         if self.depsgraph is not None:

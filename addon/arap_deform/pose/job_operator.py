@@ -10,27 +10,21 @@ import bpy
 from ..core.job import Job, run_job
 from ..live.runs import give_up
 from ..ui.checks import ArapOperator, posed_object, reports_errors
-from ..ui.modal import Modal
+from ..ui.modal import ModalOperator, ModalRun
 
 TIMER_S = 0.01
 STEP_TIME_LIMIT_S = 0.1  # the window is drawn, and Esc is seen, this often
 
 
-class JobRun:
-    """A job under way, and its share of the window. Its owner calls cancel(), or leave() after the job's end."""
+class JobRun(ModalRun):
+    """A job under way. Its owner calls abort(), or leave() after the job's end."""
 
-    def __init__(self, context: bpy.types.Context, job: Any, act: str) -> None:
-        self.job = job
-        self._act = act
-        self._modal = Modal(context, TIMER_S)
+    def __init__(self, context: bpy.types.Context, job: Job[Any]) -> None:
+        super().__init__(context, TIMER_S)
+        self.job: Any = job
         context.window_manager.progress_begin(0, 100)
-        _runs.append(self)
 
-    def show(self, context: bpy.types.Context) -> None:
-        context.window_manager.progress_update(100 * self.job.fraction)
-        self._modal.show_status(context, f"ARAP {self._act}: {self.job.status}   |   Esc: cancel")
-
-    def cancel(self) -> None:
+    def abort(self, _message: str = "") -> None:
         """Puts everything back."""
         try:
             self.job.cancel()
@@ -38,15 +32,11 @@ class JobRun:
             self.leave()
 
     def leave(self) -> None:
-        _runs.remove(self)
         bpy.context.window_manager.progress_end()
-        self._modal.end()
+        super().leave()
 
 
-_runs: list[JobRun] = []
-
-
-class JobOperator(ArapOperator):
+class JobOperator(ModalOperator, ArapOperator):
     """A mixin for operators that do the job which begin() makes."""
 
     bl_options = {"UNDO"}  # not REGISTER: the redo panel would do the job again at every change
@@ -75,7 +65,7 @@ class JobOperator(ArapOperator):
             self.report_result(job, run_job(job))
             return {"FINISHED"}
         give_up(bpy.data.objects[job.object_name])
-        self._run = JobRun(context, job, self.act_name)
+        self._run = JobRun(context, job)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -83,34 +73,21 @@ class JobOperator(ArapOperator):
         # No event is let through: until the job is done, mesh, frame and shape keys must not change.
         run = self._run
         if event.type == "ESC" and event.value == "PRESS":
-            run.cancel()
+            run.abort()
             self.report({"WARNING"}, f"{self.act_name} cancelled: nothing has changed")
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
         try:
             if run.job.step(STEP_TIME_LIMIT_S):
-                run.show(context)
+                context.window_manager.progress_update(100 * run.job.fraction)
+                run.show_text(context, f"ARAP {self.act_name}: {run.job.status}   |   Esc: cancel")
                 return {"RUNNING_MODAL"}
             result = run.job.finish()
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
-            run.cancel()
+            run.abort()
             self.report({"ERROR"}, f"{self.act_name} failed and nothing has changed: {error}")
             return {"CANCELLED"}
         run.leave()
         self.report_result(run.job, result)
         return {"FINISHED"}
-
-    def cancel(self, _context: bpy.types.Context) -> None:
-        """Blender ends the operator: a file is loaded, the window is closed, or Esc ends the dialog before the job."""
-        if hasattr(self, "_run"):
-            self._run.cancel()
-
-
-def register() -> None:
-    """There is nothing to register."""
-
-
-def unregister() -> None:
-    for run in _runs.copy():  # Blender drops a running operator silently when its class goes
-        run.cancel()

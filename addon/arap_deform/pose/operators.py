@@ -8,6 +8,7 @@ import bpy
 from bpy.props import BoolProperty
 
 from ..core import sessions
+from ..core.naming import counted
 from ..core.session_data import Readout
 from ..follow.act import Ending, PoseAct
 from ..scene import redraw
@@ -24,16 +25,17 @@ from ..ui.checks import (
     why_no_reset,
     why_not_solvable,
 )
+from ..ui.modal import ModalOperator
 from .job_operator import JobOperator
 from .result import apply_pose_as_rest, reset_pose
-from .run import PoseRun, runs
-from .solve import SolveJob, begin_solve, iterations_text, solve, unsettled_text
+from .run import PoseRun
+from .solve import SolveJob, begin_solve, solve, unsettled_text
 
 VIEW_EVENTS = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "NDOF_MOTION"}
 EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
 
 
-class ARAP_OT_pose(bpy.types.Operator):
+class ARAP_OT_pose(ModalOperator, bpy.types.Operator):
     bl_idname = "arap.pose"
     bl_label = "Pose"
     bl_description = "Move, turn and scale the handles and the mesh follows. Enter keeps the pose, Esc cancels it"
@@ -81,11 +83,6 @@ class ARAP_OT_pose(bpy.types.Operator):
         if end.how is Ending.RESTORE:
             bpy.ops.ed.undo_push(message="Cancel ARAP Pose")
         return {"CANCELLED"}
-
-    def cancel(self, _context: bpy.types.Context) -> None:
-        """Blender ends the operator: a file is loaded, or the window is closed."""
-        self._run.act.end_now()
-        self._run.finish()
 
     def _on_press(self, context: bpy.types.Context, event: bpy.types.Event) -> bool:
         """Acts on our keys; True if the key was ours."""
@@ -155,7 +152,7 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
         if unsettled:
             self.report({"WARNING"}, unsettled)
         else:
-            self.report({"INFO"}, f"Solved in {iterations_text(readout)}, {readout.last_ms:.0f} ms")
+            self.report({"INFO"}, f"Solved in {counted(readout.iterations, 'iteration')}, {readout.last_ms:.0f} ms")
 
 
 class ARAP_OT_reset_handles(ArapOperator, bpy.types.Operator):
@@ -189,22 +186,3 @@ class ARAP_OT_apply_pose_as_rest(ArapOperator, bpy.types.Operator):
 
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         apply_pose_as_rest(obj)
-
-
-register, _unregister_classes = bpy.utils.register_classes_factory(
-    (
-        ARAP_OT_pose,
-        ARAP_OT_pose_end,
-        ARAP_OT_solve,
-        ARAP_OT_reset_handles,
-        ARAP_OT_reset_pose,
-        ARAP_OT_apply_pose_as_rest,
-    )
-)
-
-
-def unregister() -> None:
-    for run in runs.copy():  # Blender drops a running operator silently when its class goes
-        run.act.end_now("The add-on was disabled")
-        run.finish()
-    _unregister_classes()

@@ -18,9 +18,6 @@ STOP_REASONS = {
 
 
 class ARAP_PT_pose(ArapSubPanel, bpy.types.Panel):
-    """Pose, pull, reset; and parts of the mesh that nothing holds."""
-
-    bl_idname = "ARAP_PT_pose"
     bl_label = "Pose"
     bl_order = 30
 
@@ -35,9 +32,6 @@ class ARAP_PT_pose(ArapSubPanel, bpy.types.Panel):
 
 
 class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
-    """What the last solve did."""
-
-    bl_idname = "ARAP_PT_readout"
     bl_label = "Last Solve"
     bl_parent_id = "ARAP_PT_pose"
     bl_options = {"DEFAULT_CLOSED"}
@@ -80,6 +74,3 @@ def _draw_buttons(layout: bpy.types.UILayout) -> None:
     column.operator("arap.reset_handles", icon="LOOP_BACK")
     column.operator("arap.reset_pose", icon="LOOP_BACK")
     column.operator("arap.apply_pose_as_rest", icon="CHECKMARK")
-
-
-register, unregister = bpy.utils.register_classes_factory((ARAP_PT_pose, ARAP_PT_readout))

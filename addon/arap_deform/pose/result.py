@@ -8,9 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import bpy
+import numpy as np
+from mathutils import Matrix
 
 from ..core import sessions
-from ..scene import handle_motion, meshes, pose_key, rest, shape_keys
+from ..core.arrays import Floats
+from ..scene import handle_motion, meshes, pose_key, shape_keys
 
 Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone; bone '': the object itself
 
@@ -40,7 +43,7 @@ def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
     shape_keys.check_shown(obj, _live_key(obj))
     if not name:
         raise ValueError("The baked pose needs a name: type one, for example Pose")
-    return shape_keys.new(obj, name, handle_motion.shown_positions(obj, shape_keys.read_reference(obj)))
+    return shape_keys.new(obj, name, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
 
 
 def reset_pose(obj: bpy.types.Object) -> None:
@@ -55,7 +58,7 @@ def reset_pose(obj: bpy.types.Object) -> None:
     key = pose_key.find(obj)
     if key is not None:
         pose_key.check_name(obj)
-        shape_keys.write(obj, key, shape_keys.read_reference(obj))
+        shape_keys.write(obj, key, meshes.read_rest(obj))
     bound = sessions.get(obj.name)
     if bound is not None:
         bound.session.reset()
@@ -75,11 +78,43 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     shape_keys.check_shown(obj, key)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     meshes.read_stretch(obj, depsgraph)  # raises before anything has changed
-    shape_keys.shift_all(obj, key, handle_motion.shown_positions(obj, shape_keys.read_reference(obj)))
-    rests = rest.rest_matrices(obj)
-    rest.set_rest_here(obj, depsgraph)
-    rest.follow_new_rest(obj, rests)
+    shape_keys.shift_all(obj, key, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
+    rests = _rest_matrices(obj)
+    _set_rest_here(obj, depsgraph)
+    _follow_new_rest(obj, rests)
     sessions.drop(obj.name)
+
+
+def _set_rest_here(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
+    """Makes every handle's present place its place at rest."""
+    inverse = np.linalg.inv(handle_motion.object_matrix(obj, depsgraph))
+    for handle in obj.arap.handles:
+        if not handle_motion.problem_of(obj, handle, depsgraph):
+            handle.rest = Matrix(inverse @ handle_motion.target_matrix(handle.target, handle.bone, depsgraph))
+
+
+def _follow_new_rest(obj: bpy.types.Object, former: dict[int, Floats]) -> None:
+    """Lets stored poses put the handles to the same places as before, now that these are at rest elsewhere.
+
+    Args:
+        obj: the mesh, with its new rest matrices.
+        former: (4, 4) rest matrices before, by the handles' numbers.
+    """
+    moved = {
+        handle.pose_id: former[handle.pose_id] @ np.linalg.inv(np.array(handle.rest, dtype=np.float64))
+        for handle in obj.arap.handles
+        if handle.pose_id in former and abs(handle.rest.determinant()) >= handle_motion.SMALLEST_VOLUME
+    }
+    for pose in obj.arap.poses:
+        for item in pose.motions:
+            if item.handle_id in moved:
+                motion = np.array(item.motion, dtype=np.float64).reshape(4, 4) @ moved[item.handle_id]
+                item.motion = motion.ravel().tolist()
+
+
+def _rest_matrices(obj: bpy.types.Object) -> dict[int, Floats]:
+    """(4, 4) rest matrices of the handles that a pose may know, by their numbers."""
+    return {h.pose_id: np.array(h.rest, dtype=np.float64) for h in obj.arap.handles if h.pose_id}
 
 
 def capture_state(obj: bpy.types.Object) -> PoseState:

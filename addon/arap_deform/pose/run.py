@@ -10,22 +10,22 @@ from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, sta
 from ..follow.scene import is_rendering
 from ..live.runs import give_up
 from ..props import preferences
-from ..scene import app_handlers, redraw
-from ..ui.modal import Modal
+from ..scene import redraw, registration
+from ..ui.modal import ModalRun
 from . import undo
 from .scene import ActScene, BlenderPoseScene
 
 TIMER_S = 0.02
 
 
-class ActRun:
+class ActRun(ModalRun):
     """An act that has begun, and its share of the window."""
 
     def __init__(self, context: bpy.types.Context, scene: ActScene, act: PoseAct, timer_s: float) -> None:
         sessions.claim(scene.name, act)
         self.scene = scene
         self.act = act
-        self._modal = Modal(context, timer_s)
+        super().__init__(context, timer_s)
 
     def finish(self) -> End:
         """The one exit of all ends; ``end.message`` is what is left to say."""
@@ -37,9 +37,13 @@ class ActRun:
             sessions.drop(self.scene.name)
         elif end.how is Ending.RESTORE:
             end = restored(end, lambda: self.scene.restore(obj))
-        self._modal.end()
-        print_fault(end)
+        self.leave()
+        print_fault(end.error)
         return end
+
+    def abort(self, message: str = "") -> None:
+        self.act.end_now(message)
+        self.finish()
 
 
 class PoseRun(ActRun):
@@ -62,11 +66,11 @@ class PoseRun(ActRun):
         bpy.ops.ed.undo_push(message="Begin ARAP Pose")
         super().__init__(context, scene, act, TIMER_S)
         if not runs:
-            app_handlers.add(_HANDLERS)
+            registration.add(_CALLBACKS)
         runs.append(self)
 
     def show_status(self, context: bpy.types.Context) -> None:
-        self._modal.show_status(context, status_text(self.act))
+        self.show_text(context, status_text(self.act))
 
     def tick(self, context: bpy.types.Context) -> None:
         if is_rendering():
@@ -81,7 +85,7 @@ class PoseRun(ActRun):
     def finish(self) -> End:
         runs.remove(self)
         if not runs:
-            app_handlers.remove(_HANDLERS)
+            registration.remove(_CALLBACKS)
         end = super().finish()
         undo.finish(self.scene.name, self.scene.act_number, as_one_step=end.how is not Ending.LEAVE)
         return end
@@ -116,9 +120,9 @@ def _on_undo(*_: object) -> None:
             run.act.undone()
 
 
-_HANDLERS = (
-    ("depsgraph_update_post", _on_update),
-    ("frame_change_post", _on_frame),
-    ("undo_post", _on_undo),
-    ("redo_post", _on_undo),
+_CALLBACKS = (
+    (bpy.app.handlers.depsgraph_update_post, _on_update),
+    (bpy.app.handlers.frame_change_post, _on_frame),
+    (bpy.app.handlers.undo_post, _on_undo),
+    (bpy.app.handlers.redo_post, _on_undo),
 )

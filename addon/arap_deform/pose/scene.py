@@ -6,12 +6,10 @@ from __future__ import annotations
 import bpy
 
 from ..core import sessions
-from ..core.arrays import Floats
-from ..core.session_data import Readout
 from ..core.session_input import SessionInput
 from ..follow.scene import BlenderFollowScene
 from ..scene import pose_key
-from ..setup.handles import handle_problem
+from ..scene.inputs import counts_of
 from . import undo
 from .result import capture_state, restore_state
 
@@ -26,7 +24,7 @@ class ActScene(BlenderFollowScene):
         super().__init__(obj)
         pose_key.forget_removed(obj)
         self._state = capture_state(obj)
-        self._counts = _counts(obj)
+        self._counts = counts_of(obj)
 
     def why_over(self) -> str:
         obj = self.obj
@@ -34,7 +32,7 @@ class ActScene(BlenderFollowScene):
             reason = f"'{self.name}' was deleted or renamed"
         elif obj.mode not in self.modes:
             reason = f"'{self.name}' is no longer in Object Mode"
-        elif _counts(obj) != self._counts:
+        elif counts_of(obj) != self._counts:
             reason = f"The mesh of '{self.name}' has changed"
         else:
             reason = self._why_over(obj)
@@ -53,6 +51,7 @@ class BlenderPoseScene(ActScene):
     """The PoseScene of Pose."""
 
     modes = {"OBJECT", "WEIGHT_PAINT"}
+    key: pose_key.KeyFollower
 
     def __init__(self, obj: bpy.types.Object) -> None:
         super().__init__(obj)
@@ -67,11 +66,6 @@ class BlenderPoseScene(ActScene):
         obj = super().obj
         return obj if obj is not None and undo.is_within(obj, self.act_number) else None
 
-    def update(self, matrices: Floats, iterations: int | None, time_limit_s: float | None) -> Readout:
-        readout = super().update(matrices, iterations, time_limit_s)
-        self.key.note(self._obj())
-        return readout
-
     def restore(self, obj: bpy.types.Object) -> None:
         self.key.give_name_back(obj)
         super().restore(obj)
@@ -82,8 +76,7 @@ class BlenderPoseScene(ActScene):
             return reason
         if not self.key.follow(obj):
             return f"Shape key '{pose_key.wanted_name(obj)}' of '{obj.name}' was removed"
-        enabled = (i for i, handle in enumerate(obj.arap.handles) if handle.is_enabled)
-        return next((problem for problem in (handle_problem(obj, i) for i in enabled) if problem), "")
+        return ""
 
     def _read_inputs(self) -> SessionInput:
         inputs = super()._read_inputs()
@@ -92,7 +85,3 @@ class BlenderPoseScene(ActScene):
             raise ValueError(f"The faces of '{self.name}' have changed")
         self._topology = topology
         return inputs
-
-
-def _counts(obj: bpy.types.Object) -> tuple[int, int, int]:
-    return len(obj.data.vertices), len(obj.data.loops), len(obj.data.polygons)

@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 
 from ..core import sessions
 from ..core.job import STEP_S
 from ..core.models import Progress
+from ..core.naming import counted
 from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import difference_of_bind
@@ -38,7 +41,7 @@ def solve(
     share = BIND_SHARE if Frame(obj, depsgraph).problem else 0.0
     session = prepare_session(obj, depsgraph, sessions.part(progress, 0.0, share))
     matrices = handle_motion.handle_matrices(obj, depsgraph)
-    result = mesh.solve_from_rest(session, matrices, sessions.part(progress, share, 1.0))
+    result = mesh.solve_from_rest(session, matrices, progress=sessions.part(progress, share, 1.0))
     write_pose(obj, pose_key.writable(obj), session, result)
     return result
 
@@ -72,12 +75,10 @@ class SolveJob:
 
     @property
     def fraction(self) -> float:
-        """The part that is done, 0 to 1."""
         return self._work.fraction
 
     @property
     def status(self) -> str:
-        """For the status bar."""
         text = "preparing the mesh, {:.0%}" if self._session is None else "solving, {:.0%}"
         return text.format(self.fraction)
 
@@ -96,13 +97,13 @@ class SolveJob:
         reason = mesh.counts_problem(obj, self._inputs)
         if reason:
             raise RuntimeError(f"{reason} while it was solved: solve again")
-        sessions.put(self.object_name, Bound(self._session, self._inputs))
+        # The stretch of the bind: differences of the scene's below the tolerance must not add up.
+        sessions.put(self.object_name, Bound(self._session, replace(self._inputs, stretch=self._session.stretch)))
         write_pose(obj, pose_key.writable(obj), self._session, result)
         sessions.release(self.object_name, self)
         return result
 
     def cancel(self) -> None:
-        """Puts everything back."""
         self._work.drop()
         sessions.release(self.object_name, self)
         if self._work.has_started and (self._is_bound or self._session is not None):
@@ -119,7 +120,7 @@ class SolveJob:
         share = 0.0 if self._is_bound else BIND_SHARE
         session = sessions.rebuild(self._inputs, self._former, sessions.part(progress, 0.0, share))
         self._session = session
-        return mesh.solve_from_rest(session, self._matrices, sessions.part(progress, share, 1.0))
+        return mesh.solve_from_rest(session, self._matrices, progress=sessions.part(progress, share, 1.0))
 
 
 def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> Readout:
@@ -136,11 +137,7 @@ def unsettled_text(readout: Readout) -> str:
     """A warning if a solve has not converged, else ''."""
     if readout.stop_reason == "converged":
         return ""
-    return f"Not finished after {iterations_text(readout)}: raise Max Iterations (Advanced)"
-
-
-def iterations_text(readout: Readout) -> str:
-    return "1 iteration" if readout.iterations == 1 else f"{readout.iterations} iterations"
+    return f"Not finished after {counted(readout.iterations, 'iteration')}: raise Max Iterations (Advanced)"
 
 
 def _check(obj: bpy.types.Object) -> None:

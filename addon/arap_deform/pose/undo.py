@@ -15,7 +15,6 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..core import worker
-from ..scene import app_handlers
 
 WAIT_S = 0.05
 
@@ -62,7 +61,8 @@ def _pass_over(step: Callable[[], set[str]]) -> None:
     global _step  # noqa: PLW0603 - a timer takes no arguments
     _step = step
     if _objects_within_ended() and not bpy.app.timers.is_registered(_go_on):
-        bpy.app.timers.register(_go_on, first_interval=0.0, persistent=True)  # see handlers
+        # Persistent: Blender never lets go of the function of a timer that a loaded file has dropped.
+        bpy.app.timers.register(_go_on, first_interval=0.0, persistent=True)
 
 
 def _go_on() -> float | None:
@@ -94,15 +94,14 @@ def _after_load(*_: object) -> None:
     _ended.clear()  # another file has other steps
 
 
-_HANDLERS = (("undo_post", _after_undo), ("redo_post", _after_redo), ("load_post", _after_load))
-
-
-def register() -> None:
-    app_handlers.add(_HANDLERS)
+CALLBACKS = (
+    (bpy.app.handlers.undo_post, _after_undo),
+    (bpy.app.handlers.redo_post, _after_redo),
+    (bpy.app.handlers.load_post, _after_load),
+)
 
 
 def unregister() -> None:
-    app_handlers.remove(_HANDLERS)
     if bpy.app.timers.is_registered(_go_on):
         bpy.app.timers.unregister(_go_on)
     _ended.clear()

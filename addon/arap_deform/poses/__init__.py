@@ -1,5 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The pose library."""
-
-# The modules that register something, in this order.
-MODULES = ("library", "operators", "blend_operator", "panel")

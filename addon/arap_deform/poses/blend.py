@@ -16,7 +16,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..core.arrays import Floats
-from ..core.transforms import nearest_rotations, rotation
+from ..core.transforms import cross_matrix, nearest_rotations, rotation
 
 SMALLEST_ANGLE = 1e-7  # radians; in double precision, a motion with a smaller rotation is a straight move
 SMALLEST_STRETCH = 1e-6  # the smallest stretch, relative to the largest, that has a usable logarithm
@@ -173,8 +173,7 @@ def _quaternion(r: Floats) -> Floats:
 def _left_jacobian(turn: Floats) -> Floats:
     """V with exp(twist) = (R, V velocity): the mean of all rotations on the way."""
     angle = float(np.linalg.norm(turn))
-    x, y, z = turn
-    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    k = cross_matrix(turn)
     half = np.sinc(angle / (2.0 * np.pi))
     rest = 1.0 / 6.0 if angle < 1e-3 else (1.0 - np.sinc(angle / np.pi)) / angle**2
     return np.asarray(np.eye(3) + 0.5 * half * half * k + rest * (k @ k))

@@ -12,7 +12,9 @@ from ..pose.result import capture_transforms, restore_transforms
 from ..pose.solve import solve_with_progress, unsettled_text
 from ..scene import redraw
 from ..ui.checks import ArapOperator, posed_object
-from .blend_run import BlendRun, runs
+from ..ui.modal import ModalOperator
+from ..ui.panels import split_column
+from .blend_run import BlendRun
 from .library import NOW, REST, Placement, apply_pose, blend_poses
 from .operators import active_name, is_followed, why_not_applicable
 
@@ -67,7 +69,7 @@ class ARAP_OT_poses_apply(PoseOperator, bpy.types.Operator):
         return apply_pose(obj, self.pose)
 
 
-class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
+class ARAP_OT_poses_blend(ModalOperator, PoseOperator, bpy.types.Operator):
     bl_idname = "arap.poses_blend"
     bl_label = "Blend Poses"
     bl_description = (
@@ -96,9 +98,7 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
     _is_confirmed: bool
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout = split_column(self.layout)
         settings = posed_object(context).arap
         layout.prop(self, "start")
         if self.start == "POSE":
@@ -121,7 +121,7 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
-            self._report(self._run.cancel())
+            self._report(self._run.abort())
             return {"CANCELLED"}
         try:
             if event.type == "TIMER":
@@ -135,16 +135,12 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
             elif event.type in {"LEFTMOUSE", "RET", "NUMPAD_ENTER"} and event.value == "PRESS":
                 self._is_confirmed = True
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
-            problem = self._run.cancel()
+            problem = self._run.abort()
             self._report(f"{error}. {problem}" if problem else f"Nothing has changed: {error}")
             return {"CANCELLED"}
         self._show(context)
         # The timer of a posing act must go on.
         return {"PASS_THROUGH"} if event.type == "TIMER" else {"RUNNING_MODAL"}
-
-    def cancel(self, _context: bpy.types.Context) -> None:
-        """Blender ends the operator: a file is loaded, or the window is closed."""
-        self._run.cancel()
 
     def place(self, context: bpy.types.Context, obj: bpy.types.Object) -> Placement:
         self._choose(context)
@@ -174,12 +170,3 @@ class ARAP_OT_poses_blend(PoseOperator, bpy.types.Operator):
     def _show(self, context: bpy.types.Context) -> None:
         keys = "Left or right: less or more   |   Click, Enter: keep   |   Esc: cancel"
         self._run.show_status(context, f"{self.factor:.0%} of the way to '{self.pose}'   |   {keys}")
-
-
-register, _unregister_classes = bpy.utils.register_classes_factory((ARAP_OT_poses_apply, ARAP_OT_poses_blend))
-
-
-def unregister() -> None:
-    for run in runs.copy():  # Blender drops a running operator silently when its class goes
-        run.cancel()
-    _unregister_classes()

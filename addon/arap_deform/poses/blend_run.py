@@ -12,14 +12,14 @@ from ..core.following import FOLLOW_TIME_LIMIT_S, Follower
 from ..follow.scene import BlenderFollowScene
 from ..pose.result import capture_state, restore_state, restore_transforms
 from ..props import preferences
-from ..ui.modal import Modal
+from ..ui.modal import ModalRun
 from .library import Placement
 
 TIMER_S = 0.02
 PIXELS_A_BLEND = 300  # from one pose to the other, at UI scale 1
 
 
-class BlendRun:
+class BlendRun(ModalRun):
     """One drag, until it is kept or cancelled. It holds names, no Blender data."""
 
     doing = "its poses are blended"
@@ -37,7 +37,6 @@ class BlendRun:
 
         Args:
             context: of the window.
-            obj: the mesh.
             blend: moves the handles by a factor, from their present places.
             mouse_x: pixel of the mouse at factor 0.
             is_followed: Pose or Live keeps the mesh to its handles.
@@ -51,13 +50,12 @@ class BlendRun:
         if self._follower is not None:
             self._follower.begin()
             sessions.claim(obj.name, self)
-        self._modal = Modal(context, TIMER_S)
-        runs.append(self)
+        super().__init__(context, TIMER_S)
 
     def show_status(self, context: bpy.types.Context, text: str) -> None:
         if not self.is_ready and self._follower is not None:
             text = f"preparing the mesh, {self._follower.bind_fraction:.0%}   |   {text}"
-        self._modal.show_status(context, f"ARAP Blend: {text}")
+        self.show_text(context, f"ARAP Blend: {text}")
 
     @property
     def is_ready(self) -> bool:
@@ -90,15 +88,14 @@ class BlendRun:
 
     def end(self) -> None:
         """Gives up window and mesh; handles and mesh stay. A second call does nothing."""
-        if self not in runs:
+        if self.has_left:
             return
-        runs.remove(self)
         if self._follower is not None:
             self._follower.drop()
             sessions.release(self._name, self)
-        self._modal.end()
+        self.leave()
 
-    def cancel(self) -> str:
+    def abort(self, _message: str = "") -> str:
         """Ends it and puts everything back; see restore()."""
         self.end()
         return self.restore()
@@ -117,6 +114,3 @@ class BlendRun:
 
     def restore_handles(self) -> None:
         restore_transforms(self._state.transforms)
-
-
-runs: list[BlendRun] = []

@@ -15,7 +15,7 @@ from ..bake.store import ShapeStore
 from ..core.arrays import Float32s, Floats
 from ..core.job import run_job
 from ..core.models import Progress
-from ..scene import pose_key, shape_keys
+from ..scene import pose_key, shape_keys, versions
 from . import library
 
 if TYPE_CHECKING:
@@ -94,7 +94,6 @@ def poses_to_keys(
     same pose takes the new shape. Other keys stay, also a key that was edited since: then the new name gets a number.
 
     Args:
-        obj: the mesh.
         names: of the poses; None: all.
         progress: see api.
         scene: the scene of ``obj``; None: the current one.
@@ -129,4 +128,4 @@ def _own_key(obj: bpy.types.Object, pose: ArapStoredPose) -> bpy.types.ShapeKey 
 
 
 def _checksum(key: bpy.types.ShapeKey) -> str:
-    return f"{zlib.crc32(shape_keys.read(key).tobytes()):08x}"
+    return f"{zlib.crc32(versions.read_key(key).tobytes()):08x}"

@@ -83,7 +83,6 @@ def store_pose(obj: bpy.types.Object, name: str = "Pose", *, replace: bool = Fal
     """Stores the evaluated places of all handles, enabled or not.
 
     Args:
-        obj: the mesh.
         name: of the pose; it gets a number if another pose has it.
         replace: replaces the pose of that name, if there is one.
 
@@ -118,7 +117,6 @@ def blend_poses(obj: bpy.types.Object, first: PoseRef, second: PoseRef, factor: 
     """Moves the handles to places between two poses, see poses.blend. Does not solve.
 
     Args:
-        obj: the mesh.
         first, second: names of stored poses, REST or NOW.
         factor: 0 for the first pose, 1 for the second; may be a little beyond.
 
@@ -242,9 +240,4 @@ def _between(
     return dict(zip(indices, blended, strict=True))
 
 
-def register() -> None:
-    hooks.pose_renamed.append(make_name_unique)
-
-
-def unregister() -> None:
-    hooks.pose_renamed.remove(make_name_unique)
+CALLBACKS = ((hooks.pose_renamed, make_name_unique),)

@@ -5,6 +5,7 @@
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
+from ..core.naming import counted
 from ..pose.job_operator import JobOperator
 from ..ui.checks import (
     ArapOperator,
@@ -32,10 +33,8 @@ def why_no_library(context: bpy.types.Context) -> str:
 
 def why_not_storable(context: bpy.types.Context) -> str:
     """As why_no_library(), and there must be handles."""
-    reason = why_no_library(context)
-    if reason or posed_object(context).arap.handles:
-        return reason
-    return "Add a handle first: a pose stores the places of the handles"
+    lack = "Add a handle first: a pose stores the places of the handles"
+    return why_no_library(context) or ("" if posed_object(context).arap.handles else lack)
 
 
 def why_no_stored_pose(context: bpy.types.Context) -> str:
@@ -83,7 +82,6 @@ class ARAP_OT_poses_store(ArapOperator, bpy.types.Operator):
     is_replacing: BoolProperty(
         name="Replace",
         description="Replace the selected pose of the list",
-        default=False,
         options={"HIDDEN", "SKIP_SAVE"},
     )
 
@@ -98,8 +96,7 @@ class ARAP_OT_poses_store(ArapOperator, bpy.types.Operator):
         if self.is_replacing and not name:
             raise ValueError("No pose is selected: select one in the list")
         pose = store_pose(obj, name, replace=self.is_replacing)
-        n = len(pose.motions)
-        self.report({"INFO"}, f"Stored pose '{pose.name}' of {n} handle{'' if n == 1 else 's'}")
+        self.report({"INFO"}, f"Stored pose '{pose.name}' of {counted(len(pose.motions), 'handle')}")
 
 
 class ARAP_OT_poses_delete(ArapOperator, bpy.types.Operator):
@@ -142,10 +139,4 @@ class ARAP_OT_poses_to_keys(JobOperator, bpy.types.Operator):
         return PoseKeysJob(obj)
 
     def result_text(self, _job: PoseKeysJob, names: list[str]) -> str:
-        n = len(names)
-        return f"Made {n} shape key{'' if n == 1 else 's'}: {', '.join(names)}"
-
-
-register, unregister = bpy.utils.register_classes_factory(
-    (ARAP_OT_poses_store, ARAP_OT_poses_delete, ARAP_OT_poses_mirror, ARAP_OT_poses_to_keys)
-)
+        return f"Made {counted(len(names), 'shape key')}: {', '.join(names)}"

@@ -33,9 +33,6 @@ class ARAP_UL_poses(bpy.types.UIList):
 
 
 class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
-    """The list of poses."""
-
-    bl_idname = "ARAP_PT_poses"
     bl_label = "Poses"
     bl_order = 45
     bl_options = {"DEFAULT_CLOSED"}
@@ -62,9 +59,6 @@ class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
 
 
 class ARAP_MT_poses(bpy.types.Menu):
-    """The acts of the panel."""
-
-    bl_idname = "ARAP_MT_poses"
     bl_label = "Poses"
 
     def draw(self, _context: bpy.types.Context) -> None:
@@ -77,6 +71,3 @@ class ARAP_MT_poses(bpy.types.Menu):
         layout.operator("arap.poses_delete", icon="REMOVE")
         layout.separator()
         layout.operator("arap.poses_to_keys", icon="SHAPEKEY_DATA")
-
-
-register, unregister = bpy.utils.register_classes_factory((ARAP_UL_poses, ARAP_PT_poses, ARAP_MT_poses))

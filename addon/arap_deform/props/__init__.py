@@ -1,5 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Settings: saved in the .blend, or in the preferences."""
-
-# What registers something, in this order.
-MODULES = ("preferences", "object")

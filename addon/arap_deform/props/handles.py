@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""A pin and a handle, as saved."""
+"""A pin, a handle and an entry of the list Stiffness, as saved."""
 
 import bpy
 from bpy.props import (
@@ -36,8 +36,8 @@ def _on_group_changed(handle: bpy.types.PropertyGroup, context: bpy.types.Contex
     _on_handle_changed(handle, context)
 
 
-def _on_pin_group_changed(pin: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    pin.has_made_group = False  # as above
+def _on_own_group_changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    entry.has_made_group = False  # as above
 
 
 class ArapPin(bpy.types.PropertyGroup):
@@ -46,7 +46,7 @@ class ArapPin(bpy.types.PropertyGroup):
     name: StringProperty(
         name="Vertex Group",
         description="Vertices held at rest. Weight 1 holds exactly, less pulls towards rest, 0 is free",
-        update=_on_pin_group_changed,
+        update=_on_own_group_changed,
     )
     is_enabled: BoolProperty(name="Enabled", description="Hold this group. Off: its vertices are free", default=True)
     has_made_group: BoolProperty(
@@ -80,7 +80,6 @@ class ArapHandle(bpy.types.PropertyGroup):
             "Hold every vertex, also if the handle is smaller than Rigidity. "
             "Off: a small handle holds the average of a round patch, which pulls a smooth hill and no spike"
         ),
-        default=False,
     )
     rest_matrix: FloatVectorProperty(
         name="Rest Matrix",
@@ -111,3 +110,45 @@ class ArapHandle(bpy.types.PropertyGroup):
     @rest.setter
     def rest(self, matrix: Matrix) -> None:
         self.rest_matrix = [value for row in matrix for value in row]
+
+
+class ArapStiffness(bpy.types.PropertyGroup):
+    """A vertex group that bends less than the rest of the mesh, or not at all."""
+
+    name: StringProperty(
+        name="Vertex Group",
+        description="Stiffer vertices. Weight 0 is normal, 1 is as stiff as the entry says",
+        update=_on_own_group_changed,
+    )
+    is_enabled: BoolProperty(
+        name="Enabled", description="Stiffen this group. Off: it is as soft as the rest", default=True
+    )
+    factor: FloatProperty(
+        name="Stiffness",
+        description=(
+            "How many times as stiff as the rest weight 1 is. "
+            "Weight is a power: with 100, weight 0.5 is ten times as stiff"
+        ),
+        default=100.0,
+        min=1.0,
+        max=100.0,
+        precision=1,
+        step=100,
+    )
+    is_rigid: BoolProperty(
+        name="Rigid",
+        description=(
+            "Vertices of weight 0.5 or more keep their shape exactly, like a helmet. "
+            "Each connected piece moves as one piece"
+        ),
+    )
+    is_one_body: BoolProperty(
+        name="As One Piece",
+        description=(
+            "The whole group moves as one piece, even if it is not connected: the shells of a helmet. "
+            "Off: each connected piece moves by itself, like two shoes"
+        ),
+    )
+    has_made_group: BoolProperty(
+        options={"HIDDEN"}, description="The add-on made the vertex group, and removes it with the entry"
+    )

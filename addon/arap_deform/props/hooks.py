@@ -27,4 +27,4 @@ views_changed: list[Callable[[], None]] = []
 """The 3D views must be drawn again."""
 
 posed: list[Callable[[bpy.types.Object], None]] = []
-"""The mesh has another pose: a frame of posing, Live or Pull, or a solve, has written its shape key."""
+"""A frame of posing, Live or Pull, or a solve, has written the pose's shape key. Not called for a pose taken back."""

@@ -5,7 +5,7 @@
 No ``from __future__ import annotations`` in this folder: Blender reads the annotations themselves, not their text.
 """
 
-from typing import Any
+from collections.abc import Callable
 
 import bpy
 from bpy.props import (
@@ -20,11 +20,9 @@ from bpy.props import (
 
 from ..core.naming import NAME_BYTES
 from . import hooks
-from .handles import ArapHandle, ArapPin
-from .poses import CLASSES as POSE_CLASSES
+from .handles import ArapHandle, ArapPin, ArapStiffness
 from .poses import ArapStoredPose
 from .pull import ArapPullPin, ArapPullSettings
-from .stiffness import ArapStiffness
 
 # Files store the numbers, so an item keeps its number.
 ENERGIES = (
@@ -59,42 +57,31 @@ def _on_overlay_changed(_settings: bpy.types.PropertyGroup, _context: bpy.types.
         changed()
 
 
-def _choose(settings: bpy.types.PropertyGroup, items: Any, index: int, group: str) -> None:
-    """Makes the group of the chosen entry the active one: Weight Paint shows and paints that."""
-    groups = settings.id_data.vertex_groups
-    found = groups.find(getattr(items[index], group)) if index < len(items) else -1
-    if found >= 0:
-        groups.active_index = found
+def _choosing(items: str, index: str, group: str) -> Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]:
+    """Makes the group of the chosen entry of a list the active one: Weight Paint shows and paints that."""
 
+    def choose(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+        entries, chosen = getattr(settings, items), getattr(settings, index)
+        groups = settings.id_data.vertex_groups
+        found = groups.find(getattr(entries[chosen], group)) if chosen < len(entries) else -1
+        if found >= 0:
+            groups.active_index = found
 
-def _on_pin_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    _choose(settings, settings.pins, settings.active_pin_index, "name")
-
-
-def _on_handle_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    _choose(settings, settings.handles, settings.active_handle_index, "vertex_group")
-
-
-def _on_stiffness_chosen(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    _choose(settings, settings.stiffness, settings.active_stiffness_index, "name")
+    return choose
 
 
 class ArapOverlay(bpy.types.PropertyGroup):
     """What is drawn over one mesh, while the panel shows that mesh."""
 
-    show_pins: BoolProperty(
-        name="Pins", description="Draw the pinned vertices", default=False, update=_on_overlay_changed
-    )
+    show_pins: BoolProperty(name="Pins", description="Draw the pinned vertices", update=_on_overlay_changed)
     show_handles: BoolProperty(
         name="Handles",
         description="Draw a line from each handle's rest place to its place now",
-        default=False,
         update=_on_overlay_changed,
     )
     show_strain: BoolProperty(
         name="Stretch",
         description="Color the mesh by the length of its edges: red is longer than at rest, blue is shorter",
-        default=False,
         update=_on_overlay_changed,
     )
     strain_limit: FloatProperty(
@@ -122,18 +109,27 @@ class ArapObject(bpy.types.PropertyGroup):
 
     pins: CollectionProperty(type=ArapPin, name="Pins", description="Vertex groups that stay at rest")
     active_pin_index: IntProperty(
-        name="Active Pin", min=0, description="The pin chosen in the list", update=_on_pin_chosen
+        name="Active Pin",
+        min=0,
+        description="The pin chosen in the list",
+        update=_choosing("pins", "active_pin_index", "name"),
     )
     handles: CollectionProperty(type=ArapHandle, name="Handles", description="Objects and bones that move the mesh")
     active_handle_index: IntProperty(
-        name="Active Handle", min=0, description="The handle chosen in the list", update=_on_handle_chosen
+        name="Active Handle",
+        min=0,
+        description="The handle chosen in the list",
+        update=_choosing("handles", "active_handle_index", "vertex_group"),
     )
 
     stiffness: CollectionProperty(
         type=ArapStiffness, name="Stiffness", description="Vertex groups that bend less, or not at all"
     )
     active_stiffness_index: IntProperty(
-        name="Active Stiffness", min=0, description="The entry chosen in the list", update=_on_stiffness_chosen
+        name="Active Stiffness",
+        min=0,
+        description="The entry chosen in the list",
+        update=_choosing("stiffness", "active_stiffness_index", "name"),
     )
     poses: CollectionProperty(type=ArapStoredPose, name="Poses", description="Stored poses of the handles")
     active_pose_index: IntProperty(name="Active Pose", min=0, description="The pose chosen in the list")
@@ -203,7 +199,6 @@ class ArapObject(bpy.types.PropertyGroup):
     join_seams: BoolProperty(
         name="Weld Seams",
         description="Vertices at the same place count as one, so open seams stay closed",
-        default=False,
     )
     key_name: StringProperty(
         name="Shape Key",
@@ -236,7 +231,6 @@ class ArapObject(bpy.types.PropertyGroup):
             "The mesh follows its handles all the time, also in playback. Saved with the file. "
             "Not while rendering: bake the animation first"
         ),
-        default=False,
         update=_on_live_changed,
     )
     live_problem: StringProperty(name="Live Problem", description="Why Live switched itself off", options={"HIDDEN"})
@@ -246,22 +240,7 @@ class ArapObject(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (
-    *POSE_CLASSES,
-    ArapPin,
-    ArapHandle,
-    ArapStiffness,
-    ArapMadeKey,
-    ArapPullPin,
-    ArapOverlay,
-    ArapObject,
-    ArapPullSettings,
-)
-
-
 def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
     bpy.types.Object.arap = PointerProperty(type=ArapObject, name="ARAP", description="As-rigid-as-possible posing")
     bpy.types.WindowManager.arap_pull = PointerProperty(type=ArapPullSettings, name="ARAP Pull")
 
@@ -269,5 +248,3 @@ def register() -> None:
 def unregister() -> None:
     del bpy.types.WindowManager.arap_pull
     del bpy.types.Object.arap
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -39,6 +39,3 @@ class ArapStoredPose(bpy.types.PropertyGroup):
     key_check: StringProperty(
         options={"HIDDEN"}, description="Checksum of that key's shape: a key with another one was changed by the user"
     )
-
-
-CLASSES = (ArapStoredMotion, ArapStoredPose)

@@ -21,7 +21,6 @@ class ArapPreferences(bpy.types.AddonPreferences):
     threads: IntProperty(
         name="Threads",
         description="CPU threads. 0 is automatic",
-        default=0,
         min=0,
         max=1024,
         soft_max=64,
@@ -75,11 +74,3 @@ def _value(name: str, default: Any) -> Any:
     # A script may register the add-on without enabling it: then it has no preferences.
     addon = bpy.context.preferences.addons.get(ADDON)
     return getattr(addon.preferences, name, default) if addon is not None else default
-
-
-def register() -> None:
-    bpy.utils.register_class(ArapPreferences)
-
-
-def unregister() -> None:
-    bpy.utils.unregister_class(ArapPreferences)

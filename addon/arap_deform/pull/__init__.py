@@ -1,5 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Dragging the surface itself."""
-
-# The modules that register something, in this order.
-MODULES = ("tool", "operators", "draw")

@@ -10,9 +10,9 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Floats
-from ..ui import batches, colors
+from ..ui import batches
+from ..ui.batches import Color
 from ..ui.checks import find_drawn_object, find_posed_object
-from ..ui.colors import Color
 from . import seen_mesh
 from .run import runs
 from .view import View
@@ -36,7 +36,7 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
     corner = np.array([region.x, region.y], dtype=np.float64)
     mouse = np.array(xy, dtype=np.float64) - corner
     radius = float(context.window_manager.arap_pull.radius)
-    color = colors.of_pull()
+    color = batches.color_of_pull()
     run = runs[0] if runs else None
     if run is not None and not run.is_released:
         place = run.grip.view.pixels(np.stack([run.grip.pick.place, run.drag.place]))
@@ -82,7 +82,7 @@ def _draw_patch(
         area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
         # Only triangles of one winding, or the far side would cover the patch twice. The near side is most of it.
         is_front = area * np.nansum(area) > 0.0
-        draw_triangles(corner + pixels[is_front].reshape(-1, 2), (*color[:3], PATCH_ALPHA))
+        batches.draw_pixels("TRIS", corner + pixels[is_front].reshape(-1, 2), (*color[:3], PATCH_ALPHA))
     else:
         draw_dots(corner + view.pixels(seen.positions[pick.vertices]), PIN_PX, color)
 
@@ -104,7 +104,7 @@ def draw_pins() -> None:
     centres = np.array([seen.positions[vertices].mean(axis=0) for vertices, _ in pins])
     is_set = np.array([reach == 0.0 for _, reach in pins])
     pixels = view.pixels(centres)
-    color = colors.of_pull()
+    color = batches.color_of_pull()
     draw_dots(pixels, PIN_PX + 1.5, (0.0, 0.0, 0.0, 0.8))
     draw_dots(pixels[is_set], PIN_PX, color)
     draw_dots(pixels[~is_set], PIN_PX, (1.0, 1.0, 1.0, 1.0))
@@ -115,17 +115,12 @@ def draw_dots(pixels: Floats, radius: float, color: Color) -> None:
     pixels = pixels[np.isfinite(pixels).all(axis=1)]
     radius *= bpy.context.preferences.system.ui_scale
     fan = np.stack([np.zeros((48, 2)), CIRCLE[:-1], CIRCLE[1:]], axis=1).reshape(-1, 2)
-    draw_triangles((pixels[:, None] + radius * fan[None]).reshape(-1, 2), color)
+    batches.draw_pixels("TRIS", (pixels[:, None] + radius * fan[None]).reshape(-1, 2), color)
 
 
 def draw_lines(pixels: Floats, color: Color) -> None:
     """One line through (k, 2) points, without NaN points."""
     batches.draw_pixels("LINE_STRIP", pixels[np.isfinite(pixels).all(axis=1)], color)
-
-
-def draw_triangles(pixels: Floats, color: Color) -> None:
-    """(3 t, 2) corners."""
-    batches.draw_pixels("TRIS", pixels, color)
 
 
 def clear() -> None:
@@ -134,18 +129,8 @@ def clear() -> None:
     _hover = (None, None)
 
 
-_handle: object | None = None
-
-
-def register() -> None:
-    global _handle  # noqa: PLW0603 - Blender needs it to remove the handler
-    if not bpy.app.background:
-        _handle = bpy.types.SpaceView3D.draw_handler_add(draw_pins, (), "WINDOW", "POST_PIXEL")
+DRAWN = ((draw_pins, "POST_PIXEL"),)
 
 
 def unregister() -> None:
-    global _handle  # noqa: PLW0603
-    if _handle is not None:
-        bpy.types.SpaceView3D.draw_handler_remove(_handle, "WINDOW")
-        _handle = None
     clear()

@@ -14,7 +14,7 @@ from ..core.arrays import Float32s, Floats, Ints
 from ..core.session_input import GroupHold, Hold, SessionInput
 from ..core.targets import HandleSpec
 from ..core.transforms import best_rigid_fit, transformed
-from ..scene import handle_motion, meshes, pose_key, shape_keys
+from ..scene import handle_motion, meshes, pose_key, shape_keys, versions
 from ..scene.inputs import read_input
 from . import pins, seen_mesh
 from .region import Grab, hold_of_rest
@@ -70,7 +70,6 @@ def begin_pull(
     """Reads the input of a drag of ``grabs``. Main thread only.
 
     Args:
-        obj: the mesh.
         depsgraph: evaluates modifiers and other shape keys.
         grabs: the piece under the mouse, then its mirror images.
         begun: the drag that goes on with these grabs; None: a new drag.
@@ -92,7 +91,9 @@ def begin_pull(
         *(_spec_of(f"Pull {i + 1}", grab) for i, grab in enumerate(grabs)),
     ]
     if not pins.has_set_pins(obj) and all(grab.reach > 0.0 for grab in grabs):
-        rest = hold_of_rest(inputs.mesh.rest_positions @ inputs.stretch.T, meshes.read_edges(obj), [*others, *grabs])
+        rest = hold_of_rest(
+            inputs.mesh.rest_positions @ inputs.stretch.T, versions.read_edges(obj.data), [*others, *grabs]
+        )
         added.append(rest)
     holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in added))
     based = tuple(replace(spec, base=shown) for spec in (*inputs.specs, *added))

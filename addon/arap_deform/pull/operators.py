@@ -8,7 +8,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..follow.act import Ending, Phase
-from ..scene import app_handlers, redraw, shape_keys
+from ..scene import redraw, shape_keys
 from ..ui.checks import (
     ArapOperator,
     allow,
@@ -18,6 +18,7 @@ from ..ui.checks import (
     why_not_idle,
     why_not_pullable,
 )
+from ..ui.modal import ModalOperator
 from . import pins, tool
 from .run import PullRun, find_grip, grabs_at, remove_pins_at, runs
 from .view import Mode
@@ -31,19 +32,19 @@ MOVES = {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "NONE"}
 
 def why_no_pull(context: bpy.types.Context) -> str:
     """As why_not_idle(), and there must be a temporary pin of the tool."""
-    reason = why_not_idle(context)
-    if reason or posed_object(context).arap.pull_pins:
-        return reason
-    return "Nothing is pulled or pinned: drag or click the mesh with ARAP Pull first"
+    lack = "Nothing is pulled or pinned: drag or click the mesh with ARAP Pull first"
+    return why_not_idle(context) or ("" if posed_object(context).arap.pull_pins else lack)
 
 
-class ARAP_OT_pull(bpy.types.Operator):
+class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
     bl_idname = "arap.pull"
     bl_label = "ARAP Pull"
     bl_description = (
         "Drag the surface under the mouse and the mesh follows. A click pins the surface, Ctrl-click removes the pin"
     )
     bl_options = {"UNDO"}
+
+    _run: PullRun | None = None
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -57,7 +58,6 @@ class ARAP_OT_pull(bpy.types.Operator):
         self._mouse = (event.mouse_region_x, event.mouse_region_y)
         self._is_ctrl = event.ctrl
         self._is_held = event.type == "LEFTMOUSE"  # else a key or a menu has called it, and a click ends it
-        self._run: PullRun | None = None
         return self._begin(context)
 
     @reports_errors
@@ -89,12 +89,6 @@ class ARAP_OT_pull(bpy.types.Operator):
         if run.is_over:
             return self._end() | (answer & {"PASS_THROUGH"})
         return answer
-
-    def cancel(self, _context: bpy.types.Context) -> None:
-        """Blender ends the operator: a file is loaded, or the window is closed."""
-        if self._run is not None:
-            self._run.act.cancel()
-            self._run.finish()
 
     def _before_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
         if event.type in CANCEL and event.value == "PRESS":
@@ -228,20 +222,4 @@ def _on_undo(*_: object) -> None:
         run.undone()
 
 
-_HANDLERS = (("undo_post", _on_undo), ("redo_post", _on_undo))
-_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
-    (ARAP_OT_pull, ARAP_OT_pull_make_real, ARAP_OT_pull_release, ARAP_OT_pull_tool)
-)
-
-
-def register() -> None:
-    _register_classes()
-    app_handlers.add(_HANDLERS)
-
-
-def unregister() -> None:
-    app_handlers.remove(_HANDLERS)
-    for run in runs.copy():  # Blender drops a running operator silently when its class goes
-        run.act.cancel("The add-on was disabled")
-        run.finish()
-    _unregister_classes()
+CALLBACKS = ((bpy.app.handlers.undo_post, _on_undo), (bpy.app.handlers.redo_post, _on_undo))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Ints
 from ..core.patches import diagonal_of
-from ..scene import groups, handle_motion, meshes
+from ..scene import groups, handle_motion, meshes, versions
 from ..setup.handles import add_handle
 from ..setup.pins import add_pin
 from .region import Grab, hold_of_rest
@@ -119,7 +119,7 @@ def _hold_at_rest(
 ) -> tuple[Ints, NDArray[np.float64]] | None:
     """Vertices and weights of the hold beyond the falloff; only vertices at rest, because a pin cannot hold others."""
     seen = rest.astype(np.float64) @ meshes.read_stretch(obj, depsgraph).T
-    hold = hold_of_rest(seen, meshes.read_edges(obj), grabs)
+    hold = hold_of_rest(seen, versions.read_edges(obj.data), grabs)
     # A softly held vertex has moved in the pull itself, and a pin holds it just as softly.
     was_posed = has_moved[hold.vertices[hold.weights >= 1.0]].any()
     is_pinned = ~has_moved[hold.vertices] | ~was_posed

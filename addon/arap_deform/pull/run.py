@@ -14,7 +14,7 @@ from ..follow.scene import is_rendering
 from ..live.runs import give_up
 from ..pose.run import ActRun
 from ..props import preferences
-from ..scene import meshes
+from ..scene import meshes, versions
 from . import pins, seen_mesh
 from .region import Grab, connected_within, symmetric_grabs
 from .scene import PullScene
@@ -61,7 +61,7 @@ def mirrored(obj: bpy.types.Object, grab: Grab) -> list[Grab]:
         return [grab]
     try:
         rest = meshes.read_rest(obj).astype(np.float64)
-        return symmetric_grabs(rest, meshes.read_edges(obj), grab.vertices, grab.reach, axes)
+        return symmetric_grabs(rest, versions.read_edges(obj.data), grab.vertices, grab.reach, axes)
     except ValueError as error:
         raise ValueError(f"'{obj.name}' {error}") from None
 
@@ -130,7 +130,7 @@ class PullRun(ActRun):
         return self.act.end is not None
 
     def show_status(self, context: bpy.types.Context) -> None:
-        self._modal.show_status(context, self._status_text())
+        self.show_text(context, self._status_text())
 
     def finish(self) -> End:
         runs.remove(self)

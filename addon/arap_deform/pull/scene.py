@@ -11,8 +11,8 @@ import numpy as np
 from ..core import sessions
 from ..core.arrays import Float32s, Floats
 from ..core.session_data import Readout
-from ..follow.bind import SessionBinding
 from ..follow.frame import Frame
+from ..follow.mesh import SessionBinding
 from ..pose.scene import ActScene
 from ..scene import meshes
 from . import hold

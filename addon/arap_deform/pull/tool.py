@@ -10,7 +10,6 @@ import bl_ui.space_toolsystem_common
 import bpy
 from bpy.app.handlers import persistent
 
-from ..scene import app_handlers
 from ..ui.checks import find_posed_object
 from . import draw, pins
 
@@ -102,17 +101,19 @@ def _on_change(*_: object) -> None:
         watch()
 
 
-_HANDLERS = (("undo_post", _on_change), ("redo_post", _on_change), ("load_post", _on_change))
+CALLBACKS = (
+    (bpy.app.handlers.undo_post, _on_change),
+    (bpy.app.handlers.redo_post, _on_change),
+    (bpy.app.handlers.load_post, _on_change),
+)
 
 
 def register() -> None:
     if not bpy.app.background:  # there is no toolbar
         bpy.utils.register_tool(ArapPullTool, after={"builtin.transform"}, separator=True)
-    app_handlers.add(_HANDLERS)
 
 
 def unregister() -> None:
-    app_handlers.remove(_HANDLERS)
     if bpy.app.timers.is_registered(_look):
         bpy.app.timers.unregister(_look)
     if not bpy.app.background:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Floats
 from ..core.transforms import best_rigid_fit
-from . import meshes, pose_key, shape_keys
+from . import meshes, pose_key, versions
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -137,8 +137,8 @@ def shown_positions(obj: bpy.types.Object, rest: NDArray[np.float32]) -> NDArray
     """(n, 3) float32 the pose shown by the live key, without other keys and modifiers."""
     key = pose_key_of(obj)
     if key is not None and key.value == 1.0:
-        return shape_keys.read(key)  # to the last bit
-    return rest if key is None else np.asarray(rest + key.value * (shape_keys.read(key) - rest), dtype=np.float32)
+        return versions.read_key(key)  # to the last bit
+    return rest if key is None else np.asarray(rest + key.value * (versions.read_key(key) - rest), dtype=np.float32)
 
 
 def fit_to_pose(

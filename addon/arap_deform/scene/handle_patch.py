@@ -30,7 +30,6 @@ def find_patch(
     """The patch that a handle of these vertices would hold if it is not exact. None: it holds the vertices.
 
     Args:
-        obj: the mesh.
         depsgraph: for its scale.
         vertices: (k,), all of weight 1.
         besides: the handle of these vertices, if there is one already.

@@ -71,7 +71,6 @@ def read_input(
     """Reads mesh, groups and settings. Main thread only.
 
     Args:
-        obj: the mesh.
         depsgraph: for its scale.
         use_nodes: see versions.read_group_weights().
         needs_holds: refuse a mesh without pins and handles.

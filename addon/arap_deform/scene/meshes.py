@@ -121,8 +121,3 @@ def select_vertices(obj: bpy.types.Object, vertices: NDArray[np.int32], *, shows
     for items in (mesh.edges, mesh.polygons):
         items.foreach_set("select", np.zeros(len(items), dtype=bool))
     mesh.update()
-
-
-def read_edges(obj: bpy.types.Object) -> NDArray[np.int32]:
-    """(e, 2) int32 vertices of each edge."""
-    return versions.read_edges(obj.data)

@@ -11,7 +11,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ..core.arrays import Floats
-from . import handle_motion, mesh_size, meshes
+from . import handle_motion, meshes, remembered
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -40,7 +40,6 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
     """Moves the objects and bones of handles.
 
     Args:
-        obj: the mesh.
         motions: (4, 4) object-space motion since rest, by index of the handle; of working handles.
 
     Returns:
@@ -61,7 +60,7 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
         depsgraph = bpy.context.evaluated_depsgraph_get()
     if not motions:
         return []
-    stretch, tolerance = meshes.read_stretch(obj, depsgraph), AT_PLACE * mesh_size.diagonal(obj, depsgraph)
+    stretch, tolerance = meshes.read_stretch(obj, depsgraph), AT_PLACE * remembered.diagonal(obj, depsgraph)
     held = []
     for index, motion in motions.items():
         handle = obj.arap.handles[index]

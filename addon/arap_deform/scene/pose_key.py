@@ -15,7 +15,7 @@ from ..core import sessions
 from ..core.arrays import Float32s
 from ..core.session_input import key_differs
 from ..props import preferences
-from . import shape_keys
+from . import shape_keys, versions
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def capture(obj: bpy.types.Object) -> KeyState:
     state = KeyState(name_of(obj), obj.arap.key_name, keys is not None, active=shape_keys.active_name(obj))
     if key is None:
         return state
-    return replace(state, positions=shape_keys.read(key), value=key.value, slider_max=key.slider_max)
+    return replace(state, positions=versions.read_key(key), value=key.value, slider_max=key.slider_max)
 
 
 def restore(obj: bpy.types.Object, state: KeyState) -> None:

@@ -38,9 +38,4 @@ def _views() -> Iterator[bpy.types.Area]:
         yield from (area for area in window.screen.areas if area.type == "VIEW_3D")
 
 
-def register() -> None:
-    hooks.views_changed.append(tag_views)
-
-
-def unregister() -> None:
-    hooks.views_changed.remove(tag_views)
+CALLBACKS = ((hooks.views_changed, tag_views),)

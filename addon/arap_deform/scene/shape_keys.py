@@ -19,12 +19,9 @@ FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the p
 def check_writable(obj: bpy.types.Object) -> None:
     """Raises ValueError if shape keys of this mesh must not be written, and says what to do."""
     mesh = obj.data
-    if obj.library is not None:
-        raise ValueError(f"'{obj.name}' is linked from another file: make it local (Object > Relations > Make Local)")
-    if mesh.library is not None:
-        raise ValueError(
-            f"The mesh of '{obj.name}' is linked from another file: make it local (Object > Relations > Make Local)"
-        )
+    if obj.library is not None or mesh.library is not None:
+        whose = f"'{obj.name}'" if obj.library is not None else f"The mesh of '{obj.name}'"
+        raise ValueError(f"{whose} is linked from another file: make it local (Object > Relations > Make Local)")
     if meshes.is_override(obj) or meshes.is_override(mesh):
         raise ValueError(
             f"'{obj.name}' is a library override, in which a pose is not saved: make it local "
@@ -112,7 +109,7 @@ def free_name(obj: bpy.types.Object, name: str) -> str:
 def add(obj: bpy.types.Object, name: str) -> bpy.types.ShapeKey:
     """A new key at rest, with Basis if the mesh has no keys."""
     ensure_reference(obj)
-    return new(obj, name, read_reference(obj))
+    return new(obj, name, meshes.read_rest(obj))
 
 
 def ensure_reference(obj: bpy.types.Object) -> None:
@@ -149,16 +146,6 @@ def add_all(obj: bpy.types.Object, name: str, shapes: Iterable[Float32s]) -> lis
             remove_lone_reference(obj)
         raise
     return made
-
-
-def read_reference(obj: bpy.types.Object) -> Float32s:
-    """(n, 3) float32 of the reference key; there must be keys."""
-    return versions.read_key(obj.data.shape_keys.reference_key)
-
-
-def read(key: bpy.types.ShapeKey) -> Float32s:
-    """(n, 3) float32."""
-    return versions.read_key(key)
 
 
 def write(obj: bpy.types.Object, key: bpy.types.ShapeKey, positions: Float32s) -> None:
@@ -223,18 +210,17 @@ def shift_all(obj: bpy.types.Object, pose: bpy.types.ShapeKey, shape: Float32s) 
     """Makes ``shape`` the rest shape and the shape of ``pose``; other keys keep their offsets.
 
     Args:
-        obj: the mesh.
         pose: the live key.
         shape: (n, 3) contiguous float32.
     """
     keys = obj.data.shape_keys
-    shift_of_pose = shape - read(pose)
-    shift = shape - read(keys.reference_key)
+    shift_of_pose = shape - versions.read_key(pose)
+    shift = shape - versions.read_key(keys.reference_key)
     for key in keys.key_blocks:
         if key not in (pose, keys.reference_key):
             # Keys relative to the pose go with it.
             is_on_pose = _root_of(key, keys.reference_key, pose) == pose
-            versions.write_key(key, read(key) + (shift_of_pose if is_on_pose else shift))
+            versions.write_key(key, versions.read_key(key) + (shift_of_pose if is_on_pose else shift))
     versions.write_key(pose, shape)
     versions.write_key(keys.reference_key, shape)
     versions.write_positions(obj.data, shape)

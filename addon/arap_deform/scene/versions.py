@@ -62,23 +62,22 @@ def _positions_source(mesh: bpy.types.Mesh) -> tuple[Any, str]:
 
 def read_corner_vertices(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
     """(c,) int32 vertex of each face corner."""
-    result = np.empty(len(mesh.loops), dtype=np.int32)
-    attribute = mesh.attributes.get(".corner_vert")  # 3.6
-    if attribute is None:
-        mesh.loops.foreach_get("vertex_index", result)
-    else:
-        attribute.data.foreach_get("value", result)
-    return result
+    return _read_vertices(mesh, ".corner_vert", mesh.loops, "vertex_index", (len(mesh.loops),))
 
 
 def read_edges(mesh: bpy.types.Mesh) -> NDArray[np.int32]:
     """(e, 2) int32 vertices of each edge."""
-    result = np.empty((len(mesh.edges), 2), dtype=np.int32)
-    attribute = mesh.attributes.get(".edge_verts")  # 3.6
-    if attribute is None:
-        mesh.edges.foreach_get("vertices", result.ravel())
-    else:
-        attribute.data.foreach_get("value", result.ravel())
+    return _read_vertices(mesh, ".edge_verts", mesh.edges, "vertices", (len(mesh.edges), 2))
+
+
+def _read_vertices(
+    mesh: bpy.types.Mesh, attribute: str, items: Any, field: str, shape: tuple[int, ...]
+) -> NDArray[np.int32]:
+    """From an attribute of 3.6 and later, else from a field of the items."""
+    result = np.empty(shape, dtype=np.int32)
+    found = mesh.attributes.get(attribute)
+    source, name = (items, field) if found is None else (found.data, "value")
+    source.foreach_get(name, result.ravel())
     return result
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from bpy.props import FloatProperty, StringProperty
 
 from ..core.arrays import Ints
-from ..scene import groups, mesh_size, meshes
+from ..scene import groups, meshes, remembered
 from ..ui.checks import ArapOperator, check_visible, object_mode, posed_object, why_busy, why_not_changeable
 from .select_operators import select_in_edit_mode
 from .stiffness import soften_group
@@ -20,10 +20,8 @@ DEFAULT_RADIUS = 0.05  # of a soft edge, as a fraction of the mesh's size
 
 def why_no_group(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must have a vertex group."""
-    reason = why_not_changeable(context)
-    if reason or posed_object(context).vertex_groups:
-        return reason
-    return "There is no vertex group yet: add a pin, a handle or stiffness first"
+    lack = "There is no vertex group yet: add a pin, a handle or stiffness first"
+    return why_not_changeable(context) or ("" if posed_object(context).vertex_groups else lack)
 
 
 def why_not_selectable(context: bpy.types.Context) -> str:
@@ -112,11 +110,6 @@ class ARAP_OT_group_soften(_GroupOperator, bpy.types.Operator):
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         group = self.group_of(obj)
         if not self.properties.is_property_set("radius"):
-            self.radius = DEFAULT_RADIUS * mesh_size.diagonal(obj, context.evaluated_depsgraph_get())
+            self.radius = DEFAULT_RADIUS * remembered.diagonal(obj, context.evaluated_depsgraph_get())
         with object_mode(obj):
             soften_group(obj, group, self.radius)
-
-
-register, unregister = bpy.utils.register_classes_factory(
-    (ARAP_OT_group_paint, ARAP_OT_group_select, ARAP_OT_group_soften)
-)

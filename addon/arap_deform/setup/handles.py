@@ -16,14 +16,16 @@ from ..core.arrays import Floats
 from ..core.patches import diagonal_of
 from ..core.transforms import transformed
 from ..props import hooks
-from ..scene import empty_groups, groups, handle_motion, handle_patch, meshes
+from ..scene import groups, handle_motion, handle_patch, meshes, remembered
 from ..scene.groups import VertexIndices
-from .pins import item_at
+from .pins import GroupList
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
 
 SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of the mesh's diagonal
+
+HANDLES = GroupList("handle", "handles", "active_handle_index", "vertex_group")
 
 _is_making = False
 
@@ -83,7 +85,6 @@ def add_handle_for(
     """Makes a handle for an existing object, or a bone of an armature, with a vertex group of its own.
 
     Args:
-        obj: the mesh.
         target: the object, or the armature of ``bone``.
         bone: name of a pose bone, '' for the object itself.
         radius: world units. The group has the vertices whose posed place is within this distance of the target's
@@ -128,13 +129,9 @@ def add_handles_for(
 
 def remove_handle(obj: bpy.types.Object, index: int) -> None:
     """Removes a handle, and the vertex group and the empty made for it if nothing else uses them."""
-    handles = obj.arap.handles
-    handle = item_at(obj, handles, index, "handle")
-    group = handle.vertex_group if handle.has_made_group else ""
+    handle = HANDLES.at(obj, index)
     target = handle.target if handle.has_made_target else None
-    handles.remove(index)
-    obj.arap.active_handle_index = max(0, min(obj.arap.active_handle_index, len(handles) - 1))
-    groups.remove_unused(obj, group)
+    HANDLES.remove(obj, index)
     if target is not None and not _is_used(target):
         bpy.data.objects.remove(target)
 
@@ -170,13 +167,12 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
     """Why a handle cannot work (no object, object deleted, bone or group missing ...), one sentence; '' if it can.
 
     Args:
-        obj: the mesh.
         index: of the handle.
-        with_weights: report a group without weights too, if a look at it takes only milliseconds: see empty_groups.
+        with_weights: report a group without weights too, if a look at it takes only milliseconds: see remembered.
     """
-    handle = item_at(obj, obj.arap.handles, index, "handle")
+    handle = HANDLES.at(obj, index)
     problem = handle_motion.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
-    if not problem and with_weights and empty_groups.is_empty(obj, handle.vertex_group):
+    if not problem and with_weights and remembered.is_empty_group(obj, handle.vertex_group):
         return handle_motion.no_weights(obj, handle)
     return problem
 
@@ -244,11 +240,4 @@ def _on_changed(obj: bpy.types.Object, handle: ArapHandle) -> None:
         handle.rest_matrix = (0.0,) * 16  # the rest place is unknown, which handle_problem() reports
 
 
-def register() -> None:
-    hooks.handle_changed.append(_on_changed)
-    hooks.display_changed.append(resize_empties)
-
-
-def unregister() -> None:
-    hooks.display_changed.remove(resize_empties)
-    hooks.handle_changed.remove(_on_changed)
+CALLBACKS = ((hooks.handle_changed, _on_changed), (hooks.display_changed, resize_empties))

@@ -2,11 +2,14 @@
 # mypy: disable-error-code="valid-type"
 """Add and remove pins, handles and stiffness."""
 
+from collections.abc import Callable
+from typing import Any
+
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from ..scene import meshes
-from ..ui.checks import ArapOperator, one_step, posed_object, selected_vertices, why_not_changeable, why_not_object_mode
+from ..ui.checks import ArapOperator, one_step, posed_object, why_not_changeable, why_not_object_mode
 from .handles import add_handle, add_handles_for, remove_handle
 from .pins import add_pin, add_pin_group, remove_pin
 from .stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness
@@ -26,18 +29,16 @@ def selected_targets(context: bpy.types.Context, obj: bpy.types.Object) -> list[
 
 def why_nothing_to_pin(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Edit Mode, or have vertex groups."""
-    reason = why_not_changeable(context)
-    if reason or posed_object(context).mode == "EDIT" or posed_object(context).vertex_groups:
-        return reason
-    return "Select vertices in Edit Mode (Tab) to pin them"
+    lack = "Select vertices in Edit Mode (Tab) to pin them"
+    return why_not_changeable(context) or (
+        "" if posed_object(context).mode == "EDIT" or posed_object(context).vertex_groups else lack
+    )
 
 
 def why_not_edited(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Edit Mode."""
-    reason = why_not_changeable(context)
-    if reason or posed_object(context).mode == "EDIT":
-        return reason
-    return "Select vertices in Edit Mode (Tab) to give them a handle"
+    lack = "Select vertices in Edit Mode (Tab) to give them a handle"
+    return why_not_changeable(context) or ("" if posed_object(context).mode == "EDIT" else lack)
 
 
 def why_no_new_targets(context: bpy.types.Context) -> str:
@@ -58,28 +59,47 @@ def why_not_rigid(context: bpy.types.Context) -> str:
     return "" if posed_object(context).data.total_vert_sel else "Select the vertices to make rigid first"
 
 
-def _why_empty(context: bpy.types.Context, items: str, lack: str) -> str:
+def _why_none(items: str, lack: str) -> Callable[[bpy.types.Context], str]:
     """As why_not_changeable(). The list ``items`` of the mesh must have entries."""
-    return why_not_changeable(context) or ("" if getattr(posed_object(context).arap, items) else lack)
+    return lambda context: why_not_changeable(context) or ("" if getattr(posed_object(context).arap, items) else lack)
 
 
-def why_no_pins(context: bpy.types.Context) -> str:
-    return _why_empty(context, "pins", "Add a pin first: nothing is pinned yet")
+why_no_handles = _why_none("handles", "Add a handle first: nothing moves the mesh yet")
 
 
-def why_no_handles(context: bpy.types.Context) -> str:
-    return _why_empty(context, "handles", "Add a handle first: nothing moves the mesh yet")
+class _Add(ArapOperator):
+    """Adds an entry to a list, with a step of undo of its own: see one_step()."""
+
+    bl_options = {"REGISTER"}
+    purpose: str  # for a message
+    name: Any
+
+    def add_selected(self, obj: bpy.types.Object, add: Callable[..., object], **options: bool) -> None:
+        """Of a mesh in Edit Mode. Raises ValueError if no vertices are selected."""
+        vertices = meshes.selected_vertices(obj)
+        if not len(vertices):
+            raise ValueError(f"No vertices are selected: select the vertices to {self.purpose}")
+        with one_step(obj, self.bl_label):
+            add(obj, vertices, name=self.name, **options)
 
 
-def why_no_stiffness(context: bpy.types.Context) -> str:
-    return _why_empty(context, "stiffness", "Add stiffness first: the list is empty")
+class _Remove(ArapOperator):
+    """Removes the chosen entry of a list, with a step of undo of its own: see one_step()."""
+
+    bl_options = {"REGISTER"}
+    active: str  # name of its index in ``obj.arap``
+    remove: Callable[[bpy.types.Object, int], None]
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        with one_step(obj, self.bl_label):
+            self.remove(obj, getattr(obj.arap, self.active))
 
 
-class ARAP_OT_pin_add(ArapOperator, bpy.types.Operator):
+class ARAP_OT_pin_add(_Add, bpy.types.Operator):
     bl_idname = "arap.pin_add"
     bl_label = "Add Pin"
     bl_description = "Hold vertices at rest. In Edit Mode: the selected vertices. In other modes: a vertex group"
-    bl_options = {"REGISTER"}
+    purpose = "pin"
     why_not = staticmethod(why_nothing_to_pin)
 
     name: StringProperty(name="Name", description="Name of the new pin and its vertex group", default="Pin")
@@ -104,9 +124,7 @@ class ARAP_OT_pin_add(ArapOperator, bpy.types.Operator):
 
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         if obj.mode == "EDIT":
-            vertices = selected_vertices(obj, "No vertices are selected: select the vertices to pin")
-            with one_step(obj, self.bl_label):
-                add_pin(obj, vertices, name=self.name)
+            self.add_selected(obj, add_pin)
         elif not self.vertex_group:
             raise ValueError("Choose the vertex group to pin, or select vertices in Edit Mode")
         else:
@@ -114,36 +132,30 @@ class ARAP_OT_pin_add(ArapOperator, bpy.types.Operator):
                 add_pin_group(obj, self.vertex_group)
 
 
-class ARAP_OT_pin_remove(ArapOperator, bpy.types.Operator):
+class ARAP_OT_pin_remove(_Remove, bpy.types.Operator):
     bl_idname = "arap.pin_remove"
     bl_label = "Remove Pin"
     bl_description = "Remove the chosen pin, so its vertices are free"
-    bl_options = {"REGISTER"}
-    why_not = staticmethod(why_no_pins)
-
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        with one_step(obj, self.bl_label):
-            remove_pin(obj, obj.arap.active_pin_index)
+    why_not = staticmethod(_why_none("pins", "Add a pin first: nothing is pinned yet"))
+    active = "active_pin_index"
+    remove = staticmethod(remove_pin)
 
 
-class ARAP_OT_handle_add(ArapOperator, bpy.types.Operator):
+class ARAP_OT_handle_add(_Add, bpy.types.Operator):
     bl_idname = "arap.handle_add"
     bl_label = "Add Handle"
     bl_description = "Give the selected vertices a new empty. Move, rotate or scale it while posing and they follow"
-    bl_options = {"REGISTER"}
+    purpose = "move"
     why_not = staticmethod(why_not_edited)
 
     name: StringProperty(name="Name", description="Name of the new handle and its empty", default="Handle")
     is_exact: BoolProperty(
         name="Exact",
         description="Hold every vertex, even if the handle is smaller than Rigidity. That pulls a spike",
-        default=False,
     )
 
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        vertices = selected_vertices(obj, "No vertices are selected: select the vertices to move")
-        with one_step(obj, self.bl_label):
-            add_handle(obj, vertices, name=self.name, is_exact=self.is_exact)
+        self.add_selected(obj, add_handle, is_exact=self.is_exact)
 
 
 class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
@@ -167,26 +179,23 @@ class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
         add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
 
 
-class ARAP_OT_handle_remove(ArapOperator, bpy.types.Operator):
+class ARAP_OT_handle_remove(_Remove, bpy.types.Operator):
     bl_idname = "arap.handle_remove"
     bl_label = "Remove Handle"
     bl_description = "Remove the chosen handle, and its empty and vertex group if they were made for it"
-    bl_options = {"REGISTER"}
     why_not = staticmethod(why_no_handles)
-
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        with one_step(obj, self.bl_label):
-            remove_handle(obj, obj.arap.active_handle_index)
+    active = "active_handle_index"
+    remove = staticmethod(remove_handle)
 
 
-class ARAP_OT_stiffness_add(ArapOperator, bpy.types.Operator):
+class ARAP_OT_stiffness_add(_Add, bpy.types.Operator):
     bl_idname = "arap.stiffness_add"
     bl_label = "Add Stiffness"
     bl_description = (
         "Make vertices stiffer than the rest. In Edit Mode: the selected vertices. "
         "In other modes: a vertex group, or a new one to paint"
     )
-    bl_options = {"REGISTER"}
+    purpose = "stiffen"
 
     name: StringProperty(name="Name", description="Name of the new entry and its vertex group", default="Stiff")
     vertex_group: StringProperty(
@@ -213,9 +222,7 @@ class ARAP_OT_stiffness_add(ArapOperator, bpy.types.Operator):
 
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
         if obj.mode == "EDIT":
-            vertices = selected_vertices(obj, "No vertices are selected: select the vertices to stiffen")
-            with one_step(obj, self.bl_label):
-                add_stiffness(obj, vertices, name=self.name)
+            self.add_selected(obj, add_stiffness)
             return
         meshes.check_mesh(obj)  # first, so a refusal leaves no unused group behind
         with one_step(obj, self.bl_label):
@@ -225,47 +232,27 @@ class ARAP_OT_stiffness_add(ArapOperator, bpy.types.Operator):
                 add_stiffness_group(obj, obj.vertex_groups.new(name=self.name).name).has_made_group = True
 
 
-class ARAP_OT_rigid_add(ArapOperator, bpy.types.Operator):
+class ARAP_OT_rigid_add(_Add, bpy.types.Operator):
     bl_idname = "arap.rigid_add"
     bl_label = "Make Selected Rigid"
     bl_description = "The selected vertices keep their shape, like a helmet. Each connected piece moves as one piece"
-    bl_options = {"REGISTER"}
+    purpose = "make rigid"
     why_not = staticmethod(why_not_rigid)
 
     name: StringProperty(name="Name", description="Name of the new entry and its vertex group", default="Rigid")
     is_one_body: BoolProperty(
         name="As One Piece",
         description="All selected vertices move as one piece, even if they are not connected: the shells of a helmet",
-        default=False,
     )
 
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        vertices = selected_vertices(obj, "No vertices are selected: select the vertices to make rigid")
-        with one_step(obj, self.bl_label):
-            add_rigid(obj, vertices, name=self.name, is_one_body=self.is_one_body)
+        self.add_selected(obj, add_rigid, is_one_body=self.is_one_body)
 
 
-class ARAP_OT_stiffness_remove(ArapOperator, bpy.types.Operator):
+class ARAP_OT_stiffness_remove(_Remove, bpy.types.Operator):
     bl_idname = "arap.stiffness_remove"
     bl_label = "Remove Stiffness"
     bl_description = "Remove the chosen entry, so its group is as soft as the rest"
-    bl_options = {"REGISTER"}
-    why_not = staticmethod(why_no_stiffness)
-
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        with one_step(obj, self.bl_label):
-            remove_stiffness(obj, obj.arap.active_stiffness_index)
-
-
-register, unregister = bpy.utils.register_classes_factory(
-    (
-        ARAP_OT_pin_add,
-        ARAP_OT_pin_remove,
-        ARAP_OT_handle_add,
-        ARAP_OT_handle_add_from_empties,
-        ARAP_OT_handle_remove,
-        ARAP_OT_stiffness_add,
-        ARAP_OT_rigid_add,
-        ARAP_OT_stiffness_remove,
-    )
-)
+    why_not = staticmethod(_why_none("stiffness", "Add stiffness first: the list is empty"))
+    active = "active_stiffness_index"
+    remove = staticmethod(remove_stiffness)

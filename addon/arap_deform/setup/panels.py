@@ -7,12 +7,14 @@ from typing import Any
 
 import bpy
 
-from ..scene import empty_groups
+from ..scene import remembered
 from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
-from ..ui.panels import ArapPanel, ArapSubPanel, draw_list, draw_text, is_following, split_column
+from ..ui.panels import ArapPanel, ArapSubPanel, draw_text, is_following, split_column
 from .group_operators import is_painted
-from .handles import handle_problem
+from .handles import HANDLES, handle_problem
+from .pins import PINS, GroupList
+from .stiffness import STIFFNESS
 
 
 class _List:
@@ -41,24 +43,29 @@ class _List:
         raise NotImplementedError
 
 
-class ARAP_UL_pins(_List, bpy.types.UIList):
-    """Pins: the vertex group."""
+def _draw_list(layout: bpy.types.UILayout, settings: Any, kind: GroupList) -> Any | None:
+    """A list with a button that removes; returns its chosen entry."""
+    entries, index = getattr(settings, kind.items), getattr(settings, kind.active)
+    row = layout.row()
+    n_rows = min(4, max(2, len(entries)))
+    row.template_list(f"ARAP_UL_{kind.items}", "", settings, kind.items, settings, kind.active, rows=n_rows)
+    row.column().operator(f"arap.{kind.noun}_remove", text="", icon="REMOVE")
+    return entries[index] if index < len(entries) else None
 
+
+class ARAP_UL_pins(_List, bpy.types.UIList):
     def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, _index: int) -> None:
         _draw_group_name(row, obj, entry.name, "PINNED")
 
 
 class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
-    """The list of pins."""
-
-    bl_idname = "ARAP_PT_pins"
     bl_label = "Pins"
     bl_order = 10
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         obj = posed_object(context)
-        pin = draw_list(layout, obj.arap, "ARAP_UL_pins", "pins", "active_pin_index", "arap.pin_remove")
+        pin = _draw_list(layout, obj.arap, PINS)
         if pin is not None:
             split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
             _draw_group_buttons(layout, obj, pin.name)
@@ -75,20 +82,16 @@ class ARAP_UL_handles(_List, bpy.types.UIList):
 
 
 class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
-    """The list of handles."""
-
-    bl_idname = "ARAP_PT_handles"
     bl_label = "Handles"
     bl_order = 20
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         obj = posed_object(context)
-        settings = obj.arap
-        handle = draw_list(layout, settings, "ARAP_UL_handles", "handles", "active_handle_index", "arap.handle_remove")
+        handle = _draw_list(layout, obj.arap, HANDLES)
         if handle is not None:
             _draw_handle(layout, obj, handle)
-            problem = _handle_problem(obj, settings.active_handle_index)
+            problem = _handle_problem(obj, obj.arap.active_handle_index)
             if problem:
                 draw_text(context, layout, problem, "ERROR")
         column = layout.column(align=True)
@@ -97,9 +100,6 @@ class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
 
 
 class ARAP_PT_handle_look(ArapPanel, bpy.types.Panel):
-    """The size of the empties."""
-
-    bl_idname = "ARAP_PT_handle_look"
     bl_label = "Look"
     bl_parent_id = "ARAP_PT_handles"
     bl_options = {"DEFAULT_CLOSED"}
@@ -120,9 +120,6 @@ class ARAP_UL_stiffness(_List, bpy.types.UIList):
 
 
 class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
-    """The list of stiff and rigid groups."""
-
-    bl_idname = "ARAP_PT_stiffness"
     bl_label = "Stiffness"
     bl_order = 25
     bl_options = {"DEFAULT_CLOSED"}
@@ -130,9 +127,7 @@ class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         obj = posed_object(context)
-        entry = draw_list(
-            layout, obj.arap, "ARAP_UL_stiffness", "stiffness", "active_stiffness_index", "arap.stiffness_remove"
-        )
+        entry = _draw_list(layout, obj.arap, STIFFNESS)
         if entry is not None:
             column = split_column(layout)
             column.prop_search(entry, "name", obj, "vertex_groups", text="Group")
@@ -177,7 +172,7 @@ def lack_of_group(obj: bpy.types.Object, group: str) -> str:
     """Why a group holds nothing, '' if it does."""
     if group not in obj.vertex_groups:
         return "no such group"
-    return "no weights" if not is_following(obj) and empty_groups.is_empty(obj, group) else ""
+    return "no weights" if not is_following(obj) and remembered.is_empty_group(obj, group) else ""
 
 
 def _draw_group_buttons(layout: bpy.types.UILayout, obj: bpy.types.Object, vertex_group: str) -> None:
@@ -190,16 +185,3 @@ def _draw_group_buttons(layout: bpy.types.UILayout, obj: bpy.types.Object, verte
         ("arap.group_soften", "Soften", False),
     ):
         row.operator(operator, text=text, depress=is_pressed).vertex_group = vertex_group
-
-
-register, unregister = bpy.utils.register_classes_factory(
-    (
-        ARAP_UL_pins,
-        ARAP_UL_handles,
-        ARAP_UL_stiffness,
-        ARAP_PT_pins,
-        ARAP_PT_handles,
-        ARAP_PT_handle_look,
-        ARAP_PT_stiffness,
-    )
-)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pins of an object: added and removed. And what the lists of pins and stiffness share: an entry is a vertex group."""
+"""Pins of an object: added and removed. And what the lists of pins, handles and stiffness share."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,11 +22,13 @@ class GroupList:
     Attributes:
         noun: the name of an entry in messages.
         items, active: names in ``obj.arap`` of the list and of the index of its chosen entry.
+        group: the field of an entry with the name of its vertex group.
     """
 
     noun: str
     items: str
     active: str
+    group: str = "name"
 
     def add_vertices(self, obj: bpy.types.Object, vertices: VertexIndices, name: str) -> Any:
         """A new entry with its own vertex group of ``vertices``, weight 1."""
@@ -50,21 +51,21 @@ class GroupList:
         setattr(obj.arap, self.active, items.find(vertex_group))
         return item
 
+    def at(self, obj: bpy.types.Object, index: int) -> Any:
+        """An entry. Raises ValueError if there is none."""
+        items = getattr(obj.arap, self.items)
+        if not 0 <= index < len(items):
+            raise ValueError(f"'{obj.name}' has no {self.noun} {index}: it has {len(items)}")
+        return items[index]
+
     def remove(self, obj: bpy.types.Object, index: int) -> None:
         """Removes an entry, and its vertex group if the entry made it and nothing else uses it."""
         items = getattr(obj.arap, self.items)
-        item = item_at(obj, items, index, self.noun)
-        group = item.name if item.has_made_group else ""
+        item = self.at(obj, index)
+        group = getattr(item, self.group) if item.has_made_group else ""
         items.remove(index)
         setattr(obj.arap, self.active, max(0, min(getattr(obj.arap, self.active), len(items) - 1)))
         groups.remove_unused(obj, group)
-
-
-def item_at(obj: bpy.types.Object, items: Sequence[Any], index: int, noun: str) -> Any:
-    """``items[index]`` of a list of the object. Raises ValueError if there is none."""
-    if not 0 <= index < len(items):
-        raise ValueError(f"'{obj.name}' has no {noun} {index}: it has {len(items)}")
-    return items[index]
 
 
 PINS = GroupList("pin", "pins", "active_pin_index")

@@ -62,10 +62,10 @@ def why_not_editable(context: bpy.types.Context) -> str:
 
 def why_nothing_held(context: bpy.types.Context) -> str:
     """As why_not_editable(). The mesh must have a pin or a handle."""
-    reason = why_not_editable(context)
-    if reason or posed_object(context).arap.pins or posed_object(context).arap.handles:
-        return reason
-    return "Add a pin or a handle first: nothing holds the mesh yet"
+    lack = "Add a pin or a handle first: nothing holds the mesh yet"
+    return why_not_editable(context) or (
+        "" if posed_object(context).arap.pins or posed_object(context).arap.handles else lack
+    )
 
 
 class ARAP_OT_edit_mesh(ArapOperator, bpy.types.Operator):
@@ -98,6 +98,3 @@ class ARAP_OT_select_unheld(ArapOperator, bpy.types.Operator):
         n = select_in_edit_mode(context, obj, find, shows_hidden=True)
         message = f"Selected {n} vertices in {n_parts} parts" if n else "Every part of the mesh has a pin or handle"
         self.report({"INFO"}, message)
-
-
-register, unregister = bpy.utils.register_classes_factory((ARAP_OT_edit_mesh, ARAP_OT_select_unheld))

@@ -14,7 +14,7 @@ from ..scene.groups import VertexIndices
 from .pins import GroupList
 
 if TYPE_CHECKING:
-    from ..props.stiffness import ArapStiffness
+    from ..props.handles import ArapStiffness
 
 STIFFNESS = GroupList("stiffness", "stiffness", "active_stiffness_index")
 
@@ -60,7 +60,6 @@ def soften_group(obj: bpy.types.Object, vertex_group: str, radius: float) -> Non
     All weights below 1 are replaced: the result depends only on the vertices of weight 1 and the radius.
 
     Args:
-        obj: the mesh.
         vertex_group: the name of its group.
         radius: along the surface at rest, in world units. 0 makes a hard edge.
 

@@ -1,5 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The overlay: what is drawn over the mesh."""
-
-# What registers something, in this order.
-MODULES = ("overlay", "panel")

@@ -35,7 +35,7 @@ class Surface:
         triangles = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
         mesh.loop_triangles.foreach_get("vertices", triangles.ravel())
         rest = meshes.read_rest(obj)
-        strain = EdgeStrain(rest, meshes.read_edges(obj), meshes.read_stretch(obj, depsgraph))
+        strain = EdgeStrain(rest, versions.read_edges(obj.data), meshes.read_stretch(obj, depsgraph))
         return cls(rest, triangles, strain)
 
     def fits(self, obj: bpy.types.Object) -> bool:

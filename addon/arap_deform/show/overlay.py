@@ -17,8 +17,8 @@ from mathutils import Matrix
 from ..core import sessions
 from ..core.arrays import Float32s, Ints
 from ..core.session_data import Readout
-from ..scene import app_handlers, pose_key, versions
-from ..ui import batches, colors
+from ..scene import pose_key, versions
+from ..ui import batches
 from ..ui.checks import find_drawn_object
 from . import data
 from .legend import draw_legend
@@ -80,10 +80,10 @@ class Drawn:
         if self.heat is not None:
             batches.draw_surface(self.heat, matrix)
         if self.pins is not None:
-            color = colors.of_pins()
+            color = batches.color_of_pins()
             batches.draw_points(self.pins, matrix, color, PIN_SIZE, is_hidden_behind=True)
         if self.lines is not None and self.rests is not None:
-            color = colors.of_handles()
+            color = batches.color_of_handles()
             batches.draw_lines(self.lines, color, LINE_WIDTH)
             batches.draw_points(self.rests, Matrix(), color, REST_SIZE, is_hidden_behind=False)
 
@@ -158,26 +158,15 @@ def _forget(*_: object) -> None:
     _drawn.clear()
 
 
-_HANDLERS = (
-    ("depsgraph_update_post", _on_update),
-    ("frame_change_post", _on_frame),
-    ("undo_post", _forget),
-    ("redo_post", _forget),
-    ("load_post", _forget),
+CALLBACKS = (
+    (bpy.app.handlers.depsgraph_update_post, _on_update),
+    (bpy.app.handlers.frame_change_post, _on_frame),
+    (bpy.app.handlers.undo_post, _forget),
+    (bpy.app.handlers.redo_post, _forget),
+    (bpy.app.handlers.load_post, _forget),
 )
-_draw_handles: list[Any] = []
-
-
-def register() -> None:
-    app_handlers.add(_HANDLERS)
-    space = bpy.types.SpaceView3D
-    _draw_handles.append(space.draw_handler_add(_draw_in_space, (), "WINDOW", "POST_VIEW"))
-    _draw_handles.append(space.draw_handler_add(_draw_on_screen, (), "WINDOW", "POST_PIXEL"))
+DRAWN = ((_draw_in_space, "POST_VIEW"), (_draw_on_screen, "POST_PIXEL"))
 
 
 def unregister() -> None:
-    for handle in _draw_handles:
-        bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
-    _draw_handles.clear()
-    app_handlers.remove(_HANDLERS)
     _drawn.clear()

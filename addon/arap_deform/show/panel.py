@@ -10,9 +10,6 @@ from ..ui.panels import ArapSubPanel, draw_text, split_column
 
 
 class ARAP_PT_display(ArapSubPanel, bpy.types.Panel):
-    """Toggles of the overlay."""
-
-    bl_idname = "ARAP_PT_display"
     bl_label = "Display"
     bl_order = 80
     bl_options = {"DEFAULT_CLOSED"}
@@ -29,6 +26,3 @@ class ARAP_PT_display(ArapSubPanel, bpy.types.Panel):
         limit.prop(settings, "strain_limit")
         if not context.space_data.overlay.show_overlays:
             draw_text(context, layout, "Overlays are off in this view", "INFO")
-
-
-register, unregister = bpy.utils.register_classes_factory((ARAP_PT_display,))

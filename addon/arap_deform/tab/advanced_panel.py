@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..core import sessions
-from ..scene import mesh_size, versions
+from ..scene import remembered, versions
 from ..scene.inputs import settings_of
 from ..ui.checks import posed_object
 from ..ui.panels import ArapSubPanel, split_column
@@ -15,9 +15,6 @@ SHOWN_ENERGIES = ("rotation_nodes", "spokes_and_rims")  # scripts may set others
 
 
 class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
-    """Settings that most poses do not need."""
-
-    bl_idname = "ARAP_PT_advanced"
     bl_label = "Advanced"
     bl_order = 90
     bl_options = {"DEFAULT_CLOSED"}
@@ -45,7 +42,7 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
 def _draw_radius(context: bpy.types.Context, column: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """The length of the radius on this mesh, in the unit of the scene."""
     try:
-        size = mesh_size.diagonal(obj, context.evaluated_depsgraph_get())
+        size = remembered.diagonal(obj, context.evaluated_depsgraph_get())
     except ValueError:  # scaled to nothing, which posing reports
         return
     radius = versions.length_text(context.scene, size * obj.arap.rigidity / 100.0)
@@ -60,6 +57,3 @@ def _labelled(column: bpy.types.UILayout, text: str) -> bpy.types.UILayout:
     name.alignment = "RIGHT"
     name.label(text=text)
     return value
-
-
-register, unregister = bpy.utils.register_classes_factory((ARAP_PT_advanced,))

@@ -97,9 +97,6 @@ def why_not(context: bpy.types.Context, step: Step) -> str:
 
 
 class ARAP_PT_first_pose(ArapPanel, bpy.types.Panel):
-    """The next step for a newcomer."""
-
-    bl_idname = "ARAP_PT_first_pose"
     bl_label = "First Pose"
     bl_parent_id = "ARAP_PT_main"
     bl_order = 0
@@ -126,6 +123,3 @@ class ARAP_PT_first_pose(ArapPanel, bpy.types.Panel):
             if step is following:
                 problem = why_not(context, step)
                 draw_text(context, column, problem or step.hint, "ERROR" if problem else "BLANK1")
-
-
-register, unregister = bpy.utils.register_classes_factory((ARAP_PT_first_pose,))

@@ -19,9 +19,6 @@ CONTEXT_PARENTS = (
 
 
 class ARAP_MT_main(bpy.types.Menu):
-    """All acts."""
-
-    bl_idname = "ARAP_MT_main"
     bl_label = "ARAP"
 
     def draw(self, _context: bpy.types.Context) -> None:
@@ -62,9 +59,6 @@ class ARAP_MT_main(bpy.types.Menu):
 
 
 class ARAP_MT_context(bpy.types.Menu):
-    """The most frequent acts of the mode."""
-
-    bl_idname = "ARAP_MT_context"
     bl_label = "ARAP"
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -89,22 +83,19 @@ class ARAP_MT_context(bpy.types.Menu):
 
 def _draw(self: Any, _context: bpy.types.Context) -> None:
     self.layout.separator()
-    self.layout.menu(ARAP_MT_main.bl_idname)
+    self.layout.menu("ARAP_MT_main")
 
 
 def _draw_in_context(self: Any, context: bpy.types.Context) -> None:
     if find_posed_object(context) is not None:  # lights and cameras have menus too
         self.layout.separator()
-        self.layout.menu(ARAP_MT_context.bl_idname)
+        self.layout.menu("ARAP_MT_context")
 
 
-CLASSES = (ARAP_MT_main, ARAP_MT_context)
 ADDITIONS = (*((parent, _draw) for parent in PARENTS), *((parent, _draw_in_context) for parent in CONTEXT_PARENTS))
 
 
 def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
     for parent, draw in ADDITIONS:
         getattr(bpy.types, parent).append(draw)
 
@@ -112,5 +103,3 @@ def register() -> None:
 def unregister() -> None:
     for parent, draw in ADDITIONS:
         getattr(bpy.types, parent).remove(draw)
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arrays -> batches of Blender's gpu module, and how each kind is drawn."""
+"""Arrays -> batches of Blender's gpu module, how each kind is drawn, and the colours of the user's theme for it."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import bpy
 import gpu
@@ -11,8 +13,8 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Float32s, Floats
 from ..scene import versions
-from .colors import Color
 
+Color = tuple[float, float, float, float]
 NEARER = 1e-3  # fraction of the distance: keeps points on the surface from sinking into it
 
 
@@ -22,22 +24,22 @@ def index_buffer(triangles: NDArray[np.int32]) -> gpu.types.GPUIndexBuf:
 
 def surface_batch(positions: Float32s, colors: Float32s, indices: gpu.types.GPUIndexBuf) -> gpu.types.GPUBatch:
     """Triangles with a colour at each vertex, for draw_surface()."""
-    form = gpu.types.GPUVertFormat()
-    form.attr_add(id="pos", comp_type="F32", len=3, fetch_mode="FLOAT")
-    form.attr_add(id="color", comp_type="F32", len=4, fetch_mode="FLOAT")
-    vertices = gpu.types.GPUVertBuf(format=form, len=len(positions))
-    vertices.attr_fill("pos", positions)
-    vertices.attr_fill("color", colors)
-    return gpu.types.GPUBatch(type="TRIS", buf=vertices, elem=indices)
+    return gpu.types.GPUBatch(type="TRIS", buf=_vertices(pos=positions, color=colors), elem=indices)
 
 
 def plain_batch(kind: str, positions: Float32s) -> gpu.types.GPUBatch:
     """POINTS, LINES, LINE_STRIP or TRIS of one colour."""
+    return gpu.types.GPUBatch(type=kind, buf=_vertices(pos=positions))
+
+
+def _vertices(**attributes: Float32s) -> gpu.types.GPUVertBuf:
     form = gpu.types.GPUVertFormat()
-    form.attr_add(id="pos", comp_type="F32", len=3, fetch_mode="FLOAT")
-    vertices = gpu.types.GPUVertBuf(format=form, len=len(positions))
-    vertices.attr_fill("pos", positions)
-    return gpu.types.GPUBatch(type=kind, buf=vertices)
+    for name, values in attributes.items():
+        form.attr_add(id=name, comp_type="F32", len=values.shape[1], fetch_mode="FLOAT")
+    result = gpu.types.GPUVertBuf(format=form, len=len(attributes["pos"]))
+    for name, values in attributes.items():
+        result.attr_fill(name, values)
+    return result
 
 
 def draw_surface(batch: gpu.types.GPUBatch, matrix: Matrix) -> None:
@@ -108,3 +110,26 @@ def _nearer() -> Matrix:
     if view.is_perspective:
         return Matrix.Diagonal((1.0 - NEARER, 1.0 - NEARER, 1.0 - NEARER, 1.0))
     return Matrix.Translation((0.0, 0.0, NEARER * view.view_distance))
+
+
+def color_of_pins() -> Color:
+    """As bones in Pose Mode."""
+    return _opaque(_theme().view_3d.bone_pose)
+
+
+def color_of_handles() -> Color:
+    """As selected vertices."""
+    return _opaque(_theme().view_3d.vertex_select)
+
+
+def color_of_pull() -> Color:
+    """As gizmos."""
+    return _opaque(_theme().user_interface.gizmo_primary)
+
+
+def _theme() -> bpy.types.Theme:
+    return bpy.context.preferences.themes[0]
+
+
+def _opaque(color: Any) -> Color:
+    return (color[0], color[1], color[2], 1.0)

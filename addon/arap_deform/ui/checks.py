@@ -11,10 +11,9 @@ from typing import Any
 import bpy
 
 from ..core import native, sessions
-from ..core.arrays import Ints
 from ..follow.act import PoseAct
 from ..follow.scene import is_rendering
-from ..scene import meshes, owners, pose_key
+from ..scene import meshes, pose_key, remembered
 
 Execute = Callable[[Any, bpy.types.Context], set[str]]
 
@@ -40,12 +39,12 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
             return active
-        return next((obj for obj in posed if owners.is_moved_by(obj, active)), active)
+        return next((obj for obj in posed if remembered.is_moved_by(obj, active)), active)
     if active is not None:
         for obj in (*posed, active.parent):
-            if obj is not None and owners.is_moved_by(obj, active):
+            if obj is not None and remembered.is_moved_by(obj, active):
                 return obj
-        owner = owners.find(context.view_layer, active)
+        owner = remembered.owner_of(context.view_layer, active)
         if owner is not None:
             return owner
     if len(posed) == 1:
@@ -140,10 +139,8 @@ def why_not_changeable(context: bpy.types.Context) -> str:
 
 def why_no_pose(context: bpy.types.Context) -> str:
     """As why_not_idle(). The mesh must have a pose."""
-    reason = why_not_idle(context)
-    if reason or pose_key.find(posed_object(context)) is not None:
-        return reason
-    return "There is no pose yet: press Pose or Solve first"
+    lack = "There is no pose yet: press Pose first"
+    return why_not_idle(context) or ("" if pose_key.find(posed_object(context)) is not None else lack)
 
 
 def why_not_solvable(context: bpy.types.Context) -> str:
@@ -190,14 +187,6 @@ def check_visible(obj: bpy.types.Object) -> None:
         raise ValueError(f"'{obj.name}' is hidden: show it first (Alt H, its collection, or leave Local View)")
 
 
-def selected_vertices(obj: bpy.types.Object, lack: str) -> Ints:
-    """(k,) int32, of a mesh in Edit Mode. Raises ValueError(lack) if none are selected."""
-    vertices = meshes.selected_vertices(obj)
-    if not len(vertices):
-        raise ValueError(lack)
-    return vertices
-
-
 def allow(cls: Any, reason: str) -> bool:
     """For poll(): True without a reason. With one the button is grey, and its tooltip gives the reason."""
     if reason:
@@ -226,10 +215,8 @@ class ArapOperator:
     """
 
     bl_options = {"REGISTER", "UNDO"}
-
-    @staticmethod
-    def why_not(context: bpy.types.Context) -> str:
-        return why_not_changeable(context)
+    bl_label: str
+    why_not: Callable[[bpy.types.Context], str] = staticmethod(why_not_changeable)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -7,8 +7,6 @@ Display 80, Advanced 90.
 
 from __future__ import annotations
 
-from typing import Any
-
 import blf
 import bpy
 
@@ -44,7 +42,6 @@ class ArapSubPanel(ArapPanel):
 class ARAP_PT_main(ArapPanel, bpy.types.Panel):
     """The name of the mesh, the posing act if there is one, and an error if there is no solver."""
 
-    bl_idname = "ARAP_PT_main"
     bl_label = "ARAP Deform"
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -78,17 +75,6 @@ def is_following(obj: bpy.types.Object) -> bool:
     return bool(sessions.claimed_by(obj.name_full) or obj.arap.is_live)
 
 
-def draw_list(
-    layout: bpy.types.UILayout, settings: Any, ui_list: str, items: str, active: str, remove: str
-) -> Any | None:
-    """The list ``items`` of ``settings`` with a button for the operator ``remove``; returns its chosen entry."""
-    entries, index = getattr(settings, items), getattr(settings, active)
-    row = layout.row()
-    row.template_list(ui_list, "", settings, items, settings, active, rows=min(4, max(2, len(entries))))
-    row.column().operator(remove, text="", icon="REMOVE")
-    return entries[index] if index < len(entries) else None
-
-
 def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     column = layout.column()
     column.use_property_split = True
@@ -118,6 +104,3 @@ def draw_table(layout: bpy.types.UILayout, rows: list[tuple[str, str]]) -> None:
     for name, value in rows:
         names.label(text=name)
         values.label(text=value, translate=False)
-
-
-register, unregister = bpy.utils.register_classes_factory((ARAP_PT_main,))

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures the library and its peers: meshes and tasks, the drivers, the tables and plots of docs/performance.md.
+"""Measures the library and its peers.
 
-native, peers and report are the drivers; each writes a JSON file that render turns into Markdown and pictures.
+Rooms, each imports only those before it: base (processes, machine, convergence), inputs (meshes, tasks, poses), runs
+(each writes a JSON file), pages (these files as the tables and pictures of docs/performance.md and docs/quality.md).
 """
 
 import os

@@ -24,20 +24,10 @@ using Kernel = CGAL::Simple_cartesian<double>;
 using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
 using arap::bench::Stopwatch;
 
+template <CGAL::Deformation_algorithm_tag kEnergy>
 class Peer {
  public:
-  Peer() = default;
-  Peer(const Peer&) = delete;
-  Peer& operator=(const Peer&) = delete;
-  virtual ~Peer() = default;
-  virtual std::string bind() = 0;
-  virtual std::string solve(unsigned n_iterations) = 0;
-};
-
-template <CGAL::Deformation_algorithm_tag kEnergy>
-class CgalPeer final : public Peer {
- public:
-  CgalPeer(const std::string& task_path, std::string positions_path)
+  Peer(const std::string& task_path, std::string positions_path)
       : task_(task_path), positions_path_(std::move(positions_path)) {
     for (Eigen::Index v = 0; v < task_.positions.rows(); ++v)
       mesh_.add_vertex({task_.positions(v, 0), task_.positions(v, 1), task_.positions(v, 2)});
@@ -48,7 +38,22 @@ class CgalPeer final : public Peer {
     }
   }
 
-  std::string bind() override {
+  std::string answer(const std::string& command) {
+    std::istringstream words(command);
+    std::string name;
+    unsigned number = 0;
+    words >> name >> number;
+    if (name == "version") return R"({"version": ")" CGAL_VERSION_STR R"("})";
+    if (name == "bind") return bind();
+    if (name == "solve") return solve(number);
+    if (name == "memory") return R"({"peak_mb": )" + std::to_string(arap::bench::peak_memory_mb()) + '}';
+    throw std::runtime_error("no command " + name);
+  }
+
+ private:
+  using Deformation = CGAL::Surface_mesh_deformation<Mesh, CGAL::Default, CGAL::Default, kEnergy>;
+
+  std::string bind() {
     deformation_.reset();
     const Stopwatch watch;
     deformation_ = std::make_unique<Deformation>(mesh_);
@@ -60,7 +65,7 @@ class CgalPeer final : public Peer {
     return out.str();
   }
 
-  std::string solve(unsigned n_iterations) override {
+  std::string solve(unsigned n_iterations) {
     if (!deformation_) throw std::runtime_error("bind first");
     deformation_->reset();
     for (size_t k = 0; k < task_.constrained.size(); ++k)
@@ -69,16 +74,12 @@ class CgalPeer final : public Peer {
     const Stopwatch watch;
     deformation_->deform(n_iterations, 0.0);
     std::ostringstream out;
-    const double ms = watch.ms();
-    out << R"({"ms": )" << ms << R"(, "cores": )" << watch.cpu_ms() / ms << '}';
+    out << R"({"ms": )" << watch.ms() << '}';
     write_positions();
     // The rest shape again: a later bind takes it from the mesh.
     deformation_->reset();
     return out.str();
   }
-
- private:
-  using Deformation = CGAL::Surface_mesh_deformation<Mesh, CGAL::Default, CGAL::Default, kEnergy>;
 
   static Mesh::Vertex_index vertex(int v) { return Mesh::Vertex_index(static_cast<Mesh::size_type>(v)); }
 
@@ -99,22 +100,9 @@ class CgalPeer final : public Peer {
   std::unique_ptr<Deformation> deformation_;
 };
 
-std::unique_ptr<Peer> make_peer(const std::string& task, const std::string& energy, const std::string& positions) {
-  if (energy == "spokes") return std::make_unique<CgalPeer<CGAL::ORIGINAL_ARAP>>(task, positions);
-  if (energy == "spokes_and_rims") return std::make_unique<CgalPeer<CGAL::SPOKES_AND_RIMS>>(task, positions);
-  throw std::runtime_error("no energy " + energy);
-}
-
-std::string answer(Peer& peer, const std::string& command) {
-  std::istringstream words(command);
-  std::string name;
-  unsigned number = 0;
-  words >> name >> number;
-  if (name == "version") return R"({"version": ")" CGAL_VERSION_STR R"("})";
-  if (name == "bind") return peer.bind();
-  if (name == "solve") return peer.solve(number);
-  if (name == "memory") return R"({"peak_mb": )" + std::to_string(arap::bench::peak_memory_mb()) + '}';
-  throw std::runtime_error("no command " + name);
+template <class SomePeer>
+void serve(SomePeer peer) {
+  for (std::string command; std::getline(std::cin, command);) std::cout << peer.answer(command) << std::endl;
 }
 
 }  // namespace
@@ -122,8 +110,13 @@ std::string answer(Peer& peer, const std::string& command) {
 int main(int argc, char** argv) {
   try {
     if (argc != 4) throw std::runtime_error("usage: cgal_peer TASK ENERGY POSITIONS");
-    const std::unique_ptr<Peer> peer = make_peer(argv[1], argv[2], argv[3]);
-    for (std::string command; std::getline(std::cin, command);) std::cout << answer(*peer, command) << std::endl;
+    const std::string energy = argv[2];
+    if (energy == "spokes")
+      serve(Peer<CGAL::ORIGINAL_ARAP>(argv[1], argv[3]));
+    else if (energy == "spokes_and_rims")
+      serve(Peer<CGAL::SPOKES_AND_RIMS>(argv[1], argv[3]));
+    else
+      throw std::runtime_error("no energy " + energy);
     return 0;
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';

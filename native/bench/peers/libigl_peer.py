@@ -8,14 +8,15 @@ from typing import Any
 
 import igl
 import numpy as np
-from measure.meshes import Mesh
-from measure.tasks import Task
+from measure.inputs.mesh import Mesh
+from measure.inputs.tasks import Task
 from numpy.typing import NDArray
 
 ENERGIES = {"spokes": igl.ARAP_ENERGY_TYPE_SPOKES, "spokes_and_rims": igl.ARAP_ENERGY_TYPE_SPOKES_AND_RIMS}
 
 
 class Peer:
+    version = version("libigl")
     binds_in_every_solve = False
 
     def __init__(self, mesh: Mesh, task: Task, options: dict[str, Any]) -> None:
@@ -23,9 +24,6 @@ class Peer:
         self._triangles = mesh.triangles.astype(np.int64)
         self._data: igl.ARAPData | None = None
         self._positions = mesh.positions
-
-    def version(self) -> str:
-        return version("libigl")
 
     def bind(self) -> None:
         self._data = igl.ARAPData()

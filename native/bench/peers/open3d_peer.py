@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 import open3d
-from measure.meshes import Mesh
-from measure.tasks import Task
+from measure.inputs.mesh import Mesh
+from measure.inputs.tasks import Task
 from numpy.typing import NDArray
 
 
 class Peer:
+    version = str(open3d.__version__)
     binds_in_every_solve = True
 
     def __init__(self, mesh: Mesh, task: Task, options: dict[str, Any]) -> None:
@@ -25,9 +26,6 @@ class Peer:
         self._vertices = utility.IntVector(task.vertices)
         self._targets = utility.Vector3dVector(task.targets)
         self._result = self._mesh
-
-    def version(self) -> str:
-        return str(open3d.__version__)
 
     def bind(self) -> None:
         # No iterations: everything that comes before them.

@@ -12,12 +12,13 @@ from typing import Any
 
 import arap_native
 import numpy as np
-from measure.meshes import Mesh
-from measure.tasks import Task
+from measure.inputs.mesh import Mesh
+from measure.inputs.tasks import Task
 from numpy.typing import NDArray
 
 
 class Peer:
+    version = arap_native.__version__
     binds_in_every_solve = False
 
     def __init__(self, mesh: Mesh, task: Task, options: dict[str, Any]) -> None:
@@ -27,9 +28,6 @@ class Peer:
         self._options = arap_native.Options(**options)
         self._model: arap_native.SurfaceArap | None = None
         self._positions = mesh.positions
-
-    def version(self) -> str:
-        return arap_native.__version__
 
     def bind(self) -> None:
         self._model = None

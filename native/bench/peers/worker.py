@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One library on one task file, in a process of its own; measure.peers says what when.
+"""One library on one task file, in a process of its own; measure.runs.peers says what when.
 
     python -m peers.worker LIBRARY TASK POSITIONS OPTIONS
 
@@ -9,8 +9,7 @@ peers/cgal_peer.cpp does the same for CGAL.
 
     version   {"version"}
     bind      {"ms"}            all that does not depend on the targets, from the library's own kind of mesh on
-    solve K   {"ms", "cores"}   K iterations from rest, bind not counted, and processor time over wall-clock time; the
-                                result goes to POSITIONS, (n, 3) float64
+    solve K   {"ms"}            K iterations from rest, bind not counted; the result goes to POSITIONS, (n, 3) float64
     memory    {"peak_mb"}       most memory that was resident up to now
 """
 
@@ -22,11 +21,32 @@ import re
 import sys
 import time
 from pathlib import Path
+from statistics import median
+from typing import Any, Protocol
 
-from measure.convergence import median
-from measure.tasks import read_task
+import numpy as np
+from measure.inputs.mesh import Mesh
+from measure.inputs.tasks import Task, read_task
+from numpy.typing import NDArray
 
-from .library import Library
+
+class Library(Protocol):
+    """One library, made for a mesh of triangles and a task.
+
+    Attributes:
+        binds_in_every_solve: it has no bind of its own: solve() does one, as long as bind() takes.
+    """
+
+    version: str
+    binds_in_every_solve: bool
+
+    def __init__(self, mesh: Mesh, task: Task, options: dict[str, Any]) -> None: ...
+    def bind(self) -> None: ...
+    def solve(self, n_iterations: int) -> None:
+        """Exactly so many iterations from rest."""
+
+    def positions(self) -> NDArray[np.float64]:
+        """(n, 3) float64, C-ordered, where the last solve ended."""
 
 
 class Measured:
@@ -39,7 +59,7 @@ class Measured:
     def answer(self, command: str) -> dict[str, object]:
         name, _, number = command.strip().partition(" ")
         if name == "version":
-            return {"version": self._library.version()}
+            return {"version": self._library.version}
         if name == "bind":
             return {"ms": self._bind()}
         if name == "solve":
@@ -55,12 +75,12 @@ class Measured:
         return self._bind_ms[-1]
 
     def _solve(self, n_iterations: int) -> dict[str, object]:
-        wall, cpu = time.perf_counter(), time.process_time()
+        start = time.perf_counter()
         self._library.solve(n_iterations)
-        ms, cpu_ms = 1e3 * (time.perf_counter() - wall), 1e3 * (time.process_time() - cpu)
+        ms = 1e3 * (time.perf_counter() - start)
         self._library.positions().tofile(self._positions)
         bind_ms = median(self._bind_ms) if self._library.binds_in_every_solve else 0.0
-        return {"ms": ms - bind_ms, "cores": cpu_ms / ms}
+        return {"ms": ms - bind_ms}
 
 
 def peak_memory_mb() -> float:

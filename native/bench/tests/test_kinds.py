@@ -3,12 +3,12 @@
 
 import numpy as np
 import pytest
-from measure.kinds import Kind, kinds
-from measure.meshes import make_mesh
-from measure.poses import Pose, View
-from measure.quality import file_name
-from measure.quality_kinds import measure_kind
-from measure.solids import cubes, finer_where, joined, sheet, welded, with_needles
+from measure.inputs.kinds import Kind, kinds
+from measure.inputs.mesh import make_mesh
+from measure.inputs.poses import Pose, View
+from measure.inputs.solids import cubes, finer_where, joined, sheet, welded, with_needles
+from measure.runs.quality import file_name, measure_kind
+from surfaces import areas, faces_at_sides, volume
 
 BOX = np.ones((3, 2, 2), dtype=bool)
 
@@ -16,22 +16,6 @@ BOX = np.ones((3, 2, 2), dtype=bool)
 @pytest.fixture(scope="module")
 def by_name():
     return {kind.pose.name: kind for kind in kinds()}
-
-
-def faces_at_sides(triangles):
-    """How many sides of faces have one face, two, three ..., from 0 on."""
-    sides = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    return np.bincount(np.unique(sides, axis=0, return_counts=True)[1])
-
-
-def areas(positions, triangles):
-    a, b, c = np.moveaxis(positions[triangles], 1, 0)
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-
-
-def volume(positions, triangles):
-    a, b, c = np.moveaxis(positions[triangles], 1, 0)
-    return np.einsum("fi,fi->", a, np.cross(b, c)) / 6
 
 
 def box_mesh():

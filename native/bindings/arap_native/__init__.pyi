@@ -37,9 +37,9 @@ class Options:
     weights: Literal["cotangent", "uniform"]
     """Edge weights: "cotangent" for surfaces; "uniform" where triangles are so bad that their shape means nothing."""
     linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"]
-    """How the linear system of the global step is solved. The result is the same, the time is not: "block_ldlt" is the
-    fast one. The others are Eigen's, for comparisons: "simplicial_ldlt" is its Cholesky; "sparse_qr" is for up to about
-    three thousand vertices; "bicgstab" iterates, and raises RuntimeError where it does not converge."""
+    """For comparisons only: how the linear system of the global step is solved. The result is the same, the time is
+    not: "block_ldlt" is the fast one. The others are Eigen's: "simplicial_ldlt" is its Cholesky; "sparse_qr" is for up
+    to about three thousand vertices; "bicgstab" iterates, and raises RuntimeError if it does not converge."""
     threads: int
     """Threads of bind and solve; 0 is as many as pay at this size."""
     join_seams: bool
@@ -62,17 +62,17 @@ class SolveOptions:
     """Where the iteration starts: the last solve's positions, rest, the naive Laplacian, or the handles' rotations
     propagated over the mesh."""
     acceleration: Literal["conjugate_gradients", "none"]
-    """How an iteration goes on from a local and a global step: conjugate gradients take far fewer iterations to the
-    same minimum; none is plain local/global, [SA07]."""
+    """For comparisons only: how an iteration goes on from a local and a global step. Conjugate gradients take far fewer
+    iterations to the same minimum; none is plain local/global, [SA07]."""
     max_iterations: int
     """Upper bound of iterations, each a global and a local step, >= 1."""
     accuracy: float
-    """Converged: no vertex is further than this from where the iteration would end, as far as its last steps tell; as
-    a fraction of the bounding-box diagonal at rest. Iterations end in double precision; below 1e-7 all are in it."""
+    """Stop when every vertex is within this distance of the minimizer, estimated from the last steps; a fraction of the
+    bounding-box diagonal at rest. Iterations end in double precision; below 1e-7 all are in it."""
     time_limit_s: float
-    """What a solve may take in seconds of wall-clock time; infinity is none. It ends before the iteration that would
-    pass it if that took as long as the others have; at least one is done. The next solve to the same targets goes on
-    as if there had been no end."""
+    """Soft limit of wall-clock time in seconds; infinity is none. A new iteration starts only if the median of the last
+    ones says that it will fit; at least one runs. The next solve to the same targets continues where this one
+    stopped."""
     def __init__(
         self,
         *,
@@ -88,7 +88,7 @@ class SolveResult:
 
     @property
     def positions(self) -> NDArray[Any]:
-        """(n, 3) float64, in the space and unit of the rest positions; or ``out``, float32, where that was given."""
+        """(n, 3) float64, in the space and unit of the rest positions; or ``out``, float32, if that was given."""
     @property
     def energy_before(self) -> float:
         """Energy at the start of the iteration, after the initial guess."""
@@ -145,7 +145,7 @@ class SurfaceArap:
     def set_constraints(
         self,
         vertices: NDArray[np.int32],
-        strengths: NDArray[np.float64],
+        strengths: NDArray[np.float64] | None = None,
         patches: tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]] | None = None,
         *,
         progress: Progress | None = None,
@@ -154,9 +154,9 @@ class SurfaceArap:
 
         Args:
             vertices: (k,) int32, each at most once.
-            strengths: (k,) float64 in (0, 1]; 1 is hard, s < 1 soft: it adds omega_i |p'_i - target|^2 to the energy
-                1/2 <p', K p'> + ..., with omega_i = K_ii s / (1 - s). At 1/3 the target pulls at a vertex as strongly
-                as its neighbours do.
+            strengths: (k,) float64 in (0, 1]; None: all hard. 1 is hard, s < 1 soft: it adds
+                omega_i |p'_i - target|^2 to the energy 1/2 <p', K p'> + ..., with omega_i = K_ii s / (1 - s). At 1/3
+                the target pulls at a vertex as strongly as its neighbours do.
             patches: (offsets, vertices, weights): weighted averages held exactly; patch p is the entries
                 offsets[p]:offsets[p + 1].
             progress: may stop the work by returning False.
@@ -201,7 +201,7 @@ class SurfaceArap:
     ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
         """A round patch of the surface, for set_constraints.
 
-        Held as a point handle it pulls a smooth hill, the same at every density of the mesh, where a constrained vertex
+        Held as a point handle it pulls a smooth hill, the same at every density of the mesh; a constrained vertex
         would pull a spike.
 
         Args:
@@ -219,8 +219,8 @@ class SurfaceArap:
     def energy(self, positions: NDArray[np.float64]) -> float:
         """Energy that a solve minimizes, at ``positions``, (n, 3) float64, without constraint terms.
 
-        Rotations are the best for these positions; rigid regions have the one that their vertices have made, by least
-        squares. Of vertices joined by Options.join_seams the first counts.
+        Rotations are the best for these positions; each rigid region uses the best-fit rotation of its vertices.
+        Vertices joined by Options.join_seams are represented by the first one.
         """
 
     def energy_gradient(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ namespace arap {
 struct Patch {
   std::vector<int> vertices;
   std::vector<double> weights;              ///< sum 1
-  Vector3 rest_position = Vector3::Zero();  ///< the average at rest: its target where nothing is to move
+  Vector3 rest_position = Vector3::Zero();  ///< the average at rest: the target that moves nothing
 };
 
 /// Weighted averages of vertices that are constrained as one point each. Patch k consists of the entries
@@ -32,10 +32,11 @@ struct Patches {
 /// of it: they come with every solve, one row per entry of `vertices`, then one per patch.
 struct ConstraintSet {
   std::vector<int> vertices;
-  /// In (0, 1]; 1 is hard, s < 1 soft: it adds omega_i |p'_i - target|^2 to the energy 1/2 <p', K p'> + ..., with
-  /// omega_i = K_ii s / (1 - s). At 1/3 the target pulls at a vertex as strongly as its neighbours do.
+  /// Of each vertex, in (0, 1]; empty: all hard. 1 is hard. s < 1 is soft: it adds omega_i |p'_i - target|^2 to the
+  /// energy 1/2 <p', K p'> + ..., with omega_i = K_ii s / (1 - s). At 1/3 the target pulls at a vertex as strongly as
+  /// its neighbours do.
   std::vector<double> strengths;
-  /// Held exactly; but with more than half of its weight in a rigid region a patch is held as if it were all in there.
+  /// Held exactly. If more than half of a patch's weight lies in one rigid region, the whole patch is attached to it.
   Patches patches;
 
   [[nodiscard]] int size() const { return static_cast<int>(vertices.size()) + patches.size(); }

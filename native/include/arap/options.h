@@ -24,12 +24,12 @@ enum class LinearSolverKind {
   kSimplicialLdlt,  ///< Cholesky, column by column
   kSparseLu,        ///< does not use the symmetry: twice the numbers
   kSparseQr,        ///< very slow: for up to about three thousand vertices
-  kBiCgStab,        ///< iterative, to a residual of 1e-10: the least memory; SolverError where it does not converge
+  kBiCgStab,        ///< iterative, to a residual of 1e-10: the least memory; SolverError if it does not converge
 };
 
-/// Where the iteration starts. Constrained vertices start at their targets in every case.
+/// Where the iteration starts. Constrained vertices always start at their targets.
 enum class InitialGuess {
-  kPrevious,         ///< the positions of the last solve, turned on with the handles: for drags
+  kPrevious,         ///< the positions of the last solve, rotated on with the handles: for drags
   kRest,             ///< the rest positions
   kNaiveLaplacian,   ///< min |L p' - L p|^2 under the constraints, as [SA07] starts
   kHandleRotations,  ///< the handles' rotations propagated harmonically, then one global step
@@ -56,13 +56,14 @@ struct Options {
   /// Cotangent for surfaces; uniform for meshes whose triangles are so bad that cotangents mean nothing.
   EdgeWeights weights = EdgeWeights::kCotangent;
 
-  LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
-
-  /// Threads of bind and solve; 0 = as many as pay at this size. Set it to 1 where other work needs the cores.
+  /// Threads of bind and solve; 0 = as many as pay at this size. Set it to 1 if other work needs the cores.
   int threads = 0;
 
-  /// Treats vertices at the same place (an open seam) as one, so the seam cannot open. Off: they are reported only.
+  /// Treats vertices at the same place (an open seam) as one, so the seam cannot open.
   bool join_seams = false;
+
+  /// For comparisons only.
+  LinearSolverKind linear_solver = LinearSolverKind::kBlockLdlt;
 
   /// Throws InvalidInput that names field, value and bound.
   void validate() const;
@@ -72,22 +73,21 @@ struct Options {
 struct SolveOptions {
   InitialGuess initial_guess = InitialGuess::kPrevious;
 
-  Acceleration acceleration = Acceleration::kConjugateGradients;
-
   /// Upper bound of iterations, each a global and a local step; a frame of a drag takes few, a bake many. >= 1.
   int max_iterations = 1000;
 
-  /// Converged: no vertex is further than this from where the iteration would end, as far as its last steps tell; as
-  /// a fraction of the bounding-box diagonal at rest. >= 0. A tenth of it takes about a dozen iterations more. They are
-  /// in single precision until that could be felt and end in double; below 1e-7, and on small meshes, all are in
-  /// double.
+  /// Stop when every vertex is within this distance of the minimizer, estimated from the last steps; a fraction of the
+  /// bounding-box diagonal at rest. >= 0. A tenth of it takes about a dozen iterations more. Iterations switch from
+  /// single to double precision near the end; below 1e-7, and on small meshes, all are in double.
   double accuracy = 1e-6;
 
-  /// What a solve may take in seconds of wall-clock time; infinity = none. > 0. It ends before the iteration that would
-  /// pass the limit if that took as long as those of this solve have (their median, of the last ones). It is no
-  /// promise: at least one iteration is done, one may take longer than the others, and handing over the positions
-  /// comes on top. The next solve to the same targets goes on as if there had been no end.
+  /// Soft limit of wall-clock time in seconds; infinity = none. > 0. A new iteration starts only if the median of the
+  /// last ones says that it will fit. At least one iteration runs, and handing over the positions comes on top. The
+  /// next solve to the same targets continues where this one stopped.
   double time_limit_s = std::numeric_limits<double>::infinity();
+
+  /// For comparisons only.
+  Acceleration acceleration = Acceleration::kConjugateGradients;
 
   /// Throws InvalidInput that names field, value and bound.
   void validate() const;

@@ -9,10 +9,10 @@
 namespace arap {
 
 /// What a solve did. Energies are as docs/formulation.md defines them, in the square of the input's unit, and
-/// include the soft constraints' terms. Where a solve ends in single precision, before it has come near the minimum,
+/// include the soft constraints' terms. If a solve ends in single precision, before it has come near the minimum,
 /// they are known to about 1e-7 of the rest energy.
 struct SolveResult {
-  Positions positions;       ///< (n, 3), in the space and unit of the rest positions; empty where they went elsewhere
+  Positions positions;       ///< (n, 3), in the space and unit of the rest positions; empty if `out` was given
   double energy_before = 0;  ///< at the start of the iteration, after the initial guess
   double energy_after = 0;   ///< at `positions`; of a cancelled solve, where it was stopped
   int iterations = 0;        ///< done, each a global and a local step; the first global step may be the guess's

@@ -42,24 +42,24 @@ class SurfaceArap {
   SurfaceArap(const SurfaceArap&) = delete;
   SurfaceArap& operator=(const SurfaceArap&) = delete;
 
-  /// Makes the set of constraints current and factorizes; does nothing where it equals the current one. Throws
+  /// Makes the set of constraints current and factorizes; does nothing if it equals the current one. Throws
   /// InvalidInput, SolverError or Cancelled, and then the former set stays current.
   void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});
 
-  /// Moves the mesh towards `targets`. A solve to the targets of the last one goes on with its search, where energy()
-  /// and energy_gradient() were not asked in between. A cancelled solve returns the former positions and changes
-  /// nothing, but that the next one begins its search anew.
+  /// Moves the mesh towards `targets`. A solve to the targets of the last one continues its search, unless energy() or
+  /// energy_gradient() was called in between. A cancelled solve returns the former positions and changes nothing, but
+  /// the next one begins a new search.
   /// @param targets    (k + n_patches, 3): one row per constrained vertex, then one per patch; finite
   /// @param rotations  for InitialGuess::kHandleRotations: the rotation of each target's handle, k + n_patches
   ///                   matrices; empty: estimated from the targets of each connected group of constrained vertices
-  /// @param out        (3 n) where the positions go in single precision, row by row, so that a frame of a drag need not
-  ///                   allocate; the result's own are empty then. Empty: they are in the result.
+  /// @param out        (3 n) takes the positions in single precision, row by row, so that a frame of a drag need not
+  ///                   allocate; the result's own are then empty. Empty: they are in the result.
   /// Throws InvalidInput (the positions stay) or SolverError; `out` is then as it was, or the former positions.
   SolveResult solve(const Positions& targets, const SolveOptions& options = {}, std::span<const Matrix3> rotations = {},
                     const Progress& progress = {}, std::span<float> out = {});
 
   /// A round patch of the surface about `vertices`, for ConstraintSet::patches: a point handle that holds it pulls a
-  /// smooth hill, the same at every density of the mesh, where a constrained vertex would pull a spike. Its weights are
+  /// smooth hill, the same at every density of the mesh; a constrained vertex would pull a spike. Its weights are
   /// area (1 - d^2 / radius^2)^3, d the distance along the surface to the nearest of `vertices`.
   /// @param radius  as a fraction of the rest bounding-box diagonal; 0: 1.5 times Options::rigidity_radius
   /// Throws InvalidInput: no vertices, an index out of range, a vertex in no face, a radius that is negative or not
@@ -76,8 +76,8 @@ class SurfaceArap {
   [[nodiscard]] Positions positions() const;
 
   /// The energy that a solve minimizes, without constraint terms, in the input's unit squared: min over the rotations
-  /// of E(positions, R), but rigid regions have the rotation that their vertices have made, by least squares where
-  /// these are not moved rigidly. Of joined vertices the first counts.
+  /// of E(positions, R). Each rigid region uses the best-fit rotation of its vertices. Joined vertices are represented
+  /// by the first one.
   [[nodiscard]] double energy(const Positions& positions) const;
 
   /// (n, 3) gradient of energy(); 0 at joined vertices other than the first.

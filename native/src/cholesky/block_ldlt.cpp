@@ -124,7 +124,7 @@ std::unique_ptr<Factorization> BlockLdlt::factorize_as(TileFormat format, const 
                                                        const Scaling& scaling) const {
   const TileKernels& tile_kernels = format == TileFormat::kHalf ? kernels(isa_).half_tile : kernels(isa_).tile;
   AlignedBuffer<std::byte> tiles(tile_kernels.number_bytes * kTileNumbers * plan_->tile_offsets.back());
-  if (!factorize_multifrontal(*plan_, front_plan(A), kernels(isa_).front, A, scaling, format, workers_, tiles.data()))
+  if (!factorize_multifrontal(*plan_, front_plan(A), workers_, kernels(isa_).front, A, scaling, format, tiles.data()))
     return nullptr;
   return std::make_unique<TileFactorization>(plan_, workers_, tile_kernels, std::move(tiles), scaling);
 }

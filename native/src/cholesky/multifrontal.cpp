@@ -11,7 +11,6 @@
 #include "base/permutation.h"
 #include "cholesky/elimination_tree.h"
 #include "cholesky/linear_solver.h"
-#include "parallel/first_failure.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -41,35 +40,39 @@ struct FrontSize {
   int stride;
 };
 
-/// How many rows or columns of a front a thread takes at a time, a multiple of `grain`; all if there is one thread.
-int range_of(const Workers& workers, int n, int grain) {
-  constexpr int kRangesPerThread = 4;
-  const int n_grains = (n + grain - 1) / grain;
-  const int n_ranges = workers.threads() > 1 ? kRangesPerThread * workers.threads() : 1;
-  return grain * std::max(1, (n_grains + n_ranges - 1) / n_ranges);
-}
-
-/// Memory for one front at a time.
+/// Memory for one front at a time, which `n_parts` threads may share.
 struct Workspace {
   AlignedBuffer<double> values;
   AlignedBuffer<double> inverses;
+  AlignedBuffer<double> row_blocks;
   std::vector<double> least_pivot;
 
-  void reserve(size_t n_values, int n_columns) {
+  void reserve(size_t n_values, int n_columns, int n_parts) {
     const auto columns = static_cast<size_t>(n_columns);
+    const size_t n_blocks = row_block(columns) * static_cast<size_t>(n_parts);
     if (values.size() < n_values) values = AlignedBuffer<double>(n_values);
     if (inverses.size() < kTile * columns) inverses = AlignedBuffer<double>(kTile * columns);
+    if (row_blocks.size() < n_blocks) row_blocks = AlignedBuffer<double>(n_blocks);
     if (least_pivot.size() < columns) least_pivot.resize(columns);
   }
+
+  /// Numbers of a row block, to whole cache lines.
+  [[nodiscard]] static size_t row_block(size_t n_columns) { return ((kFrontRowBlock + 1) * n_columns + 7) / 8 * 8; }
 };
+
+/// Part k of [0, n) begins here, at a multiple of `grain`.
+int part_begin(int n, int grain, int k, int n_parts) {
+  const int n_grains = (n + grain - 1) / grain;
+  return k == n_parts ? n : static_cast<int>(static_cast<long>(n_grains) * k / n_parts) * grain;
+}
 
 class Factorizer {
  public:
-  Factorizer(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels, const SparseMatrix& A,
-             const Scaling& scaling, TileFormat format, const Workers& workers, std::byte* tiles)
-      : workers_(workers),
-        plan_(plan),
+  Factorizer(const TilePlan& plan, const FrontPlan& fronts, const Workers& workers, const FrontKernels& kernels,
+             const SparseMatrix& A, const Scaling& scaling, TileFormat format, std::byte* tiles)
+      : plan_(plan),
         fronts_(fronts),
+        workers_(workers),
         kernels_(kernels),
         A_(A),
         scaling_(scaling),
@@ -106,33 +109,33 @@ class Factorizer {
       if (b >= std::ssize(subtrees)) return;
       std::vector<int> supernodes;
       for (int s = subtrees[b].begin; s < subtrees[b].end; ++s) supernodes.push_back(s);
-      reserve(workspace, supernodes);
+      reserve(workspace, supernodes, 1);
       for (const int s : supernodes) {
         if (failure_.has_happened()) return;
-        eliminate(s, workspace, alone_);
+        eliminate(s, workspace, Workers(1));
       }
     }
   }
 
   void eliminate_root_part() {
     Workspace workspace;
-    reserve(workspace, plan_.partition.root_part);
+    reserve(workspace, plan_.partition.root_part, workers_.threads());
     for (const int s : plan_.partition.root_part) {
       if (failure_.has_happened()) return;
       const FrontSize size(node(s));
       const bool is_shared = static_cast<size_t>(size.n_columns) * static_cast<size_t>(size.n_rows) > kSharedFront;
-      eliminate(s, workspace, is_shared ? workers_ : alone_);
+      eliminate(s, workspace, is_shared ? workers_ : Workers(1));
     }
   }
 
-  void reserve(Workspace& workspace, const std::vector<int>& supernodes) const {
+  void reserve(Workspace& workspace, const std::vector<int>& supernodes, int n_parts) const {
     size_t n_values = 0;
     int n_columns = 0;
     for (const int s : supernodes) {
       n_values = std::max(n_values, FrontSize(node(s)).n_values());
       n_columns = std::max(n_columns, FrontSize(node(s)).n_columns);
     }
-    workspace.reserve(n_values, n_columns);
+    workspace.reserve(n_values, n_columns, n_parts);
   }
 
   /// Adds up the front of supernode s.
@@ -194,42 +197,35 @@ class Factorizer {
     }
   }
 
-  void store(int s, const Front& front, const Workers& workers) {
-    const auto row_block = (kFrontRowBlock + 1) * static_cast<size_t>(front.n_columns);
-    const auto store_rows = [&](int begin, int end) {
-      AlignedBuffer<double> workspace(row_block);
-      if (!store_tiles_(front, node(s).n_columns, node(s).n_rows, begin, end, workspace.data(),
-                        tiles_ + tile_bytes_ * plan_.tile_offsets[s]))
-        fits_ = false;
-    };
-    parallel_for_ranges(workers, front.n_rows, range_of(workers, front.n_rows, kFrontRowBlock),
-                        [&](int begin, int end) { failure_.guard([&] { store_rows(begin, end); }); });
-  }
-
-  /// Notes a failure if a pivot is not positive.
   void eliminate(int s, Workspace& workspace, const Workers& workers) {
     const Front front = assemble(s, workspace);
+    const int n_parts = workers.threads();
+    const int columns = n_parts > 1 ? 16 : front.n_rows;  // that a thread updates at once
     for (int begin = 0; begin < front.n_columns; begin += kFrontPanel) {
       const int end = std::min(begin + kFrontPanel, front.n_columns);
       if (!kernels_.factor_panel(front, begin, end, workspace.least_pivot.data())) {
         failure_.note();
         return;
       }
-      constexpr int kColumns = 16;
-      const int n = front.n_rows - end;
-      parallel_for_ranges(workers, n, range_of(workers, n, kColumns),
-                          [&](int from, int to) { kernels_.update_columns(front, begin, end, end + from, end + to); });
+      workers.run((front.n_rows - end + columns - 1) / columns, [&](int k) {
+        const int first = end + columns * k;
+        kernels_.update_columns(front, begin, end, first, std::min(first + columns, front.n_rows));
+      });
     }
-    const int n = node(s).n_rows;
-    parallel_for_ranges(workers, n, range_of(workers, n, 1),
-                        [&](int begin, int end) { take_update(s, front, begin, end); });
-    store(s, front, workers);
+    workers.run(n_parts, [&](int k) {
+      const int n = node(s).n_rows;
+      take_update(s, front, part_begin(n, 1, k, n_parts), part_begin(n, 1, k + 1, n_parts));
+      double* row_block = workspace.row_blocks.data() + k * Workspace::row_block(front.n_columns);
+      if (!store_tiles_(front, node(s).n_columns, n, part_begin(front.n_rows, kFrontRowBlock, k, n_parts),
+                        part_begin(front.n_rows, kFrontRowBlock, k + 1, n_parts), row_block,
+                        tiles_ + tile_bytes_ * plan_.tile_offsets[s]))
+        fits_ = false;
+    });
   }
 
-  const Workers& workers_;
-  const Workers alone_;
   const TilePlan& plan_;
   const FrontPlan& fronts_;
+  const Workers& workers_;
   const FrontKernels& kernels_;
   const SparseMatrix& A_;
   const Scaling& scaling_;
@@ -295,10 +291,10 @@ Scaling::Scaling(const SparseMatrix& A, const std::vector<char>& is_erased) : of
   }
 }
 
-bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels,
-                            const SparseMatrix& A, const Scaling& scaling, TileFormat format, const Workers& workers,
-                            std::byte* tiles) {
-  return Factorizer(plan, fronts, kernels, A, scaling, format, workers, tiles).run();
+bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const Workers& workers,
+                            const FrontKernels& kernels, const SparseMatrix& A, const Scaling& scaling,
+                            TileFormat format, std::byte* tiles) {
+  return Factorizer(plan, fronts, workers, kernels, A, scaling, format, tiles).run();
 }
 
 }  // namespace arap

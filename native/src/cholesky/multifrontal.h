@@ -6,7 +6,6 @@
 
 #include "cholesky/tile_plan.h"
 #include "kernels/kernels.h"
-#include "parallel/workers.h"
 #include "sparse/sparse.h"
 
 namespace arap {
@@ -44,8 +43,8 @@ struct Scaling {
 /// Factorizes the scaled A with rows and columns of erased unknowns replaced by those of the identity. Throws
 /// SolverError if that is not positive definite. Returns false if a number is too large for the format.
 /// @param tiles  (16 * number of tiles,) output
-bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const FrontKernels& kernels,
-                            const SparseMatrix& A, const Scaling& scaling, TileFormat format, const Workers& workers,
-                            std::byte* tiles);
+bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const Workers& workers,
+                            const FrontKernels& kernels, const SparseMatrix& A, const Scaling& scaling,
+                            TileFormat format, std::byte* tiles);
 
 }  // namespace arap

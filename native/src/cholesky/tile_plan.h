@@ -4,10 +4,22 @@
 #include <cstddef>
 #include <vector>
 
-#include "cholesky/subtree_partition.h"
 #include "cholesky/supernodes.h"
 
 namespace arap {
+
+/// Consecutive supernodes with all their descendants: no other supernode writes to their columns.
+struct Subtree {
+  int begin;
+  int end;
+  double cost;
+};
+
+/// The elimination tree cut into subtrees, which threads take one by one, and the root part above them.
+struct SubtreePartition {
+  std::vector<Subtree> subtrees;  ///< the most costly first
+  std::vector<int> root_part;     ///< supernodes, ascending
+};
 
 /// What a solve needs of the pattern: where tiles lie, which thread does what, and where in the vector x each supernode
 /// finds its rows.

@@ -34,25 +34,20 @@ constexpr double kPenalty = 100;
 /// What a correction leaves of the gaps of stiff rows, as a part of what penalties leave. The next one closes that too.
 constexpr double kGapsLeft = 1e-2;
 
+/// What is so much smaller than the largest coefficient of a row is rounding.
+constexpr double kBalanced = 1e-9;
+
+double largest_coefficient(const LinearRow& row) {
+  double largest = 0;
+  for (const double coefficient : row.coefficients) largest = std::max(largest, std::abs(coefficient));
+  return largest;
+}
+
 SparseMatrix with_diagonal(const SparseMatrix& K, const Eigen::VectorXd& diagonal) {
   SparseMatrix sum = K;
   for (int i = 0; i < static_cast<int>(diagonal.size()); ++i)
     if (diagonal[i] != 0) sum.coeffRef(i, i) += diagonal[i];
   return sum;
-}
-
-/// The weight at which each row pulls as strongly as K does at its unknowns.
-Eigen::VectorXd row_stiffness(const RowMatrix& rows, const SparseMatrix& K) {
-  Eigen::VectorXd stiffness(rows.size());
-  for (int r = 0; r < rows.size(); ++r) {
-    double compliance = 0;
-    rows.for_unknowns_of(r, [&](int i, double a) {
-      const double diagonal = K.coeff(i, i);
-      if (diagonal > 0) compliance += a * a / diagonal;
-    });
-    stiffness[r] = compliance > 0 ? 1 / compliance : 1.0;
-  }
-  return stiffness;
 }
 
 }  // namespace
@@ -66,6 +61,7 @@ ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, LinearSolverKin
       averages_(std::move(constraints.averages)) {
   report(progress, 0.1);
   grounded_ = find_unheld(components, constraints);
+  n_released_ = sort_by_rows(components, constraints, grounded_);
   grounding_.reserve(grounded_.size());
   for (const int i : grounded_) {
     const double diagonal = matrix_.coeff(i, i);
@@ -78,32 +74,34 @@ ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, LinearSolverKin
   report(progress, 1.0);
 }
 
-void ConstrainedSystem::factorize(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
-                                  const SystemConstraints& constraints) {
-  const bool has_rows = !constraints.soft_rows.empty() || !constraints.stiff_rows.empty();
-  if (grounded_.empty() && !has_rows) {
-    factor_ = solver.factorize(matrix_, is_fixed_);
-    return;
-  }
+SparseMatrix ConstrainedSystem::grounded() const {
   SparseMatrix held = matrix_;
   for (size_t k = 0; k < grounded_.size(); ++k) held.coeffRef(grounded_[k], grounded_[k]) += grounding_[k];
-  if (!has_rows) {
-    factor_ = solver.factorize(held, is_fixed_);
-    return;
-  }
+  return held;
+}
+
+void ConstrainedSystem::factorize(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
+                                  const SystemConstraints& constraints) {
+  if (!constraints.soft_rows.empty() || !constraints.stiff_rows.empty())
+    factorize_with_rows(kind, K, constraints);
+  else if (grounded_.empty())
+    factor_ = solver.factorize(matrix_, is_fixed_);
+  else
+    factor_ = solver.factorize(grounded(), is_fixed_);
+}
+
+void ConstrainedSystem::factorize_with_rows(LinearSolverKind kind, const SparseMatrix& K,
+                                            const SystemConstraints& constraints) {
   const int n = static_cast<int>(K.rows());
-  const auto weights_of = [](const LinearRows& rows) { return Eigen::VectorXd::Map(rows.weights.data(), rows.size()); };
-  const RowMatrix soft(constraints.soft_rows, n, constraints.unknown_of);
-  const SparseMatrix of_soft = soft.normal_matrix(weights_of(constraints.soft_rows));
-  matrix_ = SparseMatrix(matrix_ + of_soft);
-  RowMatrix stiff(constraints.stiff_rows, n, constraints.unknown_of);
-  const Eigen::VectorXd penalties = kPenalty * row_stiffness(stiff, K);
-  held = SparseMatrix(held + of_soft + stiff.normal_matrix(penalties));
+  const RowMatrix soft(constraints.soft_rows, n);
+  matrix_ = SparseMatrix(matrix_ + soft.normal_matrix(constraints.soft_rows.weight_vector()));
+  RowMatrix stiff(constraints.stiff_rows, n);
+  const Eigen::VectorXd weights = constraints.stiff_rows.weight_vector();
+  const Eigen::VectorXd penalties = (kPenalty * row_stiffness(stiff, K)).cwiseMin(0.5 * weights);
+  const SparseMatrix held = grounded() + stiff.normal_matrix(penalties);
   // Halves could not tell K beside rows.
   factor_ = make_linear_solver(held, kind, workers_, TileFormat::kFloat)->factorize(held, is_fixed_);
-  if (!stiff.empty())
-    stiff_ = std::make_unique<StiffRows>(*factor_, std::move(stiff), penalties,
-                                         weights_of(constraints.stiff_rows).cwiseMax(2 * penalties), workers_);
+  if (!stiff.empty()) stiff_ = std::make_unique<StiffRows>(*factor_, std::move(stiff), penalties, weights, workers_);
 }
 
 std::vector<int> ConstrainedSystem::find_unheld(const std::vector<int>& components,
@@ -114,29 +112,42 @@ std::vector<int> ConstrainedSystem::find_unheld(const std::vector<int>& componen
   for (size_t i = 0; i < is_fixed_.size(); ++i)
     if (is_fixed_[i] != 0 || constraints.soft_diagonal[static_cast<Eigen::Index>(i)] > 0) is_held[components[i]] = 1;
   // A row holds its component if that cannot move as one without the row's stretching.
-  constexpr double kBalanced = 1e-9;
-  const auto mark_held = [&](const LinearRows& rows) {
-    for (int r = 0; r < rows.size(); ++r) {
-      double sum = 0;
-      double largest = 0;
-      bool is_of_one = true;
-      const auto component = [&](int k) {
-        return components[constraints.unknown_of.empty() ? rows.indices[k] : constraints.unknown_of[rows.indices[k]]];
-      };
-      for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) {
-        sum += rows.coefficients[k];
-        largest = std::max(largest, std::abs(rows.coefficients[k]));
-        is_of_one = is_of_one && component(k) == component(rows.offsets[r]);
-      }
-      if (is_of_one && std::abs(sum) > kBalanced * largest) is_held[component(rows.offsets[r])] = 1;
+  for (const LinearRows* group : {&constraints.soft_rows, &constraints.stiff_rows})
+    for (const LinearRow& row : group->rows) {
+      const int component = components[row.indices.front()];
+      const bool is_of_one =
+          std::all_of(row.indices.begin(), row.indices.end(), [&](int i) { return components[i] == component; });
+      if (is_of_one && std::abs(row.sum()) > kBalanced * largest_coefficient(row)) is_held[component] = 1;
     }
-  };
-  mark_held(constraints.soft_rows);
-  mark_held(constraints.stiff_rows);
   std::vector<int> unheld;
   for (size_t i = 0; i < is_fixed_.size(); ++i)
     if (components[i] == static_cast<int>(i) && is_held[i] == 0) unheld.push_back(static_cast<int>(i));
   return unheld;
+}
+
+int ConstrainedSystem::sort_by_rows(const std::vector<int>& components, const SystemConstraints& constraints,
+                                    std::vector<int>& unheld) const {
+  if (unheld.empty()) return 0;
+  std::vector<LinearRow> rows = averages_;
+  for (const LinearRows* group : {&constraints.soft_rows, &constraints.stiff_rows})
+    rows.insert(rows.end(), group->rows.begin(), group->rows.end());
+  if (rows.empty()) return 0;
+  std::vector<int> column_of_component(components.size(), -1);
+  for (size_t k = 0; k < unheld.size(); ++k) column_of_component[components[unheld[k]]] = static_cast<int>(k);
+  // How a row stretches if a component moves as one.
+  Eigen::MatrixXd stretch = Eigen::MatrixXd::Zero(std::ssize(rows), std::ssize(unheld));
+  for (Eigen::Index r = 0; r < stretch.rows(); ++r) {
+    const double largest = largest_coefficient(rows[r]);
+    for (size_t k = 0; k < rows[r].indices.size(); ++k)
+      if (const int column = column_of_component[components[rows[r].indices[k]]]; column >= 0)
+        stretch(r, column) += rows[r].coefficients[k] / largest;
+  }
+  stretch = (stretch.array().abs() > kBalanced).select(stretch, 0.0);
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(stretch);
+  qr.setThreshold(kBalanced);
+  const std::vector<int> given = unheld;
+  for (size_t k = 0; k < unheld.size(); ++k) unheld[k] = given[qr.colsPermutation().indices()[static_cast<int>(k)]];
+  return static_cast<int>(qr.rank());
 }
 
 void ConstrainedSystem::multiply(const Positions& x, Positions& result) const {
@@ -203,13 +214,13 @@ void ConstrainedSystem::solve_columns(const Progress& progress) {
   }
 }
 
-// With A = H - E G E^T (H the factorized matrix, E the grounded unit columns, G = diag(grounding)) and mu = G E^T d,
+// With A = H - E G E^T (H the factorized matrix, E the released unit columns, G = diag(grounding)) and mu = G E^T d,
 // the correction d to x under averages W^T (x + d) = t solves
 //     H d = r - W lambda + E mu,   W^T d = gap,   mu / G = E^T d.
 // With the columns C = [W, -E] and y = (lambda, mu):  d = H^-1 (r - C y),  (C^T H^-1 C - diag(0, 1 / G)) y = C^T H^-1 r
 // - (gap, 0).
 void ConstrainedSystem::prepare_dense_part(const Progress& progress) {
-  if (averages_.empty() && grounded_.empty()) return;
+  if (averages_.empty() && n_released_ == 0) return;
   for (const LinearRow& average : averages_) {
     LinearRow column;
     for (size_t k = 0; k < average.indices.size(); ++k) {
@@ -219,7 +230,7 @@ void ConstrainedSystem::prepare_dense_part(const Progress& progress) {
     }
     columns_.push_back(std::move(column));
   }
-  for (const int i : grounded_) columns_.push_back({{i}, {-1.0}});
+  for (int k = 0; k < n_released_; ++k) columns_.push_back({{grounded_[k]}, {-1.0}});
   solve_columns(progress);
   const std::ptrdiff_t n_columns = std::ssize(columns_);
   Eigen::MatrixXd S(n_columns, n_columns);
@@ -229,8 +240,8 @@ void ConstrainedSystem::prepare_dense_part(const Progress& progress) {
     for (size_t k = 0; k < column.indices.size(); ++k)
       S.row(r) += column.coefficients[k] * column_solutions_.row(column.indices[k]);
   }
-  for (size_t k = 0; k < grounded_.size(); ++k) {
-    const size_t i = averages_.size() + k;
+  for (int k = 0; k < n_released_; ++k) {
+    const Eigen::Index i = std::ssize(averages_) + k;
     S(i, i) -= 1 / grounding_[k];
   }
   // Least squares: averages that contradict each other meet in the middle.

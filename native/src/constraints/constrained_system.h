@@ -28,7 +28,6 @@ struct SystemConstraints {
   std::vector<LinearRow> averages;  ///< held exactly, each a dense column: for few
   LinearRows soft_rows{};           ///< as many as one likes, each of a few unknowns
   LinearRows stiff_rows{};          ///< the same, with weights far above K
-  std::vector<int> unknown_of;      ///< of each index of a row, or empty: itself
 };
 
 /// Minimizes 1/2 <x, A x> - <b, x> + 1/2 sum_r w_r |h_r x - g_r|^2 with A = K + a diagonal for soft unknowns + H^T W H
@@ -41,8 +40,9 @@ struct SystemConstraints {
 /// pattern make a new symbolic analysis.
 ///
 /// If only averages, or rows across components, hold a component, K may be singular there: one unknown of it is
-/// grounded by an extra diagonal entry in the factor, and the small dense system of the averages takes the grounding
-/// out again.
+/// grounded by an extra diagonal entry in the factor. If rows tell where the component is, the small dense system of
+/// the averages takes the grounding out again. If none does (say, all rows there are differences), the grounding stays:
+/// no force pulls at it, and the component is not carried away.
 class ConstrainedSystem {
  public:
   /// @param solver      made for the pattern of K, of this kind
@@ -79,9 +79,16 @@ class ConstrainedSystem {
  private:
   void factorize(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
                  const SystemConstraints& constraints);
+  void factorize_with_rows(LinearSolverKind kind, const SparseMatrix& K, const SystemConstraints& constraints);
+  /// A with grounding.
+  [[nodiscard]] SparseMatrix grounded() const;
   /// One unknown of each component that no fixed unknown, no soft one and no row of its own holds.
   [[nodiscard]] std::vector<int> find_unheld(const std::vector<int>& components,
                                              const SystemConstraints& constraints) const;
+  /// Brings the unknowns of components whose places follow from the rows and from the other components to the front;
+  /// returns how many they are.
+  [[nodiscard]] int sort_by_rows(const std::vector<int>& components, const SystemConstraints& constraints,
+                                 std::vector<int>& unheld) const;
   void prepare_dense_part(const Progress& progress);
   void solve_columns(const Progress& progress);
   [[nodiscard]] int n_stiff() const { return stiff_ == nullptr ? 0 : stiff_->rows().size(); }
@@ -99,10 +106,11 @@ class ConstrainedSystem {
   std::vector<char> is_fixed_;
   std::vector<LinearRow> averages_;
   std::vector<int> grounded_;
+  int n_released_ = 0;                     ///< of them, the first, whose grounding is taken out
   std::vector<double> grounding_;          ///< added to the diagonal of A in the factor, of each grounded unknown
   std::unique_ptr<Factorization> factor_;  ///< of A with grounding and the penalties of stiff rows
   std::unique_ptr<StiffRows> stiff_;       ///< over factor_; null without stiff rows
-  /// Columns: the averages, then the grounded unknowns (with sign), restricted to free unknowns.
+  /// Columns: the averages, then the released unknowns (with sign), restricted to free unknowns.
   std::vector<LinearRow> columns_;
   Eigen::MatrixXd column_solutions_;  ///< solutions for the columns as b, (n, n_columns)
   Eigen::MatrixXd column_forces_;     ///< (n_stiff, n_columns) multipliers of the stiff rows there

@@ -19,9 +19,9 @@ void require_index(const char* what, std::ptrdiff_t entry, int vertex, int n_ver
 }
 
 void validate_vertices(const ConstraintSet& set, int n_vertices) {
-  if (set.strengths.size() != set.vertices.size())
+  if (!set.strengths.empty() && set.strengths.size() != set.vertices.size())
     throw InvalidInput(text("strengths has ", set.strengths.size(), " entries, but vertices has ", set.vertices.size(),
-                            "; give one strength per vertex"));
+                            "; give one strength per vertex, or none: all hard"));
   std::vector<int> entry_of_vertex(n_vertices, -1);
   for (std::ptrdiff_t k = 0; k < std::ssize(set.vertices); ++k) {
     const int vertex = set.vertices[k];
@@ -31,6 +31,7 @@ void validate_vertices(const ConstraintSet& set, int n_vertices) {
       throw InvalidInput(text("vertex ", vertex, " is constrained twice, by entries ", entry, " and ", k,
                               "; merge them into one target"));
     entry = static_cast<int>(k);
+    if (set.strengths.empty()) continue;
     const double strength = set.strengths[k];
     if (!(strength > 0 && strength <= 1))
       throw InvalidInput(text("strengths[", k, "] = ", strength, " of vertex ", vertex,

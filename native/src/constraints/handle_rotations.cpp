@@ -70,10 +70,10 @@ HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConst
     : model_(model), constraints_(constraints) {
   constexpr size_t kSamples = 1000;
   const auto n = static_cast<int>(model.rest.rows());
-  const auto row_groups = {&constraints.soft_rows(), &constraints.stiff_rows()};
-  std::vector<int> vertex_of_row(constraints.target_sums().size(), -1);
+  const auto row_groups = {&constraints.soft_rows, &constraints.stiff_rows};
+  std::vector<int> vertex_of_row(constraints.target_sums.size(), -1);
   std::vector<char> is_constrained(n, 0);
-  for (const PreparedConstraints::Entry& entry : constraints.entries()) {
+  for (const PreparedConstraints::Entry& entry : constraints.entries) {
     if (!is_point(entry.row)) continue;
     vertex_of_row[entry.row] = entry.vertex;
     is_constrained[entry.vertex] = 1;
@@ -88,18 +88,17 @@ HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConst
     const LinearRows& rows = group->rows;
     for (int r = 0; r < rows.size(); ++r) {
       if (!is_point(group->target_rows[r])) continue;
-      const int first = rows.indices[rows.offsets[r]];
+      const int first = rows.rows[r].indices.front();
       vertex_of_row[group->target_rows[r]] = first;
-      for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) joined.join(first, rows.indices[k]);
+      for (const int v : rows.rows[r].indices) joined.join(first, v);
     }
   }
 
   std::vector<int> group_of_root(n, -1);
   group_of_row_.assign(vertex_of_row.size(), -1);
-  part_of_row_.assign(vertex_of_row.size(), -1);
+  for (const int v : constraints.vertex_of_target) part_of_row_.push_back(model.part_of_vertex[v]);
   for (size_t k = 0; k < vertex_of_row.size(); ++k) {
     if (vertex_of_row[k] < 0) continue;
-    part_of_row_[k] = model.part_of_vertex[vertex_of_row[k]];
     int& group = group_of_root[joined.find(vertex_of_row[k])];
     if (group < 0) {
       group = static_cast<int>(rows_of_group_.size());
@@ -109,20 +108,9 @@ HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConst
     group_of_row_[k] = group;
   }
   for (std::vector<int>& of_group : rows_of_group_) of_group = thinned(of_group, kSamples);
-  const auto find_parts = [&](const std::vector<LinearRow>& patches, const std::vector<int>& patch_rows) {
-    for (size_t k = 0; k < patches.size(); ++k)
-      part_of_row_[patch_rows[k]] = model.part_of_vertex[patches[k].indices.front()];
-  };
-  find_parts(constraints.patches(), constraints.patch_rows());
-  find_parts(constraints.anchor_patches(), constraints.anchor_rows());
-  for (const PreparedConstraints::Rows* group : row_groups)
-    for (int r = 0; r < group->rows.size(); ++r)
-      part_of_row_[group->target_rows[r]] = model.part_of_vertex[group->rows.indices[group->rows.offsets[r]]];
-  for (const PreparedConstraints::Entry& entry : constraints.entries())
-    part_of_row_[entry.row] = model.part_of_vertex[entry.vertex];
 }
 
-bool HandleRotations::is_point(int row) const { return std::abs(constraints_.target_sums()[row] - 1) < 1e-9; }
+bool HandleRotations::is_point(int row) const { return std::abs(constraints_.target_sums[row] - 1) < 1e-9; }
 
 HandleRotations::Told HandleRotations::ask_groups(const Positions& from, const Positions& to) const {
   Told told;
@@ -174,7 +162,7 @@ Positions HandleRotations::of_start(InitialGuess guess, const Positions& last_ta
     return rotations.empty() ? estimate(constraints_.constrained_points(model_.rest), targets)
                              : rotation_vectors(rotations);
   // What is held so weakly need not be near its targets: their turn is not its own.
-  if (guess != InitialGuess::kPrevious || constraints_.is_weak_hold()) return {};
+  if (guess != InitialGuess::kPrevious || constraints_.is_weak_hold) return {};
   // What is constrained softly may never be at its target, so targets are compared with targets.
   const bool has_last = last_targets.rows() > 0;
   if (has_last && last_targets == targets) return {};

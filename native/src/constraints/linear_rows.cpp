@@ -18,28 +18,12 @@ Eigen::RowVector3d LinearRow::of(const Positions& x) const {
 
 double LinearRow::sum() const { return std::accumulate(coefficients.begin(), coefficients.end(), 0.0); }
 
-Positions gaps_to(Positions targets, const std::vector<LinearRow>& rows, const Positions& x) {
-  for (Eigen::Index k = 0; k < targets.rows(); ++k) targets.row(k) -= rows[k].of(x);
-  return targets;
-}
-
-void LinearRows::add(const LinearRow& row, double weight) {
-  indices.insert(indices.end(), row.indices.begin(), row.indices.end());
-  coefficients.insert(coefficients.end(), row.coefficients.begin(), row.coefficients.end());
-  offsets.push_back(static_cast<int>(indices.size()));
-  weights.push_back(weight);
-}
-
-LinearRow LinearRows::row(int r) const {
-  return {{indices.begin() + offsets[r], indices.begin() + offsets[r + 1]},
-          {coefficients.begin() + offsets[r], coefficients.begin() + offsets[r + 1]}};
-}
-
 void LinearRows::validate(int n_unknowns) const {
   for (int r = 0; r < size(); ++r) {
     if (!(weights[r] > 0)) throw InvalidInput(text("weight of row ", r, " is ", weights[r], ", must be above 0"));
+    const auto& [indices, coefficients] = rows[r];
     bool has_entry = false;
-    for (int k = offsets[r]; k < offsets[r + 1]; ++k) {
+    for (size_t k = 0; k < indices.size(); ++k) {
       if (indices[k] < 0 || indices[k] >= n_unknowns)
         throw InvalidInput(
             text("row ", r, " names unknown ", indices[k], ", but there are unknowns 0 to ", n_unknowns - 1));
@@ -51,13 +35,12 @@ void LinearRows::validate(int n_unknowns) const {
   }
 }
 
-RowMatrix::RowMatrix(const LinearRows& rows, int n_unknowns, const std::vector<int>& new_index)
+RowMatrix::RowMatrix(const LinearRows& rows, int n_unknowns)
     : by_row_(rows.size(), n_unknowns), by_unknown_(rows.size(), n_unknowns) {
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(rows.indices.size());
   for (int r = 0; r < rows.size(); ++r)
-    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k)
-      entries.emplace_back(r, new_index.empty() ? rows.indices[k] : new_index[rows.indices[k]], rows.coefficients[k]);
+    for (size_t k = 0; k < rows.rows[r].indices.size(); ++k)
+      entries.emplace_back(r, rows.rows[r].indices[k], rows.rows[r].coefficients[k]);
   by_row_.setFromTriplets(entries.begin(), entries.end());
   by_unknown_ = by_row_;
 }
@@ -71,6 +54,12 @@ void RowMatrix::multiply(const Positions& x, Positions& y, const Workers& worker
       y.row(r) = sum;
     }
   });
+}
+
+Positions RowMatrix::gaps(const Positions& targets, const Positions& x, const Workers& workers) const {
+  Positions reached;
+  multiply(x, reached, workers);
+  return targets - reached;
 }
 
 void RowMatrix::add_transposed(const Positions& y, Positions& x, const Workers& workers) const {
@@ -87,6 +76,19 @@ void RowMatrix::add_transposed(const Positions& y, Positions& x, const Workers& 
 SparseMatrix RowMatrix::normal_matrix(const Eigen::VectorXd& weights) const {
   const SparseMatrix weighted = weights.asDiagonal() * by_unknown_;
   return SparseMatrix(by_unknown_.transpose()) * weighted;
+}
+
+Eigen::VectorXd row_stiffness(const RowMatrix& rows, const SparseMatrix& K) {
+  const Eigen::VectorXd diagonal = K.diagonal();
+  Eigen::VectorXd stiffness(rows.size());
+  for (int r = 0; r < rows.size(); ++r) {
+    double compliance = 0;
+    rows.for_unknowns_of(r, [&](int i, double a) {
+      if (diagonal[i] > 0) compliance += a * a / diagonal[i];
+    });
+    stiffness[r] = compliance > 0 ? 1 / compliance : std::numeric_limits<double>::infinity();
+  }
+  return stiffness;
 }
 
 }  // namespace arap

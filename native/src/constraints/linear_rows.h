@@ -2,7 +2,7 @@
 #pragma once
 
 #include <limits>
-#include <span>
+#include <utility>
 #include <vector>
 
 #include "arap/types.h"
@@ -21,24 +21,22 @@ struct LinearRow {
   [[nodiscard]] double sum() const;
 };
 
-/// Targets minus what the rows are at x, (n_rows, 3).
-[[nodiscard]] Positions gaps_to(Positions targets, const std::vector<LinearRow>& rows, const Positions& x);
-
 /// Linear constraints a_r x = t_r on the unknowns of a model, as many as one likes, each of a few unknowns. A soft row
 /// adds 1/2 w_r |a_r x - t_r|^2 to the energy; a hard row is met. Rows may repeat or contradict each other: soft ones
 /// then meet where their energy is least, hard ones where the sum of squared gaps is, each in units of its stiffness.
 struct LinearRows {
   static constexpr double kHard = std::numeric_limits<double>::infinity();
 
-  std::vector<int> offsets{0};  ///< n_rows + 1: row r has the entries offsets[r] .. offsets[r + 1] - 1
-  std::vector<int> indices;
-  std::vector<double> coefficients;
+  std::vector<LinearRow> rows;
   std::vector<double> weights;  ///< (n_rows,) w_r in units of K, or kHard
 
-  [[nodiscard]] int size() const { return static_cast<int>(weights.size()); }
-  [[nodiscard]] bool empty() const { return weights.empty(); }
-  void add(const LinearRow& row, double weight);
-  [[nodiscard]] LinearRow row(int r) const;
+  [[nodiscard]] int size() const { return static_cast<int>(rows.size()); }
+  [[nodiscard]] bool empty() const { return rows.empty(); }
+  [[nodiscard]] Eigen::Map<const Eigen::VectorXd> weight_vector() const { return {weights.data(), size()}; }
+  void add(LinearRow row, double weight) {
+    rows.push_back(std::move(row));
+    weights.push_back(weight);
+  }
   /// Throws InvalidInput that names the row: an index out of [0, n_unknowns), a coefficient that is not finite, none
   /// other than 0, or a weight that is not above 0.
   void validate(int n_unknowns) const;
@@ -48,14 +46,15 @@ struct LinearRows {
 class RowMatrix {
  public:
   RowMatrix() = default;
-  /// @param new_index  of each unknown, or empty: its own
-  RowMatrix(const LinearRows& rows, int n_unknowns, const std::vector<int>& new_index = {});
+  RowMatrix(const LinearRows& rows, int n_unknowns);
 
   [[nodiscard]] bool empty() const { return by_row_.rows() == 0; }
   [[nodiscard]] int size() const { return static_cast<int>(by_row_.rows()); }
 
   /// y = A x, (n_rows, 3).
   void multiply(const Positions& x, Positions& y, const Workers& workers) const;
+  /// targets - A x, (n_rows, 3).
+  [[nodiscard]] Positions gaps(const Positions& targets, const Positions& x, const Workers& workers) const;
   /// x += A^T y.
   void add_transposed(const Positions& y, Positions& x, const Workers& workers) const;
   /// A^T diag(weights) A.
@@ -77,5 +76,8 @@ class RowMatrix {
   ByRow by_row_;
   SparseMatrix by_unknown_;
 };
+
+/// The weight at which each row pulls as strongly as K does at its unknowns; infinite if K holds none of them.
+[[nodiscard]] Eigen::VectorXd row_stiffness(const RowMatrix& rows, const SparseMatrix& K);
 
 }  // namespace arap

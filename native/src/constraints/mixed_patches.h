@@ -9,9 +9,12 @@
 
 namespace arap {
 
-/// Patches with vertices in a rigid region and others: a turn of the region moves their averages, and the vertices that
-/// are free then move to bring these back. What that costs is part of what the turn costs, and the less of a patch is
-/// free the more.
+/// Patches with vertices in a rigid region and others: a rotation of the region moves their averages, and their free
+/// vertices then move to bring these back. What that costs is part of what the rotation costs.
+///
+/// Both simpler rules are worse. Held by its free vertices alone, a patch misses its target by a tenth of a pull and
+/// more, and a rigid motion of all handles is no longer one of the mesh: a turn by 90 degrees dents it by up to 2 % of
+/// the diagonal. If regions rotate as if there were no patch, iterations take six times as many.
 ///
 /// With x the unknowns, A their matrix and R the region's rotation, the gaps of the patches are g(R) = h - R a, a their
 /// arms; what closes them is P g, with P the responses; and it changes the energy by -<P g, r(R)> + 1/2 <g, M g>, with

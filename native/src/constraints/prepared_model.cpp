@@ -6,7 +6,7 @@
 #include "base/eigen_compat.h"
 #include "base/permutation.h"
 #include "cholesky/solver_choice.h"
-#include "parallel/beside.h"
+#include "parallel/parallel.h"
 #include "sparse/sparse.h"
 
 namespace arap {

@@ -112,8 +112,11 @@ void RigidRegions::expand(Positions& x) const {
     for (const int v : region.members) x.row(v) = x.row(region.members.front());
 }
 
-bool RigidRegions::is_in_region(int v) const {
-  return std::any_of(regions_.begin(), regions_.end(), [&](const Region& region) { return is_member(v, region); });
+bool RigidRegions::has_member(const LinearRow& row) const {
+  const auto names_it = [&](const Region& region) {
+    return std::any_of(row.indices.begin(), row.indices.end(), [&](int v) { return is_member(v, region); });
+  };
+  return std::any_of(regions_.begin(), regions_.end(), names_it);
 }
 
 int RigidRegions::region_of(const LinearRow& patch) const {
@@ -125,19 +128,6 @@ int RigidRegions::region_of(const LinearRow& patch) const {
     if (share > kHalf) return r;
   }
   return -1;
-}
-
-LinearRow RigidRegions::inside_of(int region, const LinearRow& patch) const {
-  LinearRow inside;
-  double share = 0;
-  for (size_t k = 0; k < patch.indices.size(); ++k) {
-    if (!is_member(patch.indices[k], regions_[region])) continue;
-    inside.indices.push_back(patch.indices[k]);
-    inside.coefficients.push_back(patch.coefficients[k]);
-    share += patch.coefficients[k];
-  }
-  for (double& weight : inside.coefficients) weight /= share;
-  return inside;
 }
 
 void RigidRegions::set_constraints(const std::vector<char>& is_hard, const Eigen::VectorXd& soft_diagonal,
@@ -159,17 +149,17 @@ void RigidRegions::find_pulls(Region& region, const LinearRows& rows) const {
   region.pulls.clear();
   for (int r = 0; r < rows.size(); ++r) {
     Pull pull{.row = r, .weight = rows.weights[r], .share = 0, .moment = Vector3::Zero(), .elsewhere = {}};
-    const auto size = rows.offsets[r + 1] - rows.offsets[r];
-    for (int k = rows.offsets[r]; k < rows.offsets[r + 1]; ++k) {
-      if (is_member(rows.indices[k], region)) {
-        pull.share += rows.coefficients[k];
-        pull.moment += rows.coefficients[k] * rest(rows.indices[k]);
+    const auto& [indices, coefficients] = rows.rows[r];
+    for (size_t k = 0; k < indices.size(); ++k) {
+      if (is_member(indices[k], region)) {
+        pull.share += coefficients[k];
+        pull.moment += coefficients[k] * rest(indices[k]);
       } else {
-        pull.elsewhere.indices.push_back(rows.indices[k]);
-        pull.elsewhere.coefficients.push_back(rows.coefficients[k]);
+        pull.elsewhere.indices.push_back(indices[k]);
+        pull.elsewhere.coefficients.push_back(coefficients[k]);
       }
     }
-    if (std::ssize(pull.elsewhere.indices) < size) region.pulls.push_back(std::move(pull));
+    if (pull.elsewhere.indices.size() < indices.size()) region.pulls.push_back(std::move(pull));
   }
 }
 

@@ -49,7 +49,8 @@ class RigidRegions {
   /// The vertex whose unknown moves v.
   [[nodiscard]] int unknown_of(int v) const { return empty() ? v : unknown_of_vertex_[v]; }
 
-  [[nodiscard]] bool is_in_region(int v) const;
+  /// Whether the row names a vertex of a region.
+  [[nodiscard]] bool has_member(const LinearRow& row) const;
 
   /// Follows the vertices of energy and rest, which have new numbers, before read_cells(); a region keeps its unknown.
   void renumber(const std::vector<int>& new_of_old);
@@ -70,8 +71,6 @@ class RigidRegions {
 
   /// The region that has more than half of the patch's weight, -1 where there is none.
   [[nodiscard]] int region_of(const LinearRow& patch) const;
-  /// The part of the patch that is in a region.
-  [[nodiscard]] LinearRow inside_of(int region, const LinearRow& patch) const;
   [[nodiscard]] bool is_anchored(int region) const { return !regions_[region].anchors.empty(); }
   [[nodiscard]] int unknown(int region) const { return regions_[region].members.front(); }
 

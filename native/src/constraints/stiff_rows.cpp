@@ -42,6 +42,7 @@ StiffRows::StiffRows(const Factorization& factor, RowMatrix rows, const Eigen::V
       rows_(std::move(rows)),
       penalties_(penalties.array()),
       compliance_(1 / (weights - penalties).array()),
+      beyond_penalties_(1 - penalties.array() / weights.array()),
       scaling_(1 / (1 / penalties.array() + compliance_)),
       workers_(std::move(workers)) {}
 
@@ -51,6 +52,7 @@ StiffRows::StiffRows(const Factorization& factor, RowMatrix rows, const Eigen::V
 void StiffRows::solve(double accuracy, const Positions& b, const Positions& gaps, Positions& multipliers,
                       Positions& x) const {
   copy_rows(workers_, b, x);
+  multipliers.array().colwise() *= beyond_penalties_;
   rows_.add_transposed((gaps.array().colwise() * penalties_).matrix() - multipliers, x, workers_);
   factor_.solve(x);
   Positions direction;
@@ -88,6 +90,7 @@ void StiffRows::solve(double accuracy, const Positions& b, const Positions& gaps
     scale_and_add(product, keep, product_along, workers_);
     slope = next_slope;
   }
+  multipliers.array().colwise() /= beyond_penalties_;
 }
 
 }  // namespace arap

@@ -11,9 +11,9 @@ namespace arap {
 
 /// Many sparse rows H, far stiffer than A: min 1/2 <x, A x> - <b, x> + 1/2 sum_r w_r |h_r x - g_r|^2. An augmented
 /// Lagrangian: a factor of A + H^T P H with penalties P, about a hundred times as stiff as A there, and conjugate
-/// residuals on the multipliers f = (W - P) (H x - g), which stay finite as the weights grow. The penalties make their
-/// system, H (A + H^T P H)^-1 H^T + (W - P)^-1, nearly diagonal, so a few steps, of one solve each, suffice. Rows may
-/// be redundant or contradict each other.
+/// residuals on f = (W - P) (H x - g), the forces beyond those of the penalties, which stay finite as the weights grow.
+/// The penalties make their system, H (A + H^T P H)^-1 H^T + (W - P)^-1, nearly diagonal, so a few steps, of one solve
+/// each, suffice. Rows may be redundant or contradict each other.
 class StiffRows {
  public:
   /// @param factor     of A + H^T diag(penalties) H
@@ -24,7 +24,8 @@ class StiffRows {
 
   [[nodiscard]] const RowMatrix& rows() const { return rows_; }
 
-  /// Sets x for b and g, and the multipliers, (n_rows, 3), which it starts from. b may be x.
+  /// Sets x for b and g, and the multipliers, (n_rows, 3), which it starts from: the rows' forces w_r (h_r x - g_r).
+  /// b may be x.
   /// @param accuracy  what is left of the gaps, as a part of those that the penalties alone leave
   void solve(double accuracy, const Positions& b, const Positions& gaps, Positions& multipliers, Positions& x) const;
 
@@ -32,8 +33,9 @@ class StiffRows {
   const Factorization& factor_;
   RowMatrix rows_;
   Eigen::ArrayXd penalties_;
-  Eigen::ArrayXd compliance_;  ///< 1 / (w - p)
-  Eigen::ArrayXd scaling_;     ///< about the inverse of the multipliers' system
+  Eigen::ArrayXd compliance_;        ///< 1 / (w - p)
+  Eigen::ArrayXd beyond_penalties_;  ///< (w - p) / w
+  Eigen::ArrayXd scaling_;           ///< about the inverse of the multipliers' system
   Workers workers_;
 };
 

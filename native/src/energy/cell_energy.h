@@ -30,8 +30,8 @@ struct CellEnergy {
   [[nodiscard]] int n_vertices() const { return static_cast<int>(K.rows()); }
   [[nodiscard]] int n_cells() const { return static_cast<int>(cell_offsets.size()) - 1; }
 
-  /// The first vertex of a cell, at which it counts where a place is asked for: a cell is in the rigid region of its
-  /// home. -1 where the cell is empty.
+  /// The cell's reference vertex, its first: it decides the cell's rigid region and its place in the ordering. A cell
+  /// of vertices that are alike should have one outside of rigid regions. -1 if the cell is empty.
   [[nodiscard]] int home(int cell) const {
     return cell_offsets[cell] < cell_offsets[cell + 1] ? cell_vertices[cell_offsets[cell]] : -1;
   }

@@ -27,7 +27,7 @@ double DistanceEstimate::rate() const {
 }
 
 double DistanceEstimate::value() const {
-  // What the rate misses: it is a mean, and the longest way of a vertex becomes shorter more slowly than the mean way.
+  // What the rate misses: it is an average over vertices; the slowest vertex converges more slowly.
   constexpr double kSafety = 3;
   if (n_ == 0) return std::numeric_limits<double>::infinity();
   const double rate = this->rate();

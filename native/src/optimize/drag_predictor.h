@@ -6,17 +6,16 @@
 
 namespace arap {
 
-/// How the forces of the cells, the b of K p' = b, will have changed by the next frame of a drag: on from the last
-/// frame as its first iteration turned the cells, by as much as the targets go on in their direction. What few
-/// iterations a frame leave to be done is much the same in every frame; begun ahead by it, a drag does not lag behind
-/// its handles. The first iteration alone: what later ones and frames at rest bring is catching up, which does not go
-/// on.
+/// Extrapolates the forces of the cells, the b of K p' = b, to the next frame of a drag. During a drag the unfinished
+/// part of the solve is nearly the same every frame; extrapolating it removes the lag. The change that counts is that
+/// of a frame's first iteration, scaled by how far the targets go on in their direction: later iterations, and frames
+/// at rest, only catch up.
 ///
-/// Forces and not rotations, because a global step takes them as they are: nothing has to be summed over the cells.
+/// It extrapolates forces, not rotations: a global step takes them as they are, and nothing is summed over the cells.
 class DragPredictor {
  public:
-  /// By which part of the last change the next frame begins ahead: how far its targets go in the direction of the last
-  /// ones, as a part of these, in [-1.5, 1.5]. 0 where nothing is known, or nothing moves.
+  /// The part of the last change that the next frame starts ahead: how far its targets go in the direction of the last
+  /// ones, as a part of these, in [-1.5, 1.5]. 0 if nothing is known, or nothing moves.
   /// @param step  of its targets, (n_targets, 3); no rows: they did not come from a frame before
   [[nodiscard]] double share(const Positions& step) const;
 

@@ -91,7 +91,7 @@ Precision Engine::first_precision(const Positions& targets, const SolveOptions& 
   // A search that has come to double stays there, although a single estimate may be of a greater distance again.
   const bool is_near_end = goes_on_there && (needs_double(search_->distance(), options.accuracy) ||
                                              (steps_->is_in_double() && ends_in_double(options.accuracy)));
-  if (is_near_end || constraints_->is_weak_hold()) return Precision::kDouble;
+  if (is_near_end || constraints_->is_weak_hold) return Precision::kDouble;
   // Single if it can tell the edges of the mesh beside its whole extent.
   constexpr double kFinest = 1e-7;
   const bool is_coarse = options.accuracy >= kFinest;
@@ -113,7 +113,7 @@ Engine::Start Engine::plan(const Positions& targets, const SolveOptions& options
 std::optional<double> Engine::apply_guess(const Positions& targets, InitialGuess guess, const Start& start) {
   if (guess != InitialGuess::kPrevious) move_to_rest();
   // The centers of rigid regions depend on the constraints.
-  pose_.placements = constraints_->regions().fit_placements(pose_.positions);
+  pose_.placements = constraints_->regions.fit_placements(pose_.positions);
   const bool has_torn = steps_->impose_constraints(pose_);
   if (guess == InitialGuess::kNaiveLaplacian) {
     const bool is_first = !constraints_->has_laplacian_system();

@@ -50,7 +50,7 @@ class Engine {
   double evaluate(const Positions& positions, Positions& gradient) const;
 
   /// Components of the input without any constraint.
-  [[nodiscard]] const std::vector<int>& parts_at_rest() const { return constraints_->parts_at_rest(); }
+  [[nodiscard]] const std::vector<int>& parts_at_rest() const { return constraints_->parts_at_rest; }
   /// Numeric factorizations so far.
   [[nodiscard]] int n_factorizations() const { return n_factorizations_; }
 

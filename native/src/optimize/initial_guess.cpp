@@ -14,36 +14,18 @@ namespace {
 constexpr double kRotationAccuracy = 1e-3;
 
 /// Mean rotation vector of what is constrained in each part, part -1 (isolated vertices) first.
-/// @param of_vertex  (n, 3) rotation vectors of constrained vertices
 /// @param rotations  (n_targets, 3)
 std::vector<Eigen::RowVector3d> mean_rotations(const PreparedModel& model, const PreparedConstraints& constraints,
-                                               const Positions& of_vertex, const Positions& rotations) {
+                                               const Positions& rotations) {
   std::vector<Eigen::RowVector3d> sums(model.n_parts + 1, Eigen::RowVector3d::Zero());
   std::vector<int> counts(sums.size(), 0);
-  const auto add = [&](int v, const Eigen::RowVector3d& rotation) {
-    const int place = model.part_of_vertex[v] + 1;
-    sums[place] += rotation;
+  for (Eigen::Index k = 0; k < rotations.rows(); ++k) {
+    const int place = model.part_of_vertex[constraints.vertex_of_target[k]] + 1;
+    sums[place] += rotations.row(k);
     ++counts[place];
-  };
-  const auto add_patches = [&](const std::vector<LinearRow>& patches, const std::vector<int>& rows) {
-    for (size_t k = 0; k < patches.size(); ++k) add(patches[k].indices.front(), rotations.row(rows[k]));
-  };
-  for (const int v : constraints.hard_vertices()) add(v, of_vertex.row(v));
-  for (const int v : constraints.soft_vertices()) add(v, of_vertex.row(v));
-  add_patches(constraints.patches(), constraints.patch_rows());
-  add_patches(constraints.anchor_patches(), constraints.anchor_rows());
-  for (const PreparedConstraints::Rows* group : {&constraints.soft_rows(), &constraints.stiff_rows()})
-    for (int r = 0; r < group->rows.size(); ++r)
-      add(group->rows.indices[group->rows.offsets[r]], rotations.row(group->target_rows[r]));
+  }
   for (size_t place = 0; place < sums.size(); ++place) sums[place] /= std::max(1, counts[place]);
   return sums;
-}
-
-/// b += H^T W y for the soft rows H.
-void add_row_forces(const PreparedModel& model, const PreparedConstraints& constraints,
-                    const std::vector<double>& weights, Positions y, Positions& b) {
-  for (Eigen::Index r = 0; r < y.rows(); ++r) y.row(r) *= weights[r];
-  constraints.soft_rows().matrix.add_transposed(y, b, model.workers);
 }
 
 }  // namespace
@@ -51,26 +33,23 @@ void add_row_forces(const PreparedModel& model, const PreparedConstraints& const
 void guess_naive_laplacian(const PreparedModel& model, PreparedConstraints& constraints, const Positions& targets,
                            const Positions& vertex_targets, Pose& pose) {
   const ConstrainedSystem& system = constraints.laplacian_system(model);
-  const RigidRegions& regions = constraints.regions();
+  const RigidRegions& regions = constraints.regions;
   Positions gap = model.rest - pose.positions;
   Positions laplacian;
   Positions residual;
   multiply(model.energy.K, gap, laplacian, model.workers);
   multiply(model.energy.K, laplacian, residual, model.workers);
   const Eigen::VectorXd diagonal = model.energy.K.diagonal();
-  const Eigen::VectorXd& soft = constraints.soft_diagonal();
+  const Eigen::VectorXd& soft = constraints.soft_diagonal;
   for (Eigen::Index v = 0; v < soft.size(); ++v) {
     if (!(soft[v] > 0)) continue;
     const double diagonal_squared = model.energy.K.col(v).squaredNorm();
     residual.row(v) += soft[v] * diagonal_squared / diagonal[v] * (vertex_targets.row(v) - pose.positions.row(v));
   }
-  if (!constraints.soft_rows().rows.empty()) {
-    Positions reached;
-    constraints.soft_rows().matrix.multiply(pose.positions, reached, model.workers);
-    add_row_forces(model, constraints,
-                   PreparedConstraints::laplacian_rows(constraints.soft_rows().rows, diagonal).weights,
-                   targets(constraints.soft_rows().target_rows, all) - reached, residual);
-  }
+  const PreparedConstraints::Rows& rows = constraints.soft_rows;
+  const LinearRows weighted = PreparedConstraints::laplacian_rows(rows.rows, diagonal);
+  const Positions row_gaps = rows.matrix.gaps(targets(rows.target_rows, all), pose.positions, model.workers);
+  rows.matrix.add_transposed(weighted.weight_vector().asDiagonal() * row_gaps, residual, model.workers);
   regions.reduce(residual);
   const Positions gaps = constraints.held_gaps(constraints.held_targets(targets), pose.positions, model.workers);
   system.correct_to(kDoubleAccuracy, residual, gaps);
@@ -88,29 +67,30 @@ double guess_accuracy(double range) {
 double spread_rotations(const PreparedModel& model, const PreparedConstraints& constraints, const Positions& rotations,
                         Pose& pose) {
   const ConstrainedSystem& system = constraints.system();
-  const RigidRegions& regions = constraints.regions();
+  const RigidRegions& regions = constraints.regions;
   // A row whose coefficients sum to s has s times the rotation vector that its unknowns should have.
-  const Positions targets = constraints.target_sums().asDiagonal() * rotations;
+  const Positions targets = constraints.target_sums.asDiagonal() * rotations;
   Positions of_vertex = Positions::Zero(model.rest.rows(), 3);
   constraints.write_vertex_targets(targets, of_vertex);
   // From the mean of a part the way to its rotations is short, and none if all of them are one.
-  const std::vector<Eigen::RowVector3d> means = mean_rotations(model, constraints, of_vertex, rotations);
+  const std::vector<Eigen::RowVector3d> means = mean_rotations(model, constraints, rotations);
   Positions field(model.rest.rows(), 3);
   for (Eigen::Index v = 0; v < field.rows(); ++v)
     field.row(regions.unknown_of(static_cast<int>(v))) = means[model.part_of_vertex[v] + 1];
-  for (const int v : constraints.hard_vertices()) field.row(regions.unknown_of(v)) = of_vertex.row(v);
-  for (size_t k = 0; k < constraints.anchor_patches().size(); ++k)
-    field.row(regions.unknown_of(constraints.anchor_patches()[k].indices.front())) =
-        rotations.row(constraints.anchor_rows()[k]);
+  for (const int v : constraints.hard_vertices) field.row(regions.unknown_of(v)) = of_vertex.row(v);
+  const Positions of_anchors = constraints.anchor_targets(rotations);
+  for (size_t k = 0; k < constraints.anchor_points.size(); ++k)
+    field.row(regions.unknown(constraints.anchor_points[k].region)) = of_anchors.row(static_cast<Eigen::Index>(k));
   Positions of_rows = Positions::Zero(field.rows(), 3);
-  add_row_forces(model, constraints, constraints.soft_rows().rows.weights,
-                 targets(constraints.soft_rows().target_rows, all), of_rows);
+  const PreparedConstraints::Rows& rows = constraints.soft_rows;
+  rows.matrix.add_transposed(rows.rows.weight_vector().asDiagonal() * targets(rows.target_rows, all), of_rows,
+                             model.workers);
   regions.reduce(of_rows);
   Positions pull;
   system.multiply(field, pull);
   Positions residual = of_rows - pull;
-  for (const int v : constraints.soft_vertices())
-    residual.row(regions.unknown_of(v)) += constraints.soft_diagonal()[v] * of_vertex.row(v);
+  for (const int v : constraints.soft_vertices)
+    residual.row(regions.unknown_of(v)) += constraints.soft_diagonal[v] * of_vertex.row(v);
   // Of the field at the unknowns: with regions, members have that of theirs.
   Positions of_members = field;
   regions.expand(of_members);

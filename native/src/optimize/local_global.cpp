@@ -38,14 +38,14 @@ void LocalGlobal::set_targets(const Positions& targets, Precision precision) {
   passes_ = &passes;
   is_in_double_ = precision == Precision::kDouble || !model_.fits_single;
   const auto pull_softly = [&](double sign) {
-    const Eigen::VectorXd& soft = constraints_.soft_diagonal();
+    const Eigen::VectorXd& soft = constraints_.soft_diagonal;
     if (known_ != Known::kResidual) return;
-    for (const int v : constraints_.soft_vertices()) residual_.row(v) += sign * soft[v] * targets_.vertices.row(v);
+    for (const int v : constraints_.soft_vertices) residual_.row(v) += sign * soft[v] * targets_.vertices.row(v);
   };
   pull_softly(-1);
   constraints_.write_vertex_targets(targets, targets_.vertices);
   pull_softly(1);
-  Positions row_targets = targets(constraints_.soft_rows().target_rows, all);
+  Positions row_targets = targets(constraints_.soft_rows.target_rows, all);
   if (known_ == Known::kResidual && row_targets.rows() > 0) add_row_forces(row_targets - targets_.rows);
   targets_.rows = std::move(row_targets);
   targets_.patches = constraints_.anchor_targets(targets);
@@ -53,7 +53,7 @@ void LocalGlobal::set_targets(const Positions& targets, Precision precision) {
   // A solve that only goes on keeps what holds the patches: at the minimum nothing is left to correct.
   const bool goes_on = knew_pose && held_targets.rows() == held_targets_.rows();
   if (!goes_on || held_targets != held_targets_) {
-    const Eigen::Index n_patches = std::ssize(constraints_.patches());
+    const Eigen::Index n_patches = std::ssize(constraints_.patches);
     // What holds hard rows is found by iteration, which begins nearer from the last ones.
     if (multipliers_.rows() != held_targets.rows()) multipliers_ = Positions::Zero(held_targets.rows(), 3);
     multipliers_.topRows(n_patches).setZero();
@@ -73,12 +73,12 @@ bool LocalGlobal::impose_constraints(Pose& pose) {
     if (known_ == Known::kResidual && !step.isZero(0)) follow_vertex(v, step);
     pose.positions.row(v) = place;
   };
-  for (const int v : constraints_.hard_vertices()) move(v, targets_.vertices.row(v));
-  for (const int v : constraints_.vertices_at_rest()) move(v, model_.rest.row(v));
+  for (const int v : constraints_.hard_vertices) move(v, targets_.vertices.row(v));
+  for (const int v : constraints_.vertices_at_rest) move(v, model_.rest.row(v));
   if (!has_regions()) return has_moved;
-  const RigidRegions& regions = constraints_.regions();
+  const RigidRegions& regions = constraints_.regions;
   for (int r = 0; r < regions.size(); ++r)
-    if (constraints_.is_at_rest()[regions.unknown(r)] != 0) pose.placements[r] = regions.rest_placement(r);
+    if (constraints_.is_at_rest[regions.unknown(r)] != 0) pose.placements[r] = regions.rest_placement(r);
   regions.place_anchored(targets_, pose.placements);
   regions.write(pose.placements, pose.positions);
   return (pose.positions - before).rowwise().squaredNorm().maxCoeff() > kMoved * kMoved;
@@ -89,7 +89,7 @@ Positions LocalGlobal::held_gaps(const Positions& positions) const {
 }
 
 Positions LocalGlobal::patch_gaps(const Positions& positions) const {
-  return gaps_to(held_targets_.topRows(std::ssize(constraints_.patches())), constraints_.patches(), positions);
+  return held_gaps(positions).topRows(std::ssize(constraints_.patches));
 }
 
 void LocalGlobal::add_held_forces(double sign) {
@@ -99,36 +99,30 @@ void LocalGlobal::add_held_forces(double sign) {
 void LocalGlobal::add_free_forces(double sign) {
   if (multipliers_.rows() == 0) return;
   Positions forces = -multipliers_;
-  const std::vector<double>& weights = constraints_.stiff_rows().rows.weights;
-  const Eigen::Index first = forces.rows() - std::ssize(weights);
-  for (Eigen::Index r = 0; r < std::ssize(weights); ++r) forces.row(first + r) = weights[r] * stiff_gaps_.row(r);
+  const LinearRows& stiff = constraints_.stiff_rows.rows;
+  if (!stiff.empty()) forces.bottomRows(stiff.size()) = stiff.weight_vector().asDiagonal() * stiff_gaps_;
   constraints_.add_held_forces(sign, forces, workers(), residual_);
 }
 
 void LocalGlobal::follow_vertex(int v, const Eigen::RowVector3d& step) {
   for (SparseMatrix::InnerIterator entry(model_.energy.K, v); entry; ++entry)
     residual_.row(entry.row()) -= entry.value() * step;
-  const RowMatrix& rows = constraints_.soft_rows().matrix;
+  const RowMatrix& rows = constraints_.soft_rows.matrix;
   if (rows.empty()) return;
   rows.for_rows_of(v, [&](int row, double of_v) {
-    const Eigen::RowVector3d force = constraints_.soft_rows().rows.weights[row] * of_v * step;
+    const Eigen::RowVector3d force = constraints_.soft_rows.rows.weights[row] * of_v * step;
     rows.for_unknowns_of(row, [&](int i, double coefficient) { residual_.row(i) -= coefficient * force; });
   });
 }
 
-double LocalGlobal::add_row_forces(Positions gaps) {
-  double energy = 0;
-  for (Eigen::Index r = 0; r < gaps.rows(); ++r) {
-    const double weight = constraints_.soft_rows().rows.weights[r];
-    energy += 0.5 * weight * gaps.row(r).squaredNorm();
-    gaps.row(r) *= weight;
-  }
-  constraints_.soft_rows().matrix.add_transposed(gaps, residual_, workers());
-  return energy;
+double LocalGlobal::add_row_forces(const Positions& gaps) {
+  const auto weights = constraints_.soft_rows.rows.weight_vector();
+  constraints_.soft_rows.matrix.add_transposed(weights.asDiagonal() * gaps, residual_, workers());
+  return 0.5 * weights.dot(gaps.rowwise().squaredNorm());
 }
 
 void LocalGlobal::find_correction(const Pose& pose, Positions& correction) {
-  const RigidRegions& regions = constraints_.regions();
+  const RigidRegions& regions = constraints_.regions;
   const ConstrainedSystem& system = constraints_.system();
   if (regions.empty()) {
     system.correct(residual_, held_gaps(pose.positions), multipliers_, correction);
@@ -141,7 +135,7 @@ void LocalGlobal::find_correction(const Pose& pose, Positions& correction) {
 }
 
 void LocalGlobal::apply_residual_to(double accuracy, Pose& pose) {
-  const RigidRegions& regions = constraints_.regions();
+  const RigidRegions& regions = constraints_.regions;
   regions.reduce(residual_);
   constraints_.system().correct_to(accuracy, residual_, held_gaps(pose.positions));
   known_ = std::min(known_, Known::kRotations);
@@ -158,27 +152,24 @@ void LocalGlobal::project_on_held(Pose& pose) {
 
 double LocalGlobal::refresh_residual(const Pose& pose) {
   double energy = passes_->rest_energy() + passes_->find_residual(residual_);
-  const Eigen::VectorXd& soft = constraints_.soft_diagonal();
-  for (const int v : constraints_.soft_vertices()) {
+  const Eigen::VectorXd& soft = constraints_.soft_diagonal;
+  for (const int v : constraints_.soft_vertices) {
     const Eigen::RowVector3d gap = targets_.vertices.row(v) - pose.positions.row(v);
     energy += 0.5 * soft[v] * gap.squaredNorm();
     residual_.row(v) += soft[v] * gap;
   }
-  if (!constraints_.soft_rows().rows.empty()) {
-    Positions reached;
-    constraints_.soft_rows().matrix.multiply(pose.positions, reached, workers());
-    energy += add_row_forces(targets_.rows - reached);
-  }
-  if (const LinearRows& stiff = constraints_.stiff_rows().rows; !stiff.empty()) {
+  if (!constraints_.soft_rows.rows.empty())
+    energy += add_row_forces(constraints_.soft_rows.matrix.gaps(targets_.rows, pose.positions, workers()));
+  if (const LinearRows& stiff = constraints_.stiff_rows.rows; !stiff.empty()) {
     stiff_gaps_ = held_gaps(pose.positions).bottomRows(stiff.size());
-    for (int r = 0; r < stiff.size(); ++r) energy += 0.5 * stiff.weights[r] * stiff_gaps_.row(r).squaredNorm();
+    energy += 0.5 * stiff.weight_vector().dot(stiff_gaps_.rowwise().squaredNorm());
   }
   return energy;
 }
 
 void LocalGlobal::fit_regions(Pose& pose) {
-  const RigidRegions& regions = constraints_.regions();
-  const MixedPatches& mixed = constraints_.mixed_patches();
+  const RigidRegions& regions = constraints_.regions;
+  const MixedPatches& mixed = constraints_.mixed_patches;
   passes_->read_rotations(pose.rotations);
   regions.share_rotations(pose.placements, pose.rotations);
   Positions pulls;
@@ -192,7 +183,7 @@ void LocalGlobal::fit_regions(Pose& pose) {
     const Matrix3 before = pose.placements[r].rotation;
     Matrix3 pull = Matrix3::Zero();
     if (!mixed.empty()) pull = mixed.linear_term(r, before, patch_gaps(pose.positions), pulls);
-    regions.fit_rotation(r, targets_, constraints_.soft_diagonal(), pull, pose.placements[r], pose.rotations,
+    regions.fit_rotation(r, targets_, constraints_.soft_diagonal, pull, pose.placements[r], pose.rotations,
                          pose.positions);
     if (mixed.empty()) continue;
     mixed.follow_turn(r, pose.placements[r].rotation - before, pulls);
@@ -207,7 +198,7 @@ void LocalGlobal::fit_regions(Pose& pose) {
 double LocalGlobal::fit(Pose& pose) {
   passes_->set_positions(pose.positions);
   double alignment = passes_->fit_rotations();
-  if (!constraints_.regions().empty()) {
+  if (!constraints_.regions.empty()) {
     fit_regions(pose);
     alignment = passes_->alignment();
   }
@@ -227,7 +218,7 @@ void LocalGlobal::start(const Pose& pose) {
 
 void LocalGlobal::finish(Pose& pose) {
   passes_->read_rotations(pose.rotations);
-  known_ = constraints_.regions().empty() ? Known::kResidual : Known::kRotations;
+  known_ = constraints_.regions.empty() ? Known::kResidual : Known::kRotations;
 }
 
 bool LocalGlobal::go_on_in_double(Pose& pose) {

@@ -33,7 +33,7 @@ class LocalGlobal {
   /// (n, 3), 0 where there is none.
   [[nodiscard]] const Positions& vertex_targets() const { return targets_.vertices; }
 
-  /// Puts hard vertices, anchored regions and what stays at rest to their places; true where that moved any of them.
+  /// Puts hard vertices, anchored regions and what stays at rest to their places; true if that moved any of them.
   bool impose_constraints(Pose& pose);
 
   /// The smallest change (in the norm of K) that brings patches and stiff rows to their targets.
@@ -49,7 +49,7 @@ class LocalGlobal {
   /// Starts from the rotations of the pose; fit() leaves those it finds in the passes until finish().
   void start(const Pose& pose);
   void finish(Pose& pose);
-  /// The next fit() is in double, from the rotations of the last one; false where it has been so already.
+  /// The next fit() is in double, from the rotations of the last one; false if it has been so already.
   [[nodiscard]] bool go_on_in_double(Pose& pose);
   [[nodiscard]] bool is_in_double() const { return is_in_double_; }
   /// Call it if anybody else changes the pose or works with the passes.
@@ -65,7 +65,7 @@ class LocalGlobal {
   /// Local step. Returns the energy, and leaves the residual for the next global step.
   [[nodiscard]] double fit(Pose& pose);
 
-  [[nodiscard]] bool has_regions() const { return !constraints_.regions().empty(); }
+  [[nodiscard]] bool has_regions() const { return !constraints_.regions.empty(); }
   /// The largest movement of a vertex since the start of the last global step: with the regions that fit() has turned.
   [[nodiscard]] double step_with_turns(const Pose& pose) const {
     return longest_row(pose.positions - start_, workers());
@@ -89,7 +89,7 @@ class LocalGlobal {
   /// The whole global step from the residual at hand, (n, 3); `correction` may be the residual.
   void find_correction(const Pose& pose, Positions& correction);
   /// Tells the regions that their vertices were moved alike.
-  void follow_positions(Pose& pose) const { constraints_.regions().read_translations(pose.placements, pose.positions); }
+  void follow_positions(Pose& pose) const { constraints_.regions.read_translations(pose.placements, pose.positions); }
 
   /// Smallest change of the energy that is not rounding.
   [[nodiscard]] double energy_rounding() const { return passes_->energy_rounding(); }
@@ -103,7 +103,7 @@ class LocalGlobal {
     kResidual,   ///< and in residual_
   };
 
-  /// Hands the rotations of the pose to the passes, where those have not got them.
+  /// Hands the rotations of the pose to the passes, if they have not got them.
   void know_rotations(const Pose& pose);
   /// Brings rigid regions to their best rotations, after the cells.
   void fit_regions(Pose& pose);
@@ -117,7 +117,7 @@ class LocalGlobal {
   [[nodiscard]] Positions held_gaps(const Positions& positions) const;
   [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
   /// The forces of soft rows in `gaps`, (n_rows, 3), are added to the residual; returns their energy.
-  double add_row_forces(Positions gaps);
+  double add_row_forces(const Positions& gaps);
   /// For the positions and rotations of the pose, whatever the passes have been about.
   void find_residual_of(const Pose& pose);
   /// The same by what changes if one vertex is moved.

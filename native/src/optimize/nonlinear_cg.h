@@ -14,15 +14,15 @@
 namespace arap {
 
 /// Nonlinear conjugate gradients on E(p') = min_R E(p', R), preconditioned by the factorized matrix. The preconditioned
-/// residual is the global step, so with beta = 0 and length 1 an iteration is plain local/global, which never raises
-/// the energy: it is the first step, and the way out wherever a longer one raises it. beta by Polak and Ribiere, not
+/// residual is the global step. With beta = 0 and length 1 an iteration is plain local/global, which never raises the
+/// energy: it is the first step, and the fallback if a longer one raises it. beta by Polak and Ribiere, not
 /// below 0; the length by the secant of the slope at 0 and at the last length.
 class NonlinearCg {
  public:
   explicit NonlinearCg(LocalGlobal& steps) : steps_(steps) {}
 
-  /// Forgets the directions so far: the next step is a plain global step. Comes where targets have changed, or the pose
-  /// by anybody else; a solve that only goes on goes on with them, as if both were one.
+  /// Discards the search directions: the next step is a plain global step. Call it after the targets or the pose were
+  /// changed from outside; otherwise a new solve continues the previous search.
   void restart() {
     is_fresh_ = true;
     distance_.forget();
@@ -36,7 +36,7 @@ class NonlinearCg {
   [[nodiscard]] double step() const { return step_; }
   /// That of the plain global step where it began.
   [[nodiscard]] double longest_correction() const { return longest_row(correction_, steps_.workers()); }
-  /// How far the pose is from where the iteration would end, as far as its last steps tell.
+  /// Estimated distance of the pose from the minimizer, from the last steps.
   [[nodiscard]] double distance() const { return distance_.value(); }
 
  private:
@@ -75,7 +75,7 @@ class NonlinearCg {
 /// Whether a solve that is to come so near ends in double precision.
 [[nodiscard]] bool ends_in_double(double accuracy);
 
-/// Whether a pose is so near to where it would end that single precision cannot bring it as near as is asked for.
+/// Whether single precision cannot bring a pose at this distance from the minimizer to within the accuracy.
 [[nodiscard]] bool needs_double(double distance, double accuracy);
 
 struct IterationReport {

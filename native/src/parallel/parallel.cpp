@@ -3,17 +3,9 @@
 
 #include <omp.h>
 
-#include "parallel/first_failure.h"
 #include "parallel/process_id.h"
 
 namespace arap {
-
-int choose_threads(int requested, int n_vertices) {
-  if (requested > 0) return requested;
-  // With fewer vertices a thread, sharing a pass costs as much as it saves.
-  constexpr int kVerticesPerThread = 5000;
-  return std::clamp(n_vertices / kVerticesPerThread, 1, std::max(1, omp_get_max_threads()));
-}
 
 namespace {
 
@@ -21,11 +13,19 @@ namespace {
 /// keeps its threads between regions, a child does not have them, and GCC's runtime would wait for them forever.
 int openmp_threads(int wanted) {
   if (wanted <= 1) return 1;
+  // The runtime's threads belong to the process that first had a region.
   static const ProcessId first = process_id();
   return process_id() == first ? wanted : 1;
 }
 
 }  // namespace
+
+int choose_threads(int requested, int n_vertices) {
+  if (requested > 0) return requested;
+  // With fewer vertices a thread, sharing a pass costs as much as it saves.
+  constexpr int kVerticesPerThread = 5000;
+  return std::clamp(n_vertices / kVerticesPerThread, 1, std::max(1, omp_get_max_threads()));
+}
 
 void for_each_piece(int threads, int n_pieces, const std::function<void(int piece)>& body) {
   const int n_threads = openmp_threads(std::min(threads, n_pieces));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <future>
+#include <system_error>
 #include <vector>
 
 #include "parallel/workers.h"
@@ -92,6 +94,19 @@ template <int kRange = 512, class Threads, class Body>
   return parallel_reduce<kRange>(
              threads, n, char{1}, [&](int begin, int end) { return static_cast<char>(body(begin, end)); },
              [](char a, char b) { return static_cast<char>(a & b); }) != 0;
+}
+
+/// Starts act() in a thread of its own, beside the caller's work. With one worker, or if the system has no more
+/// threads, it runs when its result is asked for.
+template <class Act>
+auto beside(const Workers& workers, const Act& act) {
+  if (workers.threads() > 1) {
+    try {
+      return std::async(std::launch::async, act);
+    } catch (const std::system_error&) {  // NOLINT(bugprone-empty-catch): deferred
+    }
+  }
+  return std::async(std::launch::deferred, act);
 }
 
 }  // namespace arap

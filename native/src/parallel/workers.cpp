@@ -8,7 +8,6 @@
 #include <thread>
 #include <vector>
 
-#include "parallel/first_failure.h"
 #include "parallel/process_id.h"
 
 namespace arap {

@@ -1,31 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baking an animation: every baked frame shows exactly its pose, and nothing else changes."""
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
-from support import (
-    TOP,
-    SceneTest,
-    animated,
-    bpy,
-    data_of,
-    empty_at,
-    key_positions,
-    mesh_object,
-    module,
-    posable,
-    rest_positions,
-    shown_positions,
-)
+from looks import data_of, key_names, key_positions, rest_positions, shown_positions
+from support import SceneTest, bpy, module
+from tubes import TOP, animated, empty_at, mesh_object, own_key, posable
 
 CANCELLED = "The bake of 'Tube' was cancelled; nothing has changed"
 IN_THE_TAB = "(in the tab: Advanced > Shape Key)"
-
-
-def key_names(obj):
-    return [key.name for key in obj.data.shape_keys.key_blocks]
 
 
 class BakeTest(SceneTest):
@@ -136,11 +118,7 @@ class BakeTest(SceneTest):
 
     def test_other_keys_and_the_frame_stay(self):
         obj = animated()
-        obj.shape_key_add(name="Basis")
-        smile = obj.shape_key_add(name="Smile")
-        for point in smile.data:
-            point.co.x += 0.25
-        smile.value = 1.0
+        smile = own_key(obj, "Smile")
         self.scene.frame_set(7, subframe=0.25)
         names = self.api.bake_animation(obj, 1, 21, 10)
         self.assertEqual((self.scene.frame_current, self.scene.frame_subframe), (7, 0.25))
@@ -371,18 +349,17 @@ class RefusalTest(SceneTest):
         animation = obj.data.shape_keys.animation_data
         action = animation.action
         action.name = "Linked"
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "library.blend")
-            bpy.data.libraries.write(path, {action})
-            bpy.data.actions.remove(action)
-            with bpy.data.libraries.load(path, link=True) as (_, data):
-                data.actions = ["Linked"]
-            animation.action = bpy.data.actions["Linked"]
-            message = (
-                "The animation of the shape keys of 'Tube', action 'Linked', is linked from another file: "
-                "make it local or take it off"
-            )
-            self.assert_refused(message, obj, 1, 2)
+        path = str(self.new_folder() / "library.blend")
+        bpy.data.libraries.write(path, {action})
+        bpy.data.actions.remove(action)
+        with bpy.data.libraries.load(path, link=True) as (_, data):
+            data.actions = ["Linked"]
+        animation.action = bpy.data.actions["Linked"]
+        message = (
+            "The animation of the shape keys of 'Tube', action 'Linked', is linked from another file: "
+            "make it local or take it off"
+        )
+        self.assert_refused(message, obj, 1, 2)
 
     def test_a_shared_action_of_the_keys_is_refused(self):
         obj = animated()

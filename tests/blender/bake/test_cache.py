@@ -1,19 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mesh caches, read by Blender's own Mesh Cache modifier. The bytes of a file are tested without Blender."""
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
-from support import PLACED, SceneTest, animated, bpy, data_of, key_positions, module, shown_positions
+from looks import data_of, key_positions, shown_positions
+from support import SceneTest, bpy, module
+from tubes import PLACED, animated, own_key
 
 
 class MeshCacheTest(SceneTest):
     def setUp(self) -> None:
         super().setUp()
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name).resolve()
+        self.folder = self.new_folder()
         self.mdd = self.folder / "tube.mdd"
 
     def check_frames(self, obj, shapes, frames):
@@ -135,10 +132,6 @@ class MeshCacheTest(SceneTest):
     def test_other_shape_keys_are_not_in_it(self):
         obj = animated()
         shapes = self.baked_shapes(obj, 1, 3)
-        obj.shape_key_add(name="Basis")
-        smile = obj.shape_key_add(name="Smile")
-        for point in smile.data:
-            point.co.x += 1.0
-        smile.value = 1.0
+        own_key(obj, "Smile", 1.0)
         self.api.export_mesh_cache(obj, self.mdd, 1, 3, add_modifier=True)
         self.check_frames(obj, shapes, (1, 2, 3))

@@ -2,18 +2,9 @@
 """Fewest keys: the blend that Blender shows is within the tolerance of the true frame, at every frame."""
 
 import numpy as np
-from support import (
-    PLACED,
-    SceneTest,
-    animated,
-    bpy,
-    data_of,
-    in_world,
-    key_positions,
-    module,
-    rest_positions,
-    shown_positions,
-)
+from looks import data_of, in_world, key_positions, rest_positions, shown_positions
+from support import SceneTest, bpy, module
+from tubes import PLACED, animated
 
 
 class FewestKeysTest(SceneTest):

@@ -14,7 +14,8 @@ from pathlib import Path
 from types import FunctionType
 
 import support
-from support import SceneTest, bpy, module, posable
+from support import SceneTest, bpy, module
+from tubes import posable
 
 HERE = Path(__file__).resolve().parents[1]
 PROBE = """
@@ -127,12 +128,3 @@ class RegisterTest(SceneTest):
         # Some Blenders (3.4) never let go of a class with properties.
         of_properties = {name for name in left if name.startswith("props.")}
         self.assertEqual(left - of_properties if bpy.app.binary_path else left, set())
-
-    def test_properties_have_names_and_descriptions(self):
-        properties = module("props.object")
-        for cls in properties.CLASSES:
-            for name, prop in cls.bl_rna.properties.items():
-                if name not in ("rna_type",):
-                    with self.subTest(f"{cls.__name__}.{name}"):
-                        self.assertTrue(prop.description)
-                        self.assertFalse(prop.description.endswith("."))

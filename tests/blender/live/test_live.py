@@ -3,27 +3,12 @@
 
 import contextlib
 import io
-import tempfile
-from pathlib import Path
 
 import numpy as np
 import support
-from support import (
-    BOTTOM,
-    MIDDLE,
-    TOP,
-    FakeAct,
-    SceneTest,
-    bend,
-    bpy,
-    key_positions,
-    mesh_object,
-    module,
-    move,
-    posable,
-    rest_positions,
-    shown_positions,
-)
+from looks import key_positions, rest_positions, shown_positions
+from support import FakeAct, SceneTest, bpy, module
+from tubes import BOTTOM, MIDDLE, TOP, animate, bend, copied, mesh_object, move, posable
 
 SAME = 2e-3  # of a mesh 4 long: what two ways to one pose may differ by, at the accuracy below
 
@@ -33,14 +18,6 @@ def live_tube(name="Tube"):
     obj.arap.is_live = True
     bpy.context.view_layer.update()
     return obj
-
-
-def animate(obj, start=1, end=21, turn=-1.2):
-    target = obj.arap.handles[0].target
-    for frame, y, angle in ((start, 0.0, 0.0), ((start + end) // 2, 1.5, turn), (end, 0.6, 0.3 * turn)):
-        target.location.y, target.rotation_euler.x = y, angle
-        target.keyframe_insert("location", frame=frame)
-        target.keyframe_insert("rotation_euler", frame=frame)
 
 
 def top_as_handled(obj):
@@ -125,8 +102,8 @@ class LiveToggleTest(SceneTest):
 
     def test_several_objects_follow_their_own_handles(self):
         objects = [live_tube(f"Tube {i}") for i in range(3)]
-        for i, obj in enumerate(objects):
-            animate(obj, turn=0.4 * i)
+        for obj in objects[1:]:  # the first one rests
+            animate(obj)
         for frame in (5, 11, 21):
             self.scene.frame_set(frame)
             for obj in objects:
@@ -142,19 +119,18 @@ class LiveToggleTest(SceneTest):
         animate(obj)
         self.scene.frame_set(11)
         shown = shown_positions(obj)
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "live.blend")
-            bpy.ops.wm.save_as_mainfile(filepath=path)
-            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-            self.assertEqual(self.live._runs, {})
-            bpy.ops.wm.open_mainfile(filepath=path)
-            obj = bpy.data.objects["Tube"]
-            self.assertTrue(obj.arap.is_live)
-            self.assert_close(shown_positions(obj), shown, 1e-6)
-            bpy.context.scene.frame_set(21)
-            self.assert_followed(obj)
-            bpy.context.scene.frame_set(11)
-            self.assert_close(shown_positions(obj), shown, SAME)
+        path = str(self.new_folder() / "live.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.assertEqual(self.live._runs, {})
+        bpy.ops.wm.open_mainfile(filepath=path)
+        obj = bpy.data.objects["Tube"]
+        self.assertTrue(obj.arap.is_live)
+        self.assert_close(shown_positions(obj), shown, 1e-6)
+        bpy.context.scene.frame_set(21)
+        self.assert_followed(obj)
+        bpy.context.scene.frame_set(11)
+        self.assert_close(shown_positions(obj), shown, SAME)
 
     def test_a_bind_that_a_file_load_ends_gives_no_session_to_the_new_file(self):
         obj = live_tube()
@@ -170,40 +146,22 @@ class LiveToggleTest(SceneTest):
         obj = live_tube()
         bend(obj)
         shown = key_positions(obj)
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "live.blend")
-            bpy.ops.wm.save_as_mainfile(filepath=path)
-            for is_linked in (False, True):
-                bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-                with bpy.data.libraries.load(path, link=is_linked) as (source, wanted):
-                    wanted.objects = source.objects
-                for item in wanted.objects:
-                    bpy.context.scene.collection.objects.link(item)
-                bpy.context.view_layer.update()
-                obj = bpy.data.objects["Tube"]
-                self.assertEqual(self.live.run_of(obj) is None, is_linked)
-                self.assert_close(shown_positions(obj), shown, SAME)
-                self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
-                if not is_linked:
-                    move(obj.arap.handles[0].target, (0.2, 0.0, 0.0))
-                    self.assert_followed(obj)
-
-    def test_a_handle_that_was_not_appended_into_the_scene_says_so(self):
-        obj = live_tube()
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "live.blend")
-            bpy.ops.wm.save_as_mainfile(filepath=path)
+        path = str(self.new_folder() / "live.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        for is_linked in (False, True):
             bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-            with bpy.data.libraries.load(path, link=False) as (_, wanted):
-                wanted.objects = ["Tube"]
-            obj = wanted.objects[0]
-            bpy.context.scene.collection.objects.link(obj)
-            self.update_quietly()
-            self.assert_off(
-                obj,
-                "Handle 'Head' of 'Tube': 'Head' is not in the scene any more; choose another object or remove the "
-                "handle",
-            )
+            with bpy.data.libraries.load(path, link=is_linked) as (source, wanted):
+                wanted.objects = source.objects
+            for item in wanted.objects:
+                bpy.context.scene.collection.objects.link(item)
+            bpy.context.view_layer.update()
+            obj = bpy.data.objects["Tube"]
+            self.assertEqual(self.live.run_of(obj) is None, is_linked)
+            self.assert_close(shown_positions(obj), shown, SAME)
+            self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+            if not is_linked:
+                move(obj.arap.handles[0].target, (0.2, 0.0, 0.0))
+                self.assert_followed(obj)
 
     def update_quietly(self):
         """Evaluates the scene; what is printed without a window is one line."""
@@ -227,8 +185,8 @@ class LiveToggleTest(SceneTest):
         self.scene.render.resolution_x = self.scene.render.resolution_y = 16
         self.scene.frame_start, self.scene.frame_end = 20, 21
         count = self.count_updates(obj)
-        with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as said:
-            self.scene.render.filepath = str(Path(folder) / "frame_")
+        self.scene.render.filepath = str(self.new_folder() / "frame_")
+        with contextlib.redirect_stdout(io.StringIO()) as said:
             in_render = []
             bpy.app.handlers.render_post.append(lambda *_: in_render.append(tuple(count)))
             bpy.ops.render.render(animation=True)
@@ -291,15 +249,6 @@ class LiveToggleTest(SceneTest):
         self.assert_close(key_positions(obj), posed, 0.0)
         obj.arap.is_live = False
         self.assertEqual(obj.arap.live_problem, "", "a toggle by hand takes the reason away")
-
-    def test_a_transform_that_is_not_finite_switches_off_and_writes_nothing(self):
-        obj = live_tube()
-        bend(obj)
-        posed = key_positions(obj)
-        obj.arap.handles[0].target.location.x = float("nan")
-        self.update_quietly()
-        self.assert_off(obj, "Handle 'Head' has a transform that is not finite: reset it")
-        self.assert_close(key_positions(obj), posed, 0.0)
 
     def test_an_unforeseen_error_switches_off_too(self):
         obj = live_tube()
@@ -433,45 +382,10 @@ class LiveToggleTest(SceneTest):
 
     def test_a_copy_follows_the_same_handles_with_a_mesh_of_its_own(self):
         obj = live_tube()
-        copy = obj.copy()
-        copy.data = obj.data.copy()
-        self.scene.collection.objects.link(copy)
-        bpy.context.view_layer.update()
+        copy = copied(obj)
         bend(obj)
         self.assert_followed(obj)
         self.assert_followed(copy)
-
-    def test_a_shared_mesh_switches_off(self):
-        obj = live_tube()
-        twin = obj.copy()
-        self.scene.collection.objects.link(twin)
-        with contextlib.redirect_stdout(io.StringIO()):
-            bend(obj)
-        for item in (obj, twin):
-            self.assert_off(
-                item,
-                f"The mesh of '{item.name}' is shared with other objects, which would deform too: make it single-user "
-                "(Object > Relations > Make Single User > Object & Data)",
-            )
-
-    def test_undo_and_redo_go_on_from_what_they_bring(self):
-        obj = live_tube()
-        bpy.ops.ed.undo_push(message="live")
-        bend(obj)
-        posed = shown_positions(obj)
-        bpy.ops.ed.undo_push(message="bent")
-        bpy.ops.ed.undo()
-        obj = bpy.data.objects["Tube"]
-        bpy.context.view_layer.update()
-        self.assert_followed(obj)
-        self.assert_close(shown_positions(obj), rest_positions(obj), 1e-5)
-        bpy.ops.ed.redo()
-        obj = bpy.data.objects["Tube"]
-        bpy.context.view_layer.update()
-        self.assert_followed(obj)
-        self.assert_close(shown_positions(obj), posed, SAME)
-        move(obj.arap.handles[0].target, (0.2, 0.0, 0.0))
-        self.assert_followed(obj)
 
     def test_reset_pose_is_refused(self):
         obj = live_tube()

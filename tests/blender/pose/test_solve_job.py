@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Solve as a job in steps; jobs and scripts that want the same mesh."""
 
-import tempfile
-
 import numpy as np
-from support import FakeAct, SceneTest, bpy, key_positions, mesh_object, module, move, posable, unfit
+from looks import key_positions, unfit
+from support import FakeAct, SceneTest, bpy, module
+from tubes import mesh_object, move, posable
 
 
 class SolveJobTest(SceneTest):
@@ -27,6 +27,15 @@ class SolveJobTest(SceneTest):
         self.assertEqual(module("core.sessions").claimed_by("Other"), "")
         self.assertEqual(unfit(other, is_thorough=True), "")
         self.assertEqual(self.run_job(self.api.begin_solve(other)).iterations, readout.iterations, "bound already")
+
+    def test_differences_of_the_scale_do_not_add_up(self):
+        obj = posable()
+        for _ in range(4):
+            obj.scale.x *= 1 + 0.7e-5
+            bpy.context.view_layer.update()
+            self.run_job(self.api.begin_solve(obj))
+        session = module("core.sessions").get("Tube").session
+        np.testing.assert_allclose(session.stretch, np.diag(obj.scale), atol=1e-5)
 
     def test_cancelled_it_leaves_everything_and_the_bind(self):
         obj = posable()
@@ -100,15 +109,14 @@ class WaitTest(SceneTest):
         self.api.store_pose(obj, "Pose")
         update, result = module("follow.update"), module("pose.result")
         shown, state = key_positions(obj), result.capture_state(obj)
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
+        folder = self.new_folder()
         for doing, begin in (
             ("it is solved", lambda: self.api.begin_solve(obj)),
             ("it is baked", lambda: module("bake.keys").BakeJob(obj, 1, 2)),
             ("shape keys are made of its poses", lambda: module("poses.keys").PoseKeysJob(obj)),
             (
                 "its frames are exported",
-                lambda: module("bake.cache").MeshCacheJob(obj, f"{folder.name}/tube.mdd", 1, 2),
+                lambda: module("bake.cache").MeshCacheJob(obj, f"{folder}/tube.mdd", 1, 2),
             ),
         ):
             job = begin()

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stored poses as shape keys: solved to the end, named, and nobody else's key touched."""
 
-from support import MIDDLE, SceneTest, bend, bpy, data_of, key_positions, module, move, posable, rest_positions
-
-
-def key_names(obj) -> list[str]:
-    return [key.name for key in obj.data.shape_keys.key_blocks] if obj.data.shape_keys else []
+from looks import data_of, key_names, key_positions, rest_positions
+from support import SceneTest, bpy, module
+from tubes import MIDDLE, bend, move, posable
 
 
 class PoseKeysTest(SceneTest):

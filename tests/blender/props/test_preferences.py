@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The add-on's preferences."""
 
-from support import SceneTest, bpy, mesh_object, module, move, posable
+from looks import key_names
+from support import SceneTest, bpy, module
+from tubes import mesh_object, move, posable
 
 
 class PreferencesTest(SceneTest):
@@ -28,7 +30,7 @@ class PreferencesTest(SceneTest):
         own.arap.key_name = "Mine"
         self.api.solve(obj)
         self.api.solve(own)
-        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "Posed"])
+        self.assertEqual(key_names(obj), ["Basis", "Posed"])
         self.assertEqual([key.name for key in own.data.shape_keys.key_blocks], ["Basis", "Mine"])
         self.values.key_name = "Later"
         move(obj.arap.handles[0].target, (0.3, 0.0, 0.0))
@@ -40,11 +42,11 @@ class PreferencesTest(SceneTest):
             self.assertEqual(module("scene.pose_key").name_of(mesh_object()), wanted)
 
     def test_what_is_drawn_has_colors_of_the_theme(self):
-        colors, theme = module("ui.colors"), bpy.context.preferences.themes[0]
+        batches, theme = module("ui.batches"), bpy.context.preferences.themes[0]
         for color, wanted in (
-            (colors.of_pins(), theme.view_3d.bone_pose),
-            (colors.of_handles(), theme.view_3d.vertex_select),
-            (colors.of_pull(), theme.user_interface.gizmo_primary),
+            (batches.color_of_pins(), theme.view_3d.bone_pose),
+            (batches.color_of_handles(), theme.view_3d.vertex_select),
+            (batches.color_of_pull(), theme.user_interface.gizmo_primary),
         ):
             self.assert_close(color, (*wanted[:3], 1.0))
 

@@ -5,23 +5,10 @@ from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
+from looks import key_positions, rest_positions, shown_positions, unfit
 from mathutils import Matrix
-from support import (
-    BOTTOM,
-    LENGTH,
-    MIDDLE,
-    SEGMENTS,
-    TOP,
-    SceneTest,
-    bpy,
-    key_positions,
-    mesh_object,
-    module,
-    posable,
-    rest_positions,
-    shown_positions,
-    unfit,
-)
+from support import SceneTest, bpy, module
+from tubes import BOTTOM, LENGTH, MIDDLE, SEGMENTS, TOP, mesh_object, own_key, posable
 
 SIZE = (400, 300)
 RIGHT = np.array([0.3, 0.0, 0.0])
@@ -123,11 +110,7 @@ class PickTest(PullTest):
 
     def test_other_shape_keys_and_deforming_modifiers_count(self):
         obj = mesh_object()
-        obj.shape_key_add(name="Basis", from_mix=False)
-        key = obj.shape_key_add(name="Aside", from_mix=False)
-        for point in key.data:
-            point.co.x += 1.0
-        key.value = 1.0
+        own_key(obj, "Aside", 1.0)
         obj.modifiers.new("Up", "DISPLACE").direction = "Z"
         obj.modifiers["Up"].mid_level = 0.5
         self.assertIsNone(self.pick(obj, 120.0))
@@ -247,7 +230,7 @@ class DragTest(PullTest):
     def test_a_bind_dropped_before_it_has_begun_leaves_the_former_session(self):
         obj = posable()
         former = module("follow.update").prepare_session(obj)
-        sessions, bind = module("core.sessions"), module("follow.bind")
+        sessions, bind = module("core.sessions"), module("follow.mesh")
         inputs = module("scene.inputs").read_input(obj, self.depsgraph)
         binding = bind.SessionBinding(obj, inputs)
         self.assertIsNone(sessions.get("Tube"), "the bind uses it")

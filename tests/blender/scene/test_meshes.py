@@ -2,7 +2,8 @@
 """Object -> arrays: every fast way reads what the plain way reads."""
 
 import numpy as np
-from support import SceneTest, bpy, mesh_object, module, tube_arrays
+from support import SceneTest, bpy, module
+from tubes import mesh_object, tube_arrays
 
 
 class MeshIoTest(SceneTest):

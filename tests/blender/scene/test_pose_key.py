@@ -1,43 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which key takes the pose, and what happens to keys of the artist."""
 
-import tempfile
-from pathlib import Path
-
 import support
-from support import (
-    SceneTest,
-    bend,
-    bpy,
-    key_positions,
-    module,
-    posable,
-    rest_positions,
-)
+from looks import key_names, key_positions, rest_positions
+from support import SceneTest, bpy, module, opened_again
+from tubes import bend, copied, own_key, posable
 
 
 class LiveKeyTest(SceneTest):
     """The key of the pose is one that was made for it; a key of the artist's own that has its name is not."""
 
-    def own_key(self, obj, name="ARAP"):
-        if obj.data.shape_keys is None:
-            obj.shape_key_add(name="Basis")
-        key = obj.shape_key_add(name=name)
-        for point in key.data:
-            point.co.x += 0.25
-        key.value = 0.5
-        return key_positions(obj, name)
-
-    def names(self, obj):
-        return [key.name for key in obj.data.shape_keys.key_blocks]
-
     def test_a_key_that_has_the_name_already_is_left_alone(self):
         obj = posable()
-        mine = self.own_key(obj)
+        own_key(obj, "ARAP", value=0.5)
+        mine = key_positions(obj)
         bend(obj)
         for _ in range(2):
             self.api.solve(obj)
-            self.assertEqual(self.names(obj), ["Basis", "ARAP", "ARAP.001"])
+            self.assertEqual(key_names(obj), ["Basis", "ARAP", "ARAP.001"])
             self.assertEqual(obj.arap.key_name, "ARAP.001")
         module("follow.update").prepare_session(obj)
         module("follow.update").update_pose(obj)
@@ -53,7 +33,7 @@ class LiveKeyTest(SceneTest):
 
     def test_it_is_no_pose_either(self):
         obj = posable()
-        self.own_key(obj)
+        own_key(obj, "ARAP")
         for function in (self.api.bake_pose, self.api.apply_pose_as_rest):
             self.assert_error(ValueError, "'Tube' has no pose yet: pose it first", function, obj)
         mine = key_positions(obj)
@@ -65,14 +45,14 @@ class LiveKeyTest(SceneTest):
     def test_the_next_free_name_is_taken(self):
         obj = posable()
         for name in ("ARAP", "ARAP.001", "ARAP.003"):
-            self.own_key(obj, name)
+            own_key(obj, name)
         self.api.solve(obj)
-        self.assertEqual(self.names(obj)[-1], "ARAP.002")
+        self.assertEqual(key_names(obj)[-1], "ARAP.002")
         long = "x" * 63
-        self.own_key(obj, long)
+        own_key(obj, long)
         obj.arap.key_name = long + "yz"
         self.api.solve(obj)
-        self.assertEqual((self.names(obj)[-1], obj.arap.key_name), ("x" * 57 + ".001",) * 2)
+        self.assertEqual((key_names(obj)[-1], obj.arap.key_name), ("x" * 57 + ".001",) * 2)
 
     def test_keys_made_before_are_continued(self):
 
@@ -81,39 +61,33 @@ class LiveKeyTest(SceneTest):
             obj.arap.key_name = name
             self.api.solve(obj)
             obj.data.shape_keys.key_blocks[name].value = 0.0
-        self.assertEqual(self.names(obj), ["Basis", "ARAP", "Bent"])
-        with tempfile.TemporaryDirectory() as folder:
-            path = str(Path(folder) / "saved.blend")
-            bpy.ops.wm.save_as_mainfile(filepath=path)
-            bpy.ops.wm.open_mainfile(filepath=path)
-        obj = bpy.data.objects["Tube"]
-        copy = obj.copy()
-        copy.data = obj.data.copy()
-        bpy.context.scene.collection.objects.link(copy)
-        bpy.context.view_layer.update()
+        self.assertEqual(key_names(obj), ["Basis", "ARAP", "Bent"])
+        obj = opened_again()
+        copy = copied(obj)
         for item in (obj, copy):
             self.api.solve(item)
-            self.assertEqual(self.names(item), ["Basis", "ARAP", "Bent"])
+            self.assertEqual(key_names(item), ["Basis", "ARAP", "Bent"])
 
     def test_the_state_before_gives_the_name_back(self):
         obj = posable()
-        mine = self.own_key(obj)
+        own_key(obj, "ARAP", value=0.5)
+        mine = key_positions(obj)
         state = module("pose.result").capture_state(obj)
         self.api.solve(obj)
         module("pose.result").restore_state(obj, state)
-        self.assertEqual((self.names(obj), obj.arap.key_name), (["Basis", "ARAP"], ""))
+        self.assertEqual((key_names(obj), obj.arap.key_name), (["Basis", "ARAP"], ""))
         self.assert_close(key_positions(obj), mine, 0.0)
         self.api.solve(obj)
-        self.assertEqual(self.names(obj), ["Basis", "ARAP", "ARAP.001"])
+        self.assertEqual(key_names(obj), ["Basis", "ARAP", "ARAP.001"])
 
     def test_a_name_of_a_key_that_was_removed_is_free_again(self):
         obj = posable()
         self.api.solve(obj)
         obj.shape_key_remove(obj.data.shape_keys.key_blocks["ARAP"])
         module("scene.pose_key").forget_removed(obj)
-        self.own_key(obj)
+        own_key(obj, "ARAP")
         self.api.solve(obj)
-        self.assertEqual(self.names(obj), ["Basis", "ARAP", "ARAP.001"])
+        self.assertEqual(key_names(obj), ["Basis", "ARAP", "ARAP.001"])
 
     def test_a_bake_keeps_the_name_that_it_has_taken_from_the_preferences(self):
         obj = posable()

@@ -2,20 +2,9 @@
 """The key that takes the pose: what is made, what is left alone, what is refused."""
 
 import numpy as np
-from support import (
-    TOP,
-    SceneTest,
-    bend,
-    bpy,
-    key_positions,
-    linked_back,
-    mesh_object,
-    module,
-    move,
-    posable,
-    rest_positions,
-    shown_positions,
-)
+from looks import key_positions, rest_positions, shown_positions
+from support import SceneTest, bpy, linked_back, module
+from tubes import TOP, bend, mesh_object, move, own_key, posable, solved
 
 
 class ShapeKeyTest(SceneTest):
@@ -32,13 +21,6 @@ class ShapeKeyTest(SceneTest):
         self.assert_close(shown_positions(obj), key_positions(obj), 1e-6)
         self.assertGreater(np.abs(shown_positions(obj) - rest).max(), 1.0)
 
-    def test_the_name_of_the_key_can_be_chosen(self):
-        obj = posable()
-        obj.arap.key_name = "Bent"
-        bend(obj)
-        self.api.solve(obj)
-        self.assertEqual([key.name for key in obj.data.shape_keys.key_blocks], ["Basis", "Bent"])
-
     def test_a_slider_that_was_moved_is_set_again(self):
         obj = posable()
         self.api.solve(obj)
@@ -49,26 +31,19 @@ class ShapeKeyTest(SceneTest):
 
     def test_other_keys_stay_and_add_on_top(self):
         obj = mesh_object()
-        obj.shape_key_add(name="Basis")
-        smile = obj.shape_key_add(name="Smile")
-        for point in smile.data:
-            point.co.x += 0.25
-        smile.value = 1.0
-        api = self.api
-        api.add_pin(obj, range(8))
-        handle = api.add_handle(obj, TOP)
+        smile = own_key(obj, "Smile")
+        self.api.add_pin(obj, range(8))
+        handle = self.api.add_handle(obj, TOP)
         bpy.context.view_layer.update()
         before = key_positions(obj, "Smile")
         move(handle.target, (0.0, 0.5, 0.0))
-        api.solve(obj)
+        self.api.solve(obj)
         self.assert_close(key_positions(obj, "Smile"), before, 0.0)
         self.assertEqual(smile.value, 1.0)
         self.assert_close(shown_positions(obj), key_positions(obj) + np.array([0.25, 0.0, 0.0]), 1e-5)
 
     def test_subdivision_and_armature_after_the_key_deform_the_posed_mesh(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
+        obj = solved()
         posed = key_positions(obj)
         rig = bpy.data.objects.new("Rig", bpy.data.armatures.new("Rig"))
         self.scene.collection.objects.link(rig)

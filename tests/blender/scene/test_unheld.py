@@ -2,7 +2,9 @@
 """Parts of the mesh without a pin or handle."""
 
 import numpy as np
-from support import BOTTOM, TOP, SceneTest, bpy, key_positions, mesh_object, module, move, posable, rest_positions
+from looks import key_positions, rest_positions
+from support import SceneTest, bpy, module
+from tubes import BOTTOM, TOP, mesh_object, move, posable
 
 
 class UnheldTest(SceneTest):

@@ -2,41 +2,10 @@
 """Making, removing and resetting pins and handles."""
 
 import numpy as np
+from looks import group_of, in_world, key_positions, rest_positions
 from mathutils import Matrix
-from support import (
-    BOTTOM,
-    MIDDLE,
-    PLACED,
-    TOP,
-    SceneTest,
-    bend,
-    bpy,
-    empty_at,
-    group_of,
-    in_world,
-    key_positions,
-    mesh_object,
-    module,
-    move,
-    posable,
-    rest_positions,
-)
-
-
-def armature(name="Rig"):
-    """Two bones upwards, Lower to z = 2 and its child Upper to z = 4."""
-    data = bpy.data.armatures.new(name)
-    rig = bpy.data.objects.new(name, data)
-    bpy.context.scene.collection.objects.link(rig)
-    bpy.context.view_layer.objects.active = rig
-    bpy.ops.object.mode_set(mode="EDIT")
-    lower = data.edit_bones.new("Lower")
-    lower.head, lower.tail = (0.0, 0.0, 0.0), (0.0, 0.0, 2.0)
-    upper = data.edit_bones.new("Upper")
-    upper.head, upper.tail, upper.parent = (0.0, 0.0, 2.0), (0.0, 0.0, 4.0), lower
-    bpy.ops.object.mode_set(mode="OBJECT")
-    bpy.context.view_layer.update()
-    return rig
+from support import SceneTest, bpy, module
+from tubes import BOTTOM, MIDDLE, PLACED, TOP, armature, empty_at, mesh_object, move, posable, solved
 
 
 def misfit(rest, shown):
@@ -86,9 +55,7 @@ class HandleTest(SceneTest):
         """The empty appears where the pose has taken the group, turned as the group is turned."""
         for matrix in (Matrix(), PLACED):
             with self.subTest(matrix):
-                obj = posable(matrix=matrix)
-                bend(obj)
-                self.api.solve(obj)
+                obj = solved(matrix=matrix)
                 posed = key_positions(obj)
                 handle = self.api.add_handle(obj, MIDDLE, name="Waist")
                 bpy.context.view_layer.update()
@@ -319,7 +286,7 @@ class OwnerTest(SceneTest):
 
     def setUp(self):
         super().setUp()
-        self.owner = module("scene.owners")
+        self.owner = module("scene.remembered")
 
     def shown(self):
         return module("ui.checks").find_posed_object(bpy.context)
@@ -425,9 +392,7 @@ class TakeOverTest(SceneTest):
     def test_choosing_step_by_step_takes_over_in_the_end(self):
         """As in the panel: first the armature, then its bone; the group last; in Edit Mode too."""
         for mode in ("OBJECT", "EDIT"):
-            obj = posable(f"In {mode}")
-            bend(obj)
-            self.api.solve(obj)
+            obj = solved(f"In {mode}")
             posed = key_positions(obj)
             rig = armature()
             handle = obj.arap.handles[0]

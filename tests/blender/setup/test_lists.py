@@ -2,19 +2,10 @@
 """The lists of pins and of stiffness: entries and their vertex groups, added, shared and removed; what is refused."""
 
 import numpy as np
+from looks import group_of, key_positions, rest_positions
 from mathutils import Vector
-from support import (
-    MIDDLE,
-    SceneTest,
-    bend,
-    bpy,
-    empty_at,
-    group_of,
-    key_positions,
-    mesh_object,
-    posable,
-    rest_positions,
-)
+from support import SceneTest, bpy
+from tubes import MIDDLE, bend, empty_at, mesh_object, posable
 
 
 class ListTest(SceneTest):

@@ -6,18 +6,9 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import numpy as np
-from support import (
-    MIDDLE,
-    SEGMENTS,
-    SceneTest,
-    bend,
-    bpy,
-    key_positions,
-    module,
-    posable,
-    rest_positions,
-    select_in_edit_mode,
-)
+from looks import key_positions, rest_positions
+from support import SceneTest, bpy, module
+from tubes import MIDDLE, SEGMENTS, posable, select_in_edit_mode, solved
 
 BELLY = list(range(6 * SEGMENTS, 9 * SEGMENTS))
 CHEST = list(range(10 * SEGMENTS, 13 * SEGMENTS))
@@ -36,14 +27,8 @@ def entries(obj) -> list[tuple[str, bool, float]]:
 
 
 class StiffnessTest(SceneTest):
-    def solved(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
-        return obj
-
     def test_pieces_of_a_rigid_group_are_bodies_of_their_own(self):
-        obj = self.solved()
+        obj = solved()
         both = [*BELLY, *CHEST]
         entry = self.api.add_rigid(obj, both, name="Armor")
         self.api.solve(obj)
@@ -58,7 +43,7 @@ class StiffnessTest(SceneTest):
         self.assertGreater(out_of_shape(obj, BELLY), 1e-2)
 
     def test_live_and_painted_stiffness(self):
-        obj = self.solved()
+        obj = solved()
         obj.arap.is_live = True
         bpy.context.view_layer.update()
         bent = out_of_shape(obj, BELLY)

@@ -5,36 +5,13 @@ from types import SimpleNamespace
 from unittest import mock
 
 import numpy as np
+from looks import key_positions, rest_positions
 from mathutils import Matrix
-from support import (
-    BOTTOM,
-    MIDDLE,
-    TOP,
-    SceneTest,
-    bend,
-    bpy,
-    key_positions,
-    mesh_object,
-    module,
-    move,
-    posable,
-    rest_positions,
-)
+from support import SceneTest, bpy, module
+from tubes import BOTTOM, MIDDLE, TOP, bend, mesh_object, posable, solved
 
 
 class WeightTest(SceneTest):
-    def test_a_vertex_in_several_groups_takes_the_weighted_mean(self):
-        obj = mesh_object()
-        self.api.add_pin(obj, TOP, name="Still")
-        handle = self.api.add_handle(obj, TOP, name="Moving")
-        obj.vertex_groups["Still"].add(TOP, 0.25, "REPLACE")
-        bpy.context.view_layer.update()
-        move(handle.target, (0.0, 1.0, 0.0))
-        done = self.api.solve(obj)
-        self.assertEqual(done.free_vertices, done.vertices - len(TOP))
-        # Largest strength 1: hard; mean of 0 at weight 1/4 and 1 at weight 1.
-        self.assert_close(key_positions(obj)[TOP], rest_positions(obj)[TOP] + np.array([0.0, 0.8, 0.0]))
-
     def test_a_group_without_weights_is_told_before_it_is_solved(self):
         obj = posable()
         group = obj.vertex_groups.new(name="Empty")
@@ -108,9 +85,7 @@ class WeightTest(SceneTest):
         return scene
 
     def test_weights_of_which_only_the_look_itself_tells_are_seen(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
+        obj = solved()
         scene = self.followed(obj)
         self.assertTrue(scene.is_bound())
         obj.vertex_groups["Feet"].add(BOTTOM[:1], 0.5, "REPLACE")
@@ -119,9 +94,7 @@ class WeightTest(SceneTest):
         self.assertFalse(scene.is_bound(), "until it is bound again")
 
     def test_two_writes_in_a_row_are_nobody_elses_change(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
+        obj = solved()
         scene = self.followed(obj)
         bpy.context.view_layer.update()
         self.assertTrue(scene.is_bound())
@@ -160,9 +133,7 @@ class SoftEdgeTest(SceneTest):
         self.assertEqual(np.flatnonzero(weights == 1.0).tolist(), TOP)
 
     def test_the_radius_is_of_the_world_and_of_the_rest_shape(self):
-        obj = posable(matrix=Matrix.Diagonal((1.0, 1.0, 0.5, 1.0)))
-        bend(obj)
-        self.api.solve(obj)
+        obj = solved(matrix=Matrix.Diagonal((1.0, 1.0, 0.5, 1.0)))
         self.api.soften_group(obj, "Head", 1.0)
         self.assertEqual(float(np.ptp(rest_positions(obj)[self.weights(obj) > 0.0, 2])), 1.75)
 

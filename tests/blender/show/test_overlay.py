@@ -6,8 +6,10 @@ from unittest import mock
 import bpy
 import gpu
 import numpy as np
+from looks import rest_positions, shown_positions
 from mathutils import Matrix
-from support import BOTTOM, MIDDLE, SceneTest, bend, module, move, posable, rest_positions, shown_positions
+from support import SceneTest, module
+from tubes import BOTTOM, MIDDLE, bend, move, posable, solved
 
 SIZE = 64
 
@@ -46,9 +48,7 @@ class OverlayTest(SceneTest):
         self.assert_close(self.data.strain_colors(obj, surface), posed, 0.0)
 
     def test_positions_are_as_seen_and_before_modifiers_that_make_other_vertices(self):
-        obj = posable()
-        bend(obj)
-        self.api.solve(obj)
+        obj = solved()
         surface = self.surface(obj)
         obj.modifiers.new("Smooth", "SMOOTH").iterations = 5
         depsgraph = bpy.context.evaluated_depsgraph_get()

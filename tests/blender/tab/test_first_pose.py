@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The five steps of First Pose."""
 
-from support import BOTTOM, TOP, SceneTest, bpy, mesh_object, module, posable, select_in_edit_mode
+from support import SceneTest, bpy, module
+from tubes import BOTTOM, TOP, mesh_object, posable, select_in_edit_mode
 
 
 class FirstPoseTest(SceneTest):

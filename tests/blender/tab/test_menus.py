@@ -3,7 +3,8 @@
 
 from types import SimpleNamespace
 
-from support import SceneTest, bpy, mesh_object, module
+from support import SceneTest, bpy, module
+from tubes import mesh_object
 
 OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"))
 NOT_IN_THE_MENU = {"pull": "the tool's own key", "pose_end": "a button while a mesh is posed"}
@@ -44,14 +45,19 @@ class LabelTest(SceneTest):
             self.assertFalse(rna.description.endswith("."), f"{name}: Blender adds the full stop")
 
     def test_properties_have_labels_and_tooltips(self):
-        groups = [cls.bl_rna for cls in (*module("props.object").CLASSES, module("props.preferences").ArapPreferences)]
-        groups += [getattr(bpy.ops.arap, name).get_rna_type() for name in OPERATORS]
-        ours = [
-            (group, prop) for group in groups for prop in group.properties if prop.is_runtime and not prop.is_hidden
+        operators = [getattr(bpy.ops.arap, name).get_rna_type() for name in OPERATORS]
+        saved = [
+            cls.bl_rna
+            for name in module("").MODULES["props"]
+            for cls in module("scene.registration").classes(module(f"props.{name}"))
         ]
-        self.assertGreater(len(ours), 40)
+        ours = [(group, prop) for group in (*operators, *saved) for prop in group.properties if prop.is_runtime]
+        self.assertGreater(len(ours), 60)
         for group, prop in ours:
-            self.assertTrue(prop.name and prop.description, f"{group.name}: {prop.identifier}")
+            with self.subTest(f"{group.name}.{prop.identifier}"):
+                self.assertTrue(prop.name or prop.is_hidden)
+                self.assertTrue(prop.description or (prop.is_hidden and group in operators))
+                self.assertFalse(prop.description.endswith("."))
 
 
 class MenuTest(SceneTest):

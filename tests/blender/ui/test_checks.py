@@ -3,7 +3,8 @@
 
 from unittest import mock
 
-from support import BOTTOM, FakeAct, SceneTest, bpy, linked_back, mesh_object, module, posable
+from support import FakeAct, SceneTest, bpy, linked_back, module
+from tubes import BOTTOM, mesh_object, posable
 
 OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"))
 
@@ -31,7 +32,7 @@ class ReasonTest(ClaimTest):
         bpy.context.view_layer.objects.active = mesh_object()
         for name, wanted in (
             ("solve", "Add a handle first: nothing moves the mesh yet"),
-            ("bake_pose", "There is no pose yet: press Pose or Solve first"),
+            ("bake_pose", "There is no pose yet: press Pose first"),
             ("pin_add", "Select vertices in Edit Mode (Tab) to pin them"),
             ("handle_add", "Select vertices in Edit Mode (Tab) to give them a handle"),
             ("handle_remove", "Add a handle first: nothing moves the mesh yet"),
@@ -111,7 +112,7 @@ class LinkedTwinTest(ClaimTest):
 
     def test_what_is_remembered_of_one_is_not_told_of_the_other(self):
         depsgraph = bpy.context.evaluated_depsgraph_get()
-        size, is_empty = module("scene.mesh_size").diagonal, module("scene.empty_groups").is_empty
+        size, is_empty = module("scene.remembered").diagonal, module("scene.remembered").is_empty_group
         seen = module("pull.seen_mesh").read
         for obj in (self.obj, self.linked):  # the first is remembered where the second is asked for
             size(obj, depsgraph), is_empty(obj, "Feet"), seen(obj, depsgraph)
@@ -121,7 +122,7 @@ class LinkedTwinTest(ClaimTest):
         self.obj.data.update_tag()
         self.obj.update_tag()
         bpy.context.view_layer.update()
-        known = module("scene.mesh_size")._known
+        known = module("scene.remembered")._sizes
         self.assertEqual((self.obj.name_full in known, self.linked.name_full in known), (False, True))
 
     def test_an_act_and_a_readout_are_of_the_local_one(self):

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include <thread>
 #include <tuple>
 #include <vector>
 
@@ -140,26 +139,16 @@ class BlockLdltOnIsa : public testing::TestWithParam<std::tuple<Isa, TileFormat>
   [[nodiscard]] static double tolerance() { return std::get<1>(GetParam()) == TileFormat::kHalf ? 1e-3 : 2e-5; }
 };
 
-TEST_P(BlockLdltOnIsa, AgreesWithEigenInDouble) {
+TEST_P(BlockLdltOnIsa, AgreesWithEigenInDoubleWhicheverRowsAreErased) {
+  Random random(83);
   for (const auto& [name, A] : matrices()) {
     for (const int threads : {1, 2, 3, 4}) {
       const BlockLdlt solver = solver_for(A, threads);
-      const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
-      expect_solution(*solver.factorize(A, nothing), A, nothing, tolerance(),
-                      name + ", " + std::to_string(A.rows()) + " rows, " + std::to_string(threads) + " threads");
-    }
-  }
-}
-
-TEST_P(BlockLdltOnIsa, ErasesRowsInsideTheKeptStructure) {
-  Random random(83);
-  for (const auto& [name, A] : matrices()) {
-    for (const int threads : {1, 3}) {
-      const BlockLdlt solver = solver_for(A, threads);
-      for (const double fraction : {.1, .6, 1.0}) {
+      for (const double fraction : {0.0, .1, .6, 1.0}) {
         const std::vector<char> is_erased = erase_some(A.rows(), fraction, random);
         const auto factor = solver.factorize(A, is_erased);
-        expect_solution(*factor, A, is_erased, tolerance(), name);
+        expect_solution(*factor, A, is_erased, tolerance(),
+                        name + ", " + std::to_string(A.rows()) + " rows, " + std::to_string(threads) + " threads");
         // The same as of a solver that has done nothing else.
         Positions x = Random(84).noise(static_cast<int>(A.rows()), 1);
         Positions y = x;
@@ -168,22 +157,6 @@ TEST_P(BlockLdltOnIsa, ErasesRowsInsideTheKeptStructure) {
         EXPECT_EQ(x, y) << name;
       }
     }
-  }
-}
-
-TEST_P(BlockLdltOnIsa, CorrectionsEndAtTheExactSolution) {
-  for (const auto& [name, A] : matrices()) {
-    const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
-    const auto factor = solver_for(A, 2).factorize(A, nothing);
-    const Positions b = Random(85).noise(static_cast<int>(A.rows()), 1);
-    Positions x = Positions::Zero(A.rows(), 3);
-    for (int step = 0; step < 9; ++step) {
-      Positions correction = b - A * x;
-      factor->solve(correction);
-      x += correction;
-    }
-    const Positions expected = solution_in_double(A, nothing, b);
-    EXPECT_LE((x - expected).norm(), 1e-12 * expected.norm()) << name;
   }
 }
 
@@ -203,22 +176,6 @@ TEST_P(BlockLdltOnIsa, ScaleOfMatrixAndRightHandSideDoesNotMatter) {
       EXPECT_EQ(std::exp2(e_matrix - e_side) * x, expected) << e_matrix << ", " << e_side;
     }
   }
-}
-
-TEST_P(BlockLdltOnIsa, SolvesFromSeveralThreads) {
-  Random random(87);
-  const SparseMatrix A = grid_matrix(40, random);
-  const std::vector<char> nothing(static_cast<size_t>(A.rows()), 0);
-  const auto factor = solver_for(A, 2).factorize(A, nothing);
-  const Positions b = random.noise(static_cast<int>(A.rows()), 1);
-  Positions expected = b;
-  factor->solve(expected);
-  std::vector<Positions> results(4, b);
-  std::vector<std::thread> threads;
-  threads.reserve(results.size());
-  for (Positions& x : results) threads.emplace_back([&factor, &x] { factor->solve(x); });
-  for (std::thread& thread : threads) thread.join();
-  for (const Positions& x : results) EXPECT_EQ(x, expected);
 }
 
 TEST_P(BlockLdltOnIsa, RefusesWhatIsNotPositiveDefinite) {

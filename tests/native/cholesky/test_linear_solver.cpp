@@ -86,12 +86,6 @@ TEST_P(LinearSolverKinds, SolvesWithErasedRowsAndColumns) {
   }
 }
 
-TEST_P(LinearSolverKinds, EverythingErasedGivesZero) {
-  Positions x = Positions::Ones(3, 3);
-  factorize(matrix(3, {1, 0, 0, 0, 1, 0, 0, 0, 1}), {0, 1, 2})->solve(x);
-  EXPECT_EQ(x, Positions::Zero(3, 3));
-}
-
 TEST_P(LinearSolverKinds, ZeroGivesZeroAndTinyAndHugeNumbersTheSameAsOrdinaryOnes) {
   const SparseMatrix A = stiffness_matrix(bumpy_sphere(1));
   const auto factor = factorize(A, {0});
@@ -150,17 +144,6 @@ TEST_P(LinearSolverKinds, RefusesASingularMatrix) {
   expect_error<SolverError>([&] { factorize(A, {})->solve(b); }, {"BiCGSTAB did not converge", "linear_solver"});
 }
 
-TEST_P(LinearSolverKinds, SolvesTheSmallestMatrices) {
-  for (int n = 1; n <= 6; ++n) {
-    const Eigen::MatrixXd F = Random(90 + n).noise(n, 1) * Random(91 + n).noise(n, 1).transpose();
-    const Eigen::MatrixXd dense = F * F.transpose() + Eigen::MatrixXd::Identity(n, n);
-    const Positions b = Random(92 + n).noise(n, 1);
-    Positions x = b;
-    factorize(dense.sparseView(), {})->solve(x);
-    EXPECT_LT(max_distance(dense * x, b), GetParam().tolerance) << n;
-  }
-}
-
 TEST_P(LinearSolverKinds, CholeskyAndLuRefuseIndefiniteMatricesWithAPositiveDiagonal) {
   // The second one has a leading minor of 0: it has no factorization with pivots on the diagonal.
   for (const SparseMatrix& A : {matrix(2, {1, 2, 2, 1}), matrix(3, {1, 1, 0, 1, 1, 1, 0, 1, 1})}) {
@@ -192,9 +175,9 @@ TEST_P(LinearSolverKinds, SurfacesConvergeToTheSameShape) {
   plain.linear_solver = LinearSolverKind::kSimplicialLdlt;
   arap::Options options;
   options.linear_solver = GetParam().kind;
+  const arap::SolveResult expected = solve_once(mesh, task, to_accuracy(1e-9), plain);
   for (const InitialGuess guess :
        {InitialGuess::kRest, InitialGuess::kNaiveLaplacian, InitialGuess::kHandleRotations}) {
-    const arap::SolveResult expected = solve_once(mesh, task, to_accuracy(1e-9, guess), plain);
     const arap::SolveResult result = solve_once(mesh, task, to_accuracy(1e-9, guess), options);
     EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
     EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal());

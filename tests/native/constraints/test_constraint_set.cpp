@@ -14,27 +14,26 @@ namespace {
 
 using arap::ConstraintSet;
 using arap::InvalidInput;
-using arap::Patches;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kVertices = 5;
 
-void expect_refused(const ConstraintSet& set, std::initializer_list<std::string_view> words) {
-  expect_error<InvalidInput>([&] { set.validate(kVertices); }, words);
-}
-
-TEST(ConstraintSet, HardSoftAndPatchesTogetherAreValid) {
+TEST(ConstraintSet, HardSoftAndPatchesTogetherAndPatchesAloneAreValid) {
   const ConstraintSet set{{4, 0, 2}, {1, .5, 1e-6}, {{0, 2, 3}, {1, 2, 3}, {1, 0, 4}}};
   EXPECT_NO_THROW(set.validate(kVertices));
   EXPECT_EQ(set.patches.size(), 2);
   EXPECT_EQ(set.size(), 5);
+  EXPECT_NO_THROW((ConstraintSet{{}, {}, set.patches}.validate(kVertices)));
 }
 
-TEST(ConstraintSet, PatchesAloneAreValid) {
-  const ConstraintSet set{{}, {}, {{0, 2}, {1, 2}, {1, 1}}};
-  EXPECT_NO_THROW(set.validate(kVertices));
-  EXPECT_EQ(set.size(), 1);
+TEST(ConstraintSet, WithoutStrengthsAllVerticesAreHard) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  Task bare = task;
+  bare.constraints.strengths.clear();
+  EXPECT_NO_THROW(bare.constraints.validate(mesh.n_vertices()));
+  EXPECT_EQ(solve_once(mesh, bare, iterations(3)).positions, solve_once(mesh, task, iterations(3)).positions);
 }
 
 TEST(ConstraintSet, EqualityComparesEverything) {
@@ -51,54 +50,28 @@ TEST(ConstraintSet, EqualityComparesEverything) {
   EXPECT_NE(set, other);
 }
 
-TEST(ConstraintSet, NothingConstrainedIsRefusedWithWhatToDo) {
+TEST(ConstraintSet, WhatIsWrongIsRefusedByPlace) {
+  const auto expect_refused = [](const ConstraintSet& set, std::initializer_list<std::string_view> words) {
+    expect_error<InvalidInput>([&] { set.validate(kVertices); }, words);
+  };
+  // Vertices and their strengths.
   expect_refused({}, {"constrain", "at least one"});
   expect_refused({{}, {}, {{0}, {}, {}}}, {"constrain", "at least one"});
-}
-
-TEST(ConstraintSet, IndexOutOfRangeIsRefused) {
   for (const int bad : {-1, kVertices, 1 << 30})
     expect_refused({{0, bad}, {1, 1}, {}}, {"vertices", "1", std::to_string(bad), "0 to 4"});
-}
-
-TEST(ConstraintSet, SameVertexTwiceIsRefused) {
   expect_refused({{3, 0, 3}, {1, 1, .5}, {}}, {"vertex 3", "twice", "0", "2"});
-}
-
-TEST(ConstraintSet, StrengthOutOfRangeIsRefused) {
   for (const double bad : {0.0, -.5, 1.0000001, kNan, kInfinity})
     expect_refused({{0, 2}, {1, bad}, {}}, {"strengths[1]", "vertex 2"});
-}
-
-TEST(ConstraintSet, StrengthsOfAnotherLengthAreRefusedWithBothLengths) {
   expect_refused({{0, 1, 2}, {1, 1}, {}}, {"strengths", "2", "3"});
-}
-
-TEST(ConstraintSet, PatchWeightsOfAnotherLengthAreRefused) {
+  // Patches.
   expect_refused({{}, {}, {{0, 2}, {1, 2}, {1}}}, {"patch", "weights", "1", "2"});
-}
-
-TEST(ConstraintSet, PatchOffsetsThatDoNotFitAreRefused) {
-  expect_refused({{}, {}, {{1, 2}, {1, 2}, {1, 1}}}, {"patch", "offsets"});
-  expect_refused({{}, {}, {{0, 1}, {1, 2}, {1, 1}}}, {"patch", "offsets"});
-  expect_refused({{}, {}, {{0, 3}, {1, 2}, {1, 1}}}, {"patch", "offsets"});
-  expect_refused({{0}, {1}, {{}, {1, 2}, {1, 1}}}, {"patch", "offsets"});
-  expect_refused({{}, {}, {{0, 2, 1, 3}, {1, 2, 3}, {1, 1, 1}}}, {"patch", "offsets"});
-  expect_refused({{}, {}, {{0, -1, 3}, {1, 2, 3}, {1, 1, 1}}}, {"patch", "offsets"});
-  expect_refused({{}, {}, {{0, 1 << 30, 3}, {1, 2, 3}, {1, 1, 1}}}, {"patch", "offsets"});
-}
-
-TEST(ConstraintSet, PatchVertexOutOfRangeIsRefused) {
+  for (const std::vector<int>& offsets :
+       {std::vector<int>{1, 3}, {0, 1}, {0, 4}, {}, {0, 2, 1, 3}, {0, -1, 3}, {0, 1 << 30, 3}})
+    expect_refused({{0}, {1}, {offsets, {1, 2, 3}, {1, 1, 1}}}, {"patch", "offsets"});
   for (const int bad : {-1, kVertices})
     expect_refused({{}, {}, {{0, 2}, {1, bad}, {1, 1}}}, {"patch", std::to_string(bad), "0 to 4"});
-}
-
-TEST(ConstraintSet, BadPatchWeightIsRefused) {
   for (const double bad : {-1.0, kNan, kInfinity})
     expect_refused({{}, {}, {{0, 1, 3}, {1, 2, 3}, {1, 1, bad}}}, {"patch 1", "vertex 3", ">= 0"});
-}
-
-TEST(ConstraintSet, PatchWithoutWeightIsRefused) {
   expect_refused({{}, {}, {{0, 2}, {1, 2}, {0, 0}}}, {"patch 0", "weight"});
   expect_refused({{}, {}, {{0, 1, 1}, {1}, {1}}}, {"patch 1", "weight"});
 }

@@ -69,72 +69,27 @@ TEST(PolygonMesh, EveryKindOfFaceIsAccepted) {
   EXPECT_NO_THROW(PolygonMesh(square(), {}, {})) << "no faces";
 }
 
-TEST(PolygonMesh, NonFiniteOrHugePositionIsRefusedByVertex) {
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
-                           -std::numeric_limits<double>::infinity(), 1e300}) {
+TEST(PolygonMesh, WhatIsWrongIsRefusedByPlace) {
+  const auto expect_refused = [](const Positions& positions, const std::vector<int>& corner_vertices,
+                                 const std::vector<int>& face_sizes, std::initializer_list<std::string_view> words) {
+    expect_error<InvalidInput>([&] { PolygonMesh(positions, corner_vertices, face_sizes); }, words);
+  };
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), kInfinity, -kInfinity, 1e300})
     for (int axis = 0; axis < 3; ++axis) {
       Positions positions = square();
       positions(2, axis) = bad;
-      expect_error<InvalidInput>(
-          [&] {
-            PolygonMesh(positions, {0, 1, 2}, {3});
-          },
-          {"rest_positions", "vertex 2", "finite"});
+      expect_refused(positions, {0, 1, 2}, {3}, {"rest_positions", "vertex 2", "finite"});
     }
-  }
-}
-
-TEST(PolygonMesh, NoVerticesAreRefused) {
-  expect_error<InvalidInput>([] { PolygonMesh(Positions(0, 3), {}, {}); }, {"rest_positions", "at least one vertex"});
-}
-
-TEST(PolygonMesh, IndexOutOfRangeIsRefusedByFace) {
-  for (const int bad : {-1, 4, 1 << 30}) {
-    expect_error<InvalidInput>(
-        [&] {
-          PolygonMesh(square(), {0, 1, 2, 0, bad, 3}, {3, 3});
-        },
-        {"face 1", std::to_string(bad), "0 to 3"});
-  }
-}
-
-TEST(PolygonMesh, FaceOfLessThanThreeCornersIsRefused) {
-  for (const int bad : {2, 1, 0, -3}) {
-    expect_error<InvalidInput>(
-        [&] {
-          PolygonMesh(square(), {0, 1, 2, 0, 1}, {3, bad});
-        },
-        {"face_sizes[1]", std::to_string(bad), ">= 3"});
-  }
-}
-
-TEST(PolygonMesh, FaceSizesThatDoNotAddUpAreRefusedWithBothCounts) {
-  expect_error<InvalidInput>(
-      [&] {
-        PolygonMesh(square(), {0, 1, 2, 3}, {3});
-      },
-      {"corner_vertices", "4", "face_sizes", "3"});
-  expect_error<InvalidInput>(
-      [&] {
-        PolygonMesh(square(), {0, 1, 2, 3}, {3, 3});
-      },
-      {"corner_vertices", "4", "face_sizes", "6"});
+  expect_refused(Positions(0, 3), {}, {}, {"rest_positions", "at least one vertex"});
+  for (const int bad : {-1, 4, 1 << 30})
+    expect_refused(square(), {0, 1, 2, 0, bad, 3}, {3, 3}, {"face 1", std::to_string(bad), "0 to 3"});
+  for (const int bad : {2, 1, 0, -3})
+    expect_refused(square(), {0, 1, 2, 0, 1}, {3, bad}, {"face_sizes[1]", std::to_string(bad), ">= 3"});
+  expect_refused(square(), {0, 1, 2, 3}, {3}, {"corner_vertices", "4", "face_sizes", "3"});
+  expect_refused(square(), {0, 1, 2, 3}, {3, 3}, {"corner_vertices", "4", "face_sizes", "6"});
   const int huge = std::numeric_limits<int>::max();
-  expect_error<InvalidInput>([&] { PolygonMesh(square(), {0, 1, 2, 3}, {huge, huge, huge}); }, {"face_sizes"});
-}
-
-/// Tests of negative cotangents rely on it.
-TEST(TestMeshes, MostTrianglesOfTheShearedCylinderAreObtuse) {
-  const MeshData mesh = sheared_cylinder(12, 6);
-  int obtuse = 0;
-  for (const auto& t : mesh.faces) {
-    for (int c = 0; c < 3; ++c) {
-      const Vector3 u = mesh.vertices[t[(c + 1) % 3]] - mesh.vertices[t[c]];
-      const Vector3 v = mesh.vertices[t[(c + 2) % 3]] - mesh.vertices[t[c]];
-      if (u.dot(v) < 0) ++obtuse;
-    }
-  }
-  EXPECT_GT(obtuse, mesh.n_faces() / 2);
+  expect_refused(square(), {0, 1, 2, 3}, {huge, huge, huge}, {"face_sizes"});
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <numeric>
 #include <vector>
@@ -90,11 +91,7 @@ struct Drag {
   bool has_patch = false;  ///< the far end is held by the average of its vertices
   int n_frames = 20;
 
-  [[nodiscard]] arap::Options options() const {
-    arap::Options options;
-    options.rigidity_radius = .06;
-    return options;
-  }
+  [[nodiscard]] static arap::Options options() { return {.rigidity_radius = .06}; }
   [[nodiscard]] Task at(int frame) const {
     const double share = static_cast<double>(frame) / n_frames;
     const Vector3 shift = Vector3(-.1, 0, .2) * share * mesh.diagonal();
@@ -108,9 +105,8 @@ struct Drag {
     const int axis = longest_axis(rest);
     Task task = hold(mesh, extreme_vertices(rest, axis, .2, 3));
     const std::vector<int> patch = extreme_vertices(rest, axis, -.05, 3);
-    Vector3 centre = Vector3::Zero();
-    for (const int v : patch) centre += mesh.vertices[v] / static_cast<double>(patch.size());
-    task.add_patch(patch, std::vector<double>(patch.size(), 1.0 / static_cast<double>(patch.size())), centre + shift);
+    const std::vector<double> weights(patch.size(), 1);
+    task.add_patch(patch, weights, average(rest, patch, weights) + shift);
     return task;
   }
   [[nodiscard]] std::vector<Positions> frames(const arap::SolveOptions& solve_options,
@@ -157,15 +153,15 @@ TEST(Prediction, ADragIsNearerToWhereItConverges) {
   Drag soft;
   soft.strength = .5;
   expect_nearer("soft", soft);
-}
-
-TEST(Prediction, ADragWithARigidRegionToo) {
-  Drag drag;
-  std::vector<int> regions(drag.mesh.n_vertices(), -1);
-  for (int v = 0; v < drag.mesh.n_vertices(); ++v)
-    if (std::abs(drag.mesh.vertices[v][0]) < .05 * drag.mesh.diagonal()) regions[v] = 0;
-  drag.properties = with_regions(regions);
-  expect_nearer("region", drag);
+  Drag region;
+  std::vector<int> regions(region.mesh.n_vertices(), -1);
+  for (int v = 0; v < region.mesh.n_vertices(); ++v)
+    if (std::abs(region.mesh.vertices[v][0]) < .05 * region.mesh.diagonal()) regions[v] = 0;
+  region.properties = with_regions(regions);
+  expect_nearer("region", region);
+  Drag patch;
+  patch.has_patch = true;
+  expect_nearer("patch", patch, .75);
 }
 
 TEST(Prediction, CatchingUpNowAndThenIsNotTakenForMotion) {
@@ -203,12 +199,6 @@ TEST(Prediction, ADragGoesOnAfterAFrameFarAway) {
     const Positions targets = (frame == 5 ? 1e42 : 1) * drag.at(frame).targets;
     ASSERT_NO_THROW(static_cast<void>(solver.solve(targets, iterations(2)))) << "frame " << frame;
   }
-}
-
-TEST(Prediction, ADragOfAPatchIsNearerToWhereItConverges) {
-  Drag drag;
-  drag.has_patch = true;
-  expect_nearer("patch", drag, .75);
 }
 
 TEST(Prediction, ACancelledFrameIsNoneOfTheDrag) {

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <limits>
+#include <thread>
 #include <vector>
 
 namespace arap_test {
@@ -88,11 +90,9 @@ TEST(TimeBudget, WithoutALimitThereIsAlwaysTime) {
   EXPECT_TRUE(solve.allows_another());
 }
 
-TEST(TimeBudget, ItsOwnClockGoesOn) {
-  TimeBudget time(1e-9);
-  const double start = TimeBudget::steady_seconds();
-  while (TimeBudget::steady_seconds() - start < 1e-6) {
-  }
+TEST(TimeBudget, ItsOwnClockGoesOnWhileNothingIsComputed) {
+  const TimeBudget time(1e-3);
+  std::this_thread::sleep_for(std::chrono::milliseconds(2));
   EXPECT_FALSE(time.allows_another());
 }
 

@@ -25,8 +25,7 @@ TEST(Fork, AChildBindsAndSolvesAsItsParentDoes) {
   const MeshData mesh = bumpy_sphere(4);
   const Task task = bend_task(mesh, default_bend(mesh));
   const Task other = hold(mesh, extreme_vertices(mesh.positions(), 0, .1));
-  arap::Options options;
-  options.threads = 2;
+  const arap::Options options{.threads = 2};
   arap::SurfaceArap solver(mesh.mesh(), options);
   solver.set_constraints(task.constraints);
   const Positions expected = solver.solve(task.targets, iterations(3)).positions;

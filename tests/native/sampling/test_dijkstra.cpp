@@ -7,16 +7,12 @@
 #include <map>
 #include <vector>
 
-#include "models/surface_arap/surface_energies.h"
 #include "support/helpers.h"
-#include "support/meshes.h"
 
 namespace arap_test {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
-
-arap::EdgeGraph graph_of(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
 
 /// Relaxes all arcs until no path gets shorter.
 std::vector<float> reference_distances(const arap::EdgeGraph& graph, const std::vector<int>& sources) {
@@ -44,7 +40,7 @@ std::map<int, float> swept(arap::TruncatedDijkstra& sweep, const std::vector<int
 
 TEST(TruncatedDijkstra, FindsShortestPathsUpToTheRadius) {
   for (const MeshData& mesh : all_small_meshes()) {
-    const arap::EdgeGraph graph = graph_of(mesh);
+    const arap::EdgeGraph graph = edge_graph(mesh);
     arap::TruncatedDijkstra sweep(graph);
     for (const std::vector<int>& sources : {std::vector<int>{0}, std::vector<int>{0, mesh.n_vertices() - 1}}) {
       const std::vector<float> expected = reference_distances(graph, sources);
@@ -64,7 +60,7 @@ TEST(TruncatedDijkstra, FindsShortestPathsUpToTheRadius) {
 /// About ten vertices per ring, so that longer paths are found first.
 TEST(TruncatedDijkstra, FindsShortestPathsOnAMeshFarFinerThanTheRadius) {
   const MeshData mesh = grid(60, Faces::kQuads, [](double x, double y) { return .1 * x * x * y; });
-  const arap::EdgeGraph graph = graph_of(mesh);
+  const arap::EdgeGraph graph = edge_graph(mesh);
   arap::TruncatedDijkstra sweep(graph);
   const std::vector<float> expected = reference_distances(graph, {7});
   for (const auto& [vertex, distance] : swept(sweep, {7}, 100)) EXPECT_EQ(distance, expected[vertex]);

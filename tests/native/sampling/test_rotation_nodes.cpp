@@ -25,21 +25,13 @@ using arap::Energy;
 using arap::RotationNodes;
 using arap::SurfaceArap;
 
-arap::Options with_nodes(double radius) {
-  arap::Options options;
-  options.energy = Energy::kRotationNodes;
-  options.rigidity_radius = radius;
-  return options;
-}
-
 TEST(RotationNodes, WithTheSupportBelowTheShortestEdgeTheyAreSpokesAndRims) {
   Random random(33);
   for (const MeshData& mesh : all_small_meshes()) {
-    arap::Options classic;
-    classic.energy = Energy::kSpokesAndRims;
+    const arap::Options classic{.energy = Energy::kSpokesAndRims};
     const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .05 * mesh.diagonal());
     const double expected = SurfaceArap(mesh.mesh(), classic).energy(p);
-    EXPECT_NEAR(SurfaceArap(mesh.mesh(), with_nodes(1e-4)).energy(p), expected, 1e-12 * expected) << mesh.name;
+    EXPECT_NEAR(SurfaceArap(mesh.mesh(), {.rigidity_radius = 1e-4}).energy(p), expected, 1e-12 * expected) << mesh.name;
   }
 }
 
@@ -51,18 +43,13 @@ TEST(RotationNodes, WeightsOfEveryVertexSumToOne) {
   }
 }
 
-TEST(RotationNodes, EachCellIsAtHomeAtItsNodeAndItsRestVectorsSumToZero) {
+TEST(RotationNodes, EachCellIsAtHomeAtItsNode) {
   for (const MeshData& mesh : all_small_meshes()) {
     const MeshData model = in_model_space(mesh);
     const RotationNodes nodes = choose_nodes(model, .1);
     const CellEnergy energy = surface_energy(model.mesh(), {}, {}, 1, {}, [&] { return nodes; });
     ASSERT_EQ(energy.n_cells(), nodes.size());
-    for (int c = 0; c < energy.n_cells(); ++c) {
-      EXPECT_EQ(energy.home(c), nodes.vertices[c]) << mesh.name;
-      Vector3 sum = Vector3::Zero();
-      for (int e = energy.cell_offsets[c]; e < energy.cell_offsets[c + 1]; ++e) sum += energy.q.row(e).transpose();
-      EXPECT_LT(sum.norm(), 1e-11 * energy.q.cwiseAbs().maxCoeff()) << mesh.name;
-    }
+    for (int c = 0; c < energy.n_cells(); ++c) EXPECT_EQ(energy.home(c), nodes.vertices[c]) << mesh.name;
   }
 }
 
@@ -87,7 +74,7 @@ MeshData renumbered(const MeshData& mesh, const std::vector<int>& order) {
 TEST(RotationNodes, AnotherChoiceOfNodesMovesNothingByMuch) {
   const MeshData mesh = triangulate(bar(12, Faces::kQuads));
   const Task task = bend_task(mesh, default_bend(mesh));
-  const arap::Options options = with_nodes(.06);
+  const arap::Options options{.rigidity_radius = .06};
   const Positions expected = solve_once(mesh, task, to_accuracy(1e-7), options).positions;
   for (const std::uint64_t seed : {1, 2, 3}) {
     const std::vector<int> order = shuffled(mesh.n_vertices(), seed);
@@ -102,8 +89,7 @@ TEST(RotationNodes, ConvergesUnderRefinementWhereSpokesAndRimsDoesNot) {
   // Two bars of the same shape, with the same handles.
   MeshData mesh = triangulate(bar(5, Faces::kQuads));
   const int n_common = mesh.n_vertices();
-  arap::Options classic;
-  classic.energy = Energy::kSpokesAndRims;
+  const arap::Options classic{.energy = Energy::kSpokesAndRims};
   std::vector<Positions> with_nodes_at;
   std::vector<Positions> classic_at;
   for (int level = 0; level < 3; ++level) {
@@ -117,7 +103,8 @@ TEST(RotationNodes, ConvergesUnderRefinementWhereSpokesAndRimsDoesNot) {
       if (rest[0] < -end) task.add(v, rest);
       if (rest[0] > end) task.add(v, turn * (rest - Vector3(end, 0, 0)) + Vector3(.5 * end, .9 * end, 0));
     }
-    with_nodes_at.emplace_back(solve_once(mesh, task, to_accuracy(1e-7), with_nodes(.06)).positions.topRows(n_common));
+    with_nodes_at.emplace_back(
+        solve_once(mesh, task, to_accuracy(1e-7), {.rigidity_radius = .06}).positions.topRows(n_common));
     classic_at.emplace_back(solve_once(mesh, task, to_accuracy(1e-7), classic).positions.topRows(n_common));
   }
   const double change = max_distance(with_nodes_at[2], with_nodes_at[1]) / mesh.diagonal();
@@ -184,8 +171,6 @@ std::vector<double> distances_from(const arap::EdgeGraph& graph, int vertex) {
   return distances;
 }
 
-arap::EdgeGraph graph_of(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
-
 /// Greedy sampling: each vertex that is not nearer than r to a sample becomes one.
 std::vector<int> greedy_choice(const arap::EdgeGraph& graph, double radius) {
   std::vector<int> chosen;
@@ -204,7 +189,7 @@ TEST(RotationNodes, AreChosenInTheOrderOfTheVerticesAndMoveWithinTheirAreas) {
   const double radius = .1;
   for (const MeshData& data : {grid(60, Faces::kQuads), bumpy_sphere(4)}) {
     const MeshData mesh = in_model_space(renumbered(data, shuffled(data.n_vertices(), 5)));
-    const arap::EdgeGraph graph = graph_of(mesh);
+    const arap::EdgeGraph graph = edge_graph(mesh);
     const std::vector<int> greedy = greedy_choice(graph, radius);
     const RotationNodes nodes = choose_nodes(mesh, radius);
     ASSERT_EQ(nodes.size(), static_cast<int>(greedy.size())) << mesh.name;
@@ -226,7 +211,7 @@ TEST(RotationNodes, EveryVertexIsNearerThan14RadiiToANode) {
       const MeshData mesh = in_model_space(renumbered(data, shuffled(data.n_vertices(), seed)));
       const RotationNodes nodes = choose_nodes(mesh, radius);
       std::vector<float> nearest(static_cast<size_t>(mesh.n_vertices()), 1e9F);
-      const arap::EdgeGraph graph = graph_of(mesh);
+      const arap::EdgeGraph graph = edge_graph(mesh);
       arap::TruncatedDijkstra sweep(graph);
       sweep.run(nodes.vertices, 1e9F, [&](int v, float d) { nearest[v] = d; });
       EXPECT_LT(static_cast<double>(*std::max_element(nearest.begin(), nearest.end())), 1.4 * radius) << mesh.name;
@@ -256,8 +241,12 @@ MeshData box_with_seams() {
   return renumbered(mesh, shuffled(mesh.n_vertices(), 5));
 }
 
-TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {
-  for (const MeshData& mesh : {quad_sphere(8), box({9, 8, 12}, Vector3(1, 1, 2), Faces::kQuads), box_with_seams()}) {
+TEST(MirrorSymmetry, MirroredTasksOfASymmetricMeshHaveMirroredPoses) {
+  std::vector<MeshData> meshes = {quad_sphere(8), box({9, 8, 12}, Vector3(1, 1, 2), Faces::kQuads), box_with_seams()};
+  // Concave caps. Of the second one, corners are on one line with others, so triangles of their fans are degenerate.
+  for (const double y : {-.15, -.1})
+    meshes.push_back(prism({{-.6, -.5}, {-.2, y}, {.2, y}, {.6, -.5}, {.6, .5}, {.1, .2}, {-.1, .2}, {-.6, .5}}, 2, 5));
+  for (const MeshData& mesh : meshes) {
     const std::vector<int> mirror = arap::find_mirrors(in_model_space(mesh).mesh(), 1).at(0);
     const auto mirrored = [&](const Positions& p) {
       Positions result = rows(p, mirror);
@@ -266,18 +255,17 @@ TEST(RotationNodes, MirroredPoseOfASymmetricMeshIsMirrored) {
     };
     const Task task = bend_task(mesh, default_bend(mesh));
     Task other = task;
-    for (size_t k = 0; k < task.constraints.vertices.size(); ++k) {
-      other.constraints.vertices[k] = mirror[task.constraints.vertices[k]];
-      other.targets(static_cast<Eigen::Index>(k), 0) *= -1;
-    }
-    for (const Energy energy : {Energy::kRotationNodes, Energy::kSpokesAndRims, Energy::kSpokes}) {
-      arap::Options options = with_nodes(.08);
-      options.energy = energy;
-      const Positions p = solve_once(mesh, task, to_accuracy(1e-9), options).positions;
-      const Positions q = solve_once(mesh, other, to_accuracy(1e-9), options).positions;
-      EXPECT_LT(max_distance(mirrored(p), q), 1e-6 * mesh.diagonal()) << mesh.name << ", " << static_cast<int>(energy);
-      EXPECT_GT(max_distance(p, mesh.positions()), .05 * mesh.diagonal()) << mesh.name;
-    }
+    for (int& v : other.constraints.vertices) v = mirror[v];
+    other.targets.col(0) *= -1;
+    for (const Model& model : all_models())
+      for (const arap::SolveOptions& solve_options : {to_accuracy(1e-9), arap::SolveOptions()}) {
+        arap::Options options = model.options();
+        options.rigidity_radius = .08;
+        const Positions p = solve_once(mesh, task, solve_options, options).positions;
+        const Positions q = solve_once(mesh, other, solve_options, options).positions;
+        EXPECT_LT(max_distance(mirrored(p), q), 1e-6 * mesh.diagonal()) << mesh.name << ", " << model.name();
+        EXPECT_GT(max_distance(p, mesh.positions()), .05 * mesh.diagonal()) << mesh.name;
+      }
   }
 }
 

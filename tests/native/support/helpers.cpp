@@ -69,34 +69,28 @@ RigidMotion default_bend(const MeshData& mesh) {
   return {rotation_about({1, .5, .3}, .7), Vector3(.04, .08, .04) * mesh.diagonal()};
 }
 
-Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, const RigidMotion& motion) {
-  Task task{constraints, Positions(constraints.size(), 3)};
+Positions values_of(const arap::ConstraintSet& constraints, const Positions& positions) {
+  Positions values(constraints.size(), 3);
   const auto n = static_cast<Eigen::Index>(constraints.vertices.size());
-  for (Eigen::Index k = 0; k < n; ++k)
-    task.targets.row(k) = motion.apply(mesh.vertices[constraints.vertices[static_cast<size_t>(k)]]).transpose();
-  const auto& patches = constraints.patches;
-  for (int k = 0; k < patches.size(); ++k) {
-    Vector3 mean = Vector3::Zero();
-    double sum = 0;
-    for (int e = patches.offsets[k]; e < patches.offsets[k + 1]; ++e) {
-      mean += patches.weights[e] * mesh.vertices[patches.vertices[e]];
-      sum += patches.weights[e];
-    }
-    task.targets.row(n + k) = motion.apply(Vector3(mean / sum)).transpose();
+  values.topRows(n) = rows(positions, constraints.vertices);
+  const auto& [offsets, vertices, weights] = constraints.patches;
+  for (int k = 0; k < constraints.patches.size(); ++k) {
+    const auto first = static_cast<size_t>(offsets[k]);
+    const size_t size = static_cast<size_t>(offsets[k + 1]) - first;
+    values.row(n + k) =
+        average(positions, std::span(vertices).subspan(first, size), std::span(weights).subspan(first, size));
   }
-  return task;
+  return values;
+}
+
+Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, const RigidMotion& motion) {
+  return {constraints, values_of(constraints, motion.apply(mesh.positions()))};
 }
 
 Task hold(const MeshData& mesh, const std::vector<int>& vertices) {
   Task task;
   for (const int v : vertices) task.add(v, mesh.vertices[v]);
   return task;
-}
-
-arap::SurfaceArap::VertexProperties with_stiffness(std::vector<double> stiffness) {
-  arap::SurfaceArap::VertexProperties properties;
-  properties.stiffness = std::move(stiffness);
-  return properties;
 }
 
 arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions) {
@@ -159,6 +153,25 @@ double off_rigid(const Positions& rest, const Positions& posed, const std::vecto
   const Positions from = rows(rest, vertices);
   const Positions to = rows(posed, vertices);
   return max_distance(best_rigid_motion(from, to).apply(from), to);
+}
+
+Vector3 average(const Positions& points, std::span<const int> vertices, std::span<const double> weights) {
+  Vector3 sum = Vector3::Zero();
+  for (size_t k = 0; k < vertices.size(); ++k) sum += weights[k] * points.row(vertices[k]).transpose();
+  return sum / std::accumulate(weights.begin(), weights.end(), 0.0);
+}
+
+Positions differences(const std::function<double(const Positions&)>& function, Positions p, double h) {
+  Positions result(p.rows(), 3);
+  for (Eigen::Index k = 0; k < p.size(); ++k) {
+    const double middle = p.data()[k];
+    p.data()[k] = middle + h;
+    const double forth = function(p);
+    p.data()[k] = middle - h;
+    result.data()[k] = (forth - function(p)) / (2 * h);
+    p.data()[k] = middle;
+  }
+  return result;
 }
 
 Positions rows(const Positions& positions, const std::vector<int>& rows) { return positions(rows, arap::all); }
@@ -225,6 +238,8 @@ MeshData in_model_space(const MeshData& mesh) {
   return result;
 }
 
+arap::EdgeGraph edge_graph(const MeshData& mesh) { return {surface_energy(mesh.mesh()).K, mesh.positions(), 1}; }
+
 arap::RotationNodes choose_nodes(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors,
                                  const std::vector<int>& group, int threads) {
   const arap::PolygonMesh polygons = mesh.mesh();
@@ -253,6 +268,19 @@ ModelReference::ModelReference(const MeshData& mesh, const Model& model, const s
       choose_nodes(centred, model.rigidity_radius, arap::find_mirrors(centred.mesh(), 1), region_of_vertex);
   share_rotations(dense_weights(nodes, mesh.n_vertices()));
   homes = nodes.vertices;
+}
+
+void expect_ends_at_reference(const MeshData& mesh, const Task& task, const Model& model,
+                              const std::vector<double>& stiffness) {
+  const ModelReference plain(mesh, model, stiffness);
+  const Reference::Solution expected =
+      plain.solve(task.constraints, task.targets, plain.rest_guess(task.constraints, task.targets), 20000, 1e-10);
+  const arap::SolveResult result =
+      solve_once(mesh, task, to_accuracy(1e-10, arap::InitialGuess::kRest), model.options(), {stiffness, {}});
+  EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged) << mesh.name << model.name();
+  EXPECT_LT(max_distance(result.positions, expected.positions), 1e-6 * mesh.diagonal()) << mesh.name << model.name();
+  EXPECT_NEAR(result.energy_after, expected.energies.back(), 1e-9 * expected.energies.back())
+      << mesh.name << model.name();
 }
 
 }  // namespace arap_test

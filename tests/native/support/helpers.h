@@ -5,13 +5,16 @@
 
 #include <algorithm>
 #include <cctype>
+#include <functional>
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "arap/surface_arap.h"
 #include "energy/cell_energy.h"
+#include "sampling/edge_graph.h"
 #include "sampling/rotation_nodes.h"
 #include "support/meshes.h"
 #include "support/reference.h"
@@ -63,13 +66,15 @@ Task bend_task(const MeshData& mesh, const RigidMotion& motion);
 /// A turn by 40 degrees and a shift by a tenth of the diagonal.
 RigidMotion default_bend(const MeshData& mesh);
 
+/// (n_targets, 3) the positions of the constrained vertices, then the averages of the patches.
+Positions values_of(const arap::ConstraintSet& constraints, const Positions& positions);
+
 /// The constraints with targets that are their rest positions moved by `motion`.
 Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, const RigidMotion& motion);
 
 /// Hard constraints that hold the vertices at rest.
 Task hold(const MeshData& mesh, const std::vector<int>& vertices);
 
-arap::SurfaceArap::VertexProperties with_stiffness(std::vector<double> stiffness);
 arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions);
 
 /// With a linear solver in double: every single iteration is exact, not only the limit.
@@ -94,6 +99,12 @@ double max_distance(const Positions& a, const Positions& b);
 
 /// Largest distance between `posed` and its best rigid fit to `rest`, at `vertices`.
 double off_rigid(const Positions& rest, const Positions& posed, const std::vector<int>& vertices);
+
+/// sum_k weights[k] points[vertices[k]] / sum_k weights[k]
+Vector3 average(const Positions& points, std::span<const int> vertices, std::span<const double> weights);
+
+/// (n, 3) derivative of `function` at `p`, by central differences of width 2 h.
+Positions differences(const std::function<double(const Positions&)>& function, Positions p, double h);
 
 /// `rows` of `positions`.
 Positions rows(const Positions& positions, const std::vector<int>& rows);
@@ -132,6 +143,8 @@ MeshData in_model_space(const MeshData& mesh);
 /// Nodes of a mesh in model space.
 arap::RotationNodes choose_nodes(const MeshData& mesh, double radius, const std::vector<std::vector<int>>& mirrors = {},
                                  const std::vector<int>& group = {}, int threads = 1);
+/// Edges of a mesh, without links across its thickness.
+arap::EdgeGraph edge_graph(const MeshData& mesh);
 /// (n, n_nodes) weights.
 Eigen::MatrixXd dense_weights(const arap::RotationNodes& nodes, int n);
 
@@ -141,6 +154,20 @@ struct ModelReference : Reference {
                  const std::vector<int>& region_of_vertex = {});
 
   std::vector<int> homes;  ///< the vertex of each cell
+};
+
+/// Expects that a solve from rest converges where the model's reference does.
+void expect_ends_at_reference(const MeshData& mesh, const Task& task, const Model& model,
+                              const std::vector<double>& stiffness = {});
+
+/// Tests of every model.
+class OfEachModel : public testing::TestWithParam<Model> {
+ protected:
+  [[nodiscard]] static arap::Options options() { return GetParam().options(); }
+  [[nodiscard]] static ModelReference reference(const MeshData& mesh, const std::vector<double>& stiffness = {},
+                                                const std::vector<int>& region_of_vertex = {}) {
+    return {mesh, GetParam(), stiffness, region_of_vertex};
+  }
 };
 
 inline std::string model_name(const testing::TestParamInfo<Model>& info) { return info.param.name(); }

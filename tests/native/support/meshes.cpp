@@ -401,31 +401,21 @@ MeshData transformed(const MeshData& mesh, const std::function<Vector3(const Vec
   return result;
 }
 
-std::vector<int> mirror_vertices(const MeshData& mesh) {
-  std::vector<int> mirrored;
-  for (const Vector3& vertex : mesh.vertices) {
-    const Vector3 image(-vertex.x(), vertex.y(), vertex.z());
-    const auto found = std::find_if(mesh.vertices.begin(), mesh.vertices.end(),
-                                    [&](const Vector3& other) { return (other - image).norm() < 1e-9; });
-    if (found == mesh.vertices.end()) throw std::runtime_error(mesh.name + " is not mirror symmetric");
-    mirrored.push_back(static_cast<int>(found - mesh.vertices.begin()));
-  }
-  return mirrored;
-}
-
 Positions RigidMotion::apply(const Positions& points) const {
   return (points * rotation.transpose()).rowwise() + translation.transpose();
+}
+
+Matrix3 best_rotation(const Matrix3& S) {
+  const Eigen::JacobiSVD<Matrix3> svd(S, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  return svd.matrixU() * Vector3(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
 }
 
 RigidMotion best_rigid_motion(const Positions& from, const Positions& to) {
   const Vector3 from_centre = from.colwise().mean().transpose();
   const Vector3 to_centre = to.colwise().mean().transpose();
-  const Matrix3 covariance =
-      (to.rowwise() - to_centre.transpose()).transpose() * (from.rowwise() - from_centre.transpose());
-  const Eigen::JacobiSVD<Matrix3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Vector3 signs = Vector3::Ones();
-  signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  const Matrix3 rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  const Matrix3 rotation =
+      best_rotation((to.rowwise() - to_centre.transpose()).transpose() * (from.rowwise() - from_centre.transpose()));
   return {rotation, to_centre - rotation * from_centre};
 }
 
@@ -459,27 +449,6 @@ Positions Random::noise(int n, double size) {
 
 Matrix3 rotation_about(const Vector3& axis, double angle_rad) {
   return Eigen::AngleAxisd(angle_rad, axis.normalized()).toRotationMatrix();
-}
-
-int count_flips(const MeshData& rest, const Positions& posed, const std::vector<Matrix3>& rotations) {
-  // Twice the vector area: right for concave faces too.
-  const auto normal = [](const std::vector<int>& face, const Positions& p) {
-    Vector3 sum = Vector3::Zero();
-    for (size_t k = 0; k < face.size(); ++k) {
-      const Vector3 a = p.row(face[k]).transpose();
-      const Vector3 b = p.row(face[(k + 1) % face.size()]).transpose();
-      sum += a.cross(b);
-    }
-    return sum;
-  };
-  const Positions rest_positions = rest.positions();
-  int flips = 0;
-  for (const auto& face : rest.faces) {
-    Matrix3 turn = Matrix3::Zero();
-    for (const int v : face) turn += rotations[v];
-    if (normal(face, posed).dot(turn * normal(face, rest_positions)) < 0) ++flips;
-  }
-  return flips;
 }
 
 MeshData load_off(const std::string& path) {

@@ -92,8 +92,6 @@ MeshData triangulate(const MeshData& mesh);
 MeshData join(const MeshData& first, const MeshData& second);
 /// Applies `map` to every vertex.
 MeshData transformed(const MeshData& mesh, const std::function<Vector3(const Vector3&)>& map);
-/// For each vertex the one at its image under x -> -x; throws if there is none.
-std::vector<int> mirror_vertices(const MeshData& mesh);
 
 struct RigidMotion {
   Matrix3 rotation = Matrix3::Identity();
@@ -102,6 +100,9 @@ struct RigidMotion {
   [[nodiscard]] Positions apply(const Positions& points) const;
   [[nodiscard]] Vector3 apply(const Vector3& point) const { return rotation * point + translation; }
 };
+
+/// The rotation R with the greatest <R, S>, by SVD: [SA07] Eq. (6) transposed.
+Matrix3 best_rotation(const Matrix3& S);
 
 /// The rotation and translation that bring `from` closest to `to`.
 RigidMotion best_rigid_motion(const Positions& from, const Positions& to);
@@ -120,9 +121,6 @@ class Random {
 };
 
 Matrix3 rotation_about(const Vector3& axis, double angle_rad);
-
-/// Number of faces whose normal is opposite to their rest normal, rotated by the mean of their corners' `rotations`.
-int count_flips(const MeshData& rest, const Positions& posed, const std::vector<Matrix3>& rotations);
 
 /// Reads an OFF file; throws std::runtime_error that names the file.
 MeshData load_off(const std::string& path);

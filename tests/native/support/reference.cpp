@@ -17,14 +17,6 @@ using Eigen::MatrixXd;
 
 Vector3 edge(const Positions& p, int a, int b) { return (p.row(a) - p.row(b)).transpose(); }
 
-/// [SA07] Eq. (6): R = V U^T for S = U Sigma V^T, the column of U of the smallest singular value flipped if needed.
-Matrix3 rotation_of(const Matrix3& covariance) {
-  const Eigen::JacobiSVD<Matrix3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3 u = svd.matrixU();
-  if ((svd.matrixV() * u.transpose()).determinant() < 0) u.col(2) *= -1;
-  return svd.matrixV() * u.transpose();
-}
-
 }  // namespace
 
 Reference::Reference(const MeshData& mesh, arap::Energy energy, arap::EdgeWeights weights,
@@ -121,10 +113,10 @@ double Reference::soft_energy(const arap::ConstraintSet& constraints, const Posi
 std::vector<Matrix3> Reference::rotations(const Positions& positions) const {
   std::vector<Matrix3> S(static_cast<size_t>(n_cells_), Matrix3::Zero());
   for (const auto& [cell, a, b, weight] : terms_)
-    S[cell] += weight * edge(rest_, a, b) * edge(positions, a, b).transpose();
+    S[cell] += weight * edge(positions, a, b) * edge(rest_, a, b).transpose();
   std::vector<Matrix3> R;
   R.reserve(S.size());
-  for (const Matrix3& covariance : S) R.push_back(rotation_of(covariance));
+  for (const Matrix3& covariance : S) R.push_back(best_rotation(covariance));
   return R;
 }
 

@@ -88,15 +88,8 @@ def test_every_frame_is_within_the_tolerance(tolerance):
 def test_fewer_keys_are_not_possible(seed):
     rng = np.random.default_rng(seed)
     frames = (wavy(11, 6, seed) + rng.normal(size=(11, 6, 3), scale=0.02)).astype(np.float32)
-    for tolerance in (0.02, 0.08, 0.3):
+    for tolerance in (0.0, 0.02, 0.08, 0.3):
         assert len(search(frames, tolerance).keys) == fewest_by_trying(frames, tolerance)
-
-
-def test_a_smaller_tolerance_never_needs_fewer():
-    frames = wavy(50, seed=3)
-    counts = [len(search(frames, tolerance).keys) for tolerance in (0.5, 0.1, 0.02, 0.004, 0.0)]
-    assert counts == sorted(counts)
-    assert counts[-1] == 50
 
 
 def test_uneven_times_are_blended_by_time():
@@ -135,19 +128,16 @@ def test_the_search_goes_in_steps():
 def test_frames_are_read_one_at_a_time():
     """Three at most are held: a long shot does not fit into memory."""
 
-    class Counted:
-        def __init__(self, frames):
-            self.frames = frames
-
-        def __len__(self):
-            return len(self.frames)
-
+    class OneAtATime(list):
         def __getitem__(self, index):
             assert isinstance(index, int)
-            return self.frames[index].copy()
+            return super().__getitem__(index).copy()
+
+        def __iter__(self):
+            raise AssertionError("all of them")
 
     frames = wavy(30)
-    assert search(Counted(frames), 0.05).keys == search(frames, 0.05).keys
+    assert search(OneAtATime(frames), 0.05).keys == search(frames, 0.05).keys
 
 
 def test_pairs_that_are_ruled_out_are_impossible():

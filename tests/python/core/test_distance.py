@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+import sample_meshes
 from arap_deform.core.distance import distances_within, faded
 
 N = 41
@@ -11,15 +12,11 @@ STEP = 2.0 / (N - 1)
 
 def sheet(cut="quads"):
     """A square 2 wide about the origin, of quads or of triangles: points, corners, sizes."""
-    x = np.linspace(-1.0, 1.0, N)
-    points = np.stack([*np.meshgrid(x, x), np.zeros((N, N))], -1).reshape(-1, 3)
-    i, j = np.meshgrid(np.arange(N - 1), np.arange(N - 1), indexing="ij")
-    corner = i * N + j
-    quads = np.stack([corner, corner + 1, corner + N + 1, corner + N], -1).reshape(-1, 4)
+    mesh = sample_meshes.sheet(N)
     if cut == "quads":
-        return points, quads.astype(np.int32).ravel(), np.full(len(quads), 4, np.int32)
-    triangles = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-    return points, triangles.astype(np.int32).ravel(), np.full(len(triangles), 3, np.int32)
+        return mesh
+    triangles = mesh.corner_vertices.reshape(-1, 4)[:, [0, 1, 2, 0, 2, 3]]
+    return mesh.positions, triangles.ravel(), np.full(2 * len(triangles), 3, np.int32)
 
 
 @pytest.mark.parametrize("cut", ["quads", "triangles"])

@@ -11,7 +11,7 @@ from arap_deform.core.session import Session
 from arap_deform.core.session_data import SessionMesh, SessionSettings
 from arap_deform.core.targets import HandleMap, HandleSpec, Patch
 from arap_deform.core.transforms import best_rigid_fit
-from sample_meshes import rotation_z, tube
+from sample_meshes import motion, rotation_z, tube
 
 TUBE = tube(rings=60, segments=48)
 MESH = SessionMesh(TUBE.positions, TUBE.corner_vertices, TUBE.face_sizes)
@@ -26,9 +26,7 @@ NO_MOTION = np.eye(4)
 
 
 def shift(x=0.0, y=0.0, z=0.0):
-    matrix = np.eye(4)
-    matrix[:3, 3] = (x, y, z)
-    return matrix
+    return motion(shift=(x, y, z))
 
 
 def hold(vertices, weight=1.0, *, is_exact=False):
@@ -238,9 +236,7 @@ def test_targets_and_rotations_of_patches_come_last():
     handle_map = HandleMap(specs, rest, STRETCH, {0: patch})
     assert handle_map.vertices.tolist() == [0, 2, 1]
     assert [part.tolist() for part in handle_map.patches] == [[0, 2], [4, 5], [0.5, 0.5]]
-    turn = np.eye(4)
-    turn[:3, :3] = np.linalg.inv(STRETCH) @ rotation_z(0.5) @ STRETCH
-    turn[:3, 3] = (1.0, 2.0, 3.0)
+    turn = motion(np.linalg.inv(STRETCH) @ rotation_z(0.5) @ STRETCH, (1.0, 2.0, 3.0))
     matrices = np.array([turn, NO_MOTION, NO_MOTION])
     targets = handle_map.targets(matrices)
     np.testing.assert_allclose(targets[:3], rest[[0, 2, 1]] @ STRETCH.T, atol=1e-14)

@@ -45,16 +45,15 @@ def pushed():
     return dataclasses.replace(MESH, rest_positions=positions)
 
 
+MESH_CHANGED = "The mesh of 'Creature' has changed (96 vertices and 90 faces, now 97 and 91)"
+BIND_CHANGED = "Bending, rigidity, weights, threads or Weld Seams of 'Creature' have changed"
 CHANGES = [
-    ({"counts": (97, 184, 368, 91)}, "The mesh of 'Creature' has changed (96 vertices and 90 faces, now 97 and 91)"),
+    ({"counts": (97, 184, 368, 91)}, MESH_CHANGED),
     ({"mesh": other_diagonal()}, "The faces of 'Creature' have changed"),
     ({"mesh": pushed()}, "The rest shape of 'Creature' has changed"),
     ({"stiffness": np.ones(96)}, "The stiffness of 'Creature' has changed"),
     ({"regions": np.zeros(96, np.int32)}, "The stiffness of 'Creature' has changed"),
-    (
-        {"settings": SessionSettings(energy="spokes")},
-        "Energy, rigidity, weights, threads or seams of 'Creature' have changed",
-    ),
+    ({"settings": SessionSettings(energy="spokes")}, BIND_CHANGED),
     ({"stretch": np.diag([1.0, 1.0, 1.1])}, "The scale of 'Creature' has changed"),
 ]
 
@@ -72,12 +71,9 @@ def test_what_needs_none():
 
 SCENE_CHANGES = [
     ({"key_name": "Bent"}, "The pose of 'Creature' has another shape key now"),
-    ({"counts": (97, 184, 368, 91)}, "The mesh of 'Creature' has changed (96 vertices and 90 faces, now 97 and 91)"),
+    ({"counts": (97, 184, 368, 91)}, MESH_CHANGED),
     ({"holds": (GroupHold("Feet", is_exact=False),)}, "The pins or handles of 'Creature' have changed"),
-    (
-        {"settings": SessionSettings(rigidity_radius=0.05)},
-        "Energy, rigidity, weights, threads or seams of 'Creature' have changed",
-    ),
+    ({"settings": SessionSettings(rigidity_radius=0.05)}, BIND_CHANGED),
     ({"stiff_groups": (StiffGroup("Armor"),)}, "The stiffness of 'Creature' has changed"),
     ({"stretch": np.diag([1.0, 1.0, 1.1])}, "The scale of 'Creature' has changed"),
 ]

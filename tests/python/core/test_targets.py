@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from arap_deform.core.targets import HandleMap, HandleSpec
 from arap_deform.core.transforms import nearest_rotations
-from sample_meshes import rotation_z
+from sample_meshes import motion, rotation_z
 
 REST = np.random.default_rng(7).normal(size=(12, 3))
 STRETCH = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.1], [0.0, 0.1, 0.5]])
@@ -17,20 +17,13 @@ def spec(vertices, weights=None, name="Tail"):
     return HandleSpec(name, np.array(vertices, dtype=np.int32), weights)
 
 
-def motion(angle_rad=0.0, shift=(0.0, 0.0, 0.0)):
-    matrix = np.eye(4)
-    matrix[:3, :3] = rotation_z(angle_rad)
-    matrix[:3, 3] = shift
-    return matrix
-
-
 def moved(matrix, vertices):
     return (REST[vertices] @ matrix[:3, :3].T + matrix[:3, 3]) @ STRETCH.T
 
 
 def test_targets_are_moved_rest_positions_in_solver_space():
     handle_map = HandleMap([spec([3, 1]), spec([5])], REST, STRETCH)
-    turn, shift = motion(0.7), motion(shift=(1.0, 2.0, 3.0))
+    turn, shift = motion(rotation_z(0.7)), motion(shift=(1.0, 2.0, 3.0))
     targets = handle_map.targets(np.array([turn, shift]))
     assert handle_map.vertices.tolist() == [3, 1, 5]
     np.testing.assert_allclose(targets[:2], moved(turn, [3, 1]), atol=1e-14)
@@ -40,7 +33,7 @@ def test_targets_are_moved_rest_positions_in_solver_space():
 def test_only_a_moved_handle_changes_its_rows():
     handle_map = HandleMap([spec([0, 1]), spec([2])], REST, STRETCH)
     first = handle_map.targets(np.array([NONE, NONE])).copy()
-    turn = motion(0.5)
+    turn = motion(rotation_z(0.5))
     second = handle_map.targets(np.array([NONE, turn]))
     assert np.array_equal(second[:2], first[:2])
     np.testing.assert_allclose(second[2:], moved(turn, [2]), atol=1e-14)
@@ -48,7 +41,7 @@ def test_only_a_moved_handle_changes_its_rows():
 
 def test_shared_vertices_take_the_weighted_mean_and_the_largest_strength():
     handle_map = HandleMap([spec([0, 4, 5], [1.0, 0.25, 0.5]), spec([4, 5, 6], [0.75, 0.5, 0.3])], REST, STRETCH)
-    turn, shift = motion(1.0), motion(shift=(0.0, 1.0, 0.0))
+    turn, shift = motion(rotation_z(1.0)), motion(shift=(0.0, 1.0, 0.0))
     targets = handle_map.targets(np.array([turn, shift]))
     rows = {int(vertex): row for row, vertex in enumerate(handle_map.vertices)}
     assert sorted(rows) == [0, 4, 5, 6]
@@ -80,14 +73,15 @@ def test_weight_zero_is_free_and_more_than_one_counts_as_one():
 
 def test_an_empty_group_beside_a_full_one_is_fine():
     handle_map = HandleMap([spec([]), spec([2])], REST, STRETCH)
-    np.testing.assert_allclose(handle_map.targets(np.array([motion(1.0), NONE])), moved(NONE, [2]), atol=1e-14)
+    np.testing.assert_allclose(
+        handle_map.targets(np.array([motion(rotation_z(1.0)), NONE])), moved(NONE, [2]), atol=1e-14
+    )
 
 
 def test_rotations_are_those_of_the_handles_as_seen():
     # A motion that is rigid as seen is a stretched rotation in object space.
     rotation = rotation_z(0.8)
-    turn = np.eye(4)
-    turn[:3, :3] = np.linalg.inv(STRETCH) @ rotation @ STRETCH
+    turn = motion(np.linalg.inv(STRETCH) @ rotation @ STRETCH)
     handle_map = HandleMap([spec([0, 1]), spec([1, 2])], REST, STRETCH)
     rotations = handle_map.rotations(np.array([turn, NONE]))
     by_vertex = dict(zip(handle_map.vertices.tolist(), rotations, strict=True))
@@ -137,6 +131,6 @@ def test_vertices_are_at_their_base_while_their_handle_has_not_moved():
     np.testing.assert_allclose(targets[1], STRETCH @ REST[1], atol=1e-14)
     np.testing.assert_allclose(targets[2], STRETCH @ base[2], atol=1e-14)
     np.testing.assert_allclose(targets[3], STRETCH @ (REST[3] + base[3]) / 2.0, atol=1e-14)
-    turn = motion(0.7, (1.0, 0.0, 0.0))
+    turn = motion(rotation_z(0.7), (1.0, 0.0, 0.0))
     targets = dict(zip(handle_map.vertices.tolist(), handle_map.targets(np.array([NONE, turn])), strict=True))
     np.testing.assert_allclose(targets[2], STRETCH @ (turn[:3, :3] @ base[2] + turn[:3, 3]), atol=1e-14)

@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
 import pytest
 from arap_deform.core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S
-from arap_deform.core.session_data import Readout
 from arap_deform.follow.act import KEEP_TIME_LIMIT_S, End, Ending, Phase, PoseAct, restored, status_text
-from fake_follow import FakeBind, FakeFollowScene
+from fake_follow import FakeBind, FakeFollowScene, evaluate_with_matrices
 
 
 @dataclass
@@ -19,7 +18,6 @@ class FakeScene(FakeFollowScene):
 
     reason: str = ""
     needed_updates: int = 3
-    limits: list[tuple[int | None, float | None]] = field(default_factory=list)
 
     def why_over(self) -> str:
         return self.reason
@@ -29,27 +27,44 @@ class FakeScene(FakeFollowScene):
             raise self.error
         return super().begin_bind()
 
-    def update_from_rest(self, _matrices: np.ndarray, _time_limit_s: float | None) -> Readout:
-        raise AssertionError("an act goes on from the pose shown")
 
-    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
-        done = self.solved("follow" if iterations is None else "refine")
-        self.limits.append((iterations, time_limit_s))
-        return done
-
-
-def begun(scene: FakeScene) -> PoseAct:
-    """An act that has followed once."""
+def begin(**scene_options: Any) -> tuple[FakeScene, PoseAct]:
+    scene = FakeScene(**scene_options)
     act = PoseAct(scene)
     act.begin()
+    return scene, act
+
+
+def begun(**scene_options: Any) -> tuple[FakeScene, PoseAct]:
+    """An act that has followed once."""
+    scene, act = begin(**scene_options)
     act.tick()
     scene.calls.clear()
-    return act
+    return scene, act
+
+
+def binding_again() -> tuple[FakeScene, PoseAct]:
+    """An act that has followed once and then binds, because groups have changed."""
+    scene, act = begun()
+    scene.is_fit = False
+    act.tick()
+    assert act.phase is Phase.BINDING
+    return scene, act
+
+
+def bind_and_follow(scene: FakeScene, act: PoseAct) -> None:
+    scene.binds[0].is_done = True
+    act.tick()
+    act.tick()
+
+
+def how(act: PoseAct) -> Ending | None:
+    """How the act has ended, None if it has not."""
+    return act.end.how if act.end is not None else None
 
 
 def test_refines_until_settled_and_then_rests() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     assert not act.is_settled
     for _ in range(5):
         act.tick()
@@ -58,8 +73,7 @@ def test_refines_until_settled_and_then_rests() -> None:
 
 
 def test_a_moved_handle_is_followed_at_once_and_refined_later() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     scene.place = 1.0
     scene.needed_updates = 2
     act.scene_changed()
@@ -71,33 +85,23 @@ def test_a_moved_handle_is_followed_at_once_and_refined_later() -> None:
 
 
 def test_refining_ends_at_the_iteration_limit() -> None:
-    scene = FakeScene(needed_updates=1000, limit=12)
-    act = begun(scene)
+    scene, act = begun(needed_updates=1000, limit=12)
     for _ in range(10):
         act.tick()
     assert scene.calls == ["refine", "refine"]  # 4 iterations each, and 4 in the first update
     assert act.is_settled
-
-
-def test_following_takes_the_setting_within_a_frame_and_refining_all_that_is_left() -> None:
-    scene = FakeScene(limit=12)
-    act = begun(scene)
-    act.tick()
-    assert scene.limits == [(None, FOLLOW_TIME_LIMIT_S), (8, REFINE_TIME_LIMIT_S)]  # 4 were done in the first
+    # Following takes the setting within a frame, and refining all that is left.
+    assert scene.limits == [(None, FOLLOW_TIME_LIMIT_S), (8, REFINE_TIME_LIMIT_S), (4, REFINE_TIME_LIMIT_S)]
 
 
 def test_a_session_that_fits_goes_on_from_the_pose_shown() -> None:
-    scene = FakeScene()
-    act = PoseAct(scene)
-    act.begin()
-    assert scene.calls == ["go on"]
+    scene, act = begin()
     assert act.phase is Phase.FOLLOWING
+    assert scene.calls == ["go on"]
 
 
 def test_binds_first_if_the_session_does_not_fit() -> None:
-    scene = FakeScene(is_fit=False)
-    act = PoseAct(scene)
-    act.begin()
+    scene, act = begin(is_fit=False)
     assert act.phase is Phase.BINDING
     assert not scene.binds[0].has_started, "the operator that begins the act has not returned yet"
     act.tick()
@@ -105,118 +109,76 @@ def test_binds_first_if_the_session_does_not_fit() -> None:
     act.scene_changed()
     assert scene.calls == []
     assert act.bind_fraction == 0.5
-    scene.binds[0].is_done = True
-    act.tick()
-    act.tick()
+    bind_and_follow(scene, act)
     assert act.phase is Phase.FOLLOWING
     assert scene.calls == ["follow"]
 
 
 def test_begin_raises_if_the_scene_cannot_be_posed() -> None:
-    act = PoseAct(FakeScene(is_fit=False, error=ValueError("no handles")))
     with pytest.raises(ValueError, match="no handles"):
-        act.begin()
+        begin(is_fit=False, error=ValueError("no handles"))
 
 
 @pytest.mark.parametrize("end", ["keep", "cancel"])
 def test_ending_while_binding_drops_the_bind_and_restores(end: str) -> None:
-    scene = FakeScene(is_fit=False)
-    act = PoseAct(scene)
-    act.begin()
+    scene, act = begin(is_fit=False)
     getattr(act, end)()
     assert scene.binds[0].is_dropped
-    assert act.end is not None
-    assert act.end.how is Ending.RESTORE
+    assert how(act) is Ending.RESTORE
 
 
 def test_a_failed_bind_restores_and_says_why() -> None:
-    scene = FakeScene(is_fit=False)
-    act = PoseAct(scene)
-    act.begin()
-    scene.binds[0].is_done = True
+    scene, act = begin(is_fit=False)
     scene.binds[0].error = ValueError("vertex 7 is not finite")
-    act.tick()
+    bind_and_follow(scene, act)
     assert act.end is not None
     assert act.end.how is Ending.RESTORE
     assert "vertex 7 is not finite" in act.end.message
 
 
 def test_changed_groups_bind_again_and_the_pose_goes_on() -> None:
-    scene = FakeScene()
-    act = begun(scene)
-    scene.is_fit = False
+    scene, act = binding_again()
     act.scene_changed()
     assert scene.calls == []
-    act.tick()
-    assert act.phase is Phase.BINDING
-    scene.binds[0].is_done = True
-    act.tick()
-    act.tick()
+    bind_and_follow(scene, act)
     assert scene.calls == ["follow"]
     assert act.end is None
 
 
 def test_keep_while_binding_again_waits_for_it() -> None:
-    scene = FakeScene()
-    act = begun(scene)
-    scene.is_fit = False
-    act.tick()
-    act.keep()
-    assert act.end is None
-    scene.binds[0].is_done = True
-    act.tick()
-    act.tick()
-    assert scene.calls == ["follow", "refine"]
-    assert act.end is not None
-    assert act.end.how is Ending.KEEP
-    assert not scene.binds[0].is_dropped
-
-
-def test_keep_asked_again_does_not_wait() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = binding_again()
     assert not act.is_keeping
-    scene.is_fit = False
-    act.tick()
     act.keep()
     assert act.is_keeping
     assert "keeping the pose" in status_text(act)
+    assert act.end is None
+    bind_and_follow(scene, act)
+    assert scene.calls == ["follow", "refine"]
+    assert how(act) is Ending.KEEP
+    assert not scene.binds[0].is_dropped
+
+
+@pytest.mark.parametrize(("ask", "ending"), [("keep", Ending.KEEP), ("cancel", Ending.RESTORE)])
+def test_while_keep_waits_another_end_does_not_wait(ask: str, ending: Ending) -> None:
+    scene, act = binding_again()
     act.keep()
+    getattr(act, ask)()
     assert not act.is_keeping
-    assert act.end is not None
-    assert act.end.how is Ending.KEEP
+    assert how(act) is ending
     assert scene.binds[0].is_dropped
 
 
 @pytest.mark.parametrize("is_keeping", [True, False])
 def test_an_act_without_ticks_keeps_the_pose_only_if_keep_was_called(is_keeping: bool) -> None:
-    scene = FakeScene()
-    act = begun(scene)
-    scene.is_fit = False
-    act.tick()
+    _, act = binding_again()
     if is_keeping:
         act.keep()
     act.end_now("over")
-    assert act.end is not None
-    assert act.end.how is (Ending.KEEP if is_keeping else Ending.RESTORE)
-    assert act.end.message == ("" if is_keeping else "over")
-
-
-def test_cancel_while_keep_waits_restores() -> None:
-    scene = FakeScene()
-    act = begun(scene)
-    scene.is_fit = False
-    act.tick()
-    act.keep()
-    act.cancel()
-    assert act.end is not None
-    assert act.end.how is Ending.RESTORE
-    assert scene.binds[0].is_dropped
+    assert act.end == (End(Ending.KEEP) if is_keeping else End(Ending.RESTORE, "over"))
 
 
 def test_keep_waits_for_the_end_of_a_stroke() -> None:
-    scene = FakeScene(needed_updates=1)
-    act = begun(scene)
+    scene, act = begun(needed_updates=1)
     scene.is_painted = True
     act.keep()
     act.tick()
@@ -224,34 +186,22 @@ def test_keep_waits_for_the_end_of_a_stroke() -> None:
     scene.is_painted, scene.place = False, 1.0
     act.tick()
     assert scene.calls == ["follow"]
-    assert act.end is not None
-    assert act.end.how is Ending.KEEP
+    assert how(act) is Ending.KEEP
 
 
 def test_keep_sees_what_only_following_has_shown() -> None:
     """The evaluation that a step causes tells of a stroke which ended just before."""
-    scene = FakeScene()
-    act = begun(scene)
-    plain = scene.matrices
-
-    def matrices_that_tell() -> np.ndarray:
-        scene.is_fit, scene.matrices = False, plain  # type: ignore[method-assign]
-        return plain()
-
-    scene.matrices = matrices_that_tell  # type: ignore[method-assign]
+    scene, act = begun()
+    evaluate_with_matrices(scene, lambda: setattr(scene, "is_fit", False), times=1)
     act.keep()
     assert act.end is None
     act.tick()
-    scene.binds[0].is_done = True
-    act.tick()
-    act.tick()
-    assert act.end is not None
-    assert act.end.how is Ending.KEEP
+    bind_and_follow(scene, act)
+    assert how(act) is Ending.KEEP
 
 
 def test_what_cannot_be_bound_again_leaves_the_pose() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     scene.is_fit = False
     scene.error = ValueError("Nothing holds or moves 'Bar'")
     act.tick()
@@ -261,42 +211,35 @@ def test_what_cannot_be_bound_again_leaves_the_pose() -> None:
 
 
 def test_keep_follows_a_last_time_and_settles() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     scene.place = 1.0
     act.keep()
     assert scene.calls == ["follow", "refine"]
     assert scene.limits[-1] == (scene.limit - 4, KEEP_TIME_LIMIT_S)
-    assert act.end is not None
-    assert act.end.how is Ending.KEEP
+    assert how(act) is Ending.KEEP
 
 
-def test_keep_of_a_settled_pose_does_nothing_more() -> None:
-    scene = FakeScene(needed_updates=1)
-    act = begun(scene)
-    act.keep()
+@pytest.mark.parametrize(("needed_updates", "is_settling"), [(1, True), (50, False)])
+def test_keep_does_nothing_more_if_all_is_settled_or_need_not_be(needed_updates: int, is_settling: bool) -> None:
+    scene, act = begun(needed_updates=needed_updates)
+    act.keep(is_settling=is_settling)
     assert scene.calls == []
-    assert act.end is not None
-    assert act.end.how is Ending.KEEP
+    assert how(act) is Ending.KEEP
 
 
 def test_a_scene_that_is_over_ends_without_a_touch() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     scene.place = 1.0
     scene.reason = "'Bar' is no longer there"
     act.scene_changed()
     act.keep()
     act.tick()
     assert scene.calls == []
-    assert act.end is not None
-    assert act.end.how is Ending.LEAVE
-    assert act.end.message == scene.reason
+    assert act.end == End(Ending.LEAVE, scene.reason)
 
 
 def test_an_exception_restores_and_is_told() -> None:
-    scene = FakeScene()
-    act = begun(scene)
+    scene, act = begun()
     scene.place = 1.0
     scene.error = ZeroDivisionError("a fault of ours")
     act.scene_changed()
@@ -307,62 +250,41 @@ def test_an_exception_restores_and_is_told() -> None:
 
 
 def test_the_first_end_counts() -> None:
-    act = begun(FakeScene())
+    _, act = begun()
     act.cancel("first")
     act.keep()
     act.leave("later")
-    assert act.end is not None
-    assert (act.end.how, act.end.message) == (Ending.RESTORE, "first")
+    assert act.end == End(Ending.RESTORE, "first")
     assert act.phase is Phase.ENDED
 
 
 def test_undo_goes_on_from_what_it_brought() -> None:
-    scene = FakeScene(needed_updates=1)
-    act = begun(scene)
+    scene, act = begun(needed_updates=1)
     act.undone()
     act.tick()
     assert scene.calls == ["go on", "follow"]
 
 
 def test_evaluation_within_a_step_does_not_start_another() -> None:
-    scene = FakeScene()
-    act = begun(scene)
-    plain = scene.matrices
-
-    def matrices_that_evaluate() -> np.ndarray:
-        act.scene_changed()
-        return plain()
-
-    scene.matrices = matrices_that_evaluate  # type: ignore[method-assign]
+    scene, act = begun()
+    evaluate_with_matrices(scene, act.scene_changed)
     scene.place = 1.0
     act.tick()
     assert scene.calls == ["follow"]
 
 
 def test_status_says_state_and_keys() -> None:
-    scene = FakeScene(is_fit=False)
-    act = PoseAct(scene)
-    act.begin()
+    _, act = begin(is_fit=False)
     assert "preparing the mesh, 50%" in status_text(act)
     assert "Esc: cancel" in status_text(act)
-    act = begun(FakeScene(needed_updates=1))
+    _, act = begun(needed_updates=1)
     assert "settled" in status_text(act)
     for key in ("G, R, S", "Ctrl Z", "Enter: keep", "Esc: cancel"):
         assert key in status_text(act)
 
 
-def test_keep_without_settling_takes_the_pose_as_it_is() -> None:
-    scene = FakeScene(needed_updates=50)
-    act = begun(scene)
-    act.keep(is_settling=False)
-    assert scene.calls == []
-    assert act.end is not None
-    assert act.end.how is Ending.KEEP
-
-
 def test_unsettled_until_a_step_has_looked() -> None:
-    scene = FakeScene(needed_updates=1)
-    act = begun(scene)
+    scene, act = begun(needed_updates=1)
     assert act.is_settled
     act.unsettle()
     assert not act.is_settled
@@ -384,9 +306,8 @@ def test_what_cannot_be_restored_is_said() -> None:
     assert restored(End(Ending.RESTORE, "", former), refuse).error is former
 
 
-def test_a_stroke_is_waited_for_and_then_the_mesh_is_bound_again():
-    scene = FakeScene()
-    act = begun(scene)
+def test_a_stroke_is_waited_for_and_then_the_mesh_is_bound_again() -> None:
+    scene, act = begun()
     scene.is_painted, scene.is_fit = True, False
     act.scene_changed()
     act.tick()

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
-import numpy as np
 from arap_deform.core.following import FOLLOW_TIME_LIMIT_S
 from arap_deform.core.session_data import Readout
 from arap_deform.live.run import HEAVY_STEP_S, LiveRun, NotNow, When
-from fake_follow import FakeBind, FakeFollowScene
+from fake_follow import FakeBind, FakeFollowScene, evaluate_with_matrices
 
 
 @dataclass
@@ -19,7 +19,6 @@ class FakeScene(FakeFollowScene):
     pause: str = ""
     step_s: float = 0.001
     now: float = 0.0
-    limits: list[float | None] = field(default_factory=list)
     off: list[str] = field(default_factory=list)
 
     def clock(self) -> float:
@@ -37,31 +36,28 @@ class FakeScene(FakeFollowScene):
     def switch_off(self, error: Exception) -> None:
         self.off.append(str(error))
 
-    def update(self, _matrices: np.ndarray, iterations: int | None, time_limit_s: float | None) -> Readout:
-        return self.step("follow" if iterations is None else "refine", time_limit_s)
-
-    def update_from_rest(self, _matrices: np.ndarray, time_limit_s: float | None) -> Readout:
-        return self.step("from rest", time_limit_s)
-
-    def step(self, call: str, time_limit_s: float | None) -> Readout:
-        done = self.solved(call)
-        self.limits.append(time_limit_s)
+    def solved(self, call: str) -> Readout:
+        done = super().solved(call)
         self.now += self.step_s
         return replace(done, last_ms=1e3 * self.step_s)
 
 
-def begun(scene: FakeScene) -> LiveRun:
+def begin(**scene_options: Any) -> tuple[FakeScene, LiveRun]:
+    scene = FakeScene(**scene_options)
+    return scene, LiveRun(scene, scene.clock)
+
+
+def begun(**scene_options: Any) -> tuple[FakeScene, LiveRun]:
     """A run that has followed once and settled."""
-    run = LiveRun(scene, scene.clock)
+    scene, run = begin(**scene_options)
     run.tick(is_playing=False)
     assert not run.wants_timer
     scene.calls.clear()
-    return run
+    return scene, run
 
 
 def test_begins_with_the_pose_shown() -> None:
-    scene = FakeScene()
-    run = LiveRun(scene, scene.clock)
+    scene, run = begin()
     assert run.wants_timer
     run.tick(is_playing=False)
     assert scene.calls == ["go on", "follow"]
@@ -69,8 +65,7 @@ def test_begins_with_the_pose_shown() -> None:
 
 
 def test_what_did_not_change_is_not_solved() -> None:
-    scene = FakeScene()
-    run = begun(scene)
+    scene, run = begun()
     for when in (When.UPDATE, When.FRAME, When.UPDATE, When.PLAYBACK):
         run.scene_changed(when)
     run.scene_changed(When.UPDATE, None)
@@ -78,8 +73,7 @@ def test_what_did_not_change_is_not_solved() -> None:
 
 
 def test_a_moved_handle_is_followed_at_once_and_refined_by_the_timer() -> None:
-    scene = FakeScene()
-    run = begun(scene)
+    scene, run = begun()
     scene.place, scene.needed_updates = 1.0, 2
     run.scene_changed(When.UPDATE)
     assert (scene.calls, run.wants_timer) == (["follow"], True)
@@ -89,8 +83,7 @@ def test_a_moved_handle_is_followed_at_once_and_refined_by_the_timer() -> None:
 
 
 def test_another_frame_starts_from_rest() -> None:
-    scene = FakeScene()
-    run = begun(scene)
+    scene, run = begun()
     scene.place = 1.0
     run.scene_changed(When.FRAME)
     scene.place = 2.0
@@ -99,8 +92,7 @@ def test_another_frame_starts_from_rest() -> None:
 
 
 def test_playback_goes_on_from_the_frame_before_and_its_last_frame_starts_from_rest() -> None:
-    scene = FakeScene()
-    run = begun(scene)
+    scene, run = begun()
     for place in (1.0, 2.0):
         scene.place, scene.needed_updates = place, 9
         run.scene_changed(When.PLAYBACK)
@@ -115,8 +107,7 @@ def test_playback_goes_on_from_the_frame_before_and_its_last_frame_starts_from_r
 
 def test_a_heavy_mesh_slows_itself() -> None:
     """A step of a second is followed by a second without any; the timer then does what was left."""
-    scene = FakeScene()
-    run = begun(scene)
+    scene, run = begun()
     scene.step_s = 1.0
     scene.place = 1.0
     run.scene_changed(When.UPDATE)
@@ -131,19 +122,17 @@ def test_a_heavy_mesh_slows_itself() -> None:
 
 
 def test_a_light_mesh_follows_every_evaluation() -> None:
-    scene = FakeScene()
-    run = begun(scene)
+    scene, run = begun()
     scene.step_s = 0.9 * HEAVY_STEP_S
     for place in (1.0, 2.0, 3.0):
         scene.place = place
         run.scene_changed(When.UPDATE)
     assert scene.calls == ["follow"] * 3
-    assert scene.limits[1:] == [FOLLOW_TIME_LIMIT_S] * 3
+    assert scene.limits[1:] == [(None, FOLLOW_TIME_LIMIT_S)] * 3
 
 
 def test_a_frame_that_a_heavy_mesh_missed_still_starts_from_rest() -> None:
-    scene = FakeScene()
-    run = begun(scene)
+    scene, run = begun()
     scene.step_s = 1.0
     for place in (1.0, 2.0):
         scene.place = place
@@ -154,8 +143,7 @@ def test_a_frame_that_a_heavy_mesh_missed_still_starts_from_rest() -> None:
 
 
 def test_a_pause_ends_with_a_look_at_everything() -> None:
-    scene = FakeScene()
-    run = begun(scene)
+    scene, run = begun()
     scene.pause, scene.place = "Paused in Edit Mode", 1.0
     run.scene_changed(When.UPDATE)
     assert (run.pause, run.wants_timer, scene.calls) == ("Paused in Edit Mode", True, ["look again"])
@@ -166,8 +154,7 @@ def test_a_pause_ends_with_a_look_at_everything() -> None:
 
 
 def test_binds_by_the_timer_and_never_in_a_handler() -> None:
-    scene = FakeScene(is_fit=False)
-    run = LiveRun(scene, scene.clock)
+    scene, run = begin(is_fit=False)
     run.scene_changed(When.UPDATE)
     assert scene.binds == []
     run.tick(is_playing=False)
@@ -180,11 +167,10 @@ def test_binds_by_the_timer_and_never_in_a_handler() -> None:
 
 
 def test_without_a_window_all_is_done_at_once() -> None:
-    scene = FakeScene()
-    run = begun(scene)
+    scene, run = begun()
     scene.place = 1.0
     run.scene_changed(When.UPDATE, None)
-    assert (scene.calls, scene.limits[-1]) == (["from rest"], None)
+    assert (scene.calls, scene.limits[-1]) == (["from rest"], (None, None))
 
 
 def test_a_mesh_that_never_fits_ends_instead_of_binding_for_ever() -> None:
@@ -206,8 +192,7 @@ def test_a_mesh_that_never_fits_ends_instead_of_binding_for_ever() -> None:
 
 
 def test_an_error_ends_it_once() -> None:
-    scene = FakeScene()
-    run = begun(scene)
+    scene, run = begun()
     scene.place, scene.error = 1.0, ZeroDivisionError("a fault of ours")
     for _ in range(3):
         run.scene_changed(When.UPDATE)
@@ -216,16 +201,14 @@ def test_an_error_ends_it_once() -> None:
 
 
 def test_the_end_drops_a_bind() -> None:
-    scene = FakeScene(is_fit=False)
-    run = LiveRun(scene, scene.clock)
+    scene, run = begin(is_fit=False)
     run.tick(is_playing=False)
     run.end()
     assert scene.binds[0].is_dropped
 
 
 def test_undo_looks_at_everything_and_goes_on_from_what_it_brought() -> None:
-    scene = FakeScene()
-    run = begun(scene)
+    scene, run = begun()
     run.undone()
     assert run.wants_timer
     run.tick(is_playing=False)
@@ -233,23 +216,15 @@ def test_undo_looks_at_everything_and_goes_on_from_what_it_brought() -> None:
 
 
 def test_evaluation_within_a_step_does_not_start_another() -> None:
-    scene = FakeScene()
-    run = begun(scene)
-    plain = scene.matrices
-
-    def matrices_that_evaluate() -> np.ndarray:
-        run.scene_changed(When.UPDATE)
-        return plain()
-
-    scene.matrices = matrices_that_evaluate  # type: ignore[method-assign]
+    scene, run = begun()
+    evaluate_with_matrices(scene, lambda: run.scene_changed(When.UPDATE))
     scene.place = 1.0
     run.tick(is_playing=False)
     assert scene.calls == ["follow"]
 
 
 def test_a_stroke_is_waited_for_and_then_all_is_looked_at():
-    scene = FakeScene(needed_updates=1)
-    run = begun(scene)
+    scene, run = begun(needed_updates=1)
     scene.is_painted, scene.is_fit = True, False
     run.scene_changed(When.UPDATE)
     assert run.wants_timer
@@ -263,8 +238,7 @@ def test_a_stroke_is_waited_for_and_then_all_is_looked_at():
 
 
 def test_a_bind_that_is_under_way_when_a_stroke_begins_is_still_taken():
-    scene = FakeScene(is_fit=False)
-    run = LiveRun(scene, scene.clock)
+    scene, run = begin(is_fit=False)
     run.tick(is_playing=False)
     scene.is_painted = True
     scene.binds[0].is_done = True
@@ -278,8 +252,7 @@ def test_a_bind_that_is_under_way_when_a_stroke_begins_is_still_taken():
 
 
 def test_what_cannot_be_for_now_pauses_and_does_not_switch_off():
-    scene = FakeScene(error=NotNow("Paused: nothing is painted yet"))
-    run = LiveRun(scene, scene.clock)
+    scene, run = begin(error=NotNow("Paused: nothing is painted yet"))
     run.tick(is_playing=False)
     assert (run.pause, scene.off, run.is_over) == ("Paused: nothing is painted yet", [], False)
     assert run.wants_timer
@@ -289,8 +262,7 @@ def test_what_cannot_be_for_now_pauses_and_does_not_switch_off():
 
 
 def test_the_scene_hears_when_all_is_settled():
-    scene = FakeScene(needed_updates=2)
-    run = LiveRun(scene, scene.clock)
+    scene, run = begin(needed_updates=2)
     run.tick(is_playing=False)
     assert scene.n_settled == 0
     run.tick(is_playing=False)

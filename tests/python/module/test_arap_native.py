@@ -20,31 +20,18 @@ def held_at_ends(mesh: Mesh, **keywords) -> arap_native.SurfaceArap:
     return solver
 
 
-# ---------------------------------------------------------------------------------------------------- mathematics
+# ------------------------------------------------------------------------------------------------------- solving
 
 
-@pytest.mark.parametrize("energy", ["rotation_nodes", "spokes_and_rims", "spokes"])
-@pytest.mark.parametrize("weights", ["cotangent", "uniform"])
-@pytest.mark.parametrize("guess", ["previous", "rest", "naive_laplacian", "handle_rotations"])
-def test_rest_in_rest_out(energy, weights, guess):
-    mesh = tube()
-    solver = held_at_ends(mesh, options=arap_native.Options(energy=energy, weights=weights))
-    result = solver.solve(mesh.positions[ends(mesh)], arap_native.SolveOptions(initial_guess=guess))
-    assert np.abs(result.positions - mesh.positions).max() < 1e-6 * mesh.diagonal
-    assert result.stop_reason == "converged"
-
-
-@pytest.mark.parametrize("give_rotations", [True, False])
-def test_rigid_motion_of_the_handles_moves_the_mesh_rigidly(give_rotations):
+def test_given_rotations_are_those_of_the_rows():
     mesh = tube()
     turn = rotation_z(0.8) @ rotation_z(0.3)[:, [2, 0, 1]]
     shift = np.array([3.0, -1.0, 2.0])
     vertices = ends(mesh)
-    rotations = np.tile(turn, (len(vertices), 1, 1)) if give_rotations else None
     result = held_at_ends(mesh).solve(
         mesh.positions[vertices] @ turn.T + shift,
-        arap_native.SolveOptions(initial_guess="handle_rotations"),
-        rotations=rotations,
+        arap_native.SolveOptions(initial_guess="handle_rotations", max_iterations=1),
+        rotations=np.tile(turn, (len(vertices), 1, 1)),
     )
     assert np.abs(result.positions - (mesh.positions @ turn.T + shift)).max() < 1e-6 * mesh.diagonal
 
@@ -67,74 +54,17 @@ def test_a_cancelled_solve_gives_the_former_positions_to_an_array_too():
     assert np.array_equal(out, mesh.positions.astype(np.float32))
 
 
-def test_the_time_limit_is_that_of_the_whole_solve():
-    mesh = tube()
-    limits = arap_native.SolveOptions(time_limit_s=1e-9, initial_guess="handle_rotations")
-    result = held_at_ends(mesh).solve(twisted_ends(mesh), limits)
-    assert (result.iterations, result.stop_reason) == (1, "time_limit")
-
-
-def test_hard_constraints_are_met_exactly_and_energy_is_that_of_the_result():
+def test_energies_of_a_result_and_of_positions():
     mesh = tube()
     solver = held_at_ends(mesh)
-    targets = twisted_ends(mesh)
-    in_double = arap_native.SolveOptions(accuracy=1e-8)
-    result = solver.solve(targets, in_double)
-    assert np.abs(result.positions[ends(mesh)] - targets).max() < 1e-12 * mesh.diagonal
+    result = solver.solve(twisted_ends(mesh), arap_native.SolveOptions(accuracy=1e-8))
     assert 0 < result.energy_after < result.energy_before
     assert solver.energy(result.positions) == pytest.approx(result.energy_after, rel=1e-9)
-    assert solver.energy(mesh.positions) == pytest.approx(0, abs=1e-12)
-
-
-def test_energy_gradient_is_that_of_finite_differences():
-    mesh = tube()
-    solver = bound(mesh)
-    rng = np.random.default_rng(5)
-    positions = mesh.positions + 0.02 * mesh.diagonal * rng.uniform(-1, 1, mesh.positions.shape)
-    gradient = solver.energy_gradient(positions)
-    assert (gradient.dtype, gradient.shape) == (np.float64, positions.shape)
-    for _ in range(5):
-        step = 1e-5 * mesh.diagonal * rng.uniform(-1, 1, positions.shape)
-        change = solver.energy(positions + step) - solver.energy(positions - step)
-        assert change == pytest.approx(2 * np.sum(gradient * step), rel=1e-5)
-
-
-def test_soft_constraint_gives_way_and_more_strength_gives_way_less():
-    mesh = tube()
-    vertices, targets = ends(mesh), twisted_ends(mesh)
-    distances = []
-    for strength in (0.1, 0.5, 0.9):
-        solver = bound(mesh)
-        solver.set_constraints(vertices, np.full(len(vertices), strength))
-        result = solver.solve(targets, arap_native.SolveOptions(max_iterations=500))
-        distances.append(np.abs(result.positions[vertices] - targets).max())
-    assert distances[0] > distances[1] > distances[2] > 0
-
-
-def test_patch_holds_its_weighted_average():
-    mesh = tube()
-    solver = bound(mesh)
-    lower, upper = np.split(ends(mesh), 2)
-    weights = np.linspace(1.0, 2.0, len(upper))
-    solver.set_constraints(lower, np.ones(len(lower)), (np.array([0, len(upper)], np.int32), upper, weights))
-    targets = np.vstack([mesh.positions[lower], [[0.5, 0.0, 4.2]]])
-    result = solver.solve(targets)
-    assert np.average(result.positions[upper], axis=0, weights=weights) == pytest.approx(targets[-1], abs=1e-9)
-
-
-@pytest.mark.parametrize("linear_solver", ["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"])
-def test_every_linear_solver_ends_at_the_same_shape(linear_solver):
-    mesh = tube()
-    options = arap_native.Options(linear_solver=linear_solver)
-    assert options.linear_solver == linear_solver
-    to_the_end = arap_native.SolveOptions(max_iterations=10**4, accuracy=1e-9)
-    result = held_at_ends(mesh, options=options).solve(twisted_ends(mesh), to_the_end)
-    expected = held_at_ends(mesh).solve(twisted_ends(mesh), to_the_end)
-    assert result.stop_reason == "converged"
-    assert np.abs(result.positions - expected.positions).max() < 1e-6 * mesh.diagonal
-
-
-# ------------------------------------------------------------------------------------------------------- solving
+    gradient = solver.energy_gradient(result.positions)
+    assert (gradient.dtype, gradient.shape) == (np.float64, mesh.positions.shape)
+    step = 1e-5 * mesh.diagonal * np.random.default_rng(5).uniform(-1, 1, gradient.shape)
+    change = solver.energy(result.positions + step) - solver.energy(result.positions - step)
+    assert change == pytest.approx(2 * np.sum(gradient * step), rel=1e-4)
 
 
 def test_triangles_may_come_as_rows():
@@ -165,38 +95,26 @@ def test_stop_reasons():
     assert result.step <= 1e-6
 
 
-def test_previous_positions_are_where_the_next_solve_begins():
+def test_positions_are_read_set_and_reset():
     mesh = tube()
     solver = held_at_ends(mesh)
-    targets = twisted_ends(mesh)
-    five_in_double = arap_native.SolveOptions(max_iterations=5, accuracy=1e-8)
-    first = solver.solve(targets, five_in_double)
-    second = solver.solve(targets, five_in_double)
-    assert second.energy_before == pytest.approx(first.energy_after, rel=1e-9)
-    assert np.array_equal(solver.positions, second.positions)
-
+    result = solver.solve(twisted_ends(mesh))
+    assert np.array_equal(solver.positions, result.positions)
     solver.reset()
     assert np.allclose(solver.positions, mesh.positions, rtol=0, atol=1e-12)
-    solver.set_positions(first.positions)
-    assert np.allclose(solver.positions, first.positions, rtol=0, atol=1e-12)
-    assert np.allclose(solver.solve(targets, five_in_double).positions, second.positions, rtol=0, atol=1e-6)
+    solver.set_positions(result.positions)
+    assert np.allclose(solver.positions, result.positions, rtol=0, atol=1e-12)
 
 
-def test_only_a_new_set_of_constraints_factorizes():
+def test_without_strengths_all_vertices_are_hard():
     mesh = tube()
-    solver = held_at_ends(mesh)
-    once = solver.n_factorizations
-    assert once > 0
-    vertices = ends(mesh)
-    solver.solve(twisted_ends(mesh))
-    solver.solve(twisted_ends(mesh, angle_rad=-1.0))
-    solver.set_constraints(vertices, np.ones(len(vertices)))
-    assert solver.n_factorizations == once
-    solver.set_constraints(vertices[1:], np.ones(len(vertices) - 1))
-    assert solver.n_factorizations > once
+    solver = bound(mesh)
+    solver.set_constraints(ends(mesh))
+    expected = held_at_ends(mesh).solve(twisted_ends(mesh)).positions
+    assert np.array_equal(solver.solve(twisted_ends(mesh)).positions, expected)
 
 
-def test_loose_vertices_and_parts_without_constraints_stay_and_are_reported():
+def test_loose_vertices_and_parts_without_constraints_are_reported():
     near = tube()
     n = len(near.positions)
     positions = np.vstack([near.positions, near.positions + np.array([5.0, 0.0, 0.0]), [[9.0, 9.0, 9.0]]])
@@ -213,47 +131,19 @@ def test_loose_vertices_and_parts_without_constraints_stay_and_are_reported():
     vertices = ends(near)
     solver.set_constraints(vertices, np.ones(len(vertices)))
     result = solver.solve(twisted_ends(near))
-    assert result.parts_at_rest.tolist() == [1]
-    assert result.loose_vertices.tolist() == [2 * n]
-    assert np.allclose(result.positions[n:], positions[n:], rtol=0, atol=1e-12)
+    assert (result.parts_at_rest.tolist(), result.loose_vertices.tolist()) == ([1], [2 * n])
 
 
-def test_joined_seam_does_not_open():
-    mesh = tube(rings=4)
-    half = len(mesh.positions)
-    doubled = Mesh(
-        np.vstack([mesh.positions, mesh.positions + np.array([0.0, 0.0, 4.0])]),
-        np.concatenate([mesh.corner_vertices, mesh.corner_vertices + np.int32(half)]),
-        np.tile(mesh.face_sizes, 2),
-    )
-    solver = bound(doubled, options=arap_native.Options(join_seams=True))
-    lower, upper = ends(mesh)[:8], ends(mesh)[8:] + np.int32(half)
-    vertices = np.concatenate([lower, upper])
-    solver.set_constraints(vertices, np.ones(16))
-    targets = doubled.positions[vertices]
-    targets[8:] += [1.0, 0.0, 0.0]
-    posed = solver.solve(targets).positions
-    assert np.abs(posed[ends(mesh)[8:]] - posed[lower + np.int32(half)]).max() < 1e-9
-
-
-def test_rigid_region_keeps_its_shape_and_stiffness_bends_less():
+def test_a_rigid_region_keeps_its_shape():
     mesh = tube()
+    middle = np.abs(mesh.positions[:, 2] - 2.0) < 0.8
+    solver = held_at_ends(mesh, rigid_regions=np.where(middle, 0, -1).astype(np.int32))
     targets = twisted_ends(mesh)
     targets[8:] += [1.5, 0.0, -0.5]
-    middle = np.abs(mesh.positions[:, 2] - 2.0) < 0.8
-    region = np.where(middle, 0, -1).astype(np.int32)
+    posed = solver.solve(targets).positions[middle]
     rest = mesh.positions[middle]
-
-    def off_rigid(**properties) -> float:
-        posed = held_at_ends(mesh, **properties).solve(targets, arap_native.SolveOptions(max_iterations=500)).positions
-        posed = posed[middle]
-        u, _, vt = np.linalg.svd((rest - rest.mean(0)).T @ (posed - posed.mean(0)))
-        u[:, -1] *= np.linalg.det(u @ vt)
-        return float(np.abs((rest - rest.mean(0)) @ (u @ vt) - (posed - posed.mean(0))).max()) / mesh.diagonal
-
-    plain = off_rigid()
-    assert off_rigid(rigid_regions=region) < 1e-6 < plain
-    assert off_rigid(stiffness=np.where(middle, 100.0, 1.0)) < 0.5 * plain
+    lengths, rest_lengths = (np.linalg.norm(p[:, None] - p[None], axis=-1) for p in (posed, rest))
+    assert np.abs(lengths - rest_lengths).max() < 1e-6 * mesh.diagonal
 
 
 # -------------------------------------------------------------------------------------------------------- arrays
@@ -326,15 +216,22 @@ def test_options_are_named_values():
         "Options(energy='spokes', rigidity_radius=0.5, weights='uniform', linear_solver='sparse_lu', threads=2, "
         "join_seams=True)"
     )
-    options.energy = "spokes_and_rims"
-    assert options.energy == "spokes_and_rims"
+    for solver in ("block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"):
+        options.linear_solver = solver
+        assert options.linear_solver == solver
+
+    assert repr(arap_native.Options()) == (
+        "Options(energy='rotation_nodes', rigidity_radius=0.02, weights='cotangent', linear_solver='block_ldlt', "
+        "threads=0, join_seams=False)"
+    )
 
     options = arap_native.SolveOptions(initial_guess="rest", max_iterations=3, time_limit_s=0.5)
     assert repr(options) == (
         "SolveOptions(initial_guess='rest', acceleration='conjugate_gradients', max_iterations=3, "
         "accuracy=1e-06, time_limit_s=0.5)"
     )
-    assert arap_native.SolveOptions().time_limit_s == float("inf")
+    defaults = arap_native.SolveOptions()
+    assert (defaults.initial_guess, defaults.time_limit_s) == ("previous", float("inf"))
 
 
 def test_a_patch_around_vertices_is_an_average_to_constrain():
@@ -371,12 +268,6 @@ def test_options_are_read_at_the_call():
     assert solver.solve(twisted_ends(mesh), options).iterations == 1
     options.max_iterations = 2
     assert solver.solve(twisted_ends(mesh), options).iterations == 2
-
-
-def test_threads_are_as_asked_for():
-    mesh = tube()
-    assert bound(mesh, options=arap_native.Options(threads=1)).threads == 1
-    assert bound(mesh).threads == 1, "a mesh this small does not pay a second thread"
 
 
 def test_repr_says_what_it_is():

@@ -10,30 +10,26 @@ from pathlib import Path
 import build_zip
 import pytest
 
+VERSION = build_zip.project_version()
 LINUX = "manylinux_2_34_x86_64"
 MODULE = "arap_native/_native.so"
 LIBRARIES = ("arap_native.libs/libgomp-0a1b2c3d.so.1.0.0", "arap_native.libs/libother-0a1b2c3d.so.5")
 
 
 @pytest.fixture
-def version():
-    return build_zip.project_version()
-
-
-@pytest.fixture
-def wheels(tmp_path, version):
+def wheels(tmp_path):
     """A function that puts stand-in wheels into a folder and returns it."""
     folder = tmp_path / "wheels"
     folder.mkdir()
 
     def make(*tags, platform=LINUX, module=b"module"):
         for tag in tags:
-            with zipfile.ZipFile(folder / f"arap_native-{version}-{tag}-{tag}-{platform}.whl", "w") as wheel:
+            with zipfile.ZipFile(folder / f"arap_native-{VERSION}-{tag}-{tag}-{platform}.whl", "w") as wheel:
                 wheel.writestr(MODULE, module)
                 for library in LIBRARIES:
                     wheel.writestr(library, b"library")
-                wheel.writestr(f"arap_native-{version}.dist-info/licenses/LICENSE", b"licence")
-                wheel.writestr(f"arap_native-{version}.dist-info/RECORD", b"record")
+                wheel.writestr(f"arap_native-{VERSION}.dist-info/licenses/LICENSE", b"licence")
+                wheel.writestr(f"arap_native-{VERSION}.dist-info/RECORD", b"record")
         return folder
 
     return make
@@ -48,7 +44,7 @@ def build(wheels_dir, out, *kinds):
     return build_zip.build(wheels_dir, out, kinds or ("legacy", "extension"))
 
 
-def test_legacy_zip_holds_the_wheels_unpacked_by_python(wheels, tmp_path, version):
+def test_legacy_zip_holds_the_wheels_unpacked_by_python(wheels, tmp_path):
     files = contents(build(wheels("cp310", "cp311", "cp313"), tmp_path, "legacy")[0])
     modules = "arap_deform/native_modules"
     assert {name.split("/")[2] for name in files if name.startswith(modules)} == {"cp310", "cp311"}
@@ -56,16 +52,16 @@ def test_legacy_zip_holds_the_wheels_unpacked_by_python(wheels, tmp_path, versio
         assert files[f"{modules}/{tag}/{MODULE}"] == b"module"
         for library in LIBRARIES:
             assert files[f"{modules}/{tag}/{library}"] == b"library"
-        assert files[f"{modules}/{tag}/arap_native-{version}.dist-info/licenses/LICENSE"] == b"licence"
+        assert files[f"{modules}/{tag}/arap_native-{VERSION}.dist-info/licenses/LICENSE"] == b"licence"
     assert all(name.startswith("arap_deform/") for name in files)
     assert not any(name.endswith(("blender_manifest.toml", "RECORD")) for name in files)
     assert b"bl_info" in files["arap_deform/__init__.py"]
 
 
-def test_extension_zip_holds_the_wheels_and_names_them(wheels, tmp_path, version):
+def test_extension_zip_holds_the_wheels_and_names_them(wheels, tmp_path):
     files = contents(build(wheels("cp310", "cp311", "cp313"), tmp_path, "extension")[0])
     manifest = files["blender_manifest.toml"].decode()
-    names = {f"wheels/arap_native-{version}-{tag}-{tag}-{LINUX}.whl" for tag in ("cp311", "cp313")}
+    names = {f"wheels/arap_native-{VERSION}-{tag}-{tag}-{LINUX}.whl" for tag in ("cp311", "cp313")}
     assert {name for name in files if name.startswith("wheels/")} == names
     assert set(re.findall(r'"\./(wheels/[^"]+)"', manifest)) == names
     assert 'platforms = ["linux-x64"]' in manifest

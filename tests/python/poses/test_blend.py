@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+import sample_meshes
 from arap_deform.core.transforms import rotation
 from arap_deform.poses.blend import blended, mirrored, partners
 
@@ -17,10 +18,7 @@ def turn(axis, angle_rad):
 
 def motion(linear=UNSTRETCHED, shift=(0.0, 0.0, 0.0), about=(0.0, 0.0, 0.0)):
     """(4, 4) x -> linear (x - about) + about + shift."""
-    result = np.eye(4)
-    result[:3, :3] = linear
-    result[:3, 3] = np.asarray(about) - linear @ np.asarray(about) + shift
-    return result
+    return sample_meshes.motion(linear, np.asarray(about) - linear @ np.asarray(about) + shift)
 
 
 def between(first, second, factor, pivot=ORIGIN, stretch=UNSTRETCHED):

@@ -3,6 +3,8 @@
 
 import numpy as np
 import pytest
+import sample_meshes
+from arap_deform.core.graph import face_edges
 from arap_deform.core.transforms import rotation
 from arap_deform.pull.region import (
     ITSELF,
@@ -13,22 +15,12 @@ from arap_deform.pull.region import (
     mirror_signs,
     symmetric_grabs,
 )
-from sample_meshes import rotation_z
+from sample_meshes import motion, rotation_z
 
 N = 21
-
-
-def grid():
-    """(n, 3) points of a flat grid two units wide, and its edges along x and y."""
-    line = np.linspace(-1.0, 1.0, N)
-    points = np.array([(x, y, 0.0) for y in line for x in line])
-    index = np.arange(N * N).reshape(N, N)
-    along = np.concatenate([np.stack([a.ravel(), b.ravel()], 1) for a, b in (
-        (index[:, :-1], index[:, 1:]), (index[:-1], index[1:]))])  # fmt: skip
-    return points, along.astype(np.int32)
-
-
-POINTS, EDGES = grid()
+GRID = sample_meshes.sheet(N)
+POINTS = GRID.positions
+EDGES = np.stack(face_edges(GRID.corner_vertices, GRID.face_sizes), axis=1)
 MIDDLE = N * N // 2
 
 
@@ -121,18 +113,11 @@ def test_a_mesh_without_mirror_images_is_refused():
         symmetric_grabs(lopsided, EDGES, disc(0.5, 0.3, 0.2), 1.0, (True, False, False))
 
 
-def motion(shift=(0.0, 0.0, 0.0), turn=None):
-    matrix = np.eye(4)
-    matrix[:3, :3] = np.eye(3) if turn is None else turn
-    matrix[:3, 3] = shift
-    return matrix
-
-
 def test_an_image_moves_as_the_mirror_image_does():
     vertices = disc(0.5, 0.3, 0.2)
     grabs = symmetric_grabs(POINTS, EDGES, vertices, 1.0, (True, False, False))
     assert [len(grab.vertices) for grab in grabs] == [len(vertices)] * 2
-    wanted = motion((0.1, 0.2, 0.3), rotation_z(0.4))
+    wanted = motion(rotation_z(0.4), (0.1, 0.2, 0.3))
     own, image = (grab.motion(wanted, POINTS[vertices].mean(axis=0), np.eye(3)) for grab in grabs)
     np.testing.assert_array_equal(own, wanted)
     flip = np.array([-1.0, 1.0, 1.0])
@@ -148,7 +133,7 @@ def test_what_lies_on_the_plane_stays_on_it(stretch):
     centre = POINTS[grab.vertices].mean(axis=0)
     unstretch = np.linalg.inv(stretch)
     turn = unstretch @ rotation(0.7 * np.array([0.6, 0.0, 0.8])) @ stretch
-    done = grab.motion(motion((0.3, 0.2, 0.1), turn), centre, stretch)
+    done = grab.motion(motion(turn, (0.3, 0.2, 0.1)), centre, stretch)
     flip = np.diag([-1.0, 1.0, 1.0, 1.0])
     np.testing.assert_allclose(flip @ done @ flip, done, atol=1e-12)
     seen = stretch @ done[:3, :3] @ unstretch

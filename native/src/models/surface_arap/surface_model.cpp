@@ -10,7 +10,6 @@
 #include "mesh/mirror_symmetry.h"
 #include "mesh/thickness_links.h"
 #include "models/surface_arap/surface_energies.h"
-#include "parallel/beside.h"
 #include "parallel/parallel.h"
 #include "sampling/rotation_nodes.h"
 #include "sampling/surface_patch.h"

@@ -6,11 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "support/helpers.h"
@@ -19,14 +17,10 @@ namespace arap_test {
 namespace {
 
 using arap::InitialGuess;
-using arap::InvalidInput;
 using arap::SolverError;
 using arap::SolveResult;
 using arap::StopReason;
 using arap::SurfaceArap;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 MeshData sound_mesh() { return bumpy_sphere(2); }
 
@@ -108,11 +102,10 @@ MeshData with_doubled_vertex(const MeshData& mesh, const Vector3& away) {
   return result;
 }
 
-/// `mesh` and its extra faces hold `result` at rest, follow a rigid motion, and lower the energy step by step.
-void expect_sound(const MeshData& mesh, const std::string& what) {
+/// Expects that a mesh with such a task stays at rest, follows a rigid motion, and lowers the energy step by step.
+void expect_sound(const MeshData& mesh, const std::string& what, const Task& task = sound_task()) {
   const Positions rest = mesh.positions();
   const double size = mesh.diagonal();
-  Task task = sound_task();
   Random random(101);
   for (const Model& model : all_models()) {
     const std::string name = what + " " + model.name();
@@ -145,10 +138,6 @@ double deviation(const MeshData& faulty, const arap::Options& options) {
   return deviation(faulty, sound_mesh(), sound_task(), options);
 }
 
-/// What one face too many may move. It changes the choice of nodes, too, which alone moves up to 4e-3 where edges are
-/// as long as the radius.
-double hardly(const Model& model) { return model.energy == arap::Energy::kRotationNodes ? 1e-2 : 3e-3; }
-
 Positions bent(const MeshData& mesh, const arap::Options& options = {}) {
   return solve_once(mesh, sound_task(), to_accuracy(1e-9), options).positions;
 }
@@ -156,9 +145,9 @@ Positions bent(const MeshData& mesh, const arap::Options& options = {}) {
 // Degenerate triangles.
 
 TEST(Robustness, SliverThatNothingElseHangsOnIsAsIfItWereNotThere) {
-  MeshData mesh = sound_mesh();
+  const MeshData mesh = sound_mesh();
   const Edge edge = some_edge(mesh);
-  for (const double t : {.5, .1, 1.7}) {
+  for (const double t : {0.0, .5, .1, 1.7}) {
     MeshData faulty = mesh;
     const int m = faulty.add_vertex(mesh.vertices[edge.a] + t * (mesh.vertices[edge.b] - mesh.vertices[edge.a]));
     faulty.faces.push_back({edge.a, edge.b, m});
@@ -175,60 +164,42 @@ TEST(Robustness, SliverOverVerticesThatAreHeldAnywayIsAsIfItWereNotThere) {
   // Three vertices of a straight row.
   const MeshData mesh = bar(2, Faces::kTriangles);
   const Task task = bend_task(mesh, {rotation_about({.2, 1, 0}, .7), {-.1, .1, .4}});
-  const auto at = [&](double x, double y, double z) {
-    for (int v = 0; v < mesh.n_vertices(); ++v)
-      if ((mesh.vertices[v] - Vector3(x, y, z)).norm() < 1e-9) return v;
-    throw std::runtime_error("no such vertex");
-  };
   MeshData faulty = mesh;
-  faulty.faces.push_back({at(-.5, 0, .5), at(0, 0, .5), at(.5, 0, .5)});
+  faulty.faces.push_back({faulty.vertex_at({-.5, 0, .5}), faulty.vertex_at({0, 0, .5}), faulty.vertex_at({.5, 0, .5})});
+  ASSERT_EQ(faulty.n_vertices(), mesh.n_vertices());
   for (const Model& model : cotangent_models())
     EXPECT_LT(deviation(faulty, mesh, task, model.options()), 5e-5) << model.name();
 }
 
-TEST(Robustness, SliverInPlaceOfAnEdgeHoldsTheSurfaceTogether) {
-  const MeshData faulty = with_sliver(sound_mesh());
-  const Edge edge = some_edge(sound_mesh());
-  const int m = faulty.n_vertices() - 1;
-  expect_sound(faulty, "sliver in the surface");
-  for (const Model& model : cotangent_models()) {
-    const double of_any_cut = deviation(with_cut_edge(sound_mesh()), model.options());
-    EXPECT_LT(deviation(faulty, model.options()), 1e-6 + 2 * of_any_cut) << model.name();
-    const Positions p = bent(faulty, model.options());
-    EXPECT_LT((p.row(m) - (p.row(edge.a) + p.row(edge.b)) / 2).norm(), 1e-3 * sound_mesh().diagonal())
-        << model.name() << ": no crack";
-  }
-}
-
-TEST(Robustness, ZeroLengthEdgeIsAsIfItWereOneVertex) {
-  const MeshData faulty = with_doubled_vertex(sound_mesh(), Vector3::Zero());
-  const Edge edge = some_edge(sound_mesh());
-  expect_sound(faulty, "zero-length edge");
-  const MeshData proper =
-      with_doubled_vertex(sound_mesh(), .3 * (sound_mesh().vertices[edge.c] - sound_mesh().vertices[edge.a]));
+/// Expects that the sound mesh with the fault moves about as with the same cut without a fault, and that the vertex of
+/// the cut, the last one, goes with the middle of a and b.
+void expect_no_crack(const MeshData& faulty, const MeshData& proper, const std::string& what, int a, int b) {
+  expect_sound(faulty, what);
   for (const Model& model : cotangent_models()) {
     EXPECT_LT(deviation(faulty, model.options()), 1e-6 + 2 * deviation(proper, model.options())) << model.name();
     const Positions p = bent(faulty, model.options());
-    EXPECT_LT((p.row(faulty.n_vertices() - 1) - p.row(edge.a)).norm(), 1e-3 * sound_mesh().diagonal())
-        << model.name() << ": no crack";
+    EXPECT_LT((p.row(faulty.n_vertices() - 1) - (p.row(a) + p.row(b)) / 2).norm(), 1e-3 * sound_mesh().diagonal())
+        << model.name();
   }
 }
 
-TEST(Robustness, HangingZeroLengthEdgeIsAsIfItWereNotThere) {
-  MeshData faulty = sound_mesh();
-  const Edge edge = some_edge(faulty);
-  const int twin = faulty.add_vertex(faulty.vertices[edge.a]);
-  faulty.faces.push_back({edge.a, edge.b, twin});
-  expect_sound(faulty, "hanging zero-length edge");
-  for (const Model& model : cotangent_models()) EXPECT_LT(deviation(faulty, model.options()), 1e-5) << model.name();
+TEST(Robustness, SliverInPlaceOfAnEdgeHoldsTheSurfaceTogether) {
+  const MeshData mesh = sound_mesh();
+  const Edge edge = some_edge(mesh);
+  expect_no_crack(with_sliver(mesh), with_cut_edge(mesh), "sliver in the surface", edge.a, edge.b);
+}
+
+TEST(Robustness, ZeroLengthEdgeIsAsIfItWereOneVertex) {
+  const MeshData mesh = sound_mesh();
+  const Edge edge = some_edge(mesh);
+  const MeshData proper = with_doubled_vertex(mesh, .3 * (mesh.vertices[edge.c] - mesh.vertices[edge.a]));
+  expect_no_crack(with_doubled_vertex(mesh, Vector3::Zero()), proper, "zero-length edge", edge.a, edge.a);
 }
 
 TEST(Robustness, NeedleIsAsAnExactlyDegenerateTriangle) {
   const MeshData mesh = sound_mesh();
   const double tiny = 1e-9 * mesh.diagonal();
   for (const double lift : {tiny, -tiny}) {
-    expect_sound(with_sliver(mesh, lift), "flat needle");
-    expect_sound(with_doubled_vertex(mesh, {lift, 0, lift}), "sharp needle");
     for (const Model& model : cotangent_models()) {
       EXPECT_LT(max_distance(bent(with_sliver(mesh, lift), model.options()), bent(with_sliver(mesh), model.options())),
                 1e-6)
@@ -253,13 +224,14 @@ TEST(Robustness, NeedlesOfEveryHeightAreSound) {
 }
 
 TEST(Robustness, SliverOfAPolygonIsSound) {
-  // A quad with two corners at one place, one that is a line, one with a corner in the middle of a side.
+  // A quad with two corners at one place, one that is a line, one with a corner in the middle of a side; beside each a
+  // face that names a vertex twice.
   const MeshData mesh = bumpy_sphere(2);
   const Edge edge = some_edge(mesh);
   for (const double t : {0.0, .5, 1.0}) {
     MeshData faulty = mesh;
     const int m = faulty.add_vertex((1 - t) * mesh.vertices[edge.a] + t * mesh.vertices[edge.b]);
-    faulty.faces.push_back({edge.a, m, edge.b, edge.c});
+    faulty.faces.insert(faulty.faces.end(), {{edge.a, m, edge.b, edge.c}, {edge.c, edge.c, edge.d}});
     expect_sound(faulty, "polygon with degenerate fans");
   }
 }
@@ -267,13 +239,9 @@ TEST(Robustness, SliverOfAPolygonIsSound) {
 TEST(Robustness, CornersOnStraightSidesAreSound) {
   const MeshData mesh = sheet_with_collinear_corners();
   const Task task = bend_task(mesh, default_bend(mesh));
-  for (const Model& model : all_models()) {
-    const SolveResult at_rest = solve_once(mesh, bend_task(mesh, {}), iterations(10), model.options());
-    EXPECT_LT(max_distance(at_rest.positions, mesh.positions()), 1e-9);
-    const SolveResult result = solve_once(mesh, task, to_accuracy(1e-8), model.options());
-    EXPECT_EQ(result.stop_reason, StopReason::kConverged);
-    EXPECT_LT(max_distance(result.positions, mesh.positions()), mesh.diagonal());
-  }
+  expect_sound(mesh, mesh.name, task);
+  for (const Model& model : all_models())
+    EXPECT_EQ(solve_once(mesh, task, to_accuracy(1e-8), model.options()).stop_reason, StopReason::kConverged);
 }
 
 TEST(Robustness, MeshOfZeroSizeIsSound) {
@@ -315,30 +283,40 @@ TEST(Robustness, ManyNegativeCotangentsBendAsGoodTrianglesDo) {
 
 // Faces that should not be there.
 
+/// Expects that a fault is sound and moves the others by no more than `most`, and with rotation nodes
+/// `most_with_nodes`.
+void expect_hardly_felt(const MeshData& faulty, const std::string& what, double most, double most_with_nodes) {
+  expect_sound(faulty, what);
+  for (const Model& model : all_models())
+    EXPECT_LT(deviation(faulty, model.options()), model.energy == arap::Energy::kRotationNodes ? most_with_nodes : most)
+        << what << model.name();
+}
+
+// One face too many changes the choice of nodes, too, which alone moves up to 4e-3 where edges are as long as the
+// radius.
+constexpr double kMost = 3e-3;
+constexpr double kMostWithNodes = 1e-2;
+
 TEST(Robustness, FlippedFacesChangeNothing) {
   MeshData faulty = sound_mesh();
   for (size_t f = 0; f < faulty.faces.size(); f += 7) std::reverse(faulty.faces[f].begin(), faulty.faces[f].end());
-  expect_sound(faulty, "flipped");
-  for (const Model& model : all_models()) EXPECT_LT(deviation(faulty, model.options()), 1e-9) << model.name();
-}
-
-TEST(Robustness, DuplicateFaceIsHardlyFelt) {
-  MeshData faulty = sound_mesh();
-  const std::vector<int> face = faulty.faces[some_edge(faulty).face];
-  for (const std::vector<int>& copy : {face, std::vector<int>(face.rbegin(), face.rend())}) {
-    faulty = sound_mesh();
-    faulty.faces.push_back(copy);
-    expect_sound(faulty, "duplicate");
-    for (const Model& model : all_models())
-      EXPECT_LT(deviation(faulty, model.options()), hardly(model)) << model.name();
-  }
+  expect_hardly_felt(faulty, "flipped", 1e-9, 1e-9);
 }
 
 TEST(Robustness, EveryFaceTwiceIsTheMeshItself) {
   MeshData faulty = sound_mesh();
   const auto faces = faulty.faces;
   faulty.faces.insert(faulty.faces.end(), faces.begin(), faces.end());
-  for (const Model& model : all_models()) EXPECT_LT(deviation(faulty, model.options()), 1e-6) << model.name();
+  expect_hardly_felt(faulty, "every face twice", 1e-6, 1e-6);
+}
+
+TEST(Robustness, DuplicateFaceIsHardlyFelt) {
+  const std::vector<int> face = sound_mesh().faces[some_edge(sound_mesh()).face];
+  for (const std::vector<int>& copy : {face, std::vector<int>(face.rbegin(), face.rend())}) {
+    MeshData faulty = sound_mesh();
+    faulty.faces.push_back(copy);
+    expect_hardly_felt(faulty, "duplicate", kMost, kMostWithNodes);
+  }
 }
 
 TEST(Robustness, NonManifoldEdgeIsHardlyFelt) {
@@ -347,8 +325,7 @@ TEST(Robustness, NonManifoldEdgeIsHardlyFelt) {
   const Edge edge = some_edge(faulty);
   const int tip = faulty.add_vertex(1.3 * faulty.vertices[edge.a]);
   faulty.faces.push_back({edge.a, edge.b, tip});
-  expect_sound(faulty, "fin");
-  for (const Model& model : all_models()) EXPECT_LT(deviation(faulty, model.options()), hardly(model)) << model.name();
+  expect_hardly_felt(faulty, "fin", kMost, kMostWithNodes);
 }
 
 TEST(Robustness, NonManifoldVertexIsHardlyFelt) {
@@ -360,10 +337,8 @@ TEST(Robustness, NonManifoldVertexIsHardlyFelt) {
   const int c = faulty.add_vertex(1.2 * out + Vector3(.1, 0, 0));
   const int d = faulty.add_vertex(1.2 * out + Vector3(0, .1, .05));
   faulty.faces.insert(faulty.faces.end(), {{a, b, c}, {a, c, d}, {a, d, b}, {b, d, c}});
-  expect_sound(faulty, "tetrahedron on a vertex");
-  for (const Model& model : all_models()) EXPECT_LT(deviation(faulty, model.options()), hardly(model)) << model.name();
-  const SolveResult result = solve_once(faulty, sound_task(), to_accuracy(1e-9));
-  EXPECT_LT(off_rigid(faulty.positions(), result.positions, {a, b, c, d}), .02) << "it goes along";
+  expect_hardly_felt(faulty, "tetrahedron on a vertex", kMost, kMostWithNodes);
+  EXPECT_LT(off_rigid(faulty.positions(), bent(faulty), {a, b, c, d}), .02) << "it goes along";
 }
 
 // What nothing holds.
@@ -438,45 +413,7 @@ TEST(Robustness, PartThatLosesItsConstraintGoesBackToRest) {
   EXPECT_LT(max_distance(result.positions.bottomRows(n), mesh.positions().bottomRows(n)), 1e-12);
 }
 
-TEST(Robustness, NoConstraintsAreRefusedWithWhatToDo) {
-  SurfaceArap solver(sound_mesh().mesh());
-  expect_error<InvalidInput>([&] { solver.set_constraints({}); }, {"constrain at least one"});
-}
-
-// Refusals.
-
-TEST(Robustness, NonFiniteMeshIsRefusedByVertex) {
-  for (const double bad : {kNan, kInfinity, -kInfinity}) {
-    MeshData faulty = sound_mesh();
-    faulty.vertices[17].y() = bad;
-    expect_error<InvalidInput>([&] { const SurfaceArap solver(faulty.mesh()); }, {"vertex 17", "finite"});
-  }
-}
-
-TEST(Robustness, NonFiniteTargetIsRefusedAndTheLastGoodPoseIsKept) {
-  const Task task = sound_task();
-  SurfaceArap solver(sound_mesh().mesh());
-  solver.set_constraints(task.constraints);
-  const Positions good = solver.solve(task.targets, iterations(4)).positions;
-  for (const double bad : {kNan, kInfinity, -kInfinity}) {
-    Positions targets = task.targets;
-    targets(3, 2) = bad;
-    expect_error<InvalidInput>([&] { solver.solve(targets); },
-                               {"vertex " + std::to_string(task.constraints.vertices[3])});
-    EXPECT_EQ(solver.positions(), good);
-  }
-}
-
-TEST(Robustness, TargetTooFarForTheEnergyIsRefused) {
-  Task task = sound_task();
-  task.targets(3, 2) = 1e200;
-  SurfaceArap solver(sound_mesh().mesh());
-  solver.set_constraints(task.constraints);
-  const Positions before = solver.positions();
-  expect_error<InvalidInput>([&] { solver.solve(task.targets); },
-                             {"vertex " + std::to_string(task.constraints.vertices[3])});
-  EXPECT_EQ(solver.positions(), before);
-}
+// Large numbers.
 
 TEST(Robustness, SolveWhoseNumbersOverflowStopsAtOnceAndKeepsTheLastGoodPose) {
   // Steps are in single precision.
@@ -503,58 +440,24 @@ TEST(Robustness, HugeTargetThatNothingFreeHangsOnIsFollowed) {
   EXPECT_TRUE(result.positions.allFinite());
 }
 
-TEST(Robustness, IndexOutOfRangeIsRefused) {
-  MeshData faulty = sound_mesh();
-  faulty.faces[5][1] = faulty.n_vertices();
-  expect_error<InvalidInput>([&] { static_cast<void>(faulty.mesh()); },
-                             {"face 5", std::to_string(faulty.n_vertices())});
-  SurfaceArap solver(sound_mesh().mesh());
-  for (const int bad : {-1, sound_mesh().n_vertices()})
-    expect_error<InvalidInput>([&] { solver.set_constraints({{bad}, {1}, {}}); }, {std::to_string(bad)});
-}
-
-TEST(Robustness, DuplicateConstraintIsRefusedByVertex) {
-  SurfaceArap solver(sound_mesh().mesh());
-  expect_error<InvalidInput>([&] { solver.set_constraints({{4, 9, 4}, {1, 1, 1}, {}}); }, {"vertex 4", "twice"});
-}
-
 // Scale and place.
 
 TEST(Robustness, ScaleOnlyScalesTheResult) {
-  const MeshData mesh = sound_mesh();
-  for (const Model& model : all_models()) {
-    const SolveResult expected = solve_once(mesh, sound_task(), iterations(30), model.options());
-    for (const double scale : {1e-5, 1e5, 1e-30, 1e30}) {
-      Task task = sound_task();
-      task.targets *= scale;
-      const SolveResult result = solve_once(transformed(mesh, [&](const Vector3& p) { return Vector3(scale * p); }),
-                                            task, iterations(30), model.options());
-      EXPECT_LT(max_distance(result.positions / scale, expected.positions), 1e-9) << model.name() << scale;
-      EXPECT_NEAR(result.energy_after / scale / scale, expected.energy_after, 1e-9 * expected.energy_after);
-      EXPECT_NEAR(result.step, expected.step, 1e-9) << "a fraction of the diagonal";
+  for (const MeshData& mesh : {sound_mesh(), with_sliver(sound_mesh())})
+    for (const Model& model : all_models()) {
+      const SolveResult expected = solve_once(mesh, sound_task(), iterations(30), model.options());
+      const int n_iterations = solve_once(mesh, sound_task(), {}, model.options()).iterations;
+      for (const double scale : {1e-5, 1e5, 1e-30, 1e30}) {
+        const MeshData scaled = transformed(mesh, [&](const Vector3& p) { return Vector3(scale * p); });
+        Task task = sound_task();
+        task.targets *= scale;
+        const SolveResult result = solve_once(scaled, task, iterations(30), model.options());
+        EXPECT_LT(max_distance(result.positions / scale, expected.positions), 1e-9) << model.name() << scale;
+        EXPECT_NEAR(result.energy_after / scale / scale, expected.energy_after, 1e-9 * expected.energy_after);
+        EXPECT_NEAR(result.step, expected.step, 1e-9) << "a fraction of the diagonal";
+        EXPECT_EQ(solve_once(scaled, task, {}, model.options()).iterations, n_iterations) << model.name() << scale;
+      }
     }
-  }
-}
-
-TEST(Robustness, ScaleDoesNotChangeWhenItStops) {
-  const MeshData mesh = sound_mesh();
-  const int expected = solve_once(mesh, sound_task(), {}).iterations;
-  for (const double scale : {1e-5, 1e5}) {
-    Task task = sound_task();
-    task.targets *= scale;
-    const MeshData scaled = transformed(mesh, [&](const Vector3& p) { return Vector3(scale * p); });
-    EXPECT_EQ(solve_once(scaled, task, {}).iterations, expected);
-  }
-}
-
-TEST(Robustness, SliversAreFoundAtEveryScale) {
-  for (const double scale : {1e-5, 1e5}) {
-    const MeshData mesh = transformed(with_sliver(sound_mesh()), [&](const Vector3& p) { return Vector3(scale * p); });
-    Task task = sound_task();
-    task.targets *= scale;
-    const Positions result = solve_once(mesh, task, to_accuracy(1e-9)).positions / scale;
-    EXPECT_LT(max_distance(result, bent(with_sliver(sound_mesh()))), 1e-6);
-  }
 }
 
 TEST(Robustness, FarFromTheOriginIsTheSameThere) {
@@ -599,8 +502,7 @@ TEST(Robustness, BothSidesOfAJoinedSeamMayBeConstrained) {
   const MeshData closed = open_cylinder(10, 6, Faces::kTriangles);
   const MeshData open = cylinder_with_open_seam(10, 6, Faces::kTriangles);
   Task task = bend_task(closed, {rotation_about({1, .4, .3}, .8), {.1, .3, 0}});
-  arap::Options options;
-  options.join_seams = true;
+  const arap::Options options{.join_seams = true};
   const auto& held = task.constraints.vertices;
   const auto entry = std::find(held.begin(), held.end(), 0) - held.begin();
   ASSERT_LT(entry, task.constraints.size());
@@ -617,8 +519,7 @@ TEST(Robustness, BothSidesOfAJoinedSeamMayBeConstrained) {
 TEST(Robustness, JoinedSeamWithStiffnessAndRegions) {
   const MeshData open = cylinder_with_open_seam(10, 6, Faces::kTriangles);
   const Task task = bend_task(open, {rotation_about({1, .4, .3}, .5), {.1, .2, 0}});
-  arap::Options options;
-  options.join_seams = true;
+  const arap::Options options{.join_seams = true};
   SurfaceArap::VertexProperties properties;
   properties.stiffness.assign(static_cast<size_t>(open.n_vertices()), 2);
   properties.rigid_regions.assign(static_cast<size_t>(open.n_vertices()), -1);
@@ -632,20 +533,7 @@ TEST(Robustness, JoinedSeamWithStiffnessAndRegions) {
   EXPECT_LT(off_rigid(open.positions(), result, inside), 1e-6);
 }
 
-// Everything at once, and a large mesh.
-
-TEST(Robustness, AllFaultsTogetherAreSound) {
-  MeshData mesh = with_sliver(with_doubled_vertex(sound_mesh(), Vector3::Zero()), 1e-12);
-  const Edge edge = some_edge(sound_mesh());
-  mesh.faces.push_back(mesh.faces[3]);
-  std::reverse(mesh.faces[10].begin(), mesh.faces[10].end());
-  mesh.faces.push_back({edge.c, edge.c, edge.d});
-  const int tip = mesh.add_vertex(1.3 * mesh.vertices[edge.d]);
-  mesh.faces.push_back({edge.c, edge.d, tip});
-  expect_sound(mesh, "all faults");
-  mesh.add_vertex({2, 2, 2});
-  for (const Model& model : cotangent_models()) EXPECT_LT(deviation(mesh, model.options()), .01) << model.name();
-}
+// A large mesh.
 
 TEST(Robustness, MeshOf173ThousandVertices) {
   const MeshData mesh =

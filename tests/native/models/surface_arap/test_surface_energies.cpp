@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,8 @@ using arap::CellEnergy;
 using arap::EdgeWeights;
 using arap::Energy;
 using arap::RotationNodes;
+using arap::SolveResult;
+using arap::SurfaceArap;
 
 CellEnergy assemble(const MeshData& mesh, const arap::Options& options, const std::vector<double>& stiffness = {}) {
   return surface_energy(mesh.mesh(), options, stiffness);
@@ -40,13 +43,14 @@ double one_form(const CellEnergy& energy, const Positions& p, const std::vector<
   return sum;
 }
 
-class SurfaceEnergies : public testing::TestWithParam<Model> {
- protected:
-  arap::Options options() const { return GetParam().options(); }
-  ModelReference reference(const MeshData& mesh, const std::vector<double>& stiffness = {}) const {
-    return {mesh, GetParam(), stiffness};
-  }
-};
+/// Expects energy_gradient() to be the derivative of energy() at `p`.
+void expect_gradient(const SurfaceArap& solver, const Positions& p, double size, const std::string& what) {
+  const Positions gradient = solver.energy_gradient(p);
+  const Positions expected = differences([&](const Positions& at) { return solver.energy(at); }, p, 1e-5 * size);
+  EXPECT_LT(max_distance(gradient, expected), 1e-6 * gradient.cwiseAbs().maxCoeff()) << what;
+}
+
+class SurfaceEnergies : public OfEachModel {};
 
 /// What is assembled: one cell a vertex, also where rotation nodes are made of it.
 class CellsOfVertices : public SurfaceEnergies {};
@@ -80,98 +84,45 @@ TEST_P(CellsOfVertices, EachCellIsAtHomeAtItsVertex) {
   }
 }
 
-TEST_P(CellsOfVertices, RestVectorsOfEachCellSumToZero) {
-  for (const MeshData& mesh : all_small_meshes()) {
-    const CellEnergy energy = assemble(mesh, options());
-    ASSERT_EQ(energy.n_cells(), mesh.n_vertices());
-    for (int c = 0; c < energy.n_cells(); ++c) {
-      Vector3 sum = Vector3::Zero();
-      for (int e = energy.cell_offsets[c]; e < energy.cell_offsets[c + 1]; ++e) sum += energy.q.row(e).transpose();
-      EXPECT_LT(sum.norm(), 1e-11 * energy.q.cwiseAbs().maxCoeff()) << mesh.name;
-    }
-  }
-}
-
-TEST_P(CellsOfVertices, RightHandSideIsThatOfTheReference) {
-  Random random(22);
-  for (const MeshData& mesh : all_small_meshes()) {
-    std::vector<Matrix3> rotations;
-    for (int c = 0; c < mesh.n_vertices(); ++c) rotations.push_back(random.rigid_motion(2, 0).rotation);
-    const CellEnergy energy = assemble(mesh, options());
-    Positions b = Positions::Zero(mesh.n_vertices(), 3);
-    for (int c = 0; c < energy.n_cells(); ++c)
-      for (int e = energy.cell_offsets[c]; e < energy.cell_offsets[c + 1]; ++e)
-        b.row(energy.cell_vertices[e]) += (rotations[c] * energy.q.row(e).transpose()).transpose();
-    const Positions expected = reference(mesh).right_hand_side(rotations);
-    EXPECT_LT(max_distance(b, expected), 1e-10 * expected.cwiseAbs().maxCoeff()) << mesh.name;
-  }
-}
-
-TEST_P(SurfaceEnergies, LibraryEnergyIsThatOfTheReference) {
-  Random random(23);
-  for (const MeshData& mesh : all_small_meshes()) {
-    const arap::SurfaceArap solver(mesh.mesh(), options());
-    for (const double noise : {.01, .1, 1.0}) {
-      const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), noise * mesh.diagonal());
-      const double expected = reference(mesh).energy(p);
-      EXPECT_NEAR(solver.energy(p), expected, 1e-10 * expected) << mesh.name << ", noise " << noise;
-    }
-  }
-}
-
-TEST_P(SurfaceEnergies, LibraryGradientIsThatOfTheReferenceAndOfFiniteDifferences) {
+TEST_P(SurfaceEnergies, EnergyAndGradientAreThoseOfTheReference) {
   Random random(24);
   for (const MeshData& mesh : all_small_meshes()) {
-    const arap::SurfaceArap solver(mesh.mesh(), options());
+    const SurfaceArap solver(mesh.mesh(), options());
     const Reference plain = reference(mesh);
-    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .05 * mesh.diagonal());
-    const Positions gradient = solver.energy_gradient(p);
-    const double scale = gradient.cwiseAbs().maxCoeff();
-    EXPECT_LT(max_distance(gradient, plain.gradient(p)), 1e-9 * scale) << mesh.name;
-    const double h = 1e-5 * mesh.diagonal();
-    for (int trial = 0; trial < 10; ++trial) {
-      const int v = std::min(mesh.n_vertices() - 1, static_cast<int>(random.uniform(0, mesh.n_vertices())));
-      const int axis = trial % 3;
-      Positions forth = p;
-      Positions back = p;
-      forth(v, axis) += h;
-      back(v, axis) -= h;
-      EXPECT_NEAR((solver.energy(forth) - solver.energy(back)) / (2 * h), gradient(v, axis), 1e-6 * scale) << mesh.name;
-      EXPECT_NEAR((plain.energy(forth) - plain.energy(back)) / (2 * h), gradient(v, axis), 1e-6 * scale) << mesh.name;
+    for (const double noise : {.01, .1, 1.0}) {
+      const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), noise * mesh.diagonal());
+      const double expected = plain.energy(p);
+      const Positions gradient = solver.energy_gradient(p);
+      EXPECT_NEAR(solver.energy(p), expected, 1e-10 * expected) << mesh.name << ", noise " << noise;
+      EXPECT_LT(max_distance(gradient, plain.gradient(p)), 1e-9 * gradient.cwiseAbs().maxCoeff()) << mesh.name;
     }
   }
 }
 
-TEST_P(SurfaceEnergies, IsZeroForRigidMotionsAndPositiveElsewhere) {
+TEST_P(SurfaceEnergies, GradientIsThatOfFiniteDifferences) {
+  for (const MeshData& mesh : {bumpy_sphere(1), l_prism(4), sheared_cylinder(8, 4)}) {
+    const SurfaceArap solver(mesh.mesh(), options());
+    expect_gradient(solver, mesh.positions() + Random(24).noise(mesh.n_vertices(), .05 * mesh.diagonal()),
+                    mesh.diagonal(), mesh.name);
+  }
+}
+
+TEST_P(SurfaceEnergies, IsZeroForRigidMotions) {
   Random random(25);
   for (const MeshData& mesh : all_small_meshes()) {
-    const arap::SurfaceArap solver(mesh.mesh(), options());
+    const SurfaceArap solver(mesh.mesh(), options());
     const double size = mesh.diagonal() * mesh.diagonal();
     const Positions moved = random.rigid_motion(2, mesh.diagonal()).apply(mesh.positions());
     EXPECT_NEAR(solver.energy(moved), 0, 1e-12 * size) << mesh.name;
     EXPECT_LT(solver.energy_gradient(moved).cwiseAbs().maxCoeff(), 1e-10 * mesh.diagonal()) << mesh.name;
-    const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .1 * mesh.diagonal());
-    EXPECT_GT(solver.energy(p), 1e-4 * size) << mesh.name;
-    EXPECT_NEAR(solver.energy(random.rigid_motion(2, 1).apply(p)), solver.energy(p), 1e-10 * solver.energy(p))
-        << mesh.name;
   }
-}
-
-TEST_P(SurfaceEnergies, UnderAReflectionNoRotationIsPerfect) {
-  const MeshData mesh = bumpy_sphere(1);
-  const arap::SurfaceArap solver(mesh.mesh(), options());
-  Positions p = mesh.positions();
-  p.col(0) *= -1;
-  const double expected = reference(mesh).energy(p);
-  EXPECT_GT(expected, 1e-3);
-  EXPECT_NEAR(solver.energy(p), expected, 1e-10 * expected);
 }
 
 TEST_P(SurfaceEnergies, StiffnessScalesWholeCells) {
   Random random(26);
   for (const MeshData& mesh : {bumpy_sphere(1), quad_sphere(3), star_prism(5, 3), sheared_cylinder(8, 4)}) {
     const std::vector<double> stiffness = random_stiffness(mesh.n_vertices(), 5);
-    const arap::SurfaceArap solver(mesh.mesh(), options(), with_stiffness(stiffness));
+    const SurfaceArap solver(mesh.mesh(), options(), {stiffness, {}});
     const Reference plain = reference(mesh, stiffness);
     const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .1);
     EXPECT_NEAR(solver.energy(p), plain.energy(p), 1e-10 * plain.energy(p)) << mesh.name;
@@ -194,7 +145,7 @@ TEST(SpokesAndRims, CornersOnStraightSidesAddNoEnergyOfTheirOwn) {
   // Fans whose triangles are collinear drop out; the other fans hold the corner.
   const MeshData mesh = sheet_with_collinear_corners();
   const Reference plain(mesh, Energy::kSpokesAndRims, EdgeWeights::kCotangent);
-  const arap::SurfaceArap solver(mesh.mesh());
+  const SurfaceArap solver(mesh.mesh());
   const Positions p = mesh.positions() + Random(27).noise(mesh.n_vertices(), .1);
   EXPECT_NEAR(solver.energy(p), plain.energy(p), .05 * plain.energy(p));
   EXPECT_NEAR(solver.energy(default_bend(mesh).apply(mesh.positions())), 0, 1e-12);
@@ -203,7 +154,7 @@ TEST(SpokesAndRims, CornersOnStraightSidesAddNoEnergyOfTheirOwn) {
 TEST(SpokesAndRims, EnergyOfEachTriangleIsNotNegative) {
   // One obtuse triangle, its corners anywhere.
   const MeshData mesh{"obtuse", {{0, 0, 0}, {1, 0, 0}, {-3, .3, 0}}, {{0, 1, 2}}};
-  const arap::SurfaceArap solver(mesh.mesh());
+  const SurfaceArap solver(mesh.mesh());
   Random random(28);
   for (int trial = 0; trial < 100; ++trial) EXPECT_GE(solver.energy(random.noise(3, 5)), -1e-12);
 }
@@ -211,17 +162,74 @@ TEST(SpokesAndRims, EnergyOfEachTriangleIsNotNegative) {
 TEST(Spokes, SingleNegativeCotangentsCountAsZero) {
   // Two obtuse triangles at an edge: with the sum of cotangents clamped, or not at all, its weight would differ.
   const MeshData mesh{"kite", {{0, 0, 0}, {1, 0, 0}, {.5, .1, 0}, {.5, -2, 0}}, {{0, 1, 2}, {1, 0, 3}}};
-  arap::Options options;
-  options.energy = Energy::kSpokes;
-  const Eigen::MatrixXd K = assemble(mesh, options).K;
+  const Eigen::MatrixXd K = assemble(mesh, {.energy = Energy::kSpokes}).K;
   const double sharp = 2 * std::atan(.25);  // the angle at vertex 3
   EXPECT_NEAR(K(0, 1), -4 * .5 / std::tan(sharp), 1e-12);
 }
 
-TEST(Assemble, ProgressMayStopIt) {
-  const auto stop = [](double) { return false; };
-  EXPECT_THROW(static_cast<void>(surface_energy(bumpy_sphere(2).mesh(), {}, {}, 1, stop)), arap::Cancelled);
+// Where vertices are not each for themselves.
+
+TEST(SurfaceArapEnergy, OfJoinedVerticesTheFirstCounts) {
+  const MeshData mesh = cylinder_with_open_seam(8, 3, Faces::kTriangles);
+  constexpr int kFirstCopy = 8 * 4;
+  for (const Model& model : all_models()) {
+    arap::Options options = model.options();
+    options.join_seams = true;
+    const SurfaceArap solver(mesh.mesh(), options);
+    Positions p = mesh.positions() + Random(3).noise(mesh.n_vertices(), .05 * mesh.diagonal());
+    expect_gradient(solver, p, mesh.diagonal(), model.name());
+    const double energy = solver.energy(p);
+    p.bottomRows(mesh.n_vertices() - kFirstCopy).array() += .1;
+    EXPECT_EQ(solver.energy(p), energy) << model.name();
+  }
 }
+
+/// Where one motion is of all kinds: a round region, one of two vertices, one of a single vertex.
+struct Regions {
+  MeshData mesh = bumpy_sphere(2);
+  std::vector<int> labels = std::vector<int>(static_cast<size_t>(mesh.n_vertices()), -1);
+
+  Regions() {
+    for (int v = 0; v < mesh.n_vertices(); ++v)
+      if (std::abs(mesh.vertices[v].x()) < .4 && mesh.vertices[v].z() > 0) labels[v] = 0;
+    int face = 0;
+    while (mesh.vertices[mesh.faces[face][0]].z() > -.6 || std::abs(mesh.vertices[mesh.faces[face][0]].x()) > .3)
+      ++face;
+    labels[mesh.faces[face][0]] = labels[mesh.faces[face][1]] = 1;
+    labels[mesh.faces[face][2]] = 2;
+  }
+};
+
+TEST(SurfaceArapEnergy, WithRegionsIsTheOneThatASolveMinimizes) {
+  const Regions regions;
+  const MeshData& mesh = regions.mesh;
+  const Task task = bend_task(mesh, default_bend(mesh));
+  for (const Model& model : all_models()) {
+    SurfaceArap solver(mesh.mesh(), exactly(model.options()), with_regions(regions.labels));
+    solver.set_constraints(task.constraints);
+    const SolveResult result = solver.solve(task.targets, to_accuracy(1e-10));
+    EXPECT_NEAR(solver.energy(result.positions), result.energy_after, 1e-9 * result.energy_after) << model.name();
+    const SurfaceArap free(mesh.mesh(), model.options());
+    EXPECT_LT(free.energy(result.positions), .99 * result.energy_after) << model.name() << ": shared rotations cost";
+  }
+}
+
+TEST(SurfaceArapEnergy, GradientWithRegionsIsThatOfFiniteDifferences) {
+  const Regions regions;
+  const MeshData& mesh = regions.mesh;
+  const Positions p = mesh.positions() + Random(4).noise(mesh.n_vertices(), .03 * mesh.diagonal());
+  for (const Model& model : all_models()) {
+    const SurfaceArap solver(mesh.mesh(), model.options(), with_regions(regions.labels));
+    expect_gradient(solver, p, mesh.diagonal(), model.name());
+    EXPECT_LT(solver.energy_gradient(RigidMotion{rotation_about({1, 2, 3}, 1), {1, 0, 2}}.apply(mesh.positions()))
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-10 * mesh.diagonal())
+        << model.name();
+  }
+}
+
+// Assembly.
 
 /// Rest vector of each incidence, by home of the cell and vertex, as `number` calls them.
 std::map<std::pair<int, int>, Vector3> by_home_and_vertex(const CellEnergy& energy, const std::vector<int>& number) {
@@ -277,6 +285,18 @@ TEST(Assemble, ThreadsDoNotChangeTheResult) {
   EXPECT_EQ((one.K - two.K).norm(), 0);
   EXPECT_EQ(one.q, two.q);
   EXPECT_EQ(one.rest_energy, two.rest_energy);
+}
+
+TEST(Energy, TooFarAwayForANumberIsRefused) {
+  MeshData small = bumpy_sphere(1);
+  const Positions far = 1e99 * small.positions();
+  for (Vector3& vertex : small.vertices) vertex *= 1e-80;
+  const SurfaceArap solver(small.mesh());
+  const auto expect_refused = [](const auto& ask) {
+    expect_error<arap::SolverError>(ask, {"too large for a number", "sizes of the mesh away"});
+  };
+  expect_refused([&] { static_cast<void>(solver.energy(far)); });
+  expect_refused([&] { static_cast<void>(solver.energy_gradient(far)); });
 }
 
 }  // namespace

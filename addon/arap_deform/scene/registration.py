@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a module gives to Blender, and takes back.
+
+- its classes of the kinds below, in the order in which they stand;
+- ``CALLBACKS``: pairs of a list, of ``bpy.app.handlers`` or ``props.hooks``, and a function for it;
+- ``DRAWN``: pairs of a function that draws in the 3D views, and when;
+- what its own functions register() and unregister() do, if it has them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from types import ModuleType
+from typing import Any
+
+import bpy
+
+Callbacks = Sequence[tuple[list[Any], Callable[..., None]]]
+
+KINDS = (
+    bpy.types.PropertyGroup,
+    bpy.types.AddonPreferences,
+    bpy.types.Operator,
+    bpy.types.UIList,
+    bpy.types.Panel,
+    bpy.types.Menu,
+)
+
+_draw_handles: dict[str, list[Any]] = {}
+"""What Blender needs to stop drawing, by name of the module."""
+
+
+def register(module: ModuleType) -> None:
+    for cls in classes(module):
+        bpy.utils.register_class(cls)
+    if hasattr(module, "register"):
+        module.register()
+    add(getattr(module, "CALLBACKS", ()))
+    space = bpy.types.SpaceView3D
+    drawn = getattr(module, "DRAWN", ())
+    _draw_handles[module.__name__] = [space.draw_handler_add(function, (), "WINDOW", when) for function, when in drawn]
+
+
+def unregister(module: ModuleType) -> None:
+    for handle in _draw_handles.pop(module.__name__):
+        bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
+    remove(getattr(module, "CALLBACKS", ()))
+    if hasattr(module, "unregister"):
+        module.unregister()
+    for cls in reversed(classes(module)):
+        bpy.utils.unregister_class(cls)
+
+
+def add(callbacks: Callbacks) -> None:
+    for functions, function in callbacks:
+        functions.append(function)
+
+
+def remove(callbacks: Callbacks) -> None:
+    """Takes them out again. Loading a file may have done so: Blender keeps only persistent functions."""
+    for functions, function in callbacks:
+        if function in functions:
+            functions.remove(function)
+
+
+def classes(module: ModuleType) -> list[type]:
+    own = [item for item in vars(module).values() if isinstance(item, type) and item.__module__ == module.__name__]
+    return [cls for cls in own if issubclass(cls, KINDS)]

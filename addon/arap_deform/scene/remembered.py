@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What panels, polls and drawing ask at each redraw: groups without weights, sizes, and which mesh an object moves.
+
+An answer is kept until something changes it. It is right after Blender has evaluated the scene, as it does before it
+draws. Objects are known by their full names: a linked one may have the name of a local one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container
+
+import bpy
+import numpy as np
+
+from ..core.arrays import Floats
+from ..core.patches import surface_diagonal
+from ..props import hooks
+from . import meshes, versions
+
+# With more vertices the look takes longer than a panel may. Then preparing the pose tells of empty groups.
+MOST_VERTICES = 20_000
+SAME_STRETCH = 1e-5  # relative; the matrix of a turning object differs by less
+
+_has_weights: dict[str, dict[str, bool]] = {}
+"""By names of objects and of groups."""
+_sizes: dict[str, tuple[Floats, float]] = {}
+"""The stretch, scaled to a largest entry of 1, and the diagonal under it."""
+_owners: dict[tuple[str, str, str], str] = {}
+"""Name of the mesh, '' if there is none, by names of scene, view layer and moving object."""
+
+
+def is_empty_group(obj: bpy.types.Object, group: str) -> bool:
+    """Whether no vertex has weight in the group; False too if the look would take more than milliseconds."""
+    if obj.mode != "OBJECT" or group not in obj.vertex_groups or len(obj.data.vertices) > MOST_VERTICES:
+        return False
+    if group not in _has_weights.get(obj.name_full, {}):
+        # All groups at once. Not by nodes: they add to the scene, and drawing must not.
+        weights = versions.read_group_weights(obj, obj.vertex_groups.keys(), use_nodes=False)
+        _has_weights[obj.name_full] = {name: bool(values.any()) for name, values in weights.items()}
+    return not _has_weights[obj.name_full][group]
+
+
+def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
+    """Diagonal of the box of the vertices that are in faces, at rest and with the object's stretch, in scene units.
+
+    Raises:
+        ValueError: the object is scaled to nothing.
+    """
+    stretch = meshes.read_stretch(obj, depsgraph)
+    scale = float(np.abs(stretch).max())
+    shape = stretch / scale
+    former = _sizes.get(obj.name_full)
+    if former is None or np.abs(former[0] - shape).max() > SAME_STRETCH:
+        corner_vertices = versions.read_corner_vertices(obj.data)
+        former = (shape, surface_diagonal(meshes.read_rest(obj) @ shape.T, corner_vertices))
+        _sizes[obj.name_full] = former
+    return scale * former[1]
+
+
+def is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
+    """Whether ``obj`` is a mesh with ``target``, or a bone of it, as a handle."""
+    return obj.type == "MESH" and any(handle.target == target for handle in obj.arap.handles)
+
+
+def owner_of(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.types.Object | None:
+    """A mesh in the view layer that ``target`` moves, None if there is none.
+
+    Only a look at every object of the scene can say "none".
+    """
+    key = (view_layer.id_data.name_full, view_layer.name, target.name_full)
+    name = _owners.get(key)
+    if name == "":
+        return None
+    owner = view_layer.objects.get(name) if name else None
+    if owner is None or not is_moved_by(owner, target):
+        owner = next((obj for obj in view_layer.objects if is_moved_by(obj, target)), None)
+        _owners[key] = owner.name if owner is not None else ""
+    return owner
+
+
+def forget_updated(depsgraph: bpy.types.Depsgraph, posed: Container[str]) -> None:
+    """After an evaluation: forgets what has changed, except the sizes of ``posed`` objects: their rest shape stays."""
+    if not (_has_weights or _sizes or _owners):
+        return
+    for update in depsgraph.updates:
+        if isinstance(update.id, bpy.types.Object) and update.is_updated_geometry:
+            _has_weights.pop(update.id.name_full, None)
+            if update.id.name_full not in posed:  # acts have objects of this file, whose full name is their name
+                _sizes.pop(update.id.name_full, None)
+        if _may_change_owners(update):
+            _owners.clear()
+
+
+def _may_change_owners(update: bpy.types.DepsgraphUpdate) -> bool:
+    """Whether objects may have come into the scene or have other names."""
+    if isinstance(update.id, bpy.types.Object):
+        return not (update.is_updated_geometry or update.is_updated_transform)
+    return isinstance(update.id, (bpy.types.Scene, bpy.types.Collection))
+
+
+def clear() -> None:
+    """Forgets everything: another file, or an undo."""
+    for answers in (_has_weights, _sizes, _owners):
+        answers.clear()
+
+
+def _on_handle_changed(_obj: bpy.types.Object, _handle: object) -> None:
+    _owners.clear()
+
+
+CALLBACKS = ((hooks.handle_changed, _on_handle_changed),)
+
+
+def unregister() -> None:
+    clear()

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes measured results into Markdown documents between markers, and draws their pictures.
+
+    python -m measure.pages.render RESULTS_DIR DOCS_DIR
+
+RESULTS_DIR holds results.json (native, frame, drag and overlay), peers.json and report.json for performance.md, and
+quality.json for quality.md. A section without results stays as it is.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from . import native, peers, plots, quality, report
+from .markdown import joined, replace_section
+
+PICTURES = {
+    "sizes": "Time of an iteration over the number of vertices, by instruction set",
+    "peers": "Time of an iteration over the number of vertices, by library",
+    "descent": "Energy over time from rest, by library",
+}
+
+
+def performance(folder: Path, images: Path) -> dict[str, str]:
+    """The Markdown of each section of performance.md that has results; draws their pictures."""
+    results, of_peers, of_report = (read_json(folder / f"{name}.json") for name in ("results", "peers", "report"))
+    found = {}
+    if "native" in results:
+        found["native"] = joined(native.native(results["native"]), picture("sizes"))
+        plots.plot_native(results["native"], images / "performance-sizes.svg")
+    for name, table in (("frame", native.frame), ("drag", native.drag), ("overlay", native.overlay)):
+        if results.get(name):
+            found[name] = table(results[name])
+    if of_peers:
+        found["peers"] = joined(peers.peers(of_peers), picture("peers"), picture("descent"))
+        plots.plot_peers(of_peers, images / "performance-peers.svg")
+        plots.plot_descents(of_peers, images / "performance-descent.svg")
+    if of_report:
+        found["report"] = report.report(of_report)
+    return found
+
+
+def picture(name: str) -> str:
+    return f"![{PICTURES[name]}](images/performance-{name}.svg)"
+
+
+def quality_sections(folder: Path, images: Path) -> dict[str, str]:
+    """The same for quality.md, with the pictures that Blender rendered of the samples' poses and of kinds of meshes."""
+    results = read_json(folder / "quality.json")
+    if not results:
+        return {}
+    for name, entry in quality.shown(results["poses"]).items():
+        rows = quality.panels(name, entry, folder / "quality")
+        if rows and entry["is_sample"]:
+            plots.plot_panels(rows, images / quality.picture_file(name))
+    rows = quality.kind_panels(results["kinds"], folder / "quality")
+    if rows:
+        plots.plot_panels(rows, images / quality.KINDS_PICTURE)
+    return quality.sections(results)
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    return json.loads(path.read_text()) if path.exists() else {}
+
+
+def write_sections(document: Path, bodies: dict[str, str]) -> None:
+    text = document.read_text()
+    for name, body in bodies.items():
+        text = replace_section(text, name, body)
+    document.write_text(text)
+    print(f"{document}: {', '.join(bodies) or 'no results'}")
+
+
+def main() -> None:
+    folder, docs = map(Path, sys.argv[1:])
+    images = docs / "images"
+    images.mkdir(parents=True, exist_ok=True)
+    write_sections(docs / "performance.md", performance(folder, images))
+    write_sections(docs / "quality.md", quality_sections(folder, images))
+
+
+if __name__ == "__main__":
+    main()

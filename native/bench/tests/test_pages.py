@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Results as Markdown, and where they go in the document."""
+
+import pytest
+from measure.pages.markdown import markdown, not_run_lines, number, replace_section
+from measure.pages.peers import near_ms, round_ratio
+from measure.pages.quality import together
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "-"), (0.0, "0"), (0.0123449, "0.0123"), (0.000999, "0.000999"), (0.9996, "1.00"),
+        (5.206, "5.21"), (9.5959, "9.60"), (51.25, "51.2"), (999.6, "1000"),
+        (1283.4, "1283"), (123456.7, "123457"), (-2.5, "-2.50"),
+    ],
+)  # fmt: skip
+def test_numbers_have_three_digits_and_no_exponent(value, text):
+    assert number(value) == text
+
+
+def test_a_table_without_rows_is_empty():
+    assert markdown(("mesh", "ms"), [("bar", "2")]) == "| mesh | ms |\n| --- | ---: |\n| bar | 2 |"
+    assert markdown(("mesh", "ms"), []) == ""
+
+
+def test_the_ratio_is_the_median_of_the_rounds():
+    theirs, ours = ({"iteration_ms_of_rounds": times} for times in ([20.0, 30.0, 40.0], [1.0, 2.0, 4.0]))
+    assert round_ratio(theirs, ours) == 15.0  # of 20, 15, 10
+    assert round_ratio(theirs, None) is None
+
+
+def test_densities_share_a_cell():
+    assert together(["48", "50"]) == "48, 50"
+    assert together(["0", "0"]) == "0"
+    assert together([]) == "-"
+
+
+def test_what_cannot_run_is_named_once_with_its_reason():
+    rows = [{"library": "cgal", "not_run": "no CGAL here"}] * 2 + [{"isa": "avx512", "not_run": "the machine lacks it"}]
+    assert not_run_lines(rows) == "- Not run: CGAL: no CGAL here\n- Not run: AVX-512: the machine lacks it"
+
+
+def test_times_to_near_the_minimum_say_how_much_is_known_of_it():
+    row = {"is_converged": True, "near": {"iterations": 8, "ms": 16.0}, "runs": [[4, 8.0, 0.5], [8, 16.0, 0.4]]}
+    assert near_ms(row) == "16.0"
+    assert near_ms(row | {"is_converged": False}) == "16.0*", "the minimum is not the library's own"
+    assert near_ms(row | {"near": None}) == "not in 0.0160 s"
+
+
+def test_a_section_is_replaced_between_its_markers_alone():
+    document = "a\n<!-- measured: x -->\nold\n<!-- end of x -->\nb <!-- measured: y --><!-- end of y -->\n"
+    new = replace_section(document, "x", r"new \1")
+    assert new == document.replace("\nold\n", "\n\nnew \\1\n\n")
+    assert replace_section(new, "x", r"new \1") == new
+
+
+@pytest.mark.parametrize("document", ["", "<!-- measured: x -->", 2 * "<!-- measured: x --><!-- end of x -->"])
+def test_a_document_without_the_section_is_refused(document):
+    with pytest.raises(ValueError, match="must have one"):
+        replace_section(document, "x", "new")
