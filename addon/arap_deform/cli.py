@@ -84,6 +84,12 @@ def unregister() -> None:
 def _parser() -> argparse.ArgumentParser:
     common = _Parser(add_help=False)
     common.add_argument("file", nargs="?", type=Path, help="the .blend to work on; default: the one that is open")
+    common.add_argument(
+        "--enable-autoexec",
+        dest="enable_scripts",
+        action="store_true",
+        help="run the scripts and Python drivers of the .blend; not by default, even if the preferences allow it",
+    )
     common.add_argument("-o", "--output", type=Path, help="the .blend to write")
     common.add_argument("--overwrite", action="store_true", help="write over an existing file, the input too")
     common.add_argument(
@@ -125,7 +131,8 @@ def _run(options: argparse.Namespace) -> None:
     if options.file is not None:
         if not options.file.is_file():
             raise ValueError(f"{options.file} does not exist: check the path")
-        bpy.ops.wm.open_mainfile(filepath=str(options.file.resolve()), load_ui=False)
+        path = str(options.file.resolve())
+        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=options.enable_scripts)
     elif not bpy.data.filepath:
         raise ValueError("No .blend was given: name one")
     problem = native_problem()

@@ -56,8 +56,9 @@ class Monkey:
         self.printed = Printed(folder)
         self.trace = (args.trace or folder / "trace.txt").open("w", encoding="utf-8")
         import support
+        import tubes
 
-        self.support = support
+        self.tubes = tubes
         if not self.is_control:
             support.ZIP, support.PACKAGE = zip_path, installer.install(zip_path)
             self.api = support.module("api")

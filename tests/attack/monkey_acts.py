@@ -46,12 +46,12 @@ def new_mesh(monkey: Monkey) -> None:
         return
     name = monkey.choice(NAMES)
     if monkey.is_control:
-        monkey.support.mesh_object(name)
-        monkey.support.empty_at((0, 0, 4), "Head")
+        monkey.tubes.mesh_object(name)
+        monkey.tubes.empty_at((0, 0, 4), "Head")
         return
     kind = monkey.random.randrange(5)
     if kind <= 2:
-        monkey.support.posable(name)
+        monkey.tubes.posable(name)
         return
     if kind == 3:
         bpy.ops.mesh.primitive_uv_sphere_add(segments=monkey.choice([8, 16, 64]), ring_count=monkey.choice([6, 12, 48]))
@@ -196,7 +196,7 @@ def absolute_keys(monkey: Monkey) -> None:
 
 
 def move(monkey: Monkey) -> None:
-    monkey.support.move(monkey.handle(), monkey.vector(1), monkey.vector(1))
+    monkey.tubes.move(monkey.handle(), monkey.vector(1), monkey.vector(1))
 
 
 def move_wildly(monkey: Monkey) -> None:

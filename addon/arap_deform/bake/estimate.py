@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ..core.naming import counted
 
 BYTES_PER_VERTEX = 12  # of a shape key, and of a frame of a cache
+LAST_FRAME = 1048574  # of Blender
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,12 @@ def check_range(start: int, end: int, step: int) -> None:
         raise ValueError(f"step = {step}, must be 1 or more")
     if end < start:
         raise ValueError(f"The last frame {end} is before the first, {start}: swap them")
+
+
+def n_frames(start: int, end: int, step: int) -> int:
+    """How many frames_of() gives. Raises ValueError."""
+    check_range(start, end, step)
+    return -(-(end - start) // step) + 1
 
 
 def frames_of(start: int, end: int, step: int) -> list[int]:

@@ -16,7 +16,7 @@ from ..ui.checks import ArapOperator, posed_object, why_no_pose, why_not_solvabl
 from ..ui.panels import split_column
 from .cache import MeshCacheJob
 from .cache_file import FORMATS
-from .estimate import BYTES_PER_VERTEX, BakeEstimate, check_range, frames_of, size_text
+from .estimate import BYTES_PER_VERTEX, LAST_FRAME, BakeEstimate, check_range, n_frames, size_text
 from .keys import BakeJob
 
 FORMAT_ITEMS = (
@@ -46,8 +46,8 @@ class FramesOperator(JobOperator):
 
     why_not = staticmethod(why_not_solvable)
 
-    frame_start: IntProperty(name="Start", description="First frame", default=1)
-    frame_end: IntProperty(name="End", description="Last frame", default=250)
+    frame_start: IntProperty(name="Start", description="First frame", default=1, min=-LAST_FRAME, max=LAST_FRAME)
+    frame_end: IntProperty(name="End", description="Last frame", default=250, min=-LAST_FRAME, max=LAST_FRAME)
     frame_step: IntProperty(name="Step", description="Solve every n-th frame", default=1, min=1)
 
     properties: Any  # of the operator
@@ -117,7 +117,7 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
             self.draw_size(lambda: f"Largest error {self._tolerance_text(context)}", "DRIVER_DISTANCE")
         most = "Up to " if self.use_fewest_keys else ""
         n_vertices = len(posed_object(context).data.vertices)
-        self.draw_size(lambda: f"{most}{BakeEstimate(len(frames_of(*self.frame_range)), n_vertices)}", "SHAPEKEY_DATA")
+        self.draw_size(lambda: f"{most}{BakeEstimate(n_frames(*self.frame_range), n_vertices)}", "SHAPEKEY_DATA")
 
     def _tolerance_text(self, context: bpy.types.Context) -> str:
         size = remembered.diagonal(posed_object(context), context.evaluated_depsgraph_get())

@@ -10,8 +10,14 @@ NAME_BYTES = 63  # Blender cuts names here
 BASE_BYTES = 57  # of these, before .001 or .00001
 
 
+def cut(name: str) -> str:
+    """What Blender keeps of a name. Blender before 5.0 cuts inside a character, and Python cannot read the rest."""
+    return name.encode()[:NAME_BYTES].decode(errors="ignore")
+
+
 def unique(name: str, taken: Container[str]) -> str:
-    """``name``, numbered if it is taken."""
+    """``name`` as Blender keeps it, numbered if it is taken."""
+    name = cut(name)
     return numbered(name, taken) if name in taken else name
 
 

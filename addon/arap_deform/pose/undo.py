@@ -71,7 +71,10 @@ def _go_on() -> float | None:
         return WAIT_S
     if not _objects_within_ended() or _step is None:
         return None  # another undo or redo has passed the act
-    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+    names = {obj.name for obj in _objects_within_ended()}
+    windows = bpy.context.window_manager.windows
+    window = next((w for w in windows if names & set(w.scene.objects.keys())), windows[0])
+    with bpy.context.temp_override(window=window):
         is_last = not _step.poll() or "FINISHED" not in _step()  # type: ignore[attr-defined]
     if is_last:  # Blender has forgotten older steps
         for obj in _objects_within_ended():

@@ -205,7 +205,7 @@ def _write(obj: bpy.types.Object, pose: ArapStoredPose, name: str, motions: Moti
         item.handle_id = handle.pose_id
         item.motion = motion.ravel().tolist()
     if pose.name != name:
-        pose.name = name
+        pose.name = naming.cut(name)
     obj.arap.active_pose_index = obj.arap.poses.find(pose.name)
     return pose
 

@@ -25,8 +25,13 @@ class ArapPullPin(bpy.types.PropertyGroup):
 
     @property
     def vertices(self) -> NDArray[np.int32]:
-        """(k,) ascending."""
-        return np.frombuffer(base64.b64decode(self.vertices_text), dtype="<i4").astype(np.int32)
+        """(k,) ascending; none if what is saved is damaged."""
+        try:
+            saved = np.frombuffer(base64.b64decode(self.vertices_text), dtype="<i4").astype(np.int32)
+        except ValueError:
+            return np.zeros(0, np.int32)
+        is_sound = np.all(saved[:-1] < saved[1:]) and np.all((saved >= 0) & (saved < self.n_vertices))
+        return saved if is_sound else np.zeros(0, np.int32)
 
     @vertices.setter
     def vertices(self, vertices: NDArray[np.int32]) -> None:

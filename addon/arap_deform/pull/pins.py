@@ -65,9 +65,9 @@ def remove(obj: bpy.types.Object, indices: Sequence[int]) -> None:
 
 
 def forget_stale(obj: bpy.types.Object) -> None:
-    """Removes pins whose mesh had another number of vertices: their indices are wrong now."""
-    pins = obj.arap.pull_pins
-    remove(obj, [i for i, pin in enumerate(pins) if pin.n_vertices != len(obj.data.vertices)])
+    """Removes pins whose mesh had another number of vertices, so their indices are wrong, and damaged ones."""
+    n = len(obj.data.vertices)
+    remove(obj, [i for i, pin in enumerate(obj.arap.pull_pins) if pin.n_vertices != n or not len(pin.vertices)])
 
 
 def objects_with_pins() -> list[bpy.types.Object]:

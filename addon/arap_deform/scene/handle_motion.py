@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import bpy
@@ -78,6 +79,8 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
             f"{whose}'{obj.name}' was scaled to nothing when '{handle.target.name}' was chosen; "
             "give the mesh a scale and choose it again"
         )
+    if not math.isfinite(handle.rest.determinant()):
+        return f"{whose}its rest place is not a finite one; choose '{handle.target.name}' again"
     if abs(handle.rest.determinant()) < SMALLEST_VOLUME:
         return f"{whose}'{handle.target.name}' was scaled to nothing at rest; give it a scale and choose it again"
     if handle.vertex_group not in obj.vertex_groups:

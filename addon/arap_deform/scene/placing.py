@@ -46,6 +46,10 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
         Names of the handles that something else (animation, a constraint, a driver, a sheared parent) keeps
         elsewhere.
     """
+    for index, motion in motions.items():
+        if not np.isfinite(motion).all():
+            name = obj.arap.handles[index].name
+            raise ValueError(f"The stored motion of handle '{name}' is damaged: store the pose again")
     by_depth: dict[int, list[int]] = {}
     for index in motions:
         handle = obj.arap.handles[index]

@@ -120,7 +120,7 @@ def ensure_reference(obj: bpy.types.Object) -> None:
 
 def new(obj: bpy.types.Object, name: str, positions: Float32s) -> bpy.types.ShapeKey:
     """A new key, relative to the rest shape, value 0. Blender may make the name unique."""
-    key = obj.shape_key_add(name=name, from_mix=False)
+    key = obj.shape_key_add(name=naming.cut(name), from_mix=False)
     key.value = 0.0  # 5.0 and later start at 1
     key.relative_key = obj.data.shape_keys.reference_key
     versions.write_key(key, positions)

@@ -181,6 +181,8 @@ def move_modifier_first(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> 
 def node_attributes(modifier: bpy.types.NodesModifier) -> list[str]:
     """Names of attributes, which may be vertex groups, in the fields of a Geometry Nodes modifier."""
     if hasattr(modifier, "properties"):  # 5.2
+        if modifier.node_group is None:
+            return []
         inputs = modifier.properties.inputs
         fields = (getattr(inputs, field.identifier) for field in inputs.bl_rna.properties)
         return [getattr(field, "attribute_name", "") for field in fields]

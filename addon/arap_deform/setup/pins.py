@@ -54,6 +54,10 @@ class GroupList:
     def at(self, obj: bpy.types.Object, index: int) -> Any:
         """An entry. Raises ValueError if there is none."""
         items = getattr(obj.arap, self.items)
+        if not isinstance(index, int):
+            raise ValueError(  # noqa: TRY004 - the errors of scripts are ValueError and RuntimeError
+                f"{index!r} is no index: give the number of the {self.noun}, from 0"
+            )
         if not 0 <= index < len(items):
             raise ValueError(f"'{obj.name}' has no {self.noun} {index}: it has {len(items)}")
         return items[index]

@@ -33,7 +33,7 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     object moves, so the panel stays when an empty or an armature is picked; the only mesh that is being posed; the only
     selected mesh.
     """
-    active = context.object
+    active = getattr(context, "object", None)  # a timer or a handler may have no window
     found = [_local_object(context.view_layer, name) for name in sessions.acts]
     posed = [obj for obj in found if obj is not None]  # the others are in another scene, or renamed
     if active is not None and active.type == "MESH":
@@ -49,7 +49,7 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
             return owner
     if len(posed) == 1:
         return posed[0]
-    chosen = [obj for obj in context.selected_objects if obj.type == "MESH"]
+    chosen = [obj for obj in getattr(context, "selected_objects", ()) if obj.type == "MESH"]
     return chosen[0] if len(chosen) == 1 else None
 
 
