@@ -25,8 +25,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-BLENDER_TESTS = Path(__file__).resolve().parents[1] / "blender"
-sys.path.insert(0, str(BLENDER_TESTS))
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "blender")]
 
 import run as installer  # noqa: E402
 

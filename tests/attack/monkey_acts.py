@@ -357,7 +357,7 @@ def render(monkey: Monkey) -> None:
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.render.resolution_x = scene.render.resolution_y = 16
-    scene.cycles.samples, scene.cycles.device = 1, "CPU"
+    scene.cycles.samples, scene.cycles.device, scene.cycles.use_denoising = 1, "CPU", False
     if not scene.camera:
         scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
         scene.collection.objects.link(scene.camera)

@@ -205,12 +205,19 @@ class ARAP_OT_pull_release(ArapOperator, bpy.types.Operator):
         redraw.tag_views()
 
 
+def why_not_in_view(context: bpy.types.Context) -> str:
+    """As why_not_pullable(). There must be a 3D view."""
+    if not isinstance(context.space_data, bpy.types.SpaceView3D):
+        return "Take the tool in a 3D view"
+    return why_not_pullable(context)
+
+
 class ARAP_OT_pull_tool(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.pull_tool"
     bl_label = "Pull"
     bl_description = "Take the tool ARAP Pull: drag the surface to move it, click to pin it"
     bl_options: set[str] = set()
-    why_not = staticmethod(why_not_pullable)
+    why_not = staticmethod(why_not_in_view)
 
     def act(self, _context: bpy.types.Context, _obj: bpy.types.Object) -> None:
         bpy.ops.wm.tool_set_by_id(name=tool.IDNAME)
