@@ -3,12 +3,13 @@
 
 export CCACHE_DIR ?= $(CURDIR)/build/ccache
 
-.PHONY: help demo pictures test test-all bench bench-test bench-peers bench-report bench-quality performance wheel zip lint format asan tsan clang clean
+.PHONY: help demo pictures test test-all attack bench bench-test bench-peers bench-report bench-quality performance wheel zip lint format asan tsan clang clean
 
 help:
 	@echo "make demo    poses and bakes the sample creature in a real Blender; pictures in build/demo"
 	@echo "make pictures  takes the pictures of the README and the user guide in windows of Blender; docs/images"
 	@echo "make test    native, Python, headless Blender and window tests; BLENDERS=\"path ...\" adds more Blenders"
+	@echo "make attack  bad meshes up to 512,000 vertices, random calls and random acts for 20 minutes each; OPTIONS=SEED"
 	@echo "make test-all   the same in every bpy of PyPI that is supported, not only in the newest"
 	@echo "make bench   times of bind, set_constraints, iteration and of a frame in Blender; build/bench/results.json"
 	@echo "make bench-peers    ours beside libigl, Open3D and CGAL       make bench-report   a student report's tables"
@@ -33,6 +34,9 @@ test:
 
 test-all:
 	@.ci/test --all
+
+attack:
+	@.ci/attack $(OPTIONS)
 
 bench:
 	@.ci/bench $(OPTIONS)
