@@ -3,6 +3,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstring>
@@ -287,21 +288,33 @@ void def_enum(py::class_<Options>& type, const char* name, Enum Options::*field,
       doc);
 }
 
+/// Sets an option. Throws a TypeError that names it if the value is of another type than the default.
+void set_option(const py::object& options, const std::string& name, const py::handle& value) {
+  const std::string expected = type_name(options.attr(name.c_str()));
+  try {
+    py::setattr(options, name.c_str(), value);
+  } catch (py::error_already_set& error) {
+    if (!error.matches(PyExc_TypeError)) throw;
+    throw py::type_error(name + " = " + std::string(py::repr(value)) + " is of type " + type_name(value) +
+                         ", expected " + expected);
+  }
+}
+
 /// Adds the constructor, with every attribute as a keyword, and the repr, which is a call of it.
 template <typename Options>
 void def_construction(py::class_<Options>& type, const char* init_doc, std::vector<const char*> attributes) {
   const std::string name = py::str(type.attr("__name__"));
-  type.def(
-      py::init([name](const py::kwargs& values) {
-        const py::object options = py::cast(Options{});
-        for (const auto& [attribute, value] : values) {
-          if (!py::hasattr(options, attribute))
-            throw py::type_error(name + "() got an unexpected keyword argument " + std::string(py::repr(attribute)));
-          py::setattr(options, attribute, value);
-        }
-        return options.cast<Options>();
-      }),
-      init_doc);
+  type.def(py::init([name, attributes](const py::kwargs& values) {
+             const py::object options = py::cast(Options{});
+             for (const auto& [key, value] : values) {
+               const std::string attribute = py::str(key);
+               if (std::find(attributes.begin(), attributes.end(), attribute) == attributes.end())
+                 throw py::type_error(name + "() got an unexpected keyword argument '" + attribute + "'");
+               set_option(options, attribute, value);
+             }
+             return options.cast<Options>();
+           }),
+           init_doc);
   type.def("__repr__", [name, attributes = std::move(attributes)](py::handle self) {
     std::string text;
     for (const char* attribute : attributes)

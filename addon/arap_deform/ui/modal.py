@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+import traceback
 from typing import Any
 
 import bpy
@@ -54,7 +55,10 @@ _runs: list[ModalRun] = []
 def abort_all(message: str) -> None:
     """To be called before the classes of the operators go: then Blender drops a running operator silently."""
     for run in _runs.copy():
-        run.abort(message)
+        try:
+            run.abort(message)
+        except Exception:  # noqa: BLE001, PERF203 - the others must end, too
+            traceback.print_exc()
 
 
 class ModalOperator:

@@ -76,14 +76,12 @@ double Engine::evaluate(const Positions& positions, Positions& gradient) const {
 
 void Engine::keep_pose() {
   copy_rows(model_.workers, pose_.positions, kept_.positions);
-  kept_.placements = pose_.placements;
   kept_.rotations = pose_.rotations;
 }
 
 void Engine::restore_pose() {
   steps_->forget_pose();
   copy_rows(model_.workers, kept_.positions, pose_.positions);
-  pose_.placements = kept_.placements;
   pose_.rotations = kept_.rotations;
 }
 

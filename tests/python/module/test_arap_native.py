@@ -28,12 +28,18 @@ def test_given_rotations_are_those_of_the_rows():
     turn = rotation_z(0.8) @ rotation_z(0.3)[:, [2, 0, 1]]
     shift = np.array([3.0, -1.0, 2.0])
     vertices = ends(mesh)
-    result = held_at_ends(mesh).solve(
-        mesh.positions[vertices] @ turn.T + shift,
-        arap_native.SolveOptions(initial_guess="handle_rotations", max_iterations=1),
-        rotations=np.tile(turn, (len(vertices), 1, 1)),
-    )
-    assert np.abs(result.positions - (mesh.positions @ turn.T + shift)).max() < 1e-6 * mesh.diagonal
+    moved = mesh.positions @ turn.T + shift
+
+    def error(rotation) -> float:
+        result = held_at_ends(mesh).solve(
+            moved[vertices],
+            arap_native.SolveOptions(initial_guess="handle_rotations", max_iterations=1),
+            rotations=np.tile(rotation, (len(vertices), 1, 1)),
+        )
+        return np.abs(result.positions - moved).max() / mesh.diagonal
+
+    assert error(turn) < 1e-6
+    assert error(turn.T) > 1e-2, "by rows, not by columns"
 
 
 def test_positions_go_into_an_array_that_is_given():

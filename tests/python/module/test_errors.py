@@ -219,6 +219,19 @@ def test_an_instruction_set_that_is_not_there_is_refused_at_bind(monkeypatch):
     assert "baseline" in text
 
 
+@pytest.mark.parametrize(
+    ("keywords", "expected"),
+    [
+        ({"threads": "x"}, "threads = 'x' is of type str, expected int"),
+        ({"threads": 2.5}, "threads = 2.5 is of type float, expected int"),
+        ({"energy": None}, "energy = None is of type NoneType, expected str"),
+        ({"__repr__": 1}, "Options() got an unexpected keyword argument '__repr__'"),
+    ],
+)
+def test_an_option_of_a_wrong_type_is_named(keywords, expected):
+    assert message(TypeError, arap_native.Options, **keywords) == expected
+
+
 def test_options_are_given_by_name_and_are_no_numbers():
     with pytest.raises(TypeError):
         arap_native.Options("spokes")

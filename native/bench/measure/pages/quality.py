@@ -55,7 +55,7 @@ def pose_cells(rows: Sequence[Row]) -> tuple[str, ...]:
     near = [row["near"] for row in rows if row["near"]]
     return (
         together(str(row["n_vertices"]) for row in rows),
-        together(number(row["curvature"], 2) for row in rows),
+        together(number(row["curvature"], 2) + ("" if row["is_converged"] else "*") for row in rows),
         *bends(rows),
         together(f"{iterations}" + ("" if is_known else "*") for iterations, is_known in near),
         together(number(100 * row["moved"], 2) for row in rows if "moved" in row),

@@ -41,10 +41,8 @@ def measure_drag(model: ModelName) -> dict[str, Any]:
     posing.reset()
     behind: list[float] = []
     behind_of: dict[str, list[float]] = {str(n): [] for n in of_iterations}
-    is_converged = True
     for frame, share in enumerate(SHARES):
         posed = posing.follow(share, CONVERGED_S)
-        is_converged &= posed.is_converged
         behind.append(largest_distance(live[frame], posed.positions))
         for n, frames in of_iterations.items():
             behind_of[str(n)].append(largest_distance(frames[frame], posed.positions))
@@ -55,7 +53,6 @@ def measure_drag(model: ModelName) -> dict[str, Any]:
         "iterations": iterations,
         "behind": behind,
         "behind_of_iterations": behind_of,
-        "is_converged": is_converged,
     }
     print(f"drag, {model}: {row}", file=sys.stderr, flush=True)
     return row

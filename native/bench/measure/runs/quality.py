@@ -48,6 +48,7 @@ def measure_density(pose: Pose, model: ModelName, budget_s: float) -> tuple[dict
     posed = posing.pose(pose.steps, budget_s)
     row: dict[str, Any] = {
         "n_vertices": len(pose.mesh.positions),
+        "is_converged": posed.is_converged,
         **Surface(pose.mesh).change(posed.positions, pose.measured())._asdict(),
         "near": posing.iterations_near(budget_s) if len(pose.mesh.positions) <= DESCENT_VERTICES else None,
     }

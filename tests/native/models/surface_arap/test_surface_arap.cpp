@@ -211,7 +211,7 @@ TEST(Refusals, PositionsBeyondTheRangeOfTheFloatsTheyAreWrittenTo) {
 
 // Reset and set_positions.
 
-TEST(Reset, GoesBackToRestFromPositionsThatWereSetAndKeepsTheConstraints) {
+TEST(Reset, GoesBackToRestFromAPoseOrPositionsThatWereSetAndKeepsTheConstraints) {
   const MeshData mesh = bumpy_sphere(1);
   const Task task = bend_task(mesh, default_bend(mesh));
   SurfaceArap solver(mesh.mesh());
@@ -219,6 +219,9 @@ TEST(Reset, GoesBackToRestFromPositionsThatWereSetAndKeepsTheConstraints) {
   EXPECT_LT(max_distance(rest, mesh.positions()), 1e-15);
   solver.set_constraints(task.constraints);
   const Positions posed = solver.solve(task.targets, iterations(5)).positions;
+  solver.reset();
+  EXPECT_EQ(solver.positions(), rest);
+  EXPECT_EQ(solver.solve(task.targets, iterations(5)).positions, posed) << "the former targets are forgotten";
   const Positions set = Random(91).noise(mesh.n_vertices(), 3);
   solver.set_positions(set);
   EXPECT_LT(max_distance(solver.positions(), set), 1e-14);
