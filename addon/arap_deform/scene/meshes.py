@@ -25,6 +25,19 @@ def check_mesh(obj: bpy.types.Object) -> None:
         raise ValueError(f"'{obj.name}' has no faces: there is nothing to deform")
 
 
+def check_local(obj: bpy.types.Object) -> None:
+    """Raises ValueError if Blender would not save what is written to the object or its mesh."""
+    mesh = obj.data
+    if obj.library is not None or mesh.library is not None:
+        whose = f"'{obj.name}'" if obj.library is not None else f"The mesh of '{obj.name}'"
+        raise ValueError(f"{whose} is linked from another file: make it local (Object > Relations > Make Local)")
+    if is_override(obj) or is_override(mesh):
+        raise ValueError(
+            f"'{obj.name}' is a library override, in which a pose is not saved: make it local "
+            "(Object > Relations > Make Local)"
+        )
+
+
 def is_override(data: bpy.types.ID) -> bool:
     """Whether it is a library override. What Blender does not save of an override is lost with the next load."""
     return data.override_library is not None

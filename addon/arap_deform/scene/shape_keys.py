@@ -19,14 +19,7 @@ FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the p
 def check_writable(obj: bpy.types.Object) -> None:
     """Raises ValueError if shape keys of this mesh must not be written, and says what to do."""
     mesh = obj.data
-    if obj.library is not None or mesh.library is not None:
-        whose = f"'{obj.name}'" if obj.library is not None else f"The mesh of '{obj.name}'"
-        raise ValueError(f"{whose} is linked from another file: make it local (Object > Relations > Make Local)")
-    if meshes.is_override(obj) or meshes.is_override(mesh):
-        raise ValueError(
-            f"'{obj.name}' is a library override, in which a pose is not saved: make it local "
-            "(Object > Relations > Make Local)"
-        )
+    meshes.check_local(obj)
     # Users are not only objects (a fake user, a pointer of another add-on), so look if there are several.
     if mesh.users > 1 and sum(other.data == mesh for other in bpy.data.objects) > 1:
         raise ValueError(

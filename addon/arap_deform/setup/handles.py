@@ -48,6 +48,7 @@ def add_handle(
     its vertices, and its empty is there. With ``is_exact`` it holds the vertices themselves.
     """
     meshes.check_mesh(obj)
+    meshes.check_local(obj)
     indices = groups.checked_indices(obj, vertices)
     if location is not None and np.shape(location) != (3,):
         raise ValueError(f"The location of handle '{name}' has shape {np.shape(location)}: give x, y and z")
@@ -91,6 +92,7 @@ def add_handle_for(
             origin (the bone's head). If there are none, or if ``radius`` is None, it has the nearest vertex.
     """
     meshes.check_mesh(obj)
+    meshes.check_local(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     reason = handle_motion.target_problem(obj, target, bone, depsgraph)
     if reason:

@@ -33,6 +33,7 @@ class GroupList:
     def add_vertices(self, obj: bpy.types.Object, vertices: VertexIndices, name: str) -> Any:
         """A new entry with its own vertex group of ``vertices``, weight 1."""
         meshes.check_mesh(obj)
+        meshes.check_local(obj)
         indices = groups.checked_indices(obj, vertices)
         item = self.add_group(obj, groups.new(obj, indices, name))
         item.has_made_group = True
@@ -41,6 +42,7 @@ class GroupList:
     def add_group(self, obj: bpy.types.Object, vertex_group: str) -> Any:
         """The entry of an existing vertex group, added if missing; enabled and chosen."""
         meshes.check_mesh(obj)
+        meshes.check_local(obj)
         groups.check(obj, vertex_group)
         items = getattr(obj.arap, self.items)
         item = items.get(vertex_group)
@@ -64,6 +66,7 @@ class GroupList:
 
     def remove(self, obj: bpy.types.Object, index: int) -> None:
         """Removes an entry, and its vertex group if the entry made it and nothing else uses it."""
+        meshes.check_local(obj)
         items = getattr(obj.arap, self.items)
         item = self.at(obj, index)
         group = getattr(item, self.group) if item.has_made_group else ""

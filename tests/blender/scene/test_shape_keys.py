@@ -161,7 +161,16 @@ class ShapeKeyTest(SceneTest):
         whole = override.data
         for data in (whole, override.data.copy()):  # of the second the object is one, and its mesh is not
             override.data = data
-            self.assert_error(ValueError, f"'Tube' is {reason.format('')}", self.api.solve, override)
+            n_groups = len(override.vertex_groups)
+            for act in (
+                self.api.solve,
+                lambda obj: self.api.add_pin(obj, [0]),
+                lambda obj: self.api.add_handle(obj, [0]),
+                lambda obj: self.api.add_rigid(obj, [0]),
+                lambda obj: self.api.remove_pin(obj, 0),
+            ):
+                self.assert_error(ValueError, f"'Tube' is {reason.format('')}", act, override)
+            self.assertEqual(len(override.vertex_groups), n_groups)
             self.assertEqual(common.why_no_mesh(bpy.context), f"This mesh is {reason.format(' first')}")
         override.data = whole
         override.arap.is_live = True
