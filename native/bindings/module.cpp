@@ -293,8 +293,8 @@ void set_option(const py::object& options, const std::string& name, const py::ha
     py::setattr(options, name.c_str(), value);
   } catch (py::error_already_set& error) {
     if (!error.matches(PyExc_TypeError)) throw;
-    throw py::type_error(name + " = " + std::string(py::repr(value)) + " is of type " + type_name(value) +
-                         ", expected " + expected);
+    throw py::type_error(
+        py::str("{} = {!r} is of type {}, expected {}").format(name, value, type_name(value), expected));
   }
 }
 
