@@ -307,7 +307,7 @@ void def_construction(py::class_<Options>& type, const char* init_doc, std::vect
              for (const auto& [key, value] : values) {
                const std::string attribute = py::str(key);
                if (std::find(attributes.begin(), attributes.end(), attribute) == attributes.end())
-                 throw py::type_error(name + "() got an unexpected keyword argument '" + attribute + "'");
+                 throw py::type_error(py::str("{}() got an unexpected keyword argument {!r}").format(name, key));
                set_option(options, attribute, value);
              }
              return options.cast<Options>();
