@@ -295,8 +295,8 @@ void set_option(const py::object& options, const std::string& name, const py::ha
     py::setattr(options, name.c_str(), value);
   } catch (py::error_already_set& error) {
     if (!error.matches(PyExc_TypeError)) throw;
-    throw py::type_error(name + " = " + std::string(py::repr(value)) + " is of type " + type_name(value) +
-                         ", expected " + expected);
+    throw py::type_error(
+        py::str("{} = {!r} is of type {}, expected {}").format(name, value, type_name(value), expected));
   }
 }
 
@@ -309,7 +309,7 @@ void def_construction(py::class_<Options>& type, const char* init_doc, std::vect
              for (const auto& [key, value] : values) {
                const std::string attribute = py::str(key);
                if (std::find(attributes.begin(), attributes.end(), attribute) == attributes.end())
-                 throw py::type_error(name + "() got an unexpected keyword argument '" + attribute + "'");
+                 throw py::type_error(py::str("{}() got an unexpected keyword argument {!r}").format(name, key));
                set_option(options, attribute, value);
              }
              return options.cast<Options>();
