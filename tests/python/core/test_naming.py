@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Names that are still free."""
 
-from arap_deform.core.naming import NAME_BYTES, numbered, unique
+from arap_deform.core.naming import NAME_BYTES, cut, numbered, unique
 
 
 def test_a_free_name_stays():
@@ -16,6 +16,6 @@ def test_a_taken_name_takes_the_first_free_number():
 
 def test_a_long_name_is_cut_between_letters_so_that_the_number_stays():
     long = "ä" * 40
-    found = unique(long, {long})
+    found = unique(long, {cut(long)})
     assert found == "ä" * 28 + ".001"
     assert len(found.encode()) <= NAME_BYTES
