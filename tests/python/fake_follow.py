@@ -32,6 +32,10 @@ class FakeBind:
     def start(self) -> None:
         self.has_started = True
 
+    def wait(self) -> None:
+        assert self.has_started
+        self.is_done = True
+
     def drop(self) -> None:
         self.is_dropped = True
 

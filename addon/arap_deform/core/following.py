@@ -34,6 +34,9 @@ class Bind(Protocol):
     def start(self) -> None:
         """Does nothing if it has started."""
 
+    def wait(self) -> None:
+        """Until it is done. Only after start()."""
+
     def drop(self) -> None: ...
     def adopt(self) -> None:
         """Makes the result the live session. Raises what the bind raised. Only if it is done."""
@@ -64,7 +67,7 @@ class FollowScene(Protocol):
         """
 
     def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
-        """As update(), but from rest and to convergence. No time limit: however long that takes."""
+        """As update(), but from rest and to convergence. No time limit: for as long as the scene finds bearable."""
 
     def iteration_limit(self) -> int:
         """The most iterations for one place of the handles."""
@@ -117,6 +120,14 @@ class Follower:
         else:
             self._bind.start()
         return False
+
+    def prepare_now(self) -> bool:
+        """As prepare(), and waits for a bind."""
+        is_ready = self.prepare()
+        if self._bind is not None:
+            self._bind.start()
+            self._bind.wait()
+        return is_ready
 
     def is_ready(self) -> bool:
         """Whether it can follow now."""

@@ -121,10 +121,8 @@ class BlenderFollowScene:
         # The next change of the mesh is the add-on's own and must be drawn. is_bound() has evaluated earlier ones.
         self._has_written = self.depsgraph is None
         redraw.tag_meshes()
-        sufficient = 0.0 if time_limit_s is None else ACCURACY
-        readout = self._this_frame().solve(
-            matrices, time_limit_s=time_limit_s, sufficient_accuracy=sufficient, **options
-        )
+        options.setdefault("sufficient_accuracy", 0.0 if time_limit_s is None else ACCURACY)
+        readout = self._this_frame().solve(matrices, time_limit_s=time_limit_s, **options)
         if self.key is not None:
             self.key.note(self._obj())
         return readout

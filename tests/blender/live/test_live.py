@@ -3,11 +3,12 @@
 
 import contextlib
 import io
+from unittest import mock
 
 import numpy as np
 import support
-from looks import key_positions, rest_positions, shown_positions
-from support import FakeAct, SceneTest, bpy, module
+from looks import key_names, key_positions, rest_positions, shown_positions
+from support import FakeAct, SceneTest, bpy, module, opened_again
 from tubes import BOTTOM, MIDDLE, TOP, animate, bend, copied, mesh_object, move, posable
 
 SAME = 2e-3  # of a mesh 4 long: what two ways to one pose may differ by, at the accuracy below
@@ -131,6 +132,53 @@ class LiveToggleTest(SceneTest):
         self.assert_followed(obj)
         bpy.context.scene.frame_set(11)
         self.assert_close(shown_positions(obj), shown, SAME)
+
+    def test_an_opened_file_binds_and_changes_nothing_before_something_moves(self):
+        for was_posed in (True, False):
+            with self.subTest(was_posed=was_posed):
+                bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+                obj = live_tube()
+                animate(obj)
+                bpy.context.scene.frame_set(11)
+                if not was_posed:
+                    obj.shape_key_clear()
+                before = key_names(obj), shown_positions(obj)
+                obj = opened_again()
+                for _ in range(2):
+                    obj.location.x += 1.0
+                    bpy.context.view_layer.update()
+                    bpy.context.scene.frame_set(11)
+                is_bound = self.sessions.get("Tube") is not None
+                self.assertEqual((is_bound, key_names(obj), bpy.data.is_dirty), (False, before[0], False))
+                self.assert_close(shown_positions(obj), before[1], 0.0)
+                run = self.live.run_of(obj)
+                self.assertTrue(run.is_settled)
+                move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+                self.assert_followed(obj)
+
+    def test_an_opened_file_follows_changed_weights_and_settings_too(self):
+        def paint(obj):
+            obj.vertex_groups["Head"].remove(TOP[:2])
+
+        def stiffen(obj):
+            obj.arap.rigidity = 5.0
+
+        for change in (paint, stiffen):
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+            bend(live_tube())
+            obj = opened_again()
+            shown = shown_positions(obj)
+            change(obj)
+            obj.data.update_tag()
+            bpy.context.view_layer.update()
+            self.assertGreater(np.abs(shown_positions(obj) - shown).max(), 1e-3)
+
+    def test_a_mesh_that_does_not_settle_holds_no_script_for_ever(self):
+        obj = live_tube()
+        limit = mock.patch.object(module("live.scene"), "SCRIPT_TIME_LIMIT_S", 1e-9)
+        with limit, contextlib.redirect_stdout(io.StringIO()):
+            bend(obj)
+        self.assert_off(obj, "'Tube' has not settled within 1e-09 seconds (raise Accuracy in Advanced)")
 
     def test_a_bind_that_a_file_load_ends_gives_no_session_to_the_new_file(self):
         obj = live_tube()
