@@ -21,6 +21,7 @@ import bpy
 from .bake.cache import MeshCacheJob
 from .bake.keys import BakeJob
 from .bake.shapes_job import ShapesJob
+from .core import sessions
 from .core.job import run_job
 from .core.native import problem as native_problem
 from .pose.result import bake_pose
@@ -150,6 +151,7 @@ def _run(options: argparse.Namespace) -> None:
     act = acts[options.command]
     for obj in objects:
         print(act(obj, scene, options), flush=True)
+        sessions.drop(obj.name)  # a shot has many meshes
     output = (options.output or Path(bpy.data.filepath)).resolve()
     bpy.ops.wm.save_as_mainfile(filepath=str(output), copy=True, check_existing=False)
     print(f"Saved {output}", flush=True)

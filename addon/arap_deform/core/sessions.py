@@ -37,7 +37,11 @@ class Act(Protocol):
 acts: dict[str, Act] = {}
 """The acts under way, by name of the object. Read it; only claim() and release() change it."""
 
-_bound: dict[str, Bound] = {}
+IDLE_VERTICES = 100_000
+"""What idle sessions may hold together: a session takes about 3.5 kB a vertex. The last one may be larger."""
+
+_bound: dict[str, Bound] = {}  # the last one that was put is the last
+_holders: set[tuple[str, str]] = set()  # names of objects, and who comes back to their sessions
 _readouts: dict[str, Readout] = {}
 
 
@@ -46,7 +50,29 @@ def get(object_name: str) -> Bound | None:
 
 
 def put(object_name: str, bound: Bound) -> None:
+    """Makes it the live session of the object. Idle sessions go, the oldest first, if there is too much of them."""
+    _bound.pop(object_name, None)
     _bound[object_name] = bound
+    n_idle = 0
+    for name in reversed(list(_bound)):
+        if _is_held(name) or name in acts:
+            continue
+        n_idle += _bound[name].inputs.counts[0]
+        if n_idle > IDLE_VERTICES and name != object_name:
+            del _bound[name]
+
+
+def hold(object_name: str, who: str) -> None:
+    """The session of the object is not idle until let_go(): somebody, Live for example, comes back to it."""
+    _holders.add((object_name, who))
+
+
+def let_go(object_name: str, who: str) -> None:
+    _holders.discard((object_name, who))
+
+
+def _is_held(object_name: str) -> bool:
+    return any(name == object_name for name, _ in _holders)
 
 
 def drop(object_name: str) -> None:
@@ -54,16 +80,24 @@ def drop(object_name: str) -> None:
     _bound.pop(object_name, None)
 
 
+def drop_idle(object_name: str) -> None:
+    """As drop(), but not of an object whose session is held."""
+    if not _is_held(object_name):
+        drop(object_name)
+
+
 def forget_missing(is_there: Callable[[str], bool]) -> None:
     """Forgets sessions and readouts of objects that are gone or renamed: another one may get the name."""
     for name in [name for name in {*_bound, *_readouts} if not is_there(name)]:
         _bound.pop(name, None)
         _readouts.pop(name, None)
+    _holders.difference_update([holder for holder in _holders if not is_there(holder[0])])
 
 
 def clear() -> None:
     """Forgets everything: another file was loaded."""
     _bound.clear()
+    _holders.clear()
     _readouts.clear()
     acts.clear()
 

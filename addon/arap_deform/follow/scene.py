@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..core.session_data import Readout
 from ..core.session_input import SessionInput
+from ..props.bounds import bounded
 from ..scene import pose_key, redraw, versions
 from ..scene.inputs import read_input
 from . import mesh
@@ -128,7 +129,7 @@ class BlenderFollowScene:
         return readout
 
     def iteration_limit(self) -> int:
-        return int(self._obj().arap.max_iterations)
+        return int(bounded(self._obj().arap, "max_iterations"))
 
     def _read_inputs(self) -> SessionInput:
         return read_input(self._obj(), self._depsgraph(), use_nodes=self._use_nodes)

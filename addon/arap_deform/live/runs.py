@@ -21,6 +21,7 @@ from .run import LiveRun, When
 from .scene import BlenderLiveScene
 
 TIMER_S = 0.02
+LIVE = "Live"  # see sessions.hold()
 SLOW_TIMER_S = 0.2  # while it only waits for the end of a pause, a playback or a render
 
 NOT_RENDERED = "Rendered without Live: the mesh kept one shape. Bake the animation before rendering it"
@@ -32,6 +33,11 @@ class Run(LiveRun):
     def __init__(self, obj: bpy.types.Object, *, is_waiting: bool) -> None:
         self.scene = BlenderLiveScene(obj)
         super().__init__(self.scene, is_waiting=is_waiting)
+        sessions.hold(obj.name, LIVE)
+
+    def end(self) -> None:
+        super().end()
+        sessions.let_go(self.scene.name, LIVE)
 
 
 _runs: dict[str, Run] = {}

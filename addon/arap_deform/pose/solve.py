@@ -18,7 +18,7 @@ from ..core.sessions import Bound
 from ..core.worker import Binding
 from ..follow import mesh
 from ..follow.frame import Frame, write_pose
-from ..follow.update import prepare_session
+from ..follow.update import bind
 from ..scene import handle_motion, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input
 
@@ -39,7 +39,7 @@ def solve(
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
     _check(obj)
     share = BIND_SHARE if Frame(obj, depsgraph).problem else 0.0
-    session = prepare_session(obj, depsgraph, sessions.part(progress, 0.0, share))
+    session = bind(obj, depsgraph, sessions.part(progress, 0.0, share))
     matrices = handle_motion.handle_matrices(obj, depsgraph)
     result = mesh.solve_from_rest(session, matrices, progress=sessions.part(progress, share, 1.0))
     write_pose(obj, pose_key.writable(obj), session, result)

@@ -95,6 +95,7 @@ class ArapHandle(bpy.types.PropertyGroup):
         options={"HIDDEN"}, description="The add-on made the empty, and removes it with the handle"
     )
     group_radius: FloatProperty(
+        min=0.0,
         options={"HIDDEN"},
         description="Radius of the group when the add-on made it, in world units; 0: it did not",
     )

@@ -15,6 +15,7 @@ class ArapPullPin(bpy.types.PropertyGroup):
 
     vertices_text: StringProperty(options={"HIDDEN"}, description="Its vertices: int32, base64")
     reach: FloatProperty(
+        min=0.0,
         options={"HIDDEN"},
         description="Radius of the free mesh around the piece when it was pulled; 0: pinned by a click",
     )

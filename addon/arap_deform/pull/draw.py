@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Floats
+from ..props.bounds import bounded
 from ..ui import batches
 from ..ui.batches import Color
 from ..ui.checks import find_drawn_object, find_posed_object
@@ -97,7 +98,9 @@ def draw_pins() -> None:
         seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
     except ValueError:
         return
-    pins = [(pin.vertices, pin.reach) for pin in obj.arap.pull_pins if pin.n_vertices == len(seen.positions)]
+    pins = [
+        (pin.vertices, bounded(pin, "reach")) for pin in obj.arap.pull_pins if pin.n_vertices == len(seen.positions)
+    ]
     if not pins:
         return
     view = seen_mesh.view_of(context.region, context.region_data)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Ints
 from ..core.patches import diagonal_of
+from ..props.bounds import bounded
 from ..scene import groups, handle_motion, meshes, versions
 from ..setup.handles import add_handle
 from ..setup.pins import add_pin
@@ -25,7 +26,7 @@ MOVED = 1e-4  # a vertex this far from rest has moved, as a fraction of the diag
 
 def grabs_of(obj: bpy.types.Object) -> list[Grab]:
     """The pieces that the temporary pins hold."""
-    return [Grab(pin.vertices, pin.reach) for pin in obj.arap.pull_pins]
+    return [Grab(pin.vertices, bounded(pin, "reach")) for pin in obj.arap.pull_pins]
 
 
 def has_set_pins(obj: bpy.types.Object) -> bool:

@@ -74,6 +74,9 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     reason = target_problem(obj, handle.target, handle.bone, depsgraph)
     if reason:
         return whose + reason
+    owner = other_owner(obj, handle)
+    if owner is not None:
+        return f"{whose}its empty belongs to '{owner.name}', of which this is a copy; press Copy Handles"
     if not any(handle.rest_matrix):
         return (
             f"{whose}'{obj.name}' was scaled to nothing when '{handle.target.name}' was chosen; "
@@ -86,6 +89,21 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     if handle.vertex_group not in obj.vertex_groups:
         return f"{whose}there is no vertex group '{handle.vertex_group}'; choose one or remove the handle"
     return ""
+
+
+def other_owner(obj: bpy.types.Object, handle: ArapHandle) -> bpy.types.Object | None:
+    """The mesh that a made empty belongs to, if that is not ``obj``, which is a copy then; None if it is no other one.
+
+    An empty is a child of the mesh that it was made for. One that the artist has given another parent, and one that was
+    chosen by hand, belongs to every mesh that has it as a handle.
+    """
+    above = handle.target.parent if handle.has_made_target and handle.target is not None else None
+    while above is not None and above != obj:
+        is_mesh = above.type == "MESH" and above.library is None
+        if is_mesh and any(h.target == handle.target and h.has_made_target for h in above.arap.handles):
+            return above
+        above = above.parent
+    return None
 
 
 def no_weights(obj: bpy.types.Object, handle: ArapHandle) -> str:

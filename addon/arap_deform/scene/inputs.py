@@ -14,6 +14,7 @@ from ..core.session_input import Counts, GroupHold, Hold, MeshSignature, SceneSt
 from ..core.stiffness import StiffGroup, regions_of, stiffness_of
 from ..core.targets import HandleSpec
 from ..props import preferences
+from ..props.bounds import bounded
 from . import handle_motion, meshes, pose_key, shape_keys
 
 if TYPE_CHECKING:
@@ -24,13 +25,13 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
     """The solver's settings: of ``obj.arap``, the threads of the preferences."""
     settings = obj.arap
     return SessionSettings(
-        energy=settings.energy,
-        rigidity_radius=settings.rigidity / 100.0,
-        weights=settings.weights,
-        initial_guess=settings.initial_guess,
-        iterations_per_update=settings.iterations_per_update,
-        max_iterations=settings.max_iterations,
-        accuracy=settings.accuracy,
+        energy=bounded(settings, "energy"),
+        rigidity_radius=bounded(settings, "rigidity") / 100.0,
+        weights=bounded(settings, "weights"),
+        initial_guess=bounded(settings, "initial_guess"),
+        iterations_per_update=bounded(settings, "iterations_per_update"),
+        max_iterations=bounded(settings, "max_iterations"),
+        accuracy=bounded(settings, "accuracy"),
         threads=preferences.threads(),
         join_seams=settings.join_seams,
     )
@@ -125,7 +126,7 @@ def enabled_holds(obj: bpy.types.Object, besides: ArapHandle | None = None) -> t
 def enabled_stiffness(obj: bpy.types.Object) -> tuple[StiffGroup, ...]:
     """The enabled entries of the list Stiffness."""
     return tuple(
-        StiffGroup(entry.name, entry.factor, entry.is_rigid, entry.is_one_body)
+        StiffGroup(entry.name, bounded(entry, "factor"), entry.is_rigid, entry.is_one_body)
         for entry in obj.arap.stiffness
         if entry.is_enabled
     )

@@ -16,6 +16,7 @@ from ..core.arrays import Floats
 from ..core.patches import diagonal_of
 from ..core.transforms import transformed
 from ..props import hooks
+from ..props.bounds import bounded
 from ..scene import groups, handle_motion, handle_patch, meshes, remembered
 from ..scene.groups import VertexIndices
 from .pins import GroupList
@@ -66,7 +67,7 @@ def add_handle(
     at_rest = np.eye(4)
     at_rest[:3, 3] = centre
 
-    with _making():
+    with making():
         handle = _new_handle(obj, groups.new(obj, indices, name), name)
         handle.is_exact = is_exact
         handle.target = _new_empty(obj, name, world, fit @ at_rest)
@@ -103,7 +104,7 @@ def add_handle_for(
     within = np.flatnonzero(distance <= radius) if radius is not None else ()
     indices = np.asarray(within if len(within) else [int(distance.argmin())], dtype=np.int32)
     name = bone or target.name
-    with _making():
+    with making():
         handle = _new_handle(obj, groups.new(obj, indices, name), name)
         handle.has_made_group = True
         handle.target = target
@@ -182,13 +183,13 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
 def resize_empties(obj: bpy.types.Object) -> None:
     """Gives the empties that were made for handles the size set in ``obj.arap``."""
     for handle in obj.arap.handles:
-        if handle.has_made_target and handle.target is not None:
-            handle.target.empty_display_size = obj.arap.handle_size * handle.group_radius
+        if handle.has_made_target and handle.target is not None and not handle_motion.other_owner(obj, handle):
+            handle.target.empty_display_size = bounded(obj.arap, "handle_size") * bounded(handle, "group_radius")
 
 
 @contextmanager
-def _making() -> Iterator[None]:
-    """While a function here fills in a handle: its steps are not choices of the artist."""
+def making() -> Iterator[None]:
+    """While a function fills in a handle: its steps are not choices of the artist."""
     global _is_making  # noqa: PLW0603 - Blender's update callbacks take no other message
     _is_making = True
     try:
@@ -209,7 +210,7 @@ def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
 
 def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) -> bpy.types.Object:
     empty = bpy.data.objects.new(name, None)
-    _collection_for_empty(obj).objects.link(empty)
+    collection_for_empty(obj).objects.link(empty)
     empty.empty_display_type = "SPHERE"
     empty.show_in_front = True
     empty.parent = obj
@@ -219,7 +220,7 @@ def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) 
     return empty
 
 
-def _collection_for_empty(obj: bpy.types.Object) -> bpy.types.Collection:
+def collection_for_empty(obj: bpy.types.Object) -> bpy.types.Collection:
     """A local, enabled collection of the object, else the scene's."""
     users = obj.users_collection
     for collection in meshes.enabled_collections(bpy.context.view_layer.layer_collection):

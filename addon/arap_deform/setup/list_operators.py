@@ -10,6 +10,7 @@ from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from ..scene import meshes
 from ..ui.checks import ArapOperator, one_step, posed_object, why_not_changeable, why_not_object_mode
+from .handle_copies import are_foreign, copy_handles
 from .handles import add_handle, add_handles_for, remove_handle
 from .pins import add_pin, add_pin_group, remove_pin
 from .stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness
@@ -65,6 +66,13 @@ def _why_none(items: str, lack: str) -> Callable[[bpy.types.Context], str]:
 
 
 why_no_handles = _why_none("handles", "Add a handle first: nothing moves the mesh yet")
+
+
+def why_own_handles(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). Handles must belong to another mesh."""
+    return why_not_changeable(context) or (
+        "" if are_foreign(posed_object(context)) else "The handles belong to this mesh: there is nothing to copy"
+    )
 
 
 class _Add(ArapOperator):
@@ -177,6 +185,18 @@ class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
+
+
+class ARAP_OT_handles_copy(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.handles_copy"
+    bl_label = "Copy Handles"
+    bl_description = (
+        "This mesh is a copy whose handles belong to the original: give it copies of them, at the same places on it"
+    )
+    why_not = staticmethod(why_own_handles)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        copy_handles(obj)
 
 
 class ARAP_OT_handle_remove(_Remove, bpy.types.Operator):

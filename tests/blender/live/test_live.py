@@ -428,12 +428,43 @@ class LiveToggleTest(SceneTest):
         self.assert_off(obj, "The pose of 'Tube' has another shape key now, and is kept in 'ARAP'")
         self.assert_close(shown_positions(obj), posed, 0.0)
 
-    def test_a_copy_follows_the_same_handles_with_a_mesh_of_its_own(self):
+    def test_a_copy_is_not_torn_towards_the_handles_of_the_original(self):
         obj = live_tube()
-        copy = copied(obj)
         bend(obj)
+        with contextlib.redirect_stdout(io.StringIO()):
+            copy = copied(obj)
+            posed = shown_positions(copy)
+            copy.location.x += 10.0
+            move(obj.arap.handles[0].target, (0.2, 0.0, 0.0))
         self.assert_followed(obj)
+        self.assert_close(shown_positions(copy), posed, 0.0)
+        self.assert_off(
+            copy,
+            "Handle 'Head' of 'Tube.001': its empty belongs to 'Tube', of which this is a copy; press Copy Handles",
+        )
+        move(obj.arap.handles[0].target, (-0.2, 0.0, 0.0))
+        self.api.copy_handles(copy)
+        self.assertEqual(copy.arap.live_problem, "")
+        copy.arap.is_live = True
+        bpy.context.view_layer.update()
         self.assert_followed(copy)
+        self.assert_close(shown_positions(copy), posed, SAME)
+        move(copy.arap.handles[0].target, (0.3, 0.0, 0.0))
+        self.assert_followed(copy)
+        self.assert_close(shown_positions(obj), posed, SAME)
+
+    def test_a_copy_made_together_with_its_handles_follows_those(self):
+        obj = live_tube()
+        bend(obj)
+        for item in (obj, obj.arap.handles[0].target):
+            item.select_set(True)
+        bpy.ops.object.duplicate()
+        copy, handle = bpy.data.objects["Tube.001"], bpy.data.objects["Head.001"]
+        self.assertEqual((copy.arap.handles[0].target, handle.parent), (handle, copy))
+        copy.location.x += 10.0
+        move(handle, (0.3, 0.0, 0.0))
+        self.assert_followed(copy)
+        self.assert_followed(obj)
 
     def test_reset_pose_is_refused(self):
         obj = live_tube()
