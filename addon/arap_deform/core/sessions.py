@@ -7,11 +7,11 @@ file. So a caller with an object that may be linked, as panels have, asks for it
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
-from . import native
+from . import memory, native
 from .models import Progress
 from .session import Session
 from .session_data import Readout
@@ -37,6 +37,7 @@ class Act(Protocol):
 acts: dict[str, Act] = {}
 """The acts under way, by name of the object. Read it; only claim() and release() change it."""
 
+LARGE_VERTICES = 10_000  # with fewer, what is freed is not worth the trimming
 IDLE_VERTICES = 100_000
 """What idle sessions may hold together: a session takes about 3.5 kB a vertex. The last one may be larger."""
 
@@ -53,13 +54,13 @@ def put(object_name: str, bound: Bound) -> None:
     """Makes it the live session of the object. Idle sessions go, the oldest first, if there is too much of them."""
     _bound.pop(object_name, None)
     _bound[object_name] = bound
-    n_idle = 0
-    for name in reversed(list(_bound)):
-        if _is_held(name) or name in acts:
-            continue
-        n_idle += _bound[name].inputs.counts[0]
-        if n_idle > IDLE_VERTICES and name != object_name:
-            del _bound[name]
+    n_idle, too_much = 0, []
+    for name in reversed(_bound):
+        if not _is_held(name) and name not in acts:
+            n_idle += _bound[name].inputs.counts[0]
+            if n_idle > IDLE_VERTICES and name != object_name:
+                too_much.append(name)
+    _give_back(too_much)
 
 
 def hold(object_name: str, who: str) -> None:
@@ -76,27 +77,37 @@ def _is_held(object_name: str) -> bool:
 
 
 def drop(object_name: str) -> None:
-    """Forgets the session; its readout stays for the panel."""
+    """Forgets the session, which may still be in use elsewhere; its readout stays for the panel."""
     _bound.pop(object_name, None)
 
 
 def drop_idle(object_name: str) -> None:
-    """As drop(), but not of an object whose session is held."""
+    """Gives back the memory of a session that nobody uses, unless it is held."""
     if not _is_held(object_name):
-        drop(object_name)
+        _give_back([object_name])
+
+
+def _give_back(object_names: Iterable[str]) -> None:
+    n_gone = 0
+    for name in object_names:
+        if name in _bound:
+            n_gone += _bound.pop(name).inputs.counts[0]
+    if n_gone >= LARGE_VERTICES:
+        memory.trim()
 
 
 def forget_missing(is_there: Callable[[str], bool]) -> None:
     """Forgets sessions and readouts of objects that are gone or renamed: another one may get the name."""
-    for name in [name for name in {*_bound, *_readouts} if not is_there(name)]:
-        _bound.pop(name, None)
+    gone = [name for name in {*_bound, *_readouts} if not is_there(name)]
+    _give_back(gone)
+    for name in gone:
         _readouts.pop(name, None)
     _holders.difference_update([holder for holder in _holders if not is_there(holder[0])])
 
 
 def clear() -> None:
     """Forgets everything: another file was loaded."""
-    _bound.clear()
+    _give_back(list(_bound))
     _holders.clear()
     _readouts.clear()
     acts.clear()

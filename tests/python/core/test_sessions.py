@@ -1,9 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The registry of live sessions."""
 
+import re
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 
+import arap_native
+import numpy as np
+import pytest
+import sample_meshes
 from arap_deform.core import sessions
+from arap_deform.core.session import Session
+from arap_deform.core.session_data import SessionMesh, SessionSettings
+from arap_deform.core.targets import HandleSpec
 
 
 def test_registry_forgets_what_is_missing():
@@ -61,3 +71,28 @@ def test_registry_forgets_sessions_but_keeps_readouts_until_a_file_load():
     assert sessions.readout("Creature") == "readout"
     sessions.clear()
     assert sessions.readout("Creature") is None
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_memory_of_forgotten_sessions_goes_back_to_the_system():
+    def megabytes():
+        return int(re.search(r"VmRSS:\s+(\d+)", Path("/proc/self/status").read_text())[1]) / 1024
+
+    def bind(name):
+        sheet = sample_meshes.sheet(150)
+        mesh = SessionMesh(sheet.positions, sheet.corner_vertices, sheet.face_sizes)
+        session = Session(arap_native, mesh, np.eye(3), SessionSettings())
+        edge = np.arange(150, dtype=np.int32)
+        session.set_handles([HandleSpec("Edge", edge, np.ones(150))])
+        session.update(np.eye(4)[None], to_convergence=True)
+        sessions.hold(name, "test")
+        sessions.put(name, sessions.Bound(session, SimpleNamespace(counts=(len(sheet.positions), 0, 0, 0))))
+
+    bind("Warm-up")
+    sessions.clear()
+    before = megabytes()
+    for name in "ABC":
+        bind(name)
+    most = megabytes()
+    sessions.clear()
+    assert megabytes() - before < 0.25 * (most - before)
