@@ -149,7 +149,7 @@ class LiveToggleTest(SceneTest):
                     bpy.context.view_layer.update()
                     bpy.context.scene.frame_set(11)
                 is_bound = self.sessions.get("Tube") is not None
-                self.assertEqual((is_bound, key_names(obj), bpy.data.is_dirty), (False, before[0], False))
+                self.assertEqual((is_bound, key_names(obj), bpy.data.is_dirty), (False, before[0], self.new_is_dirty))
                 self.assert_close(shown_positions(obj), before[1], 0.0)
                 run = self.live.run_of(obj)
                 self.assertTrue(run.is_settled)
