@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Point caches, byte by byte."""
 
+import os
 import struct
 from pathlib import Path
 
@@ -71,7 +72,7 @@ def full_disk(monkeypatch):
 
     def open_on_full_disk(path, mode):
         path.touch(exist_ok="x" not in mode)
-        return open("/dev/full", "wb")
+        return os.fdopen(os.open("/dev/full", os.O_WRONLY), "wb")
 
     monkeypatch.setattr(Path, "open", open_on_full_disk)
 
