@@ -638,6 +638,8 @@ void bind_solver(py::module_& m) {
       .def(py::init([](const py::object& rest_positions, const py::object& corner_vertices,
                        const py::object& face_sizes, const arap::Options* options, const py::object& stiffness,
                        const py::object& rigid_regions, py::object progress) {
+             // Not make_unique: it would use the class's own new, which refuses.
+             // NOLINTNEXTLINE(modernize-make-unique)
              return std::unique_ptr<Solver>(::new Solver(rest_positions, corner_vertices, face_sizes,
                                                          options != nullptr ? *options : arap::Options{}, stiffness,
                                                          rigid_regions, std::move(progress)));
@@ -680,7 +682,8 @@ PYBIND11_MODULE(_native, m) {
 
   m.doc() = docstrings::module;
   m.attr("__version__") = ARAP_VERSION;
-  py::register_local_exception_translator([](std::exception_ptr failure) {
+  // By value: pybind11 takes a pointer to such a function.
+  py::register_local_exception_translator([](std::exception_ptr failure) {  // NOLINT(performance-unnecessary-value-param)
     try {
       if (failure) std::rethrow_exception(failure);
     } catch (const std::bad_alloc&) {
