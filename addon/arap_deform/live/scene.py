@@ -57,7 +57,9 @@ class _Seen:
             self.changed_at == other.changed_at
             and self.state.settings == other.state.settings
             and not difference_of_scene(self.state, other.state)
-            and bool(np.abs(self.motions - other.motions).max() <= SAME_MOTION * np.abs(other.motions).max())
+            and bool(
+                np.all(np.abs(self.motions - other.motions) <= SAME_MOTION * np.abs(other.motions).max(initial=0.0))
+            )
         )
 
 

@@ -5,6 +5,7 @@ import contextlib
 import io
 from unittest import mock
 
+import hostile
 import numpy as np
 import support
 from looks import key_names, key_positions, rest_positions, shown_positions
@@ -155,6 +156,16 @@ class LiveToggleTest(SceneTest):
                 self.assertTrue(run.is_settled)
                 move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
                 self.assert_followed(obj)
+
+    def test_an_opened_file_without_handles_waits_too(self):
+        obj = mesh_object()
+        obj.arap.live_problem = ""  # so that there is something stored
+        hostile.write(obj, is_live=True)  # Live does not hear of it
+        obj = opened_again()
+        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+        obj.location.x += 1.0
+        bpy.context.view_layer.update()
+        self.assertTrue(self.live.run_of(obj).is_settled)
 
     def test_an_opened_file_follows_changed_weights_and_settings_too(self):
         def paint(obj):
