@@ -8,7 +8,7 @@ as seen. Only energies show it: they are in the square of world units.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from . import models
 from .arrays import Floats, Ints
 from .models import Progress
-from .patches import patch_around, reaches_of_points, surface_diagonal
+from .patches import Surface, held_by_themselves, patch_around, points_of, surface_diagonal, without
 from .session_data import Readout, SessionMesh, SessionSettings
-from .targets import HandleMap, HandleSpec, Patch, check_specs
+from .targets import NO_PATCHES, HandleMap, HandleSpec, Patch, Patches, check_specs
 from .transforms import map_points
 
 
@@ -64,13 +64,14 @@ class Session:
         self._settings = settings
         self._map: HandleMap | None = None
         self._specs: tuple[HandleSpec, ...] = ()
-        self._point_patches: dict[int, Patch] = {}
+        self._point_patches: Patches = NO_PATCHES
         self._positions = self._rest.astype(np.float32)
         # The solver writes single precision into memory that is there already: a frame allocates nothing.
         self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
         self._factor_ms = 0.0
 
         seen = replace(mesh, rest_positions=self._to_solver(self._rest))
+        self._surface = Surface.of(seen.rest_positions, mesh.corner_vertices, mesh.face_sizes, settings.rigidity_radius)
         self._diagonal = surface_diagonal(seen.rest_positions, mesh.corner_vertices)
         start = time.perf_counter()
         with _Cancellation(native, "Binding"):
@@ -107,8 +108,8 @@ class Session:
         return self._model.n_factorizations
 
     @property
-    def patches(self) -> Mapping[int, Patch]:
-        """What the point handles hold, by index of the handle."""
+    def patches(self) -> Patches:
+        """What the point handles hold."""
         return self._point_patches
 
     def set_handles(self, specs: Sequence[HandleSpec], progress: Progress | None = None) -> None:
@@ -119,9 +120,8 @@ class Session:
                 handles then stay.
         """
         if self._map is not None and _are_same(self._specs, specs):
-            if any(spec.base is not former.base for spec, former in zip(specs, self._specs, strict=True)):
-                based = {i: self._based(patch, specs[i]) for i, patch in self._point_patches.items()}
-                self._point_patches = based
+            if not all(spec.has_base_of(former) for spec, former in zip(specs, self._specs, strict=True)):
+                self._point_patches = self._based(self._point_patches, specs)
                 self._map = HandleMap(specs, self._rest, self._stretch, self._point_patches)
             self._specs = tuple(specs)
             return
@@ -137,27 +137,27 @@ class Session:
         self._specs = tuple(specs)
         self._point_patches = patches
 
-    def _patches_of(self, specs: Sequence[HandleSpec]) -> dict[int, Patch]:
+    def _patches_of(self, specs: Sequence[HandleSpec]) -> Patches:
         if not self._settings.has_radius:
-            return {}
+            return NO_PATCHES
         check_specs(specs, self.n_vertices)
-        reaches = reaches_of_points(
-            specs,
-            self._rest,
-            self._stretch,
-            self._settings.rigidity_radius * self._diagonal,
-            self._model.loose_vertices,
-        )
-        patches = {}
-        for i, reach in reaches.items():
-            patch = patch_around(self._model, specs[i].vertices, reach / self._diagonal, self._unstretch)
+        patches: dict[int, list[Patch]] = {}
+        for point in points_of(specs, self._surface):
+            patch = patch_around(self._model, point.vertices, point.reach / self._diagonal, self._unstretch)
             if patch is not None:
-                patches[i] = self._based(patch, specs[i])
-        return patches
+                patches.setdefault(point.handle, []).append(patch)
+        of_points = {i: [patch.sources for patch in of_handle] for i, of_handle in patches.items()}
+        is_held = held_by_themselves(specs, of_points, self.n_vertices)
+        left = {i: [without(patch, is_held) for patch in of_handle] for i, of_handle in patches.items()}
+        kept = {i: [patch for patch in of_handle if patch is not None] for i, of_handle in left.items()}
+        return self._based({i: of_handle for i, of_handle in kept.items() if of_handle}, specs)
 
-    def _based(self, patch: Patch, spec: HandleSpec) -> Patch:
-        base = self._rest if spec.base is None else spec.base
-        return replace(patch, centre=patch.weights @ base[patch.vertices].astype(np.float64))
+    def _based(self, patches: Patches, specs: Sequence[HandleSpec]) -> Patches:
+        result = {}
+        for i, of_handle in patches.items():
+            base = specs[i].base_or(self._rest)
+            result[i] = [replace(p, centre=p.weights @ base[p.vertices].astype(np.float64)) for p in of_handle]
+        return result
 
     def update(
         self,

@@ -23,10 +23,17 @@ Counts = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class GroupHold:
-    """A pin or handle that holds the vertices of a vertex group. ``is_exact``: see HandleSpec."""
+    """A pin or handle that holds the vertices of a vertex group.
+
+    Attributes:
+        is_exact, reach: see HandleSpec.
+        shape_id: a number that changes with the shape that it holds; 0: that of the mesh at rest.
+    """
 
     group: str
     is_exact: bool = True
+    reach: float = 0.0
+    shape_id: int = 0
 
 
 Hold = GroupHold
@@ -103,7 +110,7 @@ def difference(old: SessionInput, new: SessionInput) -> str:
     """As difference_of_bind(), and both must hold the same vertices in the same way and from the same places."""
     # A pull may hold what handles hold, but not from rest.
     are_same = len(old.specs) == len(new.specs) and all(
-        a.is_same_as(b) and a.base is b.base for a, b in zip(old.specs, new.specs, strict=True)
+        a.is_same_as(b) and a.has_base_of(b) for a, b in zip(old.specs, new.specs, strict=True)
     )
     return difference_of_bind(old, new) or (
         "" if are_same else f"The pins or handles of '{new.object_name}' have changed"

@@ -76,6 +76,7 @@ def add_handle(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
             SMALLEST_HANDLE * diagonal_of(transformed(world, rest)),
         )
+    handle_patch.stay(obj, bpy.context.evaluated_depsgraph_get(), handle)
     resize_empties(obj)
     return handle
 
@@ -163,6 +164,7 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
             fit = handle_motion.fit_to_pose(obj, depsgraph, *held)
     matrix = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
     handle.rest = Matrix(np.linalg.inv(fit) @ np.linalg.inv(world) @ matrix)
+    handle_patch.stay(obj, depsgraph, handle, use_nodes=False if obj.mode == "EDIT" else None)
 
 
 def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = False) -> str:
