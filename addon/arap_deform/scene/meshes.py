@@ -76,6 +76,11 @@ def read_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> NDArra
     return np.array(obj.evaluated_get(depsgraph).matrix_world, dtype=np.float64)
 
 
+def drawn_depsgraph(context: bpy.types.Context) -> bpy.types.Depsgraph:
+    """As last evaluated, for what draws: an evaluation would call handlers, and these must not write then."""
+    return context.view_layer.depsgraph or context.evaluated_depsgraph_get()  # there is none before the first
+
+
 def is_evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
     """Whether Blender keeps the evaluated object up to date: if it is hidden by the eye, but not if it is disabled."""
     view_layer = depsgraph.view_layer

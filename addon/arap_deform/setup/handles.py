@@ -175,7 +175,7 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
         with_weights: report a group without weights too, if a look at it takes only milliseconds: see remembered.
     """
     handle = HANDLES.at(obj, index)
-    problem = handle_motion.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
+    problem = handle_motion.problem_of(obj, handle, meshes.drawn_depsgraph(bpy.context))
     if not problem and with_weights and remembered.is_empty_group(obj, handle.vertex_group):
         return handle_motion.no_weights(obj, handle)
     return problem
