@@ -9,9 +9,9 @@ import bpy
 
 from ..core.arrays import Float32s
 from ..core.job import run_job
+from ..core.mirror import seen_size
 from ..core.models import Progress
 from ..core.naming import NAME_BYTES
-from ..core.patches import surface_diagonal
 from ..scene import frame_state, pose_key, shape_keys
 from .estimate import Fit, check_search, frames_of
 from .fewest_keys import KeySearch
@@ -55,7 +55,7 @@ class BakeJob(FramesJob[list[str]]):
         self._search: KeySearch | None = None
         super().__init__(obj, scene, frames)
         mesh = self._inputs.mesh
-        self._size = surface_diagonal(mesh.rest_positions @ self._inputs.stretch.T, mesh.corner_vertices)
+        self._size = seen_size(mesh.rest_positions, mesh.corner_vertices, self._inputs.stretch, self._inputs.mirrors)
 
     @property
     def fit(self) -> Fit:

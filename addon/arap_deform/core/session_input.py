@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Floats
+from .mirror import Mirror, are_same
 from .session_data import SessionMesh, SessionSettings
 from .stiffness import StiffGroup
 from .targets import HandleSpec
@@ -49,6 +50,7 @@ class SceneState:
         stretch: (3, 3) float64, see transforms.stretch_of().
         holds: of the enabled pins, then of the enabled handles.
         key_name: the shape key that takes the pose.
+        mirrors: planes of the Mirror modifier.
     """
 
     object_name: str
@@ -58,6 +60,7 @@ class SceneState:
     holds: tuple[Hold, ...]
     stiff_groups: tuple[StiffGroup, ...] = ()
     key_name: str = ""
+    mirrors: tuple[Mirror, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -131,6 +134,8 @@ def difference_of_scene(old: SceneState, new: SceneState) -> str:
 
 
 def _difference_of_settings(old: SceneState, new: SceneState) -> str:
+    if not are_same(old.mirrors, new.mirrors):
+        return f"The Mirror modifier of '{new.object_name}' has changed"
     if old.settings.of_bind != new.settings.of_bind:
         return f"Bending, rigidity, weights, threads or Weld Seams of '{new.object_name}' have changed"
     return "" if is_same_stretch(old.stretch, new.stretch) else f"The scale of '{new.object_name}' has changed"

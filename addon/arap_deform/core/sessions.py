@@ -112,6 +112,7 @@ def build(inputs: SessionInput, progress: Progress | None = None) -> Session:
         inputs.settings,
         stiffness=inputs.stiffness,
         rigid_regions=inputs.rigid_regions,
+        mirrors=inputs.mirrors,
         progress=part(progress, 0.0, 0.5),
     )
     session.set_handles(inputs.specs, progress=part(progress, 0.5, 1.0))

@@ -95,6 +95,18 @@ def check_specs(specs: Sequence[HandleSpec], n_vertices: int) -> None:
             raise ValueError(f"Handle '{spec.name}' has a vertex outside 0 to {n_vertices - 1}: check its vertex group")
 
 
+def checked_matrices(matrices: Floats, specs: Sequence[HandleSpec]) -> Floats:
+    """(h, 4, 4) float64. Raises ValueError if there is not one for each handle, or one is not finite."""
+    matrices = np.asarray(matrices, dtype=np.float64)
+    if matrices.shape != (len(specs), 4, 4):
+        raise ValueError(f"matrices have shape {matrices.shape}, expected ({len(specs)}, 4, 4)")
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    if not finite.all():
+        name = specs[int(np.flatnonzero(~finite)[0])].name
+        raise ValueError(f"Handle '{name}' has a transform that is not finite: reset it")
+    return matrices
+
+
 class HandleMap:
     """Rows of targets for a set of handles.
 
@@ -207,7 +219,7 @@ class HandleMap:
         Raises:
             ValueError: wrong shape, or a matrix that is not finite (names the handle).
         """
-        matrices = self._checked(matrices)
+        matrices = checked_matrices(matrices, self._specs)
         moved = (matrices != self._matrices).any(axis=(1, 2))
         if not moved.any():
             return self._targets
@@ -237,7 +249,7 @@ class HandleMap:
 
         Shared vertices take the mean.
         """
-        matrices = self._checked(matrices)
+        matrices = checked_matrices(matrices, self._specs)
         seen = self._stretch @ matrices[:, :3, :3] @ np.linalg.inv(self._stretch)
         rotations = nearest_rotations(seen)
         result = np.empty((len(self._targets), 3, 3))
@@ -248,13 +260,3 @@ class HandleMap:
             result[n_single:n_vertices] = nearest_rotations(np.add.reduceat(weighted, self._shared_starts, axis=0))
         result[n_vertices:] = rotations[self._patch_handles]
         return result
-
-    def _checked(self, matrices: Floats) -> Floats:
-        matrices = np.asarray(matrices, dtype=np.float64)
-        if matrices.shape != (len(self._specs), 4, 4):
-            raise ValueError(f"matrices have shape {matrices.shape}, expected ({len(self._specs)}, 4, 4)")
-        finite = np.isfinite(matrices).all(axis=(1, 2))
-        if not finite.all():
-            name = self._specs[int(np.flatnonzero(~finite)[0])].name
-            raise ValueError(f"Handle '{name}' has a transform that is not finite: reset it")
-        return matrices

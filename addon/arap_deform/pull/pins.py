@@ -12,7 +12,7 @@ import numpy as np
 from ..core.arrays import Float32s, Ints
 from ..core.patches import diagonal_of
 from ..core.targets import HandleSpec
-from ..scene import groups, handle_motion, handle_patch, meshes, versions
+from ..scene import groups, handle_motion, meshes, staying, versions
 from ..setup.handles import add_handle
 from ..setup.pins import add_pin
 from .region import Grab, hold_of_rest
@@ -111,7 +111,7 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
         groups.write(obj, pin.name, hold.vertices, hold.weights)
     # All at once: each of them was added beside the ones before, but in the pull all of them held the mesh.
     made = [*obj.arap.pins[first_pin:], *obj.arap.handles[first_handle:]]
-    handle_patch.stay(obj, bpy.context.evaluated_depsgraph_get(), *made)
+    staying.stay(obj, bpy.context.evaluated_depsgraph_get(), *made)
     if hold is not None and len(hold.vertices):
         _hold_as_pulled(obj, obj.arap.pins[-1], hold, shown - rest)
     obj.arap.pull_pins.clear()

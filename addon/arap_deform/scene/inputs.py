@@ -54,11 +54,12 @@ def spec_of(entry: ArapPin | ArapHandle, weights: Floats, rest: Floats) -> Handl
     return HandleSpec(hold.group, vertices, weights[vertices], hold.is_exact, base, hold.reach)
 
 
-def read_state(obj: bpy.types.Object, stretch: Floats, key_name: str) -> SceneState:
+def read_state(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, stretch: Floats, key_name: str) -> SceneState:
     """What a frame compares with the session.
 
     Args:
         obj: a mesh that can be posed.
+        depsgraph: for the place of a mirror object.
         stretch: (3, 3) of its evaluated matrix.
         key_name: the shape key that takes the pose.
     """
@@ -70,6 +71,7 @@ def read_state(obj: bpy.types.Object, stretch: Floats, key_name: str) -> SceneSt
         holds=enabled_holds(obj),
         stiff_groups=enabled_stiffness(obj),
         key_name=key_name,
+        mirrors=meshes.read_mirrors(obj, depsgraph),
     )
 
 
@@ -92,7 +94,7 @@ def read_input(
             without its group or object, a handle whose group has no weights, nothing pinned or handled.
     """
     meshes.check_mesh(obj)
-    state = read_state(obj, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
+    state = read_state(obj, depsgraph, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
     shape_keys.check_writable(obj)
     pose_key.check_name(obj)
     handle_motion.check_handles(obj, depsgraph)

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.mirror import Mirror
 from ..core.session_data import SessionMesh
 from ..core.transforms import stretch_of
 from . import versions
@@ -111,6 +112,27 @@ def stretch_in(obj: bpy.types.Object, world: NDArray[np.float64]) -> NDArray[np.
         return stretch_of(world)
     except ValueError as error:
         raise ValueError(f"'{obj.name}' {error}") from None
+
+
+def read_mirrors(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Mirror, ...]:
+    """The planes of the first Mirror modifier that is on, if it merges the halves or clips them."""
+    modifier = next((m for m in obj.modifiers if m.type == "MIRROR" and m.show_viewport), None)
+    if modifier is None or not (modifier.use_mirror_merge or modifier.use_clip):
+        return ()
+    centre = np.eye(4)
+    if modifier.mirror_object is not None:
+        mirror_object = read_matrix(modifier.mirror_object, depsgraph)
+        try:
+            centre = np.asarray(np.linalg.inv(mirror_object) @ read_matrix(obj, depsgraph))
+        except np.linalg.LinAlgError:  # scaled to nothing
+            return ()
+    mirrors = []
+    for axis, (is_on, is_bisected) in enumerate(zip(modifier.use_axis, modifier.use_bisect_axis, strict=True)):
+        if is_on and not is_bisected:
+            flip = np.eye(4)
+            flip[axis, axis] = -1.0
+            mirrors.append(Mirror(np.asarray(np.linalg.inv(centre) @ flip @ centre), modifier.merge_threshold))
+    return tuple(mirrors)
 
 
 def selected_vertices(obj: bpy.types.Object) -> NDArray[np.int32]:

@@ -6,12 +6,12 @@ import dataclasses
 import arap_native
 import numpy as np
 import pytest
-from arap_deform.core.local_patch import local_patch, neighbourhood
 from arap_deform.core.patches import PATCH_REACH, surface_diagonal
 from arap_deform.core.session import Session
 from arap_deform.core.session_data import SessionMesh, SessionSettings
 from arap_deform.core.targets import HandleMap, HandleSpec, Patch
 from arap_deform.core.transforms import best_rigid_fit
+from arap_deform.core.unbound import local_patch, neighbourhood
 from sample_meshes import motion, rotation_z, tube
 
 TUBE = tube(rings=60, segments=48)

@@ -3,8 +3,8 @@
 
 import numpy as np
 import pytest
-from arap_deform.core.staying import Moved, staying_targets
 from arap_deform.core.targets import HandleSpec
+from arap_deform.core.unbound import Moved, staying_targets
 from sample_meshes import motion
 
 REST = np.random.default_rng(1).normal(size=(4, 3))
