@@ -42,11 +42,11 @@ def _on_own_group_changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Co
 
 
 class ArapPin(HeldShape, bpy.types.PropertyGroup):
-    """A vertex group that stays at rest."""
+    """A vertex group that stays where it was when it was added."""
 
     name: StringProperty(
         name="Vertex Group",
-        description="Vertices held at rest. Weight 1 holds exactly, less pulls towards rest, 0 is free",
+        description="Vertices that stay where they were when it was added. Weight 1 holds exactly, less pulls, 0 is free",
         update=_on_own_group_changed,
     )
     is_enabled: BoolProperty(name="Enabled", description="Hold this group. Off: its vertices are free", default=True)

@@ -107,7 +107,7 @@ class ArapMadeKey(bpy.types.PropertyGroup):
 class ArapObject(bpy.types.PropertyGroup):
     """Pins, handles and settings of one mesh object."""
 
-    pins: CollectionProperty(type=ArapPin, name="Pins", description="Vertex groups that stay at rest")
+    pins: CollectionProperty(type=ArapPin, name="Pins", description="Vertex groups that stay in place")
     active_pin_index: IntProperty(
         name="Active Pin",
         min=0,

@@ -97,7 +97,7 @@ class _Remove(OneStepOperator):
 class ARAP_OT_pin_add(_Add, bpy.types.Operator):
     bl_idname = "arap.pin_add"
     bl_label = "Add Pin"
-    bl_description = "Hold vertices at rest. In Edit Mode: the selected vertices. In other modes: a vertex group"
+    bl_description = "Hold vertices where they are. In Edit Mode: the selected vertices. In other modes: a vertex group"
     purpose = "pin"
     why_not = staticmethod(why_nothing_to_pin)
 
