@@ -638,6 +638,8 @@ void bind_solver(py::module_& m) {
       .def(py::init([](const py::object& rest_positions, const py::object& corner_vertices,
                        const py::object& face_sizes, const arap::Options* options, const py::object& stiffness,
                        const py::object& rigid_regions, py::object progress) {
+             // Not make_unique: it would use the class's own new, which refuses.
+             // NOLINTNEXTLINE(modernize-make-unique)
              return std::unique_ptr<Solver>(::new Solver(rest_positions, corner_vertices, face_sizes,
                                                          options != nullptr ? *options : arap::Options{}, stiffness,
                                                          rigid_regions, std::move(progress)));
@@ -672,6 +674,16 @@ void bind_solver(py::module_& m) {
       .def("__repr__", &Solver::repr);
 }
 
+/// By value: pybind11 takes a pointer to such a function.
+void tell_no_memory(std::exception_ptr failure) {  // NOLINT(performance-unnecessary-value-param)
+  try {
+    if (failure) std::rethrow_exception(failure);
+  } catch (const std::bad_alloc&) {
+    PyErr_SetString(PyExc_MemoryError,
+                    "there is not enough memory for this mesh; close other programs or take a coarser mesh");
+  }
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_native, m) {
@@ -680,15 +692,7 @@ PYBIND11_MODULE(_native, m) {
 
   m.doc() = docstrings::module;
   m.attr("__version__") = ARAP_VERSION;
-  py::register_local_exception_translator([](std::exception_ptr failure) {
-    try {
-      if (failure) std::rethrow_exception(failure);
-    } catch (const std::bad_alloc&) {
-      PyErr_SetString(PyExc_MemoryError,
-                      "there is not enough memory for this mesh; close other programs or take a "
-                      "coarser mesh");
-    }
-  });
+  py::register_local_exception_translator(tell_no_memory);
   // InvalidInput and SolverError derive from the standard exceptions that pybind11 makes ValueError and RuntimeError.
   auto cancelled = py::register_exception<arap::Cancelled>(m, "Cancelled", PyExc_RuntimeError);
   cancelled.attr("__doc__") = docstrings::Cancelled;
