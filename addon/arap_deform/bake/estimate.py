@@ -71,7 +71,7 @@ def check_range(start: int, end: int, step: int) -> None:
 def check_search(n: int) -> None:
     """Raises ValueError if the fewest keys of so many frames cannot be found."""
     if n > MOST_SEARCHED:
-        raise ValueError(f"Fewest Keys takes {MOST_SEARCHED} frames at most, not {n}: raise Step, or bake in parts")
+        raise ValueError(f"Fewest Keys takes up to {MOST_SEARCHED} frames, not {n}: raise Step, or bake in parts")
 
 
 def n_frames(start: int, end: int, step: int) -> int:

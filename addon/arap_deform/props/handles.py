@@ -46,7 +46,7 @@ class ArapPin(HeldShape, bpy.types.PropertyGroup):
 
     name: StringProperty(
         name="Vertex Group",
-        description="Vertices that stay where they were when it was added. Weight 1 holds exactly, less pulls, 0 is free",
+        description="Vertices that stay where they were when added. Weight 1 holds exactly, less pulls, 0 is free",
         update=_on_own_group_changed,
     )
     is_enabled: BoolProperty(name="Enabled", description="Hold this group. Off: its vertices are free", default=True)

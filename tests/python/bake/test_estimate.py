@@ -30,7 +30,7 @@ def test_the_number_of_frames_is_counted_without_a_list_of_them():
         assert n_frames(*frames) == len(frames_of(*frames))
     check_search(10_000)
     with pytest.raises(
-        ValueError, match=r"^Fewest Keys takes 10000 frames at most, not 50000: raise Step, or bake in parts$"
+        ValueError, match=r"^Fewest Keys takes up to 10000 frames, not 50000: raise Step, or bake in parts$"
     ):
         check_search(50_000)
 
