@@ -43,10 +43,11 @@ class OneStepOperator(ArapOperator):
         handles and stiffness in their lists. So the operator ends in Object Mode, and a timer goes back. For scripts
         Blender makes no step, and they expect the mode to stay: then the step is made here.
         """
-        is_of_blender = self.options.is_invoke or self.options.is_repeat or self.options.is_repeat_last
+        options = self.options
+        is_of_user = options.is_invoke or options.is_repeat or options.is_repeat_last
         if obj.mode != "EDIT":
             yield
-        elif is_of_blender:
+        elif is_of_user and not bpy.app.background:  # there, no timer runs
             bpy.ops.object.mode_set(mode="OBJECT")
             _go_back_to_edit_mode(obj)
             yield
