@@ -13,7 +13,7 @@
 
 What stays, what moves, what is stiff:
 
-- add_pin(), add_pin_group(), remove_pin(): vertices, or a vertex group, that stay at rest.
+- add_pin(), add_pin_group(), remove_pin(): vertices, or a vertex group, that stay where they are.
 - add_handle(), add_handle_for(), remove_handle(): vertices that follow a new empty, or an object or bone.
 - copy_handles(): gives a copied mesh handles of its own, instead of those of the original.
 - add_stiffness(), add_stiffness_group(), add_rigid(), remove_stiffness(): vertices that bend less, or not at all.

@@ -8,7 +8,7 @@ as seen. Only energies show it: they are in the square of world units.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from . import models
 from .arrays import Floats, Ints
+from .mirror import Copy, Mirror, Whole, used_mirrors
 from .models import Progress
-from .patches import patch_around, reaches_of_points, surface_diagonal
+from .patches import Surface, held_by_themselves, patch_around, points_of, surface_diagonal, without
 from .session_data import Readout, SessionMesh, SessionSettings
-from .targets import HandleMap, HandleSpec, Patch, check_specs
+from .targets import NO_PATCHES, HandleMap, HandleSpec, Patch, Patches, check_specs, checked_matrices
 from .transforms import map_points
 
 
@@ -39,6 +40,7 @@ class Session:
         settings: SessionSettings,
         stiffness: Floats | None = None,
         rigid_regions: Ints | None = None,
+        mirrors: Sequence[Mirror] = (),
         progress: Progress | None = None,
     ) -> None:
         """Binds.
@@ -50,6 +52,7 @@ class Session:
             settings: see SessionSettings.
             stiffness: (n,) > 0, or None.
             rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
+            mirrors: planes that complete the mesh; those that do not are ignored.
             progress: may stop the bind by returning False.
 
         Raises:
@@ -60,17 +63,28 @@ class Session:
         self._stretch = np.ascontiguousarray(stretch, dtype=np.float64)
         self._unstretch: Floats = np.asarray(np.linalg.inv(self._stretch), dtype=np.float64)
         self._is_stretched = not np.array_equal(self._stretch, np.eye(3))
+        self._n_own = len(mesh.rest_positions)
+        used = used_mirrors(mirrors, mesh.rest_positions, self._stretch)
+        self._whole = Whole(mesh, used, self._stretch) if used else None
+        if self._whole is not None:
+            mesh = self._whole.mesh
+            stiffness = None if stiffness is None else stiffness[self._whole.sources]
+            rigid_regions = self._whole.regions(rigid_regions)
         self._rest = np.ascontiguousarray(mesh.rest_positions, dtype=np.float64)
         self._settings = settings
         self._map: HandleMap | None = None
         self._specs: tuple[HandleSpec, ...] = ()
-        self._point_patches: dict[int, Patch] = {}
+        self._held: Sequence[HandleSpec] = ()  # of the whole
+        self._copies: Sequence[Copy] = ()
+        self._point_patches: Patches = NO_PATCHES
         self._positions = self._rest.astype(np.float32)
+        self._own_positions = self._positions[: self._n_own]
         # The solver writes single precision into memory that is there already: a frame allocates nothing.
         self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
         self._factor_ms = 0.0
 
         seen = replace(mesh, rest_positions=self._to_solver(self._rest))
+        self._surface = Surface.of(seen.rest_positions, mesh.corner_vertices, mesh.face_sizes, settings.rigidity_radius)
         self._diagonal = surface_diagonal(seen.rest_positions, mesh.corner_vertices)
         start = time.perf_counter()
         with _Cancellation(native, "Binding"):
@@ -79,7 +93,7 @@ class Session:
 
     @property
     def n_vertices(self) -> int:
-        return len(self._rest)
+        return self._n_own
 
     @property
     def stretch(self) -> Floats:
@@ -99,7 +113,7 @@ class Session:
     @property
     def positions(self) -> NDArray[np.float32]:
         """(n, 3) float32, contiguous, object space: where the mesh is now. Written over by the next update."""
-        return self._positions
+        return self._own_positions
 
     @property
     def n_factorizations(self) -> int:
@@ -107,8 +121,8 @@ class Session:
         return self._model.n_factorizations
 
     @property
-    def patches(self) -> Mapping[int, Patch]:
-        """What the point handles hold, by index of the handle."""
+    def patches(self) -> Patches:
+        """What the point handles hold; of a completed mesh see mirror.Whole.specs()."""
         return self._point_patches
 
     def set_handles(self, specs: Sequence[HandleSpec], progress: Progress | None = None) -> None:
@@ -119,15 +133,17 @@ class Session:
                 handles then stay.
         """
         if self._map is not None and _are_same(self._specs, specs):
-            if any(spec.base is not former.base for spec, former in zip(specs, self._specs, strict=True)):
-                based = {i: self._based(patch, specs[i]) for i, patch in self._point_patches.items()}
-                self._point_patches = based
-                self._map = HandleMap(specs, self._rest, self._stretch, self._point_patches)
+            if not all(spec.has_base_of(former) for spec, former in zip(specs, self._specs, strict=True)):
+                self._complete(specs)
+                self._point_patches = self._based(self._point_patches)
+                self._map = HandleMap(self._held, self._rest, self._stretch, self._point_patches)
             self._specs = tuple(specs)
             return
         start = time.perf_counter()
-        patches = self._patches_of(specs)
-        handle_map = HandleMap(specs, self._rest, self._stretch, patches)
+        check_specs(specs, self.n_vertices)
+        self._complete(specs)
+        patches = self._patches()
+        handle_map = HandleMap(self._held, self._rest, self._stretch, patches)
         with _Cancellation(self._native, "Preparing the handles"):
             self._model.set_constraints(
                 handle_map.vertices, handle_map.strengths, handle_map.patches, progress=progress
@@ -137,27 +153,30 @@ class Session:
         self._specs = tuple(specs)
         self._point_patches = patches
 
-    def _patches_of(self, specs: Sequence[HandleSpec]) -> dict[int, Patch]:
-        if not self._settings.has_radius:
-            return {}
-        check_specs(specs, self.n_vertices)
-        reaches = reaches_of_points(
-            specs,
-            self._rest,
-            self._stretch,
-            self._settings.rigidity_radius * self._diagonal,
-            self._model.loose_vertices,
-        )
-        patches = {}
-        for i, reach in reaches.items():
-            patch = patch_around(self._model, specs[i].vertices, reach / self._diagonal, self._unstretch)
-            if patch is not None:
-                patches[i] = self._based(patch, specs[i])
-        return patches
+    def _complete(self, specs: Sequence[HandleSpec]) -> None:
+        self._held, self._copies = (specs, ()) if self._whole is None else self._whole.specs(specs)
 
-    def _based(self, patch: Patch, spec: HandleSpec) -> Patch:
-        base = self._rest if spec.base is None else spec.base
-        return replace(patch, centre=patch.weights @ base[patch.vertices].astype(np.float64))
+    def _patches(self) -> Patches:
+        if not self._settings.has_radius:
+            return NO_PATCHES
+        specs = self._held
+        patches: dict[int, list[Patch]] = {}
+        for point in points_of(specs, self._surface):
+            patch = patch_around(self._model, point.vertices, point.reach / self._diagonal, self._unstretch)
+            if patch is not None:
+                patches.setdefault(point.handle, []).append(patch)
+        of_points = {i: [patch.sources for patch in of_handle] for i, of_handle in patches.items()}
+        is_held = held_by_themselves(specs, of_points, len(self._rest))
+        left = {i: [without(patch, is_held) for patch in of_handle] for i, of_handle in patches.items()}
+        kept = {i: [patch for patch in of_handle if patch is not None] for i, of_handle in left.items()}
+        return self._based({i: of_handle for i, of_handle in kept.items() if of_handle})
+
+    def _based(self, patches: Patches) -> Patches:
+        result = {}
+        for i, of_handle in patches.items():
+            base = self._held[i].base_or(self._rest)
+            result[i] = [replace(p, centre=p.weights @ base[p.vertices].astype(np.float64)) for p in of_handle]
+        return result
 
     def update(
         self,
@@ -189,6 +208,8 @@ class Session:
         """
         if self._map is None:
             raise ValueError("The session has no handles: call set_handles first")
+        if self._whole is not None:
+            matrices = self._whole.matrices(checked_matrices(matrices, self._specs), self._copies)
         settings = self._settings
         guess = initial_guess or settings.initial_guess
         at_most = settings.max_iterations if to_convergence else settings.iterations_per_update
@@ -212,7 +233,7 @@ class Session:
         self._unstretch_solved()
         return Readout(
             vertices=self.n_vertices,
-            free_vertices=self.n_vertices - len(self._map.vertices),
+            free_vertices=self.n_vertices - int((self._map.vertices < self.n_vertices).sum()),
             last_ms=_ms_since(start),
             iterations=result.iterations,
             energy=result.energy_after,
@@ -220,7 +241,7 @@ class Session:
             step=result.step,
             stop_reason=result.stop_reason,
             parts_at_rest=len(result.parts_at_rest),
-            loose_vertices=len(result.loose_vertices),
+            loose_vertices=int((result.loose_vertices < self.n_vertices).sum()),
             bind_ms=self._bind_ms,
             factor_ms=self._factor_ms,
         )
@@ -231,8 +252,10 @@ class Session:
         Raises:
             ValueError: wrong shape or not finite; the mesh stays where it was.
         """
-        if positions.shape != self._rest.shape:
-            raise ValueError(f"positions have shape {positions.shape}, expected {self._rest.shape}")
+        if positions.shape != (self.n_vertices, 3):
+            raise ValueError(f"positions have shape {positions.shape}, expected {(self.n_vertices, 3)}")
+        if self._whole is not None:
+            positions = self._whole.lifted(positions)
         self._model.set_positions(self._to_solver(np.ascontiguousarray(positions, dtype=np.float64)))
         self._positions[...] = positions
 

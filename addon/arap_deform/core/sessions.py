@@ -7,11 +7,13 @@ file. So a caller with an object that may be linked, as panels have, asks for it
 
 from __future__ import annotations
 
+import ctypes
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
-from . import memory, native
+from . import native
 from .models import Progress
 from .session import Session
 from .session_data import Readout
@@ -93,7 +95,15 @@ def _give_back(object_names: Iterable[str]) -> None:
         if name in _bound:
             n_gone += _bound.pop(name).inputs.counts[0]
     if n_gone >= LARGE_VERTICES:
-        memory.trim()
+        _trim()
+
+
+def _trim() -> None:
+    """Gives freed memory back. The C library of Linux keeps it for the process; those of other systems do not."""
+    if sys.platform == "linux":
+        malloc_trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # only glibc has it
+        if malloc_trim is not None:
+            malloc_trim(0)
 
 
 def forget_missing(is_there: Callable[[str], bool]) -> None:
@@ -157,6 +167,7 @@ def build(inputs: SessionInput, progress: Progress | None = None) -> Session:
         inputs.settings,
         stiffness=inputs.stiffness,
         rigid_regions=inputs.rigid_regions,
+        mirrors=inputs.mirrors,
         progress=part(progress, 0.0, 0.5),
     )
     session.set_handles(inputs.specs, progress=part(progress, 0.5, 1.0))

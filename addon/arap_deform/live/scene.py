@@ -45,7 +45,7 @@ class _Seen:
         """``changed_at``: when the mesh was changed last."""
         try:
             motions = handle_motion.handle_matrices(obj, depsgraph)
-            state = read_state(obj, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
+            state = read_state(obj, depsgraph, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
         except ValueError as error:
             return cls(str(error))
         return cls("", state, motions, changed_at)

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
-from ..core.transforms import best_rigid_fit
 from . import meshes, pose_key, versions
 
 if TYPE_CHECKING:
@@ -160,18 +159,3 @@ def shown_positions(obj: bpy.types.Object, rest: NDArray[np.float32]) -> NDArray
     if key is not None and key.value == 1.0:
         return versions.read_key(key)  # to the last bit
     return rest if key is None else np.asarray(rest + key.value * (versions.read_key(key) - rest), dtype=np.float32)
-
-
-def fit_to_pose(
-    obj: bpy.types.Object,
-    depsgraph: bpy.types.Depsgraph,
-    indices: NDArray[np.integer],
-    rest: NDArray[np.float32],
-    weights: Floats | None = None,
-) -> Floats:
-    """(4, 4) object-space motion of the vertices from rest to the pose shown, rigid as seen: see best_rigid_fit()."""
-    shown = shown_positions(obj, rest)
-    if shown is rest or np.array_equal(shown[indices], rest[indices]):
-        return np.eye(4)
-    stretch = meshes.read_stretch(obj, depsgraph)
-    return best_rigid_fit(rest[indices].astype(np.float64), shown[indices].astype(np.float64), stretch, weights)

@@ -14,10 +14,11 @@ from mathutils import Matrix
 from ..core import naming
 from ..core.arrays import Floats
 from ..core.patches import diagonal_of
+from ..core.targets import HandleSpec
 from ..core.transforms import transformed
 from ..props import hooks
 from ..props.bounds import bounded
-from ..scene import groups, handle_motion, handle_patch, meshes, remembered
+from ..scene import groups, handle_motion, held, meshes, remembered, staying
 from ..scene.groups import VertexIndices
 from .pins import GroupList
 
@@ -56,12 +57,11 @@ def add_handle(
     depsgraph = bpy.context.evaluated_depsgraph_get()
     world = handle_motion.object_matrix(obj, depsgraph)
     rest = meshes.read_rest(obj)
-    patch = None if is_exact else handle_patch.find_patch(obj, depsgraph, indices)
-    held = (indices, rest) if patch is None else (patch.vertices, rest, patch.weights)
-    fit = world @ handle_motion.fit_to_pose(obj, depsgraph, *held) @ np.linalg.inv(world)
+    found = held.fit(obj, depsgraph, HandleSpec(name, indices, np.ones(len(indices)), is_exact))
+    fit = world @ found.motion @ np.linalg.inv(world)
 
     points = transformed(world, rest[indices])
-    centre = points.mean(axis=0) if patch is None else transformed(world, patch.centre)
+    centre = points.mean(axis=0) if found.centre is None else transformed(world, found.centre)
     if location is not None:
         centre = transformed(np.linalg.inv(fit), np.array([location], dtype=np.float64))[0]
     at_rest = np.eye(4)
@@ -77,6 +77,7 @@ def add_handle(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
             SMALLEST_HANDLE * diagonal_of(transformed(world, rest)),
         )
+    staying.stay(obj, bpy.context.evaluated_depsgraph_get(), handle)
     resize_empties(obj)
     return handle
 
@@ -152,18 +153,15 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
         return
     world = handle_motion.object_matrix(obj, depsgraph)
     fit = np.eye(4)
+    use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
     if handle_motion.pose_key_of(obj) is not None:
-        rest = meshes.read_rest(obj)
-        use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
-        weights = meshes.read_weights(obj, [handle.vertex_group], use_nodes=use_nodes)[handle.vertex_group]
-        indices = np.flatnonzero(weights > 0.0).astype(np.int32)
-        is_point = not handle.is_exact and bool((weights[indices] >= 1.0).all())
-        patch = handle_patch.find_patch(obj, depsgraph, indices, handle, use_nodes=use_nodes) if is_point else None
-        held = (indices, rest) if patch is None else (patch.vertices, rest, patch.weights)
-        if len(indices):
-            fit = handle_motion.fit_to_pose(obj, depsgraph, *held)
+        rest = meshes.read_rest(obj).astype(np.float64)
+        spec = held.specs_of(obj, [handle], rest, use_nodes=use_nodes)[0]
+        if len(spec.vertices):
+            fit = held.fit(obj, depsgraph, spec, handle, use_nodes=use_nodes).motion
     matrix = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
     handle.rest = Matrix(np.linalg.inv(fit) @ np.linalg.inv(world) @ matrix)
+    staying.stay(obj, depsgraph, handle, use_nodes=use_nodes)
 
 
 def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = False) -> str:
@@ -174,7 +172,7 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
         with_weights: report a group without weights too, if a look at it takes only milliseconds: see remembered.
     """
     handle = HANDLES.at(obj, index)
-    problem = handle_motion.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
+    problem = handle_motion.problem_of(obj, handle, meshes.drawn_depsgraph(bpy.context))
     if not problem and with_weights and remembered.is_empty_group(obj, handle.vertex_group):
         return handle_motion.no_weights(obj, handle)
     return problem

@@ -18,7 +18,7 @@ from ..core import sessions
 from ..core.arrays import Float32s, Ints
 from ..core.session_data import Readout
 from ..props.bounds import bounded
-from ..scene import pose_key, versions
+from ..scene import meshes, pose_key, versions
 from ..ui import batches
 from ..ui.checks import find_drawn_object
 from . import data
@@ -114,7 +114,7 @@ def _draw_in_space() -> None:
     obj = shown_object(context)
     if obj is None:
         return
-    depsgraph = context.evaluated_depsgraph_get()
+    depsgraph = meshes.drawn_depsgraph(context)
     drawn = _drawn.get(obj.name_full)
     if drawn is None or not drawn.surface.fits(obj):
         _drawn.clear()
