@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "parallel/parallel.h"
 
-#include <omp.h>
-
 #include "parallel/process_id.h"
+#include "parallel/usable_cpus.h"
 
 namespace arap {
 
@@ -24,7 +23,7 @@ int choose_threads(int requested, int n_vertices) {
   if (requested > 0) return requested;
   // With fewer vertices a thread, sharing a pass costs as much as it saves.
   constexpr int kVerticesPerThread = 5000;
-  return std::clamp(n_vertices / kVerticesPerThread, 1, std::max(1, omp_get_max_threads()));
+  return std::clamp(n_vertices / kVerticesPerThread, 1, usable_cpus());
 }
 
 void for_each_piece(int threads, int n_pieces, const std::function<void(int piece)>& body) {
