@@ -28,7 +28,7 @@ LIBRARIES = {
     "linux": r"(libc|libm|libpthread|libdl|librt|ld-linux-[a-z0-9-]+)\.so\.\d+",
     "macos": r"/usr/lib/libSystem\.B\.dylib",
 }
-# The C library's functions and data of macOS that modules use. Each is in macOS 11; look a new one up before it is added.
+# Names of macOS's C library that modules use. Each is in macOS 11; look a new one up before it is added.
 MACOS_NAMES = Path(__file__).with_name("macos_names.txt")
 OF_PYTHON = re.compile(r"_?_?Py")
 LINKED_IN = {"windows": ("mingw",), "linux": ("glibc",), "macos": ()}
