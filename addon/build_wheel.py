@@ -47,7 +47,7 @@ def wheel_files(module: Path, tag: str, platform: Platform, metadata: Path, zig:
         if path.is_file() and path.name != "WHEEL":
             files[f"{info}/{path.relative_to(metadata).as_posix()}"] = path.read_bytes()
     for name in LICENSES_OF_ALL + LICENSES[platform.system]:
-        files[f"{info}/licenses/zig/{name}"] = (zig / name).read_bytes()
+        files[f"{info}/licenses/zig-{name.replace('/', '-')}"] = (zig / name).read_bytes()
     wheel = (
         f"Wheel-Version: 1.0\nGenerator: arap_deform\nRoot-Is-Purelib: false\nTag: {tag}-{tag}-{platform.wheel_tag}\n"
     )

@@ -13,6 +13,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..core import sessions
+from ..core.console import say
 from ..core.following import FOLLOW_TIME_LIMIT_S
 from ..follow.scene import is_rendering
 from ..props import hooks, preferences
@@ -117,7 +118,7 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if is_rendering() or _render_frame is not None:
         if _runs and scene.frame_current != _render_frame and not _has_rendered_without:
             _has_rendered_without = True
-            print(f"ARAP: {NOT_RENDERED}")
+            say(f"ARAP: {NOT_RENDERED}")
     elif _runs:
         _changed(scene, depsgraph, When.PLAYBACK if _is_playing() else When.FRAME)
 

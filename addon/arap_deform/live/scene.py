@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..core import sessions
+from ..core.console import say
 from ..follow.act import print_fault
 from ..follow.mesh import SessionBinding
 from ..follow.scene import BlenderFollowScene
@@ -76,7 +77,7 @@ class BlenderLiveScene(BlenderFollowScene):
             obj.arap.is_live = False
             obj.arap.live_problem = f"{error}: Live is off"
             if bpy.app.background:
-                print(f"ARAP: {obj.arap.live_problem}")
+                say(f"ARAP: {obj.arap.live_problem}")
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
         if self.depsgraph is not None:

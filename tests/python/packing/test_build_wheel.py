@@ -39,9 +39,9 @@ def test_the_wheel_says_what_it_is_for_and_records_its_files(parts):
 
 
 def test_it_has_the_licences_of_what_is_linked_in(parts):
-    assert f"{INFO}/licenses/zig/lib/libc/mingw/COPYING" in files_for(parts, "windows-x64")
+    assert f"{INFO}/licenses/zig-lib-libc-mingw-COPYING" in files_for(parts, "windows-x64")
     files = files_for(parts, "macos-arm64")
-    assert f"{INFO}/licenses/zig/lib/libcxx/LICENSE.TXT" in files
+    assert f"{INFO}/licenses/zig-lib-libcxx-LICENSE.TXT" in files
     assert not any("mingw" in name for name in files)
 
 
