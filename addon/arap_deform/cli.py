@@ -28,6 +28,7 @@ from .pose.result import bake_pose
 from .pose.solve import solve
 from .poses.keys import PoseKeysJob
 from .scene import pose_key, shape_keys
+from .scene.console import say
 
 COMMAND = "arap"
 
@@ -150,11 +151,11 @@ def _run(options: argparse.Namespace) -> None:
     acts: dict[str, Act] = {"pose": _pose, "bake": _bake, "keys": _keys}
     act = acts[options.command]
     for obj in objects:
-        print(act(obj, scene, options), flush=True)
+        say(act(obj, scene, options))
         sessions.drop(obj.name)  # a shot has many meshes
     output = (options.output or Path(bpy.data.filepath)).resolve()
     bpy.ops.wm.save_as_mainfile(filepath=str(output), copy=True, check_existing=False)
-    print(f"Saved {output}", flush=True)
+    say(f"Saved {output}")
 
 
 def _check_bake(options: argparse.Namespace) -> None:
@@ -232,5 +233,5 @@ def _unsettled(job: ShapesJob[Any]) -> str:
 
 
 def _failed(reason: str) -> int:
-    print(f"{COMMAND}: {' '.join(reason.split())}", file=sys.stderr, flush=True)
+    say(f"{COMMAND}: {' '.join(reason.split())}", sys.stderr)
     return 1

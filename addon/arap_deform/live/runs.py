@@ -17,6 +17,7 @@ from ..core.following import FOLLOW_TIME_LIMIT_S
 from ..follow.scene import is_rendering
 from ..props import hooks, preferences
 from ..scene import meshes, redraw
+from ..scene.console import say
 from .run import LiveRun, When
 from .scene import BlenderLiveScene
 
@@ -125,7 +126,7 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if is_rendering() or _render_frame is not None:
         if _runs and scene.frame_current != _render_frame and not _has_rendered_without:
             _has_rendered_without = True
-            print(f"ARAP: {NOT_RENDERED}")
+            say(f"ARAP: {NOT_RENDERED}")
     elif _runs:
         _changed(scene, depsgraph, _how_frame_changed())
 

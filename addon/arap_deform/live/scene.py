@@ -17,6 +17,7 @@ from ..follow.act import print_fault
 from ..follow.mesh import SessionBinding
 from ..follow.scene import BlenderFollowScene
 from ..scene import handle_motion, meshes, pose_key
+from ..scene.console import say
 from ..scene.inputs import read_state
 from .run import NotNow
 
@@ -140,7 +141,7 @@ class BlenderLiveScene(BlenderFollowScene):
             obj.arap.is_live = False
             obj.arap.live_problem = f"{error}: Live is off"
             if bpy.app.background:
-                print(f"ARAP: {obj.arap.live_problem}")
+                say(f"ARAP: {obj.arap.live_problem}")
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
         if self.depsgraph is not None:

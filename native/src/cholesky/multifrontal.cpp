@@ -63,7 +63,7 @@ struct Workspace {
 /// Part k of [0, n) begins here, at a multiple of `grain`.
 int part_begin(int n, int grain, int k, int n_parts) {
   const int n_grains = (n + grain - 1) / grain;
-  return k == n_parts ? n : static_cast<int>(static_cast<long>(n_grains) * k / n_parts) * grain;
+  return k == n_parts ? n : static_cast<int>(static_cast<std::ptrdiff_t>(n_grains) * k / n_parts) * grain;
 }
 
 class Factorizer {

@@ -82,7 +82,8 @@ class CellPassesOf final : public CellPasses {
     rotations.resize(n_cells_);
     parallel_for<kSliceRange * kSliceWidth>(workers_, n_cells_, [&](int begin, int end) {
       for (int c = begin; c < end; ++c)
-        rotations[c].coeffs() = Eigen::Vector4<Real>::Map(rotations_.data() + 4L * c).template cast<double>();
+        rotations[c].coeffs() =
+            Eigen::Vector4<Real>::Map(rotations_.data() + std::ptrdiff_t{4} * c).template cast<double>();
     });
   }
 
@@ -161,8 +162,8 @@ class CellPassesOf final : public CellPasses {
     return parallel_reduce<kSliceRange * kSliceWidth>(
         workers_, n_vertices_, 0.0,
         [&](int begin, int end) {
-          return kernels_.store_positions(positions.data() + 3L * begin, end - begin, range_,
-                                          coordinates_.data() + 4L * begin);
+          return kernels_.store_positions(positions.data() + std::ptrdiff_t{3} * begin, end - begin, range_,
+                                          coordinates_.data() + std::ptrdiff_t{4} * begin);
         },
         [](double a, double b) { return a > b ? a : b + 0 * a; });
   }

@@ -26,7 +26,7 @@ auto flat(Rows& x, int begin, int end) {
   using Number = typename Rows::Scalar;
   using Array = Eigen::Array<Number, Eigen::Dynamic, 1>;
   using Map = std::conditional_t<std::is_const_v<Rows>, Eigen::Map<const Array>, Eigen::Map<Array>>;
-  return Map(x.data() + 3L * begin, 3L * static_cast<std::ptrdiff_t>(end - begin));
+  return Map(x.data() + std::ptrdiff_t{3} * begin, std::ptrdiff_t{3} * static_cast<std::ptrdiff_t>(end - begin));
 }
 
 template <class Number>

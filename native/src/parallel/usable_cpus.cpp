@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "parallel/usable_cpus.h"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
 #include <string>
 
+#if defined(ARAP_OPENMP)
+#include <omp.h>
+#else
+#include <thread>
+#endif
 #if defined(__linux__)
 #include <sched.h>
 #endif
@@ -53,7 +56,11 @@ std::optional<int> cpus_of_quota(std::string_view cpu_max) {
 }
 
 int usable_cpus() {
-  int n_cpus = omp_get_max_threads();
+#if defined(ARAP_OPENMP)
+  int n_cpus = omp_get_max_threads();  // heeds OMP_NUM_THREADS
+#else
+  auto n_cpus = static_cast<int>(std::thread::hardware_concurrency());
+#endif
 #if defined(__linux__)
   n_cpus = cpus_of_groups(std::min(n_cpus, cpus_of_affinity(n_cpus)));
 #endif
