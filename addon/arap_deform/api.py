@@ -44,8 +44,8 @@ constraints, drivers and animation count. Objects must be in Object Mode and the
 
 Errors: ``ValueError`` if the scene or an argument is wrong. ``RuntimeError`` if the solver or the module is, or if
 something else has the mesh for itself just now: a posing act, or the job of a solve, a bake or an export.
-``Cancelled`` (a RuntimeError) if ``progress`` returned False; then everything is as it was before the call. Each
-message is one sentence that says what to do.
+``MemoryError`` if the mesh needs more memory than there is, ``Cancelled`` (a RuntimeError) if ``progress`` returned
+False; in both cases everything is as it was before the call. Each message is one sentence that says what to do.
 
 Binds, and Solve in the panel, run in a thread. Before Blender 5.1 an operator under ``bpy.context.temp_override`` can
 crash Blender meanwhile: call wait_for_binds() first.

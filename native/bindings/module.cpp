@@ -163,6 +163,10 @@ MeshArrays mesh_from(const py::object& rest_positions, const py::object& corner_
   return mesh;
 }
 
+arap::PolygonMesh mesh_of(MeshArrays arrays) {
+  return {std::move(arrays.positions), std::move(arrays.corner_vertices), std::move(arrays.face_sizes)};
+}
+
 arap::Patches patches_from(const py::object& object) {
   if (object.is_none()) return {};
   if (!py::isinstance<py::tuple>(object) || py::len(object) != 3)
@@ -603,9 +607,7 @@ class Solver {
     if (!rigid_regions.is_none())
       properties.rigid_regions = vector_from<int>(rigid_regions, "rigid_regions", n, "one entry per vertex");
     const WithoutGil no_gil;
-    return arap::SurfaceArap(
-        arap::PolygonMesh(std::move(mesh.positions), std::move(mesh.corner_vertices), std::move(mesh.face_sizes)),
-        options, properties, progress.function());
+    return arap::SurfaceArap(mesh_of(std::move(mesh)), options, properties, progress.function());
   }
 
   [[nodiscard]] arap::Positions points_from(const py::object& positions) const {
@@ -678,6 +680,8 @@ void bind_solver(py::module_& m) {
 void tell_no_memory(std::exception_ptr failure) {  // NOLINT(performance-unnecessary-value-param)
   try {
     if (failure) std::rethrow_exception(failure);
+  } catch (const arap::NotEnoughMemory& error) {
+    PyErr_SetString(PyExc_MemoryError, error.what());
   } catch (const std::bad_alloc&) {
     PyErr_SetString(PyExc_MemoryError,
                     "there is not enough memory for this mesh; close other programs or take a coarser mesh");
@@ -700,6 +704,19 @@ PYBIND11_MODULE(_native, m) {
   bind_solve_options(m);
   bind_result(m);
   bind_solver(m);
+  m.def(
+      "same_places",
+      [](const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes) {
+        MeshArrays mesh = mesh_from(rest_positions, corner_vertices, face_sizes);
+        std::vector<int> places;
+        {
+          const WithoutGil no_gil;
+          places = mesh_of(std::move(mesh)).same_places();
+        }
+        return to_array(std::move(places));
+      },
+      docstrings::same_places, py::arg("rest_positions"), py::arg("corner_vertices"),
+      py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
   for (const char* name : {"Cancelled", "Options", "SolveOptions", "SolveResult", "SurfaceArap"})
     m.attr(name).attr("__module__") = "arap_native";
