@@ -26,11 +26,12 @@ class FakeBind:
     fraction: float = 0.5
     is_done: bool = False
     is_dropped: bool = False
-    has_started: bool = False
+    n_steps: int = 0
     error: Exception | None = None
 
-    def start(self) -> None:
-        self.has_started = True
+    def step(self, _time_limit_s: float) -> bool:
+        self.n_steps += 1
+        return not self.is_done
 
     def drop(self) -> None:
         self.is_dropped = True

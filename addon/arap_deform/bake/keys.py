@@ -8,8 +8,8 @@ import re
 import bpy
 
 from ..core.arrays import Float32s
+from ..core.background import Progress
 from ..core.job import run_job
-from ..core.models import Progress
 from ..core.naming import NAME_BYTES
 from ..core.patches import surface_diagonal
 from ..scene import frame_state, pose_key, shape_keys

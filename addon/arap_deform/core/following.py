@@ -22,17 +22,17 @@ FOLLOW_TIME_LIMIT_S = 0.014
 LEAST_TIME_LIMIT_S = 1e-4
 # A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
 REFINE_TIME_LIMIT_S = 0.05
+# A step waits this long for a bind: a small mesh is then bound before anything is drawn.
+BIND_STEP_S = 0.005
 
 
 class Bind(Protocol):
-    """A bind in a worker thread, from start() on."""
+    """A bind under way in the background."""
 
     @property
     def fraction(self) -> float: ...
-    @property
-    def is_done(self) -> bool: ...
-    def start(self) -> None:
-        """Does nothing if it has started."""
+    def step(self, time_limit_s: float) -> bool:
+        """Goes on, but no longer than that; True while there is more to do."""
 
     def drop(self) -> None: ...
     def adopt(self) -> None:
@@ -49,7 +49,7 @@ class FollowScene(Protocol):
         """Looks at the scene: True while the live session fits mesh, groups and settings. Every step begins with it."""
 
     def begin_bind(self) -> Bind:
-        """Reads the scene for a bind in a worker thread. Raises ValueError if the scene cannot be posed."""
+        """Reads the scene and begins to bind. Raises ValueError if the scene cannot be posed."""
 
     def go_on_from_shown(self) -> None:
         """Starts the live session from the pose that the key shows now."""
@@ -110,12 +110,10 @@ class Follower:
             return True
         if self._bind is None:
             self._bind = self._scene.begin_bind()
-        elif self._bind.is_done:
+        elif not self._bind.step(BIND_STEP_S):
             bind, self._bind = self._bind, None
             bind.adopt()
             self._matrices = None
-        else:
-            self._bind.start()
         return False
 
     def is_ready(self) -> bool:

@@ -10,37 +10,40 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import models
 from .arrays import Floats, Ints
-from .models import Progress
-from .patches import patch_around, reaches_of_points, surface_diagonal
+from .background import Cancelled, Progress, Result, Steps, part, stage
+from .patches import begin_patches, patches_from, reaches_of_points, surface_diagonal
 from .session_data import Readout, SessionMesh, SessionSettings
 from .targets import HandleMap, HandleSpec, Patch, check_specs
 from .transforms import map_points
 
+if TYPE_CHECKING:
+    import arap_native
 
-class Cancelled(RuntimeError):
-    """``progress`` stopped the work; everything is as it was before the call."""
+PATCHES_SHARE = 0.1  # of the progress of new handles
+HANDLES_CANCELLED = "Preparing the handles was cancelled; nothing has changed"
+SOLVE_CANCELLED = "Solving was cancelled; the pose is as it was"
 
 
 class Session:
-    """The live session of one mesh. Serves one thread at a time."""
+    """The live session of one mesh. Made by bind(). While steps of it are under way, everything else is refused."""
 
-    def __init__(
-        self,
+    @classmethod
+    def bind(
+        cls,
         native: Any,
         mesh: SessionMesh,
         stretch: Floats,
         settings: SessionSettings,
         stiffness: Floats | None = None,
         rigid_regions: Ints | None = None,
-        progress: Progress | None = None,
-    ) -> None:
+    ) -> Steps[Session]:
         """Binds.
 
         Args:
@@ -50,12 +53,21 @@ class Session:
             settings: see SessionSettings.
             stiffness: (n,) > 0, or None.
             rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
-            progress: may stop the bind by returning False.
 
         Raises:
             ValueError: the mesh cannot be used; the message says where.
-            Cancelled: ``progress`` returned False.
         """
+        session = cls(native, mesh, stretch, settings)
+        start = time.perf_counter()
+        seen = replace(mesh, rest_positions=session._to_solver(session._rest))
+        session._diagonal = surface_diagonal(seen.rest_positions, mesh.corner_vertices)
+        job = models.begin_bind(native, models.ModelInput(seen, settings, stiffness, rigid_regions))
+        session._model = yield from stage(job, "Binding was cancelled; nothing has changed")
+        session._bind_ms = _ms_since(start)
+        return session
+
+    def __init__(self, native: Any, mesh: SessionMesh, stretch: Floats, settings: SessionSettings) -> None:
+        """Prepares it, for bind()."""
         self._native = native
         self._stretch = np.ascontiguousarray(stretch, dtype=np.float64)
         self._unstretch: Floats = np.asarray(np.linalg.inv(self._stretch), dtype=np.float64)
@@ -68,14 +80,10 @@ class Session:
         self._positions = self._rest.astype(np.float32)
         # The solver writes single precision into memory that is there already: a frame allocates nothing.
         self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
+        self._diagonal = 0.0  # as seen
+        self._model: models.Model
+        self._bind_ms = 0.0
         self._factor_ms = 0.0
-
-        seen = replace(mesh, rest_positions=self._to_solver(self._rest))
-        self._diagonal = surface_diagonal(seen.rest_positions, mesh.corner_vertices)
-        start = time.perf_counter()
-        with _Cancellation(native, "Binding"):
-            self._model = models.make(native, models.ModelInput(seen, settings, stiffness, rigid_regions), progress)
-        self._bind_ms = _ms_since(start)
 
     @property
     def n_vertices(self) -> int:
@@ -111,12 +119,12 @@ class Session:
         """What the point handles hold, by index of the handle."""
         return self._point_patches
 
-    def set_handles(self, specs: Sequence[HandleSpec], progress: Progress | None = None) -> None:
+    def set_handles(self, specs: Sequence[HandleSpec]) -> Steps[None]:
         """Makes ``specs`` the handles; factorizes only if vertices or strengths have changed.
 
         Raises:
-            ValueError: a vertex out of range, or nothing is held or moved. Cancelled, RuntimeError. The former
-                handles then stay.
+            ValueError: a vertex out of range, or nothing is held or moved. RuntimeError. The former handles then stay,
+                and also if the work is dropped.
         """
         if self._map is not None and _are_same(self._specs, specs):
             if any(spec.base is not former.base for spec, former in zip(specs, self._specs, strict=True)):
@@ -126,18 +134,21 @@ class Session:
             self._specs = tuple(specs)
             return
         start = time.perf_counter()
-        patches = self._patches_of(specs)
+        patches = yield from part(self._patches_of(specs), 0.0, PATCHES_SHARE)
         handle_map = HandleMap(specs, self._rest, self._stretch, patches)
-        with _Cancellation(self._native, "Preparing the handles"):
-            self._model.set_constraints(
-                handle_map.vertices, handle_map.strengths, handle_map.patches, progress=progress
-            )
+        job = self._model.begin_set_constraints(handle_map.vertices, handle_map.strengths, handle_map.patches)
+        try:
+            yield from part(self._stage(job, HANDLES_CANCELLED), PATCHES_SHARE, 1.0)
+        except GeneratorExit:
+            if self._map is not None:  # the job may have ended before it heard of that; else this does nothing
+                self._model.set_constraints(self._map.vertices, self._map.strengths, self._map.patches)
+            raise
         self._factor_ms = _ms_since(start)
         self._map = handle_map
         self._specs = tuple(specs)
         self._point_patches = patches
 
-    def _patches_of(self, specs: Sequence[HandleSpec]) -> dict[int, Patch]:
+    def _patches_of(self, specs: Sequence[HandleSpec]) -> Steps[dict[int, Patch]]:
         if not self._settings.has_radius:
             return {}
         check_specs(specs, self.n_vertices)
@@ -148,12 +159,20 @@ class Session:
             self._settings.rigidity_radius * self._diagonal,
             self._model.loose_vertices,
         )
-        patches = {}
-        for i, reach in reaches.items():
-            patch = patch_around(self._model, specs[i].vertices, reach / self._diagonal, self._unstretch)
-            if patch is not None:
-                patches[i] = self._based(patch, specs[i])
-        return patches
+        if not reaches:
+            return {}
+        groups = [specs[i].vertices for i in reaches]
+        job = begin_patches(self._model, groups, [reach / self._diagonal for reach in reaches.values()])
+        found = patches_from((yield from self._stage(job, HANDLES_CANCELLED)), groups, self._unstretch)
+        return {i: self._based(patch, specs[i]) for i, patch in zip(reaches, found, strict=True) if patch is not None}
+
+    def _stage(self, job: arap_native.Job[Result], if_cancelled: str) -> Steps[Result]:
+        """A job of the model as a stage. If the work is dropped, the model can be used at once."""
+        try:
+            return (yield from stage(job, if_cancelled))
+        except GeneratorExit:
+            job.wait()
+            raise
 
     def _based(self, patch: Patch, spec: HandleSpec) -> Patch:
         base = self._rest if spec.base is None else spec.base
@@ -187,6 +206,26 @@ class Session:
             ValueError: no handles yet, wrong shape, or a matrix that is not finite. RuntimeError: the solver
                 failed. Cancelled. The mesh stays where it was in each case.
         """
+        start = time.perf_counter()
+        call = self._solve_call(matrices, iterations, initial_guess, to_convergence, time_limit_s, sufficient_accuracy)
+        return self._take(self._model.solve(**call, progress=progress), start)
+
+    def updating(self, matrices: Floats, *, initial_guess: str, to_convergence: bool) -> Steps[Readout]:
+        """As update(), in the background. If the work is dropped, the mesh is where it was."""
+        start = time.perf_counter()
+        call = self._solve_call(matrices, initial_guess=initial_guess, to_convergence=to_convergence)
+        return self._take((yield from self._stage(self._model.begin_solve(**call), SOLVE_CANCELLED)), start)
+
+    def _solve_call(
+        self,
+        matrices: Floats,
+        iterations: int | None = None,
+        initial_guess: str | None = None,
+        to_convergence: bool = False,
+        time_limit_s: float | None = None,
+        sufficient_accuracy: float = 0.0,
+    ) -> dict[str, Any]:
+        """What the model's solve is called with, for the arguments of update()."""
         if self._map is None:
             raise ValueError("The session has no handles: call set_handles first")
         settings = self._settings
@@ -199,16 +238,18 @@ class Session:
         }
         if time_limit_s is not None:
             options["time_limit_s"] = time_limit_s
-        start = time.perf_counter()
-        result = self._model.solve(
-            self._map.targets(matrices),
-            self._native.SolveOptions(**options),
-            rotations=self._map.rotations(matrices) if guess == "handle_rotations" else None,
-            progress=progress,
-            out=self._solved,
-        )
+        return {
+            "targets": self._map.targets(matrices),
+            "options": self._native.SolveOptions(**options),
+            "rotations": self._map.rotations(matrices) if guess == "handle_rotations" else None,
+            "out": self._solved,
+        }
+
+    def _take(self, result: arap_native.SolveResult, start: float) -> Readout:
+        """Shows the result of a solve that began at ``start``."""
+        assert self._map is not None
         if result.stop_reason == "cancelled":
-            raise Cancelled("Solving was cancelled; the pose is as it was")
+            raise Cancelled(SOLVE_CANCELLED)
         self._unstretch_solved()
         return Readout(
             vertices=self.n_vertices,
@@ -247,21 +288,6 @@ class Session:
     def _unstretch_solved(self) -> None:
         if self._is_stretched:
             map_points(self._solved, self._unstretch.astype(np.float32), self._positions)
-
-
-class _Cancellation:
-    """Turns Cancelled of the native module into the add-on's."""
-
-    def __init__(self, native: Any, act: str) -> None:
-        self._native_cancelled = native.Cancelled
-        self._act = act
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, _kind: object, error: BaseException | None, _traceback: object) -> None:
-        if isinstance(error, self._native_cancelled):
-            raise Cancelled(f"{self._act} was cancelled; nothing has changed") from None
 
 
 def _are_same(former: Sequence[HandleSpec], specs: Sequence[HandleSpec]) -> bool:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 import bpy
 
 from ..core import sessions
@@ -65,8 +67,7 @@ class BlenderLiveScene(BlenderFollowScene):
             self._lack = f"Paused: {error}"
             raise NotNow(self._lack) from None
         if bpy.app.background:  # there are no timers, so wait for it
-            binding.start()
-            binding.wait()
+            binding.step(math.inf)
         return binding
 
     def switch_off(self, error: Exception) -> None:

@@ -159,7 +159,7 @@ def test_binds_by_the_timer_and_never_in_a_handler() -> None:
     assert scene.binds == []
     run.tick(is_playing=False)
     run.tick(is_playing=True)
-    assert (run.is_binding, run.bind_fraction, scene.binds[0].has_started) == (True, 0.5, True)
+    assert (run.is_binding, run.bind_fraction, scene.binds[0].n_steps) == (True, 0.5, 1)
     scene.binds[0].is_done = True
     run.tick(is_playing=False)
     run.tick(is_playing=False)
