@@ -922,6 +922,16 @@ void bind_solver(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
       .def("__repr__", &Solver::repr);
 }
 
+/// By value: pybind11 takes a pointer to such a function.
+void tell_no_memory(std::exception_ptr failure) {  // NOLINT(performance-unnecessary-value-param)
+  try {
+    if (failure) std::rethrow_exception(failure);
+  } catch (const std::bad_alloc&) {
+    PyErr_SetString(PyExc_MemoryError,
+                    "there is not enough memory for this mesh; close other programs or take a coarser mesh");
+  }
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_native, m) {
@@ -930,17 +940,7 @@ PYBIND11_MODULE(_native, m) {
 
   m.doc() = docstrings::module;
   m.attr("__version__") = ARAP_VERSION;
-  // By value: pybind11 takes a pointer to such a function.
-  py::register_local_exception_translator(
-      [](std::exception_ptr failure) {  // NOLINT(performance-unnecessary-value-param)
-        try {
-          if (failure) std::rethrow_exception(failure);
-        } catch (const std::bad_alloc&) {
-          PyErr_SetString(PyExc_MemoryError,
-                          "there is not enough memory for this mesh; close other programs or take a "
-                          "coarser mesh");
-        }
-      });
+  py::register_local_exception_translator(tell_no_memory);
   // InvalidInput and SolverError derive from the standard exceptions that pybind11 makes ValueError and RuntimeError.
   auto cancelled = py::register_exception<arap::Cancelled>(m, "Cancelled", PyExc_RuntimeError);
   cancelled.attr("__doc__") = docstrings::Cancelled;

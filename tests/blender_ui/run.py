@@ -5,9 +5,9 @@
 Usage: run.py --blender BLENDER --zip ZIP --screenshots DIR [--only NAME] [--files F] [--size WxH] ...
 
 The zip is installed once, into a throw-away user folder, as a user would; each file has a copy of that. A test is a
-generator function test_* in a test_*.py beside this file; see harness.py. It fails on an exception of its own, on any
-traceback that Blender prints, where Blender crashes, and where it hangs; then the rest of its file runs in another
-Blender. Exit code 1 where a test failed.
+generator function test_* in a test_*.py beside this file, or in the files of --files; see harness.py. It fails on an
+exception of its own, on any traceback that Blender prints, if Blender crashes, and if it hangs; then the rest of its
+file runs in another Blender. Exit code 1 if a test failed.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ BEGINS, PASSED, FAILED = "UI TEST BEGINS", "UI TEST PASSED", "UI TEST FAILED"
 
 
 def find_tests(files: str, only: str) -> dict[str, list[str]]:
-    """The tests in these files whose names contain ``only``, by the stem of the file."""
+    """The tests in these files whose names contain ``only``, by the module of the file."""
     found = {
-        path.stem: [
+        ".".join(path.relative_to(HERE).with_suffix("").parts): [
             node.name
             for node in ast.parse(path.read_text(encoding="utf-8")).body
             if isinstance(node, ast.FunctionDef) and node.name.startswith("test_") and only in node.name

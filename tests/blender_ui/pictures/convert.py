@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes the documents' pictures of what picture_*.py have taken; runs in a Python that has Pillow.
 
-    python pictures.py TAKEN IMAGES
+    python convert.py TAKEN IMAGES
 
 Frames become pull.webp, every other NAME.png becomes NAME.webp in the folder IMAGES.
 """
