@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ from .targets import HandleSpec, Patch
 
 if TYPE_CHECKING:
     import arap_native
+
+FoundPatch: TypeAlias = tuple[Ints, Floats, Floats]
+"""Vertices, weights and the average of their rest positions, in solver space."""
 
 PATCH_REACH = 1.5  # how far a patch reaches beyond the handle's vertices, in rigidity radii
 
@@ -135,9 +138,7 @@ def neighbourhood(seen: Floats, corner_vertices: Ints, face_sizes: Ints, vertice
     return Neighbourhood(inside, local.astype(np.int32), face_sizes[is_face_near].astype(np.int32))
 
 
-def begin_patches(
-    model: Model, groups: Sequence[Ints], reaches: Sequence[float]
-) -> arap_native.Job[list[arap_native.Patch]]:
+def begin_patches(model: Model, groups: Sequence[Ints], reaches: Sequence[float]) -> arap_native.Job[list[FoundPatch]]:
     """Begins to find the patches of point handles, for patches_from().
 
     Args:
@@ -149,7 +150,7 @@ def begin_patches(
     return model.begin_patches(around, np.array(reaches, dtype=np.float64))
 
 
-def patches_from(found: Sequence[arap_native.Patch], groups: Sequence[Ints], unstretch: Floats) -> list[Patch | None]:
+def patches_from(found: Sequence[FoundPatch], groups: Sequence[Ints], unstretch: Floats) -> list[Patch | None]:
     """The patch of each point handle, None if no other vertex is within its reach.
 
     Args:

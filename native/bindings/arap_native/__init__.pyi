@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 __version__: str
 
 Progress: TypeAlias = Callable[[float], bool | None]
-Patch: TypeAlias = tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]
 _Result_co = TypeVar("_Result_co", covariant=True)
 
 class Cancelled(RuntimeError):
@@ -253,7 +252,9 @@ class SurfaceArap:
     def set_positions(self, positions: NDArray[np.float64]) -> None:
         """Starts the next solve from ``positions``, (n, 3) float64."""
 
-    def patch_around(self, vertices: NDArray[np.int32], radius: float = 0.0) -> Patch:
+    def patch_around(
+        self, vertices: NDArray[np.int32], radius: float = 0.0
+    ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
         """A round patch of the surface, for set_constraints.
 
         Held as a point handle it pulls a smooth hill, the same at every density of the mesh; a constrained vertex
@@ -271,7 +272,9 @@ class SurfaceArap:
             ValueError: no vertices, an index out of range, a vertex in no face, or a bad radius.
         """
 
-    def begin_patches(self, around: list[NDArray[np.int32]], radii: NDArray[np.float64]) -> Job[list[Patch]]:
+    def begin_patches(
+        self, around: list[NDArray[np.int32]], radii: NDArray[np.float64]
+    ) -> Job[list[tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]]]:
         """patch_around() for many, as a job: patch i lies around the vertices around[i] and has radius radii[i]."""
 
     def energy(self, positions: NDArray[np.float64]) -> float:
