@@ -681,7 +681,7 @@ arap::ConstraintSet constraints_from(const py::object& vertices, const py::objec
 
 void set_constraints_of(Model& model, const arap::ConstraintSet& set, const arap::Progress& progress) {
   model.solver.set_constraints(set, progress);
-  model.n_targets = static_cast<int>(set.size());
+  model.n_targets = set.size();
 }
 
 py::tuple patch_to_python(const arap::Patch& patch) {
@@ -692,18 +692,21 @@ py::tuple patch_to_python(const arap::Patch& patch) {
 /// arap::SurfaceArap for Python: checks arrays, then works without the GIL.
 class Solver {
  public:
-  explicit Solver(std::shared_ptr<Model> model) : model_(std::move(model)) {}
+  static std::unique_ptr<Solver> of(std::shared_ptr<Model> model) {
+    // Not make_unique: it would use the class's own new, which refuses.
+    return std::unique_ptr<Solver>(::new Solver(std::move(model)));  // NOLINT(modernize-make-unique)
+  }
 
   static std::unique_ptr<Solver> bind(BindInput input, py::object progress) {
     ProgressCall call(std::move(progress));
     const WithoutGil no_gil;
-    return std::unique_ptr<Solver>(::new Solver(input.bind(call.function())));
+    return of(input.bind(call.function()));
   }
 
   static std::unique_ptr<JobHandle> begin_bind(Jobs& jobs, BindInput input) {
     return begin_job(
         jobs, [input = std::move(input)](const arap::Progress& progress) mutable { return input.bind(progress); },
-        [](std::shared_ptr<Model> model) { return py::cast(std::unique_ptr<Solver>(::new Solver(std::move(model)))); });
+        [](std::shared_ptr<Model> model) { return py::cast(of(std::move(model))); });
   }
 
   void set_constraints(const arap::ConstraintSet& set, py::object progress) {
@@ -810,6 +813,8 @@ class Solver {
   }
 
  private:
+  explicit Solver(std::shared_ptr<Model> model) : model_(std::move(model)) {}
+
   /// What a solve is called with. Holds no Python object: whoever solves keeps `out` alive.
   class SolveInput {
    public:

@@ -177,7 +177,7 @@ def wait_unseen(work: Background) -> None:
 def test_dropped_handles_leave_the_former_ones(has_ended):
     session = new_session()
     expected = new_session()
-    work = Background(session.set_handles([group(BOTTOM), group(TOP[:4]), group(TOP[4:])]))
+    work = Background(session.set_handles([group(BOTTOM), group(TOP[:4])]))
     if has_ended:
         wait_unseen(work)
     work.drop()
