@@ -3,7 +3,7 @@
 
 export CCACHE_DIR ?= $(CURDIR)/build/ccache
 
-.PHONY: help demo pictures test test-all attack bench bench-test bench-peers bench-report bench-quality performance wheel zip lint format asan tsan clang clean
+.PHONY: help demo pictures test test-all attack bench bench-test bench-peers bench-report bench-quality performance wheel zip zips lint format asan tsan clang clean
 
 help:
 	@echo "make demo    poses and bakes the sample creature in a real Blender; pictures in build/demo"
@@ -18,6 +18,7 @@ help:
 	@echo "make bench-test     tests of what measures          make performance    writes what was measured into docs/performance.md and docs/quality.md"
 	@echo "make wheel   wheels of arap-native for the Pythons found; build/dist/wheels"
 	@echo "make zip     the add-on: legacy zip and extension zip; build/dist"
+	@echo "make zips    a release: zips and wheels for Windows, Linux and macOS; build/dist/release (docs/release.md)"
 	@echo "make lint    clang-format, clang-tidy, ruff, mypy          make format   formats everything"
 	@echo "make asan    native tests under the address and undefined-behaviour sanitizers"
 	@echo "make tsan    native tests under the thread sanitizer       make clang    native tests, built by Clang"
@@ -57,6 +58,9 @@ wheel:
 zip:
 	@.ci/setup native
 	@.ci/zip
+
+zips:
+	@.ci/zips
 
 lint:
 	@.ci/lint

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Packs the add-on: a legacy zip for Blender below 4.2 and an extension zip for 4.2 and later.
 
-Usage: build_zip.py --wheels DIR --out DIR [--only legacy|extension]
+Usage: build_zip.py --wheels DIR --out DIR [--only legacy|extension] [--release]
+
+--release: an extension zip for each platform, named by it, in place of one for all.
 
 The same tree and the same wheels give the same bytes. Prints the paths of the zips.
 """
@@ -16,6 +18,8 @@ import sys
 import zipfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+
+from platforms import PLATFORMS, platform_of
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "addon" / "arap_deform"
@@ -91,20 +95,10 @@ def wheels_for(wheels_dir: Path, pythons: Iterable[str], version: str) -> dict[s
     return found
 
 
-def blender_platform(wheel: Path) -> str:
-    """Blender's name of a wheel's platform."""
-    tag = wheel.stem.split("-")[-1]
-    machine = "arm64" if tag.endswith(("arm64", "aarch64")) else "x64"
-    for prefix, system in (("manylinux", "linux"), ("macosx", "macos"), ("win", "windows")):
-        if tag.startswith(prefix):
-            return f"{system}-{machine}"
-    raise ValueError(f"{wheel.name}: no Blender runs on platform {tag}")
-
-
 def manifest_with_wheels(manifest: str, wheels: Iterable[Path]) -> str:
     """The manifest with the wheels and platforms of this build, placed before its first table."""
     names = [wheel.name for wheel in wheels]
-    platforms = sorted({blender_platform(wheel) for wheel in wheels})
+    platforms = sorted({platform_of(wheel) for wheel in wheels})
     lines = ["platforms = [" + ", ".join(f'"{platform}"' for platform in platforms) + "]", "wheels = ["]
     lines += [f'  "./wheels/{name}",' for name in names]
     lines += ["]", "", ""]
@@ -155,12 +149,23 @@ def write_zip(path: Path, files: Files) -> None:
             info = zipfile.ZipInfo(name, ZIP_TIME)
             info.compress_type = zipfile.ZIP_STORED if name.endswith(".whl") else zipfile.ZIP_DEFLATED
             info.create_system = 3
-            info.external_attr = (0o755 if ".so" in name else 0o644) << 16
+            info.external_attr = (0o755 if ".so" in name or name.endswith(".pyd") else 0o644) << 16
             archive.writestr(info, content)
 
 
-def build(wheels_dir: Path, out: Path, kinds: Iterable[str]) -> list[Path]:
+def by_platform(wheels: Mapping[str, list[Path]]) -> dict[str, dict[str, list[Path]]]:
+    """The wheels of each platform, by Python tag."""
+    split: dict[str, dict[str, list[Path]]] = {}
+    for tag, of_tag in wheels.items():
+        for wheel in of_tag:
+            split.setdefault(platform_of(wheel), {}).setdefault(tag, []).append(wheel)
+    return {platform: split[platform] for platform in PLATFORMS if platform in split}
+
+
+def build(wheels_dir: Path, out: Path, kinds: Iterable[str], *, is_release: bool = False) -> list[Path]:
     """Writes the zips into ``out`` and returns their paths.
+
+    In a release the extension has a zip for each platform.
 
     A zip may lack wheels of some Python versions, but not all: a machine builds wheels for the Pythons it has.
     """
@@ -170,9 +175,11 @@ def build(wheels_dir: Path, out: Path, kinds: Iterable[str]) -> list[Path]:
     zips = []
     for kind in kinds:
         pack, pythons = KINDS[kind]
-        path = out / f"arap_deform-{version}-{kind}.zip"
-        write_zip(path, pack(files, wheels_for(wheels_dir, pythons, version)))
-        zips.append(path)
+        wheels = wheels_for(wheels_dir, pythons, version)
+        parts = by_platform(wheels) if is_release and kind == "extension" else {kind: wheels}
+        for name, some in parts.items():
+            zips.append(out / f"arap_deform-{version}-{name}.zip")
+            write_zip(zips[-1], pack(files, some))
     return zips
 
 
@@ -188,9 +195,11 @@ def main() -> int:
     parser.add_argument("--wheels", type=Path, required=True, help="folder with the repaired wheels of arap_native")
     parser.add_argument("--out", type=Path, required=True, help="folder that takes the zips")
     parser.add_argument("--only", choices=list(KINDS), help="one of the two zips; default: both")
+    parser.add_argument("--release", action="store_true", help="an extension zip for each platform")
     arguments = parser.parse_args()
     try:
-        zips = build(arguments.wheels, arguments.out, [arguments.only] if arguments.only else list(KINDS))
+        kinds = [arguments.only] if arguments.only else list(KINDS)
+        zips = build(arguments.wheels, arguments.out, kinds, is_release=arguments.release)
     except (OSError, ValueError) as error:
         print(f"build_zip: {error}", file=sys.stderr)
         return 1

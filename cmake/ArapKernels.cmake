@@ -21,7 +21,11 @@ function(arap_add_kernels target)
     target_compile_definitions(${kernels} PRIVATE ARAP_ISA_NAMESPACE=${isa})
     # -O3 in every build type: kernels need inlining to be of use. -Wno-psabi: GCC warns about passing vectors wider
     # than the instruction set's, but none is passed between sources.
-    target_compile_options(${kernels} PRIVATE ${flags_${isa}} -O3 -ffp-contract=fast -Wno-psabi)
+    set(flags -O3 -ffp-contract=fast)
+    if(MSVC)
+      list(TRANSFORM flags PREPEND /clang:)
+    endif()
+    target_compile_options(${kernels} PRIVATE ${flags_${isa}} ${flags} -Wno-psabi)
     target_sources(${target} PRIVATE $<TARGET_OBJECTS:${kernels}>)
   endforeach()
 endfunction()

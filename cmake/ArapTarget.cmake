@@ -9,10 +9,16 @@ function(arap_target_flags target)
     POSITION_INDEPENDENT_CODE ON)
   target_compile_features(${target} PUBLIC cxx_std_20)
 
+  # Sums are rounded as written, on every processor: only the kernels, which state how exact they are, may fuse them.
   if(MSVC)
+    if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+      message(FATAL_ERROR "The kernels need the vector extensions of GCC and Clang: on Windows use clang-cl, Clang, or MinGW")
+    endif()
+    target_compile_options(${target} PRIVATE /clang:-ffp-contract=off)
     target_compile_options(${target} PRIVATE /W4 /permissive- /utf-8)
     target_compile_definitions(${target} PRIVATE _USE_MATH_DEFINES NOMINMAX)
   else()
+    target_compile_options(${target} PRIVATE -ffp-contract=off)
     # -Wno-sign-conversion: in Clang -Wconversion also warns about signed indices into std::vector.
     target_compile_options(${target} PRIVATE
       -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual

@@ -22,7 +22,7 @@ bl_info = {
 MODULES = {
     "props": ("preferences", "handles", "poses", "pull", "object"),
     "scene": ("remembered", "redraw"),
-    "ui": ("panels",),
+    "ui": ("panels", "edit_mode"),
     "setup": ("handles", "list_operators", "select_operators", "group_operators", "panels"),
     "live": ("runs", "panel"),
     "show": ("overlay", "panel"),

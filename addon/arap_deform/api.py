@@ -13,8 +13,9 @@
 
 What stays, what moves, what is stiff:
 
-- add_pin(), add_pin_group(), remove_pin(): vertices, or a vertex group, that stay at rest.
+- add_pin(), add_pin_group(), remove_pin(): vertices, or a vertex group, that stay where they are.
 - add_handle(), add_handle_for(), remove_handle(): vertices that follow a new empty, or an object or bone.
+- copy_handles(): gives a copied mesh handles of its own, instead of those of the original.
 - add_stiffness(), add_stiffness_group(), add_rigid(), remove_stiffness(): vertices that bend less, or not at all.
 - soften_group(): gives a vertex group a soft edge.
 
@@ -22,6 +23,7 @@ A pose:
 
 - solve(): poses the mesh for the handles where they are now. begin_solve() does the same in steps.
 - prepare_session(), then update_pose() whenever the handles have moved: a few iterations at a time, for live use.
+  end_session() gives their memory back.
 - reset_handles(), reset_pose(): the handles, or the mesh, back to rest.
 - apply_pose_as_rest(): makes the pose the rest shape.
 - bake_pose(): copies the pose to a shape key of its own.
@@ -53,12 +55,13 @@ Everything else in the add-on is free to change from one version to the next.
 from .bake.cache import export_mesh_cache
 from .bake.keys import bake_animation
 from .core.background import Cancelled
-from .follow.update import prepare_session, update_pose
+from .follow.update import end_session, prepare_session, update_pose
 from .pose.result import apply_pose_as_rest, bake_pose, reset_pose
 from .pose.solve import begin_solve, solve
 from .poses.keys import poses_to_keys
 from .poses.library import NOW, REST, apply_pose, blend_poses, delete_pose, mirror_pose, store_pose
 from .scene.placing import reset_handles
+from .setup.handle_copies import copy_handles
 from .setup.handles import add_handle, add_handle_for, remove_handle
 from .setup.pins import add_pin, add_pin_group, remove_pin
 from .setup.stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness, soften_group
@@ -80,7 +83,9 @@ __all__ = [
     "bake_pose",
     "begin_solve",
     "blend_poses",
+    "copy_handles",
     "delete_pose",
+    "end_session",
     "export_mesh_cache",
     "mirror_pose",
     "poses_to_keys",

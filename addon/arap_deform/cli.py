@@ -21,12 +21,14 @@ import bpy
 from .bake.cache import MeshCacheJob
 from .bake.keys import BakeJob
 from .bake.shapes_job import ShapesJob
+from .core import sessions
 from .core.job import run_job
 from .core.native import problem as native_problem
 from .pose.result import bake_pose
 from .pose.solve import solve
 from .poses.keys import PoseKeysJob
 from .scene import pose_key, shape_keys
+from .scene.console import say
 
 COMMAND = "arap"
 
@@ -149,10 +151,11 @@ def _run(options: argparse.Namespace) -> None:
     acts: dict[str, Act] = {"pose": _pose, "bake": _bake, "keys": _keys}
     act = acts[options.command]
     for obj in objects:
-        print(act(obj, scene, options), flush=True)
+        say(act(obj, scene, options))
+        sessions.drop(obj.name)  # a shot has many meshes
     output = (options.output or Path(bpy.data.filepath)).resolve()
     bpy.ops.wm.save_as_mainfile(filepath=str(output), copy=True, check_existing=False)
-    print(f"Saved {output}", flush=True)
+    say(f"Saved {output}")
 
 
 def _check_bake(options: argparse.Namespace) -> None:
@@ -230,5 +233,5 @@ def _unsettled(job: ShapesJob[Any]) -> str:
 
 
 def _failed(reason: str) -> int:
-    print(f"{COMMAND}: {' '.join(reason.split())}", file=sys.stderr, flush=True)
+    say(f"{COMMAND}: {' '.join(reason.split())}", sys.stderr)
     return 1

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import subprocess
 import sys
 import time
@@ -19,6 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+try:
+    import resource
+except ImportError:
+    resource = None  # Windows limits and counts memory in other ways
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
@@ -58,7 +62,7 @@ def in_a_process(name: str, size: int, args: argparse.Namespace) -> dict[str, An
     try:
         run = subprocess.run(
             command, capture_output=True, text=True, timeout=args.limit_s, check=False,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
+            preexec_fn=(lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit))) if resource else None,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         return row | {"what": f"not done after {args.limit_s:g} s"}
@@ -120,7 +124,7 @@ def attack(name: str, size: int, threads: int) -> dict[str, Any]:
 
 
 def resident_mb() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3 if resource else 0.0
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
 import traceback
@@ -39,14 +40,17 @@ def start_again() -> None:
         import bpy
 
         command = [bpy.app.binary_path, *sys.argv[1:]]
-    os.execve(command[0], command, {**os.environ, **parts, USER_FOLDER: folder})
+    environment = {**os.environ, **parts, USER_FOLDER: folder}
+    if sys.platform == "win32":  # there, a process that replaces itself ends, and what it becomes has no output
+        sys.exit(subprocess.run(command, env=environment, check=False).returncode)
+    os.execve(command[0], command, environment)
 
 
 def install(zip_path: Path) -> str:
     """Installs and enables as a user does; returns the name of the add-on's package."""
     import bpy
 
-    if zip_path.stem.endswith("extension"):
+    if not zip_path.stem.endswith("legacy"):
         bpy.ops.extensions.package_install_files(filepath=str(zip_path), repo="user_default", enable_on_install=True)
         return "bl_ext.user_default.arap_deform"
     bpy.ops.preferences.addon_install(filepath=str(zip_path))

@@ -55,6 +55,7 @@ class SceneTest(unittest.TestCase):
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         self.api = module("api")
         self.scene = bpy.context.scene
+        self.new_is_dirty = bpy.data.is_dirty  # bpy 4.5 as a module of Python says so of every file
 
     def new_folder(self) -> Path:
         """An empty folder, removed after the test."""

@@ -2,16 +2,20 @@
 """Data of ours that is damaged or hostile, names that Blender would cut in a character, and the monkey."""
 
 import base64
+import contextlib
+import io
 import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from unittest import mock
 
+import hostile
 import numpy as np
-from looks import key_names
+from looks import key_names, key_positions, rest_positions
 from support import ZIP, SceneTest, bpy, module
-from tubes import bend, posable, solved
+from tubes import bend, move, posable, solved
 
 MONKEY = Path(__file__).resolve().parents[1] / "attack" / "monkey.py"
 LONG_NAMES = ["Ü" * 40, "名" * 30, "a" * 62 + "Ü"]
@@ -94,6 +98,50 @@ class HostileTest(SceneTest):
             for options in ([], ["--enable-autoexec"]):
                 cli.main(["pose", str(path), "-o", str(path), "--overwrite", *options])
         self.assertEqual(opened, [False, True])
+
+    def opened(self, make_hostile):
+        """The mesh of a hostile file that was just opened. The add-on sleeps while the file is made."""
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        obj = solved()
+        rest = rest_positions(obj)
+        with mock.patch.object(module("live.runs"), "_begin"):
+            obj.arap.is_live = True
+            make_hostile(obj)
+            with tempfile.TemporaryDirectory() as folder:
+                path = str(Path(folder) / "hostile.blend")
+                bpy.ops.wm.save_as_mainfile(filepath=path)
+                with mock.patch.object(module("live.runs"), "_begin", self._begin):
+                    bpy.ops.wm.open_mainfile(filepath=path)
+        return next(obj for obj in bpy.data.objects if obj.type == "MESH"), rest
+
+    def test_a_hostile_file_is_opened_at_once_and_hurts_nobody(self):
+        self._begin = module("live.runs")._begin
+        sessions = module("core.sessions")
+        self.addCleanup(setattr, module("live.scene"), "SCRIPT_TIME_LIMIT_S", module("live.scene").SCRIPT_TIME_LIMIT_S)
+        module("live.scene").SCRIPT_TIME_LIMIT_S = 0.5
+        for make_hostile in hostile.KINDS:
+            with self.subTest(kind=make_hostile.__name__):
+                said = io.StringIO()
+                with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+                    obj, rest = self.opened(make_hostile)
+                    self.assertIsNone(sessions.get(obj.name), "nothing is bound")
+                    self.assertEqual((key_names(obj), bpy.data.is_dirty), (["Basis", "ARAP"], self.new_is_dirty))
+                    move(bpy.data.objects["Head"], (0.0, 0.0, 0.1))
+                    bpy.context.scene.frame_set(2)
+                    pose = next((pose.name for pose in obj.arap.poses), "none")
+                    for act, *arguments in (
+                        (self.api.solve,),
+                        (self.api.apply_pose, pose),
+                        (self.api.reset_handles,),
+                        (self.api.remove_handle, 0),
+                    ):
+                        with contextlib.suppress(ValueError, RuntimeError):
+                            act(obj, *arguments)
+                self.assertNotIn("Traceback", said.getvalue())
+                self.assertLessEqual(said.getvalue().count("Live is off"), 1, "it is told once")
+                for name in key_names(obj):
+                    self.assertTrue(np.isfinite(key_positions(obj, name)).all(), name)
+                self.assert_close(rest_positions(obj), rest, 0.0)
 
     def test_a_monkey_finds_nothing(self):
         command = [sys.executable, str(MONKEY), "--", str(ZIP), "--acts", "120"]

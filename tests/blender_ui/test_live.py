@@ -164,3 +164,81 @@ def test_live_and_a_posing_act(ui: Ui) -> Steps:
     yield from drag(ui)
     yield from settle(ui)
     assert_followed(ui)
+
+
+def test_live_frames_shown_alone_are_finished(ui: Ui) -> Steps:
+    """A script's frame_set, and each frame of a viewport render, shows the end of the solve, also of a heavy mesh."""
+    yield from begin(ui)
+    animate(bpy.data.objects["Top"], reach=1.5)
+    ui.change(ui.live_run, "HEAVY_STEP_S", 0.0)
+    ui.change(ui.following, "FOLLOW_TIME_LIMIT_S", 1e-9)
+    scene = bpy.context.scene
+    seen: dict[int, list[np.ndarray]] = {}
+
+    def note(scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None:
+        seen.setdefault(scene.frame_current, []).append(scenes.key_positions(bar()))
+
+    bpy.app.handlers.frame_change_post.append(note)
+    for frame in (15, 30, 22):
+        scene.frame_set(frame)
+        assert ui.live.run_of(bar()).is_settled
+    scene.frame_start, scene.frame_end = 14, 16
+    scene.render.filepath = f"{bpy.app.tempdir}frame_"
+    scene.render.resolution_x = scene.render.resolution_y = 32
+    ui.sessions.drop("Bar")  # as after a load: the render waits for the bind
+    ui.call(bpy.ops.render.opengl, "EXEC_DEFAULT", animation=True)
+    bpy.app.handlers.frame_change_post.remove(note)
+    for frame in (14, 15, 16):
+        for shown in seen[frame]:
+            np.testing.assert_allclose(shown, seen[frame][0], atol=SAME)
+    bar().arap.is_live = False
+    for frame in (15, 30):
+        scene.frame_set(frame)
+        ui.api.solve(bar())
+        np.testing.assert_allclose(seen[frame][0], scenes.key_positions(bar()), atol=SAME)
+
+
+def test_live_of_an_opened_file_binds_nothing_before_something_moves(ui: Ui) -> Steps:
+    """Nor does drawing it, or a look at another frame without an animation."""
+    yield from begin(ui)
+    yield from drag(ui)
+    yield from settle(ui)
+    bar().shape_key_clear()
+    path = f"{bpy.app.tempdir}live.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    ui.call(bpy.ops.wm.open_mainfile, "EXEC_DEFAULT", filepath=path)
+    yield
+    yield from ui.open_tab()
+    for frame in (2, 3):
+        yield from ui.move_mouse_to_view()
+        bpy.context.scene.frame_set(frame)
+        yield
+        assert (ui.sessions.get("Bar"), bar().data.shape_keys, bpy.data.is_dirty) == (None, None, False)
+    assert is_settled(ui)
+    ui.select(bpy.data.objects["Top"])
+    yield from drag(ui)
+    yield from settle(ui)
+    assert_followed(ui)
+
+
+def test_live_stays_off_after_an_unrelated_undo(ui: Ui) -> Steps:
+    """Live has given up, the artist mends the cause and goes on by hand: undo takes back that step alone."""
+    yield from begin(ui)
+    yield from drag(ui)
+    yield from settle(ui)
+    bar().data.shape_keys.key_blocks["ARAP"].mute = True
+    bpy.ops.ed.undo_push(message="muted")
+    bpy.data.objects["Top"].location.x += 0.5
+    yield from ui.until(lambda: not bar().arap.is_live, "Live is off")
+    bar().data.shape_keys.key_blocks["ARAP"].mute = False
+    bpy.ops.ed.undo_push(message="unmuted")
+    posed = scenes.key_positions(bar())
+    bar().location.y += 1.0
+    bpy.ops.ed.undo_push(message="moved by hand")
+    yield from ui.undo()
+    for _ in range(3):
+        yield
+    assert abs(bar().location.y) < NEAR
+    assert not bar().arap.is_live
+    assert bar().arap.live_problem
+    np.testing.assert_array_equal(scenes.key_positions(bar()), posed)

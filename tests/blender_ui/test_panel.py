@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sidebar tab, menus, preferences and the search: what is drawn, and what buttons do."""
 
+from typing import Any
+
 import bpy
 import numpy as np
 import scenes
 from camera import open_creature
 from harness import Steps, Ui
 from test_overlay import show_all
-from test_pose import bar, begin, drag, handle
+from test_pose import bar, begin, drag, handle, select_vertices
 from test_weight_paint import take_brush
 
 PANELS = ("first_pose", "pins", "handles", "handle_look", "stiffness", "pose", "readout", "advanced")
@@ -126,6 +128,46 @@ def test_search_finds_the_acts(ui: Ui) -> Steps:
         lambda: ui.sessions.readout(bar().name) is not None,
         "the search has run ARAP Solve",
     )
+
+
+def test_adjust_last_operation_changes_what_was_added(ui: Ui) -> Steps:
+    """Pins, handles and stiffness, in Edit and Object Mode: one step of undo, whose options can be changed."""
+    scenes.add_bar_with_handle(ui.api)
+    yield from ui.move_mouse_to_view()
+    yield from ui.key("TAB")
+    select_vertices(bar(), list(range(16, 32)))
+    bpy.ops.ed.undo_push(message="selected")
+    yield from add_and_adjust(ui, bpy.ops.arap.handle_add, "handles", name="Nose", is_exact=True)
+    yield from add_and_adjust(ui, bpy.ops.arap.pin_add, "pins", name="Heel")
+    yield from add_and_adjust(ui, bpy.ops.arap.rigid_add, "stiffness", name="Helmet", is_one_body=True)
+    yield from add_and_adjust(ui, bpy.ops.arap.stiffness_add, "stiffness", name="Belly")
+    yield from ui.key("TAB")
+    bar().vertex_groups.clear()  # or there is a dialog first
+    bpy.ops.ed.undo_push(message="no groups")
+    yield from add_and_adjust(ui, bpy.ops.arap.stiffness_add, "stiffness", name="Belly")
+    ui.call(bpy.ops.arap.handle_remove)
+    assert len(bar().arap.handles) == 0
+    yield from ui.undo()
+    assert len(bar().arap.handles) == 1
+
+
+def add_and_adjust(ui: Ui, add: Any, items: str, **options: object) -> Steps:
+    """Adds to a list, changes options in Adjust Last Operation, and takes it back."""
+    mode, n_entries = bar().mode, len(getattr(bar().arap, items))
+    ui.call(add)
+    yield from ui.until(lambda: bar().mode == mode, "the mode is as before")
+    for name, value in options.items():
+        operator = bpy.context.window_manager.operators[-1]
+        assert operator.bl_idname == add.idname()
+        setattr(operator.properties, name, value)
+        ui.call(bpy.ops.ed.undo_redo, "EXEC_DEFAULT", True)
+        yield from ui.until(lambda: bar().mode == mode, "the mode is as before")
+        entries = getattr(bar().arap, items)
+        assert len(entries) == n_entries + 1
+        assert getattr(entries[-1], name) == value
+    yield from ui.undo()
+    yield from ui.until(lambda: len(getattr(bar().arap, items)) == n_entries, "it is taken back")
+    assert bar().mode == mode
 
 
 def test_select_is_one_step_of_undo(ui: Ui) -> Steps:

@@ -132,6 +132,22 @@ def test_handles_pose_enter_undo_redo(ui: Ui) -> Steps:
     assert bar().arap.pose_act == 0
 
 
+def test_enter_and_esc_over_another_editor_are_its_own(ui: Ui) -> Steps:
+    add_bar(ui)
+    yield from begin(ui)
+    for area in ui.window.screen.areas:
+        if area.type != "VIEW_3D":
+            yield from ui.move_mouse(area.x + area.width // 2, area.y + area.height // 2)
+            for key in ("RET", "ESC"):
+                yield from ui.key(key)
+                assert "Bar" in ui.running, f"{key} over {area.type}"
+    yield from ui.open_tab()
+    sidebar = ui.region("UI")
+    yield from ui.move_mouse(sidebar.x + sidebar.width // 3, sidebar.y + 10)
+    yield from ui.key("RET")
+    yield from ui.until_free()
+
+
 def test_esc_restores_exactly(ui: Ui) -> Steps:
     """Esc brings back key values, slider and the handles' transforms, to the last bit."""
     scenes.add_bar_with_handle(ui.api)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -29,8 +30,9 @@ class FakeBind:
     n_steps: int = 0
     error: Exception | None = None
 
-    def step(self, _time_limit_s: float) -> bool:
+    def step(self, time_limit_s: float) -> bool:
         self.n_steps += 1
+        self.is_done = self.is_done or time_limit_s == math.inf
         return not self.is_done
 
     def drop(self) -> None:

@@ -60,7 +60,8 @@ class CacheWriter:
         try:
             if path.is_dir():
                 raise IsADirectoryError(errno.EISDIR, "Is a directory")  # the same message on every system
-            self._file = self._part.open("wb")
+            self._part.unlink(missing_ok=True)  # of a Blender that was ended
+            self._file = self._part.open("xb")  # a new file, never the one that a link leads to
             try:
                 self._file.write(header(kind, n_points, frames, fps))
             except OSError:

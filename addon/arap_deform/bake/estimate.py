@@ -9,6 +9,7 @@ from ..core.naming import counted
 
 BYTES_PER_VERTEX = 12  # of a shape key, and of a frame of a cache
 LAST_FRAME = 1048574  # of Blender
+MOST_SEARCHED = 10_000  # frames for the fewest keys: the search takes a table of all pairs, here of 100 MB
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,15 @@ def check_range(start: int, end: int, step: int) -> None:
         raise ValueError(f"step = {step}, must be 1 or more")
     if end < start:
         raise ValueError(f"The last frame {end} is before the first, {start}: swap them")
+    if start < -LAST_FRAME or end > LAST_FRAME:
+        frame = end if end > LAST_FRAME else start
+        raise ValueError(f"Blender has no frame {frame}: its frames are {-LAST_FRAME} to {LAST_FRAME}")
+
+
+def check_search(n: int) -> None:
+    """Raises ValueError if the fewest keys of so many frames cannot be found."""
+    if n > MOST_SEARCHED:
+        raise ValueError(f"Fewest Keys takes up to {MOST_SEARCHED} frames, not {n}: raise Step, or bake in parts")
 
 
 def n_frames(start: int, end: int, step: int) -> int:

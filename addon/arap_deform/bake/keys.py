@@ -10,10 +10,10 @@ import bpy
 from ..core.arrays import Float32s
 from ..core.background import Progress
 from ..core.job import run_job
+from ..core.mirror import seen_size
 from ..core.naming import NAME_BYTES
-from ..core.patches import surface_diagonal
 from ..scene import frame_state, pose_key, shape_keys
-from .estimate import Fit, frames_of
+from .estimate import Fit, check_search, frames_of
 from .fewest_keys import KeySearch
 from .frames_job import FramesJob
 from .shapes_job import check_in_scene
@@ -45,6 +45,8 @@ class BakeJob(FramesJob[list[str]]):
         check_in_scene(obj, scene)
         if fewest_keys_percent is not None and not 0.0 <= fewest_keys_percent <= 100.0:
             raise ValueError(f"fewest_keys_percent = {fewest_keys_percent}, must be between 0 and 100")
+        if fewest_keys_percent is not None:
+            check_search(len(frames))
         self._prefix = prefix or f"{pose_key.wanted_name(obj)}_"
         _check_prefix(obj, self._prefix, frames)
         shape_keys.check_animatable(obj)
@@ -53,7 +55,7 @@ class BakeJob(FramesJob[list[str]]):
         self._search: KeySearch | None = None
         super().__init__(obj, scene, frames)
         mesh = self._inputs.mesh
-        self._size = surface_diagonal(mesh.rest_positions @ self._inputs.stretch.T, mesh.corner_vertices)
+        self._size = seen_size(mesh.rest_positions, mesh.corner_vertices, self._inputs.stretch, self._inputs.mirrors)
 
     @property
     def fit(self) -> Fit:

@@ -11,12 +11,12 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from ..pose.job_operator import JobOperator
 from ..pose.result import bake_pose
-from ..scene import remembered, versions
+from ..scene import meshes, remembered, versions
 from ..ui.checks import ArapOperator, posed_object, why_no_pose, why_not_solvable
 from ..ui.panels import split_column
 from .cache import MeshCacheJob
 from .cache_file import FORMATS
-from .estimate import BYTES_PER_VERTEX, LAST_FRAME, BakeEstimate, check_range, n_frames, size_text
+from .estimate import BYTES_PER_VERTEX, LAST_FRAME, BakeEstimate, check_range, check_search, n_frames, size_text
 from .keys import BakeJob
 
 FORMAT_ITEMS = (
@@ -115,12 +115,16 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         within.prop(self, "fewest_keys_percent")
         if self.use_fewest_keys:
             self.draw_size(lambda: f"Largest error {self._tolerance_text(context)}", "DRIVER_DISTANCE")
-        most = "Up to " if self.use_fewest_keys else ""
-        n_vertices = len(posed_object(context).data.vertices)
-        self.draw_size(lambda: f"{most}{BakeEstimate(n_frames(*self.frame_range), n_vertices)}", "SHAPEKEY_DATA")
+        self.draw_size(lambda: self._size_text(posed_object(context)), "SHAPEKEY_DATA")
+
+    def _size_text(self, obj: bpy.types.Object) -> str:
+        n = n_frames(*self.frame_range)
+        if self.use_fewest_keys:
+            check_search(n)
+        return f"{'Up to ' if self.use_fewest_keys else ''}{BakeEstimate(n, len(obj.data.vertices))}"
 
     def _tolerance_text(self, context: bpy.types.Context) -> str:
-        size = remembered.diagonal(posed_object(context), context.evaluated_depsgraph_get())
+        size = remembered.diagonal(posed_object(context), meshes.drawn_depsgraph(context))
         return versions.length_text(context.scene, size * self.fewest_keys_percent / 100.0)
 
     def begin(self, _context: bpy.types.Context, obj: bpy.types.Object) -> BakeJob:

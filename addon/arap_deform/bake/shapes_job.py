@@ -48,6 +48,7 @@ class ShapesJob(ABC, Generic[Result]):
         self._parts: list[Readout] = []  # of the shape being solved
         self._matrices: Floats | None = None
         self._live_session: Session | None = None
+        self._has_bound = False  # the live session was made here
         self._live_positions: Float32s | None = None
         self._session: Session | None = None
         self._bind: Background[Session] | None = None
@@ -161,6 +162,7 @@ class ShapesJob(ABC, Generic[Result]):
         if self._session is None:
             self._scene()
             mesh.adopt(self._object(), self._inputs, session)
+            self._has_bound = True
             self._take_live(session)
         else:
             session.set_positions(self._session.positions)
@@ -197,6 +199,8 @@ class ShapesJob(ABC, Generic[Result]):
         if self._live_session is not None and self._live_positions is not None:
             self._live_session.set_positions(self._live_positions)
         sessions.release(self.object_name, self)
+        if self._has_bound:
+            sessions.drop_idle(self.object_name)
 
     def _scene(self) -> bpy.types.Scene:
         scene = bpy.data.scenes.get(self._scene_name)

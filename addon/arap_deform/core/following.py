@@ -6,6 +6,7 @@ The posing act, Pull and Live share it. Each of them decides when it begins and 
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from typing import Protocol
@@ -64,7 +65,7 @@ class FollowScene(Protocol):
         """
 
     def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
-        """As update(), but from rest and to convergence. No time limit: however long that takes."""
+        """As update(), but from rest and to convergence. No time limit: for as long as the scene finds bearable."""
 
     def iteration_limit(self) -> int:
         """The most iterations for one place of the handles."""
@@ -115,6 +116,13 @@ class Follower:
             bind.adopt()
             self._matrices = None
         return False
+
+    def prepare_now(self) -> bool:
+        """As prepare(), and waits for a bind."""
+        is_ready = self.prepare()
+        if self._bind is not None:
+            self._bind.step(math.inf)
+        return is_ready
 
     def is_ready(self) -> bool:
         """Whether it can follow now."""

@@ -16,6 +16,10 @@ from types import ModuleType
 
 VERSION = "0.1.0"  # of this add-on, and of the module it needs
 MODULE = "arap_native"
+# Platforms by their names in Blender's extensions: those that a release has zips for.
+PLATFORMS = ("windows-x64", "linux-x64", "linux-arm64", "macos-arm64")
+SYSTEMS = {"Windows": "windows", "Linux": "linux", "Darwin": "macos"}
+MACHINES = {"AMD64": "x64", "x86_64": "x64", "ARM64": "arm64", "arm64": "arm64", "aarch64": "arm64"}
 LEGACY_FOLDER = Path(__file__).resolve().parents[1] / "native_modules"
 
 _module: ModuleType | None = None
@@ -72,9 +76,7 @@ def _from_wheel() -> ModuleType:
     except ModuleNotFoundError as error:
         if error.name != MODULE:
             raise _cannot_load("its wheel", error) from error
-        raise RuntimeError(
-            f"The solver module is missing for {_here()}: install the zip that was built for this Blender and platform"
-        ) from error
+        raise RuntimeError(f"The solver module is missing for {_here()}: {_remedy()}") from error
     except ImportError as error:
         raise _cannot_load("its wheel", error) from error
 
@@ -85,8 +87,7 @@ def _from_folder(folder: Path) -> ModuleType:
     if not init.is_file():
         others = ", ".join(sorted(path.name for path in folder.iterdir() if path.is_dir())) or "nothing"
         raise RuntimeError(
-            f"The solver module is missing for {_here()}: {folder} holds {others}, not {tag}; "
-            "install the zip that was built for this Blender and platform"
+            f"The solver module is missing for {_here()}: {folder} holds {others}, not {tag}; {_remedy(is_legacy=True)}"
         )
     spec = importlib.util.spec_from_file_location(MODULE, init, submodule_search_locations=[str(init.parent)])
     if spec is None or spec.loader is None:
@@ -99,16 +100,24 @@ def _from_folder(folder: Path) -> ModuleType:
     except ImportError as error:
         for name in [name for name in sys.modules if name not in before and name.split(".")[0] == MODULE]:
             del sys.modules[name]
-        raise _cannot_load(str(init.parent), error) from error
+        raise _cannot_load(str(init.parent), error, is_legacy=True) from error
     return module
 
 
-def _cannot_load(place: str, error: ImportError) -> RuntimeError:
+def _cannot_load(place: str, error: ImportError, *, is_legacy: bool = False) -> RuntimeError:
     reason = " ".join(str(error).split())
     return RuntimeError(
-        f"The solver module in {place} cannot be loaded by {_here()} ({reason}): "
-        "install the zip that was built for this Blender and platform"
+        f"The solver module in {place} cannot be loaded by {_here()} ({reason}): {_remedy(is_legacy=is_legacy)}"
     )
+
+
+def _remedy(*, is_legacy: bool = False) -> str:
+    """The zip that fits this system; a legacy zip serves several."""
+    machine = platform.machine()
+    name = f"{SYSTEMS.get(platform.system(), platform.system())}-{MACHINES.get(machine, machine)}"
+    if name not in PLATFORMS:
+        return f"no zip is made for {name}; build one from the source with make zip"
+    return f"install arap_deform-{VERSION}-{'legacy' if is_legacy else name}.zip"
 
 
 def _here() -> str:

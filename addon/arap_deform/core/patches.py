@@ -11,14 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Floats, Ints
-from .models import Model, ModelInput, begin_bind
-from .session_data import SessionMesh, SessionSettings
+from .graph import connected_labels, face_edges
+from .models import Model
 from .targets import HandleSpec, Patch
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ PATCH_REACH = 1.5  # how far a patch reaches beyond the handle's vertices, in ri
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball around a handle's vertices, as seen."""
+    """A ball around vertices, as seen."""
 
     centre: Floats
     radius: float
@@ -43,107 +44,165 @@ class Ball:
         return cls(centre, float(np.linalg.norm(points - centre, axis=1).max()))
 
 
-def reaches_of_points(
-    specs: Sequence[HandleSpec], rest_positions: Floats, stretch: Floats, radius: float, faceless: Ints
-) -> dict[int, float]:
-    """How far the patch of each point handle reaches beyond its vertices, as seen, by index of the handle.
+@dataclass(frozen=True)
+class Surface:
+    """What tells which handles are points; no bind is needed for it.
 
-    A point handle is hard, is not exact, and has its vertices within ``radius`` of their centre. Its patch ends before
-    the vertices that another handle or pin holds hard, so no vertex is pulled to two places. A handle with vertices of
-    another one inside it is no point handle.
-
-    Args:
-        specs: all handles and pins.
-        rest_positions: (n, 3) object space.
-        stretch: (3, 3).
-        radius: the rigidity radius as seen.
-        faceless: vertices in no face.
+    Attributes:
+        seen: (n, 3) the mesh at rest.
+        corner_vertices, face_sizes: its faces.
+        radius: the rigidity radius.
     """
-    balls = {}
-    for i, spec in enumerate(specs):
-        if spec.is_exact or not len(spec.vertices) or not (spec.weights >= 1.0).all():
-            continue
-        ball = Ball.about(rest_positions[spec.vertices] @ stretch.T)
-        if ball.radius < radius and not np.isin(spec.vertices, faceless).any():
-            balls[i] = ball
-    if not balls:
-        return {}
-    hard = [spec.vertices[spec.weights >= 1.0] for spec in specs]
-    owners = np.repeat(np.arange(len(specs)), [len(vertices) for vertices in hard])
-    points = rest_positions[np.concatenate(hard)] @ stretch.T
-    reaches = {}
-    for i, near in _near(points, balls, PATCH_REACH * radius).items():
-        others = points[near[owners[near] != i]]
-        reach = PATCH_REACH * radius
-        if len(others):
-            nearest = float(np.linalg.norm(others - balls[i].centre, axis=1).min())
-            reach = min(reach, nearest - balls[i].radius)
-        if reach > 0.0:
-            reaches[i] = reach
-    return reaches
 
+    seen: Floats
+    corner_vertices: Ints
+    face_sizes: Ints
+    radius: float
 
-def _near(points: Floats, balls: Mapping[int, Ball], reach: float) -> dict[int, NDArray[np.intp]]:
-    """For each ball all points within ``reach`` of it, and some others: those in its cell of a grid and around that."""
-    centres = np.array([ball.centre for ball in balls.values()])
-    size = reach + max(ball.radius for ball in balls.values())
-    low = centres.min(axis=0) - 2.0 * size
-    high = centres.max(axis=0) + 2.0 * size
-    inside = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
-    columns = ((high - low) / size).astype(np.int64) + 1
+    @cached_property
+    def has_face(self) -> NDArray[np.bool_]:
+        """(n,) which vertices are in a face."""
+        result = np.zeros(len(self.seen), dtype=bool)
+        result[self.corner_vertices] = True
+        return result
 
-    def numbers(places: Floats) -> NDArray[np.int64]:
-        cell: NDArray[np.int64] = ((places - low) / size).astype(np.int64)
-        number: NDArray[np.int64] = (cell[:, 0] * columns[1] + cell[:, 1]) * columns[2] + cell[:, 2]
-        return number
-
-    cells = numbers(points[inside])
-    order = np.argsort(cells, kind="stable")
-    cells, inside = cells[order], inside[order]
-    beside = np.array([(dx * columns[1] + dy) * columns[2] for dx in (-1, 0, 1) for dy in (-1, 0, 1)])
-    rows = numbers(centres)[:, None] + beside  # of three cells each
-    starts, ends = np.searchsorted(cells, rows - 1), np.searchsorted(cells, rows + 1, side="right")
-    return {
-        i: np.concatenate([inside[a:b] for a, b in zip(*bounds, strict=True)])
-        for i, *bounds in zip(balls, starts, ends, strict=True)
-    }
+    @classmethod
+    def of(cls, seen: Floats, corner_vertices: Ints, face_sizes: Ints, rigidity_radius: float) -> Surface:
+        """``rigidity_radius``: a fraction of the diagonal."""
+        radius = rigidity_radius * surface_diagonal(seen, corner_vertices)
+        return cls(seen, corner_vertices, face_sizes, radius)
 
 
 @dataclass(frozen=True)
-class Neighbourhood:
-    """The faces around some vertices, as a mesh of its own.
+class Point:
+    """A handle, or a piece of one, that is too small to hold its vertices.
 
     Attributes:
-        vertices: (m,) indices in the whole mesh, ascending.
-        corner_vertices, face_sizes: of these vertices, int32.
+        handle: its index.
+        vertices: (k,) of the piece.
+        reach: how far its patch reaches beyond them, as seen.
     """
 
-    vertices: NDArray[np.int64]
-    corner_vertices: Ints
-    face_sizes: Ints
+    handle: int
+    vertices: Ints
+    reach: float
 
 
-def neighbourhood(seen: Floats, corner_vertices: Ints, face_sizes: Ints, vertices: Ints, reach: float) -> Neighbourhood:
-    """All faces with a vertex within ``reach`` of ``vertices``. A patch of that reach depends on no others.
+def points_of(specs: Sequence[HandleSpec], surface: Surface) -> list[Point]:
+    """The point handles among all handles and pins, in their order.
 
-    Args:
-        seen: (n, 3) positions of the whole mesh.
+    A point handle is hard, is not exact, and has its vertices within the radius of their centre. Its patch ends before
+    the vertices that another handle or pin holds hard, so no vertex is pulled to two places. A handle with vertices of
+    another one inside it is no point handle. In a larger handle each connected piece that is as small, and farther
+    than the radius from all else that is held, is a point of its own.
     """
-    ball = Ball.about(seen[vertices])
-    is_near = np.linalg.norm(seen - ball.centre, axis=1) <= ball.radius + reach
-    starts = np.cumsum(face_sizes, dtype=np.int64) - face_sizes
-    is_face_near = np.logical_or.reduceat(is_near[corner_vertices], starts)
-    corners = corner_vertices[np.repeat(is_face_near, face_sizes)]
-    inside, local = np.unique(corners, return_inverse=True)
-    return Neighbourhood(inside, local.astype(np.int32), face_sizes[is_face_near].astype(np.int32))
+    radius = surface.radius
+    small: list[_Piece] = []
+    large: list[_Piece] = []
+    for i, spec in enumerate(specs):
+        vertices = spec.vertices
+        is_candidate = not spec.is_exact and len(vertices) and spec.weights.min() >= 1.0
+        if is_candidate and surface.has_face[vertices].all():
+            ball = Ball.about(surface.seen[vertices])
+            (small if ball.radius < radius else large).append(_Piece(i, vertices, ball, least_reach=0.0))
+    pieces = [*small, *_small_pieces(large, surface)]
+    held = _Held(specs, pieces, surface)
+    points = []
+    for number, piece in enumerate(pieces):
+        reach = min(PATCH_REACH * radius, held.nearest_to(piece.ball.centre, number) - piece.ball.radius)
+        reach = specs[piece.handle].reach * radius or reach
+        if reach > piece.least_reach:
+            points.append(Point(piece.handle, piece.vertices, reach))
+    return sorted(points, key=lambda point: point.handle)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """What may be a point: see Point. ``least_reach``: with less it is none."""
+
+    handle: int
+    vertices: Ints
+    ball: Ball
+    least_reach: float
+
+
+def _small_pieces(handles: Sequence[_Piece], surface: Surface) -> list[_Piece]:
+    """The connected pieces of these handles that are smaller than the radius. Handles of one piece have none."""
+    if not handles:
+        return []
+    is_inside = np.zeros(len(surface.seen), dtype=bool)
+    for handle in handles:
+        is_inside[handle.vertices] = True
+    sides = np.stack(face_edges(surface.corner_vertices, surface.face_sizes))
+    sides = sides[:, is_inside[sides].all(axis=0)]
+    local = np.full(len(surface.seen), -1, dtype=np.int64)
+    pieces = []
+    for handle in handles:
+        vertices = handle.vertices
+        local[vertices] = np.arange(len(vertices))
+        first, second = local[sides]
+        is_own = (first >= 0) & (second >= 0)
+        labels = connected_labels(len(vertices), first[is_own], second[is_own])
+        local[vertices] = -1
+        order = np.argsort(labels, kind="stable")
+        for piece in np.split(vertices[order], np.flatnonzero(np.diff(labels[order])) + 1):
+            ball = Ball.about(surface.seen[piece])
+            if ball.radius < surface.radius:
+                pieces.append(_Piece(handle.handle, piece, ball, least_reach=surface.radius))
+    return pieces
+
+
+class _Held:
+    """The vertices that handles and pins hold hard, in cells, to find those near a place."""
+
+    def __init__(self, specs: Sequence[HandleSpec], pieces: Sequence[_Piece], surface: Surface) -> None:
+        """``pieces``: the vertices of a piece are not found near the piece itself."""
+        # A piece in a ball of the radius looks as far as its patch may reach from there.
+        self._cell = (1.0 + PATCH_REACH) * surface.radius or 1.0
+        vertices: list[Ints] = [np.empty(0, dtype=np.int32)]
+        owners: list[NDArray[np.int64]] = [np.empty(0, dtype=np.int64)]
+        of_handle: dict[int, list[int]] = {}
+        for number, piece in enumerate(pieces):
+            of_handle.setdefault(piece.handle, []).append(number)
+        owner_of = np.full(len(surface.seen), -1, dtype=np.int64)
+        for i, spec in enumerate(specs):
+            hard = spec.vertices[spec.weights >= 1.0]
+            for number in of_handle.get(i, ()):
+                owner_of[pieces[number].vertices] = number
+            vertices.append(hard)
+            owners.append(owner_of[hard])
+            owner_of[hard] = -1
+        self._points = surface.seen[np.concatenate(vertices)]
+        self._owners = np.concatenate(owners)
+        keys = self._keys(np.floor(self._points / self._cell).astype(np.int64))
+        self._order = np.argsort(keys, kind="stable")
+        self._sorted = keys[self._order]
+
+    def nearest_to(self, centre: Floats, number: int) -> float:
+        """Distance of the nearest vertex that the piece of that number does not hold; infinite beyond a cell."""
+        cells = np.floor(centre / self._cell).astype(np.int64) + _AROUND
+        keys = np.unique(self._keys(cells))
+        starts, ends = np.searchsorted(self._sorted, keys), np.searchsorted(self._sorted, keys, side="right")
+        near = np.concatenate([self._order[a:b] for a, b in zip(starts, ends, strict=True)])
+        near = near[self._owners[near] != number]
+        distances = np.linalg.norm(self._points[near] - centre, axis=1)
+        return float(distances.min(initial=np.inf))
+
+    @staticmethod
+    def _keys(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+        """A number for each cell; distant cells may share one."""
+        return np.asarray(cells @ np.array([73856093, 19349663, 83492791]))
+
+
+_AROUND = np.stack(np.meshgrid(*[np.arange(-1, 2)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def begin_patches(model: Model, groups: Sequence[Ints], reaches: Sequence[float]) -> arap_native.Job[list[FoundPatch]]:
-    """Begins to find the patches of point handles, for patches_from().
+    """Begins to find the patches of points, for patches_from().
 
     Args:
         model: of the mesh, in solver space.
-        groups: the vertices of each handle, each in a face.
+        groups: the vertices of each point, each in a face.
         reaches: a fraction of the diagonal for each.
     """
     around = [np.ascontiguousarray(vertices, dtype=np.int32) for vertices in groups]
@@ -151,7 +210,7 @@ def begin_patches(model: Model, groups: Sequence[Ints], reaches: Sequence[float]
 
 
 def patches_from(found: Sequence[FoundPatch], groups: Sequence[Ints], unstretch: Floats) -> list[Patch | None]:
-    """The patch of each point handle, None if no other vertex is within its reach.
+    """The patch of each point, None if no other vertex is within its reach.
 
     Args:
         found: result of begin_patches().
@@ -159,9 +218,49 @@ def patches_from(found: Sequence[FoundPatch], groups: Sequence[Ints], unstretch:
         unstretch: (3, 3), from what is seen to object space.
     """
     return [
-        Patch(vertices, weights, unstretch @ centre) if len(vertices) > len(group) else None
+        Patch(vertices, weights, unstretch @ centre, group) if len(vertices) > len(group) else None
         for (vertices, weights, centre), group in zip(found, groups, strict=True)
     ]
+
+
+def held_by_themselves(
+    specs: Sequence[HandleSpec], of_points: Mapping[int, Sequence[Ints]], n: int
+) -> NDArray[np.bool_]:
+    """(n,) the vertices that are held hard, each in its place.
+
+    Args:
+        specs: all handles and pins.
+        of_points: the vertices of which averages are held instead, by index of the handle.
+        n: vertices of the mesh.
+    """
+    result = np.zeros(n, dtype=bool)
+    for i, spec in enumerate(specs):
+        hard = spec.vertices[spec.weights >= 1.0]
+        result[np.setdiff1d(hard, np.concatenate(of_points[i])) if i in of_points else hard] = True
+    return result
+
+
+def without_points(spec: HandleSpec, points: Sequence[Point]) -> HandleSpec:
+    """The handle without the vertices of which it holds an average."""
+    if not points:
+        return spec
+    is_left = ~np.isin(spec.vertices, np.concatenate([point.vertices for point in points]))
+    return replace(spec, vertices=spec.vertices[is_left], weights=spec.weights[is_left])
+
+
+def without(patch: Patch, is_held: NDArray[np.bool_]) -> Patch | None:
+    """The patch without these vertices. None if all others are its own.
+
+    A patch that has kept its reach may have such vertices, see HandleSpec.reach. The others keep their weights relative
+    to each other, so the force of the point on the surface stays the same.
+    """
+    is_left = ~is_held[patch.vertices]
+    if is_left.all():
+        return patch
+    weights = patch.weights[is_left]
+    if not weights.sum() > 0.0:
+        return None
+    return replace(patch, vertices=patch.vertices[is_left], weights=weights / weights.sum())
 
 
 def diagonal_of(points: NDArray[np.floating]) -> float:
@@ -177,33 +276,3 @@ def surface_diagonal(points: NDArray[np.floating], corner_vertices: Ints) -> flo
     is_in_face = np.zeros(len(points), dtype=bool)
     is_in_face[corner_vertices] = True
     return diagonal_of(points if is_in_face.all() else points[is_in_face])
-
-
-def local_patch(
-    native: Any,
-    rest_positions: Floats,
-    part: Neighbourhood,
-    vertices: Ints,
-    reach: float,
-    stretch: Floats,
-    settings: SessionSettings,
-) -> Patch | None:
-    """As begin_patches(), without a model of the whole mesh.
-
-    Args:
-        native: the module arap_native.
-        rest_positions: (n, 3) of the whole mesh, object space.
-        part: neighbourhood() of the vertices.
-        vertices: (k,) of the handle, each in a face.
-        reach: as seen.
-        stretch: (3, 3).
-        settings: as the whole mesh is bound.
-    """
-    seen = SessionMesh(rest_positions[part.vertices] @ stretch.T, part.corner_vertices, part.face_sizes)
-    # The patch is the same with every energy, and this one is bound the fastest.
-    model = begin_bind(native, ModelInput(seen, replace(settings, energy="spokes_and_rims", threads=1))).result()
-    local = np.searchsorted(part.vertices, vertices).astype(np.int32)
-    unstretch = np.asarray(np.linalg.inv(stretch), dtype=np.float64)
-    job = begin_patches(model, [local], [reach / diagonal_of(seen.rest_positions)])
-    (patch,) = patches_from(job.result(), [local], unstretch)
-    return None if patch is None else replace(patch, vertices=part.vertices[patch.vertices].astype(np.int32))

@@ -8,7 +8,7 @@ as seen. Only energies show it: they are in the square of world units.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from . import models
 from .arrays import Floats, Ints
 from .background import Cancelled, Progress, Result, Steps, part, stage
-from .patches import begin_patches, patches_from, reaches_of_points, surface_diagonal
+from .mirror import Copy, Mirror, Whole, used_mirrors
+from .patches import Surface, begin_patches, held_by_themselves, patches_from, points_of, surface_diagonal, without
 from .session_data import Readout, SessionMesh, SessionSettings
-from .targets import HandleMap, HandleSpec, Patch, check_specs
+from .targets import NO_PATCHES, HandleMap, HandleSpec, Patch, Patches, check_specs, checked_matrices
 from .transforms import map_points
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ class Session:
         settings: SessionSettings,
         stiffness: Floats | None = None,
         rigid_regions: Ints | None = None,
+        mirrors: Sequence[Mirror] = (),
     ) -> Steps[Session]:
         """Binds.
 
@@ -53,41 +55,59 @@ class Session:
             settings: see SessionSettings.
             stiffness: (n,) > 0, or None.
             rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
+            mirrors: planes that complete the mesh; those that do not are ignored.
 
         Raises:
             ValueError: the mesh cannot be used; the message says where.
         """
-        session = cls(native, mesh, stretch, settings)
+        session = cls(native, mesh, stretch, settings, mirrors)
+        whole = session._whole
+        if whole is not None:
+            mesh = whole.mesh
+            stiffness = None if stiffness is None else stiffness[whole.sources]
+            rigid_regions = whole.regions(rigid_regions)
         start = time.perf_counter()
-        seen = replace(mesh, rest_positions=session._to_solver(session._rest))
-        session._diagonal = surface_diagonal(seen.rest_positions, mesh.corner_vertices)
+        seen = replace(mesh, rest_positions=session._surface.seen)
         job = models.begin_bind(native, models.ModelInput(seen, settings, stiffness, rigid_regions))
         session._model = yield from stage(job, "Binding was cancelled; nothing has changed")
         session._bind_ms = _ms_since(start)
         return session
 
-    def __init__(self, native: Any, mesh: SessionMesh, stretch: Floats, settings: SessionSettings) -> None:
+    def __init__(
+        self, native: Any, mesh: SessionMesh, stretch: Floats, settings: SessionSettings, mirrors: Sequence[Mirror]
+    ) -> None:
         """Prepares it, for bind()."""
         self._native = native
         self._stretch = np.ascontiguousarray(stretch, dtype=np.float64)
         self._unstretch: Floats = np.asarray(np.linalg.inv(self._stretch), dtype=np.float64)
         self._is_stretched = not np.array_equal(self._stretch, np.eye(3))
+        self._n_own = len(mesh.rest_positions)
+        used = used_mirrors(mirrors, mesh.rest_positions, self._stretch)
+        self._whole = Whole(mesh, used, self._stretch) if used else None
+        if self._whole is not None:
+            mesh = self._whole.mesh
         self._rest = np.ascontiguousarray(mesh.rest_positions, dtype=np.float64)
         self._settings = settings
         self._map: HandleMap | None = None
         self._specs: tuple[HandleSpec, ...] = ()
-        self._point_patches: dict[int, Patch] = {}
+        self._held: Sequence[HandleSpec] = ()  # of the whole
+        self._copies: Sequence[Copy] = ()
+        self._point_patches: Patches = NO_PATCHES
         self._positions = self._rest.astype(np.float32)
+        self._own_positions = self._positions[: self._n_own]
         # The solver writes single precision into memory that is there already: a frame allocates nothing.
         self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
-        self._diagonal = 0.0  # as seen
         self._model: models.Model
         self._bind_ms = 0.0
         self._factor_ms = 0.0
 
+        seen = self._to_solver(self._rest)
+        self._surface = Surface.of(seen, mesh.corner_vertices, mesh.face_sizes, settings.rigidity_radius)
+        self._diagonal = surface_diagonal(seen, mesh.corner_vertices)
+
     @property
     def n_vertices(self) -> int:
-        return len(self._rest)
+        return self._n_own
 
     @property
     def stretch(self) -> Floats:
@@ -107,7 +127,7 @@ class Session:
     @property
     def positions(self) -> NDArray[np.float32]:
         """(n, 3) float32, contiguous, object space: where the mesh is now. Written over by the next update."""
-        return self._positions
+        return self._own_positions
 
     @property
     def n_factorizations(self) -> int:
@@ -115,8 +135,8 @@ class Session:
         return self._model.n_factorizations
 
     @property
-    def patches(self) -> Mapping[int, Patch]:
-        """What the point handles hold, by index of the handle."""
+    def patches(self) -> Patches:
+        """What the point handles hold; of a completed mesh see mirror.Whole.specs()."""
         return self._point_patches
 
     def set_handles(self, specs: Sequence[HandleSpec]) -> Steps[None]:
@@ -127,15 +147,17 @@ class Session:
                 and also if the work is dropped.
         """
         if self._map is not None and _are_same(self._specs, specs):
-            if any(spec.base is not former.base for spec, former in zip(specs, self._specs, strict=True)):
-                based = {i: self._based(patch, specs[i]) for i, patch in self._point_patches.items()}
-                self._point_patches = based
-                self._map = HandleMap(specs, self._rest, self._stretch, self._point_patches)
+            if not all(spec.has_base_of(former) for spec, former in zip(specs, self._specs, strict=True)):
+                self._held, self._copies = self._completed(specs)
+                self._point_patches = self._based(self._held, self._point_patches)
+                self._map = HandleMap(self._held, self._rest, self._stretch, self._point_patches)
             self._specs = tuple(specs)
             return
         start = time.perf_counter()
-        patches = yield from part(self._patches_of(specs), 0.0, PATCHES_SHARE)
-        handle_map = HandleMap(specs, self._rest, self._stretch, patches)
+        check_specs(specs, self.n_vertices)
+        held, copies = self._completed(specs)
+        patches = yield from part(self._patches_of(held), 0.0, PATCHES_SHARE)
+        handle_map = HandleMap(held, self._rest, self._stretch, patches)
         job = self._model.begin_set_constraints(handle_map.vertices, handle_map.strengths, handle_map.patches)
         try:
             yield from part(self._stage(job, HANDLES_CANCELLED), PATCHES_SHARE, 1.0)
@@ -144,27 +166,14 @@ class Session:
                 self._model.set_constraints(self._map.vertices, self._map.strengths, self._map.patches)
             raise
         self._factor_ms = _ms_since(start)
+        self._held, self._copies = held, copies
         self._map = handle_map
         self._specs = tuple(specs)
         self._point_patches = patches
 
-    def _patches_of(self, specs: Sequence[HandleSpec]) -> Steps[dict[int, Patch]]:
-        if not self._settings.has_radius:
-            return {}
-        check_specs(specs, self.n_vertices)
-        reaches = reaches_of_points(
-            specs,
-            self._rest,
-            self._stretch,
-            self._settings.rigidity_radius * self._diagonal,
-            self._model.loose_vertices,
-        )
-        if not reaches:
-            return {}
-        groups = [specs[i].vertices for i in reaches]
-        job = begin_patches(self._model, groups, [reach / self._diagonal for reach in reaches.values()])
-        found = patches_from((yield from self._stage(job, HANDLES_CANCELLED)), groups, self._unstretch)
-        return {i: self._based(patch, specs[i]) for i, patch in zip(reaches, found, strict=True) if patch is not None}
+    def _completed(self, specs: Sequence[HandleSpec]) -> tuple[Sequence[HandleSpec], Sequence[Copy]]:
+        """The handles of the whole."""
+        return (specs, ()) if self._whole is None else self._whole.specs(specs)
 
     def _stage(self, job: arap_native.Job[Result], if_cancelled: str) -> Steps[Result]:
         """A job of the model as a stage. If the work is dropped, the model can be used at once."""
@@ -174,9 +183,31 @@ class Session:
             job.wait()
             raise
 
-    def _based(self, patch: Patch, spec: HandleSpec) -> Patch:
-        base = self._rest if spec.base is None else spec.base
-        return replace(patch, centre=patch.weights @ base[patch.vertices].astype(np.float64))
+    def _patches_of(self, specs: Sequence[HandleSpec]) -> Steps[Patches]:
+        """``specs``: of the whole."""
+        points = points_of(specs, self._surface) if self._settings.has_radius else []
+        if not points:
+            return NO_PATCHES
+        groups = [point.vertices for point in points]
+        job = begin_patches(self._model, groups, [point.reach / self._diagonal for point in points])
+        found = patches_from((yield from self._stage(job, HANDLES_CANCELLED)), groups, self._unstretch)
+        patches: dict[int, list[Patch]] = {}
+        for point, patch in zip(points, found, strict=True):
+            if patch is not None:
+                patches.setdefault(point.handle, []).append(patch)
+        of_points = {i: [patch.sources for patch in of_handle] for i, of_handle in patches.items()}
+        is_held = held_by_themselves(specs, of_points, len(self._rest))
+        left = {i: [without(patch, is_held) for patch in of_handle] for i, of_handle in patches.items()}
+        kept = {i: [patch for patch in of_handle if patch is not None] for i, of_handle in left.items()}
+        return self._based(specs, {i: of_handle for i, of_handle in kept.items() if of_handle})
+
+    def _based(self, specs: Sequence[HandleSpec], patches: Patches) -> Patches:
+        """The patches with their centres while no handle has moved. ``specs``: of the whole."""
+        result = {}
+        for i, of_handle in patches.items():
+            base = specs[i].base_or(self._rest)
+            result[i] = [replace(p, centre=p.weights @ base[p.vertices].astype(np.float64)) for p in of_handle]
+        return result
 
     def update(
         self,
@@ -228,6 +259,8 @@ class Session:
         """What the model's solve is called with, for the arguments of update()."""
         if self._map is None:
             raise ValueError("The session has no handles: call set_handles first")
+        if self._whole is not None:
+            matrices = self._whole.matrices(checked_matrices(matrices, self._specs), self._copies)
         settings = self._settings
         guess = initial_guess or settings.initial_guess
         at_most = settings.max_iterations if to_convergence else settings.iterations_per_update
@@ -253,7 +286,7 @@ class Session:
         self._unstretch_solved()
         return Readout(
             vertices=self.n_vertices,
-            free_vertices=self.n_vertices - len(self._map.vertices),
+            free_vertices=self.n_vertices - int((self._map.vertices < self.n_vertices).sum()),
             last_ms=_ms_since(start),
             iterations=result.iterations,
             energy=result.energy_after,
@@ -261,7 +294,7 @@ class Session:
             step=result.step,
             stop_reason=result.stop_reason,
             parts_at_rest=len(result.parts_at_rest),
-            loose_vertices=len(result.loose_vertices),
+            loose_vertices=int((result.loose_vertices < self.n_vertices).sum()),
             bind_ms=self._bind_ms,
             factor_ms=self._factor_ms,
         )
@@ -272,8 +305,10 @@ class Session:
         Raises:
             ValueError: wrong shape or not finite; the mesh stays where it was.
         """
-        if positions.shape != self._rest.shape:
-            raise ValueError(f"positions have shape {positions.shape}, expected {self._rest.shape}")
+        if positions.shape != (self.n_vertices, 3):
+            raise ValueError(f"positions have shape {positions.shape}, expected {(self.n_vertices, 3)}")
+        if self._whole is not None:
+            positions = self._whole.lifted(positions)
         self._model.set_positions(self._to_solver(np.ascontiguousarray(positions, dtype=np.float64)))
         self._positions[...] = positions
 

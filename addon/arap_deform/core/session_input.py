@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Floats
+from .mirror import Mirror, are_same
 from .session_data import SessionMesh, SessionSettings
 from .stiffness import StiffGroup
 from .targets import HandleSpec
@@ -23,10 +24,17 @@ Counts = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class GroupHold:
-    """A pin or handle that holds the vertices of a vertex group. ``is_exact``: see HandleSpec."""
+    """A pin or handle that holds the vertices of a vertex group.
+
+    Attributes:
+        is_exact, reach: see HandleSpec.
+        shape_id: a number that changes with the shape that it holds; 0: that of the mesh at rest.
+    """
 
     group: str
     is_exact: bool = True
+    reach: float = 0.0
+    shape_id: int = 0
 
 
 Hold = GroupHold
@@ -42,6 +50,7 @@ class SceneState:
         stretch: (3, 3) float64, see transforms.stretch_of().
         holds: of the enabled pins, then of the enabled handles.
         key_name: the shape key that takes the pose.
+        mirrors: planes of the Mirror modifier.
     """
 
     object_name: str
@@ -51,6 +60,7 @@ class SceneState:
     holds: tuple[Hold, ...]
     stiff_groups: tuple[StiffGroup, ...] = ()
     key_name: str = ""
+    mirrors: tuple[Mirror, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -103,7 +113,7 @@ def difference(old: SessionInput, new: SessionInput) -> str:
     """As difference_of_bind(), and both must hold the same vertices in the same way and from the same places."""
     # A pull may hold what handles hold, but not from rest.
     are_same = len(old.specs) == len(new.specs) and all(
-        a.is_same_as(b) and a.base is b.base for a, b in zip(old.specs, new.specs, strict=True)
+        a.is_same_as(b) and a.has_base_of(b) for a, b in zip(old.specs, new.specs, strict=True)
     )
     return difference_of_bind(old, new) or (
         "" if are_same else f"The pins or handles of '{new.object_name}' have changed"
@@ -124,6 +134,8 @@ def difference_of_scene(old: SceneState, new: SceneState) -> str:
 
 
 def _difference_of_settings(old: SceneState, new: SceneState) -> str:
+    if not are_same(old.mirrors, new.mirrors):
+        return f"The Mirror modifier of '{new.object_name}' has changed"
     if old.settings.of_bind != new.settings.of_bind:
         return f"Bending, rigidity, weights, threads or Weld Seams of '{new.object_name}' have changed"
     return "" if is_same_stretch(old.stretch, new.stretch) else f"The scale of '{new.object_name}' has changed"

@@ -7,7 +7,9 @@ file. So a caller with an object that may be linked, as panels have, asks for it
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import ctypes
+import sys
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -37,7 +39,12 @@ class Act(Protocol):
 acts: dict[str, Act] = {}
 """The acts under way, by name of the object. Read it; only claim() and release() change it."""
 
-_bound: dict[str, Bound] = {}
+LARGE_VERTICES = 10_000  # with fewer, what is freed is not worth the trimming
+IDLE_VERTICES = 100_000
+"""What idle sessions may hold together: a session takes about 3.5 kB a vertex. The last one may be larger."""
+
+_bound: dict[str, Bound] = {}  # the last one that was put is the last
+_holders: set[tuple[str, str]] = set()  # names of objects, and who comes back to their sessions
 _readouts: dict[str, Readout] = {}
 
 
@@ -46,24 +53,72 @@ def get(object_name: str) -> Bound | None:
 
 
 def put(object_name: str, bound: Bound) -> None:
+    """Makes it the live session of the object. Idle sessions go, the oldest first, if there is too much of them."""
+    _bound.pop(object_name, None)
     _bound[object_name] = bound
+    n_idle, too_much = 0, []
+    for name in reversed(_bound):
+        if not _is_held(name) and name not in acts:
+            n_idle += _bound[name].inputs.counts[0]
+            if n_idle > IDLE_VERTICES and name != object_name:
+                too_much.append(name)
+    _give_back(too_much)
+
+
+def hold(object_name: str, who: str) -> None:
+    """The session of the object is not idle until let_go(): somebody, Live for example, comes back to it."""
+    _holders.add((object_name, who))
+
+
+def let_go(object_name: str, who: str) -> None:
+    _holders.discard((object_name, who))
+
+
+def _is_held(object_name: str) -> bool:
+    return any(name == object_name for name, _ in _holders)
 
 
 def drop(object_name: str) -> None:
-    """Forgets the session; its readout stays for the panel."""
+    """Forgets the session, which may still be in use elsewhere; its readout stays for the panel."""
     _bound.pop(object_name, None)
+
+
+def drop_idle(object_name: str) -> None:
+    """Gives back the memory of a session that nobody uses, unless it is held."""
+    if not _is_held(object_name):
+        _give_back([object_name])
+
+
+def _give_back(object_names: Iterable[str]) -> None:
+    n_gone = 0
+    for name in object_names:
+        if name in _bound:
+            n_gone += _bound.pop(name).inputs.counts[0]
+    if n_gone >= LARGE_VERTICES:
+        _trim()
+
+
+def _trim() -> None:
+    """Gives freed memory back. The C library of Linux keeps it for the process; those of other systems do not."""
+    if sys.platform == "linux":
+        malloc_trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # only glibc has it
+        if malloc_trim is not None:
+            malloc_trim(0)
 
 
 def forget_missing(is_there: Callable[[str], bool]) -> None:
     """Forgets sessions and readouts of objects that are gone or renamed: another one may get the name."""
-    for name in [name for name in {*_bound, *_readouts} if not is_there(name)]:
-        _bound.pop(name, None)
+    gone = [name for name in {*_bound, *_readouts} if not is_there(name)]
+    _give_back(gone)
+    for name in gone:
         _readouts.pop(name, None)
+    _holders.difference_update([holder for holder in _holders if not is_there(holder[0])])
 
 
 def clear() -> None:
     """Forgets everything: another file was loaded."""
-    _bound.clear()
+    _give_back(list(_bound))
+    _holders.clear()
     _readouts.clear()
     acts.clear()
 
@@ -112,6 +167,7 @@ def build(inputs: SessionInput) -> Steps[Session]:
         inputs.settings,
         stiffness=inputs.stiffness,
         rigid_regions=inputs.rigid_regions,
+        mirrors=inputs.mirrors,
     )
     session = yield from part(binding, 0.0, 0.5)
     yield from part(session.set_handles(inputs.specs), 0.5, 1.0)

@@ -29,6 +29,7 @@ class HandleSpec:
         weights: (k,) float64; 1 is hard, between 0 and 1 soft, 0 free.
         is_exact: holds its vertices, however few. Else it may be a point handle, see patches.
         base: (n, 3) the whole mesh while the handle has not moved; None: at rest.
+        reach: of the patch of a point handle, in rigidity radii; 0: as far as other handles let it reach.
     """
 
     name: str
@@ -36,14 +37,26 @@ class HandleSpec:
     weights: Floats
     is_exact: bool = True
     base: NDArray[np.floating] | None = None
+    reach: float = 0.0
 
     def is_same_as(self, other: HandleSpec) -> bool:
         """Whether both hold the same vertices in the same way, from whatever place."""
         return (
             self.is_exact == other.is_exact
+            and self.reach == other.reach
             and np.array_equal(self.vertices, other.vertices)
             and np.array_equal(self.weights, other.weights)
         )
+
+    def base_or(self, rest: NDArray[np.floating]) -> NDArray[np.floating]:
+        """(n, 3) the whole mesh while the handle has not moved."""
+        return rest if self.base is None else self.base
+
+    def has_base_of(self, other: HandleSpec) -> bool:
+        """Whether both hold the mesh from the same place."""
+        if self.base is None or other.base is None:
+            return self.base is other.base
+        return self.base is other.base or np.array_equal(self.base, other.base)
 
 
 @dataclass(frozen=True)
@@ -54,14 +67,19 @@ class Patch:
         vertices: (m,) int32.
         weights: (m,) float64, of sum 1.
         centre: (3,) float64 that average while the handle has not moved, object space.
+        sources: (k,) int32 the handle's own vertices, which the patch holds in their place.
     """
 
     vertices: Ints
     weights: Floats
     centre: Floats
+    sources: Ints
 
 
-NO_PATCHES: Mapping[int, Patch] = MappingProxyType({})
+Patches = Mapping[int, Sequence[Patch]]
+"""What point handles hold, by index of the handle: a patch for each of its pieces."""
+
+NO_PATCHES: Patches = MappingProxyType({})
 
 
 def check_specs(specs: Sequence[HandleSpec], n_vertices: int) -> None:
@@ -75,6 +93,18 @@ def check_specs(specs: Sequence[HandleSpec], n_vertices: int) -> None:
             )
         if vertices.size and (vertices.min() < 0 or vertices.max() >= n_vertices):
             raise ValueError(f"Handle '{spec.name}' has a vertex outside 0 to {n_vertices - 1}: check its vertex group")
+
+
+def checked_matrices(matrices: Floats, specs: Sequence[HandleSpec]) -> Floats:
+    """(h, 4, 4) float64. Raises ValueError if there is not one for each handle, or one is not finite."""
+    matrices = np.asarray(matrices, dtype=np.float64)
+    if matrices.shape != (len(specs), 4, 4):
+        raise ValueError(f"matrices have shape {matrices.shape}, expected ({len(specs)}, 4, 4)")
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    if not finite.all():
+        name = specs[int(np.flatnonzero(~finite)[0])].name
+        raise ValueError(f"Handle '{name}' has a transform that is not finite: reset it")
+    return matrices
 
 
 class HandleMap:
@@ -93,7 +123,7 @@ class HandleMap:
         specs: Sequence[HandleSpec],
         rest_positions: Floats,
         stretch: Floats,
-        patches: Mapping[int, Patch] = NO_PATCHES,
+        patches: Patches = NO_PATCHES,
     ) -> None:
         """Prepares the map.
 
@@ -101,7 +131,7 @@ class HandleMap:
             specs: the handles, in the order of the matrices that targets() takes.
             rest_positions: (n, 3) float64, object space.
             stretch: (3, 3) float64, symmetric.
-            patches: by index of the handle, for the point handles.
+            patches: of the point handles.
 
         Raises:
             ValueError: a vertex out of range, or no weight above 0 anywhere.
@@ -137,11 +167,12 @@ class HandleMap:
         self._shared_shares = weight[shared] / np.repeat(totals, counts)
 
         self._matrices: Floats = np.full((len(self._specs), 4, 4), np.nan)
-        self._targets = np.empty((len(self.vertices) + len(patches), 3))
+        self._targets = np.empty((len(self.vertices) + len(self._patch_handles), 3))
 
-    def _set_patches(self, patches: Mapping[int, Patch]) -> None:
-        self._patch_handles = np.array(sorted(patches), dtype=np.intp)
-        ordered = [patches[int(h)] for h in self._patch_handles]
+    def _set_patches(self, patches: Patches) -> None:
+        by_handle = [(handle, patch) for handle in sorted(patches) for patch in patches[handle]]
+        self._patch_handles = np.array([handle for handle, _ in by_handle], dtype=np.intp)
+        ordered = [patch for _, patch in by_handle]
         self._centres = np.array([patch.centre for patch in ordered]).reshape(-1, 3)
         self.patches: tuple[Ints, Ints, Floats] | None = None
         if ordered:
@@ -151,16 +182,17 @@ class HandleMap:
                 np.concatenate([patch.weights for patch in ordered]).astype(np.float64),
             )
 
-    def _entries(self, patches: Mapping[int, Patch]) -> tuple[NDArray[np.intp], Ints, Floats]:
-        """Handle, vertex and weight of every weight above 0, ordered by handle; without point handles."""
+    def _entries(self, patches: Patches) -> tuple[NDArray[np.intp], Ints, Floats]:
+        """Handle, vertex and weight of every weight above 0, ordered by handle; without what patches hold."""
         nothing = np.empty(0, np.intp), np.empty(0, np.int32), np.empty(0)
         parts: list[tuple[NDArray[np.intp], Ints, Floats]] = [nothing]
         for i, spec in enumerate(self._specs):
-            if i not in patches:
-                vertices = np.asarray(spec.vertices, dtype=np.int32)
-                weights = np.asarray(spec.weights, dtype=np.float64)
-                used = weights > 0.0
-                parts.append((np.full(used.sum(), i), vertices[used], np.minimum(weights[used], 1.0)))
+            vertices = np.asarray(spec.vertices, dtype=np.int32)
+            weights = np.asarray(spec.weights, dtype=np.float64)
+            used = weights > 0.0
+            if i in patches:
+                used &= ~np.isin(vertices, np.concatenate([patch.sources for patch in patches[i]]))
+            parts.append((np.full(used.sum(), i), vertices[used], np.minimum(weights[used], 1.0)))
         handle, vertex, weight = (np.concatenate(columns) for columns in zip(*parts, strict=True))
         if not len(vertex) and not patches:
             raise ValueError("No vertex is pinned or has a handle: add a pin or a handle, or give its group weight")
@@ -188,7 +220,7 @@ class HandleMap:
         Raises:
             ValueError: wrong shape, or a matrix that is not finite (names the handle).
         """
-        matrices = self._checked(matrices)
+        matrices = checked_matrices(matrices, self._specs)
         moved = (matrices != self._matrices).any(axis=(1, 2))
         if not moved.any():
             return self._targets
@@ -218,7 +250,7 @@ class HandleMap:
 
         Shared vertices take the mean.
         """
-        matrices = self._checked(matrices)
+        matrices = checked_matrices(matrices, self._specs)
         seen = self._stretch @ matrices[:, :3, :3] @ np.linalg.inv(self._stretch)
         rotations = nearest_rotations(seen)
         result = np.empty((len(self._targets), 3, 3))
@@ -229,13 +261,3 @@ class HandleMap:
             result[n_single:n_vertices] = nearest_rotations(np.add.reduceat(weighted, self._shared_starts, axis=0))
         result[n_vertices:] = rotations[self._patch_handles]
         return result
-
-    def _checked(self, matrices: Floats) -> Floats:
-        matrices = np.asarray(matrices, dtype=np.float64)
-        if matrices.shape != (len(self._specs), 4, 4):
-            raise ValueError(f"matrices have shape {matrices.shape}, expected ({len(self._specs)}, 4, 4)")
-        finite = np.isfinite(matrices).all(axis=(1, 2))
-        if not finite.all():
-            name = self._specs[int(np.flatnonzero(~finite)[0])].name
-            raise ValueError(f"Handle '{name}' has a transform that is not finite: reset it")
-        return matrices

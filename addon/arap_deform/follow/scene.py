@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..core.session_data import Readout
 from ..core.session_input import SessionInput
+from ..props.bounds import bounded
 from ..scene import pose_key, redraw, versions
 from ..scene.inputs import read_input
 from . import mesh
@@ -121,16 +122,14 @@ class BlenderFollowScene:
         # The next change of the mesh is the add-on's own and must be drawn. is_bound() has evaluated earlier ones.
         self._has_written = self.depsgraph is None
         redraw.tag_meshes()
-        sufficient = 0.0 if time_limit_s is None else ACCURACY
-        readout = self._this_frame().solve(
-            matrices, time_limit_s=time_limit_s, sufficient_accuracy=sufficient, **options
-        )
+        options.setdefault("sufficient_accuracy", 0.0 if time_limit_s is None else ACCURACY)
+        readout = self._this_frame().solve(matrices, time_limit_s=time_limit_s, **options)
         if self.key is not None:
             self.key.note(self._obj())
         return readout
 
     def iteration_limit(self) -> int:
-        return int(self._obj().arap.max_iterations)
+        return int(bounded(self._obj().arap, "max_iterations"))
 
     def _read_inputs(self) -> SessionInput:
         return read_input(self._obj(), self._depsgraph(), use_nodes=self._use_nodes)

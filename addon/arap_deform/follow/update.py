@@ -14,10 +14,30 @@ from ..scene.inputs import read_input
 from . import mesh
 from .frame import Frame
 
+SCRIPT = "a script"  # see sessions.hold()
+
 
 def prepare_session(
     obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None, progress: Progress | None = None
 ) -> Session:
+    """As bind(), and the session is kept until end_session()."""
+    session = bind(obj, depsgraph or bpy.context.evaluated_depsgraph_get(), progress)
+    sessions.hold(obj.name, SCRIPT)
+    return session
+
+
+def end_session(obj: bpy.types.Object) -> None:
+    """Gives back the memory of prepare_session(): some kilobytes a vertex. The pose stays.
+
+    Raises:
+        RuntimeError: an act has the mesh for itself.
+    """
+    sessions.check_free(obj.name)
+    sessions.let_go(obj.name, SCRIPT)
+    sessions.drop_idle(obj.name)
+
+
+def bind(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, progress: Progress | None = None) -> Session:
     """The object's live session, made, or brought up to date.
 
     A session that fits is kept; changed groups only factorize again; a changed mesh, scale or setting binds again.
@@ -29,7 +49,7 @@ def prepare_session(
     """
     meshes.check_mesh(obj)
     sessions.check_free(obj.name)
-    inputs = read_input(obj, depsgraph or bpy.context.evaluated_depsgraph_get())
+    inputs = read_input(obj, depsgraph)
     session = run(sessions.rebuild(inputs, sessions.get(obj.name)), progress)
     mesh.adopt(obj, inputs, session)
     return session

@@ -4,6 +4,9 @@
 Handlers tell that the scene was evaluated. A timer goes on if that was not enough. While the artist moves a handle, and
 during playback, each solve goes on from the one before. After a change of frame it starts from rest: so a frame looks
 the same from whichever frame one comes.
+
+A run of an opened file waits until something moves: the saved pose is that of the handles as they were saved. So a file
+is opened at once, and to look at it does not change it.
 """
 
 from __future__ import annotations
@@ -28,7 +31,8 @@ class When(Enum):
     """What has evaluated the scene."""
 
     UPDATE = auto()  # something has changed
-    FRAME = auto()  # another frame, not in playback
+    FRAME = auto()  # another frame: one step, a script, or a viewport render, which shows it before the timer runs
+    SCRUB = auto()  # another frame, because the playhead is dragged
     PLAYBACK = auto()
 
 
@@ -37,6 +41,9 @@ class LiveScene(FollowScene, Protocol):
 
     def why_paused(self) -> str:
         """Why the mesh cannot follow now, in a few words; '' while it can."""
+
+    def has_changed(self) -> bool:
+        """Whether anything that the pose depends on has changed since the first call. Changes nothing itself."""
 
     def look_again(self) -> None:
         """Anything may have changed, for example the mode."""
@@ -51,8 +58,12 @@ class LiveScene(FollowScene, Protocol):
 class LiveRun(HasFollower):
     """From the moment that Live is switched on until ``is_over``. No method raises."""
 
-    def __init__(self, scene: LiveScene, clock: Callable[[], float] = time.perf_counter) -> None:
+    def __init__(
+        self, scene: LiveScene, clock: Callable[[], float] = time.perf_counter, *, is_waiting: bool = False
+    ) -> None:
+        """Prepares it. ``is_waiting``: until something moves, the pose shown is the right one."""
         self._scene = scene
+        self._is_waiting = is_waiting
         self._clock = clock
         self._follower = Follower(scene, clock)
         self._is_busy = False
@@ -68,20 +79,28 @@ class LiveRun(HasFollower):
     def is_settled(self) -> bool:
         """Whether there is nothing left to do until something changes."""
         is_busy = self.is_binding or self._is_resuming or self._is_behind or self._is_played
-        return self._follower.is_settled and not is_busy
+        return self._is_waiting or (self._follower.is_settled and not is_busy)
 
     @property
     def wants_timer(self) -> bool:
         return not self.is_over and (bool(self.pause) or not self.is_settled)
 
-    def scene_changed(self, when: When, time_limit_s: float | None = FOLLOW_TIME_LIMIT_S) -> None:
-        """Follows the handles if they have moved. Without a time limit it binds if it must and solves to the end."""
+    def scene_changed(self, when: When, time_limit_s: float = FOLLOW_TIME_LIMIT_S) -> None:
+        """Follows the handles if they have moved. A frame that is shown alone is settled at once."""
         if when is When.FRAME:
+            self.settle()
+            return
+        if when is When.SCRUB:
             self._is_from_rest = True
-        if time_limit_s is None:
-            self._guarded(self._settle)
-        else:
-            self._guarded(lambda: self._follow_in_time(when, time_limit_s))
+        self._guarded(lambda: self._follow_in_time(when, time_limit_s))
+
+    def settle(self) -> None:
+        """Binds if it must, and solves to the end."""
+        self._guarded(self._settle)
+
+    def look(self) -> None:
+        """For a run that waits: a first look, at what must change."""
+        self._guarded(lambda: None)
 
     def tick(self, *, is_playing: bool, time_limit_s: float = REFINE_TIME_LIMIT_S) -> None:
         """A step of binding, following or refining. During playback only of binding."""
@@ -104,7 +123,7 @@ class LiveRun(HasFollower):
         self._is_busy = True
         try:
             self.pause = self._scene.why_paused()
-            if not self.pause:
+            if not self.pause and self._is_awake():
                 step()
         except NotNow as reason:
             self.pause = str(reason)
@@ -116,6 +135,11 @@ class LiveRun(HasFollower):
         if self.pause:
             self._is_resuming = True
             self._scene.look_again()
+
+    def _is_awake(self) -> bool:
+        if self._is_waiting:
+            self._is_waiting = not self._scene.has_changed()
+        return not self._is_waiting
 
     def _follow_in_time(self, when: When, time_limit_s: float) -> None:
         self._is_behind = self._clock() < self._free_at or not self._follower.is_ready()
@@ -138,9 +162,12 @@ class LiveRun(HasFollower):
         return has_moved
 
     def _settle(self) -> None:
+        self._is_from_rest = True  # without a time limit there is no drag
+        self._is_behind = self._scene.has_to_wait()
+        if self._is_behind:
+            return
         for _ in range(MOST_STEPS_OF_BINDING):
-            if self._follower.prepare():
-                self._is_from_rest = True  # without a time limit there is no drag
+            if self._follower.prepare_now():
                 self._follow(None)
                 self._is_played = False
                 return

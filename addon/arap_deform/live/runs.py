@@ -17,10 +17,12 @@ from ..core.following import FOLLOW_TIME_LIMIT_S
 from ..follow.scene import is_rendering
 from ..props import hooks, preferences
 from ..scene import meshes, redraw
+from ..scene.console import say
 from .run import LiveRun, When
 from .scene import BlenderLiveScene
 
 TIMER_S = 0.02
+LIVE = "Live"  # see sessions.hold()
 SLOW_TIMER_S = 0.2  # while it only waits for the end of a pause, a playback or a render
 
 NOT_RENDERED = "Rendered without Live: the mesh kept one shape. Bake the animation before rendering it"
@@ -29,9 +31,14 @@ NOT_RENDERED = "Rendered without Live: the mesh kept one shape. Bake the animati
 class Run(LiveRun):
     """The run of one object, and its scene."""
 
-    def __init__(self, obj: bpy.types.Object) -> None:
+    def __init__(self, obj: bpy.types.Object, *, is_waiting: bool) -> None:
         self.scene = BlenderLiveScene(obj)
-        super().__init__(self.scene)
+        super().__init__(self.scene, is_waiting=is_waiting)
+        sessions.hold(obj.name, LIVE)
+
+    def end(self) -> None:
+        super().end()
+        sessions.let_go(self.scene.name, LIVE)
 
 
 _runs: dict[str, Run] = {}
@@ -67,9 +74,9 @@ def give_up(obj: bpy.types.Object) -> None:
             bpy.ops.ed.undo_push(message="ARAP Live Off")
 
 
-def _begin(obj: bpy.types.Object) -> None:
+def _begin(obj: bpy.types.Object, *, is_waiting: bool = False) -> None:
     if obj.name not in _runs and _is_own(obj) and obj.type == "MESH":
-        _runs[obj.name] = Run(obj)
+        _runs[obj.name] = Run(obj, is_waiting=is_waiting)
         _wake()
 
 
@@ -94,10 +101,12 @@ def _find(objects: Iterable[bpy.types.Object]) -> None:
 def _changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, when: When) -> None:
     runs = [run for name, run in _runs.items() if scene.objects.get(name) is not None]
     n_moving = sum(not (run.is_settled or run.pause) for run in runs)
-    limit = None if bpy.app.background else FOLLOW_TIME_LIMIT_S / max(1, n_moving)
     for run in runs:
         with run.scene.evaluated(depsgraph, is_frame=when is not When.UPDATE):
-            run.scene_changed(when, limit)
+            if bpy.app.background:  # there are no timers
+                run.settle()
+            else:
+                run.scene_changed(when, FOLLOW_TIME_LIMIT_S / max(1, n_moving))
     _wake()
 
 
@@ -117,17 +126,13 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if is_rendering() or _render_frame is not None:
         if _runs and scene.frame_current != _render_frame and not _has_rendered_without:
             _has_rendered_without = True
-            print(f"ARAP: {NOT_RENDERED}")
+            say(f"ARAP: {NOT_RENDERED}")
     elif _runs:
-        _changed(scene, depsgraph, When.PLAYBACK if _is_playing() else When.FRAME)
+        _changed(scene, depsgraph, _how_frame_changed())
 
 
 @persistent
 def _on_undo(*_: object) -> None:
-    for obj in bpy.data.objects:
-        # The problem may be gone. Undo does not restore this toggle: it did not change in the undone step.
-        if obj.arap.live_problem and _is_own(obj):
-            obj.arap.is_live = True
     _find(bpy.data.objects)
     for run in _runs.values():
         run.undone()
@@ -142,7 +147,11 @@ def _on_load(*_: object) -> None:
         run.end()
     _runs.clear()
     sessions.clear()  # after the runs: one that ends while it binds gives its former session back
-    _find(bpy.data.objects)
+    for obj in bpy.data.objects:
+        if obj.arap.is_live:
+            _begin(obj, is_waiting=True)
+    for run in list(_runs.values()):
+        run.look()
 
 
 @persistent
@@ -155,6 +164,13 @@ def _on_render_begin(scene: bpy.types.Scene, *_: object) -> None:
 def _on_render_end(*_: object) -> None:
     global _render_frame  # noqa: PLW0603 - as above
     _render_frame = None
+
+
+def _how_frame_changed() -> When:
+    if _is_playing():
+        return When.PLAYBACK
+    # A viewport render does not tell of itself: it is a change of frame like any other.
+    return When.SCRUB if any(w.screen.is_scrubbing for w in bpy.context.window_manager.windows) else When.FRAME
 
 
 def _is_playing() -> bool:

@@ -3,24 +3,72 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from ..core import sessions
+from ..core.arrays import Floats
+from ..core.session_data import Readout
+from ..core.session_input import SceneState, difference_of_scene
 from ..follow.act import print_fault
 from ..follow.mesh import SessionBinding
 from ..follow.scene import BlenderFollowScene
-from ..scene import meshes, pose_key
+from ..scene import handle_motion, meshes, pose_key
+from ..scene.console import say
+from ..scene.inputs import read_state
 from .run import NotNow
 
+# A frame that is shown alone is solved to its end. In a window a heavy mesh goes on with it after this time. Without
+# one nothing would go on, and a mesh that never settles would hold a script for ever.
+FRAME_TIME_LIMIT_S = 10.0
+SCRIPT_TIME_LIMIT_S = 60.0
+
+# Single-precision matrices of a mesh that moves as a whole differ by less, relative to the largest entry.
+SAME_MOTION = 1e-5
+
 PAUSING_MODES = {"EDIT": "Edit Mode", "SCULPT": "Sculpt Mode"}
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What the pose of a mesh depends on. A reason why there is no pose is told when that changes too."""
+
+    problem: str
+    state: SceneState | None = None
+    motions: Floats | None = None
+    changed_at: float = 0.0
+
+    @classmethod
+    def of(cls, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, changed_at: float) -> _Seen:
+        """``changed_at``: when the mesh was changed last."""
+        try:
+            motions = handle_motion.handle_matrices(obj, depsgraph)
+            state = read_state(obj, depsgraph, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
+        except ValueError as error:
+            return cls(str(error))
+        return cls("", state, motions, changed_at)
+
+    def is_same_as(self, other: _Seen) -> bool:
+        if self.state is None or other.state is None or self.motions is None or other.motions is None:
+            return self.problem == other.problem
+        return (
+            self.changed_at == other.changed_at
+            and self.state.settings == other.state.settings
+            and not difference_of_scene(self.state, other.state)
+            and bool(
+                np.all(np.abs(self.motions - other.motions) <= SAME_MOTION * np.abs(other.motions).max(initial=0.0))
+            )
+        )
 
 
 class BlenderLiveScene(BlenderFollowScene):
     """Reads from the depsgraph of the handler that runs, or of the window that shows the object."""
 
     key: pose_key.KeyFollower
+    _first: _Seen | None = None
     _lack = ""  # why it cannot follow while weights are painted; the next stroke may change that
 
     def __init__(self, obj: bpy.types.Object) -> None:
@@ -41,6 +89,13 @@ class BlenderLiveScene(BlenderFollowScene):
             return "Paused: this mesh is disabled, excluded or in another scene"
         return ""
 
+    def has_changed(self) -> bool:
+        """What the first call sees is kept."""
+        now = _Seen.of(self._obj(), self._depsgraph(), self._changed_at)
+        if self._first is None:
+            self._first = now
+        return not now.is_same_as(self._first)
+
     def _note_change(self, depsgraph: bpy.types.Depsgraph) -> None:
         super()._note_change(depsgraph)
         self._lack = ""
@@ -60,15 +115,24 @@ class BlenderLiveScene(BlenderFollowScene):
 
     def begin_bind(self) -> SessionBinding:
         try:
-            binding = super().begin_bind()
+            return super().begin_bind()
         except ValueError as error:
             if not self._is_in_weight_paint():
                 raise
             self._lack = f"Paused: {error}"
             raise NotNow(self._lack) from None
-        if bpy.app.background:  # there are no timers, so wait for it
-            binding.step(math.inf)
-        return binding
+
+    def update_from_rest(self, matrices: NDArray[np.float64], time_limit_s: float | None) -> Readout:
+        if time_limit_s is not None:
+            return super().update_from_rest(matrices, time_limit_s)
+        if not bpy.app.background:
+            return super().update_from_rest(matrices, FRAME_TIME_LIMIT_S)
+        readout = self._solve(matrices, SCRIPT_TIME_LIMIT_S, is_from_rest=True, sufficient_accuracy=0.0)
+        if readout.stop_reason == "time_limit":
+            raise RuntimeError(
+                f"'{self.name}' has not settled within {SCRIPT_TIME_LIMIT_S:g} seconds (raise Accuracy in Advanced)"
+            )
+        return readout
 
     def switch_off(self, error: Exception) -> None:
         print_fault(error)
@@ -77,7 +141,7 @@ class BlenderLiveScene(BlenderFollowScene):
             obj.arap.is_live = False
             obj.arap.live_problem = f"{error}: Live is off"
             if bpy.app.background:
-                print(f"ARAP: {obj.arap.live_problem}")
+                say(f"ARAP: {obj.arap.live_problem}")
 
     def _depsgraph(self) -> bpy.types.Depsgraph:
         if self.depsgraph is not None:

@@ -32,7 +32,6 @@ from .run import PoseRun
 from .solve import SolveJob, begin_solve, solve, unsettled_text
 
 VIEW_EVENTS = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "NDOF_MOTION"}
-EDITORS_WITH_TEXT = {"CONSOLE", "TEXT_EDITOR"}
 
 
 class ARAP_OT_pose(ModalOperator, bpy.types.Operator):
@@ -87,8 +86,8 @@ class ARAP_OT_pose(ModalOperator, bpy.types.Operator):
     def _on_press(self, context: bpy.types.Context, event: bpy.types.Event) -> bool:
         """Acts on our keys; True if the key was ours."""
         act = self._run.act
-        if _editor_at(context, event) in EDITORS_WITH_TEXT:
-            return False
+        if _editor_at(context, event) != "VIEW_3D":
+            return False  # other editors have uses of their own for both keys
         if event.type in {"RET", "NUMPAD_ENTER"}:
             act.keep()
             return True

@@ -13,7 +13,7 @@ from mathutils import Matrix
 
 from ..core import sessions
 from ..core.arrays import Floats
-from ..scene import handle_motion, meshes, pose_key, shape_keys
+from ..scene import handle_motion, meshes, placing, pose_key, shape_keys
 
 Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone; bone '': the object itself
 
@@ -81,6 +81,7 @@ def apply_pose_as_rest(obj: bpy.types.Object) -> None:
     shape_keys.shift_all(obj, key, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
     rests = _rest_matrices(obj)
     _set_rest_here(obj, depsgraph)
+    placing.forget_shapes(obj)
     _follow_new_rest(obj, rests)
     sessions.drop(obj.name)
 

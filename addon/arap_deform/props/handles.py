@@ -15,6 +15,7 @@ from mathutils import Matrix
 
 from ..core.transforms import IDENTITY
 from . import hooks
+from .held_shape import HeldShape
 
 
 def _is_other_object(settings: bpy.types.PropertyGroup, candidate: bpy.types.Object) -> bool:
@@ -40,12 +41,12 @@ def _on_own_group_changed(entry: bpy.types.PropertyGroup, _context: bpy.types.Co
     entry.has_made_group = False  # as above
 
 
-class ArapPin(bpy.types.PropertyGroup):
-    """A vertex group that stays at rest."""
+class ArapPin(HeldShape, bpy.types.PropertyGroup):
+    """A vertex group that stays where it was when it was added."""
 
     name: StringProperty(
         name="Vertex Group",
-        description="Vertices held at rest. Weight 1 holds exactly, less pulls towards rest, 0 is free",
+        description="Vertices that stay where they were when added. Weight 1 holds exactly, less pulls, 0 is free",
         update=_on_own_group_changed,
     )
     is_enabled: BoolProperty(name="Enabled", description="Hold this group. Off: its vertices are free", default=True)
@@ -54,7 +55,7 @@ class ArapPin(bpy.types.PropertyGroup):
     )
 
 
-class ArapHandle(bpy.types.PropertyGroup):
+class ArapHandle(HeldShape, bpy.types.PropertyGroup):
     """A vertex group that follows an object or a bone."""
 
     name: StringProperty(name="Name", description="Name of the handle")
@@ -95,11 +96,19 @@ class ArapHandle(bpy.types.PropertyGroup):
         options={"HIDDEN"}, description="The add-on made the empty, and removes it with the handle"
     )
     group_radius: FloatProperty(
+        min=0.0,
         options={"HIDDEN"},
         description="Radius of the group when the add-on made it, in world units; 0: it did not",
     )
-
+    reach: FloatProperty(
+        options={"HIDDEN"},
+        description="How far a point handle reaches until it is reset, in rigidity radii; 0: up to other handles",
+    )
     pose_id: IntProperty(options={"HIDDEN"}, description="Number of the handle in stored poses; 0: in none")
+
+    def forget_shape(self) -> None:
+        super().forget_shape()
+        self.reach = 0.0
 
     @property
     def rest(self) -> Matrix:

@@ -22,7 +22,7 @@ from ..core.naming import NAME_BYTES
 from . import hooks
 from .handles import ArapHandle, ArapPin, ArapStiffness
 from .poses import ArapStoredPose
-from .pull import ArapPullPin, ArapPullSettings
+from .pull import ArapPullPin, ArapPullRest, ArapPullSettings
 
 # Files store the numbers, so an item keeps its number.
 ENERGIES = (
@@ -107,7 +107,7 @@ class ArapMadeKey(bpy.types.PropertyGroup):
 class ArapObject(bpy.types.PropertyGroup):
     """Pins, handles and settings of one mesh object."""
 
-    pins: CollectionProperty(type=ArapPin, name="Pins", description="Vertex groups that stay at rest")
+    pins: CollectionProperty(type=ArapPin, name="Pins", description="Vertex groups that stay in place")
     active_pin_index: IntProperty(
         name="Active Pin",
         min=0,
@@ -136,6 +136,9 @@ class ArapObject(bpy.types.PropertyGroup):
 
     pull_pins: CollectionProperty(
         type=ArapPullPin, name="Pull Pins", description="Pieces that ARAP Pull holds", options={"HIDDEN"}
+    )
+    pull_rest: PointerProperty(
+        type=ArapPullRest, name="Pull Rest", description="What the last drag held besides", options={"HIDDEN"}
     )
 
     energy: EnumProperty(

@@ -9,12 +9,15 @@ import numpy as np
 from bpy.props import FloatProperty, IntProperty, StringProperty
 from numpy.typing import NDArray
 
+from .held_shape import HeldShape
+
 
 class ArapPullPin(bpy.types.PropertyGroup):
     """A piece of the surface that stays in its place while the tool ARAP Pull is on."""
 
     vertices_text: StringProperty(options={"HIDDEN"}, description="Its vertices: int32, base64")
     reach: FloatProperty(
+        min=0.0,
         options={"HIDDEN"},
         description="Radius of the free mesh around the piece when it was pulled; 0: pinned by a click",
     )
@@ -36,6 +39,10 @@ class ArapPullPin(bpy.types.PropertyGroup):
     @vertices.setter
     def vertices(self, vertices: NDArray[np.int32]) -> None:
         self.vertices_text = base64.b64encode(vertices.astype("<i4").tobytes()).decode()
+
+
+class ArapPullRest(HeldShape, bpy.types.PropertyGroup):
+    """The rest of the mesh as the last drag held it."""
 
 
 class ArapPullSettings(bpy.types.PropertyGroup):

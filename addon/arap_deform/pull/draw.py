@@ -10,6 +10,8 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Floats
+from ..props.bounds import bounded
+from ..scene import meshes
 from ..ui import batches
 from ..ui.batches import Color
 from ..ui.checks import find_drawn_object, find_posed_object
@@ -56,7 +58,7 @@ def hover(
 ) -> seen_mesh.Pick | None:
     """The pick under the mouse; made once for each place of the mouse, view and state of the mesh."""
     global _hover  # noqa: PLW0603 - drawing functions keep nothing, so the module keeps the last pick
-    depsgraph = context.evaluated_depsgraph_get()
+    depsgraph = meshes.drawn_depsgraph(context)
     try:
         now = (obj.name, seen_mesh.read(obj, depsgraph), mouse, radius, view.perspective.tobytes(), view.size)
         if _hover[0] != now:
@@ -74,7 +76,7 @@ def _draw_patch(
     corner: Floats,
     color: Color,
 ) -> None:
-    seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
+    seen = seen_mesh.read(obj, meshes.drawn_depsgraph(context))
     triangles = seen_mesh.patch_triangles(seen, pick.vertices)
     if len(triangles):
         pixels = view.pixels(seen.positions[triangles.ravel()]).reshape(-1, 3, 2)
@@ -94,10 +96,12 @@ def draw_pins() -> None:
     if obj is None or obj.mode != "OBJECT" or not obj.arap.pull_pins or context.region_data is None:
         return
     try:
-        seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
+        seen = seen_mesh.read(obj, meshes.drawn_depsgraph(context))
     except ValueError:
         return
-    pins = [(pin.vertices, pin.reach) for pin in obj.arap.pull_pins if pin.n_vertices == len(seen.positions)]
+    pins = [
+        (pin.vertices, bounded(pin, "reach")) for pin in obj.arap.pull_pins if pin.n_vertices == len(seen.positions)
+    ]
     if not pins:
         return
     view = seen_mesh.view_of(context.region, context.region_data)

@@ -28,6 +28,7 @@ class Pull:
         inputs: pins and handles of the object, temporary pins, ``grabs`` and, if the object has no pin, the rest of the
             mesh; all of them hold the place that is shown.
         grabs: the piece under the mouse, then its mirror images.
+        rest: what holds the rest of the mesh, None if the object has a pin; one of ``inputs``.
         shown: (n, 3) float32 the pose when the drag began.
         to_seen: (4, 4) object-space motion of the piece by modifiers and other shape keys, from the pose to what is
             seen.
@@ -35,6 +36,7 @@ class Pull:
 
     inputs: SessionInput
     grabs: tuple[Grab, ...]
+    rest: HandleSpec | None
     shown: Float32s
     to_seen: Floats
 
@@ -90,6 +92,7 @@ def begin_pull(
         *(_spec_of(f"Pull Pin {i + 1}", pin) for i, pin in enumerate(others)),
         *(_spec_of(f"Pull {i + 1}", grab) for i, grab in enumerate(grabs)),
     ]
+    rest = None
     if not pins.has_set_pins(obj) and all(grab.reach > 0.0 for grab in grabs):
         rest = hold_of_rest(
             inputs.mesh.rest_positions @ inputs.stretch.T, versions.read_edges(obj.data), [*others, *grabs]
@@ -98,7 +101,7 @@ def begin_pull(
     holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in added))
     based = tuple(replace(spec, base=shown) for spec in (*inputs.specs, *added))
     to_seen = begun.to_seen if begun else _to_seen(obj, depsgraph, grabs[0], shown)
-    return Pull(replace(inputs, specs=based, holds=holds), grabs, shown, to_seen)
+    return Pull(replace(inputs, specs=based, holds=holds), grabs, rest, shown, to_seen)
 
 
 def _spec_of(name: str, grab: Grab) -> HandleSpec:

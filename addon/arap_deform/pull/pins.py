@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
-from ..core.arrays import Ints
+from ..core.arrays import Float32s, Ints
 from ..core.patches import diagonal_of
-from ..scene import groups, handle_motion, meshes, versions
+from ..core.targets import HandleSpec
+from ..props.bounds import bounded
+from ..scene import groups, handle_motion, meshes, staying, versions
 from ..setup.handles import add_handle
 from ..setup.pins import add_pin
 from .region import Grab, hold_of_rest
 
 if TYPE_CHECKING:
+    from ..props.handles import ArapPin
     from ..props.pull import ArapPullPin
 
 MOVED = 1e-4  # a vertex this far from rest has moved, as a fraction of the diagonal
@@ -25,7 +27,7 @@ MOVED = 1e-4  # a vertex this far from rest has moved, as a fraction of the diag
 
 def grabs_of(obj: bpy.types.Object) -> list[Grab]:
     """The pieces that the temporary pins hold."""
-    return [Grab(pin.vertices, pin.reach) for pin in obj.arap.pull_pins]
+    return [Grab(pin.vertices, bounded(pin, "reach")) for pin in obj.arap.pull_pins]
 
 
 def has_set_pins(obj: bpy.types.Object) -> bool:
@@ -79,7 +81,7 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
     """Turns the temporary pins into handles and pins of the object; the mesh does not move.
 
     A piece at rest becomes a pin. A piece that has moved becomes a handle, with an empty at its present place. If the
-    object has no pin, the rest of the mesh, which the pull held, becomes a pin too.
+    object has no pin, the rest of the mesh, which the pull held, becomes a pin too. Solved again, the mesh stays.
 
     Returns:
         Counts of the new handles and of the new pins.
@@ -95,32 +97,49 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
     rest = meshes.read_rest(obj)
     shown = handle_motion.shown_positions(obj, rest)
     has_moved = np.abs(shown - rest).max(axis=1) > MOVED * diagonal_of(rest)
-    hold = None if has_set_pins(obj) else _hold_at_rest(obj, depsgraph, grabs, rest, has_moved)
-    n_handles = 0
+    hold = None
+    if not has_set_pins(obj):
+        seen = rest.astype(np.float64) @ meshes.read_stretch(obj, depsgraph).T
+        hold = hold_of_rest(seen, versions.read_edges(obj.data), grabs)
+    first_pin, first_handle = len(obj.arap.pins), len(obj.arap.handles)
     for grab in grabs:
         if has_moved[grab.vertices].any():
             add_handle(obj, grab.vertices, name="Pull")
-            n_handles += 1
         else:
             add_pin(obj, grab.vertices, name="Hold")
-    if hold is not None:
-        pin = add_pin(obj, hold[0], name="Rest")
-        groups.write(obj, pin.name, *hold)
+    if hold is not None and len(hold.vertices):
+        pin = add_pin(obj, hold.vertices, name="Rest")
+        groups.write(obj, pin.name, hold.vertices, hold.weights)
+    # All at once: each of them was added beside the ones before, but in the pull all of them held the mesh.
+    made = [*obj.arap.pins[first_pin:], *obj.arap.handles[first_handle:]]
+    staying.stay(obj, bpy.context.evaluated_depsgraph_get(), *made)
+    if hold is not None and len(hold.vertices):
+        _hold_as_pulled(obj, obj.arap.pins[-1], hold, shown - rest)
     obj.arap.pull_pins.clear()
-    return n_handles, len(grabs) - n_handles + (hold is not None)
+    n_handles = len(obj.arap.handles) - first_handle
+    return n_handles, len(made) - n_handles
 
 
-def _hold_at_rest(
-    obj: bpy.types.Object,
-    depsgraph: bpy.types.Depsgraph,
-    grabs: Sequence[Grab],
-    rest: NDArray[np.float32],
-    has_moved: NDArray[np.bool_],
-) -> tuple[Ints, NDArray[np.float64]] | None:
-    """Vertices and weights of the hold beyond the falloff; only vertices at rest, because a pin cannot hold others."""
-    seen = rest.astype(np.float64) @ meshes.read_stretch(obj, depsgraph).T
-    hold = hold_of_rest(seen, versions.read_edges(obj.data), grabs)
-    # A softly held vertex has moved in the pull itself, and a pin holds it just as softly.
-    was_posed = has_moved[hold.vertices[hold.weights >= 1.0]].any()
-    is_pinned = ~has_moved[hold.vertices] | ~was_posed
-    return (hold.vertices[is_pinned], hold.weights[is_pinned]) if is_pinned.any() else None
+def remember_rest(obj: bpy.types.Object, hold: HandleSpec | None, start: Float32s) -> None:
+    """Keeps where a drag pulled the softly held vertices to, for make_real().
+
+    Args:
+        hold: of the rest of the mesh, None if there was none.
+        start: (n, 3) the pose when the drag began.
+    """
+    obj.arap.pull_rest.forget_shape()
+    if hold is not None:
+        soft = hold.vertices[hold.weights < 1.0]
+        obj.arap.pull_rest.set_shape(soft, start[soft] - meshes.read_rest(obj)[soft], len(start))
+
+
+def _hold_as_pulled(obj: bpy.types.Object, pin: ArapPin, hold: HandleSpec, offsets: Float32s) -> None:
+    """Lets the pin of the rest pull as the last drag did: a softly held vertex is not where it is pulled to.
+
+    Args:
+        offsets: (n, 3) from rest to what is shown.
+    """
+    soft, pulled, n = obj.arap.pull_rest.shape
+    if n == len(offsets):
+        offsets[soft] = pulled
+    pin.set_shape(hold.vertices, offsets[hold.vertices], len(offsets))

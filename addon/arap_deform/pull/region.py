@@ -18,7 +18,7 @@ from ..core.transforms import nearest_rotations
 
 MIRROR_TOLERANCE = 1e-4  # largest distance between mirror images, as a fraction of the diagonal
 FREE_SHARE = 0.4  # the part of the falloff that is not held at all
-LEAST_HOLD = 1e-3  # smaller weights hold nothing
+LEAST_HOLD = 1e-3  # the step between weights, as in vertex groups: see groups.write()
 MOST_IN_CELL = 64  # vertices to look at if the mesh is finer than the tolerance: it bounds time and memory
 
 Signs = tuple[float, float, float]
@@ -141,7 +141,10 @@ def hold_of_rest(points: Floats, edges: Ints, grabs: Sequence[Grab]) -> HandleSp
         share = np.clip((beyond / grab.reach - FREE_SHARE) / (1.0 - FREE_SHARE), 0.0, 1.0)
         weights[free] = np.minimum(weights[free], share * share * (3.0 - 2.0 * share))
         weights[grab.vertices] = 0.0
-    held = np.flatnonzero(weights >= LEAST_HOLD).astype(np.int32)
+    # As fine as a vertex group holds them, so that a pin made of this holds the same.
+    is_soft = weights < 1.0
+    weights[is_soft] = np.minimum(np.rint(weights[is_soft] / LEAST_HOLD) * LEAST_HOLD, 1.0 - LEAST_HOLD)
+    held = np.flatnonzero(weights > 0.0).astype(np.int32)
     return HandleSpec("Rest", held, weights[held])
 
 

@@ -138,6 +138,7 @@ class PullRun(ActRun):
         obj = self.scene.obj
         if end.how is Ending.KEEP and obj is not None:
             pins.add(obj, self.scene.pull.grabs)
+            pins.remember_rest(obj, self.scene.pull.rest, self.scene.pull.shown)
         return end
 
     def _status_text(self) -> str:

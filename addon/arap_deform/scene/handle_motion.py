@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
-from ..core.transforms import best_rigid_fit
 from . import meshes, pose_key, versions
 
 if TYPE_CHECKING:
@@ -74,6 +73,9 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     reason = target_problem(obj, handle.target, handle.bone, depsgraph)
     if reason:
         return whose + reason
+    owner = other_owner(obj, handle)
+    if owner is not None:
+        return f"{whose}its empty belongs to '{owner.name}', of which this is a copy; press Copy Handles"
     if not any(handle.rest_matrix):
         return (
             f"{whose}'{obj.name}' was scaled to nothing when '{handle.target.name}' was chosen; "
@@ -86,6 +88,21 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     if handle.vertex_group not in obj.vertex_groups:
         return f"{whose}there is no vertex group '{handle.vertex_group}'; choose one or remove the handle"
     return ""
+
+
+def other_owner(obj: bpy.types.Object, handle: ArapHandle) -> bpy.types.Object | None:
+    """The mesh that a made empty belongs to, if that is not ``obj``, which is a copy then; None if it is no other one.
+
+    An empty is a child of the mesh that it was made for. One that the artist has given another parent, and one that was
+    chosen by hand, belongs to every mesh that has it as a handle.
+    """
+    above = handle.target.parent if handle.has_made_target and handle.target is not None else None
+    while above is not None and above != obj:
+        is_mesh = above.type == "MESH" and above.library is None
+        if is_mesh and any(h.target == handle.target and h.has_made_target for h in above.arap.handles):
+            return above
+        above = above.parent
+    return None
 
 
 def no_weights(obj: bpy.types.Object, handle: ArapHandle) -> str:
@@ -142,18 +159,3 @@ def shown_positions(obj: bpy.types.Object, rest: NDArray[np.float32]) -> NDArray
     if key is not None and key.value == 1.0:
         return versions.read_key(key)  # to the last bit
     return rest if key is None else np.asarray(rest + key.value * (versions.read_key(key) - rest), dtype=np.float32)
-
-
-def fit_to_pose(
-    obj: bpy.types.Object,
-    depsgraph: bpy.types.Depsgraph,
-    indices: NDArray[np.integer],
-    rest: NDArray[np.float32],
-    weights: Floats | None = None,
-) -> Floats:
-    """(4, 4) object-space motion of the vertices from rest to the pose shown, rigid as seen: see best_rigid_fit()."""
-    shown = shown_positions(obj, rest)
-    if shown is rest or np.array_equal(shown[indices], rest[indices]):
-        return np.eye(4)
-    stretch = meshes.read_stretch(obj, depsgraph)
-    return best_rigid_fit(rest[indices].astype(np.float64), shown[indices].astype(np.float64), stretch, weights)

@@ -14,39 +14,53 @@ from ..core.session_input import Counts, GroupHold, Hold, MeshSignature, SceneSt
 from ..core.stiffness import StiffGroup, regions_of, stiffness_of
 from ..core.targets import HandleSpec
 from ..props import preferences
+from ..props.bounds import bounded
 from . import handle_motion, meshes, pose_key, shape_keys
 
 if TYPE_CHECKING:
-    from ..props.handles import ArapHandle
+    from ..props.handles import ArapHandle, ArapPin
 
 
 def settings_of(obj: bpy.types.Object) -> SessionSettings:
     """The solver's settings: of ``obj.arap``, the threads of the preferences."""
     settings = obj.arap
     return SessionSettings(
-        energy=settings.energy,
-        rigidity_radius=settings.rigidity / 100.0,
-        weights=settings.weights,
-        initial_guess=settings.initial_guess,
-        iterations_per_update=settings.iterations_per_update,
-        max_iterations=settings.max_iterations,
-        accuracy=settings.accuracy,
+        energy=bounded(settings, "energy"),
+        rigidity_radius=bounded(settings, "rigidity") / 100.0,
+        weights=bounded(settings, "weights"),
+        initial_guess=bounded(settings, "initial_guess"),
+        iterations_per_update=bounded(settings, "iterations_per_update"),
+        max_iterations=bounded(settings, "max_iterations"),
+        accuracy=bounded(settings, "accuracy"),
         threads=preferences.threads(),
         join_seams=settings.join_seams,
     )
 
 
-def spec_of(hold: Hold, weights: Floats) -> HandleSpec:
-    """What a hold means for the vertices. ``weights``: (n,) of its group."""
+def spec_of(entry: ArapPin | ArapHandle, weights: Floats, rest: Floats) -> HandleSpec:
+    """What a pin or handle means for the vertices.
+
+    Args:
+        entry: of the lists.
+        weights: (n,) of its group.
+        rest: (n, 3).
+    """
+    hold = hold_of(entry)
     vertices = np.flatnonzero(weights > 0.0).astype(np.int32)
-    return HandleSpec(hold.group, vertices, weights[vertices], hold.is_exact)
+    moved, offsets, n = entry.shape
+    base = None
+    if n == len(rest):
+        base = rest.astype(np.float32)
+        base[moved] += offsets
+    return HandleSpec(hold.group, vertices, weights[vertices], hold.is_exact, base, hold.reach)
 
 
-def read_state(obj: bpy.types.Object, stretch: Floats, key_name: str) -> SceneState:
+def read_state(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, stretch: Floats, key_name: str) -> SceneState:
     """What a frame compares with the session.
 
     Args:
         obj: a mesh that can be posed.
+        depsgraph: for the place of a mirror object.
         stretch: (3, 3) of its evaluated matrix.
         key_name: the shape key that takes the pose.
     """
@@ -58,6 +72,7 @@ def read_state(obj: bpy.types.Object, stretch: Floats, key_name: str) -> SceneSt
         holds=enabled_holds(obj),
         stiff_groups=enabled_stiffness(obj),
         key_name=key_name,
+        mirrors=meshes.read_mirrors(obj, depsgraph),
     )
 
 
@@ -80,7 +95,7 @@ def read_input(
             without its group or object, a handle whose group has no weights, nothing pinned or handled.
     """
     meshes.check_mesh(obj)
-    state = read_state(obj, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
+    state = read_state(obj, depsgraph, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
     shape_keys.check_writable(obj)
     pose_key.check_name(obj)
     handle_motion.check_handles(obj, depsgraph)
@@ -91,12 +106,13 @@ def read_input(
     weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
     _check_handle_weights(obj, weights)
     mesh = meshes.read_mesh(obj)
+    specs = tuple(spec_of(entry, weights[hold_of(entry).group], mesh.rest_positions) for entry in enabled_entries(obj))
     stiffness = stiffness_of(state.stiff_groups, weights)
     regions = regions_of(state.stiff_groups, weights, mesh)
     return SessionInput(
         **vars(state),
         mesh=mesh,
-        specs=tuple(spec_of(hold, weights[hold.group]) for hold in state.holds),
+        specs=specs,
         signature=MeshSignature.of(mesh, (stiffness, regions)),
         stiffness=stiffness,
         rigid_regions=regions,
@@ -115,17 +131,26 @@ def counts_of(obj: bpy.types.Object) -> Counts:
     return len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)
 
 
-def enabled_holds(obj: bpy.types.Object, besides: ArapHandle | None = None) -> tuple[Hold, ...]:
-    """Of the enabled pins, then of the enabled handles but one: the order of the session's handles."""
-    pins = [GroupHold(pin.name) for pin in obj.arap.pins if pin.is_enabled]
-    handles = (handle for handle in obj.arap.handles if handle.is_enabled and handle != besides)
-    return (*pins, *(GroupHold(handle.vertex_group, handle.is_exact) for handle in handles))
+def enabled_entries(obj: bpy.types.Object) -> list[ArapPin | ArapHandle]:
+    """The enabled pins, then the enabled handles: the order of the session's handles."""
+    return [entry for entry in (*obj.arap.pins, *obj.arap.handles) if entry.is_enabled]
+
+
+def hold_of(entry: ArapPin | ArapHandle) -> Hold:
+    if not hasattr(entry, "vertex_group"):
+        return GroupHold(entry.name, shape_id=entry.shape_id)
+    return GroupHold(entry.vertex_group, entry.is_exact, entry.reach, entry.shape_id)
+
+
+def enabled_holds(obj: bpy.types.Object) -> tuple[Hold, ...]:
+    """Of enabled_entries()."""
+    return tuple(hold_of(entry) for entry in enabled_entries(obj))
 
 
 def enabled_stiffness(obj: bpy.types.Object) -> tuple[StiffGroup, ...]:
     """The enabled entries of the list Stiffness."""
     return tuple(
-        StiffGroup(entry.name, entry.factor, entry.is_rigid, entry.is_one_body)
+        StiffGroup(entry.name, bounded(entry, "factor"), entry.is_rigid, entry.is_one_body)
         for entry in obj.arap.stiffness
         if entry.is_enabled
     )

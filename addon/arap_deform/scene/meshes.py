@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.mirror import Mirror
 from ..core.session_data import SessionMesh
 from ..core.transforms import stretch_of
 from . import versions
@@ -76,6 +77,11 @@ def read_matrix(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> NDArra
     return np.array(obj.evaluated_get(depsgraph).matrix_world, dtype=np.float64)
 
 
+def drawn_depsgraph(context: bpy.types.Context) -> bpy.types.Depsgraph:
+    """As last evaluated, for what draws: an evaluation would call handlers, and these must not write then."""
+    return context.view_layer.depsgraph or context.evaluated_depsgraph_get()  # there is none before the first
+
+
 def is_evaluated(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
     """Whether Blender keeps the evaluated object up to date: if it is hidden by the eye, but not if it is disabled."""
     view_layer = depsgraph.view_layer
@@ -106,6 +112,27 @@ def stretch_in(obj: bpy.types.Object, world: NDArray[np.float64]) -> NDArray[np.
         return stretch_of(world)
     except ValueError as error:
         raise ValueError(f"'{obj.name}' {error}") from None
+
+
+def read_mirrors(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Mirror, ...]:
+    """The planes of the first Mirror modifier that is on, if it merges the halves or clips them."""
+    modifier = next((m for m in obj.modifiers if m.type == "MIRROR" and m.show_viewport), None)
+    if modifier is None or not (modifier.use_mirror_merge or modifier.use_clip):
+        return ()
+    centre = np.eye(4)
+    if modifier.mirror_object is not None:
+        mirror_object = read_matrix(modifier.mirror_object, depsgraph)
+        try:
+            centre = np.asarray(np.linalg.inv(mirror_object) @ read_matrix(obj, depsgraph))
+        except np.linalg.LinAlgError:  # scaled to nothing
+            return ()
+    mirrors = []
+    for axis, (is_on, is_bisected) in enumerate(zip(modifier.use_axis, modifier.use_bisect_axis, strict=True)):
+        if is_on and not is_bisected:
+            flip = np.eye(4)
+            flip[axis, axis] = -1.0
+            mirrors.append(Mirror(np.asarray(np.linalg.inv(centre) @ flip @ centre), modifier.merge_threshold))
+    return tuple(mirrors)
 
 
 def selected_vertices(obj: bpy.types.Object) -> NDArray[np.int32]:

@@ -21,14 +21,21 @@ AT_PLACE = 1e-4
 
 
 def reset_handles(obj: bpy.types.Object) -> list[str]:
-    """Puts every handle's object or bone back to its place at rest.
+    """Puts every handle's object or bone back to its place at rest, and pins added to a pose hold the rest shape.
 
     Returns:
         Names of the handles that something else (animation, a constraint, a driver) keeps elsewhere.
     """
     meshes.check_mesh(obj)
+    forget_shapes(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     return place_handles(obj, {i: np.eye(4) for i in working_handles(obj, depsgraph)})
+
+
+def forget_shapes(obj: bpy.types.Object) -> None:
+    """Lets all pins and handles hold the mesh as it is at rest."""
+    for entry in (*obj.arap.pins, *obj.arap.handles):
+        entry.forget_shape()
 
 
 def working_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[int]:

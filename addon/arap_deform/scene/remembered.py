@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Floats
-from ..core.patches import surface_diagonal
+from ..core.mirror import seen_size
 from ..props import hooks
 from . import meshes, versions
 
@@ -43,6 +43,8 @@ def is_empty_group(obj: bpy.types.Object, group: str) -> bool:
 def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
     """Diagonal of the box of the vertices that are in faces, at rest and with the object's stretch, in scene units.
 
+    Of half a mesh with a Mirror modifier: that of both halves.
+
     Raises:
         ValueError: the object is scaled to nothing.
     """
@@ -52,7 +54,8 @@ def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
     former = _sizes.get(obj.name_full)
     if former is None or np.abs(former[0] - shape).max() > SAME_STRETCH:
         corner_vertices = versions.read_corner_vertices(obj.data)
-        former = (shape, surface_diagonal(meshes.read_rest(obj) @ shape.T, corner_vertices))
+        mirrors = meshes.read_mirrors(obj, depsgraph)
+        former = (shape, seen_size(meshes.read_rest(obj), corner_vertices, shape, mirrors))
         _sizes[obj.name_full] = former
     return scale * former[1]
 

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Float32s
 
-# Below this many vertices a plain pass over the vertices' groups is faster than setting up the node tree.
-NODES_PAY_FROM = 5_000
+# Below this many vertices for each tree a plain pass over the vertices' groups is faster than the node trees.
+NODES_PAY_FROM = 10_000
+MOST_IN_TREE = 16  # groups: to set up a tree takes time quadratic in its nodes
 
 
 def read_key(key: bpy.types.ShapeKey) -> Float32s:
@@ -93,8 +94,14 @@ def read_group_weights(
     if not names:
         return {}
     if use_nodes is None:
-        use_nodes = bpy.app.version >= (4, 0, 0) and len(obj.data.vertices) >= NODES_PAY_FROM
-    return _weights_by_nodes(obj, names) if use_nodes else _weights_by_pass(obj, names)
+        n_trees = -(-len(names) // MOST_IN_TREE)
+        use_nodes = bpy.app.version >= (4, 0, 0) and len(obj.data.vertices) >= n_trees * NODES_PAY_FROM
+    if not use_nodes:
+        return _weights_by_pass(obj, names)
+    result: dict[str, Float32s] = {}
+    for start in range(0, len(names), MOST_IN_TREE):
+        result.update(_weights_by_nodes(obj, names[start : start + MOST_IN_TREE]))
+    return result
 
 
 def _weights_by_pass(obj: bpy.types.Object, names: Sequence[str]) -> dict[str, Float32s]:

@@ -11,7 +11,8 @@ from bpy.props import FloatProperty, StringProperty
 
 from ..core.arrays import Ints
 from ..scene import groups, meshes, remembered
-from ..ui.checks import ArapOperator, check_visible, object_mode, posed_object, why_busy, why_not_changeable
+from ..ui.checks import ArapOperator, check_visible, posed_object, why_busy, why_not_changeable
+from ..ui.edit_mode import object_mode
 from .select_operators import select_in_edit_mode
 from .stiffness import soften_group
 

@@ -14,9 +14,11 @@ from mathutils import Matrix
 from ..core import naming
 from ..core.arrays import Floats
 from ..core.patches import diagonal_of
+from ..core.targets import HandleSpec
 from ..core.transforms import transformed
 from ..props import hooks
-from ..scene import groups, handle_motion, handle_patch, meshes, remembered
+from ..props.bounds import bounded
+from ..scene import groups, handle_motion, held, meshes, remembered, staying
 from ..scene.groups import VertexIndices
 from .pins import GroupList
 
@@ -55,18 +57,17 @@ def add_handle(
     depsgraph = bpy.context.evaluated_depsgraph_get()
     world = handle_motion.object_matrix(obj, depsgraph)
     rest = meshes.read_rest(obj)
-    patch = None if is_exact else handle_patch.find_patch(obj, depsgraph, indices)
-    held = (indices, rest) if patch is None else (patch.vertices, rest, patch.weights)
-    fit = world @ handle_motion.fit_to_pose(obj, depsgraph, *held) @ np.linalg.inv(world)
+    found = held.fit(obj, depsgraph, HandleSpec(name, indices, np.ones(len(indices)), is_exact))
+    fit = world @ found.motion @ np.linalg.inv(world)
 
     points = transformed(world, rest[indices])
-    centre = points.mean(axis=0) if patch is None else transformed(world, patch.centre)
+    centre = points.mean(axis=0) if found.centre is None else transformed(world, found.centre)
     if location is not None:
         centre = transformed(np.linalg.inv(fit), np.array([location], dtype=np.float64))[0]
     at_rest = np.eye(4)
     at_rest[:3, 3] = centre
 
-    with _making():
+    with making():
         handle = _new_handle(obj, groups.new(obj, indices, name), name)
         handle.is_exact = is_exact
         handle.target = _new_empty(obj, name, world, fit @ at_rest)
@@ -76,6 +77,7 @@ def add_handle(
             float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()),
             SMALLEST_HANDLE * diagonal_of(transformed(world, rest)),
         )
+    staying.stay(obj, bpy.context.evaluated_depsgraph_get(), handle)
     resize_empties(obj)
     return handle
 
@@ -103,7 +105,7 @@ def add_handle_for(
     within = np.flatnonzero(distance <= radius) if radius is not None else ()
     indices = np.asarray(within if len(within) else [int(distance.argmin())], dtype=np.int32)
     name = bone or target.name
-    with _making():
+    with making():
         handle = _new_handle(obj, groups.new(obj, indices, name), name)
         handle.has_made_group = True
         handle.target = target
@@ -151,18 +153,15 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
         return
     world = handle_motion.object_matrix(obj, depsgraph)
     fit = np.eye(4)
+    use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
     if handle_motion.pose_key_of(obj) is not None:
-        rest = meshes.read_rest(obj)
-        use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
-        weights = meshes.read_weights(obj, [handle.vertex_group], use_nodes=use_nodes)[handle.vertex_group]
-        indices = np.flatnonzero(weights > 0.0).astype(np.int32)
-        is_point = not handle.is_exact and bool((weights[indices] >= 1.0).all())
-        patch = handle_patch.find_patch(obj, depsgraph, indices, handle, use_nodes=use_nodes) if is_point else None
-        held = (indices, rest) if patch is None else (patch.vertices, rest, patch.weights)
-        if len(indices):
-            fit = handle_motion.fit_to_pose(obj, depsgraph, *held)
+        rest = meshes.read_rest(obj).astype(np.float64)
+        spec = held.specs_of(obj, [handle], rest, use_nodes=use_nodes)[0]
+        if len(spec.vertices):
+            fit = held.fit(obj, depsgraph, spec, handle, use_nodes=use_nodes).motion
     matrix = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
     handle.rest = Matrix(np.linalg.inv(fit) @ np.linalg.inv(world) @ matrix)
+    staying.stay(obj, depsgraph, handle, use_nodes=use_nodes)
 
 
 def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = False) -> str:
@@ -173,7 +172,7 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
         with_weights: report a group without weights too, if a look at it takes only milliseconds: see remembered.
     """
     handle = HANDLES.at(obj, index)
-    problem = handle_motion.problem_of(obj, handle, bpy.context.evaluated_depsgraph_get())
+    problem = handle_motion.problem_of(obj, handle, meshes.drawn_depsgraph(bpy.context))
     if not problem and with_weights and remembered.is_empty_group(obj, handle.vertex_group):
         return handle_motion.no_weights(obj, handle)
     return problem
@@ -182,13 +181,13 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
 def resize_empties(obj: bpy.types.Object) -> None:
     """Gives the empties that were made for handles the size set in ``obj.arap``."""
     for handle in obj.arap.handles:
-        if handle.has_made_target and handle.target is not None:
-            handle.target.empty_display_size = obj.arap.handle_size * handle.group_radius
+        if handle.has_made_target and handle.target is not None and not handle_motion.other_owner(obj, handle):
+            handle.target.empty_display_size = bounded(obj.arap, "handle_size") * bounded(handle, "group_radius")
 
 
 @contextmanager
-def _making() -> Iterator[None]:
-    """While a function here fills in a handle: its steps are not choices of the artist."""
+def making() -> Iterator[None]:
+    """While a function fills in a handle: its steps are not choices of the artist."""
     global _is_making  # noqa: PLW0603 - Blender's update callbacks take no other message
     _is_making = True
     try:
@@ -209,7 +208,7 @@ def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
 
 def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) -> bpy.types.Object:
     empty = bpy.data.objects.new(name, None)
-    _collection_for_empty(obj).objects.link(empty)
+    collection_for_empty(obj).objects.link(empty)
     empty.empty_display_type = "SPHERE"
     empty.show_in_front = True
     empty.parent = obj
@@ -219,7 +218,7 @@ def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) 
     return empty
 
 
-def _collection_for_empty(obj: bpy.types.Object) -> bpy.types.Collection:
+def collection_for_empty(obj: bpy.types.Object) -> bpy.types.Collection:
     """A local, enabled collection of the object, else the scene's."""
     users = obj.users_collection
     for collection in meshes.enabled_collections(bpy.context.view_layer.layer_collection):

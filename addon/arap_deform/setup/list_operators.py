@@ -9,7 +9,9 @@ import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from ..scene import meshes
-from ..ui.checks import ArapOperator, one_step, posed_object, why_not_changeable, why_not_object_mode
+from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
+from ..ui.edit_mode import OneStepOperator, is_edited
+from .handle_copies import are_foreign, copy_handles
 from .handles import add_handle, add_handles_for, remove_handle
 from .pins import add_pin, add_pin_group, remove_pin
 from .stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness
@@ -31,14 +33,14 @@ def why_nothing_to_pin(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Edit Mode, or have vertex groups."""
     lack = "Select vertices in Edit Mode (Tab) to pin them"
     return why_not_changeable(context) or (
-        "" if posed_object(context).mode == "EDIT" or posed_object(context).vertex_groups else lack
+        "" if is_edited(posed_object(context)) or posed_object(context).vertex_groups else lack
     )
 
 
 def why_not_edited(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Edit Mode."""
     lack = "Select vertices in Edit Mode (Tab) to give them a handle"
-    return why_not_changeable(context) or ("" if posed_object(context).mode == "EDIT" else lack)
+    return why_not_changeable(context) or ("" if is_edited(posed_object(context)) else lack)
 
 
 def why_no_new_targets(context: bpy.types.Context) -> str:
@@ -54,7 +56,7 @@ def why_not_rigid(context: bpy.types.Context) -> str:
     reason = why_not_changeable(context)
     if reason:
         return reason
-    if posed_object(context).mode != "EDIT":
+    if not is_edited(posed_object(context)):
         return "Select vertices in Edit Mode (Tab) to make them rigid"
     return "" if posed_object(context).data.total_vert_sel else "Select the vertices to make rigid first"
 
@@ -67,10 +69,16 @@ def _why_none(items: str, lack: str) -> Callable[[bpy.types.Context], str]:
 why_no_handles = _why_none("handles", "Add a handle first: nothing moves the mesh yet")
 
 
-class _Add(ArapOperator):
-    """Adds an entry to a list, with a step of undo of its own: see one_step()."""
+def why_own_handles(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). Handles must belong to another mesh."""
+    return why_not_changeable(context) or (
+        "" if are_foreign(posed_object(context)) else "The handles belong to this mesh: there is nothing to copy"
+    )
 
-    bl_options = {"REGISTER"}
+
+class _Add(OneStepOperator):
+    """Adds an entry to a list."""
+
     purpose: str  # for a message
     name: Any
 
@@ -79,26 +87,25 @@ class _Add(ArapOperator):
         vertices = meshes.selected_vertices(obj)
         if not len(vertices):
             raise ValueError(f"No vertices are selected: select the vertices to {self.purpose}")
-        with one_step(obj, self.bl_label):
+        with self.one_step(obj):
             add(obj, vertices, name=self.name, **options)
 
 
-class _Remove(ArapOperator):
-    """Removes the chosen entry of a list, with a step of undo of its own: see one_step()."""
+class _Remove(OneStepOperator):
+    """Removes the chosen entry of a list."""
 
-    bl_options = {"REGISTER"}
     active: str  # name of its index in ``obj.arap``
     remove: Callable[[bpy.types.Object, int], None]
 
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        with one_step(obj, self.bl_label):
+        with self.one_step(obj):
             self.remove(obj, getattr(obj.arap, self.active))
 
 
 class ARAP_OT_pin_add(_Add, bpy.types.Operator):
     bl_idname = "arap.pin_add"
     bl_label = "Add Pin"
-    bl_description = "Hold vertices at rest. In Edit Mode: the selected vertices. In other modes: a vertex group"
+    bl_description = "Hold vertices where they are. In Edit Mode: the selected vertices. In other modes: a vertex group"
     purpose = "pin"
     why_not = staticmethod(why_nothing_to_pin)
 
@@ -128,7 +135,7 @@ class ARAP_OT_pin_add(_Add, bpy.types.Operator):
         elif not self.vertex_group:
             raise ValueError("Choose the vertex group to pin, or select vertices in Edit Mode")
         else:
-            with one_step(obj, self.bl_label):
+            with self.one_step(obj):
                 add_pin_group(obj, self.vertex_group)
 
 
@@ -179,6 +186,18 @@ class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
         add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
 
 
+class ARAP_OT_handles_copy(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.handles_copy"
+    bl_label = "Copy Handles"
+    bl_description = (
+        "This mesh is a copy whose handles belong to the original: give it copies of them, at the same places on it"
+    )
+    why_not = staticmethod(why_own_handles)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        copy_handles(obj)
+
+
 class ARAP_OT_handle_remove(_Remove, bpy.types.Operator):
     bl_idname = "arap.handle_remove"
     bl_label = "Remove Handle"
@@ -225,7 +244,7 @@ class ARAP_OT_stiffness_add(_Add, bpy.types.Operator):
             self.add_selected(obj, add_stiffness)
             return
         meshes.check_mesh(obj)  # first, so a refusal leaves no unused group behind
-        with one_step(obj, self.bl_label):
+        with self.one_step(obj):
             if self.vertex_group:
                 add_stiffness_group(obj, self.vertex_group)
             else:

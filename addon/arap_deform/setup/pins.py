@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from ..scene import groups, meshes
+from ..scene import groups, meshes, staying
 from ..scene.groups import VertexIndices
 
 if TYPE_CHECKING:
@@ -79,14 +79,19 @@ PINS = GroupList("pin", "pins", "active_pin_index")
 
 
 def add_pin(obj: bpy.types.Object, vertices: VertexIndices, name: str = "Pin") -> ArapPin:
-    """Makes a vertex group of ``vertices`` (weight 1) and pins it at rest."""
+    """Makes a vertex group of ``vertices`` (weight 1) and pins it where it is shown."""
     pin: ArapPin = PINS.add_vertices(obj, vertices, name)
+    staying.stay(obj, bpy.context.evaluated_depsgraph_get(), pin)
     return pin
 
 
 def add_pin_group(obj: bpy.types.Object, vertex_group: str) -> ArapPin:
-    """Pins an existing vertex group. If it is pinned already, returns that pin, enabled."""
+    """Pins an existing vertex group where it is shown. If it is pinned already, returns that pin, enabled."""
+    former = obj.arap.pins.get(vertex_group)
+    was_enabled = former is not None and former.is_enabled
     pin: ArapPin = PINS.add_group(obj, vertex_group)
+    if not was_enabled:
+        staying.stay(obj, bpy.context.evaluated_depsgraph_get(), pin)
     return pin
 
 

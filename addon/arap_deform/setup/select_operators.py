@@ -9,7 +9,8 @@ import bpy
 
 from ..core.arrays import Ints
 from ..scene import meshes, unheld
-from ..ui.checks import ArapOperator, check_visible, object_mode, posed_object, why_busy, why_no_mesh
+from ..ui.checks import ArapOperator, check_visible, posed_object, why_busy, why_no_mesh
+from ..ui.edit_mode import object_mode
 
 
 def enter_edit_mode(context: bpy.types.Context, obj: bpy.types.Object) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Float32s
+from ..props.bounds import bounded
 from ..scene import handle_motion, meshes, versions
 from .strain import EdgeStrain, colors_of
 
@@ -64,7 +65,7 @@ def positions_now(obj: bpy.types.Object, surface: Surface, depsgraph: bpy.types.
 def strain_colors(obj: bpy.types.Object, surface: Surface) -> Float32s:
     """(n, 4) float32 RGBA, of the pose without other shape keys and modifiers."""
     shown = handle_motion.shown_positions(obj, surface.rest)
-    return colors_of(surface.strain.of(shown), obj.arap.overlay.strain_limit / 100.0)
+    return colors_of(surface.strain.of(shown), bounded(obj.arap.overlay, "strain_limit") / 100.0)
 
 
 def handle_lines(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Float32s:

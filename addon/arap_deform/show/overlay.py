@@ -17,7 +17,8 @@ from mathutils import Matrix
 from ..core import sessions
 from ..core.arrays import Float32s, Ints
 from ..core.session_data import Readout
-from ..scene import pose_key, versions
+from ..props.bounds import bounded
+from ..scene import meshes, pose_key, versions
 from ..ui import batches
 from ..ui.checks import find_drawn_object
 from . import data
@@ -50,7 +51,7 @@ class Drawn:
         settings = obj.arap.overlay
         if settings.show_pins and not self.has_pinned and not versions.is_painting():
             self.pinned, self.has_pinned, self._stamp = data.read_pinned(obj), True, ()
-        stamp = (_changes, settings.show_strain, settings.show_pins, settings.strain_limit)
+        stamp = (_changes, settings.show_strain, settings.show_pins, bounded(settings, "strain_limit"))
         if stamp == self._stamp and self.is_of(obj):
             return
         self._stamp, self._readout = stamp, sessions.readout(obj.name_full)
@@ -113,7 +114,7 @@ def _draw_in_space() -> None:
     obj = shown_object(context)
     if obj is None:
         return
-    depsgraph = context.evaluated_depsgraph_get()
+    depsgraph = meshes.drawn_depsgraph(context)
     drawn = _drawn.get(obj.name_full)
     if drawn is None or not drawn.surface.fits(obj):
         _drawn.clear()
@@ -128,7 +129,7 @@ def _draw_in_space() -> None:
 def _draw_on_screen() -> None:
     obj = shown_object(bpy.context)
     if obj is not None and obj.arap.overlay.show_strain:
-        draw_legend(bpy.context, obj.arap.overlay.strain_limit)
+        draw_legend(bpy.context, bounded(obj.arap.overlay, "strain_limit"))
 
 
 @persistent

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..core import sessions
-from ..scene import remembered, versions
+from ..scene import meshes, remembered, versions
 from ..scene.inputs import settings_of
 from ..ui.checks import posed_object
 from ..ui.panels import ArapSubPanel, split_column
@@ -42,7 +42,7 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
 def _draw_radius(context: bpy.types.Context, column: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """The length of the radius on this mesh, in the unit of the scene."""
     try:
-        size = remembered.diagonal(obj, context.evaluated_depsgraph_get())
+        size = remembered.diagonal(obj, meshes.drawn_depsgraph(context))
     except ValueError:  # scaled to nothing, which posing reports
         return
     radius = versions.length_text(context.scene, size * obj.arap.rigidity / 100.0)

@@ -35,6 +35,7 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.edit_mesh", icon="EDITMODE_HLT")
         layout.operator("arap.handle_add", icon="EMPTY_AXIS")
         layout.operator("arap.handle_add_from_empties")
+        layout.operator("arap.handles_copy")
         layout.operator("arap.handle_remove")
         layout.operator("arap.pin_add", icon="PINNED")
         layout.operator("arap.pin_remove")

@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
 import bpy
@@ -229,29 +228,3 @@ class ArapOperator:
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         raise NotImplementedError
-
-
-@contextmanager
-def one_step(obj: bpy.types.Object, name: str) -> Iterator[None]:
-    """As object_mode(). All changes inside are one step of undo, also in Edit Mode.
-
-    Blender's own steps in Edit Mode hold only the mesh: undo would leave pins, handles and stiffness in their lists. So
-    the step is made in Object Mode, and an operator that uses this does not have the option UNDO.
-    """
-    with object_mode(obj):
-        yield
-        if bpy.ops.ed.undo_push.poll():  # not without a window
-            bpy.ops.ed.undo_push(message=name)
-
-
-@contextmanager
-def object_mode(obj: bpy.types.Object) -> Iterator[None]:
-    """Leaves Edit Mode for a while: Blender cannot write vertex groups in it."""
-    was_in_edit_mode = obj.mode == "EDIT"
-    if was_in_edit_mode:
-        bpy.ops.object.mode_set(mode="OBJECT")
-    try:
-        yield
-    finally:
-        if was_in_edit_mode:
-            bpy.ops.object.mode_set(mode="EDIT")

@@ -23,8 +23,8 @@ inline namespace ARAP_COMPILED_ALIKE {
 /// [CPSS10] Chao, Pinkall, Sanan, Schroeder: A Simple Geometric Model for Elastic Deformations, SIGGRAPH 2010.
 ///
 /// Three acts with three costs: construction binds a mesh, set_constraints factorizes for a set of constrained
-/// vertices, solve iterates to new targets. Nothing is recomputed that a change did not touch. One object serves one
-/// thread at a time; different objects may run in different threads.
+/// vertices, solve iterates to new targets. Nothing is recomputed that a change did not touch. Different objects may
+/// run in different threads, and so may const functions of one; others need the object to themselves.
 class SurfaceArap {
  public:
   /// Optional per-vertex properties, fixed at bind. Empty vectors: not used.
@@ -64,7 +64,7 @@ class SurfaceArap {
   /// @param radius  as a fraction of the rest bounding-box diagonal; 0: 1.5 times Options::rigidity_radius
   /// Throws InvalidInput: no vertices, an index out of range, a vertex in no face, a radius that is negative or not
   /// finite.
-  [[nodiscard]] Patch patch_around(const std::vector<int>& vertices, double radius = 0) const;
+  [[nodiscard]] Patch patch_around(const std::vector<int>& vertices, double radius = 0);
 
   /// Back to the rest positions; constraints stay.
   void reset();
@@ -78,10 +78,10 @@ class SurfaceArap {
   /// The energy that a solve minimizes, without constraint terms, in the input's unit squared: min over the rotations
   /// of E(positions, R). Each rigid region uses the best-fit rotation of its vertices. Joined vertices are represented
   /// by the first one.
-  [[nodiscard]] double energy(const Positions& positions) const;
+  [[nodiscard]] double energy(const Positions& positions);
 
   /// (n, 3) gradient of energy(); 0 at joined vertices other than the first.
-  [[nodiscard]] Positions energy_gradient(const Positions& positions) const;
+  [[nodiscard]] Positions energy_gradient(const Positions& positions);
 
   [[nodiscard]] int n_vertices() const;
   [[nodiscard]] int n_parts() const;

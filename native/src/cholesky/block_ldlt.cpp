@@ -67,17 +67,23 @@ bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vec
   return ((energy_again - energy).array().abs() <= kFarOff * energy.array()).all();
 }
 
-std::shared_ptr<const TilePlan> make_plan(const SparseMatrix& pattern, int n_threads) {
-  return std::make_shared<const TilePlan>(make_supernodes(pattern, nested_dissection(pattern, n_threads)), n_threads);
+std::shared_ptr<const TilePlan> make_plan(const SparseMatrix& pattern, int n_threads, const MeterPart& meter) {
+  std::vector<int> ordering = nested_dissection(pattern, n_threads, meter.part(0.8));
+  SupernodalStructure structure = make_supernodes(pattern, std::move(ordering));
+  meter.add(0.1);
+  auto plan = std::make_shared<const TilePlan>(std::move(structure), n_threads);
+  meter.add(0.1);
+  return plan;
 }
 
 }  // namespace
 
-BlockLdlt::BlockLdlt(const SparseMatrix& pattern, const Workers& workers, Isa isa, TileFormat format)
+BlockLdlt::BlockLdlt(const SparseMatrix& pattern, const Workers& workers, Isa isa, TileFormat format,
+                     const MeterPart& meter)
     : workers_(workers),
       isa_(isa),
       format_(kernels(isa).half_tile.number_bytes > 0 ? format : TileFormat::kFloat),
-      plan_(make_plan(pattern, workers.threads())),
+      plan_(make_plan(pattern, workers.threads(), meter)),
       new_index_(inverse_permutation(plan_->structure.ordering)),
       pattern_hash_(hash_pattern(pattern, new_index_, workers.threads())) {}
 
@@ -110,21 +116,23 @@ void BlockLdlt::require_pattern(const SparseMatrix& A, const std::vector<int>& n
     throw SolverError("the matrix has another pattern than the one that its solver was made for");
 }
 
-std::unique_ptr<Factorization> BlockLdlt::factorize(const SparseMatrix& A, const std::vector<char>& is_erased) const {
+std::unique_ptr<Factorization> BlockLdlt::factorize(const SparseMatrix& A, const std::vector<char>& is_erased,
+                                                    const MeterPart& meter) const {
   require_pattern(A, new_index_);
   const Scaling scaling(A, is_erased);
   if (format_ == TileFormat::kHalf) {
-    auto factor = factorize_as(TileFormat::kHalf, A, scaling);
+    auto factor = factorize_as(TileFormat::kHalf, A, scaling, meter);
     if (factor != nullptr && is_close(*factor, A, is_erased, workers_)) return factor;
   }
-  return factorize_as(TileFormat::kFloat, A, scaling);
+  return factorize_as(TileFormat::kFloat, A, scaling, meter);
 }
 
-std::unique_ptr<Factorization> BlockLdlt::factorize_as(TileFormat format, const SparseMatrix& A,
-                                                       const Scaling& scaling) const {
+std::unique_ptr<Factorization> BlockLdlt::factorize_as(TileFormat format, const SparseMatrix& A, const Scaling& scaling,
+                                                       const MeterPart& meter) const {
   const TileKernels& tile_kernels = format == TileFormat::kHalf ? kernels(isa_).half_tile : kernels(isa_).tile;
   AlignedBuffer<std::byte> tiles(tile_kernels.number_bytes * kTileNumbers * plan_->tile_offsets.back());
-  if (!factorize_multifrontal(*plan_, front_plan(A), workers_, kernels(isa_).front, A, scaling, format, tiles.data()))
+  if (!factorize_multifrontal(*plan_, front_plan(A), workers_, kernels(isa_).front, A, scaling, format, tiles.data(),
+                              meter))
     return nullptr;
   return std::make_unique<TileFactorization>(plan_, workers_, tile_kernels, std::move(tiles), scaling);
 }

@@ -30,10 +30,10 @@ class BlockLdlt final : public LinearSolver {
   /// @param format     of tiles; kFloat is used if the instruction set lacks halves or the matrix is too badly
   ///                   conditioned for them
   explicit BlockLdlt(const SparseMatrix& pattern, const Workers& workers, Isa isa = choose_isa(),
-                     TileFormat format = TileFormat::kHalf);
+                     TileFormat format = TileFormat::kHalf, const MeterPart& meter = {});
 
-  [[nodiscard]] std::unique_ptr<Factorization> factorize(const SparseMatrix& A,
-                                                         const std::vector<char>& is_erased) const override;
+  [[nodiscard]] std::unique_ptr<Factorization> factorize(const SparseMatrix& A, const std::vector<char>& is_erased,
+                                                         const MeterPart& meter = {}) const override;
 
   [[nodiscard]] const std::vector<int>* ordering() const override;
   void renumber(const SparseMatrix& pattern) override;
@@ -52,7 +52,7 @@ class BlockLdlt final : public LinearSolver {
 
   /// Null if a number is too large for the format.
   [[nodiscard]] std::unique_ptr<Factorization> factorize_as(TileFormat format, const SparseMatrix& A,
-                                                            const Scaling& scaling) const;
+                                                            const Scaling& scaling, const MeterPart& meter) const;
 
   Workers workers_;
   Isa isa_;

@@ -8,6 +8,7 @@
 #include "arap/error.h"
 #include "arap/types.h"
 #include "base/format_message.h"
+#include "parallel/meter.h"
 #include "sparse/sparse.h"
 
 namespace arap {
@@ -41,7 +42,8 @@ class LinearSolver {
   /// Factorizes A, stored whole, without the erased rows and columns. Throws SolverError if the rest is not positive
   /// definite.
   [[nodiscard]] virtual std::unique_ptr<Factorization> factorize(const SparseMatrix& A,
-                                                                 const std::vector<char>& is_erased) const = 0;
+                                                                 const std::vector<char>& is_erased,
+                                                                 const MeterPart& meter = {}) const = 0;
 
   /// The solver's ordering of the unknowns, ordering()[new] = old, or null if it has none. A model that numbers its
   /// unknowns this way saves every solve a permutation of its input and output.

@@ -63,13 +63,13 @@ struct Workspace {
 /// Part k of [0, n) begins here, at a multiple of `grain`.
 int part_begin(int n, int grain, int k, int n_parts) {
   const int n_grains = (n + grain - 1) / grain;
-  return k == n_parts ? n : static_cast<int>(static_cast<long>(n_grains) * k / n_parts) * grain;
+  return k == n_parts ? n : static_cast<int>(static_cast<std::ptrdiff_t>(n_grains) * k / n_parts) * grain;
 }
 
 class Factorizer {
  public:
   Factorizer(const TilePlan& plan, const FrontPlan& fronts, const Workers& workers, const FrontKernels& kernels,
-             const SparseMatrix& A, const Scaling& scaling, TileFormat format, std::byte* tiles)
+             const SparseMatrix& A, const Scaling& scaling, TileFormat format, std::byte* tiles, const MeterPart& meter)
       : plan_(plan),
         fronts_(fronts),
         workers_(workers),
@@ -79,7 +79,10 @@ class Factorizer {
         store_tiles_(format == TileFormat::kHalf ? kernels.store_half_tiles : kernels.store_tiles),
         tile_bytes_(kTileNumbers * (format == TileFormat::kHalf ? sizeof(float) / 2 : sizeof(float))),
         tiles_(tiles),
-        updates_(plan.structure.supernodes.size()) {}
+        updates_(plan.structure.supernodes.size()),
+        meter_(meter) {
+    for (const Supernode& each : plan.structure.supernodes) whole_work_ += work_of(each);
+  }
 
   /// Returns false if a number is too large for the format.
   bool run() {
@@ -101,6 +104,12 @@ class Factorizer {
   }
 
   [[nodiscard]] const Supernode& node(int s) const { return plan_.structure.supernodes[s]; }
+  /// About how long it takes.
+  static double work_of(const Supernode& node) {
+    constexpr double kAssembly = 100;  // of a row, in operations
+    const double n_rows = node.n_columns + node.n_rows;
+    return n_rows * (kAssembly + n_rows * node.n_columns);
+  }
   void eliminate_subtrees() {
     const auto& subtrees = plan_.partition.subtrees;
     Workspace workspace;
@@ -203,6 +212,7 @@ class Factorizer {
     const int columns = n_parts > 1 ? 16 : front.n_rows;  // that a thread updates at once
     for (int begin = 0; begin < front.n_columns; begin += kFrontPanel) {
       const int end = std::min(begin + kFrontPanel, front.n_columns);
+      meter_.add(work_of(node(s)) / whole_work_ * (end - begin) / front.n_columns);
       if (!kernels_.factor_panel(front, begin, end, workspace.least_pivot.data())) {
         failure_.note();
         return;
@@ -233,6 +243,8 @@ class Factorizer {
   size_t tile_bytes_;
   std::byte* tiles_;
   std::vector<Update> updates_;  ///< of each supernode, until its parent has added it
+  MeterPart meter_;
+  double whole_work_ = 0;
   std::atomic<int> next_subtree_ = 0;
   FirstFailure failure_;  ///< without an exception: a pivot was not positive
   std::atomic<bool> fits_ = true;
@@ -293,8 +305,8 @@ Scaling::Scaling(const SparseMatrix& A, const std::vector<char>& is_erased) : of
 
 bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const Workers& workers,
                             const FrontKernels& kernels, const SparseMatrix& A, const Scaling& scaling,
-                            TileFormat format, std::byte* tiles) {
-  return Factorizer(plan, fronts, workers, kernels, A, scaling, format, tiles).run();
+                            TileFormat format, std::byte* tiles, const MeterPart& meter) {
+  return Factorizer(plan, fronts, workers, kernels, A, scaling, format, tiles, meter).run();
 }
 
 }  // namespace arap

@@ -6,6 +6,7 @@
 
 #include "cholesky/tile_plan.h"
 #include "kernels/kernels.h"
+#include "parallel/meter.h"
 #include "sparse/sparse.h"
 
 namespace arap {
@@ -45,6 +46,6 @@ struct Scaling {
 /// @param tiles  (16 * number of tiles,) output
 bool factorize_multifrontal(const TilePlan& plan, const FrontPlan& fronts, const Workers& workers,
                             const FrontKernels& kernels, const SparseMatrix& A, const Scaling& scaling,
-                            TileFormat format, std::byte* tiles);
+                            TileFormat format, std::byte* tiles, const MeterPart& meter);
 
 }  // namespace arap

@@ -7,8 +7,9 @@
 namespace arap {
 
 std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern, LinearSolverKind kind,
-                                                 const Workers& workers, TileFormat format) {
-  if (kind == LinearSolverKind::kBlockLdlt) return std::make_unique<BlockLdlt>(pattern, workers, choose_isa(), format);
+                                                 const Workers& workers, TileFormat format, const MeterPart& meter) {
+  if (kind == LinearSolverKind::kBlockLdlt)
+    return std::make_unique<BlockLdlt>(pattern, workers, choose_isa(), format, meter);
   return make_eigen_solver(kind);
 }
 

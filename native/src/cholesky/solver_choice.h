@@ -16,6 +16,7 @@ namespace arap {
 [[nodiscard]] std::unique_ptr<LinearSolver> make_linear_solver(const SparseMatrix& pattern,
                                                                LinearSolverKind kind = LinearSolverKind::kBlockLdlt,
                                                                const Workers& workers = Workers(1),
-                                                               TileFormat format = TileFormat::kHalf);
+                                                               TileFormat format = TileFormat::kHalf,
+                                                               const MeterPart& meter = {});
 
 }  // namespace arap

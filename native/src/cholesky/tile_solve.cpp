@@ -10,6 +10,8 @@
 #include <numeric>
 #include <utility>
 
+#include "base/processor.h"
+
 namespace arap {
 
 namespace {
@@ -25,28 +27,6 @@ bool is_shared(const TileSupernode& node) { return tile_count(node.n_tiles, node
 /// Rows of b that are permuted at a time.
 constexpr int kRows = 64;
 using Rows = std::array<double, size_t{3} * kRows>;
-
-/// Replaces denormal floats by 0 during its lifetime: processors are slow with them, and far from the support of b
-/// there are many.
-class FlushToZero {
- public:
-  FlushToZero() { set(before_ | kFlush); }
-  FlushToZero(const FlushToZero&) = delete;
-  FlushToZero& operator=(const FlushToZero&) = delete;
-  ~FlushToZero() { set(before_); }
-
- private:
-#if defined(__SSE__)
-  static constexpr unsigned kFlush = 0x8040;  // of results, and of operands
-  static unsigned get() { return __builtin_ia32_stmxcsr(); }
-  static void set(unsigned mode) { __builtin_ia32_ldmxcsr(mode); }
-#else
-  static constexpr unsigned kFlush = 0;
-  static unsigned get() { return 0; }
-  static void set(unsigned /*mode*/) {}
-#endif
-  unsigned before_ = get();
-};
 
 }  // namespace
 

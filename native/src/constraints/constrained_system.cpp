@@ -19,13 +19,11 @@ namespace {
 /// Rows that a thread takes at once.
 constexpr int kRows = 2048;
 
-/// Done before and after the columns are solved, which takes a solve for every three of them.
+/// Done before the factorization, and before and after the columns are solved: a solve for every three of them.
+constexpr double kFactorization = 0.1;
 constexpr double kBeforeColumns = 0.8;
 constexpr double kAfterColumns = 0.99;
-
-void report(const Progress& progress, double fraction) {
-  if (progress && !progress(fraction)) throw Cancelled("the change of constraints was cancelled");
-}
+constexpr double kRounding = 1e-9;  // of what adds up between them
 
 /// The penalty of a stiff row in the factor, in units of K's stiffness at its unknowns. More leaves less to the
 /// multipliers' iteration, and less of K in the factor's floats.
@@ -55,52 +53,59 @@ SparseMatrix with_diagonal(const SparseMatrix& K, const Eigen::VectorXd& diagona
 ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
                                      const std::vector<int>& components, SystemConstraints constraints,
                                      const Progress& progress, Workers workers)
-    : matrix_(with_diagonal(K, constraints.soft_diagonal)),
+    : matrix_(&K),
       workers_(std::move(workers)),
       is_fixed_(std::move(constraints.is_fixed)),
       averages_(std::move(constraints.averages)) {
-  report(progress, 0.1);
+  Meter meter(progress, "the change of constraints was cancelled");
+  meter.reach(0);
+  if ((constraints.soft_diagonal.array() != 0).any()) {
+    own_matrix_ = with_diagonal(K, constraints.soft_diagonal);
+    matrix_ = &own_matrix_;
+  }
   grounded_ = find_unheld(components, constraints);
   n_released_ = sort_by_rows(components, constraints, grounded_);
   grounding_.reserve(grounded_.size());
   for (const int i : grounded_) {
-    const double diagonal = matrix_.coeff(i, i);
+    const double diagonal = matrix_->coeff(i, i);
     grounding_.push_back(diagonal > 0 ? diagonal : 1.0);  // a part that is one rigid region has no stiffness at all
   }
-  report(progress, 0.2);
-  factorize(solver, kind, K, constraints);
-  report(progress, kBeforeColumns);
-  prepare_dense_part(progress);
-  report(progress, 1.0);
+  meter.reach(kFactorization);
+  factorize(solver, kind, K, constraints, {&meter, kBeforeColumns - kFactorization - kRounding});
+  meter.reach(kBeforeColumns);
+  prepare_dense_part(meter);
+  meter.reach(1.0);
 }
 
 SparseMatrix ConstrainedSystem::grounded() const {
-  SparseMatrix held = matrix_;
+  SparseMatrix held = *matrix_;
   for (size_t k = 0; k < grounded_.size(); ++k) held.coeffRef(grounded_[k], grounded_[k]) += grounding_[k];
   return held;
 }
 
 void ConstrainedSystem::factorize(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
-                                  const SystemConstraints& constraints) {
+                                  const SystemConstraints& constraints, const MeterPart& meter) {
   if (!constraints.soft_rows.empty() || !constraints.stiff_rows.empty())
-    factorize_with_rows(kind, K, constraints);
+    factorize_with_rows(kind, K, constraints, meter);
   else if (grounded_.empty())
-    factor_ = solver.factorize(matrix_, is_fixed_);
+    factor_ = solver.factorize(*matrix_, is_fixed_, meter);
   else
-    factor_ = solver.factorize(grounded(), is_fixed_);
+    factor_ = solver.factorize(grounded(), is_fixed_, meter);
 }
 
 void ConstrainedSystem::factorize_with_rows(LinearSolverKind kind, const SparseMatrix& K,
-                                            const SystemConstraints& constraints) {
+                                            const SystemConstraints& constraints, const MeterPart& meter) {
   const int n = static_cast<int>(K.rows());
   const RowMatrix soft(constraints.soft_rows, n);
-  matrix_ = SparseMatrix(matrix_ + soft.normal_matrix(constraints.soft_rows.weight_vector()));
+  own_matrix_ = SparseMatrix(*matrix_ + soft.normal_matrix(constraints.soft_rows.weight_vector()));
+  matrix_ = &own_matrix_;
   RowMatrix stiff(constraints.stiff_rows, n);
   const Eigen::VectorXd weights = constraints.stiff_rows.weight_vector();
   const Eigen::VectorXd penalties = (kPenalty * row_stiffness(stiff, K)).cwiseMin(0.5 * weights);
   const SparseMatrix held = grounded() + stiff.normal_matrix(penalties);
   // Halves could not tell K beside rows.
-  factor_ = make_linear_solver(held, kind, workers_, TileFormat::kFloat)->factorize(held, is_fixed_);
+  factor_ = make_linear_solver(held, kind, workers_, TileFormat::kFloat, meter.part(0.5))
+                ->factorize(held, is_fixed_, meter.part(0.5));
   if (!stiff.empty()) stiff_ = std::make_unique<StiffRows>(*factor_, std::move(stiff), penalties, weights, workers_);
 }
 
@@ -151,7 +156,7 @@ int ConstrainedSystem::sort_by_rows(const std::vector<int>& components, const Sy
 }
 
 void ConstrainedSystem::multiply(const Positions& x, Positions& result) const {
-  arap::multiply(matrix_, x, result, workers_);
+  arap::multiply(*matrix_, x, result, workers_);
 }
 
 void ConstrainedSystem::solve_exactly(double accuracy, Positions& b, const Positions& gaps,
@@ -194,13 +199,13 @@ void ConstrainedSystem::multiply_held(const Positions& x, Positions& result) con
   erase_fixed(result);
 }
 
-void ConstrainedSystem::solve_columns(const Progress& progress) {
+void ConstrainedSystem::solve_columns(Meter& meter) {
   const std::ptrdiff_t n_columns = std::ssize(columns_);
-  column_solutions_.resize(matrix_.rows(), n_columns);
+  column_solutions_.resize(matrix_->rows(), n_columns);
   column_forces_.resize(n_stiff(), n_columns);
   for (std::ptrdiff_t first = 0; first < n_columns; first += 3) {
     const std::ptrdiff_t n = std::min<std::ptrdiff_t>(3, n_columns - first);
-    Positions b = Positions::Zero(matrix_.rows(), 3);
+    Positions b = Positions::Zero(matrix_->rows(), 3);
     for (std::ptrdiff_t c = 0; c < n; ++c) {
       const LinearRow& column = columns_[first + c];
       for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], c) += column.coefficients[k];
@@ -210,7 +215,7 @@ void ConstrainedSystem::solve_columns(const Progress& progress) {
     column_solutions_.middleCols(first, n) = b.leftCols(n);
     column_forces_.middleCols(first, n) = forces.leftCols(n);
     const double done = static_cast<double>(first + n) / static_cast<double>(n_columns);
-    report(progress, kBeforeColumns + done * (kAfterColumns - kBeforeColumns));
+    meter.reach(kBeforeColumns + done * (kAfterColumns - kBeforeColumns));
   }
 }
 
@@ -219,7 +224,7 @@ void ConstrainedSystem::solve_columns(const Progress& progress) {
 //     H d = r - W lambda + E mu,   W^T d = gap,   mu / G = E^T d.
 // With the columns C = [W, -E] and y = (lambda, mu):  d = H^-1 (r - C y),  (C^T H^-1 C - diag(0, 1 / G)) y = C^T H^-1 r
 // - (gap, 0).
-void ConstrainedSystem::prepare_dense_part(const Progress& progress) {
+void ConstrainedSystem::prepare_dense_part(Meter& meter) {
   if (averages_.empty() && n_released_ == 0) return;
   for (const LinearRow& average : averages_) {
     LinearRow column;
@@ -231,7 +236,7 @@ void ConstrainedSystem::prepare_dense_part(const Progress& progress) {
     columns_.push_back(std::move(column));
   }
   for (int k = 0; k < n_released_; ++k) columns_.push_back({{grounded_[k]}, {-1.0}});
-  solve_columns(progress);
+  solve_columns(meter);
   const std::ptrdiff_t n_columns = std::ssize(columns_);
   Eigen::MatrixXd S(n_columns, n_columns);
   for (Eigen::Index r = 0; r < n_columns; ++r) {

@@ -10,6 +10,7 @@
 #include "cholesky/preconditioned_cg.h"
 #include "constraints/linear_rows.h"
 #include "constraints/stiff_rows.h"
+#include "parallel/meter.h"
 #include "parallel/workers.h"
 #include "sparse/sparse.h"
 
@@ -46,7 +47,8 @@ struct SystemConstraints {
 class ConstrainedSystem {
  public:
   /// @param solver      made for the pattern of K, of this kind
-  /// @param K           (n, n) symmetric positive semi-definite, stored whole, with its diagonal
+  /// @param K           (n, n) symmetric positive semi-definite, stored whole, with its diagonal; must outlive the
+  /// system
   /// @param components  (n,) its connected_components()
   /// Throws SolverError, or Cancelled.
   ConstrainedSystem(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
@@ -78,8 +80,9 @@ class ConstrainedSystem {
 
  private:
   void factorize(const LinearSolver& solver, LinearSolverKind kind, const SparseMatrix& K,
-                 const SystemConstraints& constraints);
-  void factorize_with_rows(LinearSolverKind kind, const SparseMatrix& K, const SystemConstraints& constraints);
+                 const SystemConstraints& constraints, const MeterPart& meter);
+  void factorize_with_rows(LinearSolverKind kind, const SparseMatrix& K, const SystemConstraints& constraints,
+                           const MeterPart& meter);
   /// A with grounding.
   [[nodiscard]] SparseMatrix grounded() const;
   /// One unknown of each component that no fixed unknown, no soft one and no row of its own holds.
@@ -89,8 +92,8 @@ class ConstrainedSystem {
   /// returns how many they are.
   [[nodiscard]] int sort_by_rows(const std::vector<int>& components, const SystemConstraints& constraints,
                                  std::vector<int>& unheld) const;
-  void prepare_dense_part(const Progress& progress);
-  void solve_columns(const Progress& progress);
+  void prepare_dense_part(Meter& meter);
+  void solve_columns(Meter& meter);
   [[nodiscard]] int n_stiff() const { return stiff_ == nullptr ? 0 : stiff_->rows().size(); }
   /// Replaces b by x with A x + H^T multipliers = b and what minimizes with the stiff rows H, grounding included.
   void solve_exactly(double accuracy, Positions& b, const Positions& gaps, Positions& multipliers) const;
@@ -101,7 +104,8 @@ class ConstrainedSystem {
   /// multipliers.
   void meet_averages(Positions& x, const Positions& gaps, Positions& multipliers) const;
 
-  SparseMatrix matrix_;  ///< A
+  const SparseMatrix* matrix_;  ///< A
+  SparseMatrix own_matrix_;     ///< if that is not K
   Workers workers_;
   std::vector<char> is_fixed_;
   std::vector<LinearRow> averages_;

@@ -283,13 +283,13 @@ const ConstrainedSystem& PreparedConstraints::laplacian_system(const PreparedMod
     Eigen::VectorXd soft = soft_diagonal;
     for (Eigen::Index v = 0; v < soft.size(); ++v)
       if (soft[v] > 0) soft[v] *= diagonal_squared[v] / stiffness_[v];
-    const SparseMatrix reduced = regions.reduce(K_squared);
-    laplacian_system_ =
-        std::make_unique<ConstrainedSystem>(*make_linear_solver(reduced, model.linear_solver, model.workers),
-                                            model.linear_solver, reduced, connected_components(reduced),
-                                            system_constraints(soft, laplacian_rows(soft_rows.rows, stiffness_),
-                                                               laplacian_rows(stiff_rows.rows, stiffness_)),
-                                            Progress{}, model.workers);
+    laplacian_matrix_ = regions.reduce(K_squared);
+    laplacian_system_ = std::make_unique<ConstrainedSystem>(
+        *make_linear_solver(laplacian_matrix_, model.linear_solver, model.workers), model.linear_solver,
+        laplacian_matrix_, connected_components(laplacian_matrix_),
+        system_constraints(soft, laplacian_rows(soft_rows.rows, stiffness_),
+                           laplacian_rows(stiff_rows.rows, stiffness_)),
+        Progress{}, model.workers);
   }
   return *laplacian_system_;
 }

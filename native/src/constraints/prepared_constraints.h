@@ -120,6 +120,7 @@ class PreparedConstraints {
   std::vector<int> anchor_rows_;  ///< of the anchor points
   std::vector<int> held_rows_;
   std::unique_ptr<ConstrainedSystem> system_;
+  SparseMatrix laplacian_matrix_;  ///< K^2 over unknowns
   std::unique_ptr<ConstrainedSystem> laplacian_system_;
 };
 

@@ -11,9 +11,9 @@
 
 namespace arap {
 
-std::unique_ptr<LinearSolver> PreparedModel::make_solver() {
+std::unique_ptr<LinearSolver> PreparedModel::make_solver(const MeterPart& meter) {
   if (!regions.empty()) reduced_matrix_ = regions.reduce(energy.K);
-  return make_linear_solver(system_matrix(), linear_solver, workers);
+  return make_linear_solver(system_matrix(), linear_solver, workers, TileFormat::kHalf, meter);
 }
 
 std::vector<int> PreparedModel::take_solver_numbers() {
@@ -38,6 +38,8 @@ void PreparedModel::keep_numbers() {
 CellPasses& PreparedModel::passes(Precision precision) const {
   const Precision served = fits_single ? precision : Precision::kDouble;
   auto& made = served == Precision::kSingle ? single_passes_ : double_passes_;
+  constexpr size_t kLarge = 4'000'000;  // incidences: about 140 MB in single precision, 240 MB in double
+  if (energy.cell_vertices.size() > kLarge) (served == Precision::kSingle ? double_passes_ : single_passes_) = nullptr;
   if (made == nullptr) made = make_cell_passes(energy, rest, served, workers);
   return *made;
 }

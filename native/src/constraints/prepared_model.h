@@ -39,7 +39,7 @@ struct PreparedModel {
 
   /// A solver for the pattern of the present K and regions. The caller stores it in `solver`: it may be made beside
   /// other work.
-  [[nodiscard]] std::unique_ptr<LinearSolver> make_solver();
+  [[nodiscard]] std::unique_ptr<LinearSolver> make_solver(const MeterPart& meter = {});
 
   /// For an energy and rest positions whose vertices have the solver's numbers already: regions, parts and the solver
   /// take them too. Returns the new number of each vertex.
@@ -47,7 +47,8 @@ struct PreparedModel {
   /// For an energy whose vertices keep their numbers.
   void keep_numbers();
 
-  /// Over `energy`; in double if single precision does not serve it. Made when first needed.
+  /// Over `energy`; in double if single precision does not serve it. Made when first needed. Those of a large model are
+  /// valid until the others are asked for: these then take their memory.
   [[nodiscard]] CellPasses& passes(Precision precision) const;
 
  private:

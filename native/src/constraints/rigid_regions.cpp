@@ -27,8 +27,12 @@ RigidRegions::RigidRegions(const std::vector<int>& region_of_vertex, const CellE
   if (members_of_label.empty()) return;
   unknown_of_vertex_.resize(rest.rows());
   for (size_t v = 0; v < unknown_of_vertex_.size(); ++v) unknown_of_vertex_[v] = static_cast<int>(v);
+  is_member_.assign(rest.rows(), 0);
   for (auto& [label, members] : members_of_label) {
-    for (const int v : members) unknown_of_vertex_[v] = members.front();
+    for (const int v : members) {
+      unknown_of_vertex_[v] = members.front();
+      is_member_[v] = 1;
+    }
     regions_.push_back(
         {.members = std::move(members), .border = {}, .cells = {}, .border_cells = {}, .anchors = {}, .pulls = {}});
   }
@@ -36,7 +40,14 @@ RigidRegions::RigidRegions(const std::vector<int>& region_of_vertex, const CellE
 
 void RigidRegions::read_cells() {
   find_cells();
+  if (empty()) return;
   for (Region& region : regions_) find_border(region);
+  for (int c = 0; c < energy_->n_cells(); ++c) {
+    const auto begin = energy_->cell_vertices.begin();
+    if (std::any_of(begin + energy_->cell_offsets[c], begin + energy_->cell_offsets[c + 1],
+                    [&](int v) { return has_member(v); }))
+      cells_with_members_.push_back(c);
+  }
 }
 
 void RigidRegions::renumber(const std::vector<int>& new_of_old) {
@@ -44,8 +55,12 @@ void RigidRegions::renumber(const std::vector<int>& new_of_old) {
   for (size_t v = 0; v < unknown_of_vertex_.size(); ++v)
     unknown_of_vertex[new_of_old[v]] = new_of_old[unknown_of_vertex_[v]];
   unknown_of_vertex_ = std::move(unknown_of_vertex);
+  std::fill(is_member_.begin(), is_member_.end(), 0);
   for (Region& region : regions_)
-    for (int& v : region.members) v = new_of_old[v];
+    for (int& v : region.members) {
+      v = new_of_old[v];
+      is_member_[v] = 1;
+    }
 }
 
 void RigidRegions::find_cells() {
@@ -107,16 +122,29 @@ void RigidRegions::reduce(Positions& x) const {
     }
 }
 
+Positions RigidRegions::member_rows(const Positions& x) const {
+  size_t n = 0;
+  for (const Region& region : regions_) n += region.members.size();
+  Positions rows(n, 3);
+  Eigen::Index next = 0;
+  for (const Region& region : regions_)
+    for (const int v : region.members) rows.row(next++) = x.row(v);
+  return rows;
+}
+
+void RigidRegions::set_member_rows(const Positions& rows, Positions& x) const {
+  Eigen::Index next = 0;
+  for (const Region& region : regions_)
+    for (const int v : region.members) x.row(v) = rows.row(next++);
+}
+
 void RigidRegions::expand(Positions& x) const {
   for (const Region& region : regions_)
     for (const int v : region.members) x.row(v) = x.row(region.members.front());
 }
 
 bool RigidRegions::has_member(const LinearRow& row) const {
-  const auto names_it = [&](const Region& region) {
-    return std::any_of(row.indices.begin(), row.indices.end(), [&](int v) { return is_member(v, region); });
-  };
-  return std::any_of(regions_.begin(), regions_.end(), names_it);
+  return std::any_of(row.indices.begin(), row.indices.end(), [&](int v) { return has_member(v); });
 }
 
 int RigidRegions::region_of(const LinearRow& patch) const {
@@ -269,8 +297,7 @@ void RigidRegions::place_anchored(const RegionTargets& targets, std::vector<Plac
 }
 
 void RigidRegions::write(const Region& region, const Placement& placement, Positions& positions) const {
-  for (const int v : region.members)
-    positions.row(v) = (placement.rotation * (rest(v) - region.center) + placement.translation).transpose();
+  for (const int v : region.members) positions.row(v) = place_of(v, region, placement);
 }
 
 void RigidRegions::write(const std::vector<Placement>& placements, Positions& positions) const {
@@ -286,7 +313,7 @@ void RigidRegions::read_translations(std::vector<Placement>& placements, const P
 
 // L with E = <R, L> + terms without R; see the header. Soft constraints and patches are added by the caller.
 Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placement, const Positions& positions,
-                                  const Rotations& rotations) const {
+                                  const CellPasses& passes) const {
   Matrix3 L = placement.translation * region.mixed.transpose();
   for (const int v : region.border) {
     Vector3 pull = Vector3::Zero();
@@ -296,7 +323,8 @@ Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placeme
     const int end = energy_->vertex_offsets[v + 1];
     for (int k = begin; k < end; ++k) {
       const int cell = energy_->vertex_cells[k];
-      if (!has_cell(cell, region)) pull -= rotations[cell] * energy_->q.row(energy_->vertex_incidences[k]).transpose();
+      if (!has_cell(cell, region))
+        pull -= passes.rotation(cell) * energy_->q.row(energy_->vertex_incidences[k]).transpose();
     }
     L += pull * (rest(v) - region.center).transpose();
   }
@@ -309,10 +337,10 @@ Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placeme
 }
 
 void RigidRegions::fit_rotation(int region, const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal,
-                                const Matrix3& pull, Placement& placement, Rotations& rotations,
+                                const Matrix3& pull, Placement& placement, CellPasses& passes,
                                 Positions& positions) const {
   const Region& fitted = regions_[region];
-  Matrix3 L = linear_term(fitted, placement, positions, rotations) + pull;
+  Matrix3 L = linear_term(fitted, placement, positions, passes) + pull;
   for (const int v : fitted.members)
     if (soft_diagonal[v] > 0)
       L -= soft_diagonal[v] * targets.vertices.row(v).transpose() * (rest(v) - fitted.center).transpose();
@@ -322,7 +350,9 @@ void RigidRegions::fit_rotation(int region, const RegionTargets& targets, const 
   }
   place(fitted, L, targets, placement);
   write(fitted, placement, positions);
-  for (const int c : fitted.cells) rotations[c] = Eigen::Quaterniond(placement.rotation);
+  passes.move_vertices(fitted.members, positions);
+  const Eigen::Quaterniond rotation(placement.rotation);
+  for (const int c : fitted.cells) passes.set_rotation(c, rotation);
 }
 
 Vector3 RigidRegions::arm_of(int region, const LinearRow& average) const {
@@ -354,6 +384,13 @@ Vector3 RigidRegions::pull_along(int region, const Eigen::Ref<const Eigen::Vecto
 void RigidRegions::share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const {
   for (size_t r = 0; r < regions_.size(); ++r)
     for (const int c : regions_[r].cells) rotations[c] = Eigen::Quaterniond(placements[r].rotation);
+}
+
+void RigidRegions::share_rotations(const std::vector<Placement>& placements, CellPasses& passes) const {
+  for (size_t r = 0; r < regions_.size(); ++r) {
+    const Eigen::Quaterniond rotation(placements[r].rotation);
+    for (const int c : regions_[r].cells) passes.set_rotation(c, rotation);
+  }
 }
 
 // R makes H = S R^T symmetric, S = sum_j p'_j (p_j - c)^T. Vertices that move by d_j turn it by the w of

@@ -49,6 +49,7 @@ class RigidRegions {
   /// The vertex whose unknown moves v.
   [[nodiscard]] int unknown_of(int v) const { return empty() ? v : unknown_of_vertex_[v]; }
 
+  [[nodiscard]] bool has_member(int v) const { return !empty() && is_member_[v] != 0; }
   /// Whether the row names a vertex of a region.
   [[nodiscard]] bool has_member(const LinearRow& row) const;
 
@@ -59,6 +60,9 @@ class RigidRegions {
   [[nodiscard]] SparseMatrix reduce(const SparseMatrix& K) const;
   /// P^T x.
   void reduce(Positions& x) const;
+  /// The rows of all members, region after region.
+  [[nodiscard]] Positions member_rows(const Positions& x) const;
+  void set_member_rows(const Positions& rows, Positions& x) const;
   /// P x.
   void expand(Positions& x) const;
 
@@ -91,11 +95,11 @@ class RigidRegions {
   /// Reads the regions' translations from positions that moved by an expanded correction.
   void read_translations(std::vector<Placement>& placements, const Positions& positions) const;
 
-  /// Local step of one region: fits its rotation and writes its members' positions and cells.
+  /// Local step of one region: fits its rotation, and moves its members, in the passes too; so are its cells turned.
   /// @param soft_diagonal  as in set_constraints
   /// @param pull           what else is linear in the rotation
   void fit_rotation(int region, const RegionTargets& targets, const Eigen::VectorXd& soft_diagonal, const Matrix3& pull,
-                    Placement& placement, Rotations& rotations, Positions& positions) const;
+                    Placement& placement, CellPasses& passes, Positions& positions) const;
 
   /// An average of vertices moves by R arm.
   [[nodiscard]] Vector3 arm_of(int region, const LinearRow& average) const;
@@ -105,6 +109,16 @@ class RigidRegions {
 
   /// Gives the cells of each region its rotation.
   void share_rotations(const std::vector<Placement>& placements, Rotations& rotations) const;
+  void share_rotations(const std::vector<Placement>& placements, CellPasses& passes) const;
+  /// All that have a member.
+  [[nodiscard]] const std::vector<int>& cells_with_members() const { return cells_with_members_; }
+
+  /// f(member, its place) for the members of all regions.
+  template <class Function>
+  void for_each_place(const std::vector<Placement>& placements, const Function& f) const {
+    for (size_t r = 0; r < regions_.size(); ++r)
+      for (const int v : regions_[r].members) f(v, place_of(v, regions_[r], placements[r]));
+  }
 
   /// At positions of any shape: gives the cells of each region the rotation that its vertices have made, as well as
   /// they agree; what a line or a point of vertices leaves open is chosen best. Returns what these rotations add to the
@@ -162,13 +176,18 @@ class RigidRegions {
   static void place(const Region& region, const Matrix3& linear, const RegionTargets& targets, Placement& placement);
   void write(const Region& region, const Placement& placement, Positions& positions) const;
   [[nodiscard]] Matrix3 linear_term(const Region& region, const Placement& placement, const Positions& positions,
-                                    const Rotations& rotations) const;
+                                    const CellPasses& passes) const;
+  [[nodiscard]] Eigen::RowVector3d place_of(int v, const Region& region, const Placement& placement) const {
+    return (placement.rotation * (rest(v) - region.center) + placement.translation).transpose();
+  }
   [[nodiscard]] Vector3 rest(int v) const { return rest_->row(v).transpose(); }
 
   const CellEnergy* energy_;
   const Positions* rest_;
   std::vector<int> unknown_of_vertex_;
+  std::vector<char> is_member_;  ///< (n,) of any region
   std::vector<Region> regions_;
+  std::vector<int> cells_with_members_;
 };
 
 }  // namespace arap

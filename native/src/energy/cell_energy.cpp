@@ -90,8 +90,8 @@ std::vector<int> vertex_offsets_of(const Rows& rows, const std::vector<int>& new
 
 }  // namespace
 
-void CellEnergy::set_cells(const SparseRows<Vector3>& rows, const std::vector<int>& homes,
-                           const std::vector<int>& new_of_old) {
+void CellEnergy::set_cells(SparseRows<Vector3> rows, const std::vector<int>& homes, const std::vector<int>& new_of_old,
+                           const MeterPart& meter) {
   CellSizes sizes(rows, homes);
   const std::vector<int> whole = sizes.whole();
   const std::vector<int> cell_order = order_cells(homes, whole, new_of_old);
@@ -103,7 +103,8 @@ void CellEnergy::set_cells(const SparseRows<Vector3>& rows, const std::vector<in
   q.resize(cell_offsets.back(), 3);
   vertex_incidences.resize(cell_vertices.size());
   vertex_cells.resize(cell_vertices.size());
-  rows.for_each([&](int share, int old_vertex, std::span<const Rows::Entry> entries) {
+  meter.add(0.5);
+  rows.drain([&](int share, int old_vertex, std::span<const Rows::Entry> entries) {
     const int vertex = new_of_old.empty() ? old_vertex : new_of_old[old_vertex];
     int k = vertex_offsets[vertex];
     for (const auto& [cell, value] : entries) {
@@ -114,6 +115,7 @@ void CellEnergy::set_cells(const SparseRows<Vector3>& rows, const std::vector<in
       vertex_cells[k++] = new_cell[cell];
     }
   });
+  meter.add(0.5);
 }
 
 }  // namespace arap

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "arap/types.h"
+#include "parallel/meter.h"
 #include "sparse/sparse.h"
 
 namespace arap {
@@ -41,8 +42,8 @@ struct CellEnergy {
   /// @param homes       the first vertex of each cell, where the cell has any
   /// @param new_of_old  (n,) the numbers that the vertices of rows get; cells are then numbered as their homes are.
   ///                    Empty: all keep theirs
-  void set_cells(const SparseRows<Vector3>& rows, const std::vector<int>& homes,
-                 const std::vector<int>& new_of_old = {});
+  void set_cells(SparseRows<Vector3> rows, const std::vector<int>& homes, const std::vector<int>& new_of_old = {},
+                 const MeterPart& meter = {});
 };
 
 }  // namespace arap

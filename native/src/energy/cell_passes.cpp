@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 
 #include "base/aligned_buffer.h"
 #include "energy/cell_stream.h"
@@ -68,41 +69,65 @@ class CellPassesOf final : public CellPasses {
 
   void set_rotations(const Rotations& rotations) override {
     parallel_for<kSliceRange * kSliceWidth>(workers_, n_cells_, [&](int begin, int end) {
-      for (int c = begin; c < end; ++c) set_rotation(c, rotations[c]);
+      for (int c = begin; c < end; ++c) store_rotation(c, rotations[c]);
     });
   }
 
   void reset_rotations() override {
     // Those that fill up the last slice too: they are fitted with the others.
-    for (size_t c = 0; c < whole_slices(n_cells_); ++c) set_rotation(c, Eigen::Quaterniond::Identity());
+    for (size_t c = 0; c < whole_slices(n_cells_); ++c) store_rotation(c, Eigen::Quaterniond::Identity());
   }
 
   void read_rotations(Rotations& rotations) const override {
     rotations.resize(n_cells_);
     parallel_for<kSliceRange * kSliceWidth>(workers_, n_cells_, [&](int begin, int end) {
       for (int c = begin; c < end; ++c)
-        rotations[c].coeffs() = Eigen::Vector4<Real>::Map(rotations_.data() + 4L * c).template cast<double>();
+        rotations[c].coeffs() =
+            Eigen::Vector4<Real>::Map(rotations_.data() + std::ptrdiff_t{4} * c).template cast<double>();
     });
   }
 
+  void move_vertices(const std::vector<int>& vertices, const Positions& positions) override {
+    double largest = 0;
+    for (const int v : vertices) {
+      const Eigen::RowVector3d place = positions.row(v);
+      const double size = kernels_.store_positions(place.data(), 1, range_, coordinates_.data() + 4L * v);
+      largest = largest > size ? largest : size + 0 * largest;  // not a number as soon as one is not
+    }
+    if (std::is_same_v<Real, float> && !(largest <= 0.99 * range_)) set_positions(positions);
+  }
+
+  void set_rotation(int cell, const Eigen::Quaterniond& rotation) override { store_rotation(cell, rotation); }
+
+  [[nodiscard]] Eigen::Quaterniond rotation(int cell) const override {
+    return Eigen::Quaterniond(Eigen::Vector4<Real>::Map(rotations_.data() + 4L * cell).template cast<double>());
+  }
+
   double fit_rotations() override {
-    return parallel_sum(
-        workers_, stream_.cells.n_slices(),
-        [&](int begin, int end) {
-          return kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), view(), rotations_.data(),
-                                        begin, end);
-        },
-        cell_range_);
+    alignments_.resize(n_ranges());
+    workers_.run(n_ranges(), [&](int range) {
+      alignments_[range] = kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), view(),
+                                                  rotations_.data(), range_begin(range), range_begin(range + 1));
+    });
+    return std::accumulate(alignments_.begin(), alignments_.end(), 0.0);
   }
 
   [[nodiscard]] double alignment() const override {
     return parallel_sum(
-        workers_, stream_.cells.n_slices(),
-        [&](int begin, int end) {
-          return kernels_.alignment(stream_.cells.view(), stream_.references.data(), view(), rotations_.data(), begin,
-                                    end);
-        },
+        workers_, stream_.cells.n_slices(), [&](int begin, int end) { return find_alignment(begin, end); },
         cell_range_);
+  }
+
+  [[nodiscard]] double alignment_after(const std::vector<int>& cells) override {
+    std::vector<int> ranges;
+    ranges.reserve(cells.size());
+    for (const int cell : cells) ranges.push_back(cell / kSliceWidth / cell_range_);
+    std::sort(ranges.begin(), ranges.end());
+    ranges.erase(std::unique(ranges.begin(), ranges.end()), ranges.end());
+    workers_.run(static_cast<int>(ranges.size()), [&](int k) {
+      alignments_[ranges[k]] = find_alignment(range_begin(ranges[k]), range_begin(ranges[k] + 1));
+    });
+    return std::accumulate(alignments_.begin(), alignments_.end(), 0.0);
   }
 
   double find_residual(Positions& residual) const override {
@@ -137,8 +162,8 @@ class CellPassesOf final : public CellPasses {
     return parallel_reduce<kSliceRange * kSliceWidth>(
         workers_, n_vertices_, 0.0,
         [&](int begin, int end) {
-          return kernels_.store_positions(positions.data() + 3L * begin, end - begin, range_,
-                                          coordinates_.data() + 4L * begin);
+          return kernels_.store_positions(positions.data() + std::ptrdiff_t{3} * begin, end - begin, range_,
+                                          coordinates_.data() + std::ptrdiff_t{4} * begin);
         },
         [](double a, double b) { return a > b ? a : b + 0 * a; });
   }
@@ -150,7 +175,15 @@ class CellPassesOf final : public CellPasses {
       return {coordinates_.data(), 1};
   }
 
-  void set_rotation(size_t c, const Eigen::Quaterniond& rotation) {
+  [[nodiscard]] int n_ranges() const { return (stream_.cells.n_slices() + cell_range_ - 1) / cell_range_; }
+  /// The first slice of a range of cells.
+  [[nodiscard]] int range_begin(int range) const { return std::min(range * cell_range_, stream_.cells.n_slices()); }
+
+  [[nodiscard]] double find_alignment(int begin, int end) const {
+    return kernels_.alignment(stream_.cells.view(), stream_.references.data(), view(), rotations_.data(), begin, end);
+  }
+
+  void store_rotation(size_t c, const Eigen::Quaterniond& rotation) {
     Eigen::Vector4<Real>::Map(rotations_.data() + 4 * c) = rotation.coeffs().template cast<Real>();
   }
 
@@ -163,6 +196,7 @@ class CellPassesOf final : public CellPasses {
   AlignedBuffer<Coordinate<Real>> coordinates_;  ///< (n, 4)
   double range_ = 1;                             ///< of fixed point
   AlignedBuffer<Real> rotations_;                ///< (n_cells, 4)
+  std::vector<double> alignments_;               ///< of each range of cells, since fit_rotations()
   double rest_energy_ = 0;
 };
 

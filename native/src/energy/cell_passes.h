@@ -38,10 +38,18 @@ class CellPasses {
   virtual void reset_rotations() = 0;
   virtual void read_rotations(Rotations& rotations) const = 0;
 
+  /// Takes over the rows of some vertices, which are `positions` (n, 3) at these.
+  virtual void move_vertices(const std::vector<int>& vertices, const Positions& positions) = 0;
+  virtual void set_rotation(int cell, const Eigen::Quaterniond& rotation) = 0;
+  [[nodiscard]] virtual Eigen::Quaterniond rotation(int cell) const = 0;
+
   /// Local step: each R_c becomes the rotation that maximizes <R_c, Q_c(p')>. Returns the sum of <R_c, Q_c>.
   virtual double fit_rotations() = 0;
   /// The same sum for the rotations as they are.
   [[nodiscard]] virtual double alignment() const = 0;
+  /// What fit_rotations() returned, brought up to date after changes of some rotations and vertices.
+  /// @param cells  that have changed, or have vertices that have
+  [[nodiscard]] virtual double alignment_after(const std::vector<int>& cells) = 0;
 
   /// residual = b - K p' with b_j = sum_c R_c q_cj, (n, 3), [SA07] Eq. (8); returns 1/2 <p', K p'>.
   virtual double find_residual(Positions& residual) const = 0;

@@ -35,7 +35,9 @@ struct FitLimits<float> {
 };
 
 /// Offset of a group's lanes.
-long lanes_of(int group, int n_components) { return static_cast<long>(group) * n_components * kSliceWidth; }
+std::ptrdiff_t lanes_of(int group, int n_components) {
+  return static_cast<std::ptrdiff_t>(group) * n_components * kSliceWidth;
+}
 
 /// Stored coordinates: vectors of Real hold their bits.
 template <class Real>
@@ -45,7 +47,8 @@ using StoredRows = Four<Real>;
 template <class Real, class RowOf>
 [[gnu::always_inline]] inline StoredRows<Real> stored_rows(const Coordinate<Real>* rows, const RowOf& row_of) {
   return components<Real>([&](int k) __attribute__((always_inline)) {
-    return __builtin_bit_cast(Vector<Real, 4>, load<Coordinate<Real>, 4>(rows + 4 * static_cast<long>(row_of(k))));
+    return __builtin_bit_cast(Vector<Real, 4>,
+                              load<Coordinate<Real>, 4>(rows + 4 * static_cast<std::ptrdiff_t>(row_of(k))));
   });
 }
 
@@ -75,13 +78,14 @@ double store_positions(const double* positions, int n, double range, Coordinate<
     largest = size > largest ? size : largest;
     zero += 0 * x;
     if constexpr (sizeof(Real) == sizeof(double))
-      store<double, 4>(rows + 4L * v, x);
+      store<double, 4>(rows + std::ptrdiff_t{4} * v, x);
     else  // rounds down, which moves all positions alike
-      store<int, 4>(rows + 4L * v, __builtin_convertvector((x + range) * (kFixedPointUnits / range), Vector<int, 4>));
+      store<int, 4>(rows + std::ptrdiff_t{4} * v,
+                    __builtin_convertvector((x + range) * (kFixedPointUnits / range), Vector<int, 4>));
   };
-  for (int v = 0; v + 1 < n; ++v) store_row(v, load<double, 4>(positions + 3L * v));
+  for (int v = 0; v + 1 < n; ++v) store_row(v, load<double, 4>(positions + std::ptrdiff_t{3} * v));
   if (n > 0) {
-    const double* last = positions + 3L * (n - 1);
+    const double* last = positions + std::ptrdiff_t{3} * (n - 1);
     store_row(n - 1, Row{last[0], last[1], last[2], 0});
   }
   double result = zero[0] + zero[1] + zero[2] + zero[3];
@@ -253,7 +257,7 @@ template <class Real>
 template <class Real>
 [[gnu::always_inline]] inline Matrix<Real> covariances(const SlicedView<Real>& cells, const int* references,
                                                        const PositionsView<Real>& positions, int slice, int part) {
-  const int* reference = references + (static_cast<long>(slice) * kSliceWidth + part);
+  const int* reference = references + (static_cast<std::ptrdiff_t>(slice) * kSliceWidth + part);
   const StoredRows<Real> own = stored_rows<Real>(
       positions.rows, [&](int k) __attribute__((always_inline)) { return reference[k]; });
   constexpr int kChunk = 64;
@@ -281,7 +285,9 @@ template <class Real>
 
 template <class Real>
 [[gnu::always_inline]] inline Quaternion<Real> load_rotations(const Real* rotations) {
-  return components<Real>([&](int k) __attribute__((always_inline)) { return load<Real, 4>(rotations + 4L * k); });
+  return components<Real>([&](int k) __attribute__((always_inline)) {
+    return load<Real, 4>(rotations + std::ptrdiff_t{4} * k);
+  });
 }
 
 template <class Real>
@@ -291,11 +297,11 @@ double fit_rotations(const SlicedView<Real>& cells, const int* references, const
   for (int slice = begin; slice < end; ++slice)
     for (int part = 0; part < kSliceWidth; part += kLaneCount<Real>) {
       const Matrix<Real> Q = covariances<Real>(cells, references, positions, slice, part);
-      Real* out = rotations + 4 * static_cast<long>(slice * kSliceWidth + part);
+      Real* out = rotations + 4 * static_cast<std::ptrdiff_t>(slice * kSliceWidth + part);
       const Quaternion<Real> q = fitted<Real>(Q, load_rotations<Real>(out));
       for_each_row<Real>(
           q, [&](int k, const Vector<Real, 4>& row)
-                 __attribute__((always_inline)) { store<Real, 4>(out + 4L * k, row); });
+                 __attribute__((always_inline)) { store<Real, 4>(out + std::ptrdiff_t{4} * k, row); });
       sum.add(aligned<Real>(q, Q));
     }
   return sum.total();
@@ -308,7 +314,8 @@ double find_alignment(const SlicedView<Real>& cells, const int* references, cons
   for (int slice = begin; slice < end; ++slice)
     for (int part = 0; part < kSliceWidth; part += kLaneCount<Real>) {
       const Matrix<Real> Q = covariances<Real>(cells, references, positions, slice, part);
-      const Quaternion<Real> q = load_rotations<Real>(rotations + 4 * static_cast<long>(slice * kSliceWidth + part));
+      const Quaternion<Real> q =
+          load_rotations<Real>(rotations + 4 * static_cast<std::ptrdiff_t>(slice * kSliceWidth + part));
       sum.add(aligned<Real>(q, Q));
     }
   return sum.total();
@@ -338,9 +345,9 @@ template <class Real>
         if (k >= n_rows) return;
         const Vector<double, 4> wide = __builtin_convertvector(row, Vector<double, 4>);
         if (k + 1 < n_rows && k + 1 < kLaneCount<Real>)
-          store<double, 4>(rows + 3L * k, wide);  // the next row overwrites the fourth number
+          store<double, 4>(rows + std::ptrdiff_t{3} * k, wide);  // the next row overwrites the fourth number
         else
-          for (int a = 0; a < 3; ++a) rows[3L * k + a] = wide[a];
+          for (int a = 0; a < 3; ++a) rows[std::ptrdiff_t{3} * k + a] = wide[a];
       });
 }
 
@@ -359,7 +366,7 @@ double find_residual(const SlicedView<Real>& incidences, const SlicedView<Real>&
       for (int group = incidences.offsets[slice]; group < incidences.offsets[slice + 1]; ++group) {
         const int* index = incidences.indices + lanes_of(group, 1) + part;
         const Quaternion<Real> R = components<Real>([&](int k) __attribute__((always_inline)) {
-          return load<Real, 4>(rotations + 4 * static_cast<long>(index[k]));
+          return load<Real, 4>(rotations + 4 * static_cast<std::ptrdiff_t>(index[k]));
         });
         const Real* q = incidences.values + lanes_of(group, 3) + part;
         add_rotated<Real>(
@@ -385,7 +392,7 @@ double find_residual(const SlicedView<Real>& incidences, const SlicedView<Real>&
       }
       for (int a = 0; a < 3; ++a) sum[a] += unit * forces[a];
       energy.add(edge_energy * unit * unit);
-      store_rows<Real>(sum, n_vertices - first, residual + 3 * static_cast<long>(first));
+      store_rows<Real>(sum, n_vertices - first, residual + 3 * static_cast<std::ptrdiff_t>(first));
     }
   return 0.25 * energy.total();
 }

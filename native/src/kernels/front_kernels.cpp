@@ -174,11 +174,9 @@ bool store_strip(const Front& front, int strip, int n_own_rows, const double* ro
     }
     tiles += panel_size(n_tiles, n_strips, p) * kTileNumbers;
   }
-#if defined(__F16C__)
   if constexpr (sizeof(Number) < sizeof(float))
     return largest[0] <= kLargestHalf && largest[1] <= kLargestHalf && largest[2] <= kLargestHalf &&
            largest[3] <= kLargestHalf;
-#endif
   return true;
 }
 

@@ -19,6 +19,16 @@ namespace {
 
 constexpr std::array kIsas = {Isa::kBaseline, Isa::kAvx2, Isa::kAvx512};
 
+// Bits of ProcessorFeatures::basic, extended and saved.
+constexpr unsigned kSystemSaves = 1U << 27U;
+constexpr unsigned kBasicOfAvx2 = kSystemSaves | 1U << 12U | 1U << 28U | 1U << 29U;  // FMA, AVX, F16C
+constexpr unsigned kAvx2 = 1U << 5U;
+constexpr unsigned kAvx512 = 1U << 16U | 1U << 17U | 1U << 31U;  // F, DQ, VL
+constexpr unsigned kSavedOfAvx2 = 0x06;
+constexpr unsigned kSavedOfAvx512 = 0xe6;
+
+bool has(unsigned bits, unsigned wanted) { return (bits & wanted) == wanted; }
+
 template <class Isas>
 std::string list(const Isas& isas) {
   std::string names;
@@ -30,13 +40,17 @@ std::string list(const Isas& isas) {
 }
 
 #if defined(ARAP_HAS_X86_KERNELS)
-/// Conversions of half precision. Not every compiler's __builtin_cpu_supports() knows "f16c".
-bool has_f16c() {
+/// By instructions, not by __builtin_cpu_supports(): its run-time library is not linked on every system.
+ProcessorFeatures features_of_this_machine() {
+  ProcessorFeatures features;
   unsigned eax = 0;
   unsigned ebx = 0;
-  unsigned ecx = 0;
   unsigned edx = 0;
-  return __get_cpuid(1, &eax, &ebx, &ecx, &edx) != 0 && (ecx & bit_F16C) != 0;
+  if (__get_cpuid(1, &eax, &ebx, &features.basic, &edx) == 0 || (features.basic & kSystemSaves) == 0) return features;
+  unsigned ecx = 0;
+  if (__get_cpuid_count(7, 0, &eax, &features.extended, &ecx, &edx) == 0) features.extended = 0;
+  __asm__("xgetbv" : "=a"(features.saved), "=d"(edx) : "c"(0));
+  return features;
 }
 #endif
 
@@ -54,16 +68,21 @@ std::string_view name(Isa isa) {
   return "";
 }
 
-std::vector<Isa> available_isas() {
+std::vector<Isa> isas_of(const ProcessorFeatures& features) {
   std::vector<Isa> isas = {Isa::kBaseline};
-#if defined(ARAP_HAS_X86_KERNELS)
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && has_f16c()) {
+  if (has(features.basic, kBasicOfAvx2) && has(features.extended, kAvx2) && has(features.saved, kSavedOfAvx2)) {
     isas.push_back(Isa::kAvx2);
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-      isas.push_back(Isa::kAvx512);
+    if (has(features.extended, kAvx512) && has(features.saved, kSavedOfAvx512)) isas.push_back(Isa::kAvx512);
   }
-#endif
   return isas;
+}
+
+std::vector<Isa> available_isas() {
+#if defined(ARAP_HAS_X86_KERNELS)
+  return isas_of(features_of_this_machine());
+#else
+  return {Isa::kBaseline};
+#endif
 }
 
 Isa choose_isa(std::string_view wanted, const std::vector<Isa>& available) {

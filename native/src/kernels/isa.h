@@ -16,6 +16,16 @@ enum class Isa {
 /// Its name in ARAP_ISA: baseline, avx2, avx512.
 [[nodiscard]] std::string_view name(Isa isa);
 
+/// What an x86-64 processor and its system say of themselves.
+struct ProcessorFeatures {
+  unsigned basic = 0;     ///< ecx of CPUID 1
+  unsigned extended = 0;  ///< ebx of CPUID 7
+  unsigned saved = 0;     ///< XCR0: the registers that the system keeps for each thread
+};
+
+/// The instruction sets that a processor can run, the slowest first.
+[[nodiscard]] std::vector<Isa> isas_of(const ProcessorFeatures& features);
+
 /// Instruction sets of this machine that this build has, the slowest first.
 [[nodiscard]] std::vector<Isa> available_isas();
 

@@ -53,6 +53,11 @@ template <class Real>
     return _mm_sqrt_ps(value);
   else
     return _mm_sqrt_pd(value);
+#elif defined(__aarch64__)
+  if constexpr (kIsSingle)
+    return vsqrtq_f32(value);
+  else
+    return vsqrtq_f64(value);
 #else
   Lanes<Real> result = value;
   for (int k = 0; k < kLaneCount<Real>; ++k)
@@ -87,6 +92,12 @@ template <class Real>
     return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(mask)));
   else
     return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(mask)));
+#elif defined(__aarch64__)
+  // Each lane keeps its bit; the lanes are added.
+  if constexpr (kIsSingle)
+    return vaddvq_u32(reinterpret_cast<uint32x4_t>(mask & Mask<Real>{1, 2, 4, 8}));
+  else
+    return static_cast<unsigned>(vaddvq_u64(reinterpret_cast<uint64x2_t>(mask & Mask<Real>{1, 2})));
 #else
   static_cast<void>(kIsSingle);
   unsigned result = 0;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 
 #if defined(__x86_64__)
@@ -18,6 +19,8 @@
 #else
 #include <immintrin.h>
 #endif
+#elif defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 namespace arap {
@@ -53,19 +56,25 @@ template <class Number, int n>
 
 /// IEEE half precision: 11 binary digits, up to 65504.
 struct Half {
-  unsigned short bits;
+  std::uint16_t bits;
 };
 
-/// F16C converts vectors of halves; every processor with AVX2 has it.
-#if defined(__F16C__)
-inline constexpr bool kHasHalf = true;
-
 inline constexpr float kLargestHalf = 65504;
+
+/// F16C converts vectors of halves, as does NEON of 64 bits; every processor with AVX2 has F16C.
+#if defined(__F16C__) || defined(__aarch64__)
+inline constexpr bool kHasHalf = true;
 
 template <class Number, int n>
 [[gnu::always_inline]] inline Vector<float, n> load_as_float(const Number* p) {
   if constexpr (sizeof(Number) == sizeof(float)) {
     return load<float, n>(p);
+#if defined(__aarch64__)
+  } else {
+    static_assert(n == 4);
+    return vcvt_f32_f16(vreinterpret_f16_u16(vld1_u16(&p->bits)));
+  }
+#else
   } else if constexpr (n == 4) {
     return _mm_cvtph_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p)));
   } else if constexpr (n == 8) {
@@ -75,11 +84,16 @@ template <class Number, int n>
     return _mm512_cvtph_ps(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
 #endif
   }
+#endif
 }
 
 /// Rounds to nearest.
 [[gnu::always_inline]] inline void store_four(Half* p, Vector<float, 4> v) {
+#if defined(__aarch64__)
+  vst1_u16(&p->bits, vreinterpret_u16_f16(vcvt_f16_f32(v)));
+#else
   _mm_storel_epi64(reinterpret_cast<__m128i*>(p), _mm_cvtps_ph(v, 0));
+#endif
 }
 #else
 inline constexpr bool kHasHalf = false;

@@ -2,9 +2,11 @@
 #include "models/model_space.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <numeric>
 #include <utility>
 
+#include "base/processor.h"
 #include "mesh/surface_measures.h"
 #include "parallel/parallel.h"
 
@@ -84,9 +86,9 @@ bool ModelSpace::write_to_input(const Positions& of_model, const Workers& worker
   const bool is_finite = parallel_all<kRows>(workers, n_input_vertices(), [&](int begin, int end) {
     double zero = 0;  // not a number as soon as one of the numbers is not finite
     for (int v = begin; v < end; ++v) {
-      __builtin_prefetch(of_model.data() + 3L * model_vertex_[std::min(v + kRowsAhead, end - 1)]);
+      prefetch(of_model.data() + std::ptrdiff_t{3} * model_vertex_[std::min(v + kRowsAhead, end - 1)]);
       const Eigen::RowVector3f x = (of_model.row(model_vertex_[v]) * size_ + center_).cast<float>();
-      Eigen::RowVector3f::Map(of_input.data() + 3L * v) = x;
+      Eigen::RowVector3f::Map(of_input.data() + std::ptrdiff_t{3} * v) = x;
       // Not in single precision, whose range the sum of three finite numbers may leave.
       zero += 0 * x.cast<double>().sum();
     }
@@ -96,7 +98,7 @@ bool ModelSpace::write_to_input(const Positions& of_model, const Workers& worker
            bool are_finite = true;
            for (int l = begin; l < end; ++l) {
              const auto& [v, shift] = loose_[l];
-             auto x = Eigen::RowVector3f::Map(of_input.data() + 3L * v);
+             auto x = Eigen::RowVector3f::Map(of_input.data() + std::ptrdiff_t{3} * v);
              x = (of_model.row(model_vertex_[v]) * size_ + center_ + shift).cast<float>();
              are_finite = are_finite && x.allFinite();
            }

@@ -57,7 +57,7 @@ void Engine::set_constraints(const ModelConstraints& given, const Progress& prog
   ++n_factorizations_;
 }
 
-double Engine::evaluate(const Positions& positions, Positions& gradient) const {
+double Engine::evaluate(const Positions& positions, Positions& gradient) {
   if (steps_ != nullptr) steps_->forget();
   CellPasses& passes = model_.passes(Precision::kDouble);
   double alignment = fit_from_rest(passes, positions);
@@ -156,8 +156,10 @@ IterationReport Engine::solve(const Positions& targets, const SolveOptions& opti
     report = minimize(*steps_, *search_, pose_, options, progress, time, step, [&] {
       if (start.is_drag()) steps_->show_forces_to(predictor_, start.ahead);
     });
-    if (report.stop_reason == StopReason::kCancelled) restore_pose();
-    if (!std::isfinite(report.energy_after) || !hand_over(pose_.positions))
+    const bool is_cancelled = report.stop_reason == StopReason::kCancelled;
+    if (is_cancelled) restore_pose();
+    const bool is_good = is_cancelled || std::isfinite(report.energy_after);
+    if (!is_good || !hand_over(pose_.positions))
       throw SolverError("the positions are no longer finite; the last good pose is kept");
   } catch (...) {
     predictor_.forget();

@@ -47,7 +47,7 @@ class Engine {
 
   /// The energy at `positions` with the best rotations, without constraint terms, and its gradient, (n, 3). Rigid
   /// regions have the rotation that their vertices have made, by least squares.
-  double evaluate(const Positions& positions, Positions& gradient) const;
+  double evaluate(const Positions& positions, Positions& gradient);
 
   /// Components of the input without any constraint.
   [[nodiscard]] const std::vector<int>& parts_at_rest() const { return constraints_->parts_at_rest; }

@@ -34,9 +34,10 @@ LocalGlobal::LocalGlobal(const PreparedModel& model, const PreparedConstraints& 
 void LocalGlobal::set_targets(const Positions& targets, Precision precision) {
   CellPasses& passes = model_.passes(precision);
   const bool knew_pose = knows_pose();
-  if (&passes != passes_) forget();
+  const bool is_in_double = precision == Precision::kDouble || !model_.fits_single;
+  if (passes_ == nullptr || is_in_double != is_in_double_) forget();
   passes_ = &passes;
-  is_in_double_ = precision == Precision::kDouble || !model_.fits_single;
+  is_in_double_ = is_in_double;
   const auto pull_softly = [&](double sign) {
     const Eigen::VectorXd& soft = constraints_.soft_diagonal;
     if (known_ != Known::kResidual) return;
@@ -64,8 +65,7 @@ void LocalGlobal::set_targets(const Positions& targets, Precision precision) {
 bool LocalGlobal::impose_constraints(Pose& pose) {
   // Of a mesh of size 1: far above rounding, far below what could turn a rotation.
   constexpr double kMoved = 1e-12;
-  // A hard vertex that its region holds elsewhere moves there and back.
-  const Positions before = has_regions() ? pose.positions : Positions(0, 3);
+  const RigidRegions& regions = constraints_.regions;
   bool has_moved = false;
   const auto move = [&](int v, const Eigen::RowVector3d& place) {
     const Eigen::RowVector3d step = place - pose.positions.row(v);
@@ -73,15 +73,14 @@ bool LocalGlobal::impose_constraints(Pose& pose) {
     if (known_ == Known::kResidual && !step.isZero(0)) follow_vertex(v, step);
     pose.positions.row(v) = place;
   };
-  for (const int v : constraints_.hard_vertices) move(v, targets_.vertices.row(v));
+  for (const int v : constraints_.hard_vertices)
+    if (!regions.has_member(v)) move(v, targets_.vertices.row(v));
   for (const int v : constraints_.vertices_at_rest) move(v, model_.rest.row(v));
-  if (!has_regions()) return has_moved;
-  const RigidRegions& regions = constraints_.regions;
   for (int r = 0; r < regions.size(); ++r)
     if (constraints_.is_at_rest[regions.unknown(r)] != 0) pose.placements[r] = regions.rest_placement(r);
   regions.place_anchored(targets_, pose.placements);
-  regions.write(pose.placements, pose.positions);
-  return (pose.positions - before).rowwise().squaredNorm().maxCoeff() > kMoved * kMoved;
+  regions.for_each_place(pose.placements, move);
+  return has_moved;
 }
 
 Positions LocalGlobal::held_gaps(const Positions& positions) const {
@@ -128,9 +127,10 @@ void LocalGlobal::find_correction(const Pose& pose, Positions& correction) {
     system.correct(residual_, held_gaps(pose.positions), multipliers_, correction);
     return;
   }
-  correction = residual_;
-  regions.reduce(correction);
-  system.correct(correction, held_gaps(pose.positions), multipliers_, correction);
+  const Positions of_members = regions.member_rows(residual_);
+  regions.reduce(residual_);
+  system.correct(residual_, held_gaps(pose.positions), multipliers_, correction);
+  if (&correction != &residual_) regions.set_member_rows(of_members, residual_);
   regions.expand(correction);
 }
 
@@ -167,15 +167,13 @@ double LocalGlobal::refresh_residual(const Pose& pose) {
   return energy;
 }
 
-void LocalGlobal::fit_regions(Pose& pose) {
+double LocalGlobal::fit_regions(Pose& pose) {
   const RigidRegions& regions = constraints_.regions;
   const MixedPatches& mixed = constraints_.mixed_patches;
-  passes_->read_rotations(pose.rotations);
-  regions.share_rotations(pose.placements, pose.rotations);
+  regions.share_rotations(pose.placements, *passes_);
   Positions pulls;
   if (!mixed.empty()) {
     // What holds the patches may lag behind the cells by this fit: a turn by it could raise the energy.
-    passes_->set_rotations(pose.rotations);
     static_cast<void>(refresh_residual(pose));
     pulls = mixed.pulls(residual_);
   }
@@ -183,25 +181,22 @@ void LocalGlobal::fit_regions(Pose& pose) {
     const Matrix3 before = pose.placements[r].rotation;
     Matrix3 pull = Matrix3::Zero();
     if (!mixed.empty()) pull = mixed.linear_term(r, before, patch_gaps(pose.positions), pulls);
-    regions.fit_rotation(r, targets_, constraints_.soft_diagonal, pull, pose.placements[r], pose.rotations,
-                         pose.positions);
+    regions.fit_rotation(r, targets_, constraints_.soft_diagonal, pull, pose.placements[r], *passes_, pose.positions);
     if (mixed.empty()) continue;
     mixed.follow_turn(r, pose.placements[r].rotation - before, pulls);
     if (!mixed.feels(r)) continue;
     mixed.close(patch_gaps(pose.positions), pulls, pose.positions);
     follow_positions(pose);
   }
+  if (mixed.empty()) return passes_->alignment_after(regions.cells_with_members());
   passes_->set_positions(pose.positions);
-  passes_->set_rotations(pose.rotations);
+  return passes_->alignment();
 }
 
 double LocalGlobal::fit(Pose& pose) {
   passes_->set_positions(pose.positions);
   double alignment = passes_->fit_rotations();
-  if (!constraints_.regions.empty()) {
-    fit_regions(pose);
-    alignment = passes_->alignment();
-  }
+  if (!constraints_.regions.empty()) alignment = fit_regions(pose);
   const double energy = refresh_residual(pose) - alignment;
   return energy < 0 ? 0 : energy;  // none is negative; rounding may be. What is not a number stays so.
 }
@@ -218,7 +213,7 @@ void LocalGlobal::start(const Pose& pose) {
 
 void LocalGlobal::finish(Pose& pose) {
   passes_->read_rotations(pose.rotations);
-  known_ = constraints_.regions.empty() ? Known::kResidual : Known::kRotations;
+  known_ = Known::kResidual;
 }
 
 bool LocalGlobal::go_on_in_double(Pose& pose) {
@@ -256,8 +251,32 @@ double LocalGlobal::global_step(Pose& pose, const DragPredictor& prediction, dou
   return apply_residual(pose);
 }
 
+void LocalGlobal::read_turned(const Positions& positions, Positions& rows) const {
+  if (constraints_.mixed_patches.empty())
+    rows = constraints_.regions.member_rows(positions);
+  else
+    copy_rows(workers(), positions, rows);
+}
+
+void LocalGlobal::begin_step(const Pose& pose) {
+  if (!constraints_.regions.empty()) read_turned(pose.positions, start_);
+}
+
+double LocalGlobal::step_with_turns(const Pose& pose, double step) const {
+  if (constraints_.regions.empty()) return step;
+  Positions moved;
+  read_turned(pose.positions, moved);
+  const double with_turns = parallel_reduce<kRows>(
+      workers(), static_cast<int>(moved.rows()), 0.0,
+      [&](int begin, int end) {
+        return (moved - start_).middleRows(begin, end - begin).rowwise().squaredNorm().maxCoeff();
+      },
+      [](double a, double b) { return std::max(a, b); });
+  return std::max(step, std::sqrt(with_turns));
+}
+
 double LocalGlobal::apply_residual(Pose& pose) {
-  if (has_regions()) start_ = pose.positions;
+  begin_step(pose);
   find_correction(pose, residual_);
   known_ = Known::kRotations;
   const double squared = parallel_reduce<kRows>(

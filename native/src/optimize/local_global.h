@@ -65,11 +65,11 @@ class LocalGlobal {
   /// Local step. Returns the energy, and leaves the residual for the next global step.
   [[nodiscard]] double fit(Pose& pose);
 
-  [[nodiscard]] bool has_regions() const { return !constraints_.regions.empty(); }
-  /// The largest movement of a vertex since the start of the last global step: with the regions that fit() has turned.
-  [[nodiscard]] double step_with_turns(const Pose& pose) const {
-    return longest_row(pose.positions - start_, workers());
-  }
+  /// A step begins at this pose: global_step() says so itself.
+  void begin_step(const Pose& pose);
+  /// The largest movement of a vertex since then: with the regions that fit() has turned.
+  /// @param step  the largest one by the step itself
+  [[nodiscard]] double step_with_turns(const Pose& pose, double step) const;
 
   /// After the first fit of a frame, which began with this share of the forces ahead.
   void show_forces_to(DragPredictor& prediction, double share);
@@ -105,10 +105,12 @@ class LocalGlobal {
 
   /// Hands the rotations of the pose to the passes, if they have not got them.
   void know_rotations(const Pose& pose);
-  /// Brings rigid regions to their best rotations, after the cells.
-  void fit_regions(Pose& pose);
+  /// Brings rigid regions to their best rotations, after the cells. Returns the sum of <R_c, Q_c>.
+  [[nodiscard]] double fit_regions(Pose& pose);
   /// The energy without its term of rotations.
   [[nodiscard]] double refresh_residual(const Pose& pose);
+  /// The rows of the vertices that fit() moves: members of regions, with mixed patches all.
+  void read_turned(const Positions& positions, Positions& rows) const;
   /// Adds what the last multipliers hold patches and stiff rows with to the residual, times `sign`.
   void add_held_forces(double sign);
   /// What the residual lacks of the energy's slope, times `sign`: less what holds the patches, and the stiff rows'
@@ -136,7 +138,7 @@ class LocalGlobal {
   Positions residual_;    ///< b - K p plus soft constraints
   Positions stiff_gaps_;  ///< of stiff rows, where the residual is
   Positions multipliers_;
-  Positions start_;  ///< of the last global step, where there are regions
+  Positions start_;  ///< of the last step: of all vertices that fit() moves
 };
 
 }  // namespace arap

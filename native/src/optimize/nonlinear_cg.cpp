@@ -26,7 +26,7 @@ auto flat(Rows& x, int begin, int end) {
   using Number = typename Rows::Scalar;
   using Array = Eigen::Array<Number, Eigen::Dynamic, 1>;
   using Map = std::conditional_t<std::is_const_v<Rows>, Eigen::Map<const Array>, Eigen::Map<Array>>;
-  return Map(x.data() + 3L * begin, 3L * static_cast<std::ptrdiff_t>(end - begin));
+  return Map(x.data() + std::ptrdiff_t{3} * begin, std::ptrdiff_t{3} * static_cast<std::ptrdiff_t>(end - begin));
 }
 
 template <class Number>
@@ -35,6 +35,13 @@ Number longest_squared(const Number* begin, const Number* end) {
   for (const Number* row = begin; row != end; row += 3)
     longest = std::max(longest, row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
   return longest;
+}
+
+/// The part of the digits between two distances from the minimizer that are found, in [0, 1]: distances fall at an even
+/// rate.
+double way_done(double farthest, double distance, double accuracy) {
+  if (!(distance < farthest && accuracy > 0 && accuracy < farthest)) return 0;
+  return std::clamp(std::log(farthest / distance) / std::log(farthest / accuracy), 0.0, 1.0);
 }
 
 int row_count(const Positions& x) { return static_cast<int>(x.rows()); }
@@ -128,6 +135,7 @@ double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration
   if (acceleration == Acceleration::kNone) is_fresh_ = true;
   steps_.find_correction(pose, correction_);
   const double beta = choose_beta();
+  steps_.begin_step(pose);
   start_.swap(pose.positions);
   placements_ = pose.placements;
   const double rounding = steps_.energy_rounding();
@@ -155,7 +163,7 @@ double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration
     reached = try_length(pose, length);
   }
   // A fit turns rigid regions, which no direction says.
-  if (steps_.has_regions()) step_ = longest_row(pose.positions - start_, steps_.workers());
+  step_ = steps_.step_with_turns(pose, step_);
   // What the slope promised, not what was measured: that drowns in rounding first.
   distance_.add(step_, length * slope_);
   length_ = std::clamp(length, kShortest, kLongest);
@@ -175,10 +183,13 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
   IterationReport report;
   steps.start(pose);
   report.energy_before = report.energy_after = steps.fit(pose);
-  if (step_before && steps.has_regions()) step_before = steps.step_with_turns(pose);
+  if (step_before) step_before = steps.step_with_turns(pose, *step_before);
   on_first_fit();
+  double farthest = 0;  // from the minimizer, so far
+  double fraction = 0;
   const auto is_cancelled = [&] {
-    const double fraction = static_cast<double>(report.iterations) / options.max_iterations;
+    fraction = std::max({fraction, static_cast<double>(report.iterations) / options.max_iterations,
+                         way_done(farthest, search.distance(), options.accuracy)});
     if (!progress || progress(fraction)) return false;
     report.stop_reason = StopReason::kCancelled;
     return true;
@@ -186,6 +197,7 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
   const auto count_iteration = [&](double step) {
     ++report.iterations;
     report.step = step;
+    if (std::isfinite(search.distance())) farthest = std::max(farthest, search.distance());
     time.end_iteration();
   };
   if (step_before) {

@@ -71,7 +71,11 @@ Graph make_graph(const SparseMatrix& pattern, std::vector<int>& unknowns) {
 
 class Dissection {
  public:
-  explicit Dissection(const Graph& graph) : graph_(graph), ordering_(graph.n_vertices()) {}
+  Dissection(const Graph& graph, const MeterPart& meter)
+      : graph_(graph),
+        // A cut takes as long as all of its halves' together.
+        meter_(meter.part(1 / (1 + std::log2(1 + static_cast<double>(graph.n_vertices()) / kLeafSize)))),
+        ordering_(graph.n_vertices()) {}
 
   /// Returns ordering[new] = vertex.
   std::vector<int> run(int threads) {
@@ -107,6 +111,7 @@ class Dissection {
   std::array<Piece, 2> cut(Piece piece) {
     if (piece.vertices.size() <= kLeafSize) {
       finish(piece);
+      report(piece);
       return {};
     }
     const Separator separator = find_separator(piece.hierarchy.graph, piece.hierarchy.coarser);
@@ -120,6 +125,7 @@ class Dissection {
     }
     for (size_t v = 0; v < piece.vertices.size(); ++v)
       if (separator.side[v] == Separator::kBetween) ordering_[place++] = piece.vertices[v];
+    report(piece);
     return halves;
   }
 
@@ -156,13 +162,18 @@ class Dissection {
     for (const int v : minimum_degree(std::move(rows), n)) ordering_[place++] = piece.vertices[v];
   }
 
+  void report(const Piece& piece) const {
+    meter_.add(static_cast<double>(piece.vertices.size()) / graph_.n_vertices());
+  }
+
   const Graph& graph_;
+  MeterPart meter_;  ///< for each level of cuts
   std::vector<int> ordering_;
 };
 
 }  // namespace
 
-std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads) {
+std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads, const MeterPart& meter) {
   const auto n = static_cast<int>(pattern.rows());
   // Isolated unknowns come first. Unknowns with very many neighbours come last: they would be in every separator and
   // hide the shape of the rest.
@@ -176,7 +187,7 @@ std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads) {
     (d <= 0 ? ordering : d > dense ? last : inner).push_back(i);
   }
   const Graph graph = make_graph(pattern, inner);
-  for (const int v : Dissection(graph).run(threads)) ordering.push_back(inner[v]);
+  for (const int v : Dissection(graph, meter).run(threads)) ordering.push_back(inner[v]);
   ordering.insert(ordering.end(), last.begin(), last.end());
   return ordering;
 }

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "parallel/meter.h"
 #include "sparse/sparse.h"
 
 namespace arap {
@@ -15,6 +16,6 @@ namespace arap {
 ///
 /// @param pattern  symmetric, stored whole
 /// @param threads  to work on; the ordering does not depend on them
-[[nodiscard]] std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads);
+[[nodiscard]] std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads, const MeterPart& meter = {});
 
 }  // namespace arap

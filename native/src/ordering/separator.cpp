@@ -224,7 +224,7 @@ Separator grow(const Graph& graph, int seed) {
   std::vector<char> is_queued(n, 0);
   is_queued[seed] = 1;
   int next_seed = 0;
-  for (size_t k = 0; 2L * separator.weights[0] < total; ++k) {
+  for (size_t k = 0; std::ptrdiff_t{2} * separator.weights[0] < total; ++k) {
     if (k == queue.size()) {  // another component
       while (is_queued[next_seed] != 0) ++next_seed;
       is_queued[next_seed] = 1;

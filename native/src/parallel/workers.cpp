@@ -2,41 +2,61 @@
 #include "parallel/workers.h"
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <thread>
 #include <vector>
 
+#include "base/processor.h"
 #include "parallel/process_id.h"
 
 namespace arap {
 
 namespace {
 
-void pause() {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#endif
-}
+/// Threads, and where they sleep. A forked child has copies that can be neither joined nor destroyed.
+class Crew {
+ public:
+  std::vector<std::thread> threads;
 
-/// Waits until is_over(value). The atomic must be changed with notify_all. Reads are sequentially consistent, see
-/// serve().
-template <class Value, class IsOver>
-Value wait_for(const std::atomic<Value>& changing, const IsOver& is_over) {
-  constexpr int kSpins = 4000;  // the gaps between the passes of an iteration
-  constexpr int kYields = 100;
-  for (int turn = 0;; ++turn) {
-    const Value value = changing.load();
-    if (is_over(value)) return value;
-    if (turn < kSpins)
-      pause();
-    else if (turn < kSpins + kYields)
-      std::this_thread::yield();
-    else
-      changing.wait(value);
+  /// Waits until is_over(value): spins, then yields, then sleeps until notify_all(). Not by std::atomic::wait(), which
+  /// loses wake-ups in a standard library (MinGW's). Reads are sequentially consistent, see serve().
+  template <class Value, class IsOver>
+  Value wait_for(const std::atomic<Value>& changing, const IsOver& is_over) {
+    constexpr int kSpins = 4000;  // the gaps between the passes of an iteration
+    constexpr int kYields = 100;
+    for (int turn = 0; turn < kSpins + kYields; ++turn) {
+      const Value value = changing.load();
+      if (is_over(value)) return value;
+      if (turn < kSpins)
+        pause();
+      else
+        std::this_thread::yield();
+    }
+    std::unique_lock lock(mutex_);
+    n_asleep_.fetch_add(1);
+    Value value = changing.load();
+    for (; !is_over(value); value = changing.load()) changed_.wait(lock);
+    n_asleep_.fetch_sub(1);
+    return value;
   }
-}
+
+  /// Call after each change that may end a wait. Either this sees the sleeper, or it sees the change: each writes
+  /// before it reads.
+  void notify_all() {
+    if (n_asleep_.load() == 0) return;
+    { const std::lock_guard until_it_sleeps(mutex_); }
+    changed_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::atomic<int> n_asleep_ = 0;
+};
 
 }  // namespace
 
@@ -48,14 +68,13 @@ class Workers::Pool {
 
   ~Pool() {
     if (is_started_ && process_id() != owner_) {
-      // A forked child has the thread objects without the threads: they can be neither joined nor destroyed.
-      static_cast<void>(threads_.release());
+      static_cast<void>(crew_.release());
       return;
     }
     is_ending_.store(true, std::memory_order_relaxed);
     phase_.fetch_add(2);
-    phase_.notify_all();
-    for (std::thread& thread : *threads_) thread.join();
+    crew_->notify_all();
+    for (std::thread& thread : crew_->threads) thread.join();
   }
 
   void run(int n_pieces, const Task& task) {
@@ -91,10 +110,10 @@ class Workers::Pool {
       shares_[s].end = static_cast<int>(n * (s + 1) / n_shares);
     }
     phase_.fetch_add(1);
-    phase_.notify_all();
+    crew_->notify_all();
     work(0);
     phase_.fetch_add(1);
-    wait_for(n_inside_, [](int n_inside) { return n_inside == 0; });
+    crew_->wait_for(n_inside_, [](int n_inside) { return n_inside == 0; });
   }
 
   static void run_alone(int n_pieces, const Task& task, FirstFailure& failure) {
@@ -105,7 +124,7 @@ class Workers::Pool {
     is_started_ = true;
     owner_ = process_id();
     try {
-      for (size_t rank = 1; rank < shares_.size(); ++rank) threads_->emplace_back([this, rank] { serve(rank); });
+      for (size_t rank = 1; rank < shares_.size(); ++rank) crew_->threads.emplace_back([this, rank] { serve(rank); });
     } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch): no thread or no memory for one
       // The threads that there are do all pieces.
     }
@@ -122,13 +141,14 @@ class Workers::Pool {
   void serve(size_t rank) {
     const auto is_open = [](unsigned phase) { return phase % 2 == 1; };
     for (unsigned last = 0;;) {
-      const unsigned phase = wait_for(phase_, [&](unsigned p) { return (is_open(p) && p != last) || is_ending(); });
+      const unsigned phase =
+          crew_->wait_for(phase_, [&](unsigned p) { return (is_open(p) && p != last) || is_ending(); });
       if (is_ending()) return;
       // Either the caller sees that this thread is inside and waits, or this thread sees that the pass is over: each
       // writes before it reads, and the four accesses are sequentially consistent.
       n_inside_.fetch_add(1);
       if (phase_.load() == phase) work(rank);
-      if (n_inside_.fetch_sub(1) == 1) n_inside_.notify_all();
+      if (n_inside_.fetch_sub(1) == 1) crew_->notify_all();
       last = phase;
     }
   }
@@ -144,7 +164,7 @@ class Workers::Pool {
   Task task_{};
   FirstFailure* failure_ = nullptr;  ///< of the pass
   std::vector<Share> shares_;
-  std::unique_ptr<std::vector<std::thread>> threads_ = std::make_unique<std::vector<std::thread>>();
+  std::unique_ptr<Crew> crew_ = std::make_unique<Crew>();
   ProcessId owner_ = 0;  ///< process that has the threads
 };
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "arap/types.h"
+#include "base/processor.h"
 #include "sparse/sparse.h"
 
 namespace arap {
@@ -30,7 +31,7 @@ class EdgeGraph {
     return std::span(arcs_).subspan(offsets_[vertex], offsets_[vertex + 1] - offsets_[vertex]);
   }
   /// Starts to load arcs(vertex) into the cache.
-  void prefetch_arcs(int vertex) const { __builtin_prefetch(arcs_.data() + offsets_[vertex]); }
+  void prefetch_arcs(int vertex) const { prefetch(arcs_.data() + offsets_[vertex]); }
 
  private:
   std::vector<int> offsets_;

@@ -74,13 +74,19 @@ class Sampler {
 };
 
 Sampler choose_greedily(const EdgeGraph& graph, double radius, const std::vector<std::vector<int>>& mirrors,
-                        const std::vector<int>& group) {
+                        const std::vector<int>& group, const MeterPart& meter) {
   Sampler sampler(graph, radius, group);
+  int last = 0;
+  const auto done = [&](int v) {
+    if (v > last) meter.add(static_cast<double>(v - std::exchange(last, v)) / graph.n_vertices());
+  };
   const auto choose_where = [&](const auto& is_wanted) {
     for (int v = 0; v < graph.n_vertices(); ++v)
-      if (!graph.arcs(v).empty() && !sampler.is_covered(v) && is_wanted(v))
+      if (!graph.arcs(v).empty() && !sampler.is_covered(v) && is_wanted(v)) {
         for (const int image : images_of(v, mirrors))
           if (!graph.arcs(image).empty()) sampler.choose(image);
+        done(v);
+      }
   };
   // Vertices on planes of symmetry come first: a sample beside a plane would be very close to its own image.
   for (const std::vector<int>& mirror : mirrors) choose_where([&](int v) { return mirror[v] == v; });
@@ -153,8 +159,8 @@ std::vector<int> move_to_centres(const Sampler& sampler, const Positions& rest, 
 
 DiskSamples sample_poisson_disk(const EdgeGraph& graph, const Positions& rest, const std::vector<double>& areas,
                                 double radius, const std::vector<std::vector<int>>& mirrors,
-                                const std::vector<int>& group) {
-  const Sampler sampler = choose_greedily(graph, radius, mirrors, group);
+                                const std::vector<int>& group, const MeterPart& meter) {
+  const Sampler sampler = choose_greedily(graph, radius, mirrors, group, meter);
   return {.vertices = move_to_centres(sampler, rest, areas, radius, mirrors),
           .areas = cell_areas(sampler, areas, mirrors)};
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "arap/types.h"
+#include "parallel/meter.h"
 #include "sampling/edge_graph.h"
 
 namespace arap {
@@ -24,6 +25,6 @@ struct DiskSamples {
 [[nodiscard]] DiskSamples sample_poisson_disk(const EdgeGraph& graph, const Positions& rest,
                                               const std::vector<double>& areas, double radius,
                                               const std::vector<std::vector<int>>& mirrors,
-                                              const std::vector<int>& group);
+                                              const std::vector<int>& group, const MeterPart& meter = {});
 
 }  // namespace arap

@@ -24,6 +24,9 @@ constexpr double kLeastShare = .01;
 constexpr int kBalancings = 4;
 /// In (1, 2): four steps then do as much as six.
 constexpr double kOverRelaxation = 1.5;
+/// Parts of the time that the samples and the supports take.
+constexpr double kSampling = 0.5;
+constexpr double kSupports = 0.3;
 /// Least squared support of a vertex, as a part of the squared support: the nodes that cover a vertex stay inside.
 constexpr double kLeastSupport = .5;
 
@@ -41,7 +44,8 @@ double squared_support(double support, double variance) {
 
 /// The vertices in the support of each node, with weights before normalization.
 std::vector<std::vector<Reached>> find_supports(const EdgeGraph& graph, const std::vector<double>& variances,
-                                                const std::vector<int>& nodes, double radius, int threads) {
+                                                const std::vector<int>& nodes, double radius, int threads,
+                                                const MeterPart& meter) {
   std::vector<std::vector<Reached>> supports(nodes.size());
   const double support = kSupport * radius;
   std::atomic<size_t> next = 0;
@@ -56,6 +60,7 @@ std::vector<std::vector<Reached>> find_supports(const EdgeGraph& graph, const st
         if (weight > 0) reached.push_back({vertex, static_cast<float>(weight)});
       });
       supports[c] = reached;
+      meter.add(1 / static_cast<double>(nodes.size()));
     }
   });
   return supports;
@@ -118,14 +123,15 @@ std::vector<double> face_variances(const PolygonMesh& mesh) {
 
 RotationNodes choose_rotation_nodes(const EdgeGraph& graph, const PolygonMesh& mesh, const std::vector<double>& areas,
                                     double radius, const std::vector<std::vector<int>>& mirrors,
-                                    const std::vector<int>& group, int threads) {
+                                    const std::vector<int>& group, int threads, const MeterPart& meter) {
   RotationNodes result;
-  DiskSamples samples = sample_poisson_disk(graph, mesh.positions(), areas, radius, mirrors, group);
+  DiskSamples samples =
+      sample_poisson_disk(graph, mesh.positions(), areas, radius, mirrors, group, meter.part(kSampling));
   std::vector<double> shares = std::move(samples.areas);
   for (double& share : shares) share = std::max(share, kLeastShare * radius * radius);
   result.vertices = std::move(samples.vertices);
   const std::vector<std::vector<Reached>> supports =
-      find_supports(graph, face_variances(mesh), result.vertices, radius, threads);
+      find_supports(graph, face_variances(mesh), result.vertices, radius, threads, meter.part(kSupports));
   result.offsets.assign(graph.n_vertices() + 1, 0);
   for (const std::vector<Reached>& support : supports)
     for (const Reached& reached : support) ++result.offsets[reached.vertex + 1];
@@ -139,7 +145,10 @@ RotationNodes choose_rotation_nodes(const EdgeGraph& graph, const PolygonMesh& m
       result.nodes[slot] = static_cast<int>(c);
       result.weights[slot] = static_cast<double>(reached.weight);
     }
-  for (int k = 0; k < kBalancings; ++k) balance(shares, result, supports, areas, threads);
+  for (int k = 0; k < kBalancings; ++k) {
+    balance(shares, result, supports, areas, threads);
+    meter.add((1 - kSampling - kSupports) / kBalancings);
+  }
   const std::vector<double> reciprocals = reciprocal_sums(result, shares, threads);
   parallel_for(threads, graph.n_vertices(), [&](int begin, int end) {
     for (int v = begin; v < end; ++v)

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "arap/mesh.h"
+#include "parallel/meter.h"
 #include "sampling/edge_graph.h"
 
 namespace arap {
@@ -31,7 +32,8 @@ struct RotationNodes {
 [[nodiscard]] RotationNodes choose_rotation_nodes(const EdgeGraph& graph, const PolygonMesh& mesh,
                                                   const std::vector<double>& areas, double radius,
                                                   const std::vector<std::vector<int>>& mirrors,
-                                                  const std::vector<int>& group, int threads);
+                                                  const std::vector<int>& group, int threads,
+                                                  const MeterPart& meter = {});
 
 /// One node at each vertex, used by this vertex alone.
 [[nodiscard]] RotationNodes node_at_each_vertex(int n_vertices);

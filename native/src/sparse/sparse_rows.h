@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "parallel/meter.h"
 #include "parallel/parallel.h"
 #include "sparse/row_accumulator.h"
 
@@ -20,7 +21,7 @@ class SparseRows {
   /// @param make_fill  make_fill() is called once for each share and returns a function fill(row, RowAccumulator&),
   ///     which is called for each row of the share; entries keep the order of the accumulator
   template <class MakeFill>
-  SparseRows(int n_rows, int n_columns, int threads, const MakeFill& make_fill)
+  SparseRows(int n_rows, int n_columns, int threads, const MakeFill& make_fill, const MeterPart& meter = {})
       : shares_(threads, n_rows), pieces_(shares_.count()), offsets_(n_rows + 1, 0) {
     shares_.for_each([&](int share, int begin, int end) {
       auto fill = make_fill();
@@ -30,6 +31,7 @@ class SparseRows {
         offsets_[r + 1] = static_cast<int>(row.entries().size());
         append(row.entries(), pieces_[share]);
         row.clear();
+        if (r % kReported == 0) meter.add(static_cast<double>(std::min(kReported, end - r)) / n_rows);
       }
     });
     for (int r = 0; r < n_rows; ++r) offsets_[r + 1] += offsets_[r];
@@ -42,31 +44,50 @@ class SparseRows {
   /// Calls visit(share, row, entries) for the rows of each share in order, for several shares in parallel.
   template <class Visit>
   void for_each(const Visit& visit) const {
+    visit_each(visit, [](int, size_t) {});
+  }
+
+  /// The same, and gives the memory back meanwhile. There are no entries any more then.
+  template <class Visit>
+  void drain(const Visit& visit) {
+    visit_each(visit, [&](int share, size_t block) { std::vector<Entry>().swap(pieces_[share][block]); });
+  }
+
+ private:
+  /// Blocks instead of one array: a share grows without moving its entries. The largest ones are such that an allocator
+  /// gives them back to the system.
+  using Piece = std::vector<std::vector<Entry>>;
+  static constexpr size_t kFirstBlock = 1U << 15U;
+  static constexpr size_t kLargestBlock = (size_t{33} << 20U) / sizeof(Entry);
+  static constexpr int kReported = 4096;
+
+  static void append(const std::vector<Entry>& row, Piece& piece) {
+    if (piece.empty() || piece.back().size() + row.size() > piece.back().capacity()) {
+      const size_t size = piece.empty() ? kFirstBlock : std::min(2 * piece.back().capacity(), kLargestBlock);
+      piece.emplace_back().reserve(std::max(size, row.size()));
+    }
+    piece.back().insert(piece.back().end(), row.begin(), row.end());
+  }
+
+  /// leave(share, block) when all rows of a block have been visited.
+  template <class Visit, class Leave>
+  void visit_each(const Visit& visit, const Leave& leave) const {
     shares_.for_each([&](int share, int begin, int end) {
-      auto block = pieces_[share].begin();
+      const Piece& piece = pieces_[share];
+      size_t block = 0;
       size_t next = 0;
       for (int r = begin; r < end; ++r) {
         const auto size = static_cast<size_t>(offsets_[r + 1] - offsets_[r]);
         if (size == 0) continue;
-        if (next == block->size()) {
-          ++block;
+        if (next == piece[block].size()) {
+          leave(share, block++);
           next = 0;
         }
-        visit(share, r, std::span<const Entry>(*block).subspan(next, size));
+        visit(share, r, std::span<const Entry>(piece[block]).subspan(next, size));
         next += size;
       }
+      if (block < piece.size()) leave(share, block);
     });
-  }
-
- private:
-  /// Blocks instead of one array: a share grows without moving its entries.
-  using Piece = std::vector<std::vector<Entry>>;
-  static constexpr size_t kBlock = 1U << 15U;
-
-  static void append(const std::vector<Entry>& row, Piece& piece) {
-    if (piece.empty() || piece.back().size() + row.size() > piece.back().capacity())
-      piece.emplace_back().reserve(std::max(kBlock, row.size()));
-    piece.back().insert(piece.back().end(), row.begin(), row.end());
   }
 
   Shares shares_;

@@ -251,7 +251,7 @@ class CancelTest(SceneTest):
         self.assertEqual(data_of(obj), before)
 
     def test_a_job_binds_first(self):
-        """The bind runs in a thread; a cancel drops it, and its error ends the job."""
+        """The bind runs in a thread; a cancel drops it, and its error ends the job. What it has bound it gives back."""
         obj = animated()
         job = module("bake.keys").BakeJob(obj, 1, 21, 10)
         self.assertIsNotNone(job.bind_fraction)
@@ -262,15 +262,21 @@ class CancelTest(SceneTest):
             self.assertTrue(job.step())
         self.assertEqual(job.fraction, 0.0)
         job.cancel()
-        again = module("bake.keys").BakeJob(obj, 1, 21, 10)
-        self.assertIsNone(again.bind_fraction)
-        again.cancel()
+        self.assertIsNone(module("core.sessions").get("Tube"))
         obj.data.vertices[9].co.x = float("nan")
         job = module("bake.keys").BakeJob(obj, 1, 21, 10)
         with self.assertRaisesRegex(ValueError, "9"):
             while job.step():
                 pass
         job.cancel()
+
+    def test_a_session_that_is_there_is_used_and_stays(self):
+        obj = animated()
+        self.api.solve(obj)
+        job = module("bake.keys").BakeJob(obj, 1, 21, 10)
+        self.assertIsNone(job.bind_fraction)
+        job.cancel()
+        self.assertIsNotNone(module("core.sessions").get("Tube"))
 
     def test_a_job_goes_in_steps(self):
         obj = animated()

@@ -3,11 +3,13 @@
 
 import contextlib
 import io
+from unittest import mock
 
+import hostile
 import numpy as np
 import support
-from looks import key_positions, rest_positions, shown_positions
-from support import FakeAct, SceneTest, bpy, module
+from looks import key_names, key_positions, rest_positions, shown_positions
+from support import FakeAct, SceneTest, bpy, module, opened_again
 from tubes import BOTTOM, MIDDLE, TOP, animate, bend, copied, mesh_object, move, posable
 
 SAME = 2e-3  # of a mesh 4 long: what two ways to one pose may differ by, at the accuracy below
@@ -131,6 +133,63 @@ class LiveToggleTest(SceneTest):
         self.assert_followed(obj)
         bpy.context.scene.frame_set(11)
         self.assert_close(shown_positions(obj), shown, SAME)
+
+    def test_an_opened_file_binds_and_changes_nothing_before_something_moves(self):
+        for was_posed in (True, False):
+            with self.subTest(was_posed=was_posed):
+                bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+                obj = live_tube()
+                animate(obj)
+                bpy.context.scene.frame_set(11)
+                if not was_posed:
+                    obj.shape_key_clear()
+                before = key_names(obj), shown_positions(obj)
+                obj = opened_again()
+                for _ in range(2):
+                    obj.location.x += 1.0
+                    bpy.context.view_layer.update()
+                    bpy.context.scene.frame_set(11)
+                is_bound = self.sessions.get("Tube") is not None
+                self.assertEqual((is_bound, key_names(obj), bpy.data.is_dirty), (False, before[0], self.new_is_dirty))
+                self.assert_close(shown_positions(obj), before[1], 0.0)
+                run = self.live.run_of(obj)
+                self.assertTrue(run.is_settled)
+                move(obj.arap.handles[0].target, (0.1, 0.0, 0.0))
+                self.assert_followed(obj)
+
+    def test_an_opened_file_without_handles_waits_too(self):
+        obj = mesh_object()
+        obj.arap.live_problem = ""  # so that there is something stored
+        hostile.write(obj, is_live=True)  # Live does not hear of it
+        obj = opened_again()
+        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+        obj.location.x += 1.0
+        bpy.context.view_layer.update()
+        self.assertTrue(self.live.run_of(obj).is_settled)
+
+    def test_an_opened_file_follows_changed_weights_and_settings_too(self):
+        def paint(obj):
+            obj.vertex_groups["Head"].remove(TOP[:2])
+
+        def stiffen(obj):
+            obj.arap.rigidity = 5.0
+
+        for change in (paint, stiffen):
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+            bend(live_tube())
+            obj = opened_again()
+            shown = shown_positions(obj)
+            change(obj)
+            obj.data.update_tag()
+            bpy.context.view_layer.update()
+            self.assertGreater(np.abs(shown_positions(obj) - shown).max(), 1e-3)
+
+    def test_a_mesh_that_does_not_settle_holds_no_script_for_ever(self):
+        obj = live_tube()
+        limit = mock.patch.object(module("live.scene"), "SCRIPT_TIME_LIMIT_S", 1e-9)
+        with limit, contextlib.redirect_stdout(io.StringIO()):
+            bend(obj)
+        self.assert_off(obj, "'Tube' has not settled within 1e-09 seconds (raise Accuracy in Advanced)")
 
     def test_a_bind_that_a_file_load_ends_gives_no_session_to_the_new_file(self):
         obj = live_tube()
@@ -380,12 +439,43 @@ class LiveToggleTest(SceneTest):
         self.assert_off(obj, "The pose of 'Tube' has another shape key now, and is kept in 'ARAP'")
         self.assert_close(shown_positions(obj), posed, 0.0)
 
-    def test_a_copy_follows_the_same_handles_with_a_mesh_of_its_own(self):
+    def test_a_copy_is_not_torn_towards_the_handles_of_the_original(self):
         obj = live_tube()
-        copy = copied(obj)
         bend(obj)
+        with contextlib.redirect_stdout(io.StringIO()):
+            copy = copied(obj)
+            posed = shown_positions(copy)
+            copy.location.x += 10.0
+            move(obj.arap.handles[0].target, (0.2, 0.0, 0.0))
         self.assert_followed(obj)
+        self.assert_close(shown_positions(copy), posed, 0.0)
+        self.assert_off(
+            copy,
+            "Handle 'Head' of 'Tube.001': its empty belongs to 'Tube', of which this is a copy; press Copy Handles",
+        )
+        move(obj.arap.handles[0].target, (-0.2, 0.0, 0.0))
+        self.api.copy_handles(copy)
+        self.assertEqual(copy.arap.live_problem, "")
+        copy.arap.is_live = True
+        bpy.context.view_layer.update()
         self.assert_followed(copy)
+        self.assert_close(shown_positions(copy), posed, SAME)
+        move(copy.arap.handles[0].target, (0.3, 0.0, 0.0))
+        self.assert_followed(copy)
+        self.assert_close(shown_positions(obj), posed, SAME)
+
+    def test_a_copy_made_together_with_its_handles_follows_those(self):
+        obj = live_tube()
+        bend(obj)
+        for item in (obj, obj.arap.handles[0].target):
+            item.select_set(True)
+        bpy.ops.object.duplicate()
+        copy, handle = bpy.data.objects["Tube.001"], bpy.data.objects["Head.001"]
+        self.assertEqual((copy.arap.handles[0].target, handle.parent), (handle, copy))
+        copy.location.x += 10.0
+        move(handle, (0.3, 0.0, 0.0))
+        self.assert_followed(copy)
+        self.assert_followed(obj)
 
     def test_reset_pose_is_refused(self):
         obj = live_tube()

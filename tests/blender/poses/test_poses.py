@@ -273,6 +273,7 @@ class LibraryTest(SceneTest):
         self.api.reset_handles(obj)
         obj = opened_again()
         copy = copied(obj)
+        self.api.copy_handles(copy)
         for one in (obj, copy):
             self.assertEqual(str(self.api.apply_pose(one, "Bent")), "")
             self.assert_close(module("scene.handle_motion").handle_matrices(one), stored, 1e-5)

@@ -29,7 +29,7 @@ class MeshIoTest(SceneTest):
         n = len(obj.data.vertices)
         rng = np.random.default_rng(5)
         expected = {}
-        for name in ("Feet", 'Odd "name"', "None"):
+        for name in ("Feet", 'Odd "name"', "None", *(f"More {i}" for i in range(20))):
             group = obj.vertex_groups.new(name=name)
             weights = np.where(rng.random(n) < 0.5, rng.random(n), 0.0) if name != "None" else np.zeros(n)
             for vertex in np.flatnonzero(weights):

@@ -11,6 +11,7 @@ from tubes import PLACED, move, posable
 
 SIDE = 41  # vertices along an edge of the sheet, which is 2 wide
 CENTRE = SIDE * SIDE // 2
+STAYS = 1e-4 * 2.0 * 2.0**0.5
 LARGEST = 5.0  # percent; the edges of the sheet are 1.8 percent of its diagonal
 
 
@@ -34,7 +35,8 @@ def sheet(matrix: Matrix | None = None) -> bpy.types.Object:
 
 def patch_of(obj: bpy.types.Object, index: int = 1):
     """What the live session holds for the handle of that index; pins come first."""
-    return module("core.sessions").get(obj.name).session.patches.get(index)
+    patches = module("core.sessions").get(obj.name).session.patches.get(index)
+    return patches[0] if patches else None
 
 
 def average(patch, positions: np.ndarray) -> np.ndarray:
@@ -137,7 +139,34 @@ class PointHandleTest(SceneTest):
                 self.api.solve(obj)
                 shown = in_world(obj, average(patch_of(obj, 2), posed)[None])[0]
                 self.assert_close(handle.target.matrix_world.translation, shown, 1e-4)
-                self.assert_close(in_world(obj, key_positions(obj)), in_world(obj, posed), 5e-3)
+                self.assert_close(in_world(obj, key_positions(obj)), in_world(obj, posed), STAYS)
+
+    def test_what_is_added_within_the_reach_of_a_posed_point_leaves_the_mesh_too(self):
+        row = SIDE
+        disc = [CENTRE + dx + row * dy for dx in range(-3, 4) for dy in range(4, 11)]
+        for what, add in {
+            "a point": lambda obj: self.api.add_handle(obj, [CENTRE + 2]),
+            "a vertex": lambda obj: self.api.add_handle(obj, [CENTRE + row], is_exact=True),
+            "a region": lambda obj: self.api.add_handle(obj, disc),
+            "a pin": lambda obj: self.api.add_pin(obj, [CENTRE - 1, CENTRE - 2, CENTRE - 1 - row]),
+            "its own vertex": lambda obj: self.api.add_pin(obj, [CENTRE]),
+        }.items():
+            for matrix in (Matrix(), PLACED):
+                with self.subTest(what, matrix=matrix):
+                    obj = sheet(matrix)
+                    first = self.api.add_handle(obj, [CENTRE], name="First")
+                    move(first.target, (0.1, 0.1, 0.3))
+                    self.api.solve(obj)
+                    posed = key_positions(obj)
+                    add(obj)
+                    bpy.context.view_layer.update()
+                    self.api.solve(obj)
+                    self.assert_close(key_positions(obj), posed, STAYS)
+                    # A reset takes the mesh back to rest all the same.
+                    self.api.reset_handles(obj)
+                    bpy.context.view_layer.update()
+                    self.api.solve(obj)
+                    self.assert_close(key_positions(obj), rest_positions(obj), STAYS)
 
     def test_a_handle_made_before_keeps_its_motion(self):
         """From a file of the classics: nothing moves while it is at rest, and the average takes the motion it has."""

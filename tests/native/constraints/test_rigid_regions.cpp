@@ -486,7 +486,7 @@ TEST(RigidRegion, LabelsOfAnotherLengthAreRefusedWithBothLengths) {
   const MeshData mesh = cube();
   expect_error<InvalidInput>(
       [&] {
-        const SurfaceArap solver(mesh.mesh(), {}, with_regions({0, 0, 0}));
+        SurfaceArap solver(mesh.mesh(), {}, with_regions({0, 0, 0}));
       },
       {"rigid_regions", "3", "8"});
 }

@@ -109,6 +109,37 @@ TEST_P(CellPassesOf, FittedRotationsAreTheBestOnesFromAnyStart) {
   }
 }
 
+TEST_P(CellPassesOf, TheAlignmentFollowsSomeCellsAndVertices) {
+  Random random(58);
+  for (const int n : {20, 3000}) {
+    const CellEnergy energy = some_energy(n, some_cells(n, n, random), random);
+    Positions p = random.noise(n, 1);
+    const auto tested = passes(energy, p);
+    tested->set_positions(p);
+    static_cast<void>(tested->fit_rotations());
+    // Inside of the range of fixed point, and then beyond it.
+    for (const double size : {.5, 30.0}) {
+      const std::vector<int> vertices{3, n - 2};
+      for (const int v : vertices) p.row(v) = random.noise(1, size);
+      tested->move_vertices(vertices, p);
+      const Eigen::Quaterniond rotation(random.rigid_motion(1, 0).rotation);
+      tested->set_rotation(n / 2, rotation);
+      EXPECT_LT((tested->rotation(n / 2).coeffs() - rotation.coeffs()).norm(), epsilon());
+      std::vector<int> changed{n / 2};
+      for (const int v : vertices)
+        changed.insert(changed.end(), energy.vertex_cells.begin() + energy.vertex_offsets[v],
+                       energy.vertex_cells.begin() + energy.vertex_offsets[v + 1]);
+      const double followed = tested->alignment_after(changed);
+      Rotations rotations;
+      tested->read_rotations(rotations);
+      double sum = 0;
+      for (int c = 0; c < energy.n_cells(); ++c)
+        sum += rotations[c].toRotationMatrix().cwiseProduct(covariance(energy, c, p)).sum();
+      EXPECT_NEAR(followed, sum, 10 * size * epsilon() * n);
+    }
+  }
+}
+
 // At the ends of the range of fixed point, and beyond.
 TEST_P(CellPassesOf, CoordinatesMayBeOfAnySize) {
   Random random(57);

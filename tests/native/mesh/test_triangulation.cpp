@@ -81,7 +81,7 @@ TEST(Triangulate, DoesNotDependOnTheFirstCornerOrTheOrientation) {
     MeshData relabelled = mesh;
     for (size_t f = 0; f < relabelled.faces.size(); ++f) {
       auto& face = relabelled.faces[f];
-      std::rotate(face.begin(), face.begin() + static_cast<long>(f % face.size()), face.end());
+      std::rotate(face.begin(), face.begin() + static_cast<std::ptrdiff_t>(f % face.size()), face.end());
       if (f % 2 == 0) std::reverse(face.begin(), face.end());
     }
     const EdgeSums sums = edge_sums(mesh);

@@ -124,6 +124,7 @@ TEST(Workers, AForkedChildWorksAlone) {
   constexpr unsigned kSeconds = 60;
   auto workers = std::make_unique<Workers>(3);
   EXPECT_EQ(calls(*workers, 10), std::vector<int>(10, 1));
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the threads sleep: the child's copy says so for ever
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {

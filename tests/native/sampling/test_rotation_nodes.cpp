@@ -47,7 +47,7 @@ TEST(RotationNodes, EachCellIsAtHomeAtItsNode) {
   for (const MeshData& mesh : all_small_meshes()) {
     const MeshData model = in_model_space(mesh);
     const RotationNodes nodes = choose_nodes(model, .1);
-    const CellEnergy energy = surface_energy(model.mesh(), {}, {}, 1, {}, [&] { return nodes; });
+    const CellEnergy energy = surface_energy(model.mesh(), {}, {}, 1, [&] { return nodes; });
     ASSERT_EQ(energy.n_cells(), nodes.size());
     for (int c = 0; c < energy.n_cells(); ++c) EXPECT_EQ(energy.home(c), nodes.vertices[c]) << mesh.name;
   }

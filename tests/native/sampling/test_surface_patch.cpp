@@ -21,7 +21,7 @@ using arap::SurfaceArap;
 
 TEST(SurfacePatch, IsRoundAndFadesOut) {
   const MeshData mesh = transformed(grid(20, Faces::kQuads), [](const Vector3& p) { return Vector3(3 * p); });
-  const SurfaceArap solver(mesh.mesh());
+  SurfaceArap solver(mesh.mesh());
   const double radius = .1;
   const int centre = 10 * 21 + 10;
   const Patch patch = solver.patch_around({centre}, radius);
@@ -68,7 +68,7 @@ TEST(SurfacePatch, OfALineOfVerticesLiesAroundAllOfThem) {
 
 TEST(SurfacePatch, StaysOnItsPart) {
   const MeshData mesh = two_spheres(2);
-  const SurfaceArap solver(mesh.mesh());
+  SurfaceArap solver(mesh.mesh());
   const Patch patch = solver.patch_around({0}, 1);
   for (const int v : patch.vertices) EXPECT_EQ(solver.part_of_vertex()[v], solver.part_of_vertex()[0]);
 }
@@ -110,7 +110,7 @@ TEST(SurfacePatch, APointPullIsTheSameAtEveryDensity) {
 
 TEST(SurfacePatch, PatchesAloneConvergeToTheAccuracy) {
   const MeshData mesh = open_cylinder(12, 30, Faces::kQuads);
-  const SurfaceArap model(mesh.mesh());
+  SurfaceArap model(mesh.mesh());
   Task task;
   for (const auto& [vertex, move] :
        {std::pair<int, Vector3>{3, {0, 0, 0}}, {12 * 15 + 2, {0, .3, 0}}, {12 * 28 + 5, {0, -.6, -.4}}}) {
@@ -128,7 +128,7 @@ TEST(SurfacePatch, PatchesAloneConvergeToTheAccuracy) {
 TEST(SurfacePatch, BadInputIsNamed) {
   MeshData mesh = cube();
   mesh.add_vertex(Vector3(2, 2, 2));
-  const SurfaceArap solver(mesh.mesh());
+  SurfaceArap solver(mesh.mesh());
   expect_error<InvalidInput>([&] { static_cast<void>(solver.patch_around({})); }, {"at least one vertex"});
   expect_error<InvalidInput>([&] { static_cast<void>(solver.patch_around({9})); }, {"vertex 9", "0 to 8"});
   expect_error<InvalidInput>([&] { static_cast<void>(solver.patch_around({8})); }, {"vertex 8", "no face"});

@@ -207,10 +207,10 @@ std::vector<Model> all_models() {
 }
 
 arap::CellEnergy surface_energy(const arap::PolygonMesh& mesh, const arap::Options& options,
-                                const std::vector<double>& stiffness, int threads, const arap::Progress& progress,
+                                const std::vector<double>& stiffness, int threads,
                                 const std::function<arap::RotationNodes()>& choose_nodes) {
   arap::CellEnergy energy;
-  arap::assemble_surface_energy(energy, mesh, options, stiffness, threads, progress, choose_nodes);
+  arap::assemble_surface_energy(energy, mesh, options, stiffness, threads, {}, choose_nodes);
   return energy;
 }
 

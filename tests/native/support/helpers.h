@@ -133,7 +133,6 @@ std::vector<Model> all_models();
 /// The energy of a surface, numbered as the mesh.
 arap::CellEnergy surface_energy(const arap::PolygonMesh& mesh, const arap::Options& options = {},
                                 const std::vector<double>& stiffness = {}, int threads = 1,
-                                const arap::Progress& progress = {},
                                 const std::function<arap::RotationNodes()>& choose_nodes = {});
 /// Fills vertex_* of an energy from its cells.
 void index_by_vertex(arap::CellEnergy& energy);

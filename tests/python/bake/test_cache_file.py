@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Point caches, byte by byte."""
 
+import os
 import struct
 from pathlib import Path
 
@@ -63,12 +64,21 @@ def test_places_that_cannot_be_written_are_refused(tmp_path):
         CacheWriter(tmp_path / "b.mdd", 3, [1], 24.0)
 
 
-needs_dev_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+@pytest.fixture
+def full_disk(monkeypatch):
+    """Every file is on it."""
+    if not Path("/dev/full").exists():
+        pytest.skip("there is no /dev/full")
+
+    def open_on_full_disk(path, mode):
+        path.touch(exist_ok="x" not in mode)
+        return os.fdopen(os.open("/dev/full", os.O_WRONLY), "wb")
+
+    monkeypatch.setattr(Path, "open", open_on_full_disk)
 
 
-@needs_dev_full
+@pytest.mark.usefixtures("full_disk")
 def test_a_full_disk_is_said(tmp_path):
-    (tmp_path / "a.mdd.part").symlink_to("/dev/full")
     writer = CacheWriter(tmp_path / "a.mdd", 100_000, [1], 24.0)
     message = r"a\.mdd could not be written \(No space left on device\): free disk space, or choose another folder$"
     with pytest.raises(RuntimeError, match=message):
@@ -77,10 +87,18 @@ def test_a_full_disk_is_said(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@needs_dev_full
+@pytest.mark.usefixtures("full_disk")
 def test_a_disk_that_is_full_from_the_beginning_leaves_nothing(tmp_path):
-    (tmp_path / "a.mdd.part").symlink_to("/dev/full")
     message = r"a\.mdd cannot be written \(No space left on device\): choose another folder"
     with pytest.raises(ValueError, match=message):
         CacheWriter(tmp_path / "a.mdd", 3, range(100_000), 24.0)  # the header alone is longer than what is buffered
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_link_that_waits_in_the_folder_leads_nowhere(tmp_path):
+    victim = tmp_path / "victim"
+    victim.write_text("mine")
+    (tmp_path / "a.mdd.part").symlink_to(victim)
+    write(tmp_path / "a.mdd")
+    assert victim.read_text() == "mine"
+    assert not (tmp_path / "a.mdd").is_symlink()

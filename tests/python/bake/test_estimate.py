@@ -2,7 +2,7 @@
 """Frames, sizes and errors of a bake, as numbers and as text."""
 
 import pytest
-from arap_deform.bake.estimate import BakeEstimate, Fit, frames_of
+from arap_deform.bake.estimate import BakeEstimate, Fit, check_search, frames_of, n_frames
 
 
 def test_the_last_frame_is_always_baked():
@@ -13,11 +13,26 @@ def test_the_last_frame_is_always_baked():
 
 @pytest.mark.parametrize(
     ("frames", "message"),
-    [((1, 5, 0), "step = 0, must be 1 or more"), ((5, 1, 1), "The last frame 1 is before the first, 5: swap them")],
+    [
+        ((1, 5, 0), "step = 0, must be 1 or more"),
+        ((5, 1, 1), "The last frame 1 is before the first, 5: swap them"),
+        ((1, 2**31 - 1, 1), "Blender has no frame 2147483647: its frames are -1048574 to 1048574"),
+        ((-(10**9), 1, 1), "Blender has no frame -1000000000: its frames are -1048574 to 1048574"),
+    ],
 )
 def test_ranges_without_frames_are_refused(frames, message):
     with pytest.raises(ValueError, match=f"^{message}$"):
         frames_of(*frames)
+
+
+def test_the_number_of_frames_is_counted_without_a_list_of_them():
+    for frames in ((1, 10, 4), (-3, 1, 2), (7, 7, 1), (1, 9, 4)):
+        assert n_frames(*frames) == len(frames_of(*frames))
+    check_search(10_000)
+    with pytest.raises(
+        ValueError, match=r"^Fewest Keys takes up to 10000 frames, not 50000: raise Step, or bake in parts$"
+    ):
+        check_search(50_000)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from arap_deform.core import native
+from platforms import PLATFORMS
 
 ROOT = Path(__file__).resolve().parents[3]
 TAG = f"cp{sys.version_info.major}{sys.version_info.minor}"
@@ -28,7 +29,8 @@ def folder(tmp_path, monkeypatch):
 
 
 HERE = r"Python \S+ on \S+ \S+"
-INSTALL = "install the zip that was built for this Blender and platform"
+INSTALL = f"install arap_deform-{native.VERSION}-legacy.zip"
+INSTALL_EXTENSION = re.compile(rf"install arap_deform-{native.VERSION}-\w+-\w+\.zip")
 
 
 def refusal(folder):
@@ -82,7 +84,30 @@ def test_a_module_that_the_system_cannot_load_gives_its_reason(folder):
 
 def test_a_missing_wheel_is_named(folder, monkeypatch):
     monkeypatch.setattr(sys, "path", [])
-    assert re.fullmatch(f"The solver module is missing for {HERE}: {INSTALL}", refusal(folder / "none"))
+    assert re.fullmatch(
+        f"The solver module is missing for {HERE}: {INSTALL_EXTENSION.pattern}", refusal(folder / "none")
+    )
+
+
+@pytest.mark.parametrize(
+    ("system", "machine", "remedy"),
+    [
+        ("Windows", "AMD64", f"install arap_deform-{native.VERSION}-windows-x64.zip"),
+        ("Darwin", "arm64", f"install arap_deform-{native.VERSION}-macos-arm64.zip"),
+        ("Linux", "aarch64", f"install arap_deform-{native.VERSION}-linux-arm64.zip"),
+        ("Darwin", "x86_64", "no zip is made for macos-x64; build one from the source with make zip"),
+        ("FreeBSD", "amd64", "no zip is made for FreeBSD-amd64; build one from the source with make zip"),
+    ],
+)
+def test_on_the_wrong_system_the_right_zip_is_named(folder, monkeypatch, system, machine, remedy):
+    monkeypatch.setattr(sys, "path", [])
+    monkeypatch.setattr(native.platform, "system", lambda: system)
+    monkeypatch.setattr(native.platform, "machine", lambda: machine)
+    assert refusal(folder / "none").endswith(f": {remedy}")
+
+
+def test_every_platform_that_is_named_has_its_zip():
+    assert set(native.PLATFORMS) <= set(PLATFORMS)
 
 
 def test_a_wheel_that_cannot_be_loaded_gives_its_reason(folder, monkeypatch):

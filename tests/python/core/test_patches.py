@@ -7,11 +7,12 @@ import arap_native
 import numpy as np
 import pytest
 from arap_deform.core.background import run
-from arap_deform.core.patches import PATCH_REACH, local_patch, neighbourhood, surface_diagonal
+from arap_deform.core.patches import PATCH_REACH, surface_diagonal
 from arap_deform.core.session import Session
 from arap_deform.core.session_data import SessionMesh, SessionSettings
 from arap_deform.core.targets import HandleMap, HandleSpec, Patch
 from arap_deform.core.transforms import best_rigid_fit
+from arap_deform.core.unbound import local_patch, neighbourhood
 from sample_meshes import motion, rotation_z, tube
 
 TUBE = tube(rings=60, segments=48)
@@ -52,7 +53,7 @@ def around(point, distance):
 @pytest.mark.parametrize("stretch", [np.eye(3), STRETCH], ids=["unscaled", "scaled"])
 def test_a_point_holds_the_average_of_its_patch(stretch):
     session = new_session(hold(POINT), stretch=stretch)
-    patch = session.patches[1]
+    patch = session.patches[1][0]
     assert POINT[0] in patch.vertices
     assert len(patch.vertices) > 10
     assert patch.weights.sum() == pytest.approx(1.0)
@@ -64,7 +65,7 @@ def test_a_point_holds_the_average_of_its_patch(stretch):
 
 def test_a_patch_reaches_one_and_a_half_radii_as_seen():
     for stretch in (np.eye(3), STRETCH):
-        patch = new_session(hold(POINT), stretch=stretch).patches[1]
+        patch = new_session(hold(POINT), stretch=stretch).patches[1][0]
         seen = TUBE.positions @ stretch.T
         reach = PATCH_REACH * 0.05 * np.linalg.norm(np.ptp(seen, axis=0))
         distance = np.linalg.norm(seen[patch.vertices] - seen[POINT], axis=1)
@@ -112,8 +113,45 @@ def test_what_stays_exact():
 def test_a_group_smaller_than_the_radius_is_a_point():
     group = around(POINT, 0.9 * RADIUS)
     assert len(group) > 10
-    patch = new_session(hold(group)).patches[1]
+    patch = new_session(hold(group)).patches[1][0]
     assert set(group) < set(patch.vertices.tolist())
+
+
+def test_small_pieces_of_a_handle_are_points_of_their_own():
+    opposite, above = POINT + 24, POINT + 20 * 48
+    session = new_session(hold(np.sort(np.concatenate([POINT, opposite, above, above + 1]))))
+    patches = session.patches[1]
+    assert sorted(patch.sources.tolist() for patch in patches) == [
+        POINT.tolist(), opposite.tolist(), [*above.tolist(), *(above + 1).tolist()],
+    ]  # fmt: skip
+    alone = new_session(hold(POINT)).patches[1][0]
+    np.testing.assert_array_equal(next(p for p in patches if POINT[0] in p.sources).vertices, alone.vertices)
+    move = motion(rotation_z(0.2), (0.1, 0.0, 0.1))
+    positions = pulled(session, move)
+    for patch in patches:
+        held = patch.weights @ positions[patch.vertices]
+        np.testing.assert_allclose(held, move[:3, :3] @ patch.centre + move[:3, 3], atol=1e-5)
+
+
+def test_pieces_beside_what_is_held_are_held_exactly():
+    region, spot = around(POINT, 2.0 * RADIUS), POINT + 24
+    patches = new_session(hold(np.union1d(region, spot))).patches[1]
+    assert [patch.sources.tolist() for patch in patches] == [spot.tolist()]
+    every_other = region[region % 2 == 0]
+    assert dict(new_session(hold(every_other)).patches) == {}
+    assert dict(new_session(hold(np.union1d(POINT, spot)), hold(POINT + 1), hold(spot + 1)).patches).get(1) is None
+
+
+def test_a_patch_that_keeps_its_reach_leaves_out_what_others_hold():
+    kept = dataclasses.replace(hold(POINT), reach=PATCH_REACH)
+    beside = hold(POINT + 1, is_exact=True)
+    alone = new_session(kept).patches[1][0]
+    patch = new_session(kept, beside).patches[1][0]
+    is_left = alone.vertices != POINT[0] + 1
+    np.testing.assert_array_equal(patch.vertices, alone.vertices[is_left])
+    np.testing.assert_allclose(patch.weights, alone.weights[is_left] / alone.weights[is_left].sum())
+    covered = hold(alone.vertices, is_exact=True)
+    assert dict(new_session(kept, covered).patches) == {}
 
 
 def test_vertices_of_two_handles_are_held_exactly():
@@ -124,7 +162,7 @@ def test_vertices_of_two_handles_are_held_exactly():
 def test_patches_end_before_another_handle_or_a_pin():
     near = POINT + 3
     session = new_session(hold(POINT), hold(near))
-    first, second = session.patches[1], session.patches[2]
+    first, second = session.patches[1][0], session.patches[2][0]
     assert near[0] not in first.vertices
     assert POINT[0] not in second.vertices
     matrices = np.array([NO_MOTION, shift(0.1), shift(-0.1)])
@@ -135,7 +173,7 @@ def test_patches_end_before_another_handle_or_a_pin():
     pinned = POINT + 2 * 48
     beside_pin = run(Session.bind(arap_native, MESH, np.eye(3), SETTINGS))
     run(beside_pin.set_handles([hold(pinned, is_exact=True), hold(POINT)]))
-    assert pinned[0] not in beside_pin.patches[1].vertices
+    assert pinned[0] not in beside_pin.patches[1][0].vertices
 
 
 def test_points_alone_take_the_whole_mesh_along():
@@ -156,7 +194,7 @@ def test_loose_vertices_are_held_exactly():
 
 def test_loose_vertices_far_away_change_no_patch():
     mesh = dataclasses.replace(MESH, rest_positions=np.concatenate([TUBE.positions, [[20.0, 20.0, 20.0]]]))
-    patch, expected = (new_session(hold(POINT), mesh=mesh).patches[1] for mesh in (mesh, MESH))
+    patch, expected = (new_session(hold(POINT), mesh=mesh).patches[1][0] for mesh in (mesh, MESH))
     np.testing.assert_array_equal(patch.vertices, expected.vertices)
     np.testing.assert_allclose(patch.weights, expected.weights, rtol=1e-4)  # of distances in single precision
 
@@ -173,7 +211,7 @@ def test_a_point_on_a_rigid_piece_takes_it_along():
     regions[rigid] = 0
     session = run(Session.bind(arap_native, MESH, np.eye(3), SETTINGS, rigid_regions=regions))
     run(session.set_handles([hold(BOTTOM, is_exact=True), hold(POINT)]))
-    patch, move = session.patches[1], shift(0.3)
+    patch, move = session.patches[1][0], shift(0.3)
     positions = pulled(session, move)
     np.testing.assert_allclose(patch.weights @ positions[patch.vertices], patch.centre + move[:3, 3], atol=1e-5)
     fit = best_rigid_fit(TUBE.positions[rigid], positions[rigid], np.eye(3))
@@ -217,7 +255,7 @@ def test_the_faces_around_a_handle_are_enough_to_find_its_patch(stretch, weights
     settings = dataclasses.replace(SETTINGS, weights=weights, join_seams=join_seams)
     session = run(Session.bind(arap_native, mesh, stretch, settings))
     run(session.set_handles([hold(group)]))
-    whole = session.patches[0]
+    whole = session.patches[0][0]
     seen = rest @ stretch.T
     reach = PATCH_REACH * settings.rigidity_radius * float(np.linalg.norm(np.ptp(seen, axis=0)))
     part = neighbourhood(seen, mesh.corner_vertices, mesh.face_sizes, group, reach)
@@ -232,9 +270,9 @@ def test_the_faces_around_a_handle_are_enough_to_find_its_patch(stretch, weights
 def test_targets_and_rotations_of_patches_come_last():
     rest = np.random.default_rng(5).normal(size=(9, 3))
     centre = rest[[4, 5]].mean(axis=0)
-    patch = Patch(np.array([4, 5], np.int32), np.array([0.5, 0.5]), centre)
+    patch = Patch(np.array([4, 5], np.int32), np.array([0.5, 0.5]), centre, np.array([4], np.int32))
     specs = [hold([4]), hold([0, 1]), hold([1, 2])]
-    handle_map = HandleMap(specs, rest, STRETCH, {0: patch})
+    handle_map = HandleMap(specs, rest, STRETCH, {0: [patch]})
     assert handle_map.vertices.tolist() == [0, 2, 1]
     assert [part.tolist() for part in handle_map.patches] == [[0, 2], [4, 5], [0.5, 0.5]]
     turn = motion(np.linalg.inv(STRETCH) @ rotation_z(0.5) @ STRETCH, (1.0, 2.0, 3.0))
@@ -265,7 +303,7 @@ def test_another_base_moves_the_target_without_a_factorization():
     run(session.set_handles([hold(BOTTOM, is_exact=True), hold(TOP, is_exact=True), based]))
     assert session.n_factorizations == n_factorizations
     session.update(np.array([NO_MOTION] * 3), to_convergence=True)
-    patch = session.patches[2]
+    patch = session.patches[2][0]
     np.testing.assert_allclose(patch.centre, patch.weights @ base[patch.vertices], atol=1e-12)
     np.testing.assert_allclose(patch.weights @ session.positions[patch.vertices], patch.centre, atol=1e-5)
     run(session.set_handles([hold(BOTTOM, is_exact=True), hold(TOP, is_exact=True), hold(POINT)]))

@@ -1,13 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The registry of live sessions."""
 
+import re
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import arap_native
+import numpy as np
+import pytest
+import sample_meshes
 from arap_deform.core import sessions
+from arap_deform.core.background import run
+from arap_deform.core.session import Session
+from arap_deform.core.session_data import SessionMesh, SessionSettings
+from arap_deform.core.targets import HandleSpec
 
 
 def test_registry_forgets_what_is_missing():
     sessions.clear()
     for name in ("Creature", "Gone"):
-        sessions.put(name, sessions.Bound(session=object(), inputs=object()))
+        sessions.put(name, sessions.Bound(session=object(), inputs=SimpleNamespace(counts=(8, 0, 0, 0))))
         sessions.set_readout(name, "readout")
     sessions.set_readout("Gone too", "readout")
     sessions.forget_missing(lambda name: name == "Creature")
@@ -15,9 +28,41 @@ def test_registry_forgets_what_is_missing():
     assert [sessions.readout(name) for name in ("Creature", "Gone", "Gone too")] == ["readout", None, None]
 
 
+def test_idle_sessions_go_when_there_is_too_much_of_them():
+    sessions.clear()
+
+    def put(name, part):
+        inputs = SimpleNamespace(counts=(round(part * sessions.IDLE_VERTICES), 0, 0, 0))
+        sessions.put(name, sessions.Bound(session=object(), inputs=inputs))
+
+    def there():
+        return "".join(name for name in "ABCDEF" if sessions.get(name) is not None)
+
+    put("A", 0.6)
+    put("B", 0.4)
+    put("A", 0.6)
+    assert there() == "AB"
+    put("C", 0.1)
+    assert there() == "AC", "B was put before A"
+    sessions.hold("C", "Live")
+    act = SimpleNamespace(doing="it is posed")
+    sessions.claim("D", act)
+    put("D", 5.0)
+    put("E", 9.0)
+    assert there() == "CDE", "one that is held, one of an act, and the last one"
+    sessions.drop_idle("C")
+    assert there() == "CDE"
+    sessions.let_go("C", "Live")
+    sessions.release("D", act)
+    put("F", 9.0)
+    assert there() == "F"
+    sessions.drop_idle("F")
+    assert there() == ""
+
+
 def test_registry_forgets_sessions_but_keeps_readouts_until_a_file_load():
     sessions.clear()
-    bound = sessions.Bound(session=object(), inputs=object())
+    bound = sessions.Bound(session=object(), inputs=SimpleNamespace(counts=(8, 0, 0, 0)))
     sessions.put("Creature", bound)
     sessions.set_readout("Creature", "readout")
     assert sessions.get("Creature") is bound
@@ -27,3 +72,28 @@ def test_registry_forgets_sessions_but_keeps_readouts_until_a_file_load():
     assert sessions.readout("Creature") == "readout"
     sessions.clear()
     assert sessions.readout("Creature") is None
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_memory_of_forgotten_sessions_goes_back_to_the_system():
+    def megabytes():
+        return int(re.search(r"VmRSS:\s+(\d+)", Path("/proc/self/status").read_text())[1]) / 1024
+
+    def bind(name):
+        sheet = sample_meshes.sheet(150)
+        mesh = SessionMesh(sheet.positions, sheet.corner_vertices, sheet.face_sizes)
+        session = run(Session.bind(arap_native, mesh, np.eye(3), SessionSettings()))
+        edge = np.arange(150, dtype=np.int32)
+        run(session.set_handles([HandleSpec("Edge", edge, np.ones(150))]))
+        session.update(np.eye(4)[None], to_convergence=True)
+        sessions.hold(name, "test")
+        sessions.put(name, sessions.Bound(session, SimpleNamespace(counts=(len(sheet.positions), 0, 0, 0))))
+
+    bind("Warm-up")
+    sessions.clear()
+    before = megabytes()
+    for name in "ABC":
+        bind(name)
+    most = megabytes()
+    sessions.clear()
+    assert megabytes() - before < 0.25 * (most - before)

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import pytest
 from arap_deform.core.following import FOLLOW_TIME_LIMIT_S
 from arap_deform.core.session_data import Readout
 from arap_deform.live.run import HEAVY_STEP_S, LiveRun, NotNow, When
@@ -29,6 +30,9 @@ class FakeScene(FakeFollowScene):
 
     def look_again(self) -> None:
         self.calls.append("look again")
+
+    def has_changed(self) -> bool:
+        return self.place != 0.0
 
     def undone(self) -> None:
         self.calls.append("undone")
@@ -68,7 +72,7 @@ def test_what_did_not_change_is_not_solved() -> None:
     scene, run = begun()
     for when in (When.UPDATE, When.FRAME, When.UPDATE, When.PLAYBACK):
         run.scene_changed(when)
-    run.scene_changed(When.UPDATE, None)
+    run.settle()
     assert (scene.calls, run.wants_timer) == ([], False)
 
 
@@ -82,13 +86,49 @@ def test_a_moved_handle_is_followed_at_once_and_refined_by_the_timer() -> None:
     assert (scene.calls, run.wants_timer) == (["follow", "refine"], False)
 
 
-def test_another_frame_starts_from_rest() -> None:
+@pytest.mark.parametrize("when", [When.FRAME, When.SCRUB])
+def test_another_frame_starts_from_rest(when: When) -> None:
     scene, run = begun()
     scene.place = 1.0
-    run.scene_changed(When.FRAME)
+    run.scene_changed(when)
     scene.place = 2.0
     run.scene_changed(When.UPDATE)
     assert scene.calls == ["from rest", "follow"]
+
+
+def test_a_frame_shown_alone_is_settled_at_once_even_in_the_pause_of_a_heavy_mesh() -> None:
+    scene, run = begun()
+    scene.step_s = 1.0
+    for place in (1.0, 2.0):
+        scene.place = place
+        run.scene_changed(When.FRAME)
+    assert (scene.calls, scene.limits[1:]) == (["from rest"] * 2, [(None, None)] * 2)
+    assert not run.wants_timer
+
+
+def test_a_frame_shown_alone_waits_for_its_bind() -> None:
+    scene, run = begin(is_fit=False)
+    run.scene_changed(When.FRAME)
+    assert (scene.binds[0].is_done, scene.calls, run.wants_timer) == (True, ["go on", "from rest"], False)
+    scene.is_painted, scene.place = True, 1.0
+    run.scene_changed(When.FRAME)
+    assert (scene.calls[2:], run.wants_timer) == ([], True)
+
+
+def test_a_run_of_an_opened_file_waits_until_something_moves() -> None:
+    scene = FakeScene(is_fit=False)
+    run = LiveRun(scene, scene.clock, is_waiting=True)
+    run.look()
+    for when in (When.UPDATE, When.FRAME, When.UPDATE):
+        run.scene_changed(when)
+        run.tick(is_playing=False)
+    assert (scene.binds, scene.calls, run.is_settled, run.wants_timer) == ([], [], True, False)
+    scene.place = 1.0
+    run.scene_changed(When.UPDATE)
+    assert run.wants_timer
+    scene.place = 0.0
+    run.tick(is_playing=False)
+    assert len(scene.binds) == 1
 
 
 def test_playback_goes_on_from_the_frame_before_and_its_last_frame_starts_from_rest() -> None:
@@ -136,7 +176,7 @@ def test_a_frame_that_a_heavy_mesh_missed_still_starts_from_rest() -> None:
     scene.step_s = 1.0
     for place in (1.0, 2.0):
         scene.place = place
-        run.scene_changed(When.FRAME)
+        run.scene_changed(When.SCRUB)
     scene.now += 2.0
     run.tick(is_playing=False)
     assert scene.calls == ["from rest", "from rest"]
@@ -169,7 +209,7 @@ def test_binds_by_the_timer_and_never_in_a_handler() -> None:
 def test_without_a_window_all_is_done_at_once() -> None:
     scene, run = begun()
     scene.place = 1.0
-    run.scene_changed(When.UPDATE, None)
+    run.settle()
     assert (scene.calls, scene.limits[-1]) == (["from rest"], (None, None))
 
 
@@ -186,7 +226,7 @@ def test_a_mesh_that_never_fits_ends_instead_of_binding_for_ever() -> None:
 
     scene.begin_bind = begin_bind  # type: ignore[method-assign]
     run = LiveRun(scene, scene.clock)
-    run.scene_changed(When.UPDATE, None)
+    run.settle()
     assert scene.off == ["The mesh changes each time it has been prepared"]
     assert run.is_over
 

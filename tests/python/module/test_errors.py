@@ -180,7 +180,7 @@ def test_patch_around_names_what_is_wrong(solver):
     assert message(ValueError, solver.patch_around, np.array([96], np.int32)) == (
         "vertex 96 is out of range, the mesh has vertices 0 to 95"
     )
-    assert message(ValueError, solver.patch_around, np.array([0])).startswith("vertices ")
+    assert message(ValueError, solver.patch_around, np.array([0], np.int64)).startswith("vertices ")
     assert message(ValueError, solver.patch_around, np.array([0], np.int32), -1.0) == (
         "radius = -1, must be finite and >= 0; 0 is the default"
     )

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Jobs: calls in a thread of the module's own, what they leave behind, and what ends them."""
 
+import _thread
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -145,8 +145,7 @@ def test_waiting_has_a_limit_and_hears_an_interrupt():
         with pytest.raises(ValueError, match=r"^timeout_s = .*, must be 0 or more$"):
             job.wait(bad)
     former = signal.signal(signal.SIGINT, signal.default_int_handler)
-    main = threading.get_ident()
-    timer = threading.Timer(0.05, lambda: signal.pthread_kill(main, signal.SIGINT))
+    timer = threading.Timer(0.05, _thread.interrupt_main)
     timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):
@@ -177,7 +176,7 @@ def test_patches_name_what_is_wrong():
 
 
 PRELUDE = """
-import builtins, os, resource, sys
+import builtins, os, sys
 import numpy as np
 import arap_native
 from sample_meshes import ends, tube, twisted_ends
@@ -250,7 +249,10 @@ assert not job.wait(0.01)
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
 def test_without_a_thread_the_work_is_done_at_once():
+    import resource
+
     code = """
+import resource
 room = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize() + 500_000_000
 resource.setrlimit(resource.RLIMIT_AS, (room, room))
 job = arap_native.SurfaceArap.begin_bind(*mesh)

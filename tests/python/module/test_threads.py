@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Progress, cancelling, interrupts, threads, and what they leave behind: memory and references."""
 
+import _thread
 import ctypes
 import gc
 import signal
@@ -119,12 +120,11 @@ def solve_for_ever(mesh: Mesh, solver: arap_native.SurfaceArap) -> arap_native.S
 def test_other_threads_run_during_a_solve_and_an_interrupt_ends_it():
     mesh = tube(30, 20)
     solver = held_at_ends(mesh)
-    main = threading.get_ident()
 
     def interrupt():
         while not is_at_work(solver):
             time.sleep(0.001)
-        signal.pthread_kill(main, signal.SIGINT)
+        _thread.interrupt_main()
 
     thread = threading.Thread(target=interrupt)
     thread.start()

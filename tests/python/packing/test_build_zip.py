@@ -168,3 +168,21 @@ def test_refuses_versions_that_differ(wheels, copied_source, file, pattern, repl
     spoil(copied_source / file, pattern, replacement)
     with pytest.raises(ValueError, match=message):
         build(folder, copied_source / "out", "legacy")
+
+
+def test_a_release_has_an_extension_for_each_platform(wheels, tmp_path):
+    wheels("cp310", "cp311", "cp313")
+    folder = wheels("cp310", "cp311", "cp313", platform="win_amd64", module=b"another")
+    for wheel in folder.glob("*win_amd64.whl"):  # the names of modules differ by platform
+        with zipfile.ZipFile(wheel, "w") as archive:
+            archive.writestr("arap_native/_native.pyd", b"another")
+    legacy, windows, linux = build_zip.build(folder, tmp_path, ("legacy", "extension"), is_release=True)
+    assert [path.name for path in (windows, linux)] == [
+        f"arap_deform-{VERSION}-{platform}.zip" for platform in ("windows-x64", "linux-x64")
+    ]
+    assert 'platforms = ["windows-x64"]' in contents(windows)["blender_manifest.toml"].decode()
+    assert {name for name in contents(linux) if name.startswith("wheels/")} == {
+        f"wheels/arap_native-{VERSION}-{tag}-{tag}-{LINUX}.whl" for tag in ("cp311", "cp313")
+    }
+    modules = {name for name in contents(legacy) if name.endswith(("_native.so", "_native.pyd"))}
+    assert len(modules) == 4

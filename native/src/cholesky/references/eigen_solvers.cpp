@@ -174,8 +174,8 @@ class EigenFactorization final : public Factorization {
 template <class Solver>
 class EigenSolver final : public LinearSolver {
  public:
-  [[nodiscard]] std::unique_ptr<Factorization> factorize(const SparseMatrix& A,
-                                                         const std::vector<char>& is_erased) const override {
+  [[nodiscard]] std::unique_ptr<Factorization> factorize(const SparseMatrix& A, const std::vector<char>& is_erased,
+                                                         const MeterPart& /*meter*/) const override {
     return std::make_unique<EigenFactorization<Solver>>(A, is_erased);
   }
 };

@@ -68,7 +68,7 @@ struct SurfaceArap::Impl {
   }
 
   /// Energy and gradient of the model.
-  double evaluate(const Positions& positions, Positions& gradient) const {
+  double evaluate(const Positions& positions, Positions& gradient) {
     const double energy = engine.evaluate(checked_to_model(positions), gradient);
     if (!std::isfinite(energy) || !gradient.allFinite())
       throw SolverError(text("the energy at these positions is too large for a number: they are up to ",
@@ -82,8 +82,8 @@ struct SurfaceArap::Impl {
   std::vector<int> loose_vertices;
   double patch_radius;  ///< of patches without one
   ConstraintSet constraints;
-  Engine engine;                             ///< over model
-  mutable std::unique_ptr<EdgeGraph> graph;  ///< of the model; made when first needed
+  Engine engine;                     ///< over model
+  std::unique_ptr<EdgeGraph> graph;  ///< of the model; made when first needed
 };
 
 SurfaceArap::SurfaceArap(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties,
@@ -140,7 +140,7 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
   return result;
 }
 
-Patch SurfaceArap::patch_around(const std::vector<int>& vertices, double radius) const {
+Patch SurfaceArap::patch_around(const std::vector<int>& vertices, double radius) {
   require_patch_sources(vertices, radius, impl_->part_of_vertex);
   const SurfaceModel& model = impl_->model;
   const ModelSpace& space = impl_->space;
@@ -165,12 +165,12 @@ void SurfaceArap::set_positions(const Positions& positions) {
 
 Positions SurfaceArap::positions() const { return impl_->space.to_input(impl_->engine.positions(), impl_->workers()); }
 
-double SurfaceArap::energy(const Positions& positions) const {
+double SurfaceArap::energy(const Positions& positions) {
   Positions gradient;
   return impl_->space.energy_to_input(impl_->evaluate(positions, gradient));
 }
 
-Positions SurfaceArap::energy_gradient(const Positions& positions) const {
+Positions SurfaceArap::energy_gradient(const Positions& positions) {
   Positions gradient;
   impl_->evaluate(positions, gradient);
   return impl_->space.gradient_to_input(gradient);

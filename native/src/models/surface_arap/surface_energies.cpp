@@ -2,8 +2,9 @@
 #include "models/surface_arap/surface_energies.h"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
-#include "arap/error.h"
 #include "base/permutation.h"
 #include "mesh/triangulation.h"
 #include "parallel/parallel.h"
@@ -139,14 +140,17 @@ class SurfaceAssembler {
   Incidence ties_at_;
 };
 
-SparseMatrix assemble_system(const SurfaceAssembler& assembler, int threads) {
+SparseMatrix assemble_system(const SurfaceAssembler& assembler, int threads, const MeterPart& meter) {
   const int n = assembler.n();
-  const SparseRows<double> columns(n, n, threads, [&] {
-    return [&](int i, RowAccumulator<double>& column) {
-      assembler.system_column(i, column);
-      column.sort();
-    };
-  });
+  const SparseRows<double> columns(
+      n, n, threads,
+      [&] {
+        return [&](int i, RowAccumulator<double>& column) {
+          assembler.system_column(i, column);
+          column.sort();
+        };
+      },
+      meter);
   SparseMatrix K(n, n);
   K.resizeNonZeros(columns.offsets().back());
   std::copy(columns.offsets().begin(), columns.offsets().end(), K.outerIndexPtr());
@@ -161,8 +165,10 @@ SparseMatrix assemble_system(const SurfaceAssembler& assembler, int threads) {
 }
 
 /// q of the cells of nodes: what the cells of vertices have, times the weights with which these look at the nodes.
-SparseRows<Vector3> share_cells(const SurfaceAssembler& assembler, const RotationNodes& nodes, int threads) {
-  return {assembler.n(), nodes.size(), threads, [&] {
+SparseRows<Vector3> share_cells(const SurfaceAssembler& assembler, const RotationNodes& nodes, int threads,
+                                const MeterPart& meter) {
+  return {assembler.n(), nodes.size(), threads,
+          [&] {
             return [&, cells = RowAccumulator<Vector3>(assembler.n())](int j, RowAccumulator<Vector3>& row) mutable {
               assembler.cells_at(j, cells);
               for (const auto& [i, q] : cells.entries())
@@ -170,35 +176,39 @@ SparseRows<Vector3> share_cells(const SurfaceAssembler& assembler, const Rotatio
                   row[nodes.nodes[e]] += nodes.weights[e] * q;
               cells.clear();
             };
-          }};
-}
-
-void report(const Progress& progress, double fraction) {
-  if (progress && !progress(fraction)) throw Cancelled("binding was cancelled");
+          },
+          meter};
 }
 
 }  // namespace
 
 void assemble_surface_energy(CellEnergy& energy, const PolygonMesh& mesh, const Options& options,
-                             const std::vector<double>& stiffness, int threads, const Progress& progress,
+                             const std::vector<double>& stiffness, int threads, const MeterPart& meter,
                              const std::function<RotationNodes()>& choose_nodes,
                              const std::function<const std::vector<int>*()>& find_order) {
-  report(progress, 0.1);
-  const SurfaceAssembler assembler(mesh, options, stiffness);
-  report(progress, 0.3);
-  energy.K = assemble_system(assembler, threads);
-  const RotationNodes nodes = choose_nodes ? choose_nodes() : node_at_each_vertex(mesh.n_vertices());
-  report(progress, 0.6);
-  const SparseRows<Vector3> cells = share_cells(assembler, nodes, threads);
+  meter.tell();
+  auto assembler = std::make_unique<const SurfaceAssembler>(mesh, options, stiffness);
+  meter.add(0.1);
+  meter.tell();
+  energy.K = assemble_system(*assembler, threads, meter.part(0.1));
+  RotationNodes nodes = choose_nodes ? choose_nodes() : node_at_each_vertex(mesh.n_vertices());
+  meter.tell();
+  SparseRows<Vector3> cells = share_cells(*assembler, nodes, threads, meter.part(0.15));
+  const std::vector<int> homes = std::move(nodes.vertices);
+  // A large mesh needs the memory for what follows.
+  assembler = nullptr;
+  nodes = {};
   Positions K_rest;
   multiply(energy.K, mesh.positions(), K_rest, Workers(threads));
   energy.rest_energy = 0.5 * mesh.positions().cwiseProduct(K_rest).sum();
-  report(progress, 0.8);
+  K_rest.resize(0, 3);
+  meter.tell();
   const std::vector<int>* order = find_order ? find_order() : nullptr;
   const std::vector<int> new_of_old = order == nullptr ? std::vector<int>() : inverse_permutation(*order);
-  energy.set_cells(cells, nodes.vertices, new_of_old);
+  energy.set_cells(std::move(cells), homes, new_of_old, meter.part(0.05));
   if (order != nullptr) energy.K = renumbered(energy.K, *order, new_of_old, threads);
-  report(progress, 0.9);
+  meter.add(0.05);
+  meter.tell();
 }
 
 }  // namespace arap

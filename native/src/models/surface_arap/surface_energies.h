@@ -7,6 +7,7 @@
 #include "arap/mesh.h"
 #include "arap/options.h"
 #include "energy/cell_energy.h"
+#include "parallel/meter.h"
 #include "sampling/rotation_nodes.h"
 
 namespace arap {
@@ -24,12 +25,13 @@ namespace arap {
 /// that vertex i looks at, w_ic times. K and E_0 do not depend on them, since weights sum to 1.
 ///
 /// @param stiffness     (n,) > 0, or empty: 1
+/// @param meter         of the whole bind
 /// @param choose_nodes  is called as soon as energy.K is there, before the cells: what needs only that may begin, and
 ///     read it until find_order returns. Without it cell i belongs to vertex i.
 /// @param find_order    is called before the cells are written: which vertex becomes which, order[new] = old, and K and
 ///     the cells are numbered so. Null, or without it: all keep their numbers.
 void assemble_surface_energy(CellEnergy& energy, const PolygonMesh& mesh, const Options& options,
-                             const std::vector<double>& stiffness, int threads, const Progress& progress,
+                             const std::vector<double>& stiffness, int threads, const MeterPart& meter,
                              const std::function<RotationNodes()>& choose_nodes = {},
                              const std::function<const std::vector<int>*()>& find_order = {});
 

@@ -10,6 +10,7 @@
 #include "mesh/mirror_symmetry.h"
 #include "mesh/thickness_links.h"
 #include "models/surface_arap/surface_energies.h"
+#include "parallel/meter.h"
 #include "parallel/parallel.h"
 #include "sampling/rotation_nodes.h"
 #include "sampling/surface_patch.h"
@@ -29,13 +30,17 @@ std::vector<int> without_single_vertices(std::vector<int> region_of_vertex) {
 
 /// Which vertices are nodes, and the weights of all with them.
 RotationNodes choose_nodes(const SurfaceModel& model, const PolygonMesh& mesh, double radius,
-                           const std::vector<int>& region_of_vertex) {
+                           const std::vector<int>& region_of_vertex, const MeterPart& meter) {
   const PreparedModel& prepared = model.prepared;
   const int threads = prepared.workers.threads();
   const std::vector<std::vector<int>> mirrors = find_mirrors(mesh, threads);
-  const EdgeGraph graph(prepared.energy.K, prepared.rest, threads,
-                        find_thickness_links(mesh, radius, mirrors, threads));
-  return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, threads);
+  meter.add(0.05);
+  meter.tell();
+  const auto links = find_thickness_links(mesh, radius, mirrors, threads);
+  meter.add(0.05);
+  meter.tell();
+  const EdgeGraph graph(prepared.energy.K, prepared.rest, threads, links);
+  return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, threads, meter.part(0.15));
 }
 
 }  // namespace
@@ -43,6 +48,7 @@ RotationNodes choose_nodes(const SurfaceModel& model, const PolygonMesh& mesh, d
 std::vector<int> prepare_surface(SurfaceModel& model, const PolygonMesh& mesh, const Options& options,
                                  const std::vector<double>& stiffness, const std::vector<int>& region_of_vertex,
                                  const Progress& progress) {
+  Meter meter(progress, "binding was cancelled");
   PreparedModel& prepared = model.prepared;
   model.areas = vertex_areas(mesh);
   prepared.rest = mesh.positions();
@@ -55,19 +61,21 @@ std::vector<int> prepare_surface(SurfaceModel& model, const PolygonMesh& mesh, c
   // The order of the unknowns takes a good part of a bind: the cells are made beside it.
   std::future<std::unique_ptr<LinearSolver>> solver;
   const auto with_matrix = [&] {
-    solver = beside(prepared.workers, [&prepared] { return prepared.make_solver(); });
-    return options.energy == Energy::kRotationNodes ? choose_nodes(model, mesh, options.rigidity_radius, regions)
-                                                    : node_at_each_vertex(mesh.n_vertices());
+    solver = beside(prepared.workers, [&] { return prepared.make_solver({&meter, 0.25}); });
+    return options.energy == Energy::kRotationNodes
+               ? choose_nodes(model, mesh, options.rigidity_radius, regions, {&meter, 1})
+               : node_at_each_vertex(mesh.n_vertices());
   };
   const auto find_order = [&] {
     // In a sum over few cells single precision shows, and there is no time to win.
     constexpr int kFewVertices = 2000;
     prepared.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(prepared.energy, prepared.rest);
+    meter.wait_for(solver);
     prepared.solver = solver.get();
     return prepared.solver->ordering();
   };
-  assemble_surface_energy(prepared.energy, mesh, options, stiffness, prepared.workers.threads(), progress, with_matrix,
-                          find_order);
+  assemble_surface_energy(prepared.energy, mesh, options, stiffness, prepared.workers.threads(), {&meter, 1},
+                          with_matrix, find_order);
   if (prepared.solver->ordering() == nullptr) {
     prepared.keep_numbers();
     std::vector<int> unchanged(mesh.n_vertices());
@@ -76,7 +84,9 @@ std::vector<int> prepare_surface(SurfaceModel& model, const PolygonMesh& mesh, c
   }
   const std::vector<int> order = *prepared.solver->ordering();
   model.areas = permuted(model.areas, order);
-  return prepared.take_solver_numbers();
+  std::vector<int> new_numbers = prepared.take_solver_numbers();
+  meter.reach(1);
+  return new_numbers;
 }
 
 }  // namespace arap

@@ -333,6 +333,31 @@ TEST(Progress, FirstSetConstraintsMayBeCancelledAndThenNoneIsCurrent) {
   expect_error<InvalidInput>([&] { solver.solve(Positions::Zero(1, 3)); }, {"set_constraints"});
 }
 
+TEST(Progress, OfASolveIsTheWayToItsAccuracy) {
+  const MeshData mesh = bumpy_sphere(2);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  SurfaceArap solver(mesh.mesh());
+  solver.set_constraints(task.constraints);
+  Watcher watcher;
+  const SolveResult result = solver.solve(task.targets, {.max_iterations = 100000}, {}, watcher.progress());
+  EXPECT_EQ(result.stop_reason, StopReason::kConverged);
+  EXPECT_GT(watcher.last, .5);
+}
+
+TEST(Progress, ASolveBeyondNumbersMayBeCancelledToo) {
+  const MeshData mesh = bumpy_sphere(2);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  SurfaceArap solver(mesh.mesh(), {}, {std::vector<double>(mesh.n_vertices(), 1e150), {}});
+  solver.set_constraints(task.constraints);
+  solver.solve(task.targets, iterations(3));
+  const Positions before = solver.positions();
+  EXPECT_THROW(solver.solve(1e99 * task.targets, iterations(3)), arap::SolverError);
+  Watcher watcher{.stop_at = 1};
+  const SolveResult result = solver.solve(1e99 * task.targets, iterations(3), {}, watcher.progress());
+  EXPECT_EQ(result.stop_reason, StopReason::kCancelled);
+  EXPECT_EQ(result.positions, before);
+}
+
 TEST(Progress, SolveMayBeCancelledAtEveryCallAndThePoseStays) {
   const MeshData mesh = bumpy_sphere(2);
   const Task task = bend_task(mesh, default_bend(mesh));

@@ -44,7 +44,7 @@ double one_form(const CellEnergy& energy, const Positions& p, const std::vector<
 }
 
 /// Expects energy_gradient() to be the derivative of energy() at `p`.
-void expect_gradient(const SurfaceArap& solver, const Positions& p, double size, const std::string& what) {
+void expect_gradient(SurfaceArap& solver, const Positions& p, double size, const std::string& what) {
   const Positions gradient = solver.energy_gradient(p);
   const Positions expected = differences([&](const Positions& at) { return solver.energy(at); }, p, 1e-5 * size);
   EXPECT_LT(max_distance(gradient, expected), 1e-6 * gradient.cwiseAbs().maxCoeff()) << what;
@@ -87,7 +87,7 @@ TEST_P(CellsOfVertices, EachCellIsAtHomeAtItsVertex) {
 TEST_P(SurfaceEnergies, EnergyAndGradientAreThoseOfTheReference) {
   Random random(24);
   for (const MeshData& mesh : all_small_meshes()) {
-    const SurfaceArap solver(mesh.mesh(), options());
+    SurfaceArap solver(mesh.mesh(), options());
     const Reference plain = reference(mesh);
     for (const double noise : {.01, .1, 1.0}) {
       const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), noise * mesh.diagonal());
@@ -101,7 +101,7 @@ TEST_P(SurfaceEnergies, EnergyAndGradientAreThoseOfTheReference) {
 
 TEST_P(SurfaceEnergies, GradientIsThatOfFiniteDifferences) {
   for (const MeshData& mesh : {bumpy_sphere(1), l_prism(4), sheared_cylinder(8, 4)}) {
-    const SurfaceArap solver(mesh.mesh(), options());
+    SurfaceArap solver(mesh.mesh(), options());
     expect_gradient(solver, mesh.positions() + Random(24).noise(mesh.n_vertices(), .05 * mesh.diagonal()),
                     mesh.diagonal(), mesh.name);
   }
@@ -110,7 +110,7 @@ TEST_P(SurfaceEnergies, GradientIsThatOfFiniteDifferences) {
 TEST_P(SurfaceEnergies, IsZeroForRigidMotions) {
   Random random(25);
   for (const MeshData& mesh : all_small_meshes()) {
-    const SurfaceArap solver(mesh.mesh(), options());
+    SurfaceArap solver(mesh.mesh(), options());
     const double size = mesh.diagonal() * mesh.diagonal();
     const Positions moved = random.rigid_motion(2, mesh.diagonal()).apply(mesh.positions());
     EXPECT_NEAR(solver.energy(moved), 0, 1e-12 * size) << mesh.name;
@@ -122,7 +122,7 @@ TEST_P(SurfaceEnergies, StiffnessScalesWholeCells) {
   Random random(26);
   for (const MeshData& mesh : {bumpy_sphere(1), quad_sphere(3), star_prism(5, 3), sheared_cylinder(8, 4)}) {
     const std::vector<double> stiffness = random_stiffness(mesh.n_vertices(), 5);
-    const SurfaceArap solver(mesh.mesh(), options(), {stiffness, {}});
+    SurfaceArap solver(mesh.mesh(), options(), {stiffness, {}});
     const Reference plain = reference(mesh, stiffness);
     const Positions p = mesh.positions() + random.noise(mesh.n_vertices(), .1);
     EXPECT_NEAR(solver.energy(p), plain.energy(p), 1e-10 * plain.energy(p)) << mesh.name;
@@ -145,7 +145,7 @@ TEST(SpokesAndRims, CornersOnStraightSidesAddNoEnergyOfTheirOwn) {
   // Fans whose triangles are collinear drop out; the other fans hold the corner.
   const MeshData mesh = sheet_with_collinear_corners();
   const Reference plain(mesh, Energy::kSpokesAndRims, EdgeWeights::kCotangent);
-  const SurfaceArap solver(mesh.mesh());
+  SurfaceArap solver(mesh.mesh());
   const Positions p = mesh.positions() + Random(27).noise(mesh.n_vertices(), .1);
   EXPECT_NEAR(solver.energy(p), plain.energy(p), .05 * plain.energy(p));
   EXPECT_NEAR(solver.energy(default_bend(mesh).apply(mesh.positions())), 0, 1e-12);
@@ -154,7 +154,7 @@ TEST(SpokesAndRims, CornersOnStraightSidesAddNoEnergyOfTheirOwn) {
 TEST(SpokesAndRims, EnergyOfEachTriangleIsNotNegative) {
   // One obtuse triangle, its corners anywhere.
   const MeshData mesh{"obtuse", {{0, 0, 0}, {1, 0, 0}, {-3, .3, 0}}, {{0, 1, 2}}};
-  const SurfaceArap solver(mesh.mesh());
+  SurfaceArap solver(mesh.mesh());
   Random random(28);
   for (int trial = 0; trial < 100; ++trial) EXPECT_GE(solver.energy(random.noise(3, 5)), -1e-12);
 }
@@ -175,7 +175,7 @@ TEST(SurfaceArapEnergy, OfJoinedVerticesTheFirstCounts) {
   for (const Model& model : all_models()) {
     arap::Options options = model.options();
     options.join_seams = true;
-    const SurfaceArap solver(mesh.mesh(), options);
+    SurfaceArap solver(mesh.mesh(), options);
     Positions p = mesh.positions() + Random(3).noise(mesh.n_vertices(), .05 * mesh.diagonal());
     expect_gradient(solver, p, mesh.diagonal(), model.name());
     const double energy = solver.energy(p);
@@ -209,7 +209,7 @@ TEST(SurfaceArapEnergy, WithRegionsIsTheOneThatASolveMinimizes) {
     solver.set_constraints(task.constraints);
     const SolveResult result = solver.solve(task.targets, to_accuracy(1e-10));
     EXPECT_NEAR(solver.energy(result.positions), result.energy_after, 1e-9 * result.energy_after) << model.name();
-    const SurfaceArap free(mesh.mesh(), model.options());
+    SurfaceArap free(mesh.mesh(), model.options());
     EXPECT_LT(free.energy(result.positions), .99 * result.energy_after) << model.name() << ": shared rotations cost";
   }
 }
@@ -219,7 +219,7 @@ TEST(SurfaceArapEnergy, GradientWithRegionsIsThatOfFiniteDifferences) {
   const MeshData& mesh = regions.mesh;
   const Positions p = mesh.positions() + Random(4).noise(mesh.n_vertices(), .03 * mesh.diagonal());
   for (const Model& model : all_models()) {
-    const SurfaceArap solver(mesh.mesh(), model.options(), with_regions(regions.labels));
+    SurfaceArap solver(mesh.mesh(), model.options(), with_regions(regions.labels));
     expect_gradient(solver, p, mesh.diagonal(), model.name());
     EXPECT_LT(solver.energy_gradient(RigidMotion{rotation_about({1, 2, 3}, 1), {1, 0, 2}}.apply(mesh.positions()))
                   .cwiseAbs()
@@ -291,7 +291,7 @@ TEST(Energy, TooFarAwayForANumberIsRefused) {
   MeshData small = bumpy_sphere(1);
   const Positions far = 1e99 * small.positions();
   for (Vector3& vertex : small.vertices) vertex *= 1e-80;
-  const SurfaceArap solver(small.mesh());
+  SurfaceArap solver(small.mesh());
   const auto expect_refused = [](const auto& ask) {
     expect_error<arap::SolverError>(ask, {"too large for a number", "sizes of the mesh away"});
   };

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What pins and handles hold, before there is a session that knows it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import native
+from ..core.arrays import Floats
+from ..core.mirror import Copy, Whole, used_mirrors
+from ..core.patches import Point, Surface, held_by_themselves, points_of, without
+from ..core.targets import HandleSpec, Patch
+from ..core.transforms import best_rigid_fit
+from ..core.unbound import local_patch, neighbourhood
+from . import handle_motion, meshes
+from .inputs import enabled_entries, hold_of, settings_of, spec_of
+
+if TYPE_CHECKING:
+    from ..props.handles import ArapHandle, ArapPin
+
+    Entry = ArapPin | ArapHandle
+
+
+class HeldMesh:
+    """A mesh at rest, completed by its mirror images, and what can be held of it."""
+
+    def __init__(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
+        self.mesh = meshes.read_mesh(obj)
+        self.n_own = len(self.mesh.rest_positions)
+        self.stretch = meshes.read_stretch(obj, depsgraph)
+        self._settings = settings_of(obj)
+        used = used_mirrors(meshes.read_mirrors(obj, depsgraph), self.mesh.rest_positions, self.stretch)
+        self._whole = Whole(self.mesh, used, self.stretch) if used else None
+        if self._whole is not None:
+            self.mesh = self._whole.mesh
+        seen = self.mesh.rest_positions @ self.stretch.T
+        self.surface = Surface.of(seen, self.mesh.corner_vertices, self.mesh.face_sizes, self._settings.rigidity_radius)
+
+    def completed(self, positions: NDArray[np.floating]) -> Floats:
+        """Positions of the whole mesh for those of its own vertices."""
+        return positions.astype(np.float64) if self._whole is None else self._whole.lifted(positions)
+
+    def completed_specs(self, specs: Sequence[HandleSpec]) -> tuple[list[HandleSpec], list[Copy]]:
+        """See mirror.Whole.specs()."""
+        if self._whole is not None:
+            return self._whole.specs(specs)
+        return list(specs), [Copy(i, 0, (0,), np.zeros(3)) for i in range(len(specs))]
+
+    def motions(self, matrices: Floats, copies: Sequence[Copy]) -> Floats:
+        """See mirror.Whole.matrices()."""
+        return matrices if self._whole is None else self._whole.matrices(matrices, copies)
+
+    def points(self, specs: Sequence[HandleSpec]) -> dict[int, list[Point]]:
+        """The points among them, by index."""
+        found: dict[int, list[Point]] = {}
+        has_points = self._settings.has_radius and not native.problem()
+        for point in points_of(specs, self.surface) if has_points else ():
+            found.setdefault(point.handle, []).append(point)
+        return found
+
+    def is_held(self, specs: Sequence[HandleSpec], points: Mapping[int, Sequence[Point]]) -> NDArray[np.bool_]:
+        """See held_by_themselves()."""
+        of_points = {i: [point.vertices for point in of_handle] for i, of_handle in points.items()}
+        return held_by_themselves(specs, of_points, len(self.surface.seen))
+
+    def patches(self, points: Sequence[Point], is_held: NDArray[np.bool_]) -> list[Patch]:
+        """Of these points, without vertices that are held by themselves."""
+        found = (self._patch(point) for point in points)
+        left = (without(patch, is_held) for patch in found if patch is not None)
+        return [patch for patch in left if patch is not None]
+
+    def _patch(self, point: Point) -> Patch | None:
+        mesh, seen = self.mesh, self.surface.seen
+        part = neighbourhood(seen, mesh.corner_vertices, mesh.face_sizes, point.vertices, point.reach)
+        return local_patch(
+            native.load(), mesh.rest_positions, part, point.vertices, point.reach, self.stretch, self._settings
+        )
+
+
+def specs_of(
+    obj: bpy.types.Object, entries: Sequence[Entry], rest: Floats, *, use_nodes: bool | None = None
+) -> list[HandleSpec]:
+    """Of entries whose groups are there. ``use_nodes``: see versions.read_group_weights()."""
+    names = [hold_of(entry).group for entry in entries]
+    weights = meshes.read_weights(obj, sorted(set(names)), use_nodes=use_nodes)
+    return [spec_of(entry, weights[name], rest) for entry, name in zip(entries, names, strict=True)]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Where a new handle stands.
+
+    Attributes:
+        motion: (4, 4) object-space motion, rigid as seen, from rest to the pose shown of what it holds.
+        centre: (3,) the average at rest that a point handle holds, object space; None: it holds vertices.
+    """
+
+    motion: Floats
+    centre: Floats | None
+
+
+def fit(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    spec: HandleSpec,
+    besides: ArapHandle | None = None,
+    *,
+    use_nodes: bool | None = None,
+) -> Fit:
+    """Where a handle stands that holds ``spec``.
+
+    Args:
+        depsgraph: for its scale.
+        spec: with at least one vertex.
+        besides: the handle itself, if it is in the list already.
+        use_nodes: see versions.read_group_weights().
+    """
+    held = HeldMesh(obj, depsgraph)
+    patch = _patch_of(obj, held, spec, besides, use_nodes)
+    rest = meshes.read_rest(obj)
+    shown = handle_motion.shown_positions(obj, rest)
+    centre = None if patch is None else patch.centre
+    vertices, weights = (spec.vertices, None) if patch is None else (patch.vertices, patch.weights)
+    at_rest, posed = held.mesh.rest_positions[vertices], held.completed(shown)[vertices]
+    if np.array_equal(shown, rest):
+        return Fit(np.eye(4), centre)
+    return Fit(best_rigid_fit(at_rest, posed, held.stretch, weights), centre)
+
+
+def _patch_of(
+    obj: bpy.types.Object, held: HeldMesh, spec: HandleSpec, besides: ArapHandle | None, use_nodes: bool | None
+) -> Patch | None:
+    """The patch of a handle that is one point."""
+    alone, _ = held.completed_specs([spec])
+    if [len(point.vertices) for point in held.points(alone).get(0, ())] != [len(alone[0].vertices)]:
+        return None  # quick, and most handles are none
+    others = [e for e in enabled_entries(obj) if e != besides and hold_of(e).group in obj.vertex_groups]
+    others_specs = specs_of(obj, others, held.mesh.rest_positions[: held.n_own], use_nodes=use_nodes)
+    specs, _ = held.completed_specs([spec, *others_specs])
+    points = held.points(specs)
+    patches = held.patches(points.get(0, ()), held.is_held(specs, points))
+    return patches[0] if len(patches) == 1 else None

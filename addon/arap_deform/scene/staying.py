@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A posed mesh stays where it is when pins and handles are added."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from ..core.arrays import Floats, Ints
+from ..core.patches import Point, diagonal_of, without_points
+from ..core.targets import HandleSpec, Patch
+from ..core.transforms import transformed
+from ..core.unbound import Moved, staying_targets
+from . import handle_motion, meshes
+from .held import HeldMesh, specs_of
+from .inputs import enabled_entries, hold_of
+
+if TYPE_CHECKING:
+    from .held import Entry
+
+AT_PLACE = 1e-5  # a shape that is this near to that at rest is the one at rest, as a fraction of the diagonal
+
+
+@dataclass
+class _Entry:
+    """A pin or handle, or a mirror image of one, in the whole mesh. ``entry`` is None for an image."""
+
+    entry: Entry | None
+    spec: HandleSpec
+    matrix: Floats
+    is_new: bool
+
+
+def stay(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *added: Entry, use_nodes: bool | None = None) -> None:
+    """Lets new pins and handles hold what is shown, so that the mesh stays where it is when it is solved again.
+
+    The new ones hold their vertices as they are shown. Point handles that they come near to keep their reach, without
+    the vertices that the new ones hold.
+
+    Args:
+        depsgraph: for matrices.
+        added: in their lists, with their groups and, for handles, their rest matrices.
+        use_nodes: see versions.read_group_weights().
+    """
+    for entry in added:
+        entry.forget_shape()
+    rest = meshes.read_rest(obj)
+    shown = handle_motion.shown_positions(obj, rest)
+    if not np.array_equal(shown, rest):
+        held = HeldMesh(obj, depsgraph)
+        entries = _entries(obj, depsgraph, held, added, use_nodes)
+        _keep_points(held, entries, held.completed(shown))
+        _hold_shown(held, entries, held.completed(shown))
+
+
+def _entries(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    held: HeldMesh,
+    added: Sequence[Entry],
+    use_nodes: bool | None,
+) -> list[_Entry]:
+    entries = [
+        entry
+        for entry in enabled_entries(obj)
+        if hold_of(entry).group in obj.vertex_groups
+        and not (hasattr(entry, "target") and handle_motion.problem_of(obj, entry, depsgraph))
+    ]
+    own = specs_of(obj, entries, held.mesh.rest_positions[: held.n_own], use_nodes=use_nodes)
+    specs, copies = held.completed_specs(own)
+    motions = [
+        handle_motion.motion_of(obj, entry, depsgraph) if hasattr(entry, "target") else np.eye(4) for entry in entries
+    ]
+    matrices = held.motions(np.array(motions), copies)
+    return [
+        _Entry(None if copy.image else entries[copy.handle], spec, matrix, entries[copy.handle] in added)
+        for spec, matrix, copy in zip(specs, matrices, copies, strict=True)
+    ]
+
+
+def _keep_points(held: HeldMesh, entries: Sequence[_Entry], shown: Floats) -> None:
+    """Lets point handles near new entries pull the surface as before, and as far."""
+    specs_before = [_empty(e.spec) if e.is_new else e.spec for e in entries]
+    before, after = held.points(specs_before), held.points([e.spec for e in entries])
+    near = [i for i in before if _reaches(before[i]) != _reaches(after.get(i, ()))]
+    for i in near:
+        if len(before[i]) == 1:  # else each piece has another reach
+            reach = before[i][0].reach / held.surface.radius
+            entries[i].spec = replace(entries[i].spec, reach=reach)
+            if (entry := entries[i].entry) is not None:
+                entry.reach = reach
+    specs = [e.spec for e in entries]
+    after = held.points(specs)
+    was_held, is_held = held.is_held(specs_before, before), held.is_held(specs, after)
+    for i in near:
+        former, present = held.patches(before[i], was_held), held.patches(after.get(i, ()), is_held)
+        if [len(patch.vertices) for patch in former] == [len(patch.vertices) for patch in present]:
+            continue
+        # If the mesh has not followed yet, it is still pulled as far.
+        base = specs[i].base_or(held.mesh.rest_positions).astype(np.float64)
+        averages = np.array([patch.weights @ base[patch.vertices] for patch in former])
+        pulls = transformed(entries[i].matrix, averages) - [p.weights @ shown[p.vertices] for p in former]
+        vertices = np.unique(np.concatenate([specs[i].vertices, *(patch.vertices for patch in present)]))
+        _set_shape(held, entries[i], vertices, shown[vertices] + pulls.mean(axis=0))
+
+
+def _hold_shown(held: HeldMesh, entries: Sequence[_Entry], shown: Floats) -> None:
+    """Lets new entries pull what they hold to where it is shown."""
+    specs = [e.spec for e in entries]
+    points = held.points(specs)
+    is_held = held.is_held(specs, points)
+    alone = [without_points(spec, points.get(i, ())) for i, spec in enumerate(specs)]
+    others = [Moved(spec, e.matrix) for spec, e in zip(alone, entries, strict=True) if not e.is_new]
+    for i, entry in enumerate(entries):
+        if not entry.is_new or entry.entry is None:
+            continue
+        patches = held.patches(points.get(i, ()), is_held)
+        if len(patches) == 1 and not len(alone[i].vertices) and _is_shown(held, entry, patches[0], shown):
+            continue  # it stands at the average that is shown
+        targets = shown.copy()
+        targets[alone[i].vertices] = staying_targets(alone[i], others, held.mesh.rest_positions, shown)
+        vertices = np.unique(np.concatenate([specs[i].vertices, *(patch.vertices for patch in patches)]))
+        _set_shape(held, entry, vertices, targets[vertices])
+
+
+def _is_shown(held: HeldMesh, entry: _Entry, patch: Patch, shown: Floats) -> bool:
+    """Whether the average of the patch at rest, moved by the handle, is the one that is shown."""
+    average = transformed(entry.matrix, patch.weights @ held.mesh.rest_positions[patch.vertices])
+    off = held.stretch @ (average - patch.weights @ shown[patch.vertices])
+    return bool(np.linalg.norm(off) <= AT_PLACE * diagonal_of(held.surface.seen))
+
+
+def _set_shape(held: HeldMesh, entry: _Entry, vertices: Ints, targets: Floats) -> None:
+    """Lets an entry hold the vertices so that it pulls them to (k, 3) ``targets`` where it is now."""
+    is_own = vertices < held.n_own
+    vertices, targets = vertices[is_own], targets[is_own]
+    back: Floats = np.asarray(np.linalg.inv(entry.matrix))
+    offsets = transformed(back, targets) - held.mesh.rest_positions[vertices]
+    if entry.entry is not None and np.abs(offsets @ held.stretch.T).max() > AT_PLACE * diagonal_of(held.surface.seen):
+        entry.entry.set_shape(vertices, offsets, held.n_own)
+
+
+def _empty(spec: HandleSpec) -> HandleSpec:
+    return replace(spec, vertices=spec.vertices[:0], weights=spec.weights[:0])
+
+
+def _reaches(points: Sequence[Point]) -> list[float]:
+    return [point.reach for point in points]

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Handles of its own for a copy of a mesh, whose handles are still the empties of the original."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+
+from ..scene import handle_motion, meshes
+from .handles import collection_for_empty, making
+
+if TYPE_CHECKING:
+    from ..props.handles import ArapHandle
+
+
+def are_foreign(obj: bpy.types.Object) -> bool:
+    """Whether made empties belong to another mesh, or are in no scene, as after a paste."""
+    return any(_is_foreign(obj, handle) for handle in obj.arap.handles)
+
+
+def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
+    """Copies the empties of the original, with their animation, and puts them to the same places on this mesh.
+
+    Empties of its own that are in no scene are put into that of the mesh.
+
+    Returns:
+        The empties that are new in the scene.
+
+    Raises:
+        ValueError: all handles are its own already, or the mesh is linked.
+    """
+    meshes.check_local(obj)
+    handles = [handle for handle in obj.arap.handles if _is_foreign(obj, handle)]
+    if not handles:
+        raise ValueError(f"'{obj.name}' has handles of its own: there is nothing to copy")
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    owners = {handle.target: handle_motion.other_owner(obj, handle) for handle in handles}
+    twins = {target: _copied(target) if owner else target for target, owner in owners.items()}
+    for target, owner in owners.items():
+        if owner is not None:
+            _take_along(twins[target], target, owner, obj, twins, depsgraph)
+    collection = collection_for_empty(obj)
+    for twin in twins.values():
+        collection.objects.link(twin)
+    with making():
+        for handle in handles:
+            handle.target = twins[handle.target]
+            handle.has_made_target = True  # last: setting the target clears it
+    obj.arap.live_problem = ""
+    return list(twins.values())
+
+
+def _is_foreign(obj: bpy.types.Object, handle: ArapHandle) -> bool:
+    if not handle.has_made_target or handle.target is None:
+        return False
+    return handle_motion.other_owner(obj, handle) is not None or not handle.target.users_scene
+
+
+def _copied(target: bpy.types.Object) -> bpy.types.Object:
+    """With an animation of its own."""
+    twin = target.copy()
+    animation = twin.animation_data
+    if animation is not None and animation.action is not None:
+        animation.action = animation.action.copy()
+    return twin
+
+
+def _take_along(
+    twin: bpy.types.Object,
+    target: bpy.types.Object,
+    owner: bpy.types.Object,
+    obj: bpy.types.Object,
+    twins: dict[bpy.types.Object, bpy.types.Object],
+    depsgraph: bpy.types.Depsgraph,
+) -> None:
+    """Makes ``twin`` a child of ``obj``, or of another twin, as ``target`` is one of ``owner``."""
+    twin.parent = twins.get(target.parent, obj)
+    if target.parent == owner or target.parent in twins:
+        return  # the same place relative to the parent is the same place on the mesh
+    world, of_owner = meshes.read_matrix(obj, depsgraph), meshes.read_matrix(owner, depsgraph)
+    twin.parent_type = "OBJECT"
+    twin.matrix_parent_inverse = Matrix(np.linalg.inv(world))
+    twin.matrix_world = Matrix(world @ np.linalg.inv(of_owner) @ meshes.read_matrix(target, depsgraph))

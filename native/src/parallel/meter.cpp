@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "parallel/meter.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "arap/error.h"
+
+namespace arap {
+
+Meter::Meter(const Progress& progress, std::string when_stopped)
+    : progress_(progress),
+      when_stopped_(std::move(when_stopped)),
+      caller_(std::this_thread::get_id()),
+      last_(std::chrono::steady_clock::now()) {}
+
+void Meter::add(double part) {
+  using namespace std::chrono_literals;
+  if (!progress_) return;
+  if (part > 0) done_.fetch_add(part);
+  if (is_stopped_) std::rethrow_exception(reason_);
+  if (std::this_thread::get_id() == caller_ && std::chrono::steady_clock::now() - last_ >= 100ms) tell();
+}
+
+void Meter::reach(double fraction) {
+  double done = done_;
+  while (done < fraction && !done_.compare_exchange_weak(done, fraction)) continue;
+  tell();
+}
+
+void Meter::tell() {
+  if (!progress_) return;
+  last_ = std::chrono::steady_clock::now();
+  told_ = std::max(told_, std::min<double>(done_, 1));
+  try {
+    if (!progress_(told_)) throw Cancelled(when_stopped_);
+  } catch (...) {
+    reason_ = std::current_exception();
+    is_stopped_ = true;
+    throw;
+  }
+}
+
+}  // namespace arap
