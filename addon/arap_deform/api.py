@@ -47,9 +47,6 @@ something else has the mesh for itself just now: a posing act, or the job of a s
 ``MemoryError`` if the mesh needs more memory than there is, ``Cancelled`` (a RuntimeError) if ``progress`` returned
 False; in both cases everything is as it was before the call. Each message is one sentence that says what to do.
 
-Binds, and Solve in the panel, run in a thread. Before Blender 5.1 an operator under ``bpy.context.temp_override`` can
-crash Blender meanwhile: call wait_for_binds() first.
-
 ``progress`` is called with the fraction done, 0 to 1; it stops the call by returning False.
 
 Everything else in the add-on is free to change from one version to the next.
@@ -57,8 +54,7 @@ Everything else in the add-on is free to change from one version to the next.
 
 from .bake.cache import export_mesh_cache
 from .bake.keys import bake_animation
-from .core.session import Cancelled
-from .core.worker import wait_for_binds
+from .core.background import Cancelled
 from .follow.update import end_session, prepare_session, update_pose
 from .pose.result import apply_pose_as_rest, bake_pose, reset_pose
 from .pose.solve import begin_solve, solve
@@ -103,5 +99,4 @@ __all__ = [
     "solve",
     "store_pose",
     "update_pose",
-    "wait_for_binds",
 ]

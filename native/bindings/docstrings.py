@@ -27,7 +27,7 @@ def class_docstrings(class_: ast.ClassDef) -> Iterator[tuple[str, str]]:
     for member, following in zip(class_.body, [*class_.body[1:], None], strict=True):
         if isinstance(member, ast.FunctionDef):
             text = ast.get_docstring(member) or ""
-            is_property = bool(member.decorator_list)
+            is_property = any(ast.unparse(decorator) == "property" for decorator in member.decorator_list)
             yield f"{class_.name}_{member.name.strip('_')}", text if is_property else signature(member) + text
         elif isinstance(member, ast.AnnAssign) and isinstance(member.target, ast.Name):
             match following:

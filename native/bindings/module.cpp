@@ -8,9 +8,12 @@
 #include <chrono>
 #include <cstring>
 #include <exception>
+#include <functional>
 #include <initializer_list>
+#include <limits>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -25,6 +28,7 @@
 
 #include "arap/surface_arap.h"
 #include "docstrings.h"
+#include "job.h"
 
 namespace py = pybind11;
 
@@ -493,99 +497,316 @@ class ProgressCall {
   std::chrono::steady_clock::time_point last_signal_check_ = std::chrono::steady_clock::now();
 };
 
+// --------------------------------------------------------------------------------------------------------- jobs
+
+using arap_native::Job;
+
+/// The jobs under way, and what must live as long as each. A job that nobody asks for any more ends by itself.
+class Jobs {
+ public:
+  void check_open() const {
+    if (is_closed_) throw std::runtime_error("Python is about to exit: no job can be begun");
+  }
+
+  void add(const std::shared_ptr<Job>& job, const py::object& kept) {
+    std::erase_if(entries_, [](const Entry& entry) { return entry.job->is_done(); });
+    entries_.push_back({job, kept});
+  }
+
+  /// Ends all. For Python's exit: what they use would go away below them.
+  void close() {
+    is_closed_ = true;
+    for (const Entry& entry : entries_) entry.job->cancel();
+    {
+      const WithoutGil no_gil;
+      for (const Entry& entry : entries_) entry.job->wait();
+    }
+    entries_.clear();
+  }
+
+ private:
+  struct Entry {
+    std::shared_ptr<Job> job;
+    py::object kept;
+  };
+  std::vector<Entry> entries_;
+  bool is_closed_ = false;
+};
+
+/// A Job for Python. Only the thread that calls it touches Python.
+class JobHandle {
+ public:
+  /// @param result  makes the result once the job is done; called once
+  JobHandle(std::shared_ptr<Job> job, std::function<py::object()> result)
+      : job_(std::move(job)), make_result_(std::move(result)) {}
+  ~JobHandle() { job_->cancel(); }
+  JobHandle(const JobHandle&) = delete;
+  JobHandle& operator=(const JobHandle&) = delete;
+
+  [[nodiscard]] double fraction() const { return job_->fraction(); }
+  [[nodiscard]] bool is_done() const { return job_->is_done(); }
+  void cancel() { job_->cancel(); }
+
+  bool wait(double timeout_s) {
+    using Clock = std::chrono::steady_clock;
+    constexpr double kSignalCheckS = 0.1;
+    if (!(timeout_s >= 0))
+      throw py::value_error(py::str("timeout_s = {}, must be 0 or more").format(timeout_s).cast<std::string>());
+    const auto start = Clock::now();
+    for (;;) {
+      const double left = timeout_s - Job::Seconds(Clock::now() - start).count();
+      if (waited_for(std::clamp(left, 0.0, kSignalCheckS))) return true;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (left <= kSignalCheckS) return false;
+    }
+  }
+
+  py::object result() {
+    wait(std::numeric_limits<double>::infinity());
+    job_->finish();
+    if (!result_) result_ = std::exchange(make_result_, nullptr)();
+    return result_;
+  }
+
+  [[nodiscard]] std::string repr() const {
+    return is_done() ? "<Job: done>" : py::str("<Job: {:.0%}>").format(fraction()).cast<std::string>();
+  }
+
+  static void* operator new(size_t) { throw py::type_error("this Job has no work, because only __new__ was called"); }
+  static void operator delete(void* job) { ::operator delete(job); }
+
+ private:
+  [[nodiscard]] bool waited_for(double seconds) const {
+    const WithoutGil no_gil;
+    return job_->wait_for(Job::Seconds(seconds));
+  }
+
+  std::shared_ptr<Job> job_;
+  std::function<py::object()> make_result_;
+  py::object result_;
+};
+
+/// Begins a job. Its result is to_python(work(progress)), and only to_python has the GIL. `kept` lives until it is
+/// done.
+template <typename Work, typename ToPython>
+std::unique_ptr<JobHandle> begin_job(Jobs& jobs, Work work, ToPython to_python, const py::object& kept = py::none()) {
+  using Result = std::invoke_result_t<Work&, const arap::Progress&>;
+  jobs.check_open();
+  const auto result = std::make_shared<std::optional<Result>>();
+  const auto job = Job::begin(
+      [work = std::move(work), result](const arap::Progress& progress) mutable { result->emplace(work(progress)); });
+  jobs.add(job, kept);
+  return std::unique_ptr<JobHandle>(::new JobHandle(
+      job, [result, to_python = std::move(to_python)]() mutable { return to_python(std::move(**result)); }));
+}
+
+void bind_job(py::module_& m) {
+  py::class_<JobHandle>(m, "Job", docstrings::Job)
+      .def_property_readonly("fraction", &JobHandle::fraction, docstrings::Job_fraction)
+      .def_property_readonly("is_done", &JobHandle::is_done, docstrings::Job_is_done)
+      .def("cancel", &JobHandle::cancel, docstrings::Job_cancel)
+      .def("wait", &JobHandle::wait, docstrings::Job_wait,
+           py::arg("timeout_s") = std::numeric_limits<double>::infinity())
+      .def("result", &JobHandle::result, docstrings::Job_result)
+      .def("__repr__", &JobHandle::repr);
+}
+
 // ------------------------------------------------------------------------------------------------------- solver
+
+/// A SurfaceArap, and whether it is at work.
+struct Model {
+  explicit Model(arap::SurfaceArap bound) : solver(std::move(bound)) {}
+
+  arap::SurfaceArap solver;
+  std::atomic<int> n_targets = 0;
+  std::atomic<bool> is_busy = false;
+};
 
 /// One call at a time on one object; a second one is refused, for waiting could take for ever (below a callback).
 class Turn {
  public:
-  explicit Turn(std::atomic<bool>& is_busy) : is_busy_(is_busy) {
-    if (is_busy_.exchange(true))
+  explicit Turn(std::shared_ptr<Model> model) : model_(std::move(model)) {
+    if (model_->is_busy.exchange(true)) {
+      model_ = nullptr;
       throw std::runtime_error(
-          "this SurfaceArap is at work in another thread or below its own progress callback: wait until that call has "
-          "returned, or use one SurfaceArap per thread");
+          "this SurfaceArap is at work in a job, in another thread or below its own progress callback: wait until that "
+          "has ended, or use one SurfaceArap per thread");
+    }
   }
-  ~Turn() { is_busy_ = false; }
+  ~Turn() {
+    if (model_ != nullptr) model_->is_busy = false;
+  }
+  Turn(Turn&&) noexcept = default;
+  Turn& operator=(Turn&&) = delete;
   Turn(const Turn&) = delete;
   Turn& operator=(const Turn&) = delete;
 
+  Model& operator*() const { return *model_; }
+
  private:
-  std::atomic<bool>& is_busy_;
+  std::shared_ptr<Model> model_;
 };
+
+/// What a SurfaceArap is bound to.
+struct BindInput {
+  MeshArrays mesh;
+  arap::Options options;
+  arap::SurfaceArap::VertexProperties properties;
+
+  BindInput(const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes,
+            const arap::Options* given, const py::object& stiffness, const py::object& rigid_regions)
+      : mesh(mesh_from(rest_positions, corner_vertices, face_sizes)) {
+    if (given != nullptr) options = *given;
+    const Extent n = mesh.positions.rows();
+    if (!stiffness.is_none())
+      properties.stiffness = vector_from<double>(stiffness, "stiffness", n, "one entry per vertex");
+    if (!rigid_regions.is_none())
+      properties.rigid_regions = vector_from<int>(rigid_regions, "rigid_regions", n, "one entry per vertex");
+  }
+
+  /// Binds, once: takes the arrays. Needs no GIL.
+  std::shared_ptr<Model> bind(const arap::Progress& progress) {
+    return std::make_shared<Model>(arap::SurfaceArap(mesh_of(std::move(mesh)), options, properties, progress));
+  }
+};
+
+arap::ConstraintSet constraints_from(const py::object& vertices, const py::object& strengths,
+                                     const py::object& patches) {
+  arap::ConstraintSet set;
+  set.vertices = vector_from<int>(vertices, "vertices", "k", "one entry per constrained vertex");
+  if (!strengths.is_none())
+    set.strengths = vector_from<double>(strengths, "strengths", static_cast<py::ssize_t>(set.vertices.size()),
+                                        "one entry per constrained vertex");
+  set.patches = patches_from(patches);
+  return set;
+}
+
+void set_constraints_of(Model& model, const arap::ConstraintSet& set, const arap::Progress& progress) {
+  model.solver.set_constraints(set, progress);
+  model.n_targets = set.size();
+}
+
+py::tuple patch_to_python(const arap::Patch& patch) {
+  return py::make_tuple(to_array(patch.vertices), to_array(patch.weights),
+                        to_array(std::vector<double>(patch.rest_position.begin(), patch.rest_position.end())));
+}
 
 /// arap::SurfaceArap for Python: checks arrays, then works without the GIL.
 class Solver {
  public:
-  Solver(const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes,
-         const arap::Options& options, const py::object& stiffness, const py::object& rigid_regions,
-         py::object progress)
-      : Solver(mesh_from(rest_positions, corner_vertices, face_sizes), options, stiffness, rigid_regions,
-               ProgressCall(std::move(progress))) {}
-
-  void set_constraints(const py::object& vertices, const py::object& strengths, const py::object& patches,
-                       py::object progress) {
-    arap::ConstraintSet set;
-    set.vertices = vector_from<int>(vertices, "vertices", "k", "one entry per constrained vertex");
-    if (!strengths.is_none())
-      set.strengths = vector_from<double>(strengths, "strengths", static_cast<py::ssize_t>(set.vertices.size()),
-                                          "one entry per constrained vertex");
-    set.patches = patches_from(patches);
-    ProgressCall call(std::move(progress));
-    exclusively([&] { solver_.set_constraints(set, call.function()); });
-    n_targets_ = set.size();
+  static std::unique_ptr<Solver> of(std::shared_ptr<Model> model) {
+    // Not make_unique: it would use the class's own new, which refuses.
+    return std::unique_ptr<Solver>(::new Solver(std::move(model)));  // NOLINT(modernize-make-unique)
   }
 
-  SolveResult solve(const py::object& targets, const arap::SolveOptions& options, const py::object& rotations,
-                    py::object progress, const py::object& out) {
-    // Without constraints the library says so; any number of rows is as good then.
-    const Extent rows = n_targets_ > 0 ? Extent(n_targets_) : Extent("k + n_patches");
-    const arap::Positions points =
-        positions_from(targets, "targets", rows, "one row per constrained vertex, then one per patch");
-    const std::vector<arap::Matrix3> matrices = rotations_from(rotations, rows);
-    const std::span<float> positions = out_from(out, n_vertices());
+  static std::unique_ptr<Solver> bind(BindInput input, py::object progress) {
     ProgressCall call(std::move(progress));
-    return {exclusively([&] { return solver_.solve(points, options, matrices, call.function(), positions); }), out};
+    const WithoutGil no_gil;
+    return of(input.bind(call.function()));
+  }
+
+  static std::unique_ptr<JobHandle> begin_bind(Jobs& jobs, BindInput input) {
+    return begin_job(
+        jobs, [input = std::move(input)](const arap::Progress& progress) mutable { return input.bind(progress); },
+        [](std::shared_ptr<Model> model) { return py::cast(of(std::move(model))); });
+  }
+
+  void set_constraints(const arap::ConstraintSet& set, py::object progress) {
+    ProgressCall call(std::move(progress));
+    exclusively([&](Model& model) { set_constraints_of(model, set, call.function()); });
+  }
+
+  std::unique_ptr<JobHandle> begin_set_constraints(Jobs& jobs, arap::ConstraintSet set) {
+    return begin_job(
+        jobs,
+        [turn = Turn(model_), set = std::move(set)](const arap::Progress& progress) {
+          set_constraints_of(*turn, set, progress);
+          return true;
+        },
+        [](bool) { return py::none(); });
+  }
+
+  SolveResult solve(const py::object& targets, const arap::SolveOptions* options, const py::object& rotations,
+                    py::object progress, const py::object& out) {
+    const SolveInput input(*this, targets, options, rotations, out);
+    ProgressCall call(std::move(progress));
+    return {exclusively([&](Model& model) { return input.solve(model, call.function()); }), out};
+  }
+
+  std::unique_ptr<JobHandle> begin_solve(Jobs& jobs, const py::object& targets, const arap::SolveOptions* options,
+                                         const py::object& rotations, const py::object& out) {
+    return begin_job(
+        jobs,
+        [input = SolveInput(*this, targets, options, rotations, out),
+         turn = Turn(model_)](const arap::Progress& progress) { return input.solve(*turn, progress); },
+        [out](arap::SolveResult result) { return py::cast(SolveResult(std::move(result), out)); }, out);
   }
 
   void reset() {
-    exclusively([&] { solver_.reset(); });
+    exclusively([&](Model& model) { model.solver.reset(); });
   }
 
   void set_positions(const py::object& positions) {
     const arap::Positions points = points_from(positions);
-    exclusively([&] { solver_.set_positions(points); });
+    exclusively([&](Model& model) { model.solver.set_positions(points); });
   }
 
   py::tuple patch_around(const py::object& vertices, double radius) {
     const auto indices = vector_from<int>(vertices, "vertices", "k", "one entry per vertex");
-    const arap::Patch patch = exclusively([&] { return solver_.patch_around(indices, radius); });
-    return py::make_tuple(to_array(patch.vertices), to_array(patch.weights),
-                          to_array(std::vector<double>(patch.rest_position.begin(), patch.rest_position.end())));
+    return patch_to_python(exclusively([&](Model& model) { return model.solver.patch_around(indices, radius); }));
+  }
+
+  std::unique_ptr<JobHandle> begin_patches(Jobs& jobs, const py::object& around, const py::object& radii) {
+    if (!py::isinstance<py::list>(around))
+      throw py::type_error("around is of type " + type_name(around) + ", expected a list of numpy arrays of int32");
+    std::vector<std::vector<int>> groups;
+    for (const py::handle vertices : around)
+      groups.push_back(vector_from<int>(py::reinterpret_borrow<py::object>(vertices), "an array of around", "k",
+                                        "one entry per vertex"));
+    auto reaches = vector_from<double>(radii, "radii", static_cast<py::ssize_t>(groups.size()), "one entry per patch");
+    return begin_job(
+        jobs,
+        [turn = Turn(model_), groups = std::move(groups),
+         reaches = std::move(reaches)](const arap::Progress& progress) {
+          std::vector<arap::Patch> patches;
+          for (size_t i = 0; i < groups.size(); ++i) {
+            if (!progress(static_cast<double>(i) / static_cast<double>(groups.size())))
+              throw arap::Cancelled("finding patches was cancelled");
+            patches.push_back((*turn).solver.patch_around(groups[i], reaches[i]));
+          }
+          return patches;
+        },
+        [](const std::vector<arap::Patch>& patches) {
+          py::list result;
+          for (const arap::Patch& patch : patches) result.append(patch_to_python(patch));
+          return result;
+        });
   }
 
   double energy(const py::object& positions) {
     const arap::Positions points = points_from(positions);
-    return exclusively([&] { return solver_.energy(points); });
+    return exclusively([&](Model& model) { return model.solver.energy(points); });
   }
 
   py::array energy_gradient(const py::object& positions) {
     const arap::Positions points = points_from(positions);
-    return to_array(exclusively([&] { return solver_.energy_gradient(points); }));
+    return to_array(exclusively([&](Model& model) { return model.solver.energy_gradient(points); }));
   }
 
   py::array positions() {
-    return to_array(exclusively([&] { return solver_.positions(); }));
+    return to_array(exclusively([](Model& model) { return model.solver.positions(); }));
   }
 
   int n_factorizations() {
-    return exclusively([&] { return solver_.n_factorizations(); });
+    return exclusively([](Model& model) { return model.solver.n_factorizations(); });
   }
 
   // Fixed at bind: these may be read at any time.
-  [[nodiscard]] py::ssize_t n_vertices() const { return solver_.n_vertices(); }
-  [[nodiscard]] int n_parts() const { return solver_.n_parts(); }
-  [[nodiscard]] int threads() const { return solver_.threads(); }
-  [[nodiscard]] py::array part_of_vertex() const { return to_array(solver_.part_of_vertex()); }
-  [[nodiscard]] py::array loose_vertices() const { return to_array(solver_.loose_vertices()); }
+  [[nodiscard]] py::ssize_t n_vertices() const { return model_->solver.n_vertices(); }
+  [[nodiscard]] int n_parts() const { return model_->solver.n_parts(); }
+  [[nodiscard]] int threads() const { return model_->solver.threads(); }
+  [[nodiscard]] py::array part_of_vertex() const { return to_array(model_->solver.part_of_vertex()); }
+  [[nodiscard]] py::array loose_vertices() const { return to_array(model_->solver.loose_vertices()); }
 
   [[nodiscard]] std::string repr() const {
     return py::str("<SurfaceArap: {} vertices, {} {}, {} {}>")
@@ -594,31 +815,42 @@ class Solver {
   }
 
  private:
-  Solver(MeshArrays mesh, const arap::Options& options, const py::object& stiffness, const py::object& rigid_regions,
-         ProgressCall progress)
-      : solver_(bind(std::move(mesh), options, stiffness, rigid_regions, progress)) {}
+  explicit Solver(std::shared_ptr<Model> model) : model_(std::move(model)) {}
 
-  static arap::SurfaceArap bind(MeshArrays mesh, const arap::Options& options, const py::object& stiffness,
-                                const py::object& rigid_regions, ProgressCall& progress) {
-    arap::SurfaceArap::VertexProperties properties;
-    const Extent n = mesh.positions.rows();
-    if (!stiffness.is_none())
-      properties.stiffness = vector_from<double>(stiffness, "stiffness", n, "one entry per vertex");
-    if (!rigid_regions.is_none())
-      properties.rigid_regions = vector_from<int>(rigid_regions, "rigid_regions", n, "one entry per vertex");
-    const WithoutGil no_gil;
-    return arap::SurfaceArap(mesh_of(std::move(mesh)), options, properties, progress.function());
-  }
+  /// What a solve is called with. Holds no Python object: whoever solves keeps `out` alive.
+  class SolveInput {
+   public:
+    SolveInput(const Solver& solver, const py::object& targets, const arap::SolveOptions* options,
+               const py::object& rotations, const py::object& out) {
+      // Without constraints the library says so; any number of rows is as good then.
+      const int n_targets = solver.model_->n_targets;
+      const Extent rows = n_targets > 0 ? Extent(n_targets) : Extent("k + n_patches");
+      targets_ = positions_from(targets, "targets", rows, "one row per constrained vertex, then one per patch");
+      if (options != nullptr) options_ = *options;
+      rotations_ = rotations_from(rotations, rows);
+      out_ = out_from(out, solver.n_vertices());
+    }
+
+    [[nodiscard]] arap::SolveResult solve(Model& model, const arap::Progress& progress) const {
+      return model.solver.solve(targets_, options_, rotations_, progress, out_);
+    }
+
+   private:
+    arap::Positions targets_;
+    arap::SolveOptions options_;
+    std::vector<arap::Matrix3> rotations_;
+    std::span<float> out_;
+  };
 
   [[nodiscard]] arap::Positions points_from(const py::object& positions) const {
     return positions_from(positions, "positions", n_vertices(), "one row per vertex");
   }
 
   template <typename Work>
-  std::invoke_result_t<Work> exclusively(const Work& work) {
-    const Turn turn(is_busy_);
+  std::invoke_result_t<Work, Model&> exclusively(const Work& work) {
+    const Turn turn(model_);
     const WithoutGil no_gil;
-    return work();
+    return work(*turn);
   }
 
   /// pybind11 asks for memory without an object in it if a script has called __new__ alone.
@@ -629,41 +861,62 @@ class Solver {
   static void operator delete(void* solver) { ::operator delete(solver); }
 
  private:
-  arap::SurfaceArap solver_;
-  int n_targets_ = 0;
-  std::atomic<bool> is_busy_ = false;
+  std::shared_ptr<Model> model_;
 };
 
-void bind_solver(py::module_& m) {
+void bind_solver(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
   const py::object none = py::none();
+  using Object = const py::object&;
   py::class_<Solver>(m, "SurfaceArap", docstrings::SurfaceArap)
-      .def(py::init([](const py::object& rest_positions, const py::object& corner_vertices,
-                       const py::object& face_sizes, const arap::Options* options, const py::object& stiffness,
-                       const py::object& rigid_regions, py::object progress) {
-             // Not make_unique: it would use the class's own new, which refuses.
-             // NOLINTNEXTLINE(modernize-make-unique)
-             return std::unique_ptr<Solver>(::new Solver(rest_positions, corner_vertices, face_sizes,
-                                                         options != nullptr ? *options : arap::Options{}, stiffness,
-                                                         rigid_regions, std::move(progress)));
+      .def(py::init([](Object rest_positions, Object corner_vertices, Object face_sizes, const arap::Options* options,
+                       Object stiffness, Object rigid_regions, py::object progress) {
+             return Solver::bind({rest_positions, corner_vertices, face_sizes, options, stiffness, rigid_regions},
+                                 std::move(progress));
            }),
            docstrings::SurfaceArap_init, py::arg("rest_positions"), py::arg("corner_vertices"),
            py::arg("face_sizes") = none, py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
            py::arg("rigid_regions") = none, py::arg("progress") = none)
-      .def("set_constraints", &Solver::set_constraints, docstrings::SurfaceArap_set_constraints, py::arg("vertices"),
-           py::arg("strengths") = none, py::arg("patches") = none, py::kw_only(), py::arg("progress") = none)
-      .def(
-          "solve",
-          [](Solver& solver, const py::object& targets, const arap::SolveOptions* options, const py::object& rotations,
-             py::object progress, const py::object& out) {
-            return solver.solve(targets, options != nullptr ? *options : arap::SolveOptions{}, rotations,
-                                std::move(progress), out);
+      .def_static(
+          "begin_bind",
+          [jobs](Object rest_positions, Object corner_vertices, Object face_sizes, const arap::Options* options,
+                 Object stiffness, Object rigid_regions) {
+            return Solver::begin_bind(*jobs,
+                                      {rest_positions, corner_vertices, face_sizes, options, stiffness, rigid_regions});
           },
-          docstrings::SurfaceArap_solve, py::arg("targets"), py::arg("options") = none, py::kw_only(),
-          py::arg("rotations") = none, py::arg("progress") = none, py::arg("out") = none)
+          docstrings::SurfaceArap_begin_bind, py::arg("rest_positions"), py::arg("corner_vertices"),
+          py::arg("face_sizes") = none, py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
+          py::arg("rigid_regions") = none)
+      .def(
+          "set_constraints",
+          [](Solver& solver, Object vertices, Object strengths, Object patches, py::object progress) {
+            solver.set_constraints(constraints_from(vertices, strengths, patches), std::move(progress));
+          },
+          docstrings::SurfaceArap_set_constraints, py::arg("vertices"), py::arg("strengths") = none,
+          py::arg("patches") = none, py::kw_only(), py::arg("progress") = none)
+      .def(
+          "begin_set_constraints",
+          [jobs](Solver& solver, Object vertices, Object strengths, Object patches) {
+            return solver.begin_set_constraints(*jobs, constraints_from(vertices, strengths, patches));
+          },
+          docstrings::SurfaceArap_begin_set_constraints, py::arg("vertices"), py::arg("strengths") = none,
+          py::arg("patches") = none)
+      .def("solve", &Solver::solve, docstrings::SurfaceArap_solve, py::arg("targets"), py::arg("options") = none,
+           py::kw_only(), py::arg("rotations") = none, py::arg("progress") = none, py::arg("out") = none)
+      .def(
+          "begin_solve",
+          [jobs](Solver& solver, Object targets, const arap::SolveOptions* options, Object rotations, Object out) {
+            return solver.begin_solve(*jobs, targets, options, rotations, out);
+          },
+          docstrings::SurfaceArap_begin_solve, py::arg("targets"), py::arg("options") = none, py::kw_only(),
+          py::arg("rotations") = none, py::arg("out") = none)
       .def("reset", &Solver::reset, docstrings::SurfaceArap_reset)
       .def("set_positions", &Solver::set_positions, docstrings::SurfaceArap_set_positions, py::arg("positions"))
       .def("patch_around", &Solver::patch_around, docstrings::SurfaceArap_patch_around, py::arg("vertices"),
            py::arg("radius") = 0.0)
+      .def(
+          "begin_patches",
+          [jobs](Solver& solver, Object around, Object radii) { return solver.begin_patches(*jobs, around, radii); },
+          docstrings::SurfaceArap_begin_patches, py::arg("around"), py::arg("radii"))
       .def("energy", &Solver::energy, docstrings::SurfaceArap_energy, py::arg("positions"))
       .def("energy_gradient", &Solver::energy_gradient, docstrings::SurfaceArap_energy_gradient, py::arg("positions"))
       .def_property_readonly("positions", &Solver::positions, docstrings::SurfaceArap_positions)
@@ -703,7 +956,10 @@ PYBIND11_MODULE(_native, m) {
   bind_options(m);
   bind_solve_options(m);
   bind_result(m);
-  bind_solver(m);
+  const auto jobs = std::make_shared<Jobs>();
+  bind_job(m);
+  bind_solver(m, jobs);
+  py::module_::import("atexit").attr("register")(py::cpp_function([jobs] { jobs->close(); }));
   m.def(
       "same_places",
       [](const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes) {
@@ -718,6 +974,6 @@ PYBIND11_MODULE(_native, m) {
       docstrings::same_places, py::arg("rest_positions"), py::arg("corner_vertices"),
       py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
-  for (const char* name : {"Cancelled", "Options", "SolveOptions", "SolveResult", "SurfaceArap"})
+  for (const char* name : {"Cancelled", "Job", "Options", "SolveOptions", "SolveResult", "SurfaceArap"})
     m.attr(name).attr("__module__") = "arap_native";
 }

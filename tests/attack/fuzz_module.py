@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import faulthandler
+import functools
 import random
 import sys
 import time
@@ -212,7 +213,8 @@ class Session:
 
     def run(self) -> None:
         repr(self.solver)
-        acts = [self.set_constraints] * 3 + [self.solve] * 5 + [self.energy, self.start_elsewhere, self.patch_around]
+        acts = [self.set_constraints] * 3 + [self.solve] * 5 + [self.solve_in_job] * 2
+        acts += [self.energy, self.start_elsewhere, self.patch_around, self.patches_in_job]
         for act in (self.set_constraints, *(self.random.choice(acts) for _ in range(self.random.randint(1, 8)))):
             self.before = self.solver.positions
             if not np.isfinite(self.before).all():
@@ -291,6 +293,32 @@ class Session:
         else:
             moved = self.before + self.rng.normal(size=self.before.shape) * self.random.choice([0, 1, 1e10, 1e90])
             self.fuzzer.call("set_positions", self.solver.set_positions, self.fuzzer.maybe_wrong(moved))
+
+    def solve_in_job(self) -> None:
+        targets = np.concatenate([self.before[self.vertices], self.rng.normal(size=(self.n_patches, 3))])
+        options = self.fuzzer.call("SolveOptions", self.fuzzer.solve_options).value
+        out = self.fuzzer.maybe_wrong(np.zeros((self.n, 3), np.float32)) if self.fuzzer.chance(0.4) else None
+        begin = functools.partial(self.solver.begin_solve, out=out)
+        result = self.outcome_of_job("begin_solve", begin, self.fuzzer.maybe_wrong(targets), options)
+        if result is not None:
+            self.look_at(result, options)
+
+    def patches_in_job(self) -> None:
+        groups = [self.rng.integers(0, self.n, self.random.randint(0, 4)).astype(np.int32) for _ in range(3)]
+        radii = np.array([self.random.choice([0, 0.1, 10, NAN]) for _ in groups])
+        groups[0] = self.fuzzer.maybe_wrong(groups[0])
+        self.outcome_of_job("begin_patches", self.solver.begin_patches, groups, self.fuzzer.maybe_wrong(radii))
+
+    def outcome_of_job(self, name: str, begin: Callable[..., Any], *arguments: Any) -> Any:
+        """Begins a job, and cancels it or not; its result, None if there is none."""
+        job = self.fuzzer.call(name, begin, *arguments).value
+        if job is None:
+            return None
+        if self.fuzzer.chance(0.3):
+            self.fuzzer.call("wait", job.wait, self.random.choice([0.0, 1e-4, -1.0, NAN]))
+            self.fuzzer.call("reset", self.solver.reset)  # is refused if the job is under way
+            job.cancel()
+        return self.fuzzer.call("result", job.result).value
 
     def patch_around(self) -> None:
         vertices = self.rng.integers(0, self.n, self.random.randint(0, 4)).astype(np.int32)

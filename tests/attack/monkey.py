@@ -132,7 +132,6 @@ class Monkey:
 
     def fresh(self) -> None:
         """A new, empty file with one mesh."""
-        self.wait_for_binds()
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         self.later.clear()
         push_undo("empty")
@@ -164,7 +163,6 @@ class Monkey:
         return self.choice(self.moved_by(self.mesh()))
 
     def select(self, *objects: bpy.types.Object) -> None:
-        self.wait_for_binds()
         for obj in bpy.context.view_layer.objects:
             obj.select_set(obj in objects)
         bpy.context.view_layer.objects.active = objects[0]
@@ -172,12 +170,7 @@ class Monkey:
     def to_object_mode(self) -> None:
         obj = bpy.context.object
         if obj and obj.mode != "OBJECT":
-            self.wait_for_binds()
             bpy.ops.object.mode_set(mode="OBJECT")
-
-    def wait_for_binds(self) -> None:
-        if not self.is_control:
-            self.api.wait_for_binds()
 
     def vector(self, reach: float) -> list[float]:
         return [self.random.uniform(-reach, reach) for _ in range(3)]

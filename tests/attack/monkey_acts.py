@@ -315,14 +315,12 @@ def show_all(monkey: Monkey) -> None:
 
 
 def save(monkey: Monkey) -> None:
-    monkey.wait_for_binds()
     path = monkey.folder / monkey.choice(["m.blend", "Ü ✓.blend"])
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=monkey.random.random() < 0.3)
 
 
 @changes_rest
 def load(monkey: Monkey) -> None:
-    monkey.wait_for_binds()
     path = monkey.folder / "m.blend"
     if path.exists():
         bpy.ops.wm.open_mainfile(filepath=str(path))
@@ -336,7 +334,6 @@ def change_scene(monkey: Monkey) -> None:
     elif others and monkey.random.random() < 0.6:
         bpy.context.window.scene = monkey.choice(others)
     else:
-        monkey.wait_for_binds()
         bpy.ops.scene.new(type=monkey.choice(["NEW", "LINK_COPY", "FULL_COPY", "EMPTY"]))
 
 

@@ -52,7 +52,6 @@ class SceneTest(unittest.TestCase):
     """Every test starts in an empty scene without live sessions."""
 
     def setUp(self) -> None:
-        module("core.worker").wait_for_binds()  # of a test that dropped one: this one may override the context
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         self.api = module("api")
         self.scene = bpy.context.scene

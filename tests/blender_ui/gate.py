@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 from unittest.mock import patch
@@ -17,56 +16,31 @@ class Gate:
 
     def __init__(self) -> None:
         self._is_open = False
-        self._changed = threading.Condition()
         self.is_holding = False
 
     def open(self) -> None:
         self._is_open = True
-        self.look_again()
-
-    def look_again(self) -> None:
-        """Lets go of a thread that need not wait any longer."""
-        with self._changed:
-            self._changed.notify_all()
-
-    def wait(self, may_leave: Callable[[], bool]) -> None:
-        """Holds the thread that calls it. It does not need Python meanwhile, so it cannot disturb Blender."""
-        with self._changed:
-            while not (self._is_open or may_leave()):
-                self.is_holding = True
-                self._changed.wait()
-            self.is_holding = False
 
     def hold(self) -> bool:
-        """For work in the main thread, which asks again: whether it must not go on."""
+        """For work that asks again: whether it must not go on."""
         self.is_holding = not self._is_open
         return self.is_holding
 
 
 @contextmanager
-def held_thread(binding_class: Any, *, after: float, holds_dropped: bool) -> Iterator[Gate]:
-    """Holds work in a thread (a bind, Solve) in its first progress call beyond the fraction ``after``.
+def held_stage(stage_class: Any, *, after: float) -> Iterator[Gate]:
+    """Holds work in the background (a bind, Solve) in its first stage that ends beyond the fraction ``after``.
 
-    Work that is dropped goes on, and so ends; with ``holds_dropped`` only once the gate is open.
+    The job of that stage goes on to its end; the work does not hear of that.
     """
     gate = Gate()
-    progress, drop = binding_class._progress, binding_class.drop
+    wait = stage_class.wait
 
-    def held_progress(binding: Any, fraction: float) -> bool:
-        progress(binding, fraction)  # so that the test sees the fraction
-        if fraction > after:
-            gate.wait(lambda: binding._is_dropped and not holds_dropped)
-        return bool(progress(binding, fraction))
+    def held_wait(stage: Any, time_limit_s: float) -> bool:
+        return not (stage.end > after and gate.hold()) and bool(wait(stage, time_limit_s))
 
-    def heard_drop(binding: Any) -> None:
-        drop(binding)
-        gate.look_again()
-
-    with patch.multiple(binding_class, _progress=held_progress, drop=heard_drop):
-        try:
-            yield gate
-        finally:
-            gate.open()
+    with patch.object(stage_class, "wait", held_wait):
+        yield gate
 
 
 @contextmanager

@@ -70,7 +70,6 @@ class Ui:
         """Takes back what the test has changed outside of the file, and loads the home file."""
         while self._at_end:
             self._at_end.pop()()
-        self.worker.wait_for_binds()
         bpy.ops.wm.read_homefile(use_factory_startup=True)
         yield
         assert not self.running, f"still under way in a new file: {self.running}"
@@ -88,7 +87,7 @@ class Ui:
         self.api: Any = importlib.import_module(f"{MODULE}.api")
         self.following: Any = importlib.import_module(f"{MODULE}.core.following")
         self.sessions: Any = importlib.import_module(f"{MODULE}.core.sessions")
-        self.worker: Any = importlib.import_module(f"{MODULE}.core.worker")
+        self.background: Any = importlib.import_module(f"{MODULE}.core.background")
         self.handle_motion: Any = importlib.import_module(f"{MODULE}.scene.handle_motion")
         self.meshes: Any = importlib.import_module(f"{MODULE}.scene.meshes")
         self.live: Any = importlib.import_module(f"{MODULE}.live.runs")
@@ -105,9 +104,9 @@ class Ui:
             yield self._gate
         self._gate = None
 
-    def held_thread(self, *, after: float = 0.0, holds_dropped: bool = False) -> AbstractContextManager[Gate]:
-        """As gate.held_thread()."""
-        return self._held(gate.held_thread(self.worker.Binding, after=after, holds_dropped=holds_dropped))
+    def held_stage(self, *, after: float = 0.0) -> AbstractContextManager[Gate]:
+        """As gate.held_stage()."""
+        return self._held(gate.held_stage(self.background.Stage, after=after))
 
     def held_shapes(self) -> AbstractContextManager[Gate]:
         """As gate.held_shapes()."""
@@ -191,13 +190,7 @@ class Ui:
 
     @contextlib.contextmanager
     def override(self, **members: Any) -> Iterator[None]:
-        """Blender's own override of the context; by default that of a button in the 3D view.
-
-        Before Blender 5.1 the work of a bind in its thread must not go on meanwhile; later it may, and does here.
-        """
-        if sys.version_info < (3, 12):
-            while self.worker.is_any_running() and not (self._gate is not None and self._gate.is_holding):
-                time.sleep(0.001)
+        """Blender's own override of the context; by default that of a button in the 3D view."""
         members = members or {"window": self.window, "area": self.view, "region": self.region()}
         with bpy.context.temp_override(**members):
             yield

@@ -50,7 +50,7 @@ def test_bake_animation_esc(ui: Ui) -> Steps:
     yield from ui.key("ESC")
     yield
     assert key_names() == []
-    for holding, is_baking in ((ui.held_thread(), False), (ui.held_shapes(), True)):
+    for holding, is_baking in ((ui.held_stage(), False), (ui.held_shapes(), True)):
         ui.call(bpy.ops.arap.bake_animation)
         yield
         with holding:

@@ -199,12 +199,12 @@ def test_solve_shows_how_far_it_is_and_esc_ends_it(ui: Ui) -> Steps:
     yield from ui.open_tab()
     acts = ui.running
     for after in (0.0, ui.solve.BIND_SHARE):  # Esc while the mesh is bound, then while it is solved
-        with ui.held_thread(after=after):
+        with ui.held_stage(after=after):
             ui.call(bpy.ops.arap.solve)
             job = acts["Grid"]
             assert job.doing == "it is solved"
             yield from ui.until_held()
-            assert job.fraction > after
+            yield from ui.until(lambda job=job, after=after: job.fraction > after, "the solver tells how far it is")
             yield from ui.screenshot("working")
             yield from ui.key("ESC")
             yield from ui.until_free()

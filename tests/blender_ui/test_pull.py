@@ -370,7 +370,7 @@ def test_pull_undone_while_it_binds(ui: Ui) -> Steps:
     rest = scenes.key_positions(sheet())
 
     def pull_and_press_z(**modifiers: bool) -> Steps:
-        with ui.held_thread():
+        with ui.held_stage():
             yield from grab(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0), 2)
             yield from ui.until_held()
             ui.event("LEFTMOUSE", "RELEASE")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -26,15 +27,13 @@ class FakeBind:
     fraction: float = 0.5
     is_done: bool = False
     is_dropped: bool = False
-    has_started: bool = False
+    n_steps: int = 0
     error: Exception | None = None
 
-    def start(self) -> None:
-        self.has_started = True
-
-    def wait(self) -> None:
-        assert self.has_started
-        self.is_done = True
+    def step(self, time_limit_s: float) -> bool:
+        self.n_steps += 1
+        self.is_done = self.is_done or time_limit_s == math.inf
+        return not self.is_done
 
     def drop(self) -> None:
         self.is_dropped = True

@@ -8,8 +8,8 @@ from pathlib import Path
 import bpy
 
 from ..core.arrays import Float32s
+from ..core.background import Progress
 from ..core.job import run_job
-from ..core.models import Progress
 from ..scene import versions
 from .cache_file import CacheWriter, format_of
 from .estimate import check_range

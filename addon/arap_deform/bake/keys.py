@@ -8,9 +8,9 @@ import re
 import bpy
 
 from ..core.arrays import Float32s
+from ..core.background import Progress
 from ..core.job import run_job
 from ..core.mirror import seen_size
-from ..core.models import Progress
 from ..core.naming import NAME_BYTES
 from ..scene import frame_state, pose_key, shape_keys
 from .estimate import Fit, check_search, frames_of

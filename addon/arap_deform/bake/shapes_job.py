@@ -12,11 +12,11 @@ import bpy
 
 from ..core import sessions
 from ..core.arrays import Float32s, Floats
+from ..core.background import Background
 from ..core.job import STEP_S
 from ..core.session import Session
 from ..core.session_data import Readout, readout_of_whole
 from ..core.session_input import SessionInput
-from ..core.worker import Binding
 from ..follow import mesh
 from ..scene import meshes
 from ..scene.inputs import read_input
@@ -27,12 +27,12 @@ Result = TypeVar("Result")
 class ShapesJob(ABC, Generic[Result]):
     """A Job of many solves.
 
-    If no live session fits, a thread binds the mesh first. Nothing in the file changes before finish(), except what a
-    kind of job says in its own text. If step() or finish() raises, call cancel(): it puts everything back. It holds
-    names, no Blender data.
+    If no live session fits, the mesh is bound first, in the background. Nothing in the file changes before finish(),
+    except what a kind of job says in its own text. If step() or finish() raises, call cancel(): it puts everything
+    back. It holds names, no Blender data.
     """
 
-    __class_getitem__: Any = classmethod(GenericAlias)  # see Binding
+    __class_getitem__: Any = classmethod(GenericAlias)  # see Background
 
     noun = "job"  # for messages
     doing: str  # for messages, see sessions.Act
@@ -51,7 +51,7 @@ class ShapesJob(ABC, Generic[Result]):
         self._has_bound = False  # the live session was made here
         self._live_positions: Float32s | None = None
         self._session: Session | None = None
-        self._bind: Binding[Session] | None = None
+        self._bind: Background[Session] | None = None
         self.takers: list[Callable[[Float32s], None]] = [self._take]
         """Called with each solved shape, (n, 3). The next solve writes over the array."""
         self.readouts: list[Readout] = []
@@ -152,14 +152,11 @@ class ShapesJob(ABC, Generic[Result]):
             self._begin_shape()
         if self._bind is None:
             self._solve(time_limit_s)
-        else:
-            self._bind.start()  # not in __init__: an operator may call that, see Binding
-            self._bind.wait(time_limit_s)
-            if self._bind.is_done:
-                self._end_bind(self._bind.result())
+        elif not self._bind.step(time_limit_s):
+            self._end_bind(self._bind.result())
 
     def _begin_bind(self, inputs: SessionInput) -> None:
-        self._bind = Binding(lambda progress: sessions.build(inputs, progress))
+        self._bind = Background(sessions.build(inputs))
 
     def _end_bind(self, session: Session) -> None:
         if self._session is None:

@@ -6,6 +6,7 @@ The posing act, Pull and Live share it. Each of them decides when it begins and 
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from typing import Protocol
@@ -22,20 +23,17 @@ FOLLOW_TIME_LIMIT_S = 0.014
 LEAST_TIME_LIMIT_S = 1e-4
 # A refining step lets go of the window after this time, so that a heavy mesh does not make the mouse stutter.
 REFINE_TIME_LIMIT_S = 0.05
+# A step waits this long for a bind: a small mesh is then bound before anything is drawn.
+BIND_STEP_S = 0.005
 
 
 class Bind(Protocol):
-    """A bind in a worker thread, from start() on."""
+    """A bind under way in the background."""
 
     @property
     def fraction(self) -> float: ...
-    @property
-    def is_done(self) -> bool: ...
-    def start(self) -> None:
-        """Does nothing if it has started."""
-
-    def wait(self) -> None:
-        """Until it is done. Only after start()."""
+    def step(self, time_limit_s: float) -> bool:
+        """Goes on, but no longer than that; True while there is more to do."""
 
     def drop(self) -> None: ...
     def adopt(self) -> None:
@@ -52,7 +50,7 @@ class FollowScene(Protocol):
         """Looks at the scene: True while the live session fits mesh, groups and settings. Every step begins with it."""
 
     def begin_bind(self) -> Bind:
-        """Reads the scene for a bind in a worker thread. Raises ValueError if the scene cannot be posed."""
+        """Reads the scene and begins to bind. Raises ValueError if the scene cannot be posed."""
 
     def go_on_from_shown(self) -> None:
         """Starts the live session from the pose that the key shows now."""
@@ -113,20 +111,17 @@ class Follower:
             return True
         if self._bind is None:
             self._bind = self._scene.begin_bind()
-        elif self._bind.is_done:
+        elif not self._bind.step(BIND_STEP_S):
             bind, self._bind = self._bind, None
             bind.adopt()
             self._matrices = None
-        else:
-            self._bind.start()
         return False
 
     def prepare_now(self) -> bool:
         """As prepare(), and waits for a bind."""
         is_ready = self.prepare()
         if self._bind is not None:
-            self._bind.start()
-            self._bind.wait()
+            self._bind.step(math.inf)
         return is_ready
 
     def is_ready(self) -> bool:

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 from typing import Protocol, TypeVar
 
-from .models import Progress
-from .session import Cancelled
+from .background import Cancelled, Progress
 
 STEP_S = 0.1  # default length of a step
 

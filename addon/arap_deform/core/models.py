@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -16,8 +15,6 @@ if TYPE_CHECKING:
     import arap_native
 
 Model: TypeAlias = "arap_native.SurfaceArap"
-Progress = Callable[[float], "bool | None"]
-"""Is called with the fraction done, 0 to 1; stops the work by returning False."""
 
 
 @dataclass(frozen=True)
@@ -37,19 +34,15 @@ class ModelInput:
     rigid_regions: Ints | None = None
 
 
-def make(native: Any, inputs: ModelInput, progress: Progress | None = None) -> Model:
-    """Binds a model.
+def begin_bind(native: Any, inputs: ModelInput) -> arap_native.Job[Model]:
+    """Begins to bind a model. The job raises ValueError if the mesh cannot be used.
 
     Args:
         native: the module arap_native.
         inputs: see ModelInput.
-        progress: may stop the bind by returning False.
-
-    Raises:
-        ValueError: the mesh cannot be used. native.Cancelled: ``progress`` returned False.
     """
     mesh, settings = inputs.mesh, inputs.settings
-    model: Model = native.SurfaceArap(
+    job: arap_native.Job[Model] = native.SurfaceArap.begin_bind(
         np.ascontiguousarray(mesh.rest_positions, dtype=np.float64),
         np.ascontiguousarray(mesh.corner_vertices, dtype=np.int32),
         np.ascontiguousarray(mesh.face_sizes, dtype=np.int32),
@@ -62,6 +55,5 @@ def make(native: Any, inputs: ModelInput, progress: Progress | None = None) -> M
         ),
         stiffness=inputs.stiffness,
         rigid_regions=inputs.rigid_regions,
-        progress=progress,
     )
-    return model
+    return job

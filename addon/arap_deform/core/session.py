@@ -10,30 +10,34 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import models
 from .arrays import Floats, Ints
+from .background import Cancelled, Progress, Result, Steps, part, stage
 from .mirror import Copy, Mirror, Whole, used_mirrors
-from .models import Progress
-from .patches import Surface, held_by_themselves, patch_around, points_of, surface_diagonal, without
+from .patches import Surface, begin_patches, held_by_themselves, patches_from, points_of, surface_diagonal, without
 from .session_data import Readout, SessionMesh, SessionSettings
 from .targets import NO_PATCHES, HandleMap, HandleSpec, Patch, Patches, check_specs, checked_matrices
 from .transforms import map_points
 
+if TYPE_CHECKING:
+    import arap_native
 
-class Cancelled(RuntimeError):
-    """``progress`` stopped the work; everything is as it was before the call."""
+PATCHES_SHARE = 0.1  # of the progress of new handles
+HANDLES_CANCELLED = "Preparing the handles was cancelled; nothing has changed"
+SOLVE_CANCELLED = "Solving was cancelled; the pose is as it was"
 
 
 class Session:
-    """The live session of one mesh. Serves one thread at a time."""
+    """The live session of one mesh. Made by bind(). While steps of it are under way, everything else is refused."""
 
-    def __init__(
-        self,
+    @classmethod
+    def bind(
+        cls,
         native: Any,
         mesh: SessionMesh,
         stretch: Floats,
@@ -41,8 +45,7 @@ class Session:
         stiffness: Floats | None = None,
         rigid_regions: Ints | None = None,
         mirrors: Sequence[Mirror] = (),
-        progress: Progress | None = None,
-    ) -> None:
+    ) -> Steps[Session]:
         """Binds.
 
         Args:
@@ -53,12 +56,27 @@ class Session:
             stiffness: (n,) > 0, or None.
             rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
             mirrors: planes that complete the mesh; those that do not are ignored.
-            progress: may stop the bind by returning False.
 
         Raises:
             ValueError: the mesh cannot be used; the message says where.
-            Cancelled: ``progress`` returned False.
         """
+        session = cls(native, mesh, stretch, settings, mirrors)
+        whole = session._whole
+        if whole is not None:
+            mesh = whole.mesh
+            stiffness = None if stiffness is None else stiffness[whole.sources]
+            rigid_regions = whole.regions(rigid_regions)
+        start = time.perf_counter()
+        seen = replace(mesh, rest_positions=session._surface.seen)
+        job = models.begin_bind(native, models.ModelInput(seen, settings, stiffness, rigid_regions))
+        session._model = yield from stage(job, "Binding was cancelled; nothing has changed")
+        session._bind_ms = _ms_since(start)
+        return session
+
+    def __init__(
+        self, native: Any, mesh: SessionMesh, stretch: Floats, settings: SessionSettings, mirrors: Sequence[Mirror]
+    ) -> None:
+        """Prepares it, for bind()."""
         self._native = native
         self._stretch = np.ascontiguousarray(stretch, dtype=np.float64)
         self._unstretch: Floats = np.asarray(np.linalg.inv(self._stretch), dtype=np.float64)
@@ -68,8 +86,6 @@ class Session:
         self._whole = Whole(mesh, used, self._stretch) if used else None
         if self._whole is not None:
             mesh = self._whole.mesh
-            stiffness = None if stiffness is None else stiffness[self._whole.sources]
-            rigid_regions = self._whole.regions(rigid_regions)
         self._rest = np.ascontiguousarray(mesh.rest_positions, dtype=np.float64)
         self._settings = settings
         self._map: HandleMap | None = None
@@ -81,15 +97,13 @@ class Session:
         self._own_positions = self._positions[: self._n_own]
         # The solver writes single precision into memory that is there already: a frame allocates nothing.
         self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
+        self._model: models.Model
+        self._bind_ms = 0.0
         self._factor_ms = 0.0
 
-        seen = replace(mesh, rest_positions=self._to_solver(self._rest))
-        self._surface = Surface.of(seen.rest_positions, mesh.corner_vertices, mesh.face_sizes, settings.rigidity_radius)
-        self._diagonal = surface_diagonal(seen.rest_positions, mesh.corner_vertices)
-        start = time.perf_counter()
-        with _Cancellation(native, "Binding"):
-            self._model = models.make(native, models.ModelInput(seen, settings, stiffness, rigid_regions), progress)
-        self._bind_ms = _ms_since(start)
+        seen = self._to_solver(self._rest)
+        self._surface = Surface.of(seen, mesh.corner_vertices, mesh.face_sizes, settings.rigidity_radius)
+        self._diagonal = surface_diagonal(seen, mesh.corner_vertices)
 
     @property
     def n_vertices(self) -> int:
@@ -125,56 +139,73 @@ class Session:
         """What the point handles hold; of a completed mesh see mirror.Whole.specs()."""
         return self._point_patches
 
-    def set_handles(self, specs: Sequence[HandleSpec], progress: Progress | None = None) -> None:
+    def set_handles(self, specs: Sequence[HandleSpec]) -> Steps[None]:
         """Makes ``specs`` the handles; factorizes only if vertices or strengths have changed.
 
         Raises:
-            ValueError: a vertex out of range, or nothing is held or moved. Cancelled, RuntimeError. The former
-                handles then stay.
+            ValueError: a vertex out of range, or nothing is held or moved. RuntimeError. The former handles then stay,
+                and also if the work is dropped.
         """
         if self._map is not None and _are_same(self._specs, specs):
             if not all(spec.has_base_of(former) for spec, former in zip(specs, self._specs, strict=True)):
-                self._complete(specs)
-                self._point_patches = self._based(self._point_patches)
+                self._held, self._copies = self._completed(specs)
+                self._point_patches = self._based(self._held, self._point_patches)
                 self._map = HandleMap(self._held, self._rest, self._stretch, self._point_patches)
             self._specs = tuple(specs)
             return
         start = time.perf_counter()
         check_specs(specs, self.n_vertices)
-        self._complete(specs)
-        patches = self._patches()
-        handle_map = HandleMap(self._held, self._rest, self._stretch, patches)
-        with _Cancellation(self._native, "Preparing the handles"):
-            self._model.set_constraints(
-                handle_map.vertices, handle_map.strengths, handle_map.patches, progress=progress
-            )
+        held, copies = self._completed(specs)
+        patches = yield from part(self._patches_of(held), 0.0, PATCHES_SHARE)
+        handle_map = HandleMap(held, self._rest, self._stretch, patches)
+        job = self._model.begin_set_constraints(handle_map.vertices, handle_map.strengths, handle_map.patches)
+        try:
+            yield from part(self._stage(job, HANDLES_CANCELLED), PATCHES_SHARE, 1.0)
+        except GeneratorExit:
+            if self._map is not None:  # the job may have ended before it heard of that; else this does nothing
+                self._model.set_constraints(self._map.vertices, self._map.strengths, self._map.patches)
+            raise
         self._factor_ms = _ms_since(start)
+        self._held, self._copies = held, copies
         self._map = handle_map
         self._specs = tuple(specs)
         self._point_patches = patches
 
-    def _complete(self, specs: Sequence[HandleSpec]) -> None:
-        self._held, self._copies = (specs, ()) if self._whole is None else self._whole.specs(specs)
+    def _completed(self, specs: Sequence[HandleSpec]) -> tuple[Sequence[HandleSpec], Sequence[Copy]]:
+        """The handles of the whole."""
+        return (specs, ()) if self._whole is None else self._whole.specs(specs)
 
-    def _patches(self) -> Patches:
-        if not self._settings.has_radius:
+    def _stage(self, job: arap_native.Job[Result], if_cancelled: str) -> Steps[Result]:
+        """A job of the model as a stage. If the work is dropped, the model can be used at once."""
+        try:
+            return (yield from stage(job, if_cancelled))
+        except GeneratorExit:
+            job.wait()
+            raise
+
+    def _patches_of(self, specs: Sequence[HandleSpec]) -> Steps[Patches]:
+        """``specs``: of the whole."""
+        points = points_of(specs, self._surface) if self._settings.has_radius else []
+        if not points:
             return NO_PATCHES
-        specs = self._held
+        groups = [point.vertices for point in points]
+        job = begin_patches(self._model, groups, [point.reach / self._diagonal for point in points])
+        found = patches_from((yield from self._stage(job, HANDLES_CANCELLED)), groups, self._unstretch)
         patches: dict[int, list[Patch]] = {}
-        for point in points_of(specs, self._surface):
-            patch = patch_around(self._model, point.vertices, point.reach / self._diagonal, self._unstretch)
+        for point, patch in zip(points, found, strict=True):
             if patch is not None:
                 patches.setdefault(point.handle, []).append(patch)
         of_points = {i: [patch.sources for patch in of_handle] for i, of_handle in patches.items()}
         is_held = held_by_themselves(specs, of_points, len(self._rest))
         left = {i: [without(patch, is_held) for patch in of_handle] for i, of_handle in patches.items()}
         kept = {i: [patch for patch in of_handle if patch is not None] for i, of_handle in left.items()}
-        return self._based({i: of_handle for i, of_handle in kept.items() if of_handle})
+        return self._based(specs, {i: of_handle for i, of_handle in kept.items() if of_handle})
 
-    def _based(self, patches: Patches) -> Patches:
+    def _based(self, specs: Sequence[HandleSpec], patches: Patches) -> Patches:
+        """The patches with their centres while no handle has moved. ``specs``: of the whole."""
         result = {}
         for i, of_handle in patches.items():
-            base = self._held[i].base_or(self._rest)
+            base = specs[i].base_or(self._rest)
             result[i] = [replace(p, centre=p.weights @ base[p.vertices].astype(np.float64)) for p in of_handle]
         return result
 
@@ -206,6 +237,26 @@ class Session:
             ValueError: no handles yet, wrong shape, or a matrix that is not finite. RuntimeError: the solver
                 failed. Cancelled. The mesh stays where it was in each case.
         """
+        start = time.perf_counter()
+        call = self._solve_call(matrices, iterations, initial_guess, to_convergence, time_limit_s, sufficient_accuracy)
+        return self._take(self._model.solve(**call, progress=progress), start)
+
+    def updating(self, matrices: Floats, *, initial_guess: str, to_convergence: bool) -> Steps[Readout]:
+        """As update(), in the background. If the work is dropped, the mesh is where it was."""
+        start = time.perf_counter()
+        call = self._solve_call(matrices, initial_guess=initial_guess, to_convergence=to_convergence)
+        return self._take((yield from self._stage(self._model.begin_solve(**call), SOLVE_CANCELLED)), start)
+
+    def _solve_call(
+        self,
+        matrices: Floats,
+        iterations: int | None = None,
+        initial_guess: str | None = None,
+        to_convergence: bool = False,
+        time_limit_s: float | None = None,
+        sufficient_accuracy: float = 0.0,
+    ) -> dict[str, Any]:
+        """What the model's solve is called with, for the arguments of update()."""
         if self._map is None:
             raise ValueError("The session has no handles: call set_handles first")
         if self._whole is not None:
@@ -220,16 +271,18 @@ class Session:
         }
         if time_limit_s is not None:
             options["time_limit_s"] = time_limit_s
-        start = time.perf_counter()
-        result = self._model.solve(
-            self._map.targets(matrices),
-            self._native.SolveOptions(**options),
-            rotations=self._map.rotations(matrices) if guess == "handle_rotations" else None,
-            progress=progress,
-            out=self._solved,
-        )
+        return {
+            "targets": self._map.targets(matrices),
+            "options": self._native.SolveOptions(**options),
+            "rotations": self._map.rotations(matrices) if guess == "handle_rotations" else None,
+            "out": self._solved,
+        }
+
+    def _take(self, result: arap_native.SolveResult, start: float) -> Readout:
+        """Shows the result of a solve that began at ``start``."""
+        assert self._map is not None
         if result.stop_reason == "cancelled":
-            raise Cancelled("Solving was cancelled; the pose is as it was")
+            raise Cancelled(SOLVE_CANCELLED)
         self._unstretch_solved()
         return Readout(
             vertices=self.n_vertices,
@@ -270,21 +323,6 @@ class Session:
     def _unstretch_solved(self) -> None:
         if self._is_stretched:
             map_points(self._solved, self._unstretch.astype(np.float32), self._positions)
-
-
-class _Cancellation:
-    """Turns Cancelled of the native module into the add-on's."""
-
-    def __init__(self, native: Any, act: str) -> None:
-        self._native_cancelled = native.Cancelled
-        self._act = act
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, _kind: object, error: BaseException | None, _traceback: object) -> None:
-        if isinstance(error, self._native_cancelled):
-            raise Cancelled(f"{self._act} was cancelled; nothing has changed") from None
 
 
 def _are_same(former: Sequence[HandleSpec], specs: Sequence[HandleSpec]) -> bool:

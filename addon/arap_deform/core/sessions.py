@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from . import native
-from .models import Progress
+from .background import Steps, part
 from .session import Session
 from .session_data import Readout
 from .session_input import SessionInput, difference_of_bind
@@ -154,13 +154,13 @@ def set_readout(object_name: str, value: Readout) -> None:
     _readouts[object_name] = value
 
 
-def build(inputs: SessionInput, progress: Progress | None = None) -> Session:
-    """Binds and factorizes. Touches no Blender data: may run in a worker thread; ``progress`` is called there.
+def build(inputs: SessionInput) -> Steps[Session]:
+    """Binds and factorizes. Touches no Blender data.
 
     Raises:
-        ValueError: the mesh cannot be used. RuntimeError: no native module, or the solver failed. Cancelled.
+        ValueError: the mesh cannot be used. RuntimeError: no native module, or the solver failed.
     """
-    session = Session(
+    binding = Session.bind(
         native.load(),
         inputs.mesh,
         inputs.stretch,
@@ -168,29 +168,23 @@ def build(inputs: SessionInput, progress: Progress | None = None) -> Session:
         stiffness=inputs.stiffness,
         rigid_regions=inputs.rigid_regions,
         mirrors=inputs.mirrors,
-        progress=part(progress, 0.0, 0.5),
     )
-    session.set_handles(inputs.specs, progress=part(progress, 0.5, 1.0))
+    session = yield from part(binding, 0.0, 0.5)
+    yield from part(session.set_handles(inputs.specs), 0.5, 1.0)
     return session
 
 
-def rebuild(inputs: SessionInput, former: Bound | None, progress: Progress | None = None) -> Session:
+def rebuild(inputs: SessionInput, former: Bound | None) -> Steps[Session]:
     """build(), or the former session with the handles of ``inputs`` if its bind fits.
 
-    The former one must no longer be the object's live session: while this runs, in whatever thread, it is busy.
+    Meanwhile the former one is busy, so it must not be the object's live session. It is as it was if this raises or is
+    dropped.
 
     Raises:
         As build().
     """
     if former is None or difference_of_bind(former.inputs, inputs):
-        return build(inputs, progress)
-    former.session.set_handles(inputs.specs, progress)
+        return (yield from build(inputs))
+    yield from former.session.set_handles(inputs.specs)
     former.session.settings = inputs.settings
     return former.session
-
-
-def part(progress: Progress | None, start: float, end: float) -> Progress | None:
-    """``progress`` for a part of the work, from ``start`` to ``end`` of the whole."""
-    if progress is None:
-        return None
-    return lambda fraction: progress(start + fraction * (end - start))

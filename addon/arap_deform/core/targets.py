@@ -141,15 +141,16 @@ class HandleMap:
         self._stretch = stretch
         self._set_patches(patches)
         handle, vertex, weight = self._entries(patches)
-        unique, inverse, counts = np.unique(vertex, return_inverse=True, return_counts=True)
-        is_shared = counts[inverse] > 1
+        n_entries = np.bincount(vertex, minlength=len(rest_positions))
+        is_shared = n_entries[vertex] > 1
 
         singles = np.flatnonzero(~is_shared)  # entries are by handle already
         shared = np.flatnonzero(is_shared)[np.argsort(vertex[is_shared], kind="stable")]
-        shared_vertices = unique[counts > 1]
+        shared_vertices = np.flatnonzero(n_entries > 1)
+        counts = n_entries[shared_vertices]
         self.vertices: Ints = np.concatenate([vertex[singles], shared_vertices]).astype(np.int32)
 
-        starts = np.cumsum(counts[counts > 1]) - counts[counts > 1]
+        starts = np.cumsum(counts) - counts
         largest = np.maximum.reduceat(weight[shared], starts) if len(starts) else np.empty(0)
         self.strengths: Floats = np.concatenate([weight[singles], largest])
 
@@ -163,7 +164,7 @@ class HandleMap:
         self._shared_handles = handle[shared]
         self._shared_starts = starts
         totals = np.add.reduceat(weight[shared], starts) if len(starts) else np.empty(0)
-        self._shared_shares = weight[shared] / np.repeat(totals, counts[counts > 1])
+        self._shared_shares = weight[shared] / np.repeat(totals, counts)
 
         self._matrices: Floats = np.full((len(self._specs), 4, 4), np.nan)
         self._targets = np.empty((len(self.vertices) + len(self._patch_handles), 3))

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Floats, Ints
-from .models import ModelInput, make
-from .patches import Ball, diagonal_of, patch_around
+from .models import ModelInput, begin_bind
+from .patches import Ball, begin_patches, diagonal_of, patches_from
 from .session_data import SessionMesh, SessionSettings
 from .targets import HandleSpec, Patch
 from .transforms import transformed
@@ -56,7 +56,7 @@ def local_patch(
     stretch: Floats,
     settings: SessionSettings,
 ) -> Patch | None:
-    """As patch_around(), without a model of the whole mesh.
+    """As patches_from() for one point, without a model of the whole mesh.
 
     Args:
         native: the module arap_native.
@@ -69,10 +69,11 @@ def local_patch(
     """
     seen = SessionMesh(rest_positions[part.vertices] @ stretch.T, part.corner_vertices, part.face_sizes)
     # The patch is the same with every energy, and this one is bound the fastest.
-    model = make(native, ModelInput(seen, replace(settings, energy="spokes_and_rims", threads=1)))
+    model = begin_bind(native, ModelInput(seen, replace(settings, energy="spokes_and_rims", threads=1))).result()
     local = np.searchsorted(part.vertices, vertices).astype(np.int32)
     unstretch = np.asarray(np.linalg.inv(stretch), dtype=np.float64)
-    patch = patch_around(model, local, reach / diagonal_of(seen.rest_positions), unstretch)
+    found = begin_patches(model, [local], [reach / diagonal_of(seen.rest_positions)]).result()
+    (patch,) = patches_from(found, [local], unstretch)
     if patch is None:
         return None
     return replace(patch, vertices=part.vertices[patch.vertices].astype(np.int32), sources=vertices)

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is done with the live session of an object: it is bound in a thread, adopted, and brought up to date.
+"""What is done with the live session of an object: it is bound in the background, adopted, and brought up to date.
 
 For the act or the Live run that has the mesh: nothing here asks who has it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -13,11 +15,11 @@ import bpy
 
 from ..core import sessions
 from ..core.arrays import Float32s, Floats
+from ..core.background import Background, Steps
 from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import SessionInput, counts_differ, difference
 from ..core.sessions import Bound
-from ..core.worker import Binding
 from ..scene import pose_key, versions
 from ..scene.inputs import counts_of
 
@@ -70,10 +72,23 @@ def solve_from_rest(session: Session, matrices: Floats, **options: Any) -> Reado
     Raises:
         As Session.update(). The session is then as it was.
     """
+    with _from_rest(session):
+        return session.update(matrices, initial_guess="handle_rotations", to_convergence=True, **options)
+
+
+def solving_from_rest(session: Session, matrices: Floats) -> Steps[Readout]:
+    """As solve_from_rest(), in the background. If the work is dropped, the session is as it was."""
+    with _from_rest(session):
+        return (yield from session.updating(matrices, initial_guess="handle_rotations", to_convergence=True))
+
+
+@contextmanager
+def _from_rest(session: Session) -> Iterator[None]:
+    """Resets the session; if what follows does not come to its end, the session is as it was."""
     before = session.positions.copy()
     session.reset()
     try:
-        return session.update(matrices, initial_guess="handle_rotations", to_convergence=True, **options)
+        yield
     except BaseException:
         session.set_positions(before)
         raise
@@ -85,11 +100,11 @@ def counts_problem(obj: bpy.types.Object, inputs: SessionInput) -> str:
     return "" if now == before else counts_differ(obj.name, before, now)
 
 
-class SessionBinding(Binding[Session]):
+class SessionBinding(Background[Session]):
     """Binds a session, or gives the live session other handles if that is enough."""
 
     def __init__(self, obj: bpy.types.Object, inputs: SessionInput, start: Float32s | None = None) -> None:
-        """Prepares it.
+        """Begins.
 
         Args:
             inputs: from read_input().
@@ -98,17 +113,28 @@ class SessionBinding(Binding[Session]):
         self._name = obj.name
         self._inputs = inputs
         self._start_positions = start
-        self._former = former = sessions.get(obj.name)
+        self._former = sessions.get(obj.name)
         sessions.drop(obj.name)  # the session is busy until adopt() or drop()
-        super().__init__(lambda progress: sessions.rebuild(inputs, former, progress))
+        super().__init__(sessions.rebuild(inputs, self._former))
 
     def drop(self) -> None:
-        """Asks the work to stop. If it has not begun, the former session is the live one again."""
-        if not self.has_started and self._former is not None and sessions.get(self._name) is None:
-            sessions.put(self._name, self._former)
+        """Ends the work. The former session is the live one again, unless it has the new handles already."""
+        was_done = self.is_done
         super().drop()
+        if not was_done:
+            self._put_back()
 
     def adopt(self) -> None:
-        adopt(bpy.data.objects[self._name], self._inputs, self.result())
+        """Makes the result the live session. Raises what the bind raised; the former session is then live again."""
+        try:
+            session = self.result()
+        except BaseException:
+            self._put_back()
+            raise
+        adopt(bpy.data.objects[self._name], self._inputs, session)
         if self._start_positions is not None:
-            self.result().set_positions(self._start_positions)
+            session.set_positions(self._start_positions)
+
+    def _put_back(self) -> None:
+        if self._former is not None and sessions.get(self._name) is None:
+            sessions.put(self._name, self._former)

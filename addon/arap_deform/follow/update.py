@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..core import sessions
-from ..core.models import Progress
+from ..core.background import Progress, run
 from ..core.session import Session
 from ..core.session_data import Readout
 from ..scene import meshes
@@ -44,13 +44,13 @@ def bind(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, progress: Progre
     The session starts from the pose that the key shows.
 
     Raises:
-        As read_input() and sessions.build(), or RuntimeError if an act has the mesh for itself. A session that was
-        there before stays.
+        As read_input() and sessions.build(), Cancelled, or RuntimeError if an act has the mesh for itself. A session
+        that was there before stays.
     """
     meshes.check_mesh(obj)
     sessions.check_free(obj.name)
     inputs = read_input(obj, depsgraph)
-    session = sessions.rebuild(inputs, sessions.get(obj.name), progress)
+    session = run(sessions.rebuild(inputs, sessions.get(obj.name)), progress)
     mesh.adopt(obj, inputs, session)
     return session
 

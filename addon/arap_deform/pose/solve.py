@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Solving to convergence: in one call, or in a thread."""
+"""Solving to convergence: in one call, or in the background."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from dataclasses import replace
 import bpy
 
 from ..core import sessions
+from ..core.background import Background, Progress, Steps, part
 from ..core.job import STEP_S
-from ..core.models import Progress
 from ..core.naming import counted
 from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import difference_of_bind
 from ..core.sessions import Bound
-from ..core.worker import Binding
 from ..follow import mesh
 from ..follow.frame import Frame, write_pose
 from ..follow.update import bind
@@ -39,9 +38,9 @@ def solve(
     depsgraph = depsgraph or bpy.context.evaluated_depsgraph_get()
     _check(obj)
     share = BIND_SHARE if Frame(obj, depsgraph).problem else 0.0
-    session = bind(obj, depsgraph, sessions.part(progress, 0.0, share))
+    session = bind(obj, depsgraph, _part(progress, 0.0, share))
     matrices = handle_motion.handle_matrices(obj, depsgraph)
-    result = mesh.solve_from_rest(session, matrices, progress=sessions.part(progress, share, 1.0))
+    result = mesh.solve_from_rest(session, matrices, progress=_part(progress, share, 1.0))
     write_pose(obj, pose_key.writable(obj), session, result)
     return result
 
@@ -53,7 +52,7 @@ def begin_solve(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = N
 
 
 class SolveJob:
-    """A solve in a thread, so that an operator can show progress and take Esc.
+    """A solve in the background, so that an operator can show progress and take Esc.
 
     Nothing in the file changes before finish(). If step() or finish() raises, call cancel(). It holds no Blender data.
     """
@@ -67,11 +66,10 @@ class SolveJob:
         self._inputs = read_input(obj, depsgraph)
         self._matrices = handle_motion.handle_matrices(obj, depsgraph)
         self._former = sessions.get(obj.name)
-        self._is_bound = self._former is not None and not difference_of_bind(self._former.inputs, self._inputs)
         self._session: Session | None = None
-        self._work = Binding(self._run)
-        sessions.drop(obj.name)  # the thread uses it now
+        sessions.drop(obj.name)  # it is busy now
         sessions.claim(obj.name, self)
+        self._work = Background(self._steps())
 
     @property
     def fraction(self) -> float:
@@ -84,9 +82,7 @@ class SolveJob:
 
     def step(self, time_limit_s: float = STEP_S) -> bool:
         """Waits for up to ``time_limit_s``; True while there is more to do. After the last step, call finish()."""
-        self._work.start()  # not in __init__: an operator may call that, see Binding
-        self._work.wait(time_limit_s)
-        return not self._work.is_done
+        return self._work.step(time_limit_s)
 
     def finish(self) -> Readout:
         """Writes the shape key and keeps the session. Raises as solve()."""
@@ -106,8 +102,6 @@ class SolveJob:
     def cancel(self) -> None:
         self._work.drop()
         sessions.release(self.object_name, self)
-        if self._work.has_started and (self._is_bound or self._session is not None):
-            self._work.wait()  # the thread may use the session for one more iteration
         obj = bpy.data.objects.get(self.object_name)
         if obj is None or mesh.counts_problem(obj, self._inputs):
             return
@@ -116,11 +110,19 @@ class SolveJob:
         elif self._former is not None:
             sessions.put(self.object_name, self._former)
 
-    def _run(self, progress: Progress) -> Readout:
-        share = 0.0 if self._is_bound else BIND_SHARE
-        session = sessions.rebuild(self._inputs, self._former, sessions.part(progress, 0.0, share))
+    def _steps(self) -> Steps[Readout]:
+        former = self._former
+        share = BIND_SHARE if former is None or difference_of_bind(former.inputs, self._inputs) else 0.0
+        session = yield from part(sessions.rebuild(self._inputs, former), 0.0, share)
         self._session = session
-        return mesh.solve_from_rest(session, self._matrices, progress=sessions.part(progress, share, 1.0))
+        return (yield from part(mesh.solving_from_rest(session, self._matrices), share, 1.0))
+
+
+def _part(progress: Progress | None, start: float, end: float) -> Progress | None:
+    """``progress`` for a part of the work, from ``start`` to ``end`` of the whole."""
+    if progress is None:
+        return None
+    return lambda fraction: progress(start + fraction * (end - start))
 
 
 def solve_with_progress(context: bpy.types.Context, obj: bpy.types.Object) -> Readout:

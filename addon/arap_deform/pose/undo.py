@@ -14,10 +14,6 @@ from collections.abc import Callable
 import bpy
 from bpy.app.handlers import persistent
 
-from ..core import worker
-
-WAIT_S = 0.05
-
 _ended: dict[int, str] = {}
 """The name of the object, by the number of the act."""
 
@@ -67,8 +63,6 @@ def _pass_over(step: Callable[[], set[str]]) -> None:
 
 def _go_on() -> float | None:
     """The timer: goes one step in the direction of the last undo or redo, until the act is passed."""
-    if worker.is_any_running():  # then no operator may run under an override, see Binding
-        return WAIT_S
     if not _objects_within_ended() or _step is None:
         return None  # another undo or redo has passed the act
     names = {obj.name for obj in _objects_within_ended()}

@@ -13,8 +13,8 @@ import numpy as np
 from ..bake.shapes_job import ShapesJob, check_in_scene
 from ..bake.store import ShapeStore
 from ..core.arrays import Float32s, Floats
+from ..core.background import Progress
 from ..core.job import run_job
-from ..core.models import Progress
 from ..scene import pose_key, shape_keys, versions
 from . import library
 

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Float32s
-from ..core.worker import wait_for_binds
 
 # Below this many vertices for each tree a plain pass over the vertices' groups is faster than the node trees.
 NODES_PAY_FROM = 10_000
@@ -180,7 +179,6 @@ def move_modifier_first(obj: bpy.types.Object, modifier: bpy.types.Modifier) -> 
     if hasattr(obj.modifiers, "move"):  # not in 3.4
         obj.modifiers.move(index, 0)
     else:
-        wait_for_binds()
         with bpy.context.temp_override(object=obj, active_object=obj):
             bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from . import _native
-from ._native import Cancelled, Options, SolveOptions, SolveResult, SurfaceArap, __version__, same_places
+from ._native import Cancelled, Job, Options, SolveOptions, SolveResult, SurfaceArap, __version__, same_places
 
 __doc__ = _native.__doc__
 
@@ -12,6 +12,7 @@ Progress: TypeAlias = Callable[[float], bool | None]
 
 __all__ = [
     "Cancelled",
+    "Job",
     "Options",
     "Progress",
     "SolveOptions",

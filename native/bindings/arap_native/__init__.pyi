@@ -8,12 +8,15 @@ failures raise RuntimeError. Every long call releases the GIL and takes ``progre
 [0, 1]; it stops the call by returning False. What it raises, and Ctrl-C, ends the call too. A call that was stopped has
 changed nothing.
 
-Different objects may work in different threads at once. One object serves one call at a time: a second one, from
+The methods begin_...() do the same in a thread of the module's own, which never takes the GIL, and return a Job at
+once. Whoever draws a window looks at it now and then.
+
+Different objects may work in different threads at once. One object serves one call or job at a time: a second one, from
 another thread or from the first one's ``progress``, raises RuntimeError.
 """
 
 from collections.abc import Callable
-from typing import Any, Literal, TypeAlias
+from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +24,32 @@ from numpy.typing import NDArray
 __version__: str
 
 Progress: TypeAlias = Callable[[float], bool | None]
+_Result_co = TypeVar("_Result_co", covariant=True)
 
 class Cancelled(RuntimeError):
     """A progress callback stopped a bind or a change of constraints; the object is as it was before."""
+
+class Job(Generic[_Result_co]):
+    """Work in a thread of its own, from a method begin_...(). Arrays were copied, but ``out`` of a solve.
+
+    A job that is freed is cancelled and ends by itself. Python's exit waits for the jobs under way. A forked child has
+    lost them.
+    """
+
+    @property
+    def fraction(self) -> float:
+        """Fraction done, in [0, 1]."""
+    @property
+    def is_done(self) -> bool:
+        """Whether the work has ended, in whatever way. Only then may its object be used again."""
+    def cancel(self) -> None:
+        """Asks the work to stop, as a ``progress`` that returns False, and does not wait for it."""
+
+    def wait(self, timeout_s: float = 1e999) -> bool:
+        """Waits without the GIL until it is done, or for that many seconds; returns is_done. Hears Ctrl-C."""
+
+    def result(self) -> _Result_co:
+        """Waits, and returns or raises what the call without begin_ would."""
 
 class Options:
     """Options fixed at bind. A value that is not allowed raises ValueError when it is set."""
@@ -142,6 +168,18 @@ class SurfaceArap:
             Cancelled: ``progress`` returned False.
         """
 
+    @staticmethod
+    def begin_bind(
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: Options | None = None,
+        *,
+        stiffness: NDArray[np.float64] | None = None,
+        rigid_regions: NDArray[np.int32] | None = None,
+    ) -> Job[SurfaceArap]:
+        """Begins to bind a mesh: the constructor as a job."""
+
     def set_constraints(
         self,
         vertices: NDArray[np.int32],
@@ -166,6 +204,14 @@ class SurfaceArap:
             case the former set stays current.
         """
 
+    def begin_set_constraints(
+        self,
+        vertices: NDArray[np.int32],
+        strengths: NDArray[np.float64] | None = None,
+        patches: tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]] | None = None,
+    ) -> Job[None]:
+        """set_constraints() as a job."""
+
     def solve(
         self,
         targets: NDArray[np.float64],
@@ -189,6 +235,16 @@ class SurfaceArap:
             ValueError: no constraints yet, bad shape, or a target that is not finite; the positions stay.
             RuntimeError: the solver failed; the positions stay. ``out`` is as it was, or the positions that stay.
         """
+
+    def begin_solve(
+        self,
+        targets: NDArray[np.float64],
+        options: SolveOptions | None = None,
+        *,
+        rotations: NDArray[np.float64] | None = None,
+        out: NDArray[np.float32] | None = None,
+    ) -> Job[SolveResult]:
+        """solve() as a job. Until it is done, ``out`` is written to at any time."""
 
     def reset(self) -> None:
         """Back to the rest positions; constraints stay."""
@@ -215,6 +271,11 @@ class SurfaceArap:
         Raises:
             ValueError: no vertices, an index out of range, a vertex in no face, or a bad radius.
         """
+
+    def begin_patches(
+        self, around: list[NDArray[np.int32]], radii: NDArray[np.float64]
+    ) -> Job[list[tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]]]:
+        """patch_around() for many, as a job: patch i lies around the vertices around[i] and has radius radii[i]."""
 
     def energy(self, positions: NDArray[np.float64]) -> float:
         """Energy that a solve minimizes, at ``positions``, (n, 3) float64, without constraint terms.

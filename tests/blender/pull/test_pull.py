@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pulling without a window: the surface under a pixel, what a drag holds, temporary pins, and refusals."""
 
+import dataclasses
+import math
 from types import SimpleNamespace
 from unittest import mock
 
@@ -50,7 +52,7 @@ class PullTest(SceneTest):
         """A whole drag, without a mouse."""
         begun = self.begin(obj, grab)
         sessions, mesh = module("core.sessions"), module("follow.mesh")
-        mesh.adopt(obj, begun.inputs, sessions.build(begun.inputs))
+        mesh.adopt(obj, begun.inputs, module("core.background").run(sessions.build(begun.inputs)))
         motion = np.eye(4)
         motion[:3, 3] = shift
         matrices = begun.matrices(motion, np.array(obj.matrix_world))
@@ -223,25 +225,30 @@ class DragTest(PullTest):
         scene.begin_bind().drop()
         scene.grab([self.grab(TOP[:4])])
         binding = scene.begin_bind()
-        binding.start()
-        binding.wait()
+        binding.step(math.inf)
         binding.adopt()
         self.assert_close(module("core.sessions").get("Tube").session.positions, before, 1e-6)
 
-    def test_a_bind_dropped_before_it_has_begun_leaves_the_former_session(self):
+    def test_a_bind_that_is_dropped_or_fails_leaves_the_former_session(self):
         obj = posable()
         former = module("follow.update").prepare_session(obj)
-        sessions, bind = module("core.sessions"), module("follow.mesh")
+        sessions, mesh = module("core.sessions"), module("follow.mesh")
+        self.api.add_pin(obj, MIDDLE)
         inputs = module("scene.inputs").read_input(obj, self.depsgraph)
-        binding = bind.SessionBinding(obj, inputs)
+        binding = mesh.SessionBinding(obj, inputs)
         self.assertIsNone(sessions.get("Tube"), "the bind uses it")
         binding.drop()
         self.assertIs(sessions.get("Tube").session, former)
-        binding = bind.SessionBinding(obj, inputs)
-        binding.start()
+        empty = dataclasses.replace(inputs, specs=())
+        binding = mesh.SessionBinding(obj, empty)
+        self.assertFalse(binding.step(math.inf))
+        message = "No vertex is pinned or has a handle: add a pin or a handle, or give its group weight"
+        self.assert_error(ValueError, message, binding.adopt)
+        self.assertIs(sessions.get("Tube").session, former)
+        binding = mesh.SessionBinding(obj, inputs)
+        binding.step(math.inf)
         binding.drop()
-        self.assertIsNone(sessions.get("Tube"), "the thread may still use it")
-        binding.wait()
+        self.assertIsNone(sessions.get("Tube"), "it has other handles now")
 
     def test_with_a_pin_all_else_gives_way(self):
         obj = mesh_object()
@@ -295,7 +302,7 @@ class DragTest(PullTest):
         session = prepare_session(obj)
         begun = self.begin(obj, self.grab(MIDDLE))
         sessions = module("core.sessions")
-        again = sessions.rebuild(begun.inputs, sessions.get(obj.name))
+        again = module("core.background").run(sessions.rebuild(begun.inputs, sessions.get(obj.name)))
         self.assertIs(again, session)
         module("follow.mesh").adopt(obj, begun.inputs, again)
         self.assertEqual(unfit(obj), "The pins or handles of 'Tube' have changed")

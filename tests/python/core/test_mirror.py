@@ -6,6 +6,7 @@ import dataclasses
 import arap_native
 import numpy as np
 import pytest
+from arap_deform.core.background import run
 from arap_deform.core.graph import face_edges
 from arap_deform.core.mirror import Mirror, Whole, are_same, used_mirrors
 from arap_deform.core.session import Session
@@ -59,8 +60,8 @@ def ring(mesh, z):
 
 
 def posed(mesh, specs, matrices, planes=(), stretch=None, settings=SETTINGS):
-    session = Session(arap_native, mesh, np.eye(3) if stretch is None else stretch, settings, mirrors=planes)
-    session.set_handles(specs)
+    session = run(Session.bind(arap_native, mesh, np.eye(3) if stretch is None else stretch, settings, mirrors=planes))
+    run(session.set_handles(specs))
     session.update(np.array(matrices), initial_guess="rest", to_convergence=True)
     return session, session.positions.astype(float)
 

@@ -6,6 +6,7 @@ import dataclasses
 import arap_native
 import numpy as np
 import pytest
+from arap_deform.core.background import run
 from arap_deform.core.patches import PATCH_REACH, surface_diagonal
 from arap_deform.core.session import Session
 from arap_deform.core.session_data import SessionMesh, SessionSettings
@@ -35,8 +36,8 @@ def hold(vertices, weight=1.0, *, is_exact=False):
 
 
 def new_session(*handles, settings=SETTINGS, stretch=None, mesh=MESH):
-    session = Session(arap_native, mesh, np.eye(3) if stretch is None else stretch, settings)
-    session.set_handles([hold(BOTTOM, is_exact=True), *handles])
+    session = run(Session.bind(arap_native, mesh, np.eye(3) if stretch is None else stretch, settings))
+    run(session.set_handles([hold(BOTTOM, is_exact=True), *handles]))
     return session
 
 
@@ -82,8 +83,8 @@ def test_an_exact_handle_pulls_a_spike_and_a_point_a_hill():
     move = shift(0.5)
 
     def moved(is_exact):
-        session = Session(arap_native, MESH, np.eye(3), SETTINGS)
-        session.set_handles([hold(far, is_exact=True), hold(POINT, is_exact=is_exact)])
+        session = run(Session.bind(arap_native, MESH, np.eye(3), SETTINGS))
+        run(session.set_handles([hold(far, is_exact=True), hold(POINT, is_exact=is_exact)]))
         return (pulled(session, move) - TUBE.positions)[:, 0]
 
     spike, hill = moved(is_exact=True), moved(is_exact=False)
@@ -170,14 +171,14 @@ def test_patches_end_before_another_handle_or_a_pin():
         held = patch.weights @ session.positions.astype(float)[patch.vertices]
         np.testing.assert_allclose(held, patch.centre + np.array([x, 0.0, 0.0]), atol=1e-5)
     pinned = POINT + 2 * 48
-    beside_pin = Session(arap_native, MESH, np.eye(3), SETTINGS)
-    beside_pin.set_handles([hold(pinned, is_exact=True), hold(POINT)])
+    beside_pin = run(Session.bind(arap_native, MESH, np.eye(3), SETTINGS))
+    run(beside_pin.set_handles([hold(pinned, is_exact=True), hold(POINT)]))
     assert pinned[0] not in beside_pin.patches[1][0].vertices
 
 
 def test_points_alone_take_the_whole_mesh_along():
-    session = Session(arap_native, MESH, np.eye(3), SETTINGS)
-    session.set_handles([hold(POINT)])
+    session = run(Session.bind(arap_native, MESH, np.eye(3), SETTINGS))
+    run(session.set_handles([hold(POINT)]))
     move = shift(0.5, -1.0, 2.0)
     session.update(move[None], initial_guess="rest", to_convergence=True)
     np.testing.assert_allclose(session.positions, TUBE.positions + move[:3, 3], atol=1e-5)
@@ -208,8 +209,8 @@ def test_a_point_on_a_rigid_piece_takes_it_along():
     rigid = around(POINT, 2.0 * RADIUS)
     regions = np.full(len(TUBE.positions), -1, np.int32)
     regions[rigid] = 0
-    session = Session(arap_native, MESH, np.eye(3), SETTINGS, rigid_regions=regions)
-    session.set_handles([hold(BOTTOM, is_exact=True), hold(POINT)])
+    session = run(Session.bind(arap_native, MESH, np.eye(3), SETTINGS, rigid_regions=regions))
+    run(session.set_handles([hold(BOTTOM, is_exact=True), hold(POINT)]))
     patch, move = session.patches[1][0], shift(0.3)
     positions = pulled(session, move)
     np.testing.assert_allclose(patch.weights @ positions[patch.vertices], patch.centre + move[:3, 3], atol=1e-5)
@@ -220,9 +221,9 @@ def test_a_point_on_a_rigid_piece_takes_it_along():
 def test_exact_is_part_of_the_constraints():
     session = new_session(hold(POINT))
     before = session.n_factorizations
-    session.set_handles([hold(BOTTOM, is_exact=True), hold(POINT)])
+    run(session.set_handles([hold(BOTTOM, is_exact=True), hold(POINT)]))
     assert session.n_factorizations == before
-    session.set_handles([hold(BOTTOM, is_exact=True), hold(POINT, is_exact=True)])
+    run(session.set_handles([hold(BOTTOM, is_exact=True), hold(POINT, is_exact=True)]))
     assert session.n_factorizations == before + 1
     assert dict(session.patches) == {}
 
@@ -252,8 +253,8 @@ def test_the_faces_around_a_handle_are_enough_to_find_its_patch(stretch, weights
     rest = mesh.rest_positions
     group = np.flatnonzero(np.linalg.norm(rest - TUBE.positions[POINT], axis=1) < 0.5 * RADIUS).astype(np.int32)
     settings = dataclasses.replace(SETTINGS, weights=weights, join_seams=join_seams)
-    session = Session(arap_native, mesh, stretch, settings)
-    session.set_handles([hold(group)])
+    session = run(Session.bind(arap_native, mesh, stretch, settings))
+    run(session.set_handles([hold(group)]))
     whole = session.patches[0][0]
     seen = rest @ stretch.T
     reach = PATCH_REACH * settings.rigidity_radius * float(np.linalg.norm(np.ptp(seen, axis=0)))
@@ -298,14 +299,13 @@ def test_another_base_moves_the_target_without_a_factorization():
     session = new_session(hold(TOP, is_exact=True), hold(POINT))
     n_factorizations = session.n_factorizations
     base = np.add(TUBE.positions, (0.0, 0.3, 0.0))
-    session.set_handles(
-        [hold(BOTTOM, is_exact=True), hold(TOP, is_exact=True), dataclasses.replace(hold(POINT), base=base)]
-    )
+    based = dataclasses.replace(hold(POINT), base=base)
+    run(session.set_handles([hold(BOTTOM, is_exact=True), hold(TOP, is_exact=True), based]))
     assert session.n_factorizations == n_factorizations
     session.update(np.array([NO_MOTION] * 3), to_convergence=True)
     patch = session.patches[2][0]
     np.testing.assert_allclose(patch.centre, patch.weights @ base[patch.vertices], atol=1e-12)
     np.testing.assert_allclose(patch.weights @ session.positions[patch.vertices], patch.centre, atol=1e-5)
-    session.set_handles([hold(BOTTOM, is_exact=True), hold(TOP, is_exact=True), hold(POINT)])
+    run(session.set_handles([hold(BOTTOM, is_exact=True), hold(TOP, is_exact=True), hold(POINT)]))
     session.update(np.array([NO_MOTION] * 3), to_convergence=True)
     np.testing.assert_allclose(session.positions, TUBE.positions, atol=1e-3)

@@ -8,7 +8,8 @@ from itertools import pairwise
 import arap_native
 import numpy as np
 import pytest
-from arap_deform.core.session import Cancelled, Session
+from arap_deform.core.background import Background, Cancelled, run
+from arap_deform.core.session import Session
 from arap_deform.core.session_data import SessionMesh, SessionSettings, readout_of_whole
 from arap_deform.core.stiffness import StiffGroup, regions_of, stiffness_of
 from arap_deform.core.targets import HandleSpec
@@ -38,8 +39,8 @@ def group(vertices, weight=1.0, name="Group"):
 
 
 def new_session(stretch=None, settings=EXACT, specs=None, mesh=MESH, **properties):
-    session = Session(arap_native, mesh, np.eye(3) if stretch is None else stretch, settings, **properties)
-    session.set_handles(specs or [group(BOTTOM, name="Feet"), group(TOP, name="Head")])
+    session = run(Session.bind(arap_native, mesh, np.eye(3) if stretch is None else stretch, settings, **properties))
+    run(session.set_handles(specs or [group(BOTTOM, name="Feet"), group(TOP, name="Head")]))
     return session
 
 
@@ -88,9 +89,9 @@ def test_new_targets_never_factorize_and_new_groups_do_once():
     before = session.n_factorizations
     for angle in (0.1, 0.2, 0.3):
         session.update(np.array([NO_MOTION, motion(rotation_x(angle))]))
-    session.set_handles([group(BOTTOM, name="Renamed"), group(TOP)])
+    run(session.set_handles([group(BOTTOM, name="Renamed"), group(TOP)]))
     assert session.n_factorizations == before
-    session.set_handles([group(BOTTOM), group(TOP, 0.5)])
+    run(session.set_handles([group(BOTTOM), group(TOP, 0.5)]))
     assert session.n_factorizations == before + 1
 
 
@@ -160,11 +161,49 @@ def test_cancelled_solve_changes_nothing():
 
 def test_cancelled_bind_and_cancelled_handles_say_so():
     with pytest.raises(Cancelled, match=r"^Binding was cancelled; nothing has changed$"):
-        Session(arap_native, MESH, np.eye(3), EXACT, progress=lambda _: False)
+        run(Session.bind(arap_native, MESH, np.eye(3), EXACT), lambda _: False)
     session = new_session()
     with pytest.raises(Cancelled, match=r"^Preparing the handles was cancelled; nothing has changed$"):
-        session.set_handles([group(BOTTOM)], progress=lambda _: False)
+        run(session.set_handles([group(BOTTOM)]), lambda _: False)
     session.update(np.array([NO_MOTION, BEND]))  # the former handles stay
+
+
+def wait_unseen(work: Background) -> None:
+    """Waits until the job under way is done; the work has not seen that yet."""
+    work._stage.job.wait()
+
+
+@pytest.mark.parametrize("has_ended", [False, True])
+def test_dropped_handles_leave_the_former_ones(has_ended):
+    session = new_session()
+    expected = new_session()
+    work = Background(session.set_handles([group(BOTTOM), group(TOP[:4])]))
+    if has_ended:
+        wait_unseen(work)
+    work.drop()
+    for each in (session, expected):
+        each.update(np.array([NO_MOTION, BEND]), to_convergence=True)
+    np.testing.assert_allclose(session.positions, expected.positions, atol=1e-6)
+
+
+@pytest.mark.parametrize("has_ended", [False, True])
+def test_a_dropped_solve_lets_go_of_the_session_at_once(has_ended):
+    session = new_session()
+    work = Background(session.updating(np.array([NO_MOTION, BEND]), initial_guess="rest", to_convergence=True))
+    if has_ended:
+        wait_unseen(work)
+    work.drop()
+    session.reset()
+    np.testing.assert_allclose(session.positions, TUBE.positions, atol=1e-6)
+
+
+def test_in_the_background_it_solves_as_at_once():
+    options = {"initial_guess": "handle_rotations", "to_convergence": True}
+    matrices = np.array([NO_MOTION, BEND])
+    session, other = new_session(STRETCH), new_session(STRETCH)
+    readout, expected = run(session.updating(matrices, **options)), other.update(matrices, **options)
+    assert np.array_equal(session.positions, other.positions)
+    assert (readout.iterations, readout.energy) == (expected.iterations, expected.energy)
 
 
 def test_reset_and_set_positions():
@@ -219,7 +258,7 @@ def test_every_setting_reaches_a_pose(energy, weights, guess):
 
 
 def test_misuse_is_refused():
-    session = Session(arap_native, MESH, np.eye(3), EXACT)
+    session = run(Session.bind(arap_native, MESH, np.eye(3), EXACT))
     with pytest.raises(ValueError, match=r"^The session has no handles: call set_handles first$"):
         session.update(np.empty((0, 4, 4)))
     shape = re.escape(f"positions have shape (3, 3), expected {TUBE.positions.shape}")

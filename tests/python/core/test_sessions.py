@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import sample_meshes
 from arap_deform.core import sessions
+from arap_deform.core.background import run
 from arap_deform.core.session import Session
 from arap_deform.core.session_data import SessionMesh, SessionSettings
 from arap_deform.core.targets import HandleSpec
@@ -81,9 +82,9 @@ def test_memory_of_forgotten_sessions_goes_back_to_the_system():
     def bind(name):
         sheet = sample_meshes.sheet(150)
         mesh = SessionMesh(sheet.positions, sheet.corner_vertices, sheet.face_sizes)
-        session = Session(arap_native, mesh, np.eye(3), SessionSettings())
+        session = run(Session.bind(arap_native, mesh, np.eye(3), SessionSettings()))
         edge = np.arange(150, dtype=np.int32)
-        session.set_handles([HandleSpec("Edge", edge, np.ones(150))])
+        run(session.set_handles([HandleSpec("Edge", edge, np.ones(150))]))
         session.update(np.eye(4)[None], to_convergence=True)
         sessions.hold(name, "test")
         sessions.put(name, sessions.Bound(session, SimpleNamespace(counts=(len(sheet.positions), 0, 0, 0))))

@@ -109,7 +109,7 @@ def test_a_frame_shown_alone_is_settled_at_once_even_in_the_pause_of_a_heavy_mes
 def test_a_frame_shown_alone_waits_for_its_bind() -> None:
     scene, run = begin(is_fit=False)
     run.scene_changed(When.FRAME)
-    assert (scene.binds[0].has_started, scene.calls, run.wants_timer) == (True, ["go on", "from rest"], False)
+    assert (scene.binds[0].is_done, scene.calls, run.wants_timer) == (True, ["go on", "from rest"], False)
     scene.is_painted, scene.place = True, 1.0
     run.scene_changed(When.FRAME)
     assert (scene.calls[2:], run.wants_timer) == ([], True)
@@ -199,7 +199,7 @@ def test_binds_by_the_timer_and_never_in_a_handler() -> None:
     assert scene.binds == []
     run.tick(is_playing=False)
     run.tick(is_playing=True)
-    assert (run.is_binding, run.bind_fraction, scene.binds[0].has_started) == (True, 0.5, True)
+    assert (run.is_binding, run.bind_fraction, scene.binds[0].n_steps) == (True, 0.5, 1)
     scene.binds[0].is_done = True
     run.tick(is_playing=False)
     run.tick(is_playing=False)

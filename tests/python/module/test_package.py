@@ -16,7 +16,7 @@ from sample_meshes import ends, tube, twisted_ends
 
 ROOT = Path(__file__).parents[3]
 PACKAGE = Path(arap_native.__file__).parent
-CLASSES = ["Options", "SolveOptions", "SolveResult", "SurfaceArap"]
+CLASSES = ["Job", "Options", "SolveOptions", "SolveResult", "SurfaceArap"]
 
 
 @pytest.fixture(scope="module")

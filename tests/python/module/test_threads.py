@@ -2,6 +2,7 @@
 """Progress, cancelling, interrupts, threads, and what they leave behind: memory and references."""
 
 import _thread
+import ctypes
 import gc
 import signal
 import subprocess
@@ -16,21 +17,8 @@ from pathlib import Path
 import arap_native
 import numpy as np
 import pytest
+from busy_solver import BUSY, ENDLESS, HANG_LIMIT_S, held_at_ends, uses
 from sample_meshes import Mesh, ends, tube, twisted_ends
-
-ENDLESS = {"max_iterations": 10**9, "accuracy": 0.0}
-HANG_LIMIT_S = 600
-BUSY = (
-    "this SurfaceArap is at work in another thread or below its own progress callback: wait until that call has "
-    "returned, or use one SurfaceArap per thread"
-)
-
-
-def held_at_ends(mesh: Mesh) -> arap_native.SurfaceArap:
-    solver = arap_native.SurfaceArap(*mesh)
-    vertices = ends(mesh)
-    solver.set_constraints(vertices, np.ones(len(vertices)))
-    return solver
 
 
 class Boom(Exception):
@@ -174,19 +162,6 @@ def test_several_solvers_in_several_threads():
     assert all(np.array_equal(*pair) for pair in zip(given, expected, strict=True))
 
 
-def uses(mesh: Mesh, solver: arap_native.SurfaceArap) -> list[Callable]:
-    return [
-        lambda: solver.solve(twisted_ends(mesh)),
-        lambda: solver.set_constraints(ends(mesh), np.ones(len(ends(mesh)))),
-        lambda: solver.set_positions(mesh.positions),
-        lambda: solver.energy(mesh.positions),
-        lambda: solver.energy_gradient(mesh.positions),
-        lambda: solver.positions,
-        lambda: solver.n_factorizations,
-        solver.reset,
-    ]
-
-
 def test_one_solver_in_two_threads_is_refused_and_the_first_call_goes_on():
     mesh = tube(30, 20)
     solver = held_at_ends(mesh)
@@ -284,6 +259,7 @@ def test_python_exits_cleanly_while_a_daemon_thread_solves(progress):
 
 def resident_bytes() -> int:
     gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)  # what earlier tests have freed would hide what is taken now
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
 
 
