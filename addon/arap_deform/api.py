@@ -44,8 +44,8 @@ constraints, drivers and animation count. Objects must be in Object Mode and the
 
 Errors: ``ValueError`` if the scene or an argument is wrong. ``RuntimeError`` if the solver or the module is, or if
 something else has the mesh for itself just now: a posing act, or the job of a solve, a bake or an export.
-``Cancelled`` (a RuntimeError) if ``progress`` returned False; then everything is as it was before the call. Each
-message is one sentence that says what to do.
+``MemoryError`` if the mesh needs more memory than there is, ``Cancelled`` (a RuntimeError) if ``progress`` returned
+False; in both cases everything is as it was before the call. Each message is one sentence that says what to do.
 
 ``progress`` is called with the fraction done, 0 to 1; it stops the call by returning False.
 

@@ -56,7 +56,7 @@ def main(arguments: Sequence[str]) -> int:
         return _failed("the add-on is not enabled: tick it in Preferences or add --addons arap_deform")
     try:
         _run(options)
-    except (ValueError, RuntimeError, OSError) as error:
+    except (ValueError, RuntimeError, OSError, MemoryError) as error:
         return _failed(str(error))
     except Exception as error:  # noqa: BLE001 - a script that calls us must see a reason and a code, whatever it is
         return _failed(f"internal error, please report it: {type(error).__name__}: {error}")

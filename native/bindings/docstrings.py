@@ -41,6 +41,8 @@ def docstrings(stub: ast.Module) -> Iterator[tuple[str, str]]:
     for statement in stub.body:
         if isinstance(statement, ast.ClassDef):
             yield from class_docstrings(statement)
+        elif isinstance(statement, ast.FunctionDef):
+            yield statement.name, signature(statement) + (ast.get_docstring(statement) or "")
 
 
 def main() -> None:

@@ -167,6 +167,10 @@ MeshArrays mesh_from(const py::object& rest_positions, const py::object& corner_
   return mesh;
 }
 
+arap::PolygonMesh mesh_of(MeshArrays arrays) {
+  return {std::move(arrays.positions), std::move(arrays.corner_vertices), std::move(arrays.face_sizes)};
+}
+
 arap::Patches patches_from(const py::object& object) {
   if (object.is_none()) return {};
   if (!py::isinstance<py::tuple>(object) || py::len(object) != 3)
@@ -662,9 +666,7 @@ struct BindInput {
 
   /// Binds, once: takes the arrays. Needs no GIL.
   std::shared_ptr<Model> bind(const arap::Progress& progress) {
-    return std::make_shared<Model>(arap::SurfaceArap(
-        arap::PolygonMesh(std::move(mesh.positions), std::move(mesh.corner_vertices), std::move(mesh.face_sizes)),
-        options, properties, progress));
+    return std::make_shared<Model>(arap::SurfaceArap(mesh_of(std::move(mesh)), options, properties, progress));
   }
 };
 
@@ -931,6 +933,8 @@ void bind_solver(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
 void tell_no_memory(std::exception_ptr failure) {  // NOLINT(performance-unnecessary-value-param)
   try {
     if (failure) std::rethrow_exception(failure);
+  } catch (const arap::NotEnoughMemory& error) {
+    PyErr_SetString(PyExc_MemoryError, error.what());
   } catch (const std::bad_alloc&) {
     PyErr_SetString(PyExc_MemoryError,
                     "there is not enough memory for this mesh; close other programs or take a coarser mesh");
@@ -956,6 +960,19 @@ PYBIND11_MODULE(_native, m) {
   bind_job(m);
   bind_solver(m, jobs);
   py::module_::import("atexit").attr("register")(py::cpp_function([jobs] { jobs->close(); }));
+  m.def(
+      "same_places",
+      [](const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes) {
+        MeshArrays mesh = mesh_from(rest_positions, corner_vertices, face_sizes);
+        std::vector<int> places;
+        {
+          const WithoutGil no_gil;
+          places = mesh_of(std::move(mesh)).same_places();
+        }
+        return to_array(std::move(places));
+      },
+      docstrings::same_places, py::arg("rest_positions"), py::arg("corner_vertices"),
+      py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
   for (const char* name : {"Cancelled", "Job", "Options", "SolveOptions", "SolveResult", "SurfaceArap"})
     m.attr(name).attr("__module__") = "arap_native";

@@ -197,7 +197,7 @@ def restored(end: End, restore: Callable[[], object]) -> End:
 
 def print_fault(error: Exception | None) -> None:
     """Prints the traceback of a fault in the add-on: a report on it needs more than a sentence."""
-    if error is not None and not isinstance(error, (ValueError, RuntimeError)):
+    if error is not None and not isinstance(error, (ValueError, RuntimeError, MemoryError)):
         traceback.print_exception(error)
 
 

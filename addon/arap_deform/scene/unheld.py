@@ -6,7 +6,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..core.arrays import Floats, Ints
+from ..core import native
+from ..core.arrays import Ints
 from ..core.graph import connected_labels, face_edges
 from . import handle_motion, meshes
 from .inputs import enabled_holds
@@ -17,6 +18,7 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
 
     Raises:
         ValueError: as read_input(), if the mesh cannot be used or has no pin and no handle.
+        RuntimeError: the native module cannot be used.
     """
     meshes.check_mesh(obj)
     handle_motion.check_handles(obj, depsgraph)
@@ -28,7 +30,7 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
     n = len(mesh.rest_positions)
     first, second = face_edges(mesh.corner_vertices, mesh.face_sizes)
     if obj.arap.join_seams:
-        same = _same_places(mesh.rest_positions)
+        same = native.load().same_places(mesh.rest_positions, mesh.corner_vertices, mesh.face_sizes)
         first, second = np.concatenate([first, np.arange(n)]), np.concatenate([second, same])
     labels = connected_labels(n, first, second)
     is_unheld = ~np.isin(labels, labels[is_held])
@@ -36,9 +38,3 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
     is_in_face[mesh.corner_vertices] = True
     n_parts = len(np.unique(labels[is_unheld & is_in_face]))
     return np.flatnonzero(is_unheld).astype(np.int32), n_parts
-
-
-def _same_places(positions: Floats) -> Ints:
-    """(n,) one vertex for each place: all vertices at a place have the same."""
-    _, first, inverse = np.unique(positions, axis=0, return_index=True, return_inverse=True)
-    return first[inverse.reshape(-1)].astype(np.int32)

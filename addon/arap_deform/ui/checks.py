@@ -194,13 +194,13 @@ def allow(cls: Any, reason: str) -> bool:
 
 
 def reports_errors(execute: Execute) -> Execute:
-    """Turns a ValueError or RuntimeError into a report to the user and {'CANCELLED'}."""
+    """Turns a ValueError, RuntimeError or MemoryError into a report to the user and {'CANCELLED'}."""
 
     @functools.wraps(execute)
     def wrapper(self: Any, context: bpy.types.Context) -> set[str]:
         try:
             return execute(self, context)
-        except (ValueError, RuntimeError) as error:
+        except (ValueError, RuntimeError, MemoryError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
 

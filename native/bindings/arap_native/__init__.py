@@ -4,10 +4,20 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from . import _native
-from ._native import Cancelled, Job, Options, SolveOptions, SolveResult, SurfaceArap, __version__
+from ._native import Cancelled, Job, Options, SolveOptions, SolveResult, SurfaceArap, __version__, same_places
 
 __doc__ = _native.__doc__
 
 Progress: TypeAlias = Callable[[float], bool | None]
 
-__all__ = ["Cancelled", "Job", "Options", "Progress", "SolveOptions", "SolveResult", "SurfaceArap", "__version__"]
+__all__ = [
+    "Cancelled",
+    "Job",
+    "Options",
+    "Progress",
+    "SolveOptions",
+    "SolveResult",
+    "SurfaceArap",
+    "__version__",
+    "same_places",
+]

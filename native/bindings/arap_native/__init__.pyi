@@ -69,7 +69,7 @@ class Options:
     threads: int
     """Threads of bind and solve; 0 is as many as pay at this size."""
     join_seams: bool
-    """Treats vertices at the same place (an open seam) as one, so that the seam cannot open."""
+    """Treats vertices at the same place (an open seam) as one, so that the seam cannot open: see same_places()."""
     def __init__(
         self,
         *,
@@ -308,3 +308,15 @@ class SurfaceArap:
     @property
     def threads(self) -> int:
         """Threads in use."""
+
+def same_places(
+    rest_positions: NDArray[np.float64],
+    corner_vertices: NDArray[np.int32],
+    face_sizes: NDArray[np.int32] | None = None,
+) -> NDArray[np.int32]:
+    """For each vertex the first one at its place, (n,) int32.
+
+    Along each axis a vertex may differ from the first one by 1e-6 of the bounding-box diagonal, or by what single
+    precision rounds so far from the origin: a seam that an import has torn is one place. The arguments are those of
+    SurfaceArap.
+    """

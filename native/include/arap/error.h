@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <new>
 #include <stdexcept>
+#include <string>
 
 namespace arap {
 
@@ -22,6 +24,17 @@ class SolverError : public std::runtime_error {
 class Cancelled : public SolverError {
  public:
   using SolverError::SolverError;
+};
+
+/// The memory that a mesh needs is not there; said before it is taken, and the object is as it was before the call.
+/// Where an allocation fails that nobody has foreseen, it is a plain std::bad_alloc. Python: MemoryError.
+class NotEnoughMemory : public std::bad_alloc {
+ public:
+  explicit NotEnoughMemory(const std::string& message) : message_(message) {}
+  [[nodiscard]] const char* what() const noexcept override { return message_.what(); }
+
+ private:
+  std::runtime_error message_;  // unlike those of a string, its copies never fail
 };
 
 }  // namespace arap

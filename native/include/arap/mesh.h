@@ -37,6 +37,10 @@ class PolygonMesh {
   /// call the bounding-box diagonal. 0 where they are at one place.
   [[nodiscard]] double diagonal() const;
 
+  /// For each vertex the first one at its place, (n,), its own number if it is that one. Along each axis a vertex may
+  /// differ from the first one by 1e-6 of the diagonal, or by what single precision rounds so far from the origin.
+  [[nodiscard]] std::vector<int> same_places(int threads = 1) const;
+
  private:
   Positions positions_;
   std::vector<int> corner_vertices_;

@@ -59,7 +59,8 @@ struct Options {
   /// Threads of bind and solve; 0 = as many as pay at this size. Set it to 1 if other work needs the cores.
   int threads = 0;
 
-  /// Treats vertices at the same place (an open seam) as one, so the seam cannot open.
+  /// Treats vertices at the same place (an open seam) as one, so the seam cannot open. PolygonMesh::same_places says
+  /// which.
   bool join_seams = false;
 
   /// For comparisons only.

@@ -10,7 +10,7 @@ namespace arap {
 
 /// What a solve did. Energies are as docs/formulation.md defines them, in the square of the input's unit, and
 /// include the soft constraints' terms. If a solve ends in single precision, before it has come near the minimum,
-/// they are known to about 1e-7 of the rest energy.
+/// they are known to about 1e-7 of the rest energy. An energy beyond the range of numbers is the largest of them.
 struct SolveResult {
   Positions positions;       ///< (n, 3), in the space and unit of the rest positions; empty if `out` was given
   double energy_before = 0;  ///< at the start of the iteration, after the initial guess

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "arap/error.h"
+#include "base/available_memory.h"
 #include "base/permutation.h"
 #include "cholesky/elimination_tree.h"
 #include "cholesky/multifrontal.h"
@@ -130,6 +131,7 @@ std::unique_ptr<Factorization> BlockLdlt::factorize(const SparseMatrix& A, const
 std::unique_ptr<Factorization> BlockLdlt::factorize_as(TileFormat format, const SparseMatrix& A, const Scaling& scaling,
                                                        const MeterPart& meter) const {
   const TileKernels& tile_kernels = format == TileFormat::kHalf ? kernels(isa_).half_tile : kernels(isa_).tile;
+  require_memory(factorization_bytes(*plan_, tile_kernels.number_bytes), "the factor of this mesh");
   AlignedBuffer<std::byte> tiles(tile_kernels.number_bytes * kTileNumbers * plan_->tile_offsets.back());
   if (!factorize_multifrontal(*plan_, front_plan(A), workers_, kernels(isa_).front, A, scaling, format, tiles.data(),
                               meter))

@@ -27,19 +27,6 @@ constexpr size_t kSharedFront = 40'000;
 /// Update matrix of a supernode for its parent: the lower triangle, column by column.
 using Update = std::unique_ptr<double[]>;
 
-struct FrontSize {
-  explicit FrontSize(const Supernode& node)
-      : n_columns(kTile * tiles_for(node.n_columns)),
-        n_rows(n_columns + kTile * tiles_for(node.n_rows)),
-        stride(n_rows + kFrontSlack) {}
-
-  [[nodiscard]] size_t n_values() const { return static_cast<size_t>(stride) * static_cast<size_t>(n_rows); }
-
-  int n_columns;
-  int n_rows;
-  int stride;
-};
-
 /// Memory for one front at a time, which `n_parts` threads may share.
 struct Workspace {
   AlignedBuffer<double> values;
@@ -251,6 +238,29 @@ class Factorizer {
 };
 
 }  // namespace
+
+FrontSize::FrontSize(const Supernode& node)
+    : n_columns(kTile * tiles_for(node.n_columns)),
+      n_rows(n_columns + kTile * tiles_for(node.n_rows)),
+      stride(n_rows + kFrontSlack) {}
+
+double factorization_bytes(const TilePlan& plan, size_t tile_number_bytes) {
+  const auto& supernodes = plan.structure.supernodes;
+  const auto update_size = [](const Supernode& node) { return .5 * node.n_rows * (node.n_rows + 1.); };
+  double kept = 0;     // numbers of update matrices that wait for their parents
+  double most = 0;     // of these
+  double largest = 0;  // front
+  std::vector<double> of_children(supernodes.size(), 0);
+  for (size_t s = 0; s < supernodes.size(); ++s) {
+    const double own = update_size(supernodes[s]);
+    kept += own - of_children[s];
+    most = std::max(most, kept);
+    largest = std::max(largest, static_cast<double>(FrontSize(supernodes[s]).n_values()));
+    if (supernodes[s].parent >= 0) of_children[supernodes[s].parent] += own;
+  }
+  const auto n_tiles = static_cast<double>(plan.tile_offsets.back());
+  return sizeof(double) * (most + largest) + static_cast<double>(tile_number_bytes * kTileNumbers) * n_tiles;
+}
 
 FrontPlan::FrontPlan(const SparseMatrix& pattern, const TilePlan& plan) {
   const SupernodalStructure& structure = plan.structure;

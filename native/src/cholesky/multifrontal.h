@@ -11,6 +11,22 @@
 
 namespace arap {
 
+/// Of the front of a supernode.
+struct FrontSize {
+  explicit FrontSize(const Supernode& node);
+
+  [[nodiscard]] size_t n_values() const { return static_cast<size_t>(stride) * static_cast<size_t>(n_rows); }
+
+  int n_columns;
+  int n_rows;
+  int stride;
+};
+
+/// About the memory that a factorization takes while it is made by one thread: the factor, the largest front, and the
+/// update matrices that are there at once.
+/// @param tile_number_bytes  of a number in the factor
+[[nodiscard]] double factorization_bytes(const TilePlan& plan, size_t tile_number_bytes);
+
 /// What a factorization needs of the pattern beside the TilePlan: where each number goes.
 ///
 /// The multifrontal method [Liu 1992]: the front of a supernode is a small dense matrix (front_kernels.h). It collects

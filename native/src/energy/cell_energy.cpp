@@ -51,19 +51,25 @@ struct CellSizes {
   }
 };
 
-/// Cells as their homes will be numbered, empty ones last.
+/// Cells as their homes will be numbered. Last come those that are far larger than most, the largest first, and then
+/// empty ones: a row of a slice is filled up to the longest, and such a cell among others would make fifteen as long.
 std::vector<int> order_cells(const std::vector<int>& homes, const std::vector<int>& sizes,
                              const std::vector<int>& new_of_old) {
   std::vector<int> order(homes.size());
   std::iota(order.begin(), order.end(), 0);
   if (new_of_old.empty()) return order;
-  const auto place = [&](int c) { return sizes[c] == 0 ? std::numeric_limits<int>::max() : new_of_old[homes[c]]; };
+  constexpr size_t kFarLarger = 32;
+  const size_t mean = std::reduce(sizes.begin(), sizes.end(), size_t{0}) / std::max<size_t>(1, order.size());
+  const auto place = [&](int c) {
+    const bool is_last = sizes[c] == 0 || static_cast<size_t>(sizes[c]) > kFarLarger * (mean + 1);
+    return is_last ? std::numeric_limits<int>::max() - sizes[c] : new_of_old[homes[c]];
+  };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return place(a) < place(b); });
   // Neighbouring rows of a slice are filled up to the longest. Cells of vertices are about the same size and near each
   // other in memory; of large cells each is far from the next in any order.
   constexpr size_t kLarge = 64;
   constexpr std::ptrdiff_t kWindow = 256;
-  if (std::reduce(sizes.begin(), sizes.end(), size_t{0}) < kLarge * order.size()) return order;
+  if (mean < kLarge) return order;
   for (auto begin = order.begin(); begin < order.end(); begin += std::min(kWindow, order.end() - begin))
     std::stable_sort(begin, begin + std::min(kWindow, order.end() - begin),
                      [&](int a, int b) { return sizes[a] > sizes[b]; });

@@ -11,10 +11,9 @@ namespace arap {
 
 std::vector<int> coincident_with(const Positions& positions, double distance, int threads) {
   const auto n = static_cast<int>(positions.rows());
-  // Large compared to `distance`: a search looks at one cell in most cases. Small compared to the mesh, even if one
-  // stray vertex is far away, but large enough that cell indices do not overflow.
-  const double farthest = positions.cwiseAbs().maxCoeff();
-  const double cell_size = std::max({64 * distance, 1e-12 * farthest, std::numeric_limits<double>::min()});
+  // Large compared to `distance`: a search looks at few cells. Small enough that few of the vertices in a cell do not
+  // coincide, however crowded the mesh is.
+  const double cell_size = std::max(8 * distance, std::numeric_limits<double>::min());
   const PointGrid grid(positions, cell_size, threads);
   const auto find_before = [&](int v, const auto& is_wanted) {
     // A ball that contains the cube.

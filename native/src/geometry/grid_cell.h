@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -12,12 +13,14 @@ namespace arap {
 /// Indices of a cell of a regular grid.
 using GridCell = std::array<std::int64_t, 3>;
 
-/// The cell that contains a point.
-/// @param per_length  cells per unit of length; coordinates must be less than 2^63 cells from the origin
+/// The cell that contains a point. All points farther than 2^62 cells from the origin are in the outermost cells.
+/// @param per_length  cells per unit of length
 [[nodiscard]] inline GridCell grid_cell(const Eigen::RowVector3d& place, double per_length) {
-  return {static_cast<std::int64_t>(std::floor(place[0] * per_length)),
-          static_cast<std::int64_t>(std::floor(place[1] * per_length)),
-          static_cast<std::int64_t>(std::floor(place[2] * per_length))};
+  constexpr double kOutermost = 0x1p62;
+  const auto along = [&](double coordinate) {
+    return static_cast<std::int64_t>(std::clamp(std::floor(coordinate * per_length), -kOutermost, kOutermost));
+  };
+  return {along(place[0]), along(place[1]), along(place[2])};
 }
 
 /// Calls visit(cell) for every cell of a box, both corners included.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "arap/types.h"
+#include "base/offsets.h"
 #include "geometry/grid_cell.h"
 #include "parallel/parallel.h"
 
@@ -29,7 +30,7 @@ class PointGrid {
       for (int v = begin; v < end; ++v) slots[v] = slot(cell_of(points.row(v)));
     });
     for (const std::uint64_t s : slots) ++offsets_[s + 1];
-    for (size_t s = 1; s < offsets_.size(); ++s) offsets_[s] += offsets_[s - 1];
+    make_offsets(offsets_);
     std::vector<int> next(offsets_.begin(), offsets_.end() - 1);
     for (int v = 0; v < n; ++v) members_[next[slots[v]]++] = v;
   }

@@ -5,6 +5,7 @@
 #include <bit>
 #include <utility>
 
+#include "base/offsets.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -51,7 +52,7 @@ TriangleGrid::TriangleGrid(const Positions& points, std::vector<Triangle> triang
     if ((all >> static_cast<unsigned>(level) & 1U) != 0) levels_.push_back(level);
   for (const std::vector<Entry>& piece : pieces)
     for (const Entry& entry : piece) ++offsets_[entry.slot + 1];
-  for (size_t s = 1; s < offsets_.size(); ++s) offsets_[s] += offsets_[s - 1];
+  make_offsets(offsets_);
   members_.resize(offsets_.back());
   std::vector<int> next(offsets_.begin(), offsets_.end() - 1);
   for (const std::vector<Entry>& piece : pieces)

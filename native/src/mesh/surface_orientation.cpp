@@ -6,6 +6,7 @@
 #include <numbers>
 #include <span>
 
+#include "base/offsets.h"
 #include "mesh/surface_measures.h"
 #include "parallel/parallel.h"
 
@@ -30,7 +31,7 @@ class Edges {
       }
     };
     for_each([&](int low, std::uint32_t) { ++offsets_[low + 1]; });
-    for (size_t v = 1; v < offsets_.size(); ++v) offsets_[v] += offsets_[v - 1];
+    make_offsets(offsets_);
     entries_.resize(offsets_.back());
     std::vector<int> next(offsets_.begin(), offsets_.end() - 1);
     for_each([&](int low, std::uint32_t entry) { entries_[next[low]++] = entry; });

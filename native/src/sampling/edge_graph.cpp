@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "sampling/edge_graph.h"
 
+#include "base/offsets.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -16,7 +17,7 @@ EdgeGraph::EdgeGraph(const SparseMatrix& K, const Positions& rest, int threads,
     ++offsets_[a + 1];
     ++offsets_[b + 1];
   }
-  for (int v = 0; v < n; ++v) offsets_[v + 1] += offsets_[v];
+  make_offsets(offsets_);
   arcs_.resize(offsets_.back());
   std::vector<int> next(n);
   parallel_for(threads, n, [&](int begin, int end) {

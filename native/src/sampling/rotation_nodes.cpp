@@ -2,14 +2,14 @@
 #include "sampling/rotation_nodes.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <numeric>
 #include <span>
 #include <utility>
 
+#include "base/offsets.h"
 #include "parallel/parallel.h"
-#include "sampling/dijkstra.h"
+#include "sampling/node_supports.h"
 #include "sampling/poisson_disk.h"
 
 namespace arap {
@@ -30,11 +30,6 @@ constexpr double kSupports = 0.3;
 /// Least squared support of a vertex, as a part of the squared support: the nodes that cover a vertex stay inside.
 constexpr double kLeastSupport = .5;
 
-struct Reached {
-  int vertex;
-  float weight;
-};
-
 /// s_j^2. The corners of a triangle share their weights, which widens them by the triangle's variance. The mean squared
 /// distance of a weight from its node, s_j^2 / 3 on a small triangle, should be the same on a large one.
 double squared_support(double support, double variance) {
@@ -42,28 +37,29 @@ double squared_support(double support, double variance) {
   return std::max(whole - 3 * variance, kLeastSupport * whole);
 }
 
-/// The vertices in the support of each node, with weights before normalization.
-std::vector<std::vector<Reached>> find_supports(const EdgeGraph& graph, const std::vector<double>& variances,
-                                                const std::vector<int>& nodes, double radius, int threads,
-                                                const MeterPart& meter) {
-  std::vector<std::vector<Reached>> supports(nodes.size());
+/// A vertex in the support of a node, and its weight before normalization.
+struct Weighted {
+  int vertex;
+  float weight;
+};
+using WeightedSupports = std::vector<std::vector<Weighted>>;
+
+WeightedSupports find_weights(const EdgeGraph& graph, const std::vector<double>& variances,
+                              const std::vector<int>& nodes, double radius, int threads, const MeterPart& meter) {
   const double support = kSupport * radius;
-  std::atomic<size_t> next = 0;
-  for_each_piece(threads, threads, [&](int /*thread*/) {
-    TruncatedDijkstra sweep(graph);
-    std::vector<Reached> reached;
-    for (size_t c = next++; c < nodes.size(); c = next++) {
-      reached.clear();
-      sweep.run(std::span(&nodes[c], 1), static_cast<float>(support), [&](int vertex, float distance) {
+  std::vector<std::vector<Reached>> supports = find_supports(graph, nodes, static_cast<float>(support), threads, meter);
+  WeightedSupports result(nodes.size());
+  parallel_for(threads, static_cast<int>(nodes.size()), [&](int begin, int end) {
+    for (int c = begin; c < end; ++c) {
+      for (const auto& [vertex, distance] : supports[c]) {
         const auto d = static_cast<double>(distance);
         const double weight = 1 - d * d / squared_support(support, variances[vertex]);
-        if (weight > 0) reached.push_back({vertex, static_cast<float>(weight)});
-      });
-      supports[c] = reached;
-      meter.add(1 / static_cast<double>(nodes.size()));
+        if (weight > 0) result[c].push_back({vertex, static_cast<float>(weight)});
+      }
+      supports[c] = {};
     }
   });
-  return supports;
+  return result;
 }
 
 /// At each vertex 1 / (sum over its entries of share times weight).
@@ -82,14 +78,14 @@ std::vector<double> reciprocal_sums(const RotationNodes& entries, const std::vec
 
 /// Makes the sums at the vertices more even: divides each share by the harmonic mean of the sums in its node's support
 /// [Richardson 1972, Lucy 1974; as Sinkhorn's scaling]. Shares stay positive.
-void balance(std::vector<double>& shares, const RotationNodes& entries,
-             const std::vector<std::vector<Reached>>& supports, const std::vector<double>& areas, int threads) {
+void balance(std::vector<double>& shares, const RotationNodes& entries, const WeightedSupports& supports,
+             const std::vector<double>& areas, int threads) {
   const std::vector<double> reciprocals = reciprocal_sums(entries, shares, threads);
   parallel_for(threads, entries.size(), [&](int begin, int end) {
     for (int c = begin; c < end; ++c) {
       double sum = 0;
       double whole = 0;
-      for (const Reached& reached : supports[c]) {
+      for (const Weighted& reached : supports[c]) {
         const double part = areas[reached.vertex] * static_cast<double>(reached.weight);
         sum += part * reciprocals[reached.vertex];
         whole += part;
@@ -130,17 +126,17 @@ RotationNodes choose_rotation_nodes(const EdgeGraph& graph, const PolygonMesh& m
   std::vector<double> shares = std::move(samples.areas);
   for (double& share : shares) share = std::max(share, kLeastShare * radius * radius);
   result.vertices = std::move(samples.vertices);
-  const std::vector<std::vector<Reached>> supports =
-      find_supports(graph, face_variances(mesh), result.vertices, radius, threads, meter.part(kSupports));
+  const WeightedSupports supports =
+      find_weights(graph, face_variances(mesh), result.vertices, radius, threads, meter.part(kSupports));
   result.offsets.assign(graph.n_vertices() + 1, 0);
-  for (const std::vector<Reached>& support : supports)
-    for (const Reached& reached : support) ++result.offsets[reached.vertex + 1];
-  for (size_t v = 1; v < result.offsets.size(); ++v) result.offsets[v] += result.offsets[v - 1];
+  for (const std::vector<Weighted>& support : supports)
+    for (const Weighted& reached : support) ++result.offsets[reached.vertex + 1];
+  make_offsets(result.offsets);
   result.nodes.resize(result.offsets.back());
   result.weights.resize(result.offsets.back());
   std::vector<int> next(result.offsets.begin(), result.offsets.end() - 1);
   for (size_t c = 0; c < supports.size(); ++c)
-    for (const Reached& reached : supports[c]) {
+    for (const Weighted& reached : supports[c]) {
       const int slot = next[reached.vertex]++;
       result.nodes[slot] = static_cast<int>(c);
       result.weights[slot] = static_cast<double>(reached.weight);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/offsets.h"
 #include "parallel/meter.h"
 #include "parallel/parallel.h"
 #include "sparse/row_accumulator.h"
@@ -34,7 +35,7 @@ class SparseRows {
         if (r % kReported == 0) meter.add(static_cast<double>(std::min(kReported, end - r)) / n_rows);
       }
     });
-    for (int r = 0; r < n_rows; ++r) offsets_[r + 1] += offsets_[r];
+    make_offsets(offsets_);
   }
 
   [[nodiscard]] int n_shares() const { return shares_.count(); }

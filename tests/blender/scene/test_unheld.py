@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Parts of the mesh without a pin or handle."""
 
+from unittest import mock
+
 import numpy as np
 from looks import key_positions, rest_positions
 from support import SceneTest, bpy, module
@@ -51,11 +53,20 @@ class UnheldTest(SceneTest):
         self.assertEqual(bpy.ops.arap.select_unheld(), {"FINISHED"})
         self.assertEqual(obj.mode, "OBJECT")
 
+    def test_too_little_memory_is_reported_as_other_errors_are(self):
+        bpy.context.view_layer.objects.active = posable()
+        problem = "the factor of this mesh needs about 12 GB"
+        too_little = mock.patch.object(module("scene.unheld"), "find", side_effect=MemoryError(problem))
+        with too_little, self.assertRaises(RuntimeError) as raised:
+            bpy.ops.arap.select_unheld()
+        self.assertIn(problem, str(raised.exception))
+        self.assertNotIn("Traceback", str(raised.exception))
+
     def test_welded_seams_hold_together(self):
-        """Two squares whose edges are at the same place."""
+        """Two squares whose edges are at the same place, but for rounding."""
         mesh = bpy.data.meshes.new("Seam")
         square = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)]
-        mesh.from_pydata([*square, *((x + 1.0, y, z) for x, y, z in square)], [], [(0, 1, 2, 3), (4, 5, 6, 7)])
+        mesh.from_pydata([*square, *((x + 1.0000002, y, z) for x, y, z in square)], [], [(0, 1, 2, 3), (4, 5, 6, 7)])
         obj = bpy.data.objects.new("Seam", mesh)
         bpy.context.scene.collection.objects.link(obj)
         bpy.context.view_layer.update()

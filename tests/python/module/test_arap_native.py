@@ -288,3 +288,33 @@ def test_repr_says_what_it_is():
 def test_a_solver_cannot_be_copied():
     with pytest.raises(TypeError, match="cannot pickle"):
         copy.copy(bound(tube()))
+
+
+# ---------------------------------------------------------------------------------------------------- same places
+
+
+def test_places_are_the_same_if_single_precision_has_torn_them():
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+    two = np.concatenate([square, square + np.array([1.0000002, 0, 0])])
+    corners, sizes = np.arange(8, dtype=np.int32), np.full(2, 4, np.int32)
+    places = arap_native.same_places(two, corners, sizes)
+    assert places.dtype == np.int32
+    assert places.tolist() == [0, 1, 2, 3, 1, 5, 6, 2]
+    two[4] += 1e-4
+    assert arap_native.same_places(two, corners, sizes).tolist() == [0, 1, 2, 3, 4, 5, 6, 2]
+    with pytest.raises(ValueError, match="face 0 names vertex 9"):
+        arap_native.same_places(two, np.array([[0, 1, 9]], np.int32))
+
+
+def test_an_energy_beyond_all_numbers_is_the_largest_of_a_result_and_refused_alone():
+    mesh = tube()
+    positions = mesh.positions * 1e90
+    solver = arap_native.SurfaceArap(
+        positions, mesh.corner_vertices, mesh.face_sizes, stiffness=np.full(len(positions), 1e150)
+    )
+    held = np.array([0, len(positions) - 1], np.int32)
+    solver.set_constraints(held)
+    result = solver.solve(positions[held] * 3, arap_native.SolveOptions(max_iterations=2))
+    assert np.isfinite([result.energy_before, result.energy_after]).all()
+    with pytest.raises(RuntimeError, match="too large for a number"):
+        solver.energy(positions * [1, 2, 3])

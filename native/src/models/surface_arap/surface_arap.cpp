@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "arap/surface_arap.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "base/available_memory.h"
 #include "base/format_message.h"
-#include "geometry/duplicate_points.h"
 #include "models/input_checks.h"
 #include "models/model_space.h"
 #include "models/surface_arap/surface_model.h"
@@ -16,9 +18,6 @@
 namespace arap {
 
 namespace {
-
-/// Vertices closer than this part of the diagonal are at the same place.
-constexpr double kSamePlace = 1e-9;
 
 /// Radius of a patch, in rigidity radii.
 constexpr double kPatchRadius = 1.5;
@@ -33,6 +32,13 @@ void require_lengths(const SurfaceArap::VertexProperties& properties, int n_vert
   for (size_t v = 0; v < properties.stiffness.size(); ++v)
     if (!(properties.stiffness[v] > 0) || std::isinf(properties.stiffness[v]))
       throw InvalidInput(text("stiffness of vertex ", v, " is ", properties.stiffness[v], ", must be finite and > 0"));
+}
+
+/// About the least memory that a bind takes.
+double bytes_to_bind(const PolygonMesh& mesh) {
+  constexpr double kPerVertex = 200;
+  constexpr double kPerCorner = 200;
+  return kPerVertex * mesh.n_vertices() + kPerCorner * mesh.n_corners();
 }
 
 }  // namespace
@@ -51,9 +57,7 @@ struct SurfaceArap::Impl {
 
   const PreparedModel& prepare(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties,
                                const Progress& progress) {
-    if (options.join_seams)
-      space.join(coincident_with(space.points_to_model(mesh.positions()), kSamePlace,
-                                 choose_threads(options.threads, mesh.n_vertices())));
+    if (options.join_seams) space.join(mesh.same_places(choose_threads(options.threads, mesh.n_vertices())));
     space.renumber(prepare_surface(model, space.make_model(mesh), options, space.to_model(properties.stiffness),
                                    space.regions_to_model(properties.rigid_regions), progress));
     return model.prepared;
@@ -67,10 +71,10 @@ struct SurfaceArap::Impl {
     return space.to_model(positions, workers());
   }
 
-  /// Energy and gradient of the model.
+  /// Energy of the input and gradient of the model.
   double evaluate(const Positions& positions, Positions& gradient) {
-    const double energy = engine.evaluate(checked_to_model(positions), gradient);
-    if (!std::isfinite(energy) || !gradient.allFinite())
+    const double energy = space.energy_to_input(engine.evaluate(checked_to_model(positions), gradient));
+    if (!std::isfinite(energy) || !(gradient * space.size()).allFinite())
       throw SolverError(text("the energy at these positions is too large for a number: they are up to ",
                              space.points_to_model(positions).cwiseAbs().maxCoeff(), " sizes of the mesh away"));
     return energy;
@@ -90,6 +94,7 @@ SurfaceArap::SurfaceArap(const PolygonMesh& mesh, const Options& options, const 
                          const Progress& progress) {
   options.validate();
   require_lengths(properties, mesh.n_vertices());
+  require_memory(bytes_to_bind(mesh), "this mesh");
   impl_ = std::make_unique<Impl>(mesh, options, properties, progress);
 }
 
@@ -130,8 +135,9 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
     if (!out.empty()) static_cast<void>(space.write_to_input(impl_->engine.positions(), impl_->workers(), out));
     throw;
   }
-  result.energy_before = space.energy_to_input(report.energy_before);
-  result.energy_after = space.energy_to_input(report.energy_after);
+  constexpr double kLargest = std::numeric_limits<double>::max();
+  result.energy_before = std::min(space.energy_to_input(report.energy_before), kLargest);
+  result.energy_after = std::min(space.energy_to_input(report.energy_after), kLargest);
   result.iterations = report.iterations;
   result.step = report.step;
   result.stop_reason = report.stop_reason;
@@ -167,7 +173,7 @@ Positions SurfaceArap::positions() const { return impl_->space.to_input(impl_->e
 
 double SurfaceArap::energy(const Positions& positions) {
   Positions gradient;
-  return impl_->space.energy_to_input(impl_->evaluate(positions, gradient));
+  return impl_->evaluate(positions, gradient);
 }
 
 Positions SurfaceArap::energy_gradient(const Positions& positions) {

@@ -5,6 +5,8 @@
 #include <memory>
 #include <utility>
 
+#include "arap/error.h"
+#include "base/offsets.h"
 #include "base/permutation.h"
 #include "mesh/triangulation.h"
 #include "parallel/parallel.h"
@@ -24,7 +26,7 @@ struct Incidence {
   Incidence(int n_vertices, const std::vector<Item>& all) : offsets(n_vertices + 1, 0) {
     for (const Item& item : all)
       for (const int v : item.vertices) ++offsets[v + 1];
-    for (size_t v = 1; v < offsets.size(); ++v) offsets[v] += offsets[v - 1];
+    make_offsets(offsets);
     items.resize(offsets.back());
     std::vector<int> next(offsets.begin(), offsets.end() - 1);
     for (size_t i = 0; i < all.size(); ++i)

@@ -498,6 +498,17 @@ TEST(Robustness, OpenSeamHeldTogetherIsTheClosedMesh) {
   }
 }
 
+TEST(Robustness, ASeamThatRoundingHasTornApartIsJoinedToo) {
+  const MeshData closed = open_cylinder(10, 6, Faces::kTriangles);
+  MeshData open = cylinder_with_open_seam(10, 6, Faces::kTriangles);
+  const double torn = 5e-7 * closed.diagonal();
+  for (int v = closed.n_vertices(); v < open.n_vertices(); ++v) open.vertices[v] += torn * Vector3(1, -1, 1);
+  const Task task = bend_task(closed, {rotation_about({1, .4, .3}, .8), {.1, .3, 0}});
+  const Positions expected = solve_once(closed, task, iterations(40)).positions;
+  const Positions joined = solve_once(open, task, iterations(40), {.join_seams = true}).positions;
+  EXPECT_LT(max_distance(joined.topRows(closed.n_vertices()), expected), 1e-9);
+}
+
 TEST(Robustness, BothSidesOfAJoinedSeamMayBeConstrained) {
   const MeshData closed = open_cylinder(10, 6, Faces::kTriangles);
   const MeshData open = cylinder_with_open_seam(10, 6, Faces::kTriangles);

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <set>
+#include <vector>
+
+#include "support/helpers.h"
+
+namespace arap_test {
+namespace {
+
+/// The faces of a mesh with vertices of their own, moved and in single precision, and each differently rounded.
+MeshData torn(const MeshData& mesh, const Vector3& motion) {
+  Random random(8);
+  MeshData result;
+  for (const std::vector<int>& face : mesh.faces) {
+    std::vector<int> corners;
+    for (const int v : face) {
+      Vector3 place = mesh.vertices[v] + motion;
+      for (double& x : place) x = static_cast<double>(static_cast<float>(x * (1 + random.uniform(-1e-7, 1e-7))));
+      corners.push_back(result.n_vertices());
+      result.add_vertex(place);
+    }
+    result.faces.push_back(corners);
+  }
+  return result;
+}
+
+int n_places(const MeshData& mesh) {
+  const std::vector<int> first = mesh.mesh().same_places();
+  return static_cast<int>(std::set<int>(first.begin(), first.end()).size());
+}
+
+TEST(SamePlaces, AreThoseThatRoundingHasTornApart) {
+  const MeshData sphere = icosphere(4);
+  for (const double away : {0., 10., 1000.}) {
+    const MeshData mesh = torn(sphere, away * Vector3(1, -.4, .3));
+    std::set<std::vector<double>> exactly;
+    for (const Vector3& p : mesh.vertices) exactly.insert({p[0], p[1], p[2]});
+    EXPECT_GT(static_cast<int>(exactly.size()), 2 * sphere.n_vertices()) << "otherwise the test tests nothing";
+    EXPECT_EQ(n_places(mesh), sphere.n_vertices()) << away << " away";
+  }
+}
+
+TEST(SamePlaces, AreNotTheTwoSidesOfAThinWall) {
+  MeshData wall = grid(20, Faces::kQuads);
+  const int n = wall.n_vertices();
+  const double thickness = 1e-5 * wall.diagonal();
+  const MeshData side = wall;
+  for (const Vector3& p : side.vertices) wall.add_vertex(p + Vector3(0, 0, thickness));
+  for (const std::vector<int>& face : side.faces) {
+    std::vector<int> other;
+    for (const int v : face) other.push_back(n + v);
+    wall.faces.push_back(other);
+  }
+  EXPECT_EQ(n_places(wall), wall.n_vertices());
+}
+
+/// However far a loose vertex is away.
+TEST(SamePlaces, DoNotDependOnLooseVertices) {
+  MeshData mesh = torn(icosphere(2), Vector3::Zero());
+  const int expected = n_places(mesh);
+  mesh.add_vertex(Vector3(1e99, 0, 0));
+  EXPECT_EQ(n_places(mesh), expected + 1);
+}
+
+}  // namespace
+}  // namespace arap_test
