@@ -26,7 +26,7 @@ LARGEST_WHEEL = 5_000_000
 LIBRARIES = {
     "windows": r"(?i)(kernel32|ntdll|api-ms-win-crt-[a-z0-9-]+|api-ms-win-core-synch-l1-2-0|python\d+)\.dll",
     "linux": r"(libc|libm|libpthread|libdl|librt|ld-linux-[a-z0-9-]+)\.so\.\d+",
-    "macos": r"/usr/lib/libSystem\.B\.dylib",
+    "macos": r"/usr/lib/libSystem\.B\.dylib|@rpath/_native\..*",  # the second is its own name
 }
 # Names of macOS's C library that modules use. Each is in macOS 11; look a new one up before it is added.
 MACOS_NAMES = Path(__file__).with_name("macos_names.txt")

@@ -91,7 +91,8 @@ class CellPassesOf final : public CellPasses {
     double largest = 0;
     for (const int v : vertices) {
       const Eigen::RowVector3d place = positions.row(v);
-      const double size = kernels_.store_positions(place.data(), 1, range_, coordinates_.data() + 4L * v);
+      const double size =
+          kernels_.store_positions(place.data(), 1, range_, coordinates_.data() + std::ptrdiff_t{4} * v);
       largest = largest > size ? largest : size + 0 * largest;  // not a number as soon as one is not
     }
     if (std::is_same_v<Real, float> && !(largest <= 0.99 * range_)) set_positions(positions);
@@ -100,7 +101,8 @@ class CellPassesOf final : public CellPasses {
   void set_rotation(int cell, const Eigen::Quaterniond& rotation) override { store_rotation(cell, rotation); }
 
   [[nodiscard]] Eigen::Quaterniond rotation(int cell) const override {
-    return Eigen::Quaterniond(Eigen::Vector4<Real>::Map(rotations_.data() + 4L * cell).template cast<double>());
+    return Eigen::Quaterniond(
+        Eigen::Vector4<Real>::Map(rotations_.data() + std::ptrdiff_t{4} * cell).template cast<double>());
   }
 
   double fit_rotations() override {
