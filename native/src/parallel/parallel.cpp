@@ -24,11 +24,11 @@ bool can_have_team(int n_threads) {
   std::vector<std::thread> threads;
   bool are_there = true;
   {
-    const std::lock_guard lock(until_all_are_there);
+    const std::scoped_lock lock(until_all_are_there);
     try {
       threads.reserve(n_threads - 1);
       while (static_cast<int>(threads.size()) < n_threads - 1)
-        threads.emplace_back([&] { const std::lock_guard wait(until_all_are_there); });
+        threads.emplace_back([&] { const std::scoped_lock wait(until_all_are_there); });
     } catch (const std::exception&) {
       are_there = false;
     }

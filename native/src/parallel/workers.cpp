@@ -48,7 +48,7 @@ class Crew {
   /// before it reads.
   void notify_all() {
     if (n_asleep_.load() == 0) return;
-    { const std::lock_guard until_it_sleeps(mutex_); }
+    { const std::scoped_lock until_it_sleeps(mutex_); }
     changed_.notify_all();
   }
 
