@@ -49,7 +49,7 @@ ProcessorFeatures features_of_this_machine() {
   if (__get_cpuid(1, &eax, &ebx, &features.basic, &edx) == 0 || (features.basic & kSystemSaves) == 0) return features;
   unsigned ecx = 0;
   if (__get_cpuid_count(7, 0, &eax, &features.extended, &ecx, &edx) == 0) features.extended = 0;
-  __asm__("xgetbv" : "=a"(features.saved), "=d"(edx) : "c"(0));
+  __asm__ volatile("xgetbv" : "=a"(features.saved), "=d"(edx) : "c"(0));
   return features;
 }
 #endif

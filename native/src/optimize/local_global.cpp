@@ -32,11 +32,11 @@ LocalGlobal::LocalGlobal(const PreparedModel& model, const PreparedConstraints& 
 }
 
 void LocalGlobal::set_targets(const Positions& targets, Precision precision) {
-  CellPasses& passes = model_.passes(precision);
   const bool knew_pose = knows_pose();
   const bool is_in_double = precision == Precision::kDouble || !model_.fits_single;
   if (passes_ == nullptr || is_in_double != is_in_double_) forget();
-  passes_ = &passes;
+  passes_ = nullptr;  // those of a large model go before the others are made, which may fail
+  passes_ = &model_.passes(precision);
   is_in_double_ = is_in_double;
   const auto pull_softly = [&](double sign) {
     const Eigen::VectorXd& soft = constraints_.soft_diagonal;

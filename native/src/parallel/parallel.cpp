@@ -18,8 +18,12 @@ namespace {
 
 /// Whether the system can give the calling thread `n_threads - 1` more. OpenMP's runtime would end the process if not.
 bool can_have_team(int n_threads) {
-  thread_local int n_had = 1;  // the runtime keeps the team of each calling thread
-  if (n_threads <= n_had) return true;
+  // The runtime keeps the team of each calling thread, and ends the threads that a smaller team does not use.
+  thread_local int n_last = 1;
+  if (n_threads <= n_last) {
+    n_last = n_threads;
+    return true;
+  }
   std::mutex until_all_are_there;
   std::vector<std::thread> threads;
   bool are_there = true;
@@ -34,7 +38,7 @@ bool can_have_team(int n_threads) {
     }
   }
   for (std::thread& thread : threads) thread.join();
-  if (are_there) n_had = n_threads;
+  if (are_there) n_last = n_threads;
   return are_there;
 }
 
