@@ -101,6 +101,7 @@ class ArapHandle(HeldShape, bpy.types.PropertyGroup):
         description="Radius of the group when the add-on made it, in world units; 0: it did not",
     )
     reach: FloatProperty(
+        min=0.0,
         options={"HIDDEN"},
         description="How far a point handle reaches until it is reset, in rigidity radii; 0: up to other handles",
     )

@@ -139,7 +139,7 @@ def enabled_entries(obj: bpy.types.Object) -> list[ArapPin | ArapHandle]:
 def hold_of(entry: ArapPin | ArapHandle) -> Hold:
     if not hasattr(entry, "vertex_group"):
         return GroupHold(entry.name, shape_id=entry.shape_id)
-    return GroupHold(entry.vertex_group, entry.is_exact, entry.reach, entry.shape_id)
+    return GroupHold(entry.vertex_group, entry.is_exact, bounded(entry, "reach"), entry.shape_id)
 
 
 def enabled_holds(obj: bpy.types.Object) -> tuple[Hold, ...]:

@@ -138,9 +138,12 @@ def _set_shape(held: HeldMesh, entry: _Entry, vertices: Ints, targets: Floats) -
     """Lets an entry hold the vertices so that it pulls them to (k, 3) ``targets`` where it is now."""
     is_own = vertices < held.n_own
     vertices, targets = vertices[is_own], targets[is_own]
+    # A group may be empty until it is painted, and a handle may be scaled to nothing.
+    if entry.entry is None or not len(vertices) or np.linalg.det(entry.matrix) == 0.0:
+        return
     back: Floats = np.asarray(np.linalg.inv(entry.matrix))
     offsets = transformed(back, targets) - held.mesh.rest_positions[vertices]
-    if entry.entry is not None and np.abs(offsets @ held.stretch.T).max() > AT_PLACE * diagonal_of(held.surface.seen):
+    if np.abs(offsets @ held.stretch.T).max() > AT_PLACE * diagonal_of(held.surface.seen):
         entry.entry.set_shape(vertices, offsets, held.n_own)
 
 

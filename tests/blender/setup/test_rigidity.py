@@ -193,3 +193,12 @@ class PointHandleTest(SceneTest):
         self.assertEqual(unfit(obj), "The pins or handles of 'Sheet' have changed")
         module("follow.update").prepare_session(obj)
         self.assertIsNone(patch_of(obj))
+
+    def test_an_empty_group_may_be_chosen_on_a_posed_mesh_and_painted_later(self):
+        obj = posable()
+        move(obj.arap.handles[0].target, (0.0, 0.0, 1.0))
+        self.api.solve(obj)
+        obj.vertex_groups.new(name="Later")
+        module("setup.pins").add_pin_group(obj, "Later")
+        obj.arap.handles[0].vertex_group = "Later"
+        self.assertNotEqual(obj.arap.handles[0].rest.determinant(), 0.0, "the handle can work when it is painted")
