@@ -192,3 +192,10 @@ def _reversed(corners: Ints, sizes: Ints, is_off: NDArray[np.bool_]) -> tuple[In
     order = np.repeat(starts + ends - 1, sizes) - np.arange(len(corners))
     is_kept = np.logical_or.reduceat(is_off, starts) if len(sizes) else np.zeros(0, dtype=bool)
     return corners[order][np.repeat(is_kept, sizes)], sizes[is_kept]
+
+
+def completed(mesh: SessionMesh, mirrors: Sequence[Mirror], stretch: Floats) -> tuple[SessionMesh, Whole | None]:
+    """The mesh with its images; the mesh itself and None if no mirror completes it."""
+    used = used_mirrors(mirrors, mesh.rest_positions, stretch)
+    whole = Whole(mesh, used, stretch) if used else None
+    return (mesh if whole is None else whole.mesh), whole

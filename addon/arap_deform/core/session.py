@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from . import models
 from .arrays import Floats, Ints
 from .background import Cancelled, Progress, Result, Steps, part, stage
-from .mirror import Copy, Mirror, Whole, used_mirrors
+from .mirror import Copy, Mirror, completed
 from .patches import Surface, begin_patches, held_by_themselves, patches_from, points_of, surface_diagonal, without
 from .session_data import Readout, SessionMesh, SessionSettings
 from .targets import NO_PATCHES, HandleMap, HandleSpec, Patch, Patches, check_specs, checked_matrices
@@ -82,10 +82,7 @@ class Session:
         self._unstretch: Floats = np.asarray(np.linalg.inv(self._stretch), dtype=np.float64)
         self._is_stretched = not np.array_equal(self._stretch, np.eye(3))
         self._n_own = len(mesh.rest_positions)
-        used = used_mirrors(mirrors, mesh.rest_positions, self._stretch)
-        self._whole = Whole(mesh, used, self._stretch) if used else None
-        if self._whole is not None:
-            mesh = self._whole.mesh
+        mesh, self._whole = completed(mesh, mirrors, self._stretch)
         self._rest = np.ascontiguousarray(mesh.rest_positions, dtype=np.float64)
         self._settings = settings
         self._map: HandleMap | None = None

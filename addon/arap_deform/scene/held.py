@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..core import native
 from ..core.arrays import Floats
-from ..core.mirror import Copy, Whole, used_mirrors
+from ..core.mirror import Copy, completed
 from ..core.patches import Point, Surface, held_by_themselves, points_of, without
 from ..core.targets import HandleSpec, Patch
 from ..core.transforms import best_rigid_fit
@@ -35,10 +35,7 @@ class HeldMesh:
         self.n_own = len(self.mesh.rest_positions)
         self.stretch = meshes.read_stretch(obj, depsgraph)
         self._settings = settings_of(obj)
-        used = used_mirrors(meshes.read_mirrors(obj, depsgraph), self.mesh.rest_positions, self.stretch)
-        self._whole = Whole(self.mesh, used, self.stretch) if used else None
-        if self._whole is not None:
-            self.mesh = self._whole.mesh
+        self.mesh, self._whole = completed(self.mesh, meshes.read_mirrors(obj, depsgraph), self.stretch)
         seen = self.mesh.rest_positions @ self.stretch.T
         self.surface = Surface.of(seen, self.mesh.corner_vertices, self.mesh.face_sizes, self._settings.rigidity_radius)
 
