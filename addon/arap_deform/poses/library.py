@@ -87,9 +87,10 @@ def store_pose(obj: bpy.types.Object, name: str = "Pose", *, replace: bool = Fal
         replace: replaces the pose of that name, if there is one.
 
     Raises:
-        ValueError: no name, or no handle that works.
+        ValueError: no name, no handle that works, or the object is of another file.
     """
     meshes.check_mesh(obj)
+    meshes.check_local(obj)
     if not name:
         raise ValueError("The pose needs a name: type one, for example Smile")
     motions = _motions_now(obj)
@@ -103,6 +104,7 @@ def store_pose(obj: bpy.types.Object, name: str = "Pose", *, replace: bool = Fal
 def delete_pose(obj: bpy.types.Object, name: str) -> None:
     """Deletes a pose; the shape key that was made of it stays."""
     find(obj, name)
+    meshes.check_local(obj)
     poses = obj.arap.poses
     poses.remove(poses.find(name))
     obj.arap.active_pose_index = max(0, min(obj.arap.active_pose_index, len(poses) - 1))
@@ -140,9 +142,10 @@ def mirror_pose(obj: bpy.types.Object, name: str, axis: int = 0) -> ArapStoredPo
     If the name has a side (Out.L), the new pose has the name with the other side (Out.R).
 
     Raises:
-        ValueError: no such pose, or a handle of it has no partner.
+        ValueError: no such pose, a handle of it has no partner, or the object is of another file.
     """
     meshes.check_mesh(obj)
+    meshes.check_local(obj)
     pose = find(obj, name)
     motions, _ = motions_of(obj, name)
     handles = obj.arap.handles

@@ -149,6 +149,7 @@ class ShapeKeyTest(SceneTest):
         """Blender saves neither the keys of an override's mesh nor what the add-on keeps in its object."""
         obj = posable()
         self.api.solve(obj)
+        self.api.store_pose(obj, "Out")
         tube, head = linked_back(obj, "Tube", "Head")
         override = tube.override_create()
         for item in (override, head):
@@ -168,6 +169,9 @@ class ShapeKeyTest(SceneTest):
                 lambda obj: self.api.add_handle(obj, [0]),
                 lambda obj: self.api.add_rigid(obj, [0]),
                 lambda obj: self.api.remove_pin(obj, 0),
+                self.api.store_pose,
+                lambda obj: self.api.mirror_pose(obj, "Out"),
+                lambda obj: self.api.delete_pose(obj, "Out"),
             ):
                 self.assert_error(ValueError, f"'Tube' is {reason.format('')}", act, override)
             self.assertEqual(len(override.vertex_groups), n_groups)
