@@ -34,6 +34,7 @@ import run as installer  # noqa: E402
 USUAL = (ValueError, RuntimeError, MemoryError)
 ERRORS = (*USUAL, TypeError, ReferenceError, KeyError, AttributeError, IndexError)
 FRESH_AFTER = 150  # acts in one scene
+HANG_S = 600  # no act takes so long, on the busiest machine
 HANDLERS = (
     "depsgraph_update_post", "frame_change_post", "undo_post", "redo_post", "load_post", "render_init",
     "render_complete", "render_cancel", "save_pre", "save_post",
@@ -93,6 +94,7 @@ class Monkey:
         act = self.random.choice(self.acts)
         self.last.append(act.__name__)
         print(self.step, act.__name__, file=self.trace, flush=True)
+        faulthandler.dump_traceback_later(HANG_S, exit=True, file=self.printed.terminal)
         rests = self.rests()
         try:
             act(self)
@@ -205,14 +207,14 @@ class Printed:
     """What the process prints, kept from the terminal; say() still reaches it."""
 
     def __init__(self, folder: Path) -> None:
-        self._terminal = os.fdopen(os.dup(1), "w", buffering=1, encoding="utf-8")
+        self.terminal = os.fdopen(os.dup(1), "w", buffering=1, encoding="utf-8")
         self._file = (folder / "printed.txt").open("w+b")
         self._read = 0
         os.dup2(self._file.fileno(), 1)
         os.dup2(self._file.fileno(), 2)
 
     def say(self, text: str) -> None:
-        self._terminal.write(text + "\n")
+        self.terminal.write(text + "\n")
 
     def since(self) -> str:
         """What was printed since the last call."""
@@ -267,10 +269,10 @@ def main() -> None:
     parser.add_argument("--trace", type=Path, help="file for the names of all acts")
     args = parser.parse_args(arguments)
     end = time.monotonic() + 60 * (args.minutes or 0)
-    faulthandler.enable()
     with tempfile.TemporaryDirectory(prefix="arap-monkey-") as folder:
         code = 1
         monkey = Monkey(args, args.zip.resolve(), Path(folder))
+        faulthandler.enable(monkey.printed.terminal)
         try:
             code = monkey.run(lambda step: time.monotonic() > end if args.minutes else step >= args.acts)
         except BaseException:  # noqa: BLE001 - whatever it is, the exit code must say that it failed

@@ -83,8 +83,10 @@ def delete(monkey: Monkey) -> None:
 
 @changes_rest
 def join(monkey: Monkey) -> None:
-    if len(monkey.meshes()) > 2:
-        monkey.select(*monkey.random.sample(monkey.meshes(), 2))
+    """Not of meshes that are flat, huge or nowhere: Blender itself makes NaN of them."""
+    meshes = [obj for obj in monkey.meshes() if 1e-6 < abs(obj.matrix_world.determinant()) < 1e9]
+    if len(meshes) > 2:
+        monkey.select(*monkey.random.sample(meshes, 2))
         bpy.ops.object.join()
 
 
