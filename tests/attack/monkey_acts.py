@@ -83,7 +83,7 @@ def delete(monkey: Monkey) -> None:
 
 @changes_rest
 def join(monkey: Monkey) -> None:
-    """Not of meshes that are flat, huge or nowhere, of which Blender itself makes NaN, nor of keys, at which 5.2 hangs."""
+    """Not of flat, huge or lost meshes, of which Blender itself makes NaN, nor of keys, at which 5.2 hangs."""
     meshes = [obj for obj in monkey.meshes() if 1e-6 < abs(obj.matrix_world.determinant()) < 1e9]
     if bpy.app.version >= (5, 0):
         meshes = [obj for obj in meshes if obj.data.shape_keys is None]
