@@ -157,9 +157,12 @@ class Monkey:
         return self.choice(self.meshes())
 
     def moved_by(self, obj: bpy.types.Object) -> list[bpy.types.Object]:
+        """Not of a library: an undo takes a new action away, but leaves it to a linked object, and Blender crashes."""
         if self.is_control:
-            return [empty for empty in bpy.data.objects if empty.type == "EMPTY" and empty.library is None]
-        return [handle.target for handle in obj.arap.handles if handle.target]
+            objects = [empty for empty in bpy.data.objects if empty.type == "EMPTY"]
+        else:
+            objects = [handle.target for handle in obj.arap.handles if handle.target]
+        return [moved for moved in objects if moved.library is None]
 
     def handle(self) -> bpy.types.Object:
         return self.choice(self.moved_by(self.mesh()))
