@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "arap/types.h"
+#include "gil.h"
+#include "job.h"
+
+namespace arap_native {
+
+namespace py = pybind11;
+
+/// The jobs under way, and what must live as long as each. A job that nobody asks for any more ends by itself.
+class Jobs {
+ public:
+  void check_open() const {
+    if (is_closed_) throw std::runtime_error("Python is about to exit: no job can be begun");
+  }
+
+  void add(const std::shared_ptr<Job>& job, const py::object& kept) {
+    std::erase_if(entries_, [](const Entry& entry) { return entry.job->is_done(); });
+    entries_.push_back({job, kept});
+  }
+
+  /// Ends all. For Python's exit: what they use would go away below them.
+  void close() {
+    is_closed_ = true;
+    for (const Entry& entry : entries_) entry.job->cancel();
+    {
+      const WithoutGil no_gil;
+      for (const Entry& entry : entries_) entry.job->wait();
+    }
+    entries_.clear();
+  }
+
+ private:
+  struct Entry {
+    std::shared_ptr<Job> job;
+    py::object kept;
+  };
+  std::vector<Entry> entries_;
+  bool is_closed_ = false;
+};
+
+/// A Job for Python. Only the thread that calls it touches Python.
+class JobHandle {
+ public:
+  /// @param result  makes the result once the job is done; called once
+  JobHandle(std::shared_ptr<Job> job, std::function<py::object()> result)
+      : job_(std::move(job)), make_result_(std::move(result)) {}
+  ~JobHandle() { job_->cancel(); }
+  JobHandle(const JobHandle&) = delete;
+  JobHandle& operator=(const JobHandle&) = delete;
+
+  [[nodiscard]] double fraction() const { return job_->fraction(); }
+  [[nodiscard]] bool is_done() const { return job_->is_done(); }
+  void cancel() { job_->cancel(); }
+
+  bool wait(double timeout_s) {
+    using Clock = std::chrono::steady_clock;
+    constexpr double kSignalCheckS = 0.1;
+    if (!(timeout_s >= 0))
+      throw py::value_error(py::str("timeout_s = {}, must be 0 or more").format(timeout_s).cast<std::string>());
+    const auto start = Clock::now();
+    for (;;) {
+      const double left = timeout_s - Job::Seconds(Clock::now() - start).count();
+      if (waited_for(std::clamp(left, 0.0, kSignalCheckS))) return true;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (left <= kSignalCheckS) return false;
+    }
+  }
+
+  py::object result() {
+    wait(std::numeric_limits<double>::infinity());
+    job_->finish();
+    if (!result_) result_ = std::exchange(make_result_, nullptr)();
+    return result_;
+  }
+
+  [[nodiscard]] std::string repr() const {
+    return is_done() ? "<Job: done>" : py::str("<Job: {:.0%}>").format(fraction()).cast<std::string>();
+  }
+
+  static void* operator new(size_t) { throw py::type_error("this Job has no work, because only __new__ was called"); }
+  static void operator delete(void* job) { ::operator delete(job); }
+
+ private:
+  [[nodiscard]] bool waited_for(double seconds) const {
+    const WithoutGil no_gil;
+    return job_->wait_for(Job::Seconds(seconds));
+  }
+
+  std::shared_ptr<Job> job_;
+  std::function<py::object()> make_result_;
+  py::object result_;
+};
+
+/// Begins a job. Its result is to_python(work(progress)), and only to_python has the GIL. `kept` lives until it is
+/// done.
+template <typename Work, typename ToPython>
+std::unique_ptr<JobHandle> begin_job(Jobs& jobs, Work work, ToPython to_python, const py::object& kept = py::none()) {
+  using Result = std::invoke_result_t<Work&, const arap::Progress&>;
+  jobs.check_open();
+  const auto result = std::make_shared<std::optional<Result>>();
+  const auto job = Job::begin(
+      [work = std::move(work), result](const arap::Progress& progress) mutable { result->emplace(work(progress)); });
+  jobs.add(job, kept);
+  return std::unique_ptr<JobHandle>(::new JobHandle(
+      job, [result, to_python = std::move(to_python)]() mutable { return to_python(std::move(**result)); }));
+}
+
+/// Adds Job to the module.
+void bind_job(py::module_& m);
+
+}  // namespace arap_native
