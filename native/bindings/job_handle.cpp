@@ -1,9 +1,53 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "job_handle.h"
 
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
 #include "docstrings.h"
 
 namespace arap_native {
+
+bool JobHandle::wait(double timeout_s) {
+  using Clock = std::chrono::steady_clock;
+  constexpr double kSignalCheckS = 0.1;
+  if (!(timeout_s >= 0))
+    throw py::value_error(py::str("timeout_s = {}, must be 0 or more").format(timeout_s).cast<std::string>());
+  const auto waited_for = [this](double seconds) {
+    const WithoutGil no_gil;
+    return job_->wait_for(Job::Seconds(seconds));
+  };
+  const auto start = Clock::now();
+  for (;;) {
+    const double left = timeout_s - Job::Seconds(Clock::now() - start).count();
+    if (waited_for(std::clamp(left, 0.0, kSignalCheckS))) return true;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    if (left <= kSignalCheckS) return false;
+  }
+}
+
+py::object JobHandle::result() {
+  wait(std::numeric_limits<double>::infinity());
+  job_->finish();
+  if (result_) return result_;
+  // Taken before the call: that takes the work's result apart, so it is not for a second one.
+  const auto make_result = std::exchange(make_result_, nullptr);
+  if (!make_result)
+    throw std::runtime_error(
+        "the result of this job is not there, because an earlier call of result() has failed or has not ended: begin "
+        "the "
+        "job again");
+  return result_ = make_result();
+}
+
+std::string JobHandle::repr() const {
+  return is_done() ? "<Job: done>" : py::str("<Job: {:.0%}>").format(fraction()).cast<std::string>();
+}
 
 void bind_job(py::module_& m) {
   py::class_<JobHandle>(m, "Job", docstrings::Job)

@@ -3,10 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include <algorithm>
-#include <chrono>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -69,40 +66,14 @@ class JobHandle {
   [[nodiscard]] bool is_done() const { return job_->is_done(); }
   void cancel() { job_->cancel(); }
 
-  bool wait(double timeout_s) {
-    using Clock = std::chrono::steady_clock;
-    constexpr double kSignalCheckS = 0.1;
-    if (!(timeout_s >= 0))
-      throw py::value_error(py::str("timeout_s = {}, must be 0 or more").format(timeout_s).cast<std::string>());
-    const auto start = Clock::now();
-    for (;;) {
-      const double left = timeout_s - Job::Seconds(Clock::now() - start).count();
-      if (waited_for(std::clamp(left, 0.0, kSignalCheckS))) return true;
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (left <= kSignalCheckS) return false;
-    }
-  }
-
-  py::object result() {
-    wait(std::numeric_limits<double>::infinity());
-    job_->finish();
-    if (!result_) result_ = std::exchange(make_result_, nullptr)();
-    return result_;
-  }
-
-  [[nodiscard]] std::string repr() const {
-    return is_done() ? "<Job: done>" : py::str("<Job: {:.0%}>").format(fraction()).cast<std::string>();
-  }
+  bool wait(double timeout_s);
+  py::object result();
+  [[nodiscard]] std::string repr() const;
 
   static void* operator new(size_t) { throw py::type_error("this Job has no work, because only __new__ was called"); }
   static void operator delete(void* job) { ::operator delete(job); }
 
  private:
-  [[nodiscard]] bool waited_for(double seconds) const {
-    const WithoutGil no_gil;
-    return job_->wait_for(Job::Seconds(seconds));
-  }
-
   std::shared_ptr<Job> job_;
   std::function<py::object()> make_result_;
   py::object result_;

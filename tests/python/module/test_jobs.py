@@ -2,6 +2,7 @@
 """Jobs: calls in a thread of the module's own, what they leave behind, and what ends them."""
 
 import _thread
+import contextlib
 import os
 import signal
 import subprocess
@@ -173,6 +174,28 @@ def test_patches_name_what_is_wrong():
         solver.begin_patches([np.zeros(1, np.int64)], np.zeros(1))
     with pytest.raises(ValueError, match=r"^radii has shape \(2,\), expected \(1,\): one entry per patch$"):
         solver.begin_patches([np.zeros(1, np.int32)], np.zeros(2))
+
+
+def test_a_result_that_could_not_be_made_is_missed_in_words():
+    testcapi = pytest.importorskip("_testcapi", reason="this Python has no module that refuses memory")
+    solver = held_at_ends(MESH)
+    around = np.array([5], np.int32)
+    told = set()
+    for nth in range(60):
+        job = solver.begin_patches([around], np.array([0.1]))
+        job.wait()
+        with contextlib.suppress(MemoryError, RuntimeError):
+            testcapi.set_nomemory(nth, nth + 1)
+            job.result()
+        testcapi.remove_mem_hooks()
+        try:
+            patches = job.result()
+        except RuntimeError as error:
+            told.add(str(error))
+        else:
+            assert len(patches[0]) == 3
+    (message,) = told
+    assert message.startswith("the result of this job is not there, because an earlier call of result() has failed")
 
 
 PRELUDE = """
