@@ -3,15 +3,34 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "docstrings.h"
 
 namespace arap_native {
+
+void Jobs::add(const std::shared_ptr<Job>& job, const py::object& kept) {
+  const auto done =
+      std::partition(entries_.begin(), entries_.end(), [](const Entry& entry) { return !entry.job->is_done(); });
+  // Let go at the end: what Python then calls may begin a job, so the list must be whole.
+  const std::vector<Entry> ended(std::make_move_iterator(done), std::make_move_iterator(entries_.end()));
+  entries_.erase(done, entries_.end());
+  entries_.push_back({job, kept});
+}
+
+void Jobs::close() {
+  is_closed_ = true;
+  const std::vector<Entry> under_way = std::exchange(entries_, {});
+  for (const Entry& entry : under_way) entry.job->cancel();
+  const WithoutGil no_gil;
+  for (const Entry& entry : under_way) entry.job->wait();
+}
 
 bool JobHandle::wait(double timeout_s) {
   using Clock = std::chrono::steady_clock;

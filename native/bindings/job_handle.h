@@ -27,21 +27,11 @@ class Jobs {
     if (is_closed_) throw std::runtime_error("Python is about to exit: no job can be begun");
   }
 
-  void add(const std::shared_ptr<Job>& job, const py::object& kept) {
-    std::erase_if(entries_, [](const Entry& entry) { return entry.job->is_done(); });
-    entries_.push_back({job, kept});
-  }
+  /// @param kept  lives until the job is done
+  void add(const std::shared_ptr<Job>& job, const py::object& kept);
 
   /// Ends all. For Python's exit: what they use would go away below them.
-  void close() {
-    is_closed_ = true;
-    for (const Entry& entry : entries_) entry.job->cancel();
-    {
-      const WithoutGil no_gil;
-      for (const Entry& entry : entries_) entry.job->wait();
-    }
-    entries_.clear();
-  }
+  void close();
 
  private:
   struct Entry {

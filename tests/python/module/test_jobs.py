@@ -246,6 +246,35 @@ builtins.at_exit = AtExit()
     assert run_python(code) == "Python is about to exit: no job can be begun\n"
 
 
+def test_an_array_may_begin_a_job_when_it_is_freed():
+    run_python(
+        """
+class Out(np.ndarray):
+    def __del__(self):
+        begun.append(arap_native.SurfaceArap.begin_bind(*mesh))
+
+def begin_into(solver):
+    solver.set_constraints(ends(mesh), np.ones(40))
+    out = np.empty(mesh.positions.shape, np.float32).view(Out)
+    return solver.begin_solve(twisted_ends(mesh), arap_native.SolveOptions(max_iterations=10**9, accuracy=0), out=out)
+
+begun = []
+first = begin_into(arap_native.SurfaceArap(*mesh))
+second = begin_into(arap_native.SurfaceArap(*mesh))
+first.cancel()
+first.wait()
+del first
+assert not begun
+third = begin_endless()  # forgets the first, which lets go of its array
+assert len(begun) == 1 and begun[0].result().n_vertices == 600
+for job in (second, third):
+    assert not job.is_done
+    job.cancel()
+    assert job.result().stop_reason == "cancelled"
+"""
+    )
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
 def test_a_forked_child_has_lost_the_jobs_under_way_and_begins_its_own():
     code = """
