@@ -76,11 +76,17 @@ std::unique_ptr<JobHandle> begin_job(Jobs& jobs, Work work, ToPython to_python, 
   using Result = std::invoke_result_t<Work&, const arap::Progress&>;
   jobs.check_open();
   const auto result = std::make_shared<std::optional<Result>>();
-  const auto job = Job::begin(
+  const auto job = Job::of(
       [work = std::move(work), result](const arap::Progress& progress) mutable { result->emplace(work(progress)); });
-  jobs.add(job, kept);
-  return std::unique_ptr<JobHandle>(::new JobHandle(
+  std::unique_ptr<JobHandle> handle(::new JobHandle(
       job, [result, to_python = std::move(to_python)]() mutable { return to_python(std::move(**result)); }));
+  // Before the work begins: if it is done in this thread, another one may close all meanwhile.
+  jobs.add(job, kept);
+  job->begin([](const auto& do_it) {
+    const WithoutGil no_gil;
+    do_it();
+  });
+  return handle;
 }
 
 /// Adds Job to the module.

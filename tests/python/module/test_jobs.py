@@ -299,17 +299,36 @@ assert not job.wait(0.01)
     )
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_without_a_thread_the_work_is_done_at_once():
-    import resource
-
-    code = """
+WITHOUT_A_THREAD = """
 import resource
 room = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize() + 500_000_000
 resource.setrlimit(resource.RLIMIT_AS, (room, room))
+"""
+AT_ONCE = """
 job = arap_native.SurfaceArap.begin_bind(*mesh)
 assert job.is_done and job.result().n_vertices == 600
 """
+# The work ends only if the other thread gets the GIL meanwhile, and ends all jobs as Python's exit does.
+WITHOUT_THE_GIL = f"""
+import atexit, threading
+sys.setswitchinterval(1000)  # only who lets go of the GIL gives it to another
+may_end = threading.Lock()
+may_end.acquire()
+ending = threading.Thread(target=lambda: (may_end.acquire(), atexit._run_exitfuncs()))
+ending.start()
+{WITHOUT_A_THREAD}
+may_end.release()
+job = begin_endless()
+ending.join()
+assert job.is_done and job.result().stop_reason == "cancelled"
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+@pytest.mark.parametrize("code", [WITHOUT_A_THREAD + AT_ONCE, WITHOUT_THE_GIL], ids=["at once", "without the GIL"])
+def test_without_a_thread_the_work_is_done_at_once(code):
+    import resource
+
     gigabyte = 1 << 30  # of stack for each thread, more than there is room for
     run_python(
         code,
