@@ -335,3 +335,20 @@ def test_without_a_thread_the_work_is_done_at_once(code):
         env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, (gigabyte, gigabyte)),
     )
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the limit decides on the stacks of threads on Linux")
+def test_half_the_stack_of_a_thread_of_macos_is_enough():
+    import resource
+
+    run_python(
+        """
+big = tube(200, 100)
+solver = arap_native.SurfaceArap.begin_bind(*big, arap_native.Options(threads=2)).result()
+solver.begin_set_constraints(ends(big)).result()
+solver.begin_solve(twisted_ends(big), arap_native.SolveOptions(max_iterations=3)).result()
+solver.begin_patches([ends(big)[:1]], np.array([.5])).result()
+""",
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, (256 * 1024, 256 * 1024)),
+    )
