@@ -21,13 +21,13 @@ namespace arap_native {
 namespace py = pybind11;
 
 template <typename T>
-constexpr const char* kDtype = nullptr;
+inline constexpr const char* kDtype = nullptr;
 template <>
-constexpr const char* kDtype<double> = "float64";
+inline constexpr const char* kDtype<double> = "float64";
 template <>
-constexpr const char* kDtype<float> = "float32";
+inline constexpr const char* kDtype<float> = "float32";
 template <>
-constexpr const char* kDtype<int> = "int32";
+inline constexpr const char* kDtype<int> = "int32";
 static_assert(sizeof(int) == 4 && sizeof(float) == 4 && sizeof(double) == 8);
 
 /// One dimension of an expected shape: a size, or a letter for any size.

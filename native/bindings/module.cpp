@@ -18,8 +18,7 @@
 #include "result.h"
 #include "solver.h"
 
-namespace py = pybind11;
-using namespace arap_native;
+namespace arap_native {
 
 namespace {
 
@@ -71,3 +70,5 @@ PYBIND11_MODULE(_native, m) {
   for (const char* name : {"Cancelled", "Job", "Options", "SolveOptions", "SolveResult", "SurfaceArap"})
     m.attr(name).attr("__module__") = "arap_native";
 }
+
+}  // namespace arap_native
