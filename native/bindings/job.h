@@ -4,10 +4,10 @@
 
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <future>
 #include <memory>
 #include <stdexcept>
-#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -16,24 +16,28 @@
 
 namespace arap_native {
 
-/// One piece of work. Only the thread itself calls the work; all else is for the thread that began it.
+/// One piece of work. Only the thread itself calls the work; all else is for the thread that made the job.
 class Job {
  public:
   using Seconds = std::chrono::duration<double>;
 
-  /// Begins work(progress). Where no thread can be had, the work is done before this returns.
+  /// A job that is work(progress). Begin it: whoever waits for it waits for that, too.
   template <typename Work>
-  static std::shared_ptr<Job> begin(Work work) {
+  static std::shared_ptr<Job> of(Work work) {
     // A forked child has no thread to wait for, and what that was writing is half written: there it stays as it is.
-    const std::shared_ptr<Job> job(new Job(std::move(work)), [](Job* ending) {
+    return std::shared_ptr<Job>(new Job(std::move(work)), [](Job* ending) {
       if (ending->owner_ == arap::process_id()) delete ending;
     });
+  }
+
+  /// Begins the work, once. If no thread can be had, it is done in this one: without_thread(do_it) calls do_it().
+  template <typename WithoutThread>
+  void begin(const WithoutThread& without_thread) {
     try {
-      job->thread_ = std::thread([&task = job->task_] { task(); });
-    } catch (const std::system_error&) {
-      job->task_();
+      thread_ = std::thread([this] { task_(); });
+    } catch (const std::exception&) {  // no thread, or no memory for one
+      without_thread([this] { task_(); });
     }
-    return job;
   }
   Job(const Job&) = delete;
   Job& operator=(const Job&) = delete;

@@ -49,7 +49,10 @@ class Job(Generic[_Result_co]):
         """Waits without the GIL until it is done, or for that many seconds; returns is_done. Hears Ctrl-C."""
 
     def result(self) -> _Result_co:
-        """Waits, and returns or raises what the call without begin_ would."""
+        """Waits, and returns or raises what the call without begin_ would.
+
+        Raises RuntimeError if an earlier call had no memory to make the result for Python: then it is lost.
+        """
 
 class Options:
     """Options fixed at bind. A value that is not allowed raises ValueError when it is set."""

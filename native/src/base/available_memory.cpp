@@ -33,13 +33,17 @@ size_t number_in(const fs::path& path, const std::string& word = "") {
   return file >> number ? number : kUnknown;
 }
 
-/// What a control group leaves. Pages of files that nobody has used lately are given up when they are needed.
-size_t left_in_group(const fs::path& group, const char* limit_name, const char* usage_name, const char* idle_name) {
+/// What a control group leaves. The kernel gives up copies of files when memory is needed, those in use last, and
+/// counts them as available in a whole machine's MemAvailable. What a process keeps in shared memory is not among them.
+/// @param prefix  of the numbers that include the groups below
+size_t left_in_group(const fs::path& group, const char* limit_name, const char* usage_name, const std::string& prefix) {
   const size_t limit = number_in(group / limit_name);
-  const size_t usage = number_in(group / usage_name);
-  if (limit == kUnknown || usage == kUnknown) return kUnknown;
-  const size_t idle = number_in(group / "memory.stat", idle_name);
-  const size_t used = usage - std::min(usage, idle == kUnknown ? 0 : idle);
+  size_t used = number_in(group / usage_name);
+  if (limit == kUnknown || used == kUnknown) return kUnknown;
+  for (const char* files : {"active_file", "inactive_file"}) {
+    const size_t given_up = number_in(group / "memory.stat", prefix + files);
+    if (given_up != kUnknown) used -= std::min(used, given_up);
+  }
   return limit - std::min(limit, used);
 }
 
@@ -53,10 +57,9 @@ size_t left_in_groups(const fs::path& root) {
     if (!is_second_version && memory == std::string::npos) continue;
     const fs::path top = root / (is_second_version ? "sys/fs/cgroup" : "sys/fs/cgroup/memory");
     for (fs::path group = line.substr(line.find('/') + 1);; group = group.parent_path()) {
-      least = std::min(least, is_second_version
-                                  ? left_in_group(top / group, "memory.max", "memory.current", "inactive_file")
-                                  : left_in_group(top / group, "memory.limit_in_bytes", "memory.usage_in_bytes",
-                                                  "total_inactive_file"));
+      least = std::min(least, is_second_version ? left_in_group(top / group, "memory.max", "memory.current", "")
+                                                : left_in_group(top / group, "memory.limit_in_bytes",
+                                                                "memory.usage_in_bytes", "total_"));
       if (group.empty()) break;
     }
   }

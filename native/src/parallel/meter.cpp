@@ -17,7 +17,8 @@ Meter::Meter(const Progress& progress, std::string when_stopped)
 void Meter::add(double part) {
   using namespace std::chrono_literals;
   if (!progress_) return;
-  if (part > 0) done_.fetch_add(part);
+  // Not fetch_add(), which older standard libraries lack for such numbers (Apple's).
+  for (double done = done_; part > 0 && !done_.compare_exchange_weak(done, done + part);) continue;
   if (is_stopped_) std::rethrow_exception(reason_);
   if (std::this_thread::get_id() == caller_ && std::chrono::steady_clock::now() - last_ >= 100ms) tell();
 }

@@ -4,6 +4,8 @@
 #include "parallel/usable_cpus.h"
 
 #if defined(ARAP_OPENMP)
+#include <omp.h>
+
 #include <exception>
 #include <mutex>
 #include <thread>
@@ -16,14 +18,8 @@ namespace arap {
 #if defined(ARAP_OPENMP)
 namespace {
 
-/// Whether the system can give the calling thread `n_threads - 1` more. OpenMP's runtime would end the process if not.
-bool can_have_team(int n_threads) {
-  // The runtime keeps the team of each calling thread, and ends the threads that a smaller team does not use.
-  thread_local int n_last = 1;
-  if (n_threads <= n_last) {
-    n_last = n_threads;
-    return true;
-  }
+/// Whether the system can give the calling thread `n_threads - 1` more.
+bool can_start(int n_threads) {
   std::mutex until_all_are_there;
   std::vector<std::thread> threads;
   bool are_there = true;
@@ -38,9 +34,35 @@ bool can_have_team(int n_threads) {
     }
   }
   for (std::thread& thread : threads) thread.join();
-  if (are_there) n_last = n_threads;
   return are_there;
 }
+
+/// A team of threads that OpenMP's runtime can make. If it cannot, it ends the process.
+class Team {
+ public:
+  /// For the calling thread. One team is made at a time: what the system could give it, it can give only once.
+  explicit Team(int n_threads) {
+    static std::mutex one_at_a_time;
+    // The runtime keeps the team of each calling thread, and ends the threads that a smaller team does not use.
+    thread_local int n_last = 1;
+    if (n_threads > n_last) {
+      being_made_ = std::unique_lock(one_at_a_time);
+      is_possible_ = can_start(n_threads);
+    }
+    if (is_possible_) n_last = n_threads;
+  }
+
+  [[nodiscard]] bool is_possible() const { return is_possible_; }
+
+  /// All its threads are there. Call it in the calling thread.
+  void is_made() {
+    if (being_made_.owns_lock()) being_made_.unlock();
+  }
+
+ private:
+  bool is_possible_ = true;
+  std::unique_lock<std::mutex> being_made_;
+};
 
 /// Whether this process is the one that had the first region. The runtime keeps its threads between regions. A forked
 /// child does not have them, and GCC's runtime would wait for them forever.
@@ -62,12 +84,19 @@ int choose_threads(int requested, int n_vertices) {
 void for_each_piece(int threads, int n_pieces, const std::function<void(int piece)>& body) {
   const int n_threads = std::clamp(n_pieces, 1, std::max(1, threads));
 #if defined(ARAP_OPENMP)
-  if (n_threads > 1 && has_runtime() && can_have_team(n_threads)) {
-    FirstFailure failure;
-#pragma omp parallel for num_threads(n_threads) schedule(static)
-    for (int piece = 0; piece < n_pieces; ++piece) failure.guard([&] { body(piece); });
-    failure.rethrow();
-    return;
+  if (n_threads > 1 && has_runtime()) {
+    if (Team team(n_threads); team.is_possible()) {
+      FirstFailure failure;
+#pragma omp parallel num_threads(n_threads)
+      {
+        // The runtime starts all threads before the caller's, the first, goes on.
+        if (omp_get_thread_num() == 0) team.is_made();
+#pragma omp for schedule(static)
+        for (int piece = 0; piece < n_pieces; ++piece) failure.guard([&] { body(piece); });
+      }
+      failure.rethrow();
+      return;
+    }
   }
 #endif
   Workers(n_threads).run(n_pieces, body);

@@ -23,7 +23,9 @@ namespace {
 #if defined(__linux__)
 int cpus_of_affinity(int otherwise) {
   cpu_set_t set;
-  return sched_getaffinity(0, sizeof(set), &set) == 0 ? CPU_COUNT(&set) : otherwise;
+  if (sched_getaffinity(0, sizeof(set), &set) != 0) return otherwise;
+  // The other count is 0 if nobody knows it.
+  return otherwise > 0 ? std::min(otherwise, CPU_COUNT(&set)) : CPU_COUNT(&set);
 }
 
 /// The smallest quota of the process' control group and those above it.
@@ -62,7 +64,7 @@ int usable_cpus() {
   auto n_cpus = static_cast<int>(std::thread::hardware_concurrency());
 #endif
 #if defined(__linux__)
-  n_cpus = cpus_of_groups(std::min(n_cpus, cpus_of_affinity(n_cpus)));
+  n_cpus = cpus_of_groups(cpus_of_affinity(n_cpus));
 #endif
   return std::max(1, n_cpus);
 }

@@ -58,8 +58,8 @@ TEST(AvailableMemory, IsWhatTheNarrowestControlGroupLeaves) {
   system.write("sys/fs/cgroup/outer/inner/memory.current", "7\n");
   system.write("sys/fs/cgroup/outer/memory.max", "1000\n");
   system.write("sys/fs/cgroup/outer/memory.current", "400\n");
-  system.write("sys/fs/cgroup/outer/memory.stat", "anon 300\ninactive_file 30\n");
-  EXPECT_EQ(system.available(), 630);
+  system.write("sys/fs/cgroup/outer/memory.stat", "anon 300\nfile 90\ninactive_file 30\nactive_file 20\n");
+  EXPECT_EQ(system.available(), 650);
 }
 
 TEST(AvailableMemory, OfControlGroupsOfTheFirstVersionToo) {
@@ -68,8 +68,8 @@ TEST(AvailableMemory, OfControlGroupsOfTheFirstVersionToo) {
   // A container shows only the top.
   system.write("sys/fs/cgroup/memory/memory.limit_in_bytes", "1000\n");
   system.write("sys/fs/cgroup/memory/memory.usage_in_bytes", "1200\n");
-  system.write("sys/fs/cgroup/memory/memory.stat", "inactive_file 1\ntotal_inactive_file 500\n");
-  EXPECT_EQ(system.available(), 300);
+  system.write("sys/fs/cgroup/memory/memory.stat", "inactive_file 1\ntotal_inactive_file 500\ntotal_active_file 40\n");
+  EXPECT_EQ(system.available(), 340);
 }
 
 TEST(AvailableMemory, IsWhatTheLimitOfTheProcessLeaves) {

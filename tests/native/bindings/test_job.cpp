@@ -19,6 +19,13 @@ namespace {
 using arap_native::Job;
 using Seconds = Job::Seconds;
 
+template <typename Work>
+std::shared_ptr<Job> begin(Work work) {
+  auto job = Job::of(std::move(work));
+  job->begin([](const auto& do_it) { do_it(); });
+  return job;
+}
+
 /// Works until it is cancelled; says so by an exception as the library does.
 void work_for_ever(const arap::Progress& progress) {
   while (progress(0.5)) std::this_thread::yield();
@@ -28,7 +35,7 @@ void work_for_ever(const arap::Progress& progress) {
 TEST(Job, WorksInAnotherThreadAndTellsHowFar) {
   std::thread::id worker;
   std::atomic<bool> may_end = false;
-  const auto job = Job::begin([&](const arap::Progress& progress) {
+  const auto job = begin([&](const arap::Progress& progress) {
     worker = std::this_thread::get_id();
     EXPECT_TRUE(progress(0.25));
     while (!may_end) std::this_thread::yield();
@@ -45,7 +52,7 @@ TEST(Job, WorksInAnotherThreadAndTellsHowFar) {
 }
 
 TEST(Job, FinishThrowsWhatTheWorkThrew) {
-  const auto job = Job::begin([](const arap::Progress&) { throw std::invalid_argument("no mesh"); });
+  const auto job = begin([](const arap::Progress&) { throw std::invalid_argument("no mesh"); });
   job->wait();
   EXPECT_TRUE(job->is_done());
   EXPECT_THROW(job->finish(), std::invalid_argument);
@@ -53,14 +60,14 @@ TEST(Job, FinishThrowsWhatTheWorkThrew) {
 }
 
 TEST(Job, CancelIsHeard) {
-  const auto job = Job::begin(work_for_ever);
+  const auto job = begin(work_for_ever);
   job->cancel();
   EXPECT_THROW(job->finish(), std::runtime_error);
 }
 
 TEST(Job, ItsEndCancelsAndWaits) {
   std::atomic<bool> has_ended = false;
-  auto job = Job::begin([&](const arap::Progress& progress) {
+  auto job = begin([&](const arap::Progress& progress) {
     while (progress(0.5)) std::this_thread::yield();
     has_ended = true;
   });
@@ -70,10 +77,10 @@ TEST(Job, ItsEndCancelsAndWaits) {
 
 TEST(Job, LetsGoOfWhatItWorkedOnBeforeItIsDone) {
   const auto held = std::make_shared<int>();
-  const auto job = Job::begin([copy = held](const arap::Progress&) {});
+  const auto job = begin([copy = held](const arap::Progress&) {});
   job->wait();
   EXPECT_EQ(held.use_count(), 1);
-  const auto failed = Job::begin([copy = held](const arap::Progress&) { throw std::runtime_error("no"); });
+  const auto failed = begin([copy = held](const arap::Progress&) { throw std::runtime_error("no"); });
   failed->wait();
   EXPECT_EQ(held.use_count(), 1);
 }
@@ -81,9 +88,9 @@ TEST(Job, LetsGoOfWhatItWorkedOnBeforeItIsDone) {
 #if defined(__unix__)
 TEST(Job, AForkedChildHasLostIt) {
   constexpr unsigned kSeconds = 60;
-  auto done = Job::begin([](const arap::Progress&) {});
+  auto done = begin([](const arap::Progress&) {});
   done->wait();
-  auto job = Job::begin(work_for_ever);
+  auto job = begin(work_for_ever);
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {

@@ -14,6 +14,7 @@
 #include "base/eigen_compat.h"
 #include "base/permutation.h"
 #include "cholesky/preconditioned_cg.h"
+#include "parallel/meter.h"
 #include "support/helpers.h"
 
 namespace arap_test {
@@ -280,6 +281,24 @@ TEST(BlockLdlt, WeaklyHeldIsNotHeldByRounding) {
 }
 
 // Diagonals of very different size: halves end at 65504.
+TEST(BlockLdlt, AFactorThatIsRepeatedInSinglePrecisionTakesItsPartOfTheProgressOnce) {
+  constexpr int kN = 2000;
+  constexpr double kPart = 0.4;
+  double told = 0;
+  const arap::Progress progress = [&](double fraction) {
+    told = fraction;
+    return true;
+  };
+  for (const double margin : {1.0, 1e-10}) {  // halves cannot tell that the second is held
+    const SparseMatrix A = chain(kN, margin);
+    const BlockLdlt solver(A, Workers(1), arap::choose_isa(), TileFormat::kHalf);
+    arap::Meter meter(progress, "");
+    static_cast<void>(solver.factorize(A, std::vector<char>(kN, 0), {&meter, kPart}));
+    meter.tell();
+    EXPECT_NEAR(told, kPart, 1e-9) << margin;
+  }
+}
+
 TEST(BlockLdlt, UnknownsMayHaveVeryDifferentScales) {
   Random random(95);
   SparseMatrix A = grid_matrix(20, random);

@@ -119,6 +119,20 @@ TEST(Parallel, WhatAPieceOfABindThrowsArrivesOnce) {
     }
 }
 
+TEST(Parallel, SeveralCallersMakeTeamsAtOnce) {
+  constexpr int kCallers = 4;
+  constexpr int kPieces = 50;
+  std::vector<std::atomic<int>> done(kPieces);
+  std::vector<std::thread> callers;
+  for (int caller = 0; caller < kCallers; ++caller)
+    callers.emplace_back([&] {
+      for (const int threads : {2, 4, 3, 4})
+        arap::for_each_piece(threads, kPieces, [&](int piece) { ++done[static_cast<size_t>(piece)]; });
+    });
+  for (std::thread& caller : callers) caller.join();
+  for (const std::atomic<int>& of_piece : done) EXPECT_EQ(of_piece, 4 * kCallers);
+}
+
 #if defined(__unix__)
 TEST(Workers, AForkedChildWorksAlone) {
   constexpr unsigned kSeconds = 60;

@@ -2,6 +2,7 @@
 """Jobs: calls in a thread of the module's own, what they leave behind, and what ends them."""
 
 import _thread
+import contextlib
 import os
 import signal
 import subprocess
@@ -175,6 +176,28 @@ def test_patches_name_what_is_wrong():
         solver.begin_patches([np.zeros(1, np.int32)], np.zeros(2))
 
 
+def test_a_result_that_could_not_be_made_is_missed_in_words():
+    testcapi = pytest.importorskip("_testcapi", reason="this Python has no module that refuses memory")
+    solver = held_at_ends(MESH)
+    around = np.array([5], np.int32)
+    told = set()
+    for nth in range(60):
+        job = solver.begin_patches([around], np.array([0.1]))
+        job.wait()
+        with contextlib.suppress(MemoryError, RuntimeError):
+            testcapi.set_nomemory(nth, nth + 1)
+            job.result()
+        testcapi.remove_mem_hooks()
+        try:
+            patches = job.result()
+        except RuntimeError as error:
+            told.add(str(error))
+        else:
+            assert len(patches[0]) == 3
+    (message,) = told
+    assert message.startswith("the result of this job is not there, because an earlier call of result() has failed")
+
+
 PRELUDE = """
 import builtins, os, sys
 import numpy as np
@@ -223,6 +246,35 @@ builtins.at_exit = AtExit()
     assert run_python(code) == "Python is about to exit: no job can be begun\n"
 
 
+def test_an_array_may_begin_a_job_when_it_is_freed():
+    run_python(
+        """
+class Out(np.ndarray):
+    def __del__(self):
+        begun.append(arap_native.SurfaceArap.begin_bind(*mesh))
+
+def begin_into(solver):
+    solver.set_constraints(ends(mesh), np.ones(40))
+    out = np.empty(mesh.positions.shape, np.float32).view(Out)
+    return solver.begin_solve(twisted_ends(mesh), arap_native.SolveOptions(max_iterations=10**9, accuracy=0), out=out)
+
+begun = []
+first = begin_into(arap_native.SurfaceArap(*mesh))
+second = begin_into(arap_native.SurfaceArap(*mesh))
+first.cancel()
+first.wait()
+del first
+assert not begun
+third = begin_endless()  # forgets the first, which lets go of its array
+assert len(begun) == 1 and begun[0].result().n_vertices == 600
+for job in (second, third):
+    assert not job.is_done
+    job.cancel()
+    assert job.result().stop_reason == "cancelled"
+"""
+    )
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
 def test_a_forked_child_has_lost_the_jobs_under_way_and_begins_its_own():
     code = """
@@ -247,20 +299,56 @@ assert not job.wait(0.01)
     )
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_without_a_thread_the_work_is_done_at_once():
-    import resource
-
-    code = """
+WITHOUT_A_THREAD = """
 import resource
 room = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize() + 500_000_000
 resource.setrlimit(resource.RLIMIT_AS, (room, room))
+"""
+AT_ONCE = """
 job = arap_native.SurfaceArap.begin_bind(*mesh)
 assert job.is_done and job.result().n_vertices == 600
 """
+# The work ends only if the other thread gets the GIL meanwhile, and ends all jobs as Python's exit does.
+WITHOUT_THE_GIL = f"""
+import atexit, threading
+sys.setswitchinterval(1000)  # only who lets go of the GIL gives it to another
+may_end = threading.Lock()
+may_end.acquire()
+ending = threading.Thread(target=lambda: (may_end.acquire(), atexit._run_exitfuncs()))
+ending.start()
+{WITHOUT_A_THREAD}
+may_end.release()
+job = begin_endless()
+ending.join()
+assert job.is_done and job.result().stop_reason == "cancelled"
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+@pytest.mark.parametrize("code", [WITHOUT_A_THREAD + AT_ONCE, WITHOUT_THE_GIL], ids=["at once", "without the GIL"])
+def test_without_a_thread_the_work_is_done_at_once(code):
+    import resource
+
     gigabyte = 1 << 30  # of stack for each thread, more than there is room for
     run_python(
         code,
         env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, (gigabyte, gigabyte)),
+    )
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the limit decides on the stacks of threads on Linux")
+def test_half_the_stack_of_a_thread_of_macos_is_enough():
+    import resource
+
+    run_python(
+        """
+big = tube(200, 100)
+solver = arap_native.SurfaceArap.begin_bind(*big, arap_native.Options(threads=2)).result()
+solver.begin_set_constraints(ends(big)).result()
+solver.begin_solve(twisted_ends(big), arap_native.SolveOptions(max_iterations=3)).result()
+solver.begin_patches([ends(big)[:1]], np.array([.5])).result()
+""",
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, (256 * 1024, 256 * 1024)),
     )

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Arrays of numpy in and out. What is not as expected is a TypeError or ValueError that says so.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <cstring>
+#include <initializer_list>
+#include <memory>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "arap/types.h"
+
+namespace arap_native {
+
+namespace py = pybind11;
+
+template <typename T>
+inline constexpr const char* kDtype = nullptr;
+template <>
+inline constexpr const char* kDtype<double> = "float64";
+template <>
+inline constexpr const char* kDtype<float> = "float32";
+template <>
+inline constexpr const char* kDtype<int> = "int32";
+static_assert(sizeof(int) == 4 && sizeof(float) == 4 && sizeof(double) == 8);
+
+/// One dimension of an expected shape: a size, or a letter for any size.
+class Extent {
+ public:
+  // Implicit, so that {n, 3} and {"n", 3} read as shapes.
+  Extent(py::ssize_t size) : size_(size), text_(std::to_string(size)) {}  // NOLINT(google-explicit-constructor)
+  Extent(const char* letter) : text_(letter) {}                           // NOLINT(google-explicit-constructor)
+
+  [[nodiscard]] bool accepts(py::ssize_t given) const { return size_ < 0 || size_ == given; }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  py::ssize_t size_ = -1;
+  std::string text_;
+};
+using Shape = std::initializer_list<Extent>;
+
+std::string shape_text(Shape shape);
+std::string shape_text(const py::array& array);
+std::string type_name(py::handle object);
+bool has_shape(const py::array& array, Shape shape);
+
+/// `object` as an array of native Ts in C order. Throws a TypeError or ValueError that says what was expected.
+template <typename T>
+py::array require_dtype(const py::object& object, const std::string& name) {
+  if (!py::isinstance<py::array>(object))
+    throw py::type_error(name + " is of type " + type_name(object) + ", expected a numpy array of " + kDtype<T>);
+  auto array = py::reinterpret_borrow<py::array>(object);
+  const py::dtype dtype = array.dtype();
+  const bool is_native = dtype.byteorder() == '=' || dtype.byteorder() == '|';
+  if (dtype.kind() != (std::is_floating_point_v<T> ? 'f' : 'i') || dtype.itemsize() != sizeof(T) || !is_native)
+    throw py::value_error(name + " has dtype " + std::string(py::str(dtype)) + ", expected " + kDtype<T>);
+  return array;
+}
+
+/// The same for an array of exactly this shape; `rows` says what a row stands for.
+template <typename T>
+py::array require_array(const py::object& object, const std::string& name, Shape shape, const char* rows) {
+  py::array array = require_dtype<T>(object, name);
+  if (!has_shape(array, shape))
+    throw py::value_error(name + " has shape " + shape_text(array) + ", expected " + shape_text(shape) + ": " + rows);
+  if ((array.flags() & py::array::c_style) == 0)
+    throw py::value_error(name + " is not C-contiguous, expected rows one after the other: pass a copy of it");
+  return array;
+}
+
+/// A copy: the library keeps it, or works on it while other Python threads may write to the array.
+template <typename T>
+std::vector<T> to_vector(const py::array& array) {
+  std::vector<T> values(static_cast<size_t>(array.size()));
+  if (!values.empty()) std::memcpy(values.data(), array.data(), values.size() * sizeof(T));
+  return values;
+}
+
+template <typename T>
+std::vector<T> vector_from(const py::object& object, const std::string& name, const Extent& size, const char* rows) {
+  return to_vector<T>(require_array<T>(object, name, {size}, rows));
+}
+
+arap::Positions positions_from(const py::object& object, const char* name, const Extent& rows, const char* rows_text);
+
+/// The numbers of an array that is written to; none for None. The array must outlive them.
+std::span<float> out_from(const py::object& object, py::ssize_t n_vertices);
+
+template <typename T>
+py::array to_array(std::vector<T> values) {
+  auto owned = std::make_unique<std::vector<T>>(std::move(values));
+  const auto size = static_cast<py::ssize_t>(owned->size());
+  const T* data = owned->data();
+  const py::capsule owner(owned.release(), [](void* p) { delete static_cast<std::vector<T>*>(p); });
+  return py::array_t<T>(size, data, owner);
+}
+
+py::array to_array(arap::Positions values);
+
+}  // namespace arap_native

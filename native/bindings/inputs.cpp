@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "inputs.h"
+
+#include <memory>
+#include <utility>
+
+namespace arap_native {
+
+namespace {
+
+arap::Patches patches_from(const py::object& object) {
+  if (object.is_none()) return {};
+  if (!py::isinstance<py::tuple>(object) || py::len(object) != 3)
+    throw py::type_error("patches is not a tuple of three arrays, expected (offsets, vertices, weights)");
+  const auto fields = py::reinterpret_borrow<py::tuple>(object);
+  arap::Patches patches;
+  patches.offsets =
+      vector_from<int>(fields[0], "patch offsets", "n_patches + 1", "where each patch begins, and the end");
+  patches.vertices = vector_from<int>(fields[1], "patch vertices", "e", "one entry per vertex of a patch");
+  patches.weights = vector_from<double>(fields[2], "patch weights", static_cast<py::ssize_t>(patches.vertices.size()),
+                                        "one entry per vertex of a patch");
+  return patches;
+}
+
+}  // namespace
+
+MeshArrays mesh_from(const py::object& rest_positions, const py::object& corner_vertices,
+                     const py::object& face_sizes) {
+  MeshArrays mesh{positions_from(rest_positions, "rest_positions", "n", "one row per vertex"), {}, {}};
+  const bool is_triangles = require_dtype<int>(corner_vertices, "corner_vertices").ndim() == 2;
+  if (is_triangles && !face_sizes.is_none())
+    throw py::value_error(
+        "corner_vertices has two dimensions and face_sizes is given, expected one of them: (m, 3) "
+        "triangles alone, or (c,) corners with face_sizes");
+  if (is_triangles) {
+    mesh.corner_vertices =
+        to_vector<int>(require_array<int>(corner_vertices, "corner_vertices", {"m", 3}, "one row per triangle"));
+    mesh.face_sizes.assign(mesh.corner_vertices.size() / 3, 3);
+    return mesh;
+  }
+  mesh.corner_vertices =
+      vector_from<int>(corner_vertices, "corner_vertices", "c", "one entry per corner, or (m, 3) for triangles");
+  if (face_sizes.is_none())
+    throw py::value_error("face_sizes is None, expected (f,) int32: only corner_vertices of shape (m, 3) need none");
+  mesh.face_sizes = vector_from<int>(face_sizes, "face_sizes", "f", "one entry per face");
+  return mesh;
+}
+
+arap::PolygonMesh mesh_of(MeshArrays arrays) {
+  return {std::move(arrays.positions), std::move(arrays.corner_vertices), std::move(arrays.face_sizes)};
+}
+
+BindInput::BindInput(const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes,
+                     const arap::Options* given, const py::object& stiffness, const py::object& rigid_regions)
+    : mesh(mesh_from(rest_positions, corner_vertices, face_sizes)) {
+  if (given != nullptr) options = *given;
+  const Extent n = mesh.positions.rows();
+  if (!stiffness.is_none())
+    properties.stiffness = vector_from<double>(stiffness, "stiffness", n, "one entry per vertex");
+  if (!rigid_regions.is_none())
+    properties.rigid_regions = vector_from<int>(rigid_regions, "rigid_regions", n, "one entry per vertex");
+}
+
+std::shared_ptr<Model> BindInput::bind(const arap::Progress& progress) {
+  return std::make_shared<Model>(arap::SurfaceArap(mesh_of(std::move(mesh)), options, properties, progress));
+}
+
+arap::ConstraintSet constraints_from(const py::object& vertices, const py::object& strengths,
+                                     const py::object& patches) {
+  arap::ConstraintSet set;
+  set.vertices = vector_from<int>(vertices, "vertices", "k", "one entry per constrained vertex");
+  if (!strengths.is_none())
+    set.strengths = vector_from<double>(strengths, "strengths", static_cast<py::ssize_t>(set.vertices.size()),
+                                        "one entry per constrained vertex");
+  set.patches = patches_from(patches);
+  return set;
+}
+
+std::vector<arap::Matrix3> rotations_from(const py::object& object, const Extent& rows) {
+  if (object.is_none()) return {};
+  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  const std::vector<double> values =
+      to_vector<double>(require_array<double>(object, "rotations", {rows, 3, 3}, "one matrix per row of targets"));
+  std::vector<arap::Matrix3> rotations(values.size() / 9);
+  for (size_t r = 0; r < rotations.size(); ++r) rotations[r] = Eigen::Map<const RowMajor>(&values[9 * r]);
+  return rotations;
+}
+
+}  // namespace arap_native

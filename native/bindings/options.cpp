@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "options.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arap/surface_arap.h"
+#include "arrays.h"
+#include "docstrings.h"
+#include "enum_names.h"
+
+namespace arap_native {
+
+namespace {
+
+/// Assigns one field; the options stay as they are where the new value is not allowed.
+template <typename Options, typename T>
+void assign(Options& options, T Options::*field, T value) {
+  Options changed = options;
+  changed.*field = value;
+  changed.validate();
+  options = changed;
+}
+
+/// Adds a field as an attribute that is validated when it is set.
+template <typename Options, typename T>
+void def_field(py::class_<Options>& type, const char* name, T Options::*field, const char* doc) {
+  type.def_property(
+      name, [field](const Options& options) { return options.*field; },
+      [field](Options& options, T value) { assign(options, field, value); }, doc);
+}
+
+/// Adds an enum as an attribute that is a string.
+template <typename Options, typename Enum>
+void def_enum(py::class_<Options>& type, const char* name, Enum Options::*field, Names<Enum> names, const char* doc) {
+  type.def_property(
+      name, [field, names](const Options& options) { return name_of(options.*field, names); },
+      [field, name, names](Options& options, const std::string& value) {
+        assign(options, field, value_of(value, name, names));
+      },
+      doc);
+}
+
+/// Sets an option. Throws a TypeError that names it if the value is of another type than the default.
+void set_option(const py::object& options, const std::string& name, const py::handle& value) {
+  const std::string expected = type_name(options.attr(name.c_str()));
+  try {
+    py::setattr(options, name.c_str(), value);
+  } catch (py::error_already_set& error) {
+    if (!error.matches(PyExc_TypeError)) throw;
+    throw py::type_error(
+        py::str("{} = {!r} is of type {}, expected {}").format(name, value, type_name(value), expected));
+  }
+}
+
+/// Adds the constructor, with every attribute as a keyword, and the repr, which is a call of it.
+template <typename Options>
+void def_construction(py::class_<Options>& type, const char* init_doc, std::vector<const char*> attributes) {
+  const std::string name = py::str(type.attr("__name__"));
+  type.def(py::init([name, attributes](const py::kwargs& values) {
+             const py::object options = py::cast(Options{});
+             for (const auto& [key, value] : values) {
+               const std::string attribute = py::str(key);
+               if (std::find(attributes.begin(), attributes.end(), attribute) == attributes.end())
+                 throw py::type_error(py::str("{}() got an unexpected keyword argument {!r}").format(name, key));
+               set_option(options, attribute, value);
+             }
+             return options.cast<Options>();
+           }),
+           init_doc);
+  type.def("__repr__", [name, attributes = std::move(attributes)](py::handle self) {
+    std::string text;
+    for (const char* attribute : attributes)
+      text += (text.empty() ? "" : ", ") + std::string(attribute) + "=" + std::string(py::repr(self.attr(attribute)));
+    return name + "(" + text + ")";
+  });
+}
+
+}  // namespace
+
+void bind_options(py::module_& m) {
+  using arap::Options;
+  py::class_<Options> type(m, "Options", docstrings::Options);
+  def_enum<Options, arap::Energy>(type, "energy", &Options::energy, kEnergies, docstrings::Options_energy);
+  def_field(type, "rigidity_radius", &Options::rigidity_radius, docstrings::Options_rigidity_radius);
+  def_enum<Options, arap::EdgeWeights>(type, "weights", &Options::weights, kWeights, docstrings::Options_weights);
+  def_enum<Options, arap::LinearSolverKind>(type, "linear_solver", &Options::linear_solver, kLinearSolvers,
+                                            docstrings::Options_linear_solver);
+  def_field(type, "threads", &Options::threads, docstrings::Options_threads);
+  def_field(type, "join_seams", &Options::join_seams, docstrings::Options_join_seams);
+  def_construction(type, docstrings::Options_init,
+                   {"energy", "rigidity_radius", "weights", "linear_solver", "threads", "join_seams"});
+}
+
+void bind_solve_options(py::module_& m) {
+  using arap::SolveOptions;
+  py::class_<SolveOptions> type(m, "SolveOptions", docstrings::SolveOptions);
+  def_enum<SolveOptions, arap::InitialGuess>(type, "initial_guess", &SolveOptions::initial_guess, kInitialGuesses,
+                                             docstrings::SolveOptions_initial_guess);
+  def_enum<SolveOptions, arap::Acceleration>(type, "acceleration", &SolveOptions::acceleration, kAccelerations,
+                                             docstrings::SolveOptions_acceleration);
+  def_field(type, "max_iterations", &SolveOptions::max_iterations, docstrings::SolveOptions_max_iterations);
+  def_field(type, "accuracy", &SolveOptions::accuracy, docstrings::SolveOptions_accuracy);
+  def_field(type, "time_limit_s", &SolveOptions::time_limit_s, docstrings::SolveOptions_time_limit_s);
+  def_construction(type, docstrings::SolveOptions_init,
+                   {"initial_guess", "acceleration", "max_iterations", "accuracy", "time_limit_s"});
+}
+
+}  // namespace arap_native

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace arap_native {
+
+namespace py = pybind11;
+
+/// Adds Options to the module.
+void bind_options(py::module_& m);
+/// Adds SolveOptions.
+void bind_solve_options(py::module_& m);
+
+}  // namespace arap_native
