@@ -82,9 +82,10 @@ def module_faults(module: Path, wheel: Path) -> Iterator[str]:
     if platform.system == "macos" and version:
         yield from macos_faults(module, f"{version[1]}.{version[2]}")
     content = module.read_bytes()
-    for place in (str(Path(__file__).resolve().parents[1]), str(Path.home()) + "/", "site-packages"):
-        if place.encode() in content:
-            yield f"has a path of the machine that built it inside: {place}"
+    places = (str(Path(__file__).resolve().parents[1]), str(Path.home()) + "/", "site-packages")
+    inside = [place for place in places if place.encode() in content]
+    if inside:  # the first will do: the clone may be in the home
+        yield f"has a path of the machine that built it inside: {inside[0]}"
 
 
 def wheel_faults(wheel: Path) -> Iterator[str]:
