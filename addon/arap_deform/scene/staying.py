@@ -22,6 +22,9 @@ from .inputs import enabled_entries, hold_of
 if TYPE_CHECKING:
     from .held import Entry
 
+Shapes = dict[tuple[str, str], tuple[str, int, float]]
+"""What pins and handles hold, as saved: text and number of the shape, and reach; by the list and the name."""
+
 AT_PLACE = 1e-5  # a shape that is this near to that at rest is the one at rest, as a fraction of the diagonal
 
 
@@ -55,6 +58,28 @@ def stay(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *added: Entry, u
         entries = _entries(obj, depsgraph, held, added, use_nodes)
         _keep_points(held, entries, held.completed(shown))
         _hold_shown(held, entries, held.completed(shown))
+
+
+def capture_shapes(obj: bpy.types.Object) -> Shapes:
+    """What restore_shapes() restores."""
+    return {
+        place: (entry.shape_text, entry.shape_id, getattr(entry, "reach", 0.0)) for place, entry in _places(obj).items()
+    }
+
+
+def restore_shapes(obj: bpy.types.Object, shapes: Shapes) -> list[Entry]:
+    """Restores what capture_shapes() returned; returns the pins and handles that are new since then."""
+    places = _places(obj)
+    for place in places.keys() & shapes.keys():
+        entry = places[place]
+        entry.shape_text, entry.shape_id, reach = shapes[place]
+        if hasattr(entry, "reach"):
+            entry.reach = reach
+    return [entry for place, entry in places.items() if place not in shapes]
+
+
+def _places(obj: bpy.types.Object) -> dict[tuple[str, str], Entry]:
+    return {(items, entry.name): entry for items in ("pins", "handles") for entry in getattr(obj.arap, items)}
 
 
 def _entries(

@@ -20,10 +20,12 @@ from ..props import hooks
 from ..props.bounds import bounded
 from ..scene import groups, handle_motion, held, meshes, remembered, staying
 from ..scene.groups import VertexIndices
+from ..scene.inputs import hold_of
 from .pins import GroupList
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
+    from ..scene.held import Entry
 
 SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of the mesh's diagonal
 
@@ -140,20 +142,35 @@ def remove_handle(obj: bpy.types.Object, index: int) -> None:
         bpy.data.objects.remove(target)
 
 
-def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
-    """Sets the handle's rest matrix so that the target's place now gives the pose shown now.
+def take_over(obj: bpy.types.Object, *entries: Entry) -> None:
+    """Lets pins and handles hold the pose shown now, wherever the objects of handles are: the mesh must not jump.
 
-    Called after a change of a handle's target, bone or group: the mesh must not jump. Does nothing if one is missing.
+    Called after a change of a handle's target, bone or group. Passes over entries of which one of these is missing.
     """
-    if _is_making:
+    if obj.type != "MESH":
         return
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    is_whole = not handle_motion.target_problem(obj, handle.target, handle.bone, depsgraph)
-    if obj.type != "MESH" or not is_whole or handle.vertex_group not in obj.vertex_groups:
-        return
+    use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
+    whole = [entry for entry in entries if not _lack_of(obj, entry, depsgraph)]
+    for entry in whole:
+        if hasattr(entry, "target"):
+            _set_rest(obj, entry, depsgraph, use_nodes)
+    staying.stay(obj, depsgraph, *whole, use_nodes=use_nodes)
+
+
+def _lack_of(obj: bpy.types.Object, entry: Entry, depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether its group or its object is missing."""
+    if hasattr(entry, "target") and handle_motion.target_problem(obj, entry.target, entry.bone, depsgraph):
+        return True
+    return hold_of(entry).group not in obj.vertex_groups
+
+
+def _set_rest(
+    obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph, use_nodes: bool | None
+) -> None:
+    """Sets the handle's rest matrix so that its object's place now gives the pose shown now."""
     world = handle_motion.object_matrix(obj, depsgraph)
     fit = np.eye(4)
-    use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
     if handle_motion.pose_key_of(obj) is not None:
         rest = meshes.read_rest(obj).astype(np.float64)
         spec = held.specs_of(obj, [handle], rest, use_nodes=use_nodes)[0]
@@ -161,7 +178,6 @@ def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
             fit = held.fit(obj, depsgraph, spec, handle, use_nodes=use_nodes).motion
     matrix = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
     handle.rest = Matrix(np.linalg.inv(fit) @ np.linalg.inv(world) @ matrix)
-    staying.stay(obj, depsgraph, handle, use_nodes=use_nodes)
 
 
 def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = False) -> str:
@@ -235,6 +251,8 @@ def _is_used(empty: bpy.types.Object) -> bool:
 
 
 def _on_changed(obj: bpy.types.Object, handle: ArapHandle) -> None:
+    if _is_making:
+        return
     try:
         take_over(obj, handle)
     except ValueError:
