@@ -55,7 +55,7 @@ class Session:
             settings: see SessionSettings.
             stiffness: (n,) > 0, or None.
             rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
-            mirrors: planes that complete the mesh; those that do not are ignored.
+            mirrors: planes that complete the mesh, see mirror.used_mirrors().
 
         Raises:
             ValueError: the mesh cannot be used; the message says where.

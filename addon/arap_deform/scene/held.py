@@ -35,7 +35,8 @@ class HeldMesh:
         self.n_own = len(self.mesh.rest_positions)
         self.stretch = meshes.read_stretch(obj, depsgraph)
         self._settings = settings_of(obj)
-        self.mesh, self._whole = completed(self.mesh, meshes.read_mirrors(obj, depsgraph), self.stretch)
+        mirrors = meshes.read_mirrors(obj, depsgraph, self.stretch, self.mesh.rest_positions)
+        self.mesh, self._whole = completed(self.mesh, mirrors, self.stretch)
         seen = self.mesh.rest_positions @ self.stretch.T
         self.surface = Surface.of(seen, self.mesh.corner_vertices, self.mesh.face_sizes, self._settings.rigidity_radius)
 

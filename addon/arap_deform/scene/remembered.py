@@ -53,9 +53,9 @@ def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
     shape = stretch / scale
     former = _sizes.get(obj.name_full)
     if former is None or np.abs(former[0] - shape).max() > SAME_STRETCH:
-        corner_vertices = versions.read_corner_vertices(obj.data)
-        mirrors = meshes.read_mirrors(obj, depsgraph)
-        former = (shape, seen_size(meshes.read_rest(obj), corner_vertices, shape, mirrors))
+        mesh = meshes.read_mesh(obj)
+        mirrors = meshes.read_mirrors(obj, depsgraph, shape, mesh.rest_positions)
+        former = (shape, seen_size(mesh, mirrors, shape))
         _sizes[obj.name_full] = former
     return scale * former[1]
 
