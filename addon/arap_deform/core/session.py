@@ -82,6 +82,7 @@ class Session:
         self._unstretch: Floats = np.asarray(np.linalg.inv(self._stretch), dtype=np.float64)
         self._is_stretched = not np.array_equal(self._stretch, np.eye(3))
         self._n_own = len(mesh.rest_positions)
+        self._mirrors = tuple(mirrors)
         mesh, self._whole = completed(mesh, mirrors, self._stretch)
         self._rest = np.ascontiguousarray(mesh.rest_positions, dtype=np.float64)
         self._settings = settings
@@ -110,6 +111,11 @@ class Session:
     def stretch(self) -> Floats:
         """(3, 3) float64."""
         return self._stretch
+
+    @property
+    def mirrors(self) -> tuple[Mirror, ...]:
+        """The planes that complete the mesh."""
+        return self._mirrors
 
     @property
     def settings(self) -> SessionSettings:

@@ -33,8 +33,8 @@ def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None
     reason = counts_problem(obj, inputs)
     if reason:
         raise RuntimeError(f"{reason} while it was being prepared: start again")
-    # Keep the stretch of the bind: differences below the tolerance must not add up.
-    sessions.put(obj.name, Bound(session, replace(inputs, stretch=session.stretch)))
+    # Keep stretch and planes of the bind: differences below the tolerance must not add up.
+    sessions.put(obj.name, Bound(session, replace(inputs, stretch=session.stretch, mirrors=session.mirrors)))
     sync(obj)
 
 

@@ -151,6 +151,21 @@ class MirrorTest(SceneTest):
             bpy.context.view_layer.update()
             self.assertEqual(unfit(obj), "")
 
+    def test_a_bake_sees_an_animated_plane(self):
+        """Where the plane is away, the half is posed alone; where it is back, as the whole."""
+        obj = self.bent()
+        modifier = obj.modifiers["Mirror"]
+        for key, is_on in ((1, True), (2, False), (3, True)):
+            modifier.show_viewport = is_on
+            modifier.keyframe_insert("show_viewport", frame=key)
+        self.scene.frame_set(1)
+        names = self.api.bake_animation(obj, 1, 3)
+        is_on_plane = np.abs(rest_positions(obj)[:, 0]) < 1e-6
+        far = [np.abs(key_positions(obj, name)[is_on_plane, 0]).max() for name in names]
+        self.assertLess(far[0], 1e-6)
+        self.assertGreater(far[1], 1e-3)
+        self.assertLess(far[2], 1e-6)
+
     def test_the_modifier_is_heard(self):
         obj = self.bent()
         modifier = obj.modifiers["Mirror"]
