@@ -70,6 +70,7 @@ class Session:
         seen = replace(mesh, rest_positions=session._surface.seen)
         job = models.begin_bind(native, models.ModelInput(seen, settings, stiffness, rigid_regions))
         session._model = yield from stage(job, "Binding was cancelled; nothing has changed")
+        session._own_parts = np.unique(session._model.part_of_vertex[: session.n_vertices])
         session._bind_ms = _ms_since(start)
         return session
 
@@ -96,6 +97,7 @@ class Session:
         # The solver writes single precision into memory that is there already: a frame allocates nothing.
         self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
         self._model: models.Model
+        self._own_parts: Ints  # the others are images
         self._bind_ms = 0.0
         self._factor_ms = 0.0
 
@@ -296,7 +298,7 @@ class Session:
             energy_before=result.energy_before,
             step=result.step,
             stop_reason=result.stop_reason,
-            parts_at_rest=len(result.parts_at_rest),
+            parts_at_rest=int(np.isin(result.parts_at_rest, self._own_parts).sum()),
             loose_vertices=int((result.loose_vertices < self.n_vertices).sum()),
             bind_ms=self._bind_ms,
             factor_ms=self._factor_ms,

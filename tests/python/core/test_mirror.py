@@ -240,3 +240,16 @@ def test_a_rigid_region_at_the_plane_is_one_body_with_its_image():
     assert (of_whole == 0).sum() == len(ring(WHOLE_MESH, 2.0))
     assert (of_whole == 1).sum() == (of_whole == 3).sum() == (regions == 1).sum()
     assert whole.regions(None) is None
+
+
+def test_a_part_at_rest_is_counted_without_its_image():
+    half, _ = part_of(OPEN, [0])
+    n = len(half.rest_positions)
+    shifts = [(0.0, 0.0, 0.0), (9.0, 0.0, 0.0), (0.0, 9.0, 0.0)]  # held, away from the plane, on the plane
+    parts = SessionMesh(
+        np.concatenate([np.add(half.rest_positions, shift) for shift in shifts]),
+        np.concatenate([half.corner_vertices + i * n for i in range(3)]).astype(np.int32),
+        np.tile(half.face_sizes, 3),
+    )
+    session, _ = posed(parts, [hold(ring(half, 0.0))], [np.eye(4)], mirrors(0))
+    assert session.update(np.eye(4)[None]).parts_at_rest == 2
