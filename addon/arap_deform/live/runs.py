@@ -19,7 +19,7 @@ from ..props import hooks, preferences
 from ..scene import meshes, redraw
 from ..scene.console import say
 from .run import LiveRun, When
-from .scene import BlenderLiveScene
+from .scene import SCRIPT_TIME_LIMIT_S, BlenderLiveScene
 
 TIMER_S = 0.02
 LIVE = "Live"  # see sessions.hold()
@@ -104,7 +104,7 @@ def _changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, when: When)
     for run in runs:
         with run.scene.evaluated(depsgraph, is_frame=when is not When.UPDATE):
             if bpy.app.background:  # there are no timers
-                run.settle()
+                run.settle(SCRIPT_TIME_LIMIT_S)
             else:
                 run.scene_changed(when, FOLLOW_TIME_LIMIT_S / max(1, n_moving))
     _wake()

@@ -72,7 +72,7 @@ def test_what_did_not_change_is_not_solved() -> None:
     scene, run = begun()
     for when in (When.UPDATE, When.FRAME, When.UPDATE, When.PLAYBACK):
         run.scene_changed(when)
-    run.settle()
+    run.settle(60.0)
     assert (scene.calls, run.wants_timer) == ([], False)
 
 
@@ -106,13 +106,32 @@ def test_a_frame_shown_alone_is_settled_at_once_even_in_the_pause_of_a_heavy_mes
     assert not run.wants_timer
 
 
-def test_a_frame_shown_alone_waits_for_its_bind() -> None:
+def test_a_frame_shown_alone_does_not_wait_for_a_bind_and_catches_up() -> None:
     scene, run = begin(is_fit=False)
     run.scene_changed(When.FRAME)
-    assert (scene.binds[0].is_done, scene.calls, run.wants_timer) == (True, ["go on", "from rest"], False)
+    assert (scene.binds[0].is_done, scene.calls, run.wants_timer) == (False, [], True)
+    scene.binds[0].is_done = True
+    run.tick(is_playing=False)
+    run.tick(is_playing=False)
+    assert (scene.calls, run.wants_timer) == (["go on", "from rest"], False)
+
+
+def test_a_frame_shown_alone_is_shown_with_a_bind_that_takes_no_time() -> None:
+    scene, run = begin(is_fit=False, bind_needs_s=0.0)
+    run.scene_changed(When.FRAME)
+    assert (scene.calls, run.wants_timer) == (["go on", "from rest"], False)
     scene.is_painted, scene.place = True, 1.0
     run.scene_changed(When.FRAME)
     assert (scene.calls[2:], run.wants_timer) == ([], True)
+
+
+def test_without_a_timer_a_bind_is_waited_for_but_not_for_ever() -> None:
+    for needs_s, calls in ((1.0, ["go on", "from rest"]), (61.0, [])):
+        scene, run = begin(is_fit=False, bind_needs_s=needs_s)
+        run.settle(60.0)
+        assert scene.calls == calls
+        assert (run.is_over, scene.binds[0].is_dropped) == (not calls, not calls)
+    assert scene.off == ["The mesh was not prepared within 60 seconds: use Solve or Bake"]
 
 
 def test_a_run_of_an_opened_file_waits_until_something_moves() -> None:
@@ -209,7 +228,7 @@ def test_binds_by_the_timer_and_never_in_a_handler() -> None:
 def test_without_a_window_all_is_done_at_once() -> None:
     scene, run = begun()
     scene.place = 1.0
-    run.settle()
+    run.settle(60.0)
     assert (scene.calls, scene.limits[-1]) == (["from rest"], (None, None))
 
 
@@ -226,7 +245,7 @@ def test_a_mesh_that_never_fits_ends_instead_of_binding_for_ever() -> None:
 
     scene.begin_bind = begin_bind  # type: ignore[method-assign]
     run = LiveRun(scene, scene.clock)
-    run.settle()
+    run.settle(60.0)
     assert scene.off == ["The mesh changes each time it has been prepared"]
     assert run.is_over
 
