@@ -123,7 +123,8 @@ class LiveRun(HasFollower):
         self._is_busy = True
         try:
             self.pause = self._scene.why_paused()
-            if not self.pause and self._is_awake():
+            # A run that waits looks in a pause, too: what changes meanwhile counts.
+            if self._is_awake() and not self.pause:
                 step()
         except NotNow as reason:
             self.pause = str(reason)

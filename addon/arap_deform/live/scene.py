@@ -90,8 +90,11 @@ class BlenderLiveScene(BlenderFollowScene):
         return ""
 
     def has_changed(self) -> bool:
-        """What the first call sees is kept."""
-        now = _Seen.of(self._obj(), self._depsgraph(), self._changed_at)
+        """What the first call sees is kept. Nothing is seen of an object that Blender does not evaluate."""
+        obj, depsgraph = self._obj(), self._depsgraph()
+        if not meshes.is_evaluated(obj, depsgraph):
+            return False
+        now = _Seen.of(obj, depsgraph, self._changed_at)
         if self._first is None:
             self._first = now
         return not now.is_same_as(self._first)

@@ -21,6 +21,7 @@ class FakeScene(FakeFollowScene):
     step_s: float = 0.001
     now: float = 0.0
     off: list[str] = field(default_factory=list)
+    first_place: float | None = None
 
     def clock(self) -> float:
         return self.now
@@ -32,7 +33,8 @@ class FakeScene(FakeFollowScene):
         self.calls.append("look again")
 
     def has_changed(self) -> bool:
-        return self.place != 0.0
+        self.first_place = self.place if self.first_place is None else self.first_place
+        return self.place != self.first_place
 
     def undone(self) -> None:
         self.calls.append("undone")
@@ -148,6 +150,17 @@ def test_a_run_of_an_opened_file_waits_until_something_moves() -> None:
     scene.place = 0.0
     run.tick(is_playing=False)
     assert len(scene.binds) == 1
+
+
+def test_a_run_that_waits_sees_what_changes_in_a_pause() -> None:
+    """As in a file that was saved in Edit Mode."""
+    scene = FakeScene(pause="Paused in Edit Mode", place=1.0)
+    run = LiveRun(scene, scene.clock, is_waiting=True)
+    run.look()
+    scene.place = 2.0
+    scene.pause = ""
+    run.tick(is_playing=False)
+    assert scene.calls[-1] == "follow"
 
 
 def test_playback_goes_on_from_the_frame_before_and_its_last_frame_starts_from_rest() -> None:
