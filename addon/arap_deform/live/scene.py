@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import sessions
+from ..core import native, sessions
 from ..core.arrays import Floats
 from ..core.session_data import Readout
 from ..core.session_input import SceneState, difference_of_scene
@@ -142,7 +142,7 @@ class BlenderLiveScene(BlenderFollowScene):
         obj = self.obj
         if obj is not None:
             obj.arap.is_live = False
-            obj.arap.live_problem = f"{error}: Live is off"
+            obj.arap.live_problem = f"{native.sentence_of(error)}: Live is off"
             if bpy.app.background:
                 say(f"ARAP: {obj.arap.live_problem}")
 

@@ -16,6 +16,34 @@ class ClaimTest(SceneTest):
         self.addCleanup(sessions.release, name, act)
 
 
+class ErrorTest(SceneTest):
+    def test_too_little_memory_is_told_in_words(self):
+        """Python's own MemoryError has no text."""
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        text = "There is not enough memory"
+        blend, pull = module("poses.blend_operator"), module("pull.operators")
+        mouse = mock.Mock(mouse_x=0, type="MOUSEMOVE")
+        for made, act in (
+            ("poses.blend_operator.BlendRun", lambda it: blend.ARAP_OT_poses_blend._begin(it, bpy.context, mouse)),
+            ("pull.operators.PullRun", lambda it: pull.ARAP_OT_pull._begin_drag(it, bpy.context, mouse, (0, 0))),
+        ):
+            operator = mock.Mock(_grip=mock.Mock(object_name=obj.name))
+            where, _, name = made.rpartition(".")
+            with mock.patch.object(module(where), name, side_effect=MemoryError):
+                self.assertEqual(act(operator), {"CANCELLED"})
+            operator.report.assert_called_once_with({"ERROR"}, text)
+        operator = mock.Mock()
+        module("bake.operators").FramesOperator.draw_size(operator, mock.Mock(side_effect=MemoryError), "INFO")
+        self.assertEqual(operator.layout.label.call_args.kwargs["text"], text)
+        run = mock.Mock(_name=obj.name, _follower=None)
+        run.restore_handles.side_effect = MemoryError
+        self.assertEqual(module("poses.blend_run").BlendRun.restore(run), text)
+        act = module("follow.act").PoseAct(mock.Mock())
+        act.fail(MemoryError())
+        self.assertEqual(act.end.message, f"Posing has ended and everything is as before: {text}")
+
+
 class ReasonTest(ClaimTest):
     def reason(self, name: str) -> str:
         """Why an operator is grey."""
