@@ -40,7 +40,9 @@ def forget_shapes(obj: bpy.types.Object) -> None:
 
 def working_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[int]:
     """Indices of the handles that can be moved, enabled or not."""
-    return [i for i, handle in enumerate(obj.arap.handles) if not handle_motion.problem_of(obj, handle, depsgraph)]
+    made: handle_motion.Made = {}
+    handles = enumerate(obj.arap.handles)
+    return [i for i, handle in handles if not handle_motion.problem_of(obj, handle, depsgraph, made)]
 
 
 def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[str]:

@@ -15,7 +15,7 @@ import numpy as np
 from ..core.arrays import Floats
 from ..core.mirror import seen_size
 from ..props import hooks
-from . import meshes, versions
+from . import handle_motion, meshes, versions
 
 # With more vertices the look takes longer than a panel may. Then preparing the pose tells of empty groups.
 MOST_VERTICES = 20_000
@@ -25,6 +25,8 @@ _has_weights: dict[str, dict[str, bool]] = {}
 """By names of objects and of groups."""
 _sizes: dict[str, tuple[Floats, float]] = {}
 """The stretch, scaled to a largest entry of 1, and the diagonal under it."""
+_has_foreign: dict[tuple[str, int], bool] = {}
+"""By name of the object, and how many handles it has: to remove one evaluates nothing."""
 _owners: dict[tuple[str, str, str], str] = {}
 """Name of the mesh, '' if there is none, by names of scene, view layer and moving object."""
 
@@ -60,6 +62,14 @@ def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
     return scale * former[1]
 
 
+def has_foreign_handles(obj: bpy.types.Object) -> bool:
+    """Whether there are handle_motion.foreign_handles(): that takes a look at every object of the file."""
+    key = obj.name_full, len(obj.arap.handles)
+    if key not in _has_foreign:
+        _has_foreign[key] = bool(handle_motion.foreign_handles(obj))
+    return _has_foreign[key]
+
+
 def is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
     """Whether ``obj`` is a mesh with ``target``, or a bone of it, as a handle."""
     return obj.type == "MESH" and any(handle.target == target for handle in obj.arap.handles)
@@ -83,6 +93,7 @@ def owner_of(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.t
 
 def forget_updated(depsgraph: bpy.types.Depsgraph, posed: Container[str]) -> None:
     """After an evaluation: forgets what has changed, except the sizes of ``posed`` objects: their rest shape stays."""
+    _has_foreign.clear()
     if not (_has_weights or _sizes or _owners):
         return
     for update in depsgraph.updates:
@@ -103,11 +114,12 @@ def _may_change_owners(update: bpy.types.DepsgraphUpdate) -> bool:
 
 def clear() -> None:
     """Forgets everything: another file, or an undo."""
-    for answers in (_has_weights, _sizes, _owners):
+    for answers in (_has_weights, _sizes, _has_foreign, _owners):
         answers.clear()
 
 
 def _on_handle_changed(_obj: bpy.types.Object, _handle: object) -> None:
+    _has_foreign.clear()
     _owners.clear()
 
 

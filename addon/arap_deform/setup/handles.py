@@ -196,8 +196,9 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
 
 def resize_empties(obj: bpy.types.Object) -> None:
     """Gives the empties that were made for handles the size set in ``obj.arap``."""
+    made: handle_motion.Made = {}
     for handle in obj.arap.handles:
-        if handle.has_made_target and handle.target is not None and not handle_motion.other_owner(obj, handle):
+        if handle.has_made_target and handle.target is not None and not handle_motion.other_owner(obj, handle, made):
             handle.target.empty_display_size = bounded(obj.arap, "handle_size") * bounded(handle, "group_radius")
 
 
