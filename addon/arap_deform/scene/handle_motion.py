@@ -46,11 +46,11 @@ def motions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, world: Floats
     return result
 
 
-def motion_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> Floats:
-    """(4, 4) object-space motion of one handle, enabled or not."""
+def motion_of(handle: ArapHandle, depsgraph: bpy.types.Depsgraph, world: Floats) -> Floats:
+    """(4, 4) object-space motion of one handle, enabled or not. ``world``: object_matrix() of the mesh."""
     now = target_matrix(handle.target, handle.bone, depsgraph)
     rest = np.array(handle.rest, dtype=np.float64)
-    return np.asarray(np.linalg.inv(object_matrix(obj, depsgraph)) @ now @ np.linalg.inv(rest))
+    return np.asarray(np.linalg.inv(world) @ now @ np.linalg.inv(rest))
 
 
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:

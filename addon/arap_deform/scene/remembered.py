@@ -26,7 +26,9 @@ _has_weights: dict[str, dict[str, bool]] = {}
 _sizes: dict[str, tuple[Floats, float]] = {}
 """The stretch, scaled to a largest entry of 1, and the diagonal under it."""
 _has_foreign: dict[tuple[str, int], bool] = {}
-"""By name of the object, and how many handles it has: to remove one evaluates nothing."""
+_targets: dict[tuple[str, int], set[int]] = {}
+"""Addresses of the objects of its handles. Both by name of the mesh and its number of handles: to remove one evaluates
+nothing."""
 _owners: dict[tuple[str, str, str], str] = {}
 """Name of the mesh, '' if there is none, by names of scene, view layer and moving object."""
 
@@ -72,7 +74,12 @@ def has_foreign_handles(obj: bpy.types.Object) -> bool:
 
 def is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
     """Whether ``obj`` is a mesh with ``target``, or a bone of it, as a handle."""
-    return obj.type == "MESH" and any(handle.target == target for handle in obj.arap.handles)
+    if obj.type != "MESH":
+        return False
+    key = obj.name_full, len(obj.arap.handles)
+    if key not in _targets:
+        _targets[key] = {handle.target.as_pointer() for handle in obj.arap.handles if handle.target is not None}
+    return target.as_pointer() in _targets[key]
 
 
 def owner_of(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.types.Object | None:
@@ -94,6 +101,7 @@ def owner_of(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.t
 def forget_updated(depsgraph: bpy.types.Depsgraph, posed: Container[str]) -> None:
     """After an evaluation: forgets what has changed, except the sizes of ``posed`` objects: their rest shape stays."""
     _has_foreign.clear()
+    _targets.clear()
     if not (_has_weights or _sizes or _owners):
         return
     for update in depsgraph.updates:
@@ -114,12 +122,13 @@ def _may_change_owners(update: bpy.types.DepsgraphUpdate) -> bool:
 
 def clear() -> None:
     """Forgets everything: another file, or an undo."""
-    for answers in (_has_weights, _sizes, _has_foreign, _owners):
+    for answers in (_has_weights, _sizes, _has_foreign, _targets, _owners):
         answers.clear()
 
 
 def _on_handle_changed(_obj: bpy.types.Object, _handle: object) -> None:
     _has_foreign.clear()
+    _targets.clear()
     _owners.clear()
 
 

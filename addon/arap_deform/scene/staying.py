@@ -93,8 +93,9 @@ def _entries(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, held: HeldMe
         and not (hasattr(entry, "target") and handle_motion.problem_of(obj, entry, depsgraph, made))
     ]
     specs, copies = held.completed_specs(held.specs_of(entries))
+    world = handle_motion.object_matrix(obj, depsgraph)
     motions = [
-        handle_motion.motion_of(obj, entry, depsgraph) if hasattr(entry, "target") else np.eye(4) for entry in entries
+        handle_motion.motion_of(entry, depsgraph, world) if hasattr(entry, "target") else np.eye(4) for entry in entries
     ]
     matrices = held.motions(np.array(motions), copies)
     return [

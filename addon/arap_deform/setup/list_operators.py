@@ -25,6 +25,8 @@ def selected_targets(context: bpy.types.Context, obj: bpy.types.Object) -> list[
         targets = [(bone.id_data, bone.name) for bone in context.selected_pose_bones]
     else:
         targets = [(other, "") for other in context.selected_objects if other.type == "EMPTY"]
+    if not targets:
+        return []
     taken = {(handle.target, handle.bone) for handle in obj.arap.handles}
     return [target for target in targets if target not in taken]
 

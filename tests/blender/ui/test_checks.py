@@ -4,7 +4,7 @@
 from unittest import mock
 
 from support import FakeAct, SceneTest, bpy, linked_back, module
-from tubes import BOTTOM, mesh_object, posable
+from tubes import BOTTOM, empty_at, mesh_object, posable
 
 OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"))
 
@@ -14,6 +14,22 @@ class ClaimTest(SceneTest):
         sessions = module("core.sessions")
         sessions.claim(name, act)
         self.addCleanup(sessions.release, name, act)
+
+
+class ManyHandlesTest(SceneTest):
+    def test_which_mesh_an_empty_moves_is_found_once_until_something_changes(self):
+        """Some sixty polls ask at each redraw, and a mesh may have thousands of handles."""
+        obj = posable()
+        head, other = obj.arap.handles[0].target, empty_at((0.0, 0.0, 4.0))
+        remembered = module("scene.remembered")
+        self.assertTrue(remembered.is_moved_by(obj, head))
+        known = next(iter(remembered._targets.values()))
+        known.clear()
+        self.assertFalse(remembered.is_moved_by(obj, head), "no second look")
+        obj.arap.handles[0].target = other
+        self.assertEqual([remembered.is_moved_by(obj, each) for each in (head, other)], [False, True])
+        module("api").remove_handle(obj, 0)
+        self.assertFalse(remembered.is_moved_by(obj, other))
 
 
 class ErrorTest(SceneTest):
