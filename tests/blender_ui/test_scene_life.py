@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What happens to files, scenes, windows and names while a mesh is posed, pulled or live."""
 
+from collections.abc import Generator
+from contextlib import AbstractContextManager
+
 import bpy
 import numpy as np
 import scenes
@@ -93,6 +96,49 @@ def test_two_windows(ui: Ui) -> Steps:
     assert_followed(rest, (3.0, 0.0, 0.0))
     yield from ui.key("ESC")
     yield from ui.until_free()
+
+
+def second_window(ui: Ui, scene: bpy.types.Scene) -> Generator[None, None, bpy.types.Window]:
+    """A window of its own for a scene."""
+    ui.call(bpy.ops.wm.window_new_main, "EXEC_DEFAULT", True)
+    yield
+    window = bpy.context.window_manager.windows[1]
+    window.scene = scene
+    yield
+    return window
+
+
+def in_view(ui: Ui, window: bpy.types.Window) -> AbstractContextManager[None]:
+    """Where a button in the 3D view of the window would be."""
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    return ui.override(window=window, area=area, region=region)
+
+
+def test_back_to_edit_mode_in_a_second_window(ui: Ui) -> Steps:
+    """Of another scene, and of another view layer of the same scene, in which another object is active."""
+    scenes.add_bar()
+    first = bpy.context.scene
+    for scene in (bpy.data.scenes.new("Other scene"), first):
+        window = yield from second_window(ui, scene)
+        if scene == first:
+            window.view_layer = first.view_layers.new("Other layer")
+        obj = bpy.data.objects.new("Second", bar().data.copy())
+        scene.collection.objects.link(obj)
+        yield
+        ui.window.view_layer.objects.active = bar()
+        window.view_layer.objects.active = obj
+        with in_view(ui, window):
+            bpy.ops.object.mode_set(mode="EDIT")
+            bpy.ops.mesh.select_all(action="SELECT")
+            assert bpy.ops.arap.pin_add("INVOKE_DEFAULT", True) == {"FINISHED"}
+        yield from ui.until(lambda obj=obj: obj.mode == "EDIT", "the mesh is back in Edit Mode")
+        assert len(obj.arap.pins) == 1
+        with in_view(ui, window):
+            bpy.ops.object.mode_set(mode="OBJECT")
+            bpy.ops.wm.window_close()
+        yield
+        bpy.data.objects.remove(obj)
 
 
 def test_renamed_mesh_within_a_pull(ui: Ui) -> Steps:
