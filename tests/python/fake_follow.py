@@ -70,8 +70,11 @@ class FakeFollowScene:
         self.binds.append(FakeBind(self, needs_s=self.bind_needs_s))
         return self.binds[-1]
 
-    def go_on_from_shown(self) -> None:
+    is_shown: bool = False  # the session has the pose that the key shows
+
+    def go_on_from_shown(self) -> bool:
         self.calls.append("go on")
+        return not self.is_shown
 
     def matrices(self) -> np.ndarray:
         matrix = np.eye(4)

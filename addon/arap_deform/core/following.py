@@ -51,8 +51,8 @@ class FollowScene(Protocol):
     def begin_bind(self) -> Bind:
         """Reads the scene and begins to bind. Raises ValueError if the scene cannot be posed."""
 
-    def go_on_from_shown(self) -> None:
-        """Starts the live session from the pose that the key shows now."""
+    def go_on_from_shown(self) -> bool:
+        """Starts the live session from the pose that the key shows now. False if it is there already."""
 
     def matrices(self) -> NDArray[np.float64]:
         """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
@@ -152,10 +152,9 @@ class Follower:
         self._matrices = None
 
     def go_on_from_shown(self) -> None:
-        """Goes on from the pose that the key shows now. The next step follows the handles."""
-        self.forget_place()
-        if self._bind is None:
-            self._scene.go_on_from_shown()
+        """Goes on from the pose that the key shows now. If that is another one, the next step follows the handles."""
+        if self._bind is not None or self._scene.go_on_from_shown():
+            self.forget_place()
 
     def drop(self) -> None:
         """Ends a bind that is under way."""

@@ -132,7 +132,13 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 
 @persistent
-def _on_undo(*_: object) -> None:
+def _on_undo(scene: bpy.types.Scene, *_: object) -> None:
+    for obj in bpy.data.objects:
+        # Undo goes back in the whole file. Where the artist does not look, it must switch nothing on.
+        is_elsewhere = obj.arap.is_live and obj.name not in _runs and scene.objects.get(obj.name) is None
+        if is_elsewhere and _is_own(obj):
+            obj.arap.is_live = False
+            obj.arap.live_problem = "An undo in another scene would have switched it on: Live is off"
     _find(bpy.data.objects)
     for run in _runs.values():
         run.undone()

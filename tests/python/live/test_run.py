@@ -287,6 +287,15 @@ def test_undo_looks_at_everything_and_goes_on_from_what_it_brought() -> None:
     assert scene.calls == ["undone", "go on", "follow"]
 
 
+def test_an_undo_that_brings_the_same_pose_moves_nothing() -> None:
+    """As one in another scene."""
+    scene, run = begun()
+    scene.is_shown = True
+    run.undone()
+    run.tick(is_playing=False)
+    assert (scene.calls, run.wants_timer) == (["undone", "go on"], False)
+
+
 def test_evaluation_within_a_step_does_not_start_another() -> None:
     scene, run = begun()
     evaluate_with_matrices(scene, lambda: run.scene_changed(When.UPDATE))
