@@ -21,9 +21,8 @@ import bpy
 from .bake.cache import MeshCacheJob
 from .bake.keys import BakeJob
 from .bake.shapes_job import ShapesJob
-from .core import sessions
+from .core import native, sessions
 from .core.job import run_job
-from .core.native import problem as native_problem
 from .pose.result import bake_pose
 from .pose.solve import solve
 from .poses.keys import PoseKeysJob
@@ -56,8 +55,8 @@ def main(arguments: Sequence[str]) -> int:
         return _failed("the add-on is not enabled: tick it in Preferences or add --addons arap_deform")
     try:
         _run(options)
-    except (ValueError, RuntimeError, OSError, MemoryError) as error:
-        return _failed(str(error))
+    except (*native.ERRORS, OSError) as error:
+        return _failed(native.sentence_of(error))
     except Exception as error:  # noqa: BLE001 - a script that calls us must see a reason and a code, whatever it is
         return _failed(f"internal error, please report it: {type(error).__name__}: {error}")
     return 0
@@ -137,7 +136,7 @@ def _run(options: argparse.Namespace) -> None:
         bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=options.enable_scripts)
     elif not bpy.data.filepath:
         raise ValueError("No .blend was given: name one")
-    problem = native_problem()
+    problem = native.problem()
     if problem:
         raise RuntimeError(problem)
     scene = bpy.context.scene

@@ -185,7 +185,6 @@ def test_live_frames_shown_alone_are_finished(ui: Ui) -> Steps:
     scene.frame_start, scene.frame_end = 14, 16
     scene.render.filepath = f"{bpy.app.tempdir}frame_"
     scene.render.resolution_x = scene.render.resolution_y = 32
-    ui.sessions.drop("Bar")  # as after a load: the render waits for the bind
     ui.call(bpy.ops.render.opengl, "EXEC_DEFAULT", animation=True)
     bpy.app.handlers.frame_change_post.remove(note)
     for frame in (14, 15, 16):
@@ -196,6 +195,23 @@ def test_live_frames_shown_alone_are_finished(ui: Ui) -> Steps:
         scene.frame_set(frame)
         ui.api.solve(bar())
         np.testing.assert_allclose(seen[frame][0], scenes.key_positions(bar()), atol=SAME)
+
+
+def test_live_frame_that_must_bind_catches_up(ui: Ui) -> Steps:
+    """The first step to another frame after a load does not wait for the bind, however long that takes."""
+    yield from begin(ui)
+    animate(bpy.data.objects["Top"], reach=1.5)
+    ui.sessions.drop("Bar")
+    with ui.held_stage() as gate:
+        bpy.context.scene.frame_set(15)
+        assert ui.live.run_of(bar()).is_binding
+        yield from ui.until_held()
+        gate.open()
+    yield from settle(ui)
+    caught_up = scenes.key_positions(bar())
+    bpy.context.scene.frame_set(30)
+    bpy.context.scene.frame_set(15)
+    np.testing.assert_allclose(scenes.key_positions(bar()), caught_up, atol=SAME)
 
 
 def test_live_of_an_opened_file_binds_nothing_before_something_moves(ui: Ui) -> Steps:

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What happens to files, scenes, windows and names while a mesh is posed, pulled or live."""
 
+from collections.abc import Generator
+from contextlib import AbstractContextManager
+
 import bpy
 import numpy as np
 import scenes
 import test_live
 import test_pull
 from harness import Steps, Ui
-from test_pose import NEAR, add_bar, assert_at_rest, assert_followed, bar, begin, begin_moved, drag, handle, settle
+from test_live import bar
+from test_pose import NEAR, add_bar, assert_at_rest, assert_followed, begin, begin_moved, drag, handle, settle
 
 
 def test_other_file_within(ui: Ui) -> Steps:
@@ -93,6 +97,83 @@ def test_two_windows(ui: Ui) -> Steps:
     assert_followed(rest, (3.0, 0.0, 0.0))
     yield from ui.key("ESC")
     yield from ui.until_free()
+
+
+def second_window(ui: Ui, scene: bpy.types.Scene) -> Generator[None, None, bpy.types.Window]:
+    """A window of its own for a scene."""
+    ui.call(bpy.ops.wm.window_new_main, "EXEC_DEFAULT", True)
+    yield
+    window = bpy.context.window_manager.windows[1]
+    window.scene = scene
+    yield
+    return window
+
+
+def in_view(ui: Ui, window: bpy.types.Window) -> AbstractContextManager[None]:
+    """Where a button in the 3D view of the window would be."""
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    return ui.override(window=window, area=area, region=region)
+
+
+def test_back_to_edit_mode_in_a_second_window(ui: Ui) -> Steps:
+    """Of another scene, and of another view layer of the same scene, in which another object is active."""
+    scenes.add_bar()
+    first = bpy.context.scene
+    for scene in (bpy.data.scenes.new("Other scene"), first):
+        window = yield from second_window(ui, scene)
+        if scene == first:
+            window.view_layer = first.view_layers.new("Other layer")
+        obj = bpy.data.objects.new("Second", bar().data.copy())
+        scene.collection.objects.link(obj)
+        yield
+        ui.window.view_layer.objects.active = bar()
+        window.view_layer.objects.active = obj
+        with in_view(ui, window):
+            bpy.ops.object.mode_set(mode="EDIT")
+            bpy.ops.mesh.select_all(action="SELECT")
+            assert bpy.ops.arap.pin_add("INVOKE_DEFAULT", True) == {"FINISHED"}
+        yield from ui.until(lambda obj=obj: obj.mode == "EDIT", "the mesh is back in Edit Mode")
+        assert len(obj.arap.pins) == 1
+        with in_view(ui, window):
+            bpy.ops.object.mode_set(mode="OBJECT")
+            bpy.ops.wm.window_close()
+        yield
+        bpy.data.objects.remove(obj)
+
+
+def test_undo_in_one_window_leaves_live_of_the_other_scene_alone(ui: Ui) -> Steps:
+    """Undo goes back in the whole file. Live of the other scene moves nothing then, and what is off stays off."""
+    yield from test_live.begin(ui)
+    other_scene = bpy.data.scenes.new("Other scene")
+    window = yield from second_window(ui, other_scene)
+    test_live.add_second_bar(ui)
+    other, others_handle = bpy.data.objects["Second"], bpy.data.objects["Other"]
+    for obj in (other, others_handle):
+        bpy.context.scene.collection.objects.unlink(obj)
+        other_scene.collection.objects.link(obj)
+    others_handle.location.x += 0.5
+    yield from test_live.settle(ui, "Bar", "Second")
+    with in_view(ui, window):
+        test_live.assert_followed(ui, "Second")
+    bpy.ops.ed.undo_push(message="two scenes")
+    for is_live in (True, False):
+        if not is_live:
+            bar("Second").data.shape_keys.key_blocks["ARAP"].mute = True
+            bpy.data.objects["Other"].location.x += 0.5
+            yield from ui.until(lambda: not bar("Second").arap.is_live, "Live of the other scene has given up")
+            bar("Second").data.shape_keys.key_blocks["ARAP"].mute = False
+        posed = scenes.key_positions(bar("Second"))
+        yield from ui.move_mouse_to_view()
+        yield from test_live.drag(ui)
+        yield from test_live.settle(ui)
+        for step in (ui.undo, ui.redo, ui.undo):
+            yield from step()
+            yield from test_live.settle(ui)
+            test_live.assert_followed(ui)
+            np.testing.assert_array_equal(scenes.key_positions(bar("Second")), posed)
+            assert (bar("Second").arap.is_live, bool(bar("Second").arap.live_problem)) == (is_live, not is_live)
+            assert bpy.context.window_manager.windows[1].scene.name == "Other scene"
 
 
 def test_renamed_mesh_within_a_pull(ui: Ui) -> Steps:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -28,11 +27,12 @@ class FakeBind:
     is_done: bool = False
     is_dropped: bool = False
     n_steps: int = 0
+    needs_s: float = 1.0
     error: Exception | None = None
 
     def step(self, time_limit_s: float) -> bool:
         self.n_steps += 1
-        self.is_done = self.is_done or time_limit_s == math.inf
+        self.is_done = self.is_done or time_limit_s >= self.needs_s
         return not self.is_done
 
     def drop(self) -> None:
@@ -58,6 +58,7 @@ class FakeFollowScene:
     calls: list[str] = field(default_factory=list)
     limits: list[tuple[int | None, float | None]] = field(default_factory=list)  # of iterations, of seconds
     binds: list[FakeBind] = field(default_factory=list)
+    bind_needs_s: float = 1.0
 
     def has_to_wait(self) -> bool:
         return self.is_painted
@@ -66,11 +67,14 @@ class FakeFollowScene:
         return self.is_fit
 
     def begin_bind(self) -> FakeBind:
-        self.binds.append(FakeBind(self))
+        self.binds.append(FakeBind(self, needs_s=self.bind_needs_s))
         return self.binds[-1]
 
-    def go_on_from_shown(self) -> None:
+    is_shown: bool = False  # the session has the pose that the key shows
+
+    def go_on_from_shown(self) -> bool:
         self.calls.append("go on")
+        return not self.is_shown
 
     def matrices(self) -> np.ndarray:
         matrix = np.eye(4)

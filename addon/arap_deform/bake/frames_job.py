@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import bpy
 
+from ..core.mirror import are_same
 from ..core.session_input import is_same_stretch
 from ..scene import frame_state, handle_motion, meshes
 from .shapes_job import Result, ShapesJob, depsgraph_of
@@ -40,9 +41,10 @@ class FramesJob(ShapesJob[Result]):
         obj = self._object()
         depsgraph = depsgraph_of(scene)
         stretch = meshes.read_stretch(obj, depsgraph)
-        if not is_same_stretch(self._session.stretch, stretch):
-            # The scale is animated: what looks rigid depends on it.
-            self._begin_bind(replace(self._inputs, stretch=stretch))
+        mirrors = meshes.read_mirrors(obj, depsgraph, stretch, self._inputs.mesh.rest_positions)
+        if not (is_same_stretch(self._session.stretch, stretch) and are_same(self._session.mirrors, mirrors)):
+            # The scale or a mirror plane is animated: what looks rigid, and what is posed, depends on them.
+            self._begin_bind(replace(self._inputs, stretch=stretch, mirrors=mirrors))
         else:
             self._matrices = handle_motion.handle_matrices(obj, depsgraph)
 

@@ -54,8 +54,7 @@ class BakeJob(FramesJob[list[str]]):
         self._shapes = ShapeStore(len(obj.data.vertices))
         self._search: KeySearch | None = None
         super().__init__(obj, scene, frames)
-        mesh = self._inputs.mesh
-        self._size = seen_size(mesh.rest_positions, mesh.corner_vertices, self._inputs.stretch, self._inputs.mirrors)
+        self._size = seen_size(self._inputs.mesh, self._inputs.mirrors, self._inputs.stretch)
 
     @property
     def fit(self) -> Fit:

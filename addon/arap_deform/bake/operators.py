@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
+from ..core import native
 from ..pose.job_operator import JobOperator
 from ..pose.result import bake_pose
 from ..scene import meshes, remembered, versions
@@ -73,8 +74,8 @@ class FramesOperator(JobOperator):
         """A line with the text of ``size``, or with the error that it raises."""
         try:
             text = size()
-        except (ValueError, RuntimeError) as error:
-            text, icon = str(error), "ERROR"
+        except native.ERRORS as error:
+            text, icon = native.sentence_of(error), "ERROR"
         self.layout.label(text=text, translate=False, icon=icon)
 
 

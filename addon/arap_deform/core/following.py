@@ -6,7 +6,6 @@ The posing act, Pull and Live share it. Each of them decides when it begins and 
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from typing import Protocol
@@ -52,8 +51,8 @@ class FollowScene(Protocol):
     def begin_bind(self) -> Bind:
         """Reads the scene and begins to bind. Raises ValueError if the scene cannot be posed."""
 
-    def go_on_from_shown(self) -> None:
-        """Starts the live session from the pose that the key shows now."""
+    def go_on_from_shown(self) -> bool:
+        """Starts the live session from the pose that the key shows now. False if it is there already."""
 
     def matrices(self) -> NDArray[np.float64]:
         """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
@@ -103,26 +102,19 @@ class Follower:
         else:
             self._bind = self._scene.begin_bind()
 
-    def prepare(self) -> bool:
-        """A step of binding, for a timer. True if there is nothing to bind."""
+    def prepare(self, time_limit_s: float = BIND_STEP_S) -> bool:
+        """A step of binding, which waits no longer than that for a bind. True if there is nothing to bind."""
         if self._bind is None and self._scene.has_to_wait():
             return False
         if self._bind is None and self._scene.is_bound():
             return True
         if self._bind is None:
             self._bind = self._scene.begin_bind()
-        elif not self._bind.step(BIND_STEP_S):
+        elif not self._bind.step(time_limit_s):
             bind, self._bind = self._bind, None
             bind.adopt()
             self._matrices = None
         return False
-
-    def prepare_now(self) -> bool:
-        """As prepare(), and waits for a bind."""
-        is_ready = self.prepare()
-        if self._bind is not None:
-            self._bind.step(math.inf)
-        return is_ready
 
     def is_ready(self) -> bool:
         """Whether it can follow now."""
@@ -160,10 +152,9 @@ class Follower:
         self._matrices = None
 
     def go_on_from_shown(self) -> None:
-        """Goes on from the pose that the key shows now. The next step follows the handles."""
-        self.forget_place()
-        if self._bind is None:
-            self._scene.go_on_from_shown()
+        """Goes on from the pose that the key shows now. If that is another one, the next step follows the handles."""
+        if self._bind is not None or self._scene.go_on_from_shown():
+            self.forget_place()
 
     def drop(self) -> None:
         """Ends a bind that is under way."""

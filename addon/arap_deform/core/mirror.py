@@ -18,7 +18,9 @@ from .session_data import SessionMesh
 from .targets import HandleSpec
 from .transforms import nearest_rotations, transformed
 
-SAME_PLANE = 1e-5  # single-precision matrices of the same plane differ by less, relative to their largest entry
+# Single precision moves the same plane by less, and a vertex on it, as a fraction of the coordinates' size.
+SAME_PLANE = 1e-5
+ON_PLANE = 4e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,43 +30,43 @@ class Mirror:
     Attributes:
         matrix: (4, 4) the reflection, object space.
         merge_distance: a vertex that is nearer than this to its image lies on the plane.
+        size: of the coordinates that the plane was found from, which may be far from the origin; object space.
     """
 
     matrix: Floats
     merge_distance: float
+    size: float = 0.0
 
     def is_same_as(self, other: Mirror) -> bool:
-        difference = np.abs(self.matrix - other.matrix).max()
-        is_near = difference <= SAME_PLANE * max(1.0, float(np.abs(self.matrix).max()))
+        size = max(1.0, self.size, other.size, float(np.abs(self.matrix).max()))
+        is_near = np.abs(self.matrix - other.matrix).max() <= SAME_PLANE * size
         return bool(is_near) and self.merge_distance == other.merge_distance
+
+    def sides(self, positions: NDArray[np.floating]) -> Floats:
+        """(n,) on which side of the plane (n, 3) ``positions`` are, -1 or 1; 0 if they are on it."""
+        # All vertices go to their images in one direction, there or back.
+        ways = self.matrix[:3, :3] - np.eye(3)
+        direction = ways[:, np.linalg.norm(ways, axis=0).argmax()]
+        direction = direction / np.linalg.norm(direction)
+        distances = positions @ (direction @ ways) + direction @ self.matrix[:3, 3]
+        size = max(self.size, float(np.abs(positions).max(initial=0.0)))
+        return np.asarray(np.sign(distances) * (np.abs(distances) > self.merge_distance + ON_PLANE * size))
 
 
 def are_same(mirrors: Sequence[Mirror], others: Sequence[Mirror]) -> bool:
     return len(mirrors) == len(others) and all(a.is_same_as(b) for a, b in zip(mirrors, others, strict=True))
 
 
-def used_mirrors(mirrors: Sequence[Mirror], rest: NDArray[np.floating], stretch: Floats) -> list[Mirror]:
+def used_mirrors(mirrors: Sequence[Mirror], rest: NDArray[np.floating], stretch: Floats) -> tuple[Mirror, ...]:
     """The mirrors that complete the mesh: it lies on one side and touches the plane, and the image looks the same."""
     used = []
     for mirror in mirrors:
-        way = transformed(mirror.matrix, rest) - rest
-        normal = way[np.abs(way).sum(axis=1).argmax()] @ stretch.T
-        distance = np.linalg.norm(way, axis=1)
-        is_on = distance <= mirror.merge_distance
-        side = np.sign(way @ stretch.T @ normal)[~is_on]
+        sides = mirror.sides(rest)
+        is_half = len(np.unique(sides)) == 2 and bool((sides == 0.0).any())
         seen = stretch @ mirror.matrix[:3, :3] @ np.linalg.inv(stretch)
-        is_rigid = np.abs(seen @ seen.T - np.eye(3)).max() <= 1e-4
-        if is_rigid and is_on.any() and len(side) and (side == side[0]).all():
+        if is_half and np.abs(seen @ seen.T - np.eye(3)).max() <= 1e-4:
             used.append(mirror)
-    return used
-
-
-def seen_size(rest: NDArray[np.floating], corner_vertices: Ints, stretch: Floats, mirrors: Sequence[Mirror]) -> float:
-    """The diagonal of the mesh, completed by the mirrors, as seen."""
-    for mirror in used_mirrors(mirrors, rest, stretch):
-        corner_vertices = np.concatenate([corner_vertices, corner_vertices + len(rest)])
-        rest = np.concatenate([rest, transformed(mirror.matrix, rest)])
-    return surface_diagonal(rest @ stretch.T, corner_vertices)
+    return tuple(used)
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ class Whole:
         for mirror in mirrors:
             n = len(positions)
             flipped = transformed(mirror.matrix, positions)
-            is_on = np.linalg.norm(flipped - positions, axis=1) <= mirror.merge_distance
+            is_on = mirror.sides(positions) == 0.0
             positions[is_on] = 0.5 * (positions + flipped)[is_on]
             image = np.arange(n)
             image[~is_on] = n + np.arange(n - is_on.sum())
@@ -195,7 +197,12 @@ def _reversed(corners: Ints, sizes: Ints, is_off: NDArray[np.bool_]) -> tuple[In
 
 
 def completed(mesh: SessionMesh, mirrors: Sequence[Mirror], stretch: Floats) -> tuple[SessionMesh, Whole | None]:
-    """The mesh with its images; the mesh itself and None if no mirror completes it."""
-    used = used_mirrors(mirrors, mesh.rest_positions, stretch)
-    whole = Whole(mesh, used, stretch) if used else None
+    """The mesh with its images; the mesh itself and None without mirrors. ``mirrors``: used_mirrors()."""
+    whole = Whole(mesh, mirrors, stretch) if mirrors else None
     return (mesh if whole is None else whole.mesh), whole
+
+
+def seen_size(mesh: SessionMesh, mirrors: Sequence[Mirror], stretch: Floats) -> float:
+    """The diagonal of the mesh, completed by the mirrors, as seen."""
+    whole, _ = completed(mesh, mirrors, stretch)
+    return surface_diagonal(whole.rest_positions @ stretch.T, whole.corner_vertices)

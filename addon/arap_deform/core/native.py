@@ -22,6 +22,9 @@ SYSTEMS = {"Windows": "windows", "Linux": "linux", "Darwin": "macos"}
 MACHINES = {"AMD64": "x64", "x86_64": "x64", "ARM64": "arm64", "arm64": "arm64", "aarch64": "arm64"}
 LEGACY_FOLDER = Path(__file__).resolve().parents[1] / "native_modules"
 
+ERRORS = (ValueError, RuntimeError, MemoryError)
+"""What scene and solver raise with a sentence for the user. Any other exception is a fault in the add-on."""
+
 _module: ModuleType | None = None
 _problem: str | None = None
 
@@ -35,6 +38,11 @@ def load() -> ModuleType:
     if problem() or _module is None:
         raise RuntimeError(problem())
     return _module
+
+
+def sentence_of(error: Exception) -> str:
+    """What an error says to the user. Python's own MemoryError says nothing."""
+    return str(error) or "There is not enough memory"
 
 
 def problem() -> str:

@@ -55,7 +55,7 @@ class Session:
             settings: see SessionSettings.
             stiffness: (n,) > 0, or None.
             rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
-            mirrors: planes that complete the mesh; those that do not are ignored.
+            mirrors: planes that complete the mesh, see mirror.used_mirrors().
 
         Raises:
             ValueError: the mesh cannot be used; the message says where.
@@ -70,6 +70,7 @@ class Session:
         seen = replace(mesh, rest_positions=session._surface.seen)
         job = models.begin_bind(native, models.ModelInput(seen, settings, stiffness, rigid_regions))
         session._model = yield from stage(job, "Binding was cancelled; nothing has changed")
+        session._own_parts = np.unique(session._model.part_of_vertex[: session.n_vertices])
         session._bind_ms = _ms_since(start)
         return session
 
@@ -82,6 +83,7 @@ class Session:
         self._unstretch: Floats = np.asarray(np.linalg.inv(self._stretch), dtype=np.float64)
         self._is_stretched = not np.array_equal(self._stretch, np.eye(3))
         self._n_own = len(mesh.rest_positions)
+        self._mirrors = tuple(mirrors)
         mesh, self._whole = completed(mesh, mirrors, self._stretch)
         self._rest = np.ascontiguousarray(mesh.rest_positions, dtype=np.float64)
         self._settings = settings
@@ -95,6 +97,7 @@ class Session:
         # The solver writes single precision into memory that is there already: a frame allocates nothing.
         self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
         self._model: models.Model
+        self._own_parts: Ints  # the others are images
         self._bind_ms = 0.0
         self._factor_ms = 0.0
 
@@ -110,6 +113,11 @@ class Session:
     def stretch(self) -> Floats:
         """(3, 3) float64."""
         return self._stretch
+
+    @property
+    def mirrors(self) -> tuple[Mirror, ...]:
+        """The planes that complete the mesh."""
+        return self._mirrors
 
     @property
     def settings(self) -> SessionSettings:
@@ -290,7 +298,7 @@ class Session:
             energy_before=result.energy_before,
             step=result.step,
             stop_reason=result.stop_reason,
-            parts_at_rest=len(result.parts_at_rest),
+            parts_at_rest=int(np.isin(result.parts_at_rest, self._own_parts).sum()),
             loose_vertices=int((result.loose_vertices < self.n_vertices).sum()),
             bind_ms=self._bind_ms,
             factor_ms=self._factor_ms,

@@ -50,7 +50,7 @@ class SceneState:
         stretch: (3, 3) float64, see transforms.stretch_of().
         holds: of the enabled pins, then of the enabled handles.
         key_name: the shape key that takes the pose.
-        mirrors: planes of the Mirror modifier.
+        mirrors: planes of the Mirror modifier that complete the mesh.
     """
 
     object_name: str

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,8 +13,7 @@ from .arrays import Floats, Ints
 from .models import ModelInput, begin_bind
 from .patches import Ball, begin_patches, diagonal_of, patches_from
 from .session_data import SessionMesh, SessionSettings
-from .targets import HandleSpec, Patch
-from .transforms import transformed
+from .targets import Patch
 
 
 @dataclass(frozen=True)
@@ -79,53 +77,37 @@ def local_patch(
     return replace(patch, vertices=part.vertices[patch.vertices].astype(np.int32), sources=vertices)
 
 
-@dataclass(frozen=True)
-class Moved:
-    """A handle where it is now.
+class Pulls:
+    """Where handles pull vertices: to the mean of their targets, weighted by strength, as strongly as the strongest."""
 
-    Attributes:
-        spec: without the vertices of which it holds an average.
-        matrix: (4, 4) its object-space motion.
-    """
+    def __init__(self, n: int) -> None:
+        """Without any handle yet, for ``n`` vertices."""
+        self._total: Floats = np.zeros(n)
+        self._largest: Floats = np.zeros(n)
+        self._pulled: Floats = np.zeros((n, 3))
 
-    spec: HandleSpec
-    matrix: Floats
+    def add(self, vertices: Ints, weights: Floats, targets: Floats) -> None:
+        """A handle pulls (k,) ``vertices``, each once, to (k, 3) ``targets``."""
+        self._total[vertices] += weights
+        self._largest[vertices] = np.maximum(self._largest[vertices], weights)
+        self._pulled[vertices] += weights[:, None] * targets
 
-    def targets(self, rest: NDArray[np.floating], vertices: Ints) -> Floats:
-        """(k, 3) where it pulls these vertices to."""
-        return transformed(self.matrix, self.spec.base_or(rest)[vertices].astype(np.float64))
+    def staying_targets(self, vertices: Ints, weights: Floats, shown: NDArray[np.floating]) -> Floats:
+        """(k, 3) where a new handle must pull these vertices to, so that they stay where they are shown.
 
+        A vertex that no other handle holds: where it is shown. Else the target makes up for the new mean and the new
+        strength.
 
-def staying_targets(
-    spec: HandleSpec, others: Sequence[Moved], rest: NDArray[np.floating], shown: NDArray[np.floating]
-) -> Floats:
-    """(k, 3) where a new handle must pull its vertices to, so that the mesh stays as it is shown.
-
-    A vertex that no other handle holds: where it is shown. Else the handles pull it to the mean of their targets,
-    weighted by strength, as strongly as the strongest. So the target makes up for the new mean and the new strength.
-
-    Args:
-        spec: the new handle.
-        others: all others.
-        rest, shown: (n, 3) the mesh.
-    """
-    n = len(rest)
-    total: Floats = np.zeros(n)
-    largest: Floats = np.zeros(n)
-    pulled: Floats = np.zeros((n, 3))
-    for other in others:
-        vertices, weights = other.spec.vertices, other.spec.weights
-        total[vertices] += weights
-        largest[vertices] = np.maximum(largest[vertices], weights)
-        pulled[vertices] += weights[:, None] * other.targets(rest, vertices)
-    vertices, weights = spec.vertices, spec.weights
-    here = shown[vertices].astype(np.float64)
-    total, largest, pulled = total[vertices], largest[vertices], pulled[vertices]
-    is_shared = total > 0.0
-    before = np.where(is_shared[:, None], pulled / np.where(is_shared, total, 1.0)[:, None], here)
-    # With a larger stiffness w / (1 - w) the mean must be nearer for the same force.
-    is_stronger = weights > largest
-    softness = (1.0 - weights) / (weights * np.where(is_stronger, 1.0 - largest, 1.0))
-    share = np.where(is_stronger, largest * softness, 1.0)
-    mean = here + share[:, None] * (before - here)
-    return np.asarray(mean + (total / weights)[:, None] * (mean - before))
+        Args:
+            shown: (k, 3).
+        """
+        here = shown.astype(np.float64)
+        total, largest, pulled = self._total[vertices], self._largest[vertices], self._pulled[vertices]
+        is_shared = total > 0.0
+        before = np.where(is_shared[:, None], pulled / np.where(is_shared, total, 1.0)[:, None], here)
+        # With a larger stiffness w / (1 - w) the mean must be nearer for the same force.
+        is_stronger = weights > largest
+        softness = (1.0 - weights) / (weights * np.where(is_stronger, 1.0 - largest, 1.0))
+        share = np.where(is_stronger, largest * softness, 1.0)
+        mean = here + share[:, None] * (before - here)
+        return np.asarray(mean + (total / weights)[:, None] * (mean - before))

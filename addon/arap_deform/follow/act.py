@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import Protocol
 
+from ..core import native
 from ..core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene, HasFollower
 
 # Keep settles the pose first, but not for longer than an artist waits for Enter.
@@ -136,7 +137,8 @@ class PoseAct(HasFollower):
         self._finish(End(Ending.LEAVE, message))
 
     def fail(self, error: Exception) -> None:
-        self._finish(End(Ending.RESTORE, f"Posing has ended and everything is as before: {error}", error))
+        text = native.sentence_of(error)
+        self._finish(End(Ending.RESTORE, f"Posing has ended and everything is as before: {text}", error))
 
     def _guarded(self, step: Callable[[], object]) -> None:
         # Reading evaluated matrices evaluates the scene, which calls scene_changed() within tick().
@@ -197,7 +199,7 @@ def restored(end: End, restore: Callable[[], object]) -> End:
 
 def print_fault(error: Exception | None) -> None:
     """Prints the traceback of a fault in the add-on: a report on it needs more than a sentence."""
-    if error is not None and not isinstance(error, (ValueError, RuntimeError, MemoryError)):
+    if error is not None and not isinstance(error, native.ERRORS):
         traceback.print_exception(error)
 
 

@@ -56,7 +56,7 @@ class Frame:
             self._world: Floats = meshes.read_matrix(obj, depsgraph)
             stretch = meshes.stretch_in(obj, self._world)
             self._key = pose_key.look(obj)
-            state = read_state(obj, depsgraph, stretch, self._key.name)
+            state = read_state(obj, depsgraph, stretch, self._key.name, self._bound.inputs.mesh.rest_positions)
             if holds is not None:
                 state = replace(state, holds=holds)
             self.settings = state.settings

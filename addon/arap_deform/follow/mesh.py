@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 import bpy
+import numpy as np
 
 from ..core import sessions
 from ..core.arrays import Float32s, Floats
@@ -33,22 +34,30 @@ def adopt(obj: bpy.types.Object, inputs: SessionInput, session: Session) -> None
     reason = counts_problem(obj, inputs)
     if reason:
         raise RuntimeError(f"{reason} while it was being prepared: start again")
-    # Keep the stretch of the bind: differences below the tolerance must not add up.
-    sessions.put(obj.name, Bound(session, replace(inputs, stretch=session.stretch)))
+    # Keep stretch and planes of the bind: differences below the tolerance must not add up.
+    sessions.put(obj.name, Bound(session, replace(inputs, stretch=session.stretch, mirrors=session.mirrors)))
     sync(obj)
 
 
-def sync(obj: bpy.types.Object) -> None:
-    """Lets the live session, if any, go on from the pose that the key shows now: after an undo, for example."""
+def sync(obj: bpy.types.Object) -> bool:
+    """Lets the live session, if any, go on from the pose that the key shows now: after an undo, for example.
+
+    Returns:
+        Whether that is another pose than the session's.
+    """
     bound = sessions.get(obj.name)
     if bound is None:
-        return
+        return True
     pose_key.tell_session(obj)
     key = pose_key.find(obj)
     if key is None:
         bound.session.reset()
-    else:
-        bound.session.set_positions(versions.read_key(key))
+        return True
+    positions = versions.read_key(key)
+    if np.array_equal(positions, bound.session.positions):
+        return False
+    bound.session.set_positions(positions)
+    return True
 
 
 def fitting(obj: bpy.types.Object, inputs: SessionInput) -> Session | None:

@@ -106,8 +106,8 @@ class BlenderFollowScene:
         self._is_suspect = False  # everything was just read
         return mesh.SessionBinding(self._obj(), inputs)
 
-    def go_on_from_shown(self) -> None:
-        mesh.sync(self._obj())
+    def go_on_from_shown(self) -> bool:
+        return mesh.sync(self._obj())
 
     def matrices(self) -> NDArray[np.float64]:
         return self._this_frame().matrices()

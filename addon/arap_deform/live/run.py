@@ -16,7 +16,7 @@ from collections.abc import Callable
 from enum import Enum, auto
 from typing import Protocol
 
-from ..core.following import FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene, HasFollower
+from ..core.following import BIND_STEP_S, FOLLOW_TIME_LIMIT_S, REFINE_TIME_LIMIT_S, Follower, FollowScene, HasFollower
 
 # A mesh whose step takes longer than this lets Blender work for as long before its next one.
 HEAVY_STEP_S = 0.03
@@ -86,17 +86,17 @@ class LiveRun(HasFollower):
         return not self.is_over and (bool(self.pause) or not self.is_settled)
 
     def scene_changed(self, when: When, time_limit_s: float = FOLLOW_TIME_LIMIT_S) -> None:
-        """Follows the handles if they have moved. A frame that is shown alone is settled at once."""
+        """Follows the handles if they have moved. A frame that is shown alone is settled at once, if it is bound."""
         if when is When.FRAME:
-            self.settle()
+            self._guarded(lambda: self._settle(BIND_STEP_S, has_timer=True))
             return
         if when is When.SCRUB:
             self._is_from_rest = True
         self._guarded(lambda: self._follow_in_time(when, time_limit_s))
 
-    def settle(self) -> None:
-        """Binds if it must, and solves to the end."""
-        self._guarded(self._settle)
+    def settle(self, bind_limit_s: float) -> None:
+        """Binds if it must, and solves to the end. There is no timer: a bind that takes longer ends the run."""
+        self._guarded(lambda: self._settle(bind_limit_s, has_timer=False))
 
     def look(self) -> None:
         """For a run that waits: a first look, at what must change."""
@@ -123,7 +123,8 @@ class LiveRun(HasFollower):
         self._is_busy = True
         try:
             self.pause = self._scene.why_paused()
-            if not self.pause and self._is_awake():
+            # A run that waits looks in a pause, too: what changes meanwhile counts.
+            if self._is_awake() and not self.pause:
                 step()
         except NotNow as reason:
             self.pause = str(reason)
@@ -161,15 +162,21 @@ class LiveRun(HasFollower):
             self._follower.refine(time_limit_s)
         return has_moved
 
-    def _settle(self) -> None:
+    def _settle(self, bind_limit_s: float, *, has_timer: bool) -> None:
         self._is_from_rest = True  # without a time limit there is no drag
         self._is_behind = self._scene.has_to_wait()
         if self._is_behind:
             return
         for _ in range(MOST_STEPS_OF_BINDING):
-            if self._follower.prepare_now():
+            was_binding = self.is_binding
+            if self._follower.prepare(bind_limit_s):
                 self._follow(None)
                 self._is_played = False
+                return
+            if was_binding and self.is_binding:
+                if not has_timer:
+                    raise RuntimeError(f"The mesh was not prepared within {bind_limit_s:g} seconds: use Solve or Bake")
+                self._is_behind = True
                 return
         raise RuntimeError("The mesh changes each time it has been prepared")
 

@@ -19,7 +19,7 @@ from ..props import hooks, preferences
 from ..scene import meshes, redraw
 from ..scene.console import say
 from .run import LiveRun, When
-from .scene import BlenderLiveScene
+from .scene import SCRIPT_TIME_LIMIT_S, BlenderLiveScene
 
 TIMER_S = 0.02
 LIVE = "Live"  # see sessions.hold()
@@ -104,7 +104,7 @@ def _changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, when: When)
     for run in runs:
         with run.scene.evaluated(depsgraph, is_frame=when is not When.UPDATE):
             if bpy.app.background:  # there are no timers
-                run.settle()
+                run.settle(SCRIPT_TIME_LIMIT_S)
             else:
                 run.scene_changed(when, FOLLOW_TIME_LIMIT_S / max(1, n_moving))
     _wake()
@@ -132,7 +132,13 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 
 @persistent
-def _on_undo(*_: object) -> None:
+def _on_undo(scene: bpy.types.Scene, *_: object) -> None:
+    for obj in bpy.data.objects:
+        # Undo goes back in the whole file. Where the artist does not look, it must switch nothing on.
+        is_elsewhere = obj.arap.is_live and obj.name not in _runs and scene.objects.get(obj.name) is None
+        if is_elsewhere and _is_own(obj):
+            obj.arap.is_live = False
+            obj.arap.live_problem = "An undo in another scene would have switched it on: Live is off"
     _find(bpy.data.objects)
     for run in _runs.values():
         run.undone()

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import sessions
+from ..core import native, sessions
 from ..core.arrays import Floats
 from ..core.session_data import Readout
 from ..core.session_input import SceneState, difference_of_scene
@@ -90,8 +90,11 @@ class BlenderLiveScene(BlenderFollowScene):
         return ""
 
     def has_changed(self) -> bool:
-        """What the first call sees is kept."""
-        now = _Seen.of(self._obj(), self._depsgraph(), self._changed_at)
+        """What the first call sees is kept. Nothing is seen of an object that Blender does not evaluate."""
+        obj, depsgraph = self._obj(), self._depsgraph()
+        if not meshes.is_evaluated(obj, depsgraph):
+            return False
+        now = _Seen.of(obj, depsgraph, self._changed_at)
         if self._first is None:
             self._first = now
         return not now.is_same_as(self._first)
@@ -139,7 +142,7 @@ class BlenderLiveScene(BlenderFollowScene):
         obj = self.obj
         if obj is not None:
             obj.arap.is_live = False
-            obj.arap.live_problem = f"{error}: Live is off"
+            obj.arap.live_problem = f"{native.sentence_of(error)}: Live is off"
             if bpy.app.background:
                 say(f"ARAP: {obj.arap.live_problem}")
 

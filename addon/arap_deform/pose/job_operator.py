@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 
 from ..core.job import Job, run_job
+from ..core.native import sentence_of
 from ..live.runs import give_up
 from ..ui.checks import ArapOperator, posed_object, reports_errors
 from ..ui.modal import ModalOperator, ModalRun
@@ -86,7 +87,7 @@ class JobOperator(ModalOperator, ArapOperator):
             result = run.job.finish()
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
             run.abort()
-            self.report({"ERROR"}, f"{self.act_name} failed and nothing has changed: {error}")
+            self.report({"ERROR"}, f"{self.act_name} failed and nothing has changed: {sentence_of(error)}")
             return {"CANCELLED"}
         run.leave()
         self.report_result(run.job, result)

@@ -13,7 +13,8 @@ from mathutils import Matrix
 
 from ..core import sessions
 from ..core.arrays import Floats
-from ..scene import handle_motion, meshes, placing, pose_key, shape_keys
+from ..scene import handle_motion, meshes, placing, pose_key, shape_keys, staying
+from ..setup.handles import take_over
 
 Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone; bone '': the object itself
 
@@ -27,11 +28,13 @@ class PoseState:
     Attributes:
         key: values and slider of the live key.
         transforms: of every object and bone that moves a handle.
+        shapes: that pins and handles hold.
     """
 
     object_name: str
     key: pose_key.KeyState
     transforms: Transforms
+    shapes: staying.Shapes
 
 
 def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
@@ -120,26 +123,29 @@ def _rest_matrices(obj: bpy.types.Object) -> dict[int, Floats]:
 
 def capture_state(obj: bpy.types.Object) -> PoseState:
     """The state that restore_state() restores."""
-    return PoseState(obj.name, pose_key.capture(obj), capture_transforms(obj))
+    return PoseState(obj.name, pose_key.capture(obj), capture_transforms(obj), staying.capture_shapes(obj))
 
 
 def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
-    """Restores the handles, the live key with its slider, and the session. Skips objects and bones that are gone.
+    """Restores the handles, what pins and handles hold, the live key with its slider, and the session.
+
+    Skips objects and bones that are gone. Pins and handles that are new since then hold the mesh as it is shown now.
 
     Raises:
-        ValueError: the mesh has another number of vertices; then only the handles go back.
+        ValueError: the mesh has another number of vertices; then only pins and handles go back.
         RuntimeError: an act uses the mesh; then nothing goes back.
     """
     sessions.check_free(obj.name)
     restore_transforms(state.transforms)
+    added = staying.restore_shapes(obj, state.shapes)
     pose_key.restore(obj, state.key)
     bound = sessions.get(obj.name)
-    if bound is None:
-        return
-    if state.key.positions is None:
-        bound.session.reset()
-    else:
-        bound.session.set_positions(state.key.positions)
+    if bound is not None:
+        if state.key.positions is None:
+            bound.session.reset()
+        else:
+            bound.session.set_positions(state.key.positions)
+    take_over(obj, *added)
 
 
 def capture_transforms(obj: bpy.types.Object) -> Transforms:

@@ -7,11 +7,12 @@ from collections.abc import Callable
 import bpy
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 
+from ..core.native import sentence_of
 from ..live.runs import give_up
 from ..pose.result import capture_transforms, restore_transforms
 from ..pose.solve import solve_with_progress, unsettled_text
 from ..scene import redraw
-from ..ui.checks import ArapOperator, posed_object
+from ..ui.checks import ArapOperator, posed_object, reports_errors
 from ..ui.modal import ModalOperator
 from ..ui.panels import split_column
 from .blend_run import BlendRun
@@ -107,13 +108,13 @@ class ARAP_OT_poses_blend(ModalOperator, PoseOperator, bpy.types.Operator):
         layout.prop(self, "factor", slider=True)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        return self._begin(context, event)
+
+    @reports_errors
+    def _begin(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._choose(context)
         obj = posed_object(context)
-        try:
-            self._run = BlendRun(context, obj, self._blend, event.mouse_x, is_followed=is_followed(obj))
-        except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        self._run = BlendRun(context, obj, self._blend, event.mouse_x, is_followed=is_followed(obj))
         self._is_confirmed = False
         self.factor = 0.0
         context.window_manager.modal_handler_add(self)
@@ -136,7 +137,8 @@ class ARAP_OT_poses_blend(ModalOperator, PoseOperator, bpy.types.Operator):
                 self._is_confirmed = True
         except Exception as error:  # noqa: BLE001 - all or nothing, whatever went wrong
             problem = self._run.abort()
-            self._report(f"{error}. {problem}" if problem else f"Nothing has changed: {error}")
+            text = sentence_of(error)
+            self._report(f"{text}. {problem}" if problem else f"Nothing has changed: {text}")
             return {"CANCELLED"}
         self._show(context)
         # The timer of a posing act must go on.

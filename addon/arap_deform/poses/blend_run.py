@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import bpy
 
-from ..core import sessions
+from ..core import native, sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S, Follower
 from ..follow.scene import BlenderFollowScene
 from ..pose.result import capture_state, restore_state, restore_transforms
@@ -108,8 +108,8 @@ class BlendRun(ModalRun):
                 self.restore_handles()
             else:
                 restore_state(obj, self._state)
-        except (ValueError, RuntimeError) as error:
-            return str(error)
+        except native.ERRORS as error:
+            return native.sentence_of(error)
         return ""
 
     def restore_handles(self) -> None:

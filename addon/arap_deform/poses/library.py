@@ -215,9 +215,8 @@ def _write(obj: bpy.types.Object, pose: ArapStoredPose, name: str, motions: Moti
 
 def _motions_now(obj: bpy.types.Object) -> Motions:
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    return {
-        i: handle_motion.motion_of(obj, obj.arap.handles[i], depsgraph) for i in placing.working_handles(obj, depsgraph)
-    }
+    world, working = handle_motion.object_matrix(obj, depsgraph), placing.working_handles(obj, depsgraph)
+    return {i: handle_motion.motion_of(obj.arap.handles[i], depsgraph, world) for i in working}
 
 
 def _between(

@@ -101,15 +101,12 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
             return {"RUNNING_MODAL"}
         return self._begin_drag(context, event, mouse)
 
+    @reports_errors
     def _begin_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
         obj = bpy.data.objects.get(self._grip.object_name)
-        try:
-            if obj is None:
-                raise ValueError(f"'{self._grip.object_name}' was deleted or renamed: the pull has ended")
-            self._run = PullRun(context, obj, self._grip)
-        except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        if obj is None:
+            raise ValueError(f"'{self._grip.object_name}' was deleted or renamed: the pull has ended")
+        self._run = PullRun(context, obj, self._grip)
         self._run.drag.set_mode(_mode_of(event))
         self._run.move(mouse)
         return {"RUNNING_MODAL"}

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ..core.native import ERRORS
 from ..follow.act import End, Ending, Phase, PoseAct
 from ..follow.scene import is_rendering
 from ..live.runs import give_up
@@ -107,7 +108,7 @@ class PullRun(ActRun):
         self.act.leave("Undo has ended the pull")
 
     def resize(self, context: bpy.types.Context) -> None:
-        """Drags a patch of the present radius. A ValueError ends the drag."""
+        """Drags a patch of the present radius. An error ends the drag."""
         obj = self.scene.obj
         pick = self.grip.pick
         if obj is None or pins.find(obj, pick.seeds):
@@ -115,11 +116,11 @@ class PullRun(ActRun):
         settings = context.window_manager.arap_pull
         radius = settings.radius * self.grip.view.pixel_size(pick.place)
         edges = self._seen.topology.edges
-        vertices = connected_within(self._seen.positions, edges, pick.seeds, pick.place, radius)
         self.act.unsettle()
         try:
+            vertices = connected_within(self._seen.positions, edges, pick.seeds, pick.place, radius)
             self.scene.grab(mirrored(obj, Grab(vertices, settings.falloff * radius)))
-        except ValueError as error:
+        except ERRORS as error:
             self.act.fail(error)
 
     @property

@@ -16,6 +16,8 @@ from . import meshes, pose_key, versions
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
 
+Made = dict[bpy.types.Object, set[bpy.types.Object]]  # the made empties of the handles of each object
+
 SMALLEST_VOLUME = 1e-24  # of a handle's rest matrix, as its determinant; below, its motion since rest is unknown
 
 
@@ -44,11 +46,11 @@ def motions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, world: Floats
     return result
 
 
-def motion_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> Floats:
-    """(4, 4) object-space motion of one handle, enabled or not."""
+def motion_of(handle: ArapHandle, depsgraph: bpy.types.Depsgraph, world: Floats) -> Floats:
+    """(4, 4) object-space motion of one handle, enabled or not. ``world``: object_matrix() of the mesh."""
     now = target_matrix(handle.target, handle.bone, depsgraph)
     rest = np.array(handle.rest, dtype=np.float64)
-    return np.asarray(np.linalg.inv(object_matrix(obj, depsgraph)) @ now @ np.linalg.inv(rest))
+    return np.asarray(np.linalg.inv(world) @ now @ np.linalg.inv(rest))
 
 
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
@@ -62,18 +64,22 @@ def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None
             raise ValueError(
                 f"Pin '{pin.name}' of '{obj.name}': there is no vertex group of that name; choose one or remove the pin"
             )
+    made: Made = {}
     for handle in obj.arap.handles:
-        reason = problem_of(obj, handle, depsgraph) if handle.is_enabled else ""
+        reason = problem_of(obj, handle, depsgraph, made) if handle.is_enabled else ""
         if reason:
             raise ValueError(reason)
 
 
-def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> str:
+def problem_of(
+    obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph, made: Made | None = None
+) -> str:
+    """Why a handle cannot work, one sentence; '' if it can. ``made``: see other_owner()."""
     whose = f"Handle '{handle.name}' of '{obj.name}': "
-    reason = target_problem(obj, handle.target, handle.bone, depsgraph)
+    reason = target_problem(obj, handle.target, handle.bone, depsgraph, is_made=handle.has_made_target)
     if reason:
         return whose + reason
-    owner = other_owner(obj, handle)
+    owner = other_owner(obj, handle, made)
     if owner is not None:
         return f"{whose}its empty belongs to '{owner.name}', of which this is a copy; press Copy Handles"
     if not any(handle.rest_matrix):
@@ -90,19 +96,35 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     return ""
 
 
-def other_owner(obj: bpy.types.Object, handle: ArapHandle) -> bpy.types.Object | None:
+def other_owner(obj: bpy.types.Object, handle: ArapHandle, made: Made | None = None) -> bpy.types.Object | None:
     """The mesh that a made empty belongs to, if that is not ``obj``, which is a copy then; None if it is no other one.
 
     An empty is a child of the mesh that it was made for. One that the artist has given another parent, and one that was
     chosen by hand, belongs to every mesh that has it as a handle.
+
+    Args:
+        made: a dict that starts empty, for a caller who asks of many handles.
     """
+    made = {} if made is None else made
     above = handle.target.parent if handle.has_made_target and handle.target is not None else None
     while above is not None and above != obj:
-        is_mesh = above.type == "MESH" and above.library is None
-        if is_mesh and any(h.target == handle.target and h.has_made_target for h in above.arap.handles):
+        if above not in made:
+            is_mesh = above.type == "MESH" and above.library is None
+            made[above] = {h.target for h in above.arap.handles if h.has_made_target} if is_mesh else set()
+        if handle.target in made[above]:
             return above
         above = above.parent
     return None
+
+
+def foreign_handles(obj: bpy.types.Object) -> list[ArapHandle]:
+    """The handles whose made empty belongs to another mesh, or is in no scene: as after a paste, or if deleted."""
+    handles = [handle for handle in obj.arap.handles if handle.has_made_target and handle.target is not None]
+    if not handles:
+        return []
+    in_scenes = {other for scene in bpy.data.scenes for other in scene.objects}
+    made: Made = {}
+    return [h for h in handles if h.target not in in_scenes or other_owner(obj, h, made) is not None]
 
 
 def no_weights(obj: bpy.types.Object, handle: ArapHandle) -> str:
@@ -113,15 +135,22 @@ def no_weights(obj: bpy.types.Object, handle: ArapHandle) -> str:
 
 
 def target_problem(
-    obj: bpy.types.Object, target: bpy.types.Object | None, bone: str, depsgraph: bpy.types.Depsgraph
+    obj: bpy.types.Object,
+    target: bpy.types.Object | None,
+    bone: str,
+    depsgraph: bpy.types.Depsgraph,
+    *,
+    is_made: bool = False,
 ) -> str:
+    """Why an object, or its bone, cannot be that of a handle. ``is_made``: the add-on made it for the handle."""
     if target is None:
         return "it has no object; choose one or remove the handle"
     if target == obj:
         return f"'{target.name}' is the mesh itself; choose another object"
     if not meshes.is_evaluated(target, depsgraph):
         if depsgraph.scene.objects.get(target.name) != target:
-            return f"'{target.name}' is not in the scene any more; choose another object or remove the handle"
+            back = "press Copy Handles if it was deleted, " if is_made else ""
+            return f"'{target.name}' is not in the scene any more; {back}choose another object or remove the handle"
         return (
             f"'{target.name}' is disabled in viewports or excluded from the view layer, so it does not move; "
             "enable it, or hide it with the eye"

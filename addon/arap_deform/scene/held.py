@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import bpy
@@ -28,16 +29,47 @@ if TYPE_CHECKING:
 
 
 class HeldMesh:
-    """A mesh at rest, completed by its mirror images, and what can be held of it."""
+    """A mesh at rest, completed by its mirror images, and what can be held of it. With Blender data: use it at once."""
 
-    def __init__(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
+    def __init__(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *, use_nodes: bool | None = None) -> None:
+        """``depsgraph``: for its scale. ``use_nodes``: see versions.read_group_weights()."""
+        self._obj = obj
+        self._use_nodes = use_nodes
         self.mesh = meshes.read_mesh(obj)
         self.n_own = len(self.mesh.rest_positions)
         self.stretch = meshes.read_stretch(obj, depsgraph)
         self._settings = settings_of(obj)
-        self.mesh, self._whole = completed(self.mesh, meshes.read_mirrors(obj, depsgraph), self.stretch)
+        mirrors = meshes.read_mirrors(obj, depsgraph, self.stretch, self.mesh.rest_positions)
+        self.mesh, self._whole = completed(self.mesh, mirrors, self.stretch)
         seen = self.mesh.rest_positions @ self.stretch.T
         self.surface = Surface.of(seen, self.mesh.corner_vertices, self.mesh.face_sizes, self._settings.rigidity_radius)
+
+    @cached_property
+    def is_at_rest(self) -> bool:
+        """Whether the mesh is shown at rest."""
+        rest = meshes.read_rest(self._obj)
+        return np.array_equal(handle_motion.shown_positions(self._obj, rest), rest)
+
+    @cached_property
+    def shown(self) -> Floats:
+        """(m, 3) the whole as it is shown."""
+        return self.completed(handle_motion.shown_positions(self._obj, meshes.read_rest(self._obj)))
+
+    def specs_of(self, entries: Sequence[Entry]) -> list[HandleSpec]:
+        """Of entries whose groups are there."""
+        names = [hold_of(entry).group for entry in entries]
+        weights = meshes.read_weights(self._obj, sorted(set(names)), use_nodes=self._use_nodes)
+        rest = self.mesh.rest_positions[: self.n_own]
+        return [spec_of(entry, weights[name], rest) for entry, name in zip(entries, names, strict=True)]
+
+    def others(self, entry: Entry | None) -> list[HandleSpec]:
+        """Of the enabled pins and handles but ``entry``."""
+        return [spec for other, spec in self._enabled if other != entry]
+
+    @cached_property
+    def _enabled(self) -> list[tuple[Entry, HandleSpec]]:
+        entries = [e for e in enabled_entries(self._obj) if hold_of(e).group in self._obj.vertex_groups]
+        return list(zip(entries, self.specs_of(entries), strict=True))
 
     def completed(self, positions: NDArray[np.floating]) -> Floats:
         """Positions of the whole mesh for those of its own vertices."""
@@ -80,15 +112,6 @@ class HeldMesh:
         )
 
 
-def specs_of(
-    obj: bpy.types.Object, entries: Sequence[Entry], rest: Floats, *, use_nodes: bool | None = None
-) -> list[HandleSpec]:
-    """Of entries whose groups are there. ``use_nodes``: see versions.read_group_weights()."""
-    names = [hold_of(entry).group for entry in entries]
-    weights = meshes.read_weights(obj, sorted(set(names)), use_nodes=use_nodes)
-    return [spec_of(entry, weights[name], rest) for entry, name in zip(entries, names, strict=True)]
-
-
 @dataclass(frozen=True)
 class Fit:
     """Where a new handle stands.
@@ -102,44 +125,23 @@ class Fit:
     centre: Floats | None
 
 
-def fit(
-    obj: bpy.types.Object,
-    depsgraph: bpy.types.Depsgraph,
-    spec: HandleSpec,
-    besides: ArapHandle | None = None,
-    *,
-    use_nodes: bool | None = None,
-) -> Fit:
-    """Where a handle stands that holds ``spec``.
-
-    Args:
-        depsgraph: for its scale.
-        spec: with at least one vertex.
-        besides: the handle itself, if it is in the list already.
-        use_nodes: see versions.read_group_weights().
-    """
-    held = HeldMesh(obj, depsgraph)
-    patch = _patch_of(obj, held, spec, besides, use_nodes)
-    rest = meshes.read_rest(obj)
-    shown = handle_motion.shown_positions(obj, rest)
+def fit(held: HeldMesh, spec: HandleSpec, entry: ArapHandle | None = None) -> Fit:
+    """Where a handle stands that holds ``spec``, with at least one vertex. ``entry``: itself, if it is in the list."""
+    patch = _patch_of(held, spec, entry)
     centre = None if patch is None else patch.centre
-    vertices, weights = (spec.vertices, None) if patch is None else (patch.vertices, patch.weights)
-    at_rest, posed = held.mesh.rest_positions[vertices], held.completed(shown)[vertices]
-    if np.array_equal(shown, rest):
+    if held.is_at_rest:
         return Fit(np.eye(4), centre)
+    vertices, weights = (spec.vertices, None) if patch is None else (patch.vertices, patch.weights)
+    at_rest, posed = held.mesh.rest_positions[vertices], held.shown[vertices]
     return Fit(best_rigid_fit(at_rest, posed, held.stretch, weights), centre)
 
 
-def _patch_of(
-    obj: bpy.types.Object, held: HeldMesh, spec: HandleSpec, besides: ArapHandle | None, use_nodes: bool | None
-) -> Patch | None:
+def _patch_of(held: HeldMesh, spec: HandleSpec, entry: ArapHandle | None) -> Patch | None:
     """The patch of a handle that is one point."""
     alone, _ = held.completed_specs([spec])
     if [len(point.vertices) for point in held.points(alone).get(0, ())] != [len(alone[0].vertices)]:
         return None  # quick, and most handles are none
-    others = [e for e in enabled_entries(obj) if e != besides and hold_of(e).group in obj.vertex_groups]
-    others_specs = specs_of(obj, others, held.mesh.rest_positions[: held.n_own], use_nodes=use_nodes)
-    specs, _ = held.completed_specs([spec, *others_specs])
+    specs, _ = held.completed_specs([spec, *held.others(entry)])
     points = held.points(specs)
     patches = held.patches(points.get(0, ()), held.is_held(specs, points))
     return patches[0] if len(patches) == 1 else None

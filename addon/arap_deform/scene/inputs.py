@@ -55,7 +55,13 @@ def spec_of(entry: ArapPin | ArapHandle, weights: Floats, rest: Floats) -> Handl
     return HandleSpec(hold.group, vertices, weights[vertices], hold.is_exact, base, hold.reach)
 
 
-def read_state(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, stretch: Floats, key_name: str) -> SceneState:
+def read_state(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    stretch: Floats,
+    key_name: str,
+    rest: Floats | None = None,
+) -> SceneState:
     """What a frame compares with the session.
 
     Args:
@@ -63,6 +69,7 @@ def read_state(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, stretch: F
         depsgraph: for the place of a mirror object.
         stretch: (3, 3) of its evaluated matrix.
         key_name: the shape key that takes the pose.
+        rest: (n, 3) the mesh at rest; None: it is read if there is a Mirror modifier.
     """
     return SceneState(
         object_name=obj.name,
@@ -72,7 +79,7 @@ def read_state(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, stretch: F
         holds=enabled_holds(obj),
         stiff_groups=enabled_stiffness(obj),
         key_name=key_name,
-        mirrors=meshes.read_mirrors(obj, depsgraph),
+        mirrors=meshes.read_mirrors(obj, depsgraph, stretch, rest),
     )
 
 
@@ -95,7 +102,9 @@ def read_input(
             without its group or object, a handle whose group has no weights, nothing pinned or handled.
     """
     meshes.check_mesh(obj)
-    state = read_state(obj, depsgraph, meshes.read_stretch(obj, depsgraph), pose_key.name_of(obj))
+    mesh = meshes.read_mesh(obj)
+    stretch = meshes.read_stretch(obj, depsgraph)
+    state = read_state(obj, depsgraph, stretch, pose_key.name_of(obj), mesh.rest_positions)
     shape_keys.check_writable(obj)
     pose_key.check_name(obj)
     handle_motion.check_handles(obj, depsgraph)
@@ -105,7 +114,6 @@ def read_input(
     wanted = sorted({*(hold.group for hold in state.holds), *(entry.group for entry in state.stiff_groups)})
     weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
     _check_handle_weights(obj, weights)
-    mesh = meshes.read_mesh(obj)
     specs = tuple(spec_of(entry, weights[hold_of(entry).group], mesh.rest_positions) for entry in enabled_entries(obj))
     stiffness = stiffness_of(state.stiff_groups, weights)
     regions = regions_of(state.stiff_groups, weights, mesh)

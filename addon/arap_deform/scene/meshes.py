@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.mirror import Mirror
+from ..core.mirror import Mirror, used_mirrors
 from ..core.session_data import SessionMesh
 from ..core.transforms import stretch_of
 from . import versions
@@ -114,25 +114,38 @@ def stretch_in(obj: bpy.types.Object, world: NDArray[np.float64]) -> NDArray[np.
         raise ValueError(f"'{obj.name}' {error}") from None
 
 
-def read_mirrors(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Mirror, ...]:
+def read_mirrors(
+    obj: bpy.types.Object,
+    depsgraph: bpy.types.Depsgraph,
+    stretch: NDArray[np.float64],
+    rest: NDArray[np.floating] | None = None,
+) -> tuple[Mirror, ...]:
+    """The planes of the Mirror modifier that complete the mesh. ``rest``: (n, 3), or None to read it if need be."""
+    mirrors = _read_planes(obj, depsgraph)
+    return used_mirrors(mirrors, read_rest(obj) if rest is None else rest, stretch) if mirrors else ()
+
+
+def _read_planes(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[Mirror]:
     """The planes of the first Mirror modifier that is on, if it merges the halves or clips them."""
     modifier = next((m for m in obj.modifiers if m.type == "MIRROR" and m.show_viewport), None)
     if modifier is None or not (modifier.use_mirror_merge or modifier.use_clip):
-        return ()
-    centre = np.eye(4)
+        return []
+    centre, size = np.eye(4), 0.0
     if modifier.mirror_object is not None:
-        mirror_object = read_matrix(modifier.mirror_object, depsgraph)
+        world, of_centre = read_matrix(obj, depsgraph), read_matrix(modifier.mirror_object, depsgraph)
         try:
-            centre = np.asarray(np.linalg.inv(mirror_object) @ read_matrix(obj, depsgraph))
+            centre = np.asarray(np.linalg.inv(of_centre) @ world)
+            size = float(np.abs([world, of_centre]).max() * np.abs(np.linalg.inv(world)[:3, :3]).max())
         except np.linalg.LinAlgError:  # scaled to nothing
-            return ()
+            return []
     mirrors = []
     for axis, (is_on, is_bisected) in enumerate(zip(modifier.use_axis, modifier.use_bisect_axis, strict=True)):
         if is_on and not is_bisected:
             flip = np.eye(4)
             flip[axis, axis] = -1.0
-            mirrors.append(Mirror(np.asarray(np.linalg.inv(centre) @ flip @ centre), modifier.merge_threshold))
-    return tuple(mirrors)
+            matrix = np.asarray(np.linalg.inv(centre) @ flip @ centre)
+            mirrors.append(Mirror(matrix, modifier.merge_threshold, size))
+    return mirrors
 
 
 def selected_vertices(obj: bpy.types.Object) -> NDArray[np.int32]:

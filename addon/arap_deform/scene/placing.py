@@ -40,7 +40,9 @@ def forget_shapes(obj: bpy.types.Object) -> None:
 
 def working_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[int]:
     """Indices of the handles that can be moved, enabled or not."""
-    return [i for i, handle in enumerate(obj.arap.handles) if not handle_motion.problem_of(obj, handle, depsgraph)]
+    made: handle_motion.Made = {}
+    handles = enumerate(obj.arap.handles)
+    return [i for i, handle in handles if not handle_motion.problem_of(obj, handle, depsgraph, made)]
 
 
 def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[str]:
@@ -72,10 +74,10 @@ def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[
     if not motions:
         return []
     stretch, tolerance = meshes.read_stretch(obj, depsgraph), AT_PLACE * remembered.diagonal(obj, depsgraph)
-    held = []
+    world, held = handle_motion.object_matrix(obj, depsgraph), []
     for index, motion in motions.items():
         handle = obj.arap.handles[index]
-        if not _is_same(handle_motion.motion_of(obj, handle, depsgraph), motion, handle, stretch, tolerance):
+        if not _is_same(handle_motion.motion_of(handle, depsgraph, world), motion, handle, stretch, tolerance):
             held.append(handle.name)
     return held
 

@@ -15,7 +15,7 @@ import numpy as np
 from ..core.arrays import Floats
 from ..core.mirror import seen_size
 from ..props import hooks
-from . import meshes, versions
+from . import handle_motion, meshes, versions
 
 # With more vertices the look takes longer than a panel may. Then preparing the pose tells of empty groups.
 MOST_VERTICES = 20_000
@@ -25,6 +25,10 @@ _has_weights: dict[str, dict[str, bool]] = {}
 """By names of objects and of groups."""
 _sizes: dict[str, tuple[Floats, float]] = {}
 """The stretch, scaled to a largest entry of 1, and the diagonal under it."""
+_has_foreign: dict[tuple[str, int], bool] = {}
+_targets: dict[tuple[str, int], set[int]] = {}
+"""Addresses of the objects of its handles. Both by name of the mesh and its number of handles: to remove one evaluates
+nothing."""
 _owners: dict[tuple[str, str, str], str] = {}
 """Name of the mesh, '' if there is none, by names of scene, view layer and moving object."""
 
@@ -53,16 +57,29 @@ def diagonal(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> float:
     shape = stretch / scale
     former = _sizes.get(obj.name_full)
     if former is None or np.abs(former[0] - shape).max() > SAME_STRETCH:
-        corner_vertices = versions.read_corner_vertices(obj.data)
-        mirrors = meshes.read_mirrors(obj, depsgraph)
-        former = (shape, seen_size(meshes.read_rest(obj), corner_vertices, shape, mirrors))
+        mesh = meshes.read_mesh(obj)
+        mirrors = meshes.read_mirrors(obj, depsgraph, shape, mesh.rest_positions)
+        former = (shape, seen_size(mesh, mirrors, shape))
         _sizes[obj.name_full] = former
     return scale * former[1]
 
 
+def has_foreign_handles(obj: bpy.types.Object) -> bool:
+    """Whether there are handle_motion.foreign_handles(): that takes a look at every object of the file."""
+    key = obj.name_full, len(obj.arap.handles)
+    if key not in _has_foreign:
+        _has_foreign[key] = bool(handle_motion.foreign_handles(obj))
+    return _has_foreign[key]
+
+
 def is_moved_by(obj: bpy.types.Object, target: bpy.types.Object) -> bool:
     """Whether ``obj`` is a mesh with ``target``, or a bone of it, as a handle."""
-    return obj.type == "MESH" and any(handle.target == target for handle in obj.arap.handles)
+    if obj.type != "MESH":
+        return False
+    key = obj.name_full, len(obj.arap.handles)
+    if key not in _targets:
+        _targets[key] = {handle.target.as_pointer() for handle in obj.arap.handles if handle.target is not None}
+    return target.as_pointer() in _targets[key]
 
 
 def owner_of(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.types.Object | None:
@@ -83,6 +100,8 @@ def owner_of(view_layer: bpy.types.ViewLayer, target: bpy.types.Object) -> bpy.t
 
 def forget_updated(depsgraph: bpy.types.Depsgraph, posed: Container[str]) -> None:
     """After an evaluation: forgets what has changed, except the sizes of ``posed`` objects: their rest shape stays."""
+    _has_foreign.clear()
+    _targets.clear()
     if not (_has_weights or _sizes or _owners):
         return
     for update in depsgraph.updates:
@@ -103,11 +122,13 @@ def _may_change_owners(update: bpy.types.DepsgraphUpdate) -> bool:
 
 def clear() -> None:
     """Forgets everything: another file, or an undo."""
-    for answers in (_has_weights, _sizes, _owners):
+    for answers in (_has_weights, _sizes, _has_foreign, _targets, _owners):
         answers.clear()
 
 
 def _on_handle_changed(_obj: bpy.types.Object, _handle: object) -> None:
+    _has_foreign.clear()
+    _targets.clear()
     _owners.clear()
 
 

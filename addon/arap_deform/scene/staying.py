@@ -14,13 +14,16 @@ from ..core.arrays import Floats, Ints
 from ..core.patches import Point, diagonal_of, without_points
 from ..core.targets import HandleSpec, Patch
 from ..core.transforms import transformed
-from ..core.unbound import Moved, staying_targets
+from ..core.unbound import Pulls
 from . import handle_motion, meshes
-from .held import HeldMesh, specs_of
-from .inputs import enabled_entries, hold_of
+from .held import HeldMesh
+from .inputs import hold_of
 
 if TYPE_CHECKING:
     from .held import Entry
+
+Shapes = dict[tuple[str, str], tuple[str, int, float]]
+"""What pins and handles hold, as saved: text and number of the shape, and reach; by the list and the name."""
 
 AT_PLACE = 1e-5  # a shape that is this near to that at rest is the one at rest, as a fraction of the diagonal
 
@@ -33,13 +36,14 @@ class _Entry:
     spec: HandleSpec
     matrix: Floats
     is_new: bool
+    is_enabled: bool
 
 
 def stay(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *added: Entry, use_nodes: bool | None = None) -> None:
     """Lets new pins and handles hold what is shown, so that the mesh stays where it is when it is solved again.
 
     The new ones hold their vertices as they are shown. Point handles that they come near to keep their reach, without
-    the vertices that the new ones hold.
+    the vertices that the new ones hold. A new one that is disabled holds what is shown for when it is enabled.
 
     Args:
         depsgraph: for matrices.
@@ -51,38 +55,57 @@ def stay(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, *added: Entry, u
     rest = meshes.read_rest(obj)
     shown = handle_motion.shown_positions(obj, rest)
     if not np.array_equal(shown, rest):
-        held = HeldMesh(obj, depsgraph)
-        entries = _entries(obj, depsgraph, held, added, use_nodes)
-        _keep_points(held, entries, held.completed(shown))
-        _hold_shown(held, entries, held.completed(shown))
+        held = HeldMesh(obj, depsgraph, use_nodes=use_nodes)
+        entries = _entries(obj, depsgraph, held, set(added))
+        _keep_points(held, [entry for entry in entries if entry.is_enabled])
+        _hold_shown(held, entries)
 
 
-def _entries(
-    obj: bpy.types.Object,
-    depsgraph: bpy.types.Depsgraph,
-    held: HeldMesh,
-    added: Sequence[Entry],
-    use_nodes: bool | None,
-) -> list[_Entry]:
+def capture_shapes(obj: bpy.types.Object) -> Shapes:
+    """What restore_shapes() restores."""
+    return {
+        place: (entry.shape_text, entry.shape_id, getattr(entry, "reach", 0.0)) for place, entry in _places(obj).items()
+    }
+
+
+def restore_shapes(obj: bpy.types.Object, shapes: Shapes) -> list[Entry]:
+    """Restores what capture_shapes() returned; returns the pins and handles that are new since then."""
+    places = _places(obj)
+    for place in places.keys() & shapes.keys():
+        entry = places[place]
+        entry.shape_text, entry.shape_id, reach = shapes[place]
+        if hasattr(entry, "reach"):
+            entry.reach = reach
+    return [entry for place, entry in places.items() if place not in shapes]
+
+
+def _places(obj: bpy.types.Object) -> dict[tuple[str, str], Entry]:
+    return {(items, entry.name): entry for items in ("pins", "handles") for entry in getattr(obj.arap, items)}
+
+
+def _entries(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, held: HeldMesh, added: set[Entry]) -> list[_Entry]:
+    made: handle_motion.Made = {}
     entries = [
         entry
-        for entry in enabled_entries(obj)
-        if hold_of(entry).group in obj.vertex_groups
-        and not (hasattr(entry, "target") and handle_motion.problem_of(obj, entry, depsgraph))
+        for entry in (*obj.arap.pins, *obj.arap.handles)
+        if (entry.is_enabled or entry in added)
+        and hold_of(entry).group in obj.vertex_groups
+        and not (hasattr(entry, "target") and handle_motion.problem_of(obj, entry, depsgraph, made))
     ]
-    own = specs_of(obj, entries, held.mesh.rest_positions[: held.n_own], use_nodes=use_nodes)
-    specs, copies = held.completed_specs(own)
+    specs, copies = held.completed_specs(held.specs_of(entries))
+    world = handle_motion.object_matrix(obj, depsgraph)
     motions = [
-        handle_motion.motion_of(obj, entry, depsgraph) if hasattr(entry, "target") else np.eye(4) for entry in entries
+        handle_motion.motion_of(entry, depsgraph, world) if hasattr(entry, "target") else np.eye(4) for entry in entries
     ]
     matrices = held.motions(np.array(motions), copies)
     return [
-        _Entry(None if copy.image else entries[copy.handle], spec, matrix, entries[copy.handle] in added)
+        _Entry(None if copy.image else entry, spec, matrix, entry in added, entry.is_enabled)
         for spec, matrix, copy in zip(specs, matrices, copies, strict=True)
+        for entry in (entries[copy.handle],)
     ]
 
 
-def _keep_points(held: HeldMesh, entries: Sequence[_Entry], shown: Floats) -> None:
+def _keep_points(held: HeldMesh, entries: Sequence[_Entry]) -> None:
     """Lets point handles near new entries pull the surface as before, and as far."""
     specs_before = [_empty(e.spec) if e.is_new else e.spec for e in entries]
     before, after = held.points(specs_before), held.points([e.spec for e in entries])
@@ -103,34 +126,42 @@ def _keep_points(held: HeldMesh, entries: Sequence[_Entry], shown: Floats) -> No
         # If the mesh has not followed yet, it is still pulled as far.
         base = specs[i].base_or(held.mesh.rest_positions).astype(np.float64)
         averages = np.array([patch.weights @ base[patch.vertices] for patch in former])
-        pulls = transformed(entries[i].matrix, averages) - [p.weights @ shown[p.vertices] for p in former]
+        pulls = transformed(entries[i].matrix, averages) - [p.weights @ held.shown[p.vertices] for p in former]
         vertices = np.unique(np.concatenate([specs[i].vertices, *(patch.vertices for patch in present)]))
-        _set_shape(held, entries[i], vertices, shown[vertices] + pulls.mean(axis=0))
+        _set_shape(held, entries[i], vertices, held.shown[vertices] + pulls.mean(axis=0))
 
 
-def _hold_shown(held: HeldMesh, entries: Sequence[_Entry], shown: Floats) -> None:
+def _hold_shown(held: HeldMesh, entries: Sequence[_Entry]) -> None:
     """Lets new entries pull what they hold to where it is shown."""
     specs = [e.spec for e in entries]
     points = held.points(specs)
     is_held = held.is_held(specs, points)
     alone = [without_points(spec, points.get(i, ())) for i, spec in enumerate(specs)]
-    others = [Moved(spec, e.matrix) for spec, e in zip(alone, entries, strict=True) if not e.is_new]
+    pulls = Pulls(len(held.shown))
+    for spec, entry in zip(alone, entries, strict=True):
+        if not entry.is_new:
+            base = spec.base_or(held.mesh.rest_positions)[spec.vertices].astype(np.float64)
+            pulls.add(spec.vertices, spec.weights, transformed(entry.matrix, base))
     for i, entry in enumerate(entries):
         if not entry.is_new or entry.entry is None:
             continue
         patches = held.patches(points.get(i, ()), is_held)
-        if len(patches) == 1 and not len(alone[i].vertices) and _is_shown(held, entry, patches[0], shown):
+        spec = alone[i]
+        if len(patches) == 1 and not len(spec.vertices) and _is_shown(held, entry, patches[0]):
             continue  # it stands at the average that is shown
-        targets = shown.copy()
-        targets[alone[i].vertices] = staying_targets(alone[i], others, held.mesh.rest_positions, shown)
+        targets = pulls.staying_targets(spec.vertices, spec.weights, held.shown[spec.vertices])
         vertices = np.unique(np.concatenate([specs[i].vertices, *(patch.vertices for patch in patches)]))
-        _set_shape(held, entry, vertices, targets[vertices])
+        places = held.shown[vertices]
+        places[np.searchsorted(vertices, spec.vertices)] = targets
+        _set_shape(held, entry, vertices, places)
+        if entry.is_enabled:
+            pulls.add(spec.vertices, spec.weights, targets)
 
 
-def _is_shown(held: HeldMesh, entry: _Entry, patch: Patch, shown: Floats) -> bool:
+def _is_shown(held: HeldMesh, entry: _Entry, patch: Patch) -> bool:
     """Whether the average of the patch at rest, moved by the handle, is the one that is shown."""
     average = transformed(entry.matrix, patch.weights @ held.mesh.rest_positions[patch.vertices])
-    off = held.stretch @ (average - patch.weights @ shown[patch.vertices])
+    off = held.stretch @ (average - patch.weights @ held.shown[patch.vertices])
     return bool(np.linalg.norm(off) <= AT_PLACE * diagonal_of(held.surface.seen))
 
 

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import bpy
 import numpy as np
 from mathutils import Matrix
@@ -12,32 +10,25 @@ from mathutils import Matrix
 from ..scene import handle_motion, meshes
 from .handles import collection_for_empty, making
 
-if TYPE_CHECKING:
-    from ..props.handles import ArapHandle
-
-
-def are_foreign(obj: bpy.types.Object) -> bool:
-    """Whether made empties belong to another mesh, or are in no scene, as after a paste."""
-    return any(_is_foreign(obj, handle) for handle in obj.arap.handles)
-
 
 def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
     """Copies the empties of the original, with their animation, and puts them to the same places on this mesh.
 
-    Empties of its own that are in no scene are put into that of the mesh.
+    Empties of its own that are in no scene, as if they were deleted, are put into that of the mesh.
 
     Returns:
         The empties that are new in the scene.
 
     Raises:
-        ValueError: all handles are its own already, or the mesh is linked.
+        ValueError: all handles are its own already and in a scene, or the mesh is linked.
     """
     meshes.check_local(obj)
-    handles = [handle for handle in obj.arap.handles if _is_foreign(obj, handle)]
+    handles = handle_motion.foreign_handles(obj)
     if not handles:
-        raise ValueError(f"'{obj.name}' has handles of its own: there is nothing to copy")
+        raise ValueError(f"'{obj.name}' has handles of its own, and none was deleted: there is nothing to copy")
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    owners = {handle.target: handle_motion.other_owner(obj, handle) for handle in handles}
+    made: handle_motion.Made = {}
+    owners = {handle.target: handle_motion.other_owner(obj, handle, made) for handle in handles}
     twins = {target: _copied(target) if owner else target for target, owner in owners.items()}
     for target, owner in owners.items():
         if owner is not None:
@@ -51,12 +42,6 @@ def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
             handle.has_made_target = True  # last: setting the target clears it
     obj.arap.live_problem = ""
     return list(twins.values())
-
-
-def _is_foreign(obj: bpy.types.Object, handle: ArapHandle) -> bool:
-    if not handle.has_made_target or handle.target is None:
-        return False
-    return handle_motion.other_owner(obj, handle) is not None or not handle.target.users_scene
 
 
 def _copied(target: bpy.types.Object) -> bpy.types.Object:

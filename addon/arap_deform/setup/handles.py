@@ -12,18 +12,21 @@ import numpy as np
 from mathutils import Matrix
 
 from ..core import naming
-from ..core.arrays import Floats
+from ..core.arrays import Floats, Ints
 from ..core.patches import diagonal_of
 from ..core.targets import HandleSpec
 from ..core.transforms import transformed
 from ..props import hooks
 from ..props.bounds import bounded
-from ..scene import groups, handle_motion, held, meshes, remembered, staying
+from ..scene import groups, handle_motion, meshes, remembered, staying
 from ..scene.groups import VertexIndices
+from ..scene.held import HeldMesh, fit
+from ..scene.inputs import hold_of
 from .pins import GroupList
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
+    from ..scene.held import Entry
 
 SMALLEST_HANDLE = 0.02  # radius of an empty for a tiny group, as a fraction of the mesh's diagonal
 
@@ -57,20 +60,20 @@ def add_handle(
     depsgraph = bpy.context.evaluated_depsgraph_get()
     world = handle_motion.object_matrix(obj, depsgraph)
     rest = meshes.read_rest(obj)
-    found = held.fit(obj, depsgraph, HandleSpec(name, indices, np.ones(len(indices)), is_exact))
-    fit = world @ found.motion @ np.linalg.inv(world)
+    found = fit(HeldMesh(obj, depsgraph), HandleSpec(name, indices, np.ones(len(indices)), is_exact))
+    motion = world @ found.motion @ np.linalg.inv(world)
 
     points = transformed(world, rest[indices])
     centre = points.mean(axis=0) if found.centre is None else transformed(world, found.centre)
     if location is not None:
-        centre = transformed(np.linalg.inv(fit), np.array([location], dtype=np.float64))[0]
+        centre = transformed(np.linalg.inv(motion), np.array([location], dtype=np.float64))[0]
     at_rest = np.eye(4)
     at_rest[:3, 3] = centre
 
     with making():
         handle = _new_handle(obj, groups.new(obj, indices, name), name)
         handle.is_exact = is_exact
-        handle.target = _new_empty(obj, name, world, fit @ at_rest)
+        handle.target = _new_empty(obj, name, world, motion @ at_rest)
         handle.has_made_group = handle.has_made_target = True  # last: setting group and target clears these
         handle.rest = Matrix(np.linalg.inv(world) @ at_rest)
         handle.group_radius = max(
@@ -93,42 +96,52 @@ def add_handle_for(
         radius: world units. The group has the vertices whose posed place is within this distance of the target's
             origin (the bone's head). If there are none, or if ``radius`` is None, it has the nearest vertex.
     """
-    meshes.check_mesh(obj)
-    meshes.check_local(obj)
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    reason = handle_motion.target_problem(obj, target, bone, depsgraph)
-    if reason:
-        raise ValueError(f"'{obj.name}' cannot take the handle: {reason}")
-    world = handle_motion.object_matrix(obj, depsgraph)
-    shown = transformed(world, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
-    distance = np.linalg.norm(shown - handle_motion.target_matrix(target, bone, depsgraph)[:3, 3], axis=1)
-    within = np.flatnonzero(distance <= radius) if radius is not None else ()
-    indices = np.asarray(within if len(within) else [int(distance.argmin())], dtype=np.int32)
-    name = bone or target.name
-    with making():
-        handle = _new_handle(obj, groups.new(obj, indices, name), name)
-        handle.has_made_group = True
-        handle.target = target
-        handle.bone = bone
-    take_over(obj, handle)
-    return handle
+    return add_handles_for(obj, [(target, bone)], radius)[0]
 
 
 def add_handles_for(
     obj: bpy.types.Object, targets: Sequence[tuple[bpy.types.Object, str]], radius: float | None = None
 ) -> list[ArapHandle]:
     """add_handle_for() each of ``targets``, an object and a bone's name ('' for the object itself); all or none."""
+    meshes.check_mesh(obj)
+    meshes.check_local(obj)
     if not targets:
         raise ValueError(f"'{obj.name}' has no objects to take as handles: select some besides the mesh")
-    first = len(obj.arap.handles)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    for target, bone in targets:
+        reason = handle_motion.target_problem(obj, target, bone, depsgraph)
+        if reason:
+            raise ValueError(f"'{obj.name}' cannot take the handle: {reason}")
+    world = handle_motion.object_matrix(obj, depsgraph)
+    shown = transformed(world, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
+    places = [handle_motion.target_matrix(target, bone, depsgraph)[:3, 3] for target, bone in targets]
+    first, active, shapes = len(obj.arap.handles), obj.arap.active_handle_index, staying.capture_shapes(obj)
     try:
-        for target, bone in targets:
-            add_handle_for(obj, target, bone, radius)
+        for (target, bone), place in zip(targets, places, strict=True):
+            _add_around(obj, target, bone, _vertices_around(shown, place, radius))
+        take_over(obj, *obj.arap.handles[first:])
     except BaseException:
         for index in reversed(range(first, len(obj.arap.handles))):
             remove_handle(obj, index)
+        obj.arap.active_handle_index = active
+        staying.restore_shapes(obj, shapes)
         raise
     return list(obj.arap.handles[first:])
+
+
+def _vertices_around(shown: Floats, place: Floats, radius: float | None) -> Ints:
+    distance = np.linalg.norm(shown - place, axis=1)
+    within = np.flatnonzero(distance <= radius) if radius is not None else ()
+    return np.asarray(within if len(within) else [int(distance.argmin())], dtype=np.int32)
+
+
+def _add_around(obj: bpy.types.Object, target: bpy.types.Object, bone: str, vertices: Ints) -> None:
+    name = bone or target.name
+    with making():
+        handle = _new_handle(obj, groups.new(obj, vertices, name), name)
+        handle.has_made_group = True
+        handle.target = target
+        handle.bone = bone
 
 
 def remove_handle(obj: bpy.types.Object, index: int) -> None:
@@ -140,28 +153,43 @@ def remove_handle(obj: bpy.types.Object, index: int) -> None:
         bpy.data.objects.remove(target)
 
 
-def take_over(obj: bpy.types.Object, handle: ArapHandle) -> None:
-    """Sets the handle's rest matrix so that the target's place now gives the pose shown now.
+def take_over(obj: bpy.types.Object, *entries: Entry) -> None:
+    """Lets pins and handles hold the pose shown now, wherever the objects of handles are: the mesh must not jump.
 
-    Called after a change of a handle's target, bone or group: the mesh must not jump. Does nothing if one is missing.
+    Called after a change of a handle's target, bone or group. Passes over entries of which one of these is missing.
     """
-    if _is_making:
+    if obj.type != "MESH":
         return
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    is_whole = not handle_motion.target_problem(obj, handle.target, handle.bone, depsgraph)
-    if obj.type != "MESH" or not is_whole or handle.vertex_group not in obj.vertex_groups:
-        return
-    world = handle_motion.object_matrix(obj, depsgraph)
-    fit = np.eye(4)
     use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
+    whole = [entry for entry in entries if not _lack_of(obj, entry, depsgraph)]
+    _set_rests(obj, [entry for entry in whole if hasattr(entry, "target")], depsgraph, use_nodes)
+    staying.stay(obj, depsgraph, *whole, use_nodes=use_nodes)
+
+
+def _lack_of(obj: bpy.types.Object, entry: Entry, depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether its group or its object is missing."""
+    if hasattr(entry, "target") and handle_motion.target_problem(obj, entry.target, entry.bone, depsgraph):
+        return True
+    return hold_of(entry).group not in obj.vertex_groups
+
+
+def _set_rests(
+    obj: bpy.types.Object, handles: Sequence[ArapHandle], depsgraph: bpy.types.Depsgraph, use_nodes: bool | None
+) -> None:
+    """Sets the rest matrices of handles so that the places of their objects now give the pose shown now."""
+    if not handles:
+        return
+    inverse = np.linalg.inv(handle_motion.object_matrix(obj, depsgraph))
+    motions = np.tile(np.eye(4), (len(handles), 1, 1))
     if handle_motion.pose_key_of(obj) is not None:
-        rest = meshes.read_rest(obj).astype(np.float64)
-        spec = held.specs_of(obj, [handle], rest, use_nodes=use_nodes)[0]
-        if len(spec.vertices):
-            fit = held.fit(obj, depsgraph, spec, handle, use_nodes=use_nodes).motion
-    matrix = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
-    handle.rest = Matrix(np.linalg.inv(fit) @ np.linalg.inv(world) @ matrix)
-    staying.stay(obj, depsgraph, handle, use_nodes=use_nodes)
+        held = HeldMesh(obj, depsgraph, use_nodes=use_nodes)
+        for i, (handle, spec) in enumerate(zip(handles, held.specs_of(handles), strict=True)):
+            if len(spec.vertices):
+                motions[i] = fit(held, spec, handle).motion
+    for handle, motion in zip(handles, motions, strict=True):
+        matrix = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
+        handle.rest = Matrix(np.linalg.inv(motion) @ inverse @ matrix)
 
 
 def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = False) -> str:
@@ -180,8 +208,9 @@ def handle_problem(obj: bpy.types.Object, index: int, *, with_weights: bool = Fa
 
 def resize_empties(obj: bpy.types.Object) -> None:
     """Gives the empties that were made for handles the size set in ``obj.arap``."""
+    made: handle_motion.Made = {}
     for handle in obj.arap.handles:
-        if handle.has_made_target and handle.target is not None and not handle_motion.other_owner(obj, handle):
+        if handle.has_made_target and handle.target is not None and not handle_motion.other_owner(obj, handle, made):
             handle.target.empty_display_size = bounded(obj.arap, "handle_size") * bounded(handle, "group_radius")
 
 
@@ -235,6 +264,8 @@ def _is_used(empty: bpy.types.Object) -> bool:
 
 
 def _on_changed(obj: bpy.types.Object, handle: ArapHandle) -> None:
+    if _is_making:
+        return
     try:
         take_over(obj, handle)
     except ValueError:

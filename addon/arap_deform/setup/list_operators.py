@@ -8,10 +8,10 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from ..scene import meshes
+from ..scene import meshes, remembered
 from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
 from ..ui.edit_mode import OneStepOperator, is_edited
-from .handle_copies import are_foreign, copy_handles
+from .handle_copies import copy_handles
 from .handles import add_handle, add_handles_for, remove_handle
 from .pins import add_pin, add_pin_group, remove_pin
 from .stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness
@@ -25,6 +25,8 @@ def selected_targets(context: bpy.types.Context, obj: bpy.types.Object) -> list[
         targets = [(bone.id_data, bone.name) for bone in context.selected_pose_bones]
     else:
         targets = [(other, "") for other in context.selected_objects if other.type == "EMPTY"]
+    if not targets:
+        return []
     taken = {(handle.target, handle.bone) for handle in obj.arap.handles}
     return [target for target in targets if target not in taken]
 
@@ -70,9 +72,11 @@ why_no_handles = _why_none("handles", "Add a handle first: nothing moves the mes
 
 
 def why_own_handles(context: bpy.types.Context) -> str:
-    """As why_not_changeable(). Handles must belong to another mesh."""
+    """As why_not_changeable(). Handles must belong to another mesh, or be in no scene."""
     return why_not_changeable(context) or (
-        "" if are_foreign(posed_object(context)) else "The handles belong to this mesh: there is nothing to copy"
+        ""
+        if remembered.has_foreign_handles(posed_object(context))
+        else "The handles belong to this mesh, and none was deleted: there is nothing to copy"
     )
 
 
@@ -190,7 +194,8 @@ class ARAP_OT_handles_copy(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.handles_copy"
     bl_label = "Copy Handles"
     bl_description = (
-        "This mesh is a copy whose handles belong to the original: give it copies of them, at the same places on it"
+        "Give this mesh handles of its own. A copy gets copies of those of the original, at the same places on it. "
+        "Empties that were deleted come back"
     )
     why_not = staticmethod(why_own_handles)
 

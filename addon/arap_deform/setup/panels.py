@@ -12,7 +12,6 @@ from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
 from ..ui.panels import ArapPanel, ArapSubPanel, draw_text, is_following, split_column
 from .group_operators import is_painted
-from .handle_copies import are_foreign
 from .handles import HANDLES, handle_problem
 from .pins import PINS, GroupList
 from .stiffness import STIFFNESS
@@ -96,7 +95,7 @@ class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
             if problem:
                 draw_text(context, layout, problem, "ERROR")
         column = layout.column(align=True)
-        if are_foreign(obj):
+        if remembered.has_foreign_handles(obj):
             column.operator("arap.handles_copy", icon="DUPLICATE")
         column.operator("arap.handle_add", icon="VERTEXSEL")
         column.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")

@@ -14,7 +14,7 @@ from ..follow.act import PoseAct
 from ..follow.scene import is_rendering
 from ..scene import meshes, pose_key, remembered
 
-Execute = Callable[[Any, bpy.types.Context], set[str]]
+Execute = Callable[..., set[str]]
 
 
 def posed_object(context: bpy.types.Context) -> bpy.types.Object:
@@ -194,14 +194,14 @@ def allow(cls: Any, reason: str) -> bool:
 
 
 def reports_errors(execute: Execute) -> Execute:
-    """Turns a ValueError, RuntimeError or MemoryError into a report to the user and {'CANCELLED'}."""
+    """For execute() and the like: turns one of native.ERRORS into a report to the user and {'CANCELLED'}."""
 
     @functools.wraps(execute)
-    def wrapper(self: Any, context: bpy.types.Context) -> set[str]:
+    def wrapper(self: Any, context: bpy.types.Context, *others: Any) -> set[str]:
         try:
-            return execute(self, context)
-        except (ValueError, RuntimeError, MemoryError) as error:
-            self.report({"ERROR"}, str(error))
+            return execute(self, context, *others)
+        except native.ERRORS as error:
+            self.report({"ERROR"}, native.sentence_of(error))
             return {"CANCELLED"}
 
     return wrapper

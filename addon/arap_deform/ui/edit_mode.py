@@ -12,6 +12,7 @@ from .checks import ArapOperator
 
 _to_edit: str = ""
 """The mesh that goes back to Edit Mode when the operator has ended."""
+_window = 0  # address of the window in which it does so
 
 
 @contextmanager
@@ -64,16 +65,19 @@ def is_edited(obj: bpy.types.Object) -> bool:
 
 
 def _go_back_to_edit_mode(obj: bpy.types.Object) -> None:
-    global _to_edit  # noqa: PLW0603 - a timer takes no arguments
-    _to_edit = obj.name
+    global _to_edit, _window
+    _to_edit, _window = obj.name, bpy.context.window.as_pointer()
     bpy.app.timers.register(_enter, first_interval=0.0, persistent=True)
 
 
 def _enter() -> None:
     global _to_edit
     obj, _to_edit = bpy.data.objects.get((_to_edit, None)), ""
-    # Something else may have come first: an undo, another file.
-    if obj is not None and obj == bpy.context.view_layer.objects.active and obj.mode == "OBJECT":
+    # Something else may have come first: an undo, another file, the end of the window.
+    window = next((w for w in bpy.context.window_manager.windows if w.as_pointer() == _window), None)
+    if obj is None or window is None or obj != window.view_layer.objects.active or obj.mode != "OBJECT":
+        return
+    with bpy.context.temp_override(window=window):  # a timer has the scene of the first one
         bpy.ops.object.mode_set(mode="EDIT")
 
 

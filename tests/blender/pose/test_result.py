@@ -4,7 +4,13 @@
 import numpy as np
 from looks import key_positions, rest_positions, shown_positions
 from support import SceneTest, bpy, module
-from tubes import bend, move, own_key, posable, solved
+from tubes import MIDDLE, SEGMENTS, TOP, bend, move, own_key, posable, solved
+
+
+def held_shapes(obj):
+    """What pins and handles hold, by name."""
+    entries = (*obj.arap.pins, *obj.arap.handles)
+    return {entry.name: (entry.shape_text, entry.shape_id, getattr(entry, "reach", 0.0)) for entry in entries}
 
 
 class ResultTest(SceneTest):
@@ -107,6 +113,37 @@ class ResultTest(SceneTest):
         self.assertEqual(key.slider_max, 0.5)
         self.assertEqual((target.matrix_basis, parent.matrix_basis), before[1:])
         self.assert_close(module("follow.update").prepare_session(obj).positions, before[0], 1e-6)
+
+    def test_state_brings_back_what_pins_and_handles_hold(self):
+        """Reset Handles and Add Pin change that while the mesh is posed."""
+
+        obj = posable()
+        obj.arap.rigidity = 12.0  # so that the patch of Spot reaches its neighbors
+        bend(obj)
+        self.api.solve(obj)
+        self.api.add_handle(obj, MIDDLE[:1], name="Spot")
+        self.api.add_pin(obj, [TOP[0] - SEGMENTS], name="Held")
+        before = held_shapes(obj)
+        self.assertNotEqual(before["Held"][1], 0)
+        state = module("pose.result").capture_state(obj)
+        self.api.add_pin(obj, [MIDDLE[1]], name="New")
+        self.assertNotEqual(held_shapes(obj)["Spot"], before["Spot"])
+        self.api.remove_pin(obj, 2)
+        self.api.reset_handles(obj)
+        module("pose.result").restore_state(obj, state)
+        self.assertEqual(held_shapes(obj), before)
+
+    def test_what_is_added_before_esc_holds_the_mesh_as_it_was(self):
+        obj = solved()
+        shown = key_positions(obj)
+        state = module("pose.result").capture_state(obj)
+        move(obj.arap.handles[0].target, (0.0, -1.0, 0.5))
+        self.api.solve(obj)
+        self.api.add_pin(obj, [MIDDLE[1]], name="New")
+        self.api.add_handle(obj, [MIDDLE[4] + SEGMENTS], name="New")
+        module("pose.result").restore_state(obj, state)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), shown, 1e-4)
 
     def test_state_without_a_key_leaves_none(self):
         for has_keys in (False, True):

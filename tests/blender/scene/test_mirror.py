@@ -2,10 +2,10 @@
 """Half a mesh with a Mirror modifier is posed as the whole, in every way."""
 
 import numpy as np
-from looks import key_positions, rest_positions
+from looks import key_positions, rest_positions, unfit
 from mathutils import Matrix
 from support import SceneTest, bpy, module
-from tubes import PLACED, empty_at, move
+from tubes import PLACED, empty_at, move, posable
 
 RINGS, SEGMENTS, LENGTH = 21, 16, 4.0
 
@@ -124,6 +124,47 @@ class MirrorTest(SceneTest):
                 bpy.context.view_layer.update()
                 self.api.solve(obj)
                 self.assert_close(key_positions(obj), posed, 4e-4)
+
+    def test_a_plane_that_completes_nothing_may_move(self):
+        """A tube that is mirrored to the other side of a body: its session goes on where the tube moves alone."""
+        obj = posable()
+        modifier = obj.modifiers.new("Mirror", "MIRROR")
+        modifier.mirror_object = empty_at((3.0, 0.0, 0.0))
+        session = module("follow.update").prepare_session(obj)
+        for place in ((1.0, 0.0, 0.0), (2.0, 1.0, 0.0)):
+            obj.location = place
+            bpy.context.view_layer.update()
+            self.assertEqual(unfit(obj), "")
+        self.assertIs(module("follow.update").prepare_session(obj), session)
+
+    def test_a_half_goes_on_where_it_moves_far_from_the_origin(self):
+        obj = self.bent()
+        root, centre = empty_at((0.0, 0.0, 0.0)), empty_at((0.0, 3.0, 7.0))
+        centre.rotation_euler.x = 0.7  # another matrix, with the same plane
+        obj.parent = centre.parent = root
+        obj.modifiers["Mirror"].mirror_object = centre
+        root.location = (23456.7, -9876.5, 0.0)
+        bpy.context.view_layer.update()
+        module("follow.update").prepare_session(obj)
+        for turn in (0.3, 1.1, 2.2):
+            root.rotation_euler = (0.1, turn, -turn)
+            bpy.context.view_layer.update()
+            self.assertEqual(unfit(obj), "")
+
+    def test_a_bake_sees_an_animated_plane(self):
+        """Where the plane is away, the half is posed alone; where it is back, as the whole."""
+        obj = self.bent()
+        modifier = obj.modifiers["Mirror"]
+        for key, is_on in ((1, True), (2, False), (3, True)):
+            modifier.show_viewport = is_on
+            modifier.keyframe_insert("show_viewport", frame=key)
+        self.scene.frame_set(1)
+        names = self.api.bake_animation(obj, 1, 3)
+        is_on_plane = np.abs(rest_positions(obj)[:, 0]) < 1e-6
+        far = [np.abs(key_positions(obj, name)[is_on_plane, 0]).max() for name in names]
+        self.assertLess(far[0], 1e-6)
+        self.assertGreater(far[1], 1e-3)
+        self.assertLess(far[2], 1e-6)
 
     def test_the_modifier_is_heard(self):
         obj = self.bent()

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Copies of a mesh: whose handles they have, and how they get their own."""
 
+from unittest import mock
+
 from looks import key_positions
 from support import SceneTest, bpy, module
 from tubes import MIDDLE, TOP, animate, bend, copied, empty_at, move, posable, solved
@@ -29,8 +31,43 @@ class HandleCopiesTest(SceneTest):
         self.api.solve(copy)
         self.assert_close(key_positions(copy), key_positions(obj), 1e-5)
         self.assert_error(
-            ValueError, "'Tube' has handles of its own: there is nothing to copy", self.api.copy_handles, obj
+            ValueError,
+            "'Tube' has handles of its own, and none was deleted: there is nothing to copy",
+            self.api.copy_handles,
+            obj,
         )
+
+    def test_a_deleted_empty_comes_back(self):
+        obj = solved()
+        posed = key_positions(obj)
+        head = obj.arap.handles[0].target
+        bpy.context.view_layer.objects.active = obj
+        self.assertFalse(bpy.ops.arap.handles_copy.poll())
+        self.scene.collection.objects.unlink(head)  # what Delete does
+        bpy.context.view_layer.update()
+        reason = (
+            "Handle 'Head' of 'Tube': 'Head' is not in the scene any more; press Copy Handles if it was deleted, "
+            "choose another object or remove the handle"
+        )
+        self.assert_error(ValueError, reason, self.api.solve, obj)
+        self.assertEqual(bpy.ops.arap.handles_copy(), {"FINISHED"})
+        self.assertEqual((obj.arap.handles[0].target, head.users_scene), (head, (self.scene,)))
+        bpy.context.view_layer.update()
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), posed, 1e-5)
+
+    def test_redraws_do_not_look_at_the_scene_again(self):
+        """Which handles are foreign takes a look at every object of the file."""
+        copy = copied(posable())
+        remembered = module("scene.remembered")
+        with mock.patch.object(module("scene.handle_motion"), "foreign_handles", return_value=[1]) as look:
+            for _ in range(3):
+                self.assertTrue(remembered.has_foreign_handles(copy))
+            self.assertEqual(look.call_count, 1)
+            copy.location.x += 1.0
+            bpy.context.view_layer.update()
+            remembered.has_foreign_handles(copy)
+            self.assertEqual(look.call_count, 2)
 
     def test_handles_under_handles_and_animations_are_copied_too(self):
         obj = posable()

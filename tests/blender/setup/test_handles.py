@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Making, removing and resetting pins and handles."""
 
+from unittest import mock
+
 import numpy as np
 from looks import group_of, in_world, key_positions, rest_positions
 from mathutils import Matrix
@@ -168,6 +170,46 @@ class HandleTest(SceneTest):
         self.assertIsNone(near.parent)
         self.assert_close(module("scene.handle_motion").handle_matrices(obj), np.tile(np.eye(4), (2, 1, 1)), 1e-5)
 
+    def test_handles_added_together_leave_a_posed_mesh_in_place_and_look_at_it_once(self):
+        """Also if they hold the same vertices, and those of a soft handle."""
+        obj = posable()
+        self.api.add_pin_group(obj, group(obj, range(6 * SEGMENTS, 12 * SEGMENTS), 0.3))
+        bend(obj)
+        self.api.solve(obj)
+        posed = key_positions(obj)
+        empties = [empty_at(posed[vertex], "Control") for vertex in (*MIDDLE[:3], MIDDLE[0])]
+        stay = module("scene.staying").stay
+        with mock.patch.object(module("scene.staying"), "stay", side_effect=stay) as stays:
+            module("setup.handles").add_handles_for(obj, [(empty, "") for empty in empties], radius=0.5)
+        self.assertEqual(stays.call_count, 1)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), posed, STAYS)
+
+    def test_handles_that_cannot_be_added_together_leave_nothing(self):
+        """Nor do point handles near them keep a reach."""
+        obj = posable()
+        obj.arap.rigidity = 12.0
+        bend(obj)
+        self.api.solve(obj)
+        spot = self.api.add_handle(obj, MIDDLE[:1], name="Spot")
+        obj.arap.active_handle_index = 0
+        empties = [empty_at(key_positions(obj)[vertex], "Control") for vertex in MIDDLE[1:3]]
+        hold_shown = module("scene.staying")._hold_shown
+
+        def fail(*arguments):
+            hold_shown(*arguments)
+            self.assertGreater(obj.arap.handles["Spot"].reach, 0.0)
+            raise MemoryError
+
+        with mock.patch.object(module("scene.staying"), "_hold_shown", fail), self.assertRaises(MemoryError):
+            module("setup.handles").add_handles_for(obj, [(empty, "") for empty in empties])
+        self.assertEqual(
+            ([handle.name for handle in obj.arap.handles], obj.arap.active_handle_index), (["Head", "Spot"], 0)
+        )
+        spot = obj.arap.handles["Spot"]
+        self.assertEqual((spot.reach, spot.shape_id, spot.shape_text), (0.0, 0, ""))
+        self.assertEqual(len(obj.vertex_groups), 3)
+
     def test_without_a_radius_an_empty_takes_the_nearest_vertex_of_the_pose(self):
         obj = posable()
         move(obj.arap.handles[0].target, (0.0, 3.0, -2.0))
@@ -310,7 +352,10 @@ class RefusalTest(SceneTest):
         )
         target.hide_viewport = False
         self.scene.collection.objects.unlink(target)  # what Delete does: the handle still has it
-        check("'Head' is not in the scene any more; choose another object or remove the handle")
+        check(
+            "'Head' is not in the scene any more; press Copy Handles if it was deleted, "
+            "choose another object or remove the handle"
+        )
         self.scene.collection.objects.link(target)
         obj.vertex_groups.remove(obj.vertex_groups["Head"])
         check("there is no vertex group 'Head'; choose one or remove the handle")
@@ -467,6 +512,17 @@ class TakeOverTest(SceneTest):
         handle.target = target
         self.assertEqual(module("setup.handles").handle_problem(obj, 0), "")
         self.api.solve(obj)
+
+    def test_a_disabled_handle_holds_what_is_shown_when_it_is_enabled(self):
+        obj = solved()
+        handle = self.api.add_handle(obj, MIDDLE, name="Waist")
+        handle.is_enabled = False
+        posed = key_positions(obj)
+        handle.target = empty_at((1.0, 2.0, 3.0), "Other")
+        self.assertNotEqual(handle.shape_id, 0)
+        handle.is_enabled = True
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), posed, STAYS)
 
     def test_choosing_step_by_step_takes_over_in_the_end(self):
         """As in the panel: first the armature, then its bone; the group last; in Edit Mode too."""

@@ -4,7 +4,7 @@
 from unittest import mock
 
 from support import FakeAct, SceneTest, bpy, linked_back, module
-from tubes import BOTTOM, mesh_object, posable
+from tubes import BOTTOM, empty_at, mesh_object, posable
 
 OPERATORS = sorted(name for name in dir(bpy.ops.arap) if not name.startswith("_"))
 
@@ -14,6 +14,50 @@ class ClaimTest(SceneTest):
         sessions = module("core.sessions")
         sessions.claim(name, act)
         self.addCleanup(sessions.release, name, act)
+
+
+class ManyHandlesTest(SceneTest):
+    def test_which_mesh_an_empty_moves_is_found_once_until_something_changes(self):
+        """Some sixty polls ask at each redraw, and a mesh may have thousands of handles."""
+        obj = posable()
+        head, other = obj.arap.handles[0].target, empty_at((0.0, 0.0, 4.0))
+        remembered = module("scene.remembered")
+        self.assertTrue(remembered.is_moved_by(obj, head))
+        known = next(iter(remembered._targets.values()))
+        known.clear()
+        self.assertFalse(remembered.is_moved_by(obj, head), "no second look")
+        obj.arap.handles[0].target = other
+        self.assertEqual([remembered.is_moved_by(obj, each) for each in (head, other)], [False, True])
+        module("api").remove_handle(obj, 0)
+        self.assertFalse(remembered.is_moved_by(obj, other))
+
+
+class ErrorTest(SceneTest):
+    def test_too_little_memory_is_told_in_words(self):
+        """Python's own MemoryError has no text."""
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        text = "There is not enough memory"
+        blend, pull = module("poses.blend_operator"), module("pull.operators")
+        mouse = mock.Mock(mouse_x=0, type="MOUSEMOVE")
+        for made, act in (
+            ("poses.blend_operator.BlendRun", lambda it: blend.ARAP_OT_poses_blend._begin(it, bpy.context, mouse)),
+            ("pull.operators.PullRun", lambda it: pull.ARAP_OT_pull._begin_drag(it, bpy.context, mouse, (0, 0))),
+        ):
+            operator = mock.Mock(_grip=mock.Mock(object_name=obj.name))
+            where, _, name = made.rpartition(".")
+            with mock.patch.object(module(where), name, side_effect=MemoryError):
+                self.assertEqual(act(operator), {"CANCELLED"})
+            operator.report.assert_called_once_with({"ERROR"}, text)
+        operator = mock.Mock()
+        module("bake.operators").FramesOperator.draw_size(operator, mock.Mock(side_effect=MemoryError), "INFO")
+        self.assertEqual(operator.layout.label.call_args.kwargs["text"], text)
+        run = mock.Mock(_name=obj.name, _follower=None)
+        run.restore_handles.side_effect = MemoryError
+        self.assertEqual(module("poses.blend_run").BlendRun.restore(run), text)
+        act = module("follow.act").PoseAct(mock.Mock())
+        act.fail(MemoryError())
+        self.assertEqual(act.end.message, f"Posing has ended and everything is as before: {text}")
 
 
 class ReasonTest(ClaimTest):

@@ -190,6 +190,20 @@ def test_a_plane_is_the_same_but_for_rounding_and_the_merge_distance():
     assert not are_same(mirrors(0), [])
 
 
+def test_rounding_grows_with_the_size_of_coordinates():
+    """Far from the origin, single precision moves the plane, and the vertices on it, by more."""
+    half, _ = part_of(OPEN, [0])
+    away = np.add(half.rest_positions, (0.003, 0.0, 0.0))
+    moved = flip(0)
+    moved[0, 3] = 0.01
+    for size, n in ((0.0, 0), (1e4, 1)):
+        assert len(used_mirrors([Mirror(flip(0), 1e-3, size)], away, np.eye(3))) == n
+        assert are_same([Mirror(flip(0), 1e-3, size)], [Mirror(moved, 1e-3, size)]) == bool(n)
+    far = flip(0)
+    far[0, 3] = 2e4
+    assert len(used_mirrors([Mirror(far, 1e-3)], np.add(away, (1e4, 0.0, 0.0)), np.eye(3))) == 1
+
+
 def test_the_whole_is_closed_and_what_is_near_the_plane_is_put_on_it():
     half, _ = part_of(OPEN, [0])
     is_on = np.abs(half.rest_positions[:, 0]) < 1e-6
@@ -226,3 +240,16 @@ def test_a_rigid_region_at_the_plane_is_one_body_with_its_image():
     assert (of_whole == 0).sum() == len(ring(WHOLE_MESH, 2.0))
     assert (of_whole == 1).sum() == (of_whole == 3).sum() == (regions == 1).sum()
     assert whole.regions(None) is None
+
+
+def test_a_part_at_rest_is_counted_without_its_image():
+    half, _ = part_of(OPEN, [0])
+    n = len(half.rest_positions)
+    shifts = [(0.0, 0.0, 0.0), (9.0, 0.0, 0.0), (0.0, 9.0, 0.0)]  # held, away from the plane, on the plane
+    parts = SessionMesh(
+        np.concatenate([np.add(half.rest_positions, shift) for shift in shifts]),
+        np.concatenate([half.corner_vertices + i * n for i in range(3)]).astype(np.int32),
+        np.tile(half.face_sizes, 3),
+    )
+    session, _ = posed(parts, [hold(ring(half, 0.0))], [np.eye(4)], mirrors(0))
+    assert session.update(np.eye(4)[None]).parts_at_rest == 2

@@ -21,6 +21,7 @@ class FakeScene(FakeFollowScene):
     step_s: float = 0.001
     now: float = 0.0
     off: list[str] = field(default_factory=list)
+    first_place: float | None = None
 
     def clock(self) -> float:
         return self.now
@@ -32,7 +33,8 @@ class FakeScene(FakeFollowScene):
         self.calls.append("look again")
 
     def has_changed(self) -> bool:
-        return self.place != 0.0
+        self.first_place = self.place if self.first_place is None else self.first_place
+        return self.place != self.first_place
 
     def undone(self) -> None:
         self.calls.append("undone")
@@ -72,7 +74,7 @@ def test_what_did_not_change_is_not_solved() -> None:
     scene, run = begun()
     for when in (When.UPDATE, When.FRAME, When.UPDATE, When.PLAYBACK):
         run.scene_changed(when)
-    run.settle()
+    run.settle(60.0)
     assert (scene.calls, run.wants_timer) == ([], False)
 
 
@@ -106,13 +108,32 @@ def test_a_frame_shown_alone_is_settled_at_once_even_in_the_pause_of_a_heavy_mes
     assert not run.wants_timer
 
 
-def test_a_frame_shown_alone_waits_for_its_bind() -> None:
+def test_a_frame_shown_alone_does_not_wait_for_a_bind_and_catches_up() -> None:
     scene, run = begin(is_fit=False)
     run.scene_changed(When.FRAME)
-    assert (scene.binds[0].is_done, scene.calls, run.wants_timer) == (True, ["go on", "from rest"], False)
+    assert (scene.binds[0].is_done, scene.calls, run.wants_timer) == (False, [], True)
+    scene.binds[0].is_done = True
+    run.tick(is_playing=False)
+    run.tick(is_playing=False)
+    assert (scene.calls, run.wants_timer) == (["go on", "from rest"], False)
+
+
+def test_a_frame_shown_alone_is_shown_with_a_bind_that_takes_no_time() -> None:
+    scene, run = begin(is_fit=False, bind_needs_s=0.0)
+    run.scene_changed(When.FRAME)
+    assert (scene.calls, run.wants_timer) == (["go on", "from rest"], False)
     scene.is_painted, scene.place = True, 1.0
     run.scene_changed(When.FRAME)
     assert (scene.calls[2:], run.wants_timer) == ([], True)
+
+
+def test_without_a_timer_a_bind_is_waited_for_but_not_for_ever() -> None:
+    for needs_s, calls in ((1.0, ["go on", "from rest"]), (61.0, [])):
+        scene, run = begin(is_fit=False, bind_needs_s=needs_s)
+        run.settle(60.0)
+        assert scene.calls == calls
+        assert (run.is_over, scene.binds[0].is_dropped) == (not calls, not calls)
+    assert scene.off == ["The mesh was not prepared within 60 seconds: use Solve or Bake"]
 
 
 def test_a_run_of_an_opened_file_waits_until_something_moves() -> None:
@@ -129,6 +150,17 @@ def test_a_run_of_an_opened_file_waits_until_something_moves() -> None:
     scene.place = 0.0
     run.tick(is_playing=False)
     assert len(scene.binds) == 1
+
+
+def test_a_run_that_waits_sees_what_changes_in_a_pause() -> None:
+    """As in a file that was saved in Edit Mode."""
+    scene = FakeScene(pause="Paused in Edit Mode", place=1.0)
+    run = LiveRun(scene, scene.clock, is_waiting=True)
+    run.look()
+    scene.place = 2.0
+    scene.pause = ""
+    run.tick(is_playing=False)
+    assert scene.calls[-1] == "follow"
 
 
 def test_playback_goes_on_from_the_frame_before_and_its_last_frame_starts_from_rest() -> None:
@@ -209,7 +241,7 @@ def test_binds_by_the_timer_and_never_in_a_handler() -> None:
 def test_without_a_window_all_is_done_at_once() -> None:
     scene, run = begun()
     scene.place = 1.0
-    run.settle()
+    run.settle(60.0)
     assert (scene.calls, scene.limits[-1]) == (["from rest"], (None, None))
 
 
@@ -226,7 +258,7 @@ def test_a_mesh_that_never_fits_ends_instead_of_binding_for_ever() -> None:
 
     scene.begin_bind = begin_bind  # type: ignore[method-assign]
     run = LiveRun(scene, scene.clock)
-    run.settle()
+    run.settle(60.0)
     assert scene.off == ["The mesh changes each time it has been prepared"]
     assert run.is_over
 
@@ -253,6 +285,15 @@ def test_undo_looks_at_everything_and_goes_on_from_what_it_brought() -> None:
     assert run.wants_timer
     run.tick(is_playing=False)
     assert scene.calls == ["undone", "go on", "follow"]
+
+
+def test_an_undo_that_brings_the_same_pose_moves_nothing() -> None:
+    """As one in another scene."""
+    scene, run = begun()
+    scene.is_shown = True
+    run.undone()
+    run.tick(is_playing=False)
+    assert (scene.calls, run.wants_timer) == (["undone", "go on"], False)
 
 
 def test_evaluation_within_a_step_does_not_start_another() -> None:
