@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Dense>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -12,6 +14,26 @@
 #include "sparse/sparse.h"
 
 namespace arap {
+
+/// Columns C beside a factorized matrix M: solutions x = M^-1 (b - C y), with y chosen by what x would be without. It
+/// refers to the factorization. The M of all its products is the one of solve(), rounded as that is. A column with few
+/// entries takes a small part of a solve to make, to use and to keep.
+class Border {
+ public:
+  /// y, (n_columns, 3), for C^T M^-1 b.
+  using Choose = std::function<Eigen::MatrixX3d(const Eigen::MatrixX3d& products)>;
+
+  Border() = default;
+  Border(const Border&) = delete;
+  Border& operator=(const Border&) = delete;
+  virtual ~Border() = default;
+
+  /// C^T M^-1 C.
+  [[nodiscard]] virtual Eigen::MatrixXd products() const = 0;
+
+  /// Replaces b (n, 3) by x, 0 at erased rows.
+  virtual void solve(const Choose& choose, Positions& x) const = 0;
+};
 
 /// A factorized symmetric positive definite matrix.
 class Factorization {
@@ -25,6 +47,10 @@ class Factorization {
   /// positive definite matrix, right to three digits. For the exact x iterate x += solve(b - A x) or use solve_with_cg.
   virtual void solve(const Positions& b, Positions& x) const = 0;
   void solve(Positions& x) const { solve(x, x); }
+
+  /// @param columns  (n, n_columns), with few entries each, none in erased rows
+  [[nodiscard]] virtual std::unique_ptr<Border> border(const SparseMatrix& columns,
+                                                       const MeterPart& meter = {}) const = 0;
 
   /// Size of the factor, which a solve reads twice; 0 if unknown.
   [[nodiscard]] virtual size_t bytes() const { return 0; }

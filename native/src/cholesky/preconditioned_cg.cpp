@@ -74,15 +74,16 @@ constexpr double kLeastLeftSquared = 0.03 * 0.03;
 
 }  // namespace
 
-void solve_with_cg(const std::function<void(const Positions& x, Positions& y)>& apply, const Factorization& factor,
-                   Positions& b, const Workers& workers, double accuracy) {
+void solve_with_cg(const std::function<void(const Positions& x, Positions& y)>& apply,
+                   const std::function<void(Positions& residual, Positions& x)>& solve, Positions& b,
+                   const Workers& workers, double accuracy) {
   constexpr int kMostSteps = 50;
   constexpr double kRoundingSquared = 1e-30;
   const Eigen::Index n = b.rows();
   Positions& residual = b;
   Positions x = Positions::Zero(n, 3);
   Positions direction;
-  factor.solve(residual, direction);
+  solve(residual, direction);
   Positions next(n, 3);
   Positions product;
   const auto [b_squared, first_slope] = sums<2>(workers, n, [&]<int width>(std::ptrdiff_t k) {
@@ -105,7 +106,7 @@ void solve_with_cg(const std::function<void(const Positions& x, Positions& y)>& 
       return std::array<Numbers<width>, 2>{r * r, of_x * of_x};
     });
     if ((r_squared <= kRoundingSquared * b_squared).all()) break;
-    factor.solve(residual, next);
+    solve(residual, next);
     // Polak and Ribiere's coefficient tolerates a preconditioner whose rounding differs between solves. The residual
     // changed by -length * product.
     const Coefficients turned = sums<1>(workers, n, [&]<int width>(std::ptrdiff_t k) {

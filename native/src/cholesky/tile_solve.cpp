@@ -58,7 +58,7 @@ TileFactorization::TileFactorization(std::shared_ptr<const TilePlan> plan, Worke
   for (const int i : plan_->structure.ordering) scaling_.push_back(scaling.of_each[i]);
 }
 
-void TileFactorization::solve(const Positions& b, Positions& x) const {
+void TileFactorization::solve(const Positions& b, const Change& change, Positions& x) const {
   std::unique_ptr<Workspace> work;
   {
     const std::scoped_lock lock(mutex_);
@@ -69,12 +69,12 @@ void TileFactorization::solve(const Positions& b, Positions& x) const {
   }
   if (work == nullptr) work = std::make_unique<Workspace>(*plan_);
   x.resize(b.rows(), 3);
-  solve_with(b, x, *work);
+  solve_with(b, change, x, *work);
   const std::scoped_lock lock(mutex_);
   idle_.push_back(std::move(work));
 }
 
-void TileFactorization::solve_with(const Positions& b, Positions& x, Workspace& work) const {
+void TileFactorization::solve_with(const Positions& b, const Change& change, Positions& x, Workspace& work) const {
   // Nearly every b fits well in the range of a float. Others are scaled by powers of two, which keep the digits.
   constexpr double kSmallest = 0x1p-40;
   constexpr double kLargest = 0x1p40;
@@ -83,14 +83,16 @@ void TileFactorization::solve_with(const Positions& b, Positions& x, Workspace& 
   if (!(reached >= kSmallest && reached <= kLargest)) {
     // 0 * x is NaN if x is not finite.
     const double largest = b.size() == 0 ? 0 : b.cwiseAbs().maxCoeff() + (0 * b).sum();
-    if (!(largest > 0) || !std::isfinite(largest)) {
+    if ((largest == 0 && !change) || !std::isfinite(largest)) {
       x.setConstant(largest == 0 ? 0 : std::numeric_limits<double>::quiet_NaN());
       return;
     }
-    into = std::exp2(-std::ilogb(largest));
+    into = largest == 0 ? 0 : std::exp2(-std::ilogb(largest));
     static_cast<void>(eliminate_subtrees(b, into, work));
   }
-  solve_root_part(work);
+  eliminate_root_part(work);
+  if (change) into = scale_ * change(work.x.data(), into / scale_);
+  substitute_root_part(work);
   substitute_subtrees(x, scale_ * (scale_ / into), work);
 }
 
@@ -109,19 +111,24 @@ double TileFactorization::eliminate_subtrees(const Positions& b, double factor, 
   return std::accumulate(work.largest.begin(), work.largest.end(), 0.0);
 }
 
-void TileFactorization::solve_root_part(Workspace& work) const {
-  const auto& root_part = plan_->partition.root_part;
-  if (root_part.empty()) return;
+void TileFactorization::eliminate_root_part(Workspace& work) const {
   const FlushToZero mode;
   float* x = work.x.data();
-  collect_root_part(x);
-  for (const int s : root_part) {
+  std::fill_n(x + size_t{kTile} * plan_->first_padding, 2 * kTile, 0.0F);
+  for (const TilePlan::Copies& copies : plan_->copies) collect(copies, x);
+  for (const int s : plan_->partition.root_part) {
     const TileSupernode& node = supernodes_[s];
     if (is_shared(node) && workers_.threads() > 1)
       forward_shared(node, work);
     else
       kernels_.forward(&node, &node + 1, x);
   }
+}
+
+void TileFactorization::substitute_root_part(Workspace& work) const {
+  const FlushToZero mode;
+  float* x = work.x.data();
+  const auto& root_part = plan_->partition.root_part;
   for (size_t k = root_part.size(); k-- > 0;) {
     const TileSupernode& node = supernodes_[root_part[k]];
     if (is_shared(node) && workers_.threads() > 1)
@@ -195,13 +202,31 @@ void TileFactorization::backward_subtree(int index, float* x) const {
   kernels_.backward(supernodes_.data() + subtree.begin, supernodes_.data() + subtree.end, x);
 }
 
-void TileFactorization::collect_root_part(float* x) const {
-  std::fill_n(x + size_t{kTile} * plan_->first_padding, 2 * kTile, 0.0F);
-  for (const TilePlan::Copies& copies : plan_->copies) {
-    const float* from = x + size_t{kTile} * copies.first_place;
-    for (const int column : copies.columns)
-      for (int d = 0; d < kTile; ++d) x[size_t{kTile} * column + d] += *from++;
+void TileFactorization::collect(const TilePlan::Copies& copies, float* x) {
+  const float* from = x + size_t{kTile} * copies.first_place;
+  for (const int column : copies.columns)
+    for (int d = 0; d < kTile; ++d) x[size_t{kTile} * column + d] += *from++;
+}
+
+void TileFactorization::eliminate_along(std::span<const int> path, float* x) const {
+  const FlushToZero mode;
+  const auto from = [&](int s) { return std::lower_bound(path.begin(), path.end(), s); };
+  const auto& subtrees = plan_->partition.subtrees;
+  for (size_t i = 0; i < subtrees.size(); ++i) {
+    const auto end = from(subtrees[i].end);
+    auto next = from(subtrees[i].begin);
+    if (next == end) continue;
+    while (next != end) {
+      const auto first = next++;
+      while (next != end && *next == *(next - 1) + 1) ++next;
+      kernels_.forward(supernodes_.data() + *first, supernodes_.data() + *(next - 1) + 1, x);
+    }
+    const TilePlan::Copies& copies = plan_->copies[i];
+    collect(copies, x);
+    std::fill_n(x + size_t{kTile} * copies.first_place, kTile * copies.columns.size(), 0.0F);
   }
+  for (const int s : plan_->partition.root_part)
+    if (std::binary_search(path.begin(), path.end(), s)) kernels_.forward(&supernodes_[s], &supernodes_[s] + 1, x);
 }
 
 void TileFactorization::forward_shared(const TileSupernode& node, Workspace& work) const {

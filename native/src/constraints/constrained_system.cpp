@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "arap/error.h"
+#include "base/eigen_compat.h"
+#include "cholesky/preconditioned_cg.h"
 #include "cholesky/solver_choice.h"
 #include "parallel/parallel.h"
 
@@ -16,13 +18,10 @@ namespace arap {
 
 namespace {
 
-/// Rows that a thread takes at once.
-constexpr int kRows = 2048;
-
-/// Done before the factorization, and before and after the columns are solved: a solve for every three of them.
+/// Done before the factorization, and before and after the border is made.
 constexpr double kFactorization = 0.1;
-constexpr double kBeforeColumns = 0.8;
-constexpr double kAfterColumns = 0.99;
+constexpr double kBeforeBorder = 0.8;
+constexpr double kAfterBorder = 0.99;
 constexpr double kRounding = 1e-9;  // of what adds up between them
 
 /// The penalty of a stiff row in the factor, in units of K's stiffness at its unknowns. More leaves less to the
@@ -39,6 +38,20 @@ double largest_coefficient(const LinearRow& row) {
   double largest = 0;
   for (const double coefficient : row.coefficients) largest = std::max(largest, std::abs(coefficient));
   return largest;
+}
+
+/// C^T x.
+Eigen::MatrixX3d transposed_product(const SparseMatrix& columns, const Positions& x) {
+  Eigen::MatrixX3d result = Eigen::MatrixX3d::Zero(columns.cols(), 3);
+  for (int c = 0; c < static_cast<int>(columns.cols()); ++c)
+    for (SparseMatrix::InnerIterator it(columns, c); it; ++it) result.row(c) += it.value() * x.row(it.row());
+  return result;
+}
+
+/// x += C y.
+void add_product(const SparseMatrix& columns, const Eigen::MatrixX3d& y, Positions& x) {
+  for (int c = 0; c < static_cast<int>(columns.cols()); ++c)
+    for (SparseMatrix::InnerIterator it(columns, c); it; ++it) x.row(it.row()) += it.value() * y.row(c);
 }
 
 SparseMatrix with_diagonal(const SparseMatrix& K, const Eigen::VectorXd& diagonal) {
@@ -71,9 +84,10 @@ ConstrainedSystem::ConstrainedSystem(const LinearSolver& solver, LinearSolverKin
     grounding_.push_back(diagonal > 0 ? diagonal : 1.0);  // a part that is one rigid region has no stiffness at all
   }
   meter.reach(kFactorization);
-  factorize(solver, kind, K, constraints, {&meter, kBeforeColumns - kFactorization - kRounding});
-  meter.reach(kBeforeColumns);
-  prepare_dense_part(meter);
+  find_moves(components);
+  factorize(solver, kind, K, constraints, {&meter, kBeforeBorder - kFactorization - kRounding});
+  meter.reach(kBeforeBorder);
+  prepare_border({&meter, kAfterBorder - kBeforeBorder - kRounding});
   meter.reach(1.0);
 }
 
@@ -97,16 +111,19 @@ void ConstrainedSystem::factorize_with_rows(LinearSolverKind kind, const SparseM
                                             const SystemConstraints& constraints, const MeterPart& meter) {
   const int n = static_cast<int>(K.rows());
   const RowMatrix soft(constraints.soft_rows, n);
-  own_matrix_ = SparseMatrix(*matrix_ + soft.normal_matrix(constraints.soft_rows.weight_vector()));
+  const SparseMatrix of_soft = soft.normal_matrix(constraints.soft_rows.weight_vector());
+  own_matrix_ = SparseMatrix(*matrix_ + of_soft);
   matrix_ = &own_matrix_;
   RowMatrix stiff(constraints.stiff_rows, n);
   const Eigen::VectorXd weights = constraints.stiff_rows.weight_vector();
   const Eigen::VectorXd penalties = (kPenalty * row_stiffness(stiff, K)).cwiseMin(0.5 * weights);
-  const SparseMatrix held = grounded() + stiff.normal_matrix(penalties);
+  const SparseMatrix of_stiff = stiff.normal_matrix(penalties);
+  move_forces_ = (of_soft + of_stiff) * moves_;
+  const SparseMatrix held = grounded() + of_stiff;
   // Halves could not tell K beside rows.
   factor_ = make_linear_solver(held, kind, workers_, TileFormat::kFloat, meter.part(0.5))
                 ->factorize(held, is_fixed_, meter.part(0.5));
-  if (!stiff.empty()) stiff_ = std::make_unique<StiffRows>(*factor_, std::move(stiff), penalties, weights, workers_);
+  if (!stiff.empty()) stiff_ = std::make_unique<StiffRows>(std::move(stiff), penalties, weights, workers_);
 }
 
 std::vector<int> ConstrainedSystem::find_unheld(const std::vector<int>& components,
@@ -155,37 +172,20 @@ int ConstrainedSystem::sort_by_rows(const std::vector<int>& components, const Sy
   return static_cast<int>(qr.rank());
 }
 
-void ConstrainedSystem::multiply(const Positions& x, Positions& result) const {
-  arap::multiply(*matrix_, x, result, workers_);
+void ConstrainedSystem::find_moves(const std::vector<int>& components) {
+  std::vector<int> move_of(components.size(), -1);
+  for (int k = 0; k < n_released_; ++k) move_of[components[grounded_[k]]] = k;
+  std::vector<Eigen::Triplet<double>> entries;
+  if (n_released_ > 0)
+    for (size_t i = 0; i < components.size(); ++i)
+      if (const int k = move_of[components[i]]; k >= 0) entries.emplace_back(static_cast<int>(i), k, 1.0);
+  moves_ = SparseMatrix(matrix_->rows(), n_released_);
+  moves_.setFromTriplets(entries.begin(), entries.end());
+  move_forces_ = SparseMatrix(matrix_->rows(), n_released_);
 }
 
-void ConstrainedSystem::solve_exactly(double accuracy, Positions& b, const Positions& gaps,
-                                      Positions& multipliers) const {
-  if (stiff_ == nullptr) {
-    solve_with_cg([this](const Positions& x, Positions& y) { multiply_held(x, y); }, *factor_, b, workers_, accuracy);
-    return;
-  }
-  constexpr int kMostSteps = 20;
-  constexpr double kSlow = 0.5;
-  Positions x = Positions::Zero(b.rows(), 3);
-  Positions residual = b;
-  Positions gaps_left = gaps;
-  Positions step;
-  Positions product;
-  double last = std::numeric_limits<double>::infinity();
-  for (int k = 0; k < kMostSteps; ++k) {
-    stiff_->solve(kGapsLeft, residual, gaps_left, multipliers, step);
-    const double length = step.norm();
-    if (!(length < last)) break;
-    x += step;
-    if (length <= accuracy * x.norm() || length > kSlow * last) break;
-    last = length;
-    multiply_held(x, product);
-    residual = b - product;
-    stiff_->rows().multiply(x, product, workers_);
-    gaps_left = gaps - product;
-  }
-  b.swap(x);
+void ConstrainedSystem::multiply(const Positions& x, Positions& result) const {
+  arap::multiply(*matrix_, x, result, workers_);
 }
 
 void ConstrainedSystem::erase_fixed(Positions& x) const {
@@ -195,116 +195,193 @@ void ConstrainedSystem::erase_fixed(Positions& x) const {
 
 void ConstrainedSystem::multiply_held(const Positions& x, Positions& result) const {
   multiply(x, result);
-  for (size_t k = 0; k < grounded_.size(); ++k) result.row(grounded_[k]) += grounding_[k] * x.row(grounded_[k]);
+  for (size_t k = n_released_; k < grounded_.size(); ++k)
+    result.row(grounded_[k]) += grounding_[k] * x.row(grounded_[k]);
   erase_fixed(result);
 }
 
-void ConstrainedSystem::solve_columns(Meter& meter) {
-  const std::ptrdiff_t n_columns = std::ssize(columns_);
-  column_solutions_.resize(matrix_->rows(), n_columns);
-  column_forces_.resize(n_stiff(), n_columns);
-  for (std::ptrdiff_t first = 0; first < n_columns; first += 3) {
-    const std::ptrdiff_t n = std::min<std::ptrdiff_t>(3, n_columns - first);
-    Positions b = Positions::Zero(matrix_->rows(), 3);
-    for (std::ptrdiff_t c = 0; c < n; ++c) {
-      const LinearRow& column = columns_[first + c];
-      for (size_t k = 0; k < column.indices.size(); ++k) b(column.indices[k], c) += column.coefficients[k];
-    }
-    Positions forces = Positions::Zero(n_stiff(), 3);
-    solve_exactly(kDoubleAccuracy, b, Positions::Zero(n_stiff(), 3), forces);
-    column_solutions_.middleCols(first, n) = b.leftCols(n);
-    column_forces_.middleCols(first, n) = forces.leftCols(n);
-    const double done = static_cast<double>(first + n) / static_cast<double>(n_columns);
-    meter.reach(kBeforeColumns + done * (kAfterColumns - kBeforeColumns));
-  }
-}
-
-// With A = H - E G E^T (H the factorized matrix, E the released unit columns, G = diag(grounding)) and mu = G E^T d,
-// the correction d to x under averages W^T (x + d) = t solves
-//     H d = r - W lambda + E mu,   W^T d = gap,   mu / G = E^T d.
-// With the columns C = [W, -E] and y = (lambda, mu):  d = H^-1 (r - C y),  (C^T H^-1 C - diag(0, 1 / G)) y = C^T H^-1 r
-// - (gap, 0).
-void ConstrainedSystem::prepare_dense_part(Meter& meter) {
+// With A = H - E G E^T (H the factorized matrix, E the grounded unknowns of the released components, G their
+// grounding), the components' moves Z and V = A Z (K has no forces against Z, rows may have), it is H Z = E G + V. The
+// correction d to x under averages W^T d = gaps solves, with the multipliers y and the moves s = E^T d,
+//     d = H^-1 (r - W y - V s) + Z s,   W^T d = gaps,   Z^T (r - W y - V s) = V^T H^-1 (r - W y - V s),
+// the last from E^T H^-1 = G^-1 (Z - H^-1 V)^T. With C = [W, V] that is
+//     (C^T H^-1 C - [0, W^T Z; Z^T W, Z^T V]) (y, s) = C^T H^-1 r - (gaps, Z^T r).
+// Where H is only near the true one, d is the minimizer with a matrix near A that has the same null space.
+void ConstrainedSystem::prepare_border(const MeterPart& meter) {
   if (averages_.empty() && n_released_ == 0) return;
-  for (const LinearRow& average : averages_) {
-    LinearRow column;
-    for (size_t k = 0; k < average.indices.size(); ++k) {
-      if (is_fixed_[average.indices[k]] != 0) continue;
-      column.indices.push_back(average.indices[k]);
-      column.coefficients.push_back(average.coefficients[k]);
-    }
-    columns_.push_back(std::move(column));
-  }
-  for (int k = 0; k < n_released_; ++k) columns_.push_back({{grounded_[k]}, {-1.0}});
-  solve_columns(meter);
-  const std::ptrdiff_t n_columns = std::ssize(columns_);
-  Eigen::MatrixXd S(n_columns, n_columns);
-  for (Eigen::Index r = 0; r < n_columns; ++r) {
-    const LinearRow& column = columns_[r];
-    S.row(r).setZero();
-    for (size_t k = 0; k < column.indices.size(); ++k)
-      S.row(r) += column.coefficients[k] * column_solutions_.row(column.indices[k]);
-  }
-  for (int k = 0; k < n_released_; ++k) {
-    const Eigen::Index i = std::ssize(averages_) + k;
-    S(i, i) -= 1 / grounding_[k];
-  }
-  // Least squares: averages that contradict each other meet in the middle.
-  dense_.setThreshold(1e-12);
-  dense_.compute(S);
-}
-
-Responses ConstrainedSystem::responses() const {
-  Eigen::MatrixXd gaps = Eigen::MatrixXd::Zero(std::ssize(columns_), std::ssize(averages_));
-  gaps.diagonal().setOnes();
-  const Eigen::MatrixXd y = dense_.solve(gaps);
-  return {column_solutions_ * y, y.topRows(std::ssize(averages_))};
-}
-
-void ConstrainedSystem::meet_averages(Positions& x, const Positions& gaps, Positions& multipliers) const {
-  if (columns_.empty()) return;
+  const Eigen::Index n = matrix_->rows();
   const std::ptrdiff_t n_averages = std::ssize(averages_);
-  Eigen::MatrixX3d right(columns_.size(), 3);
-  for (std::ptrdiff_t c = 0; c < std::ssize(columns_); ++c) {
-    right.row(c) = columns_[c].of(x);
-    if (c < n_averages) right.row(c) -= gaps.row(c);
+  std::vector<Eigen::Triplet<double>> of_averages;
+  for (std::ptrdiff_t c = 0; c < n_averages; ++c)
+    for (size_t k = 0; k < averages_[c].indices.size(); ++k)
+      if (const int i = averages_[c].indices[k]; is_fixed_[i] == 0)
+        of_averages.emplace_back(i, static_cast<int>(c), averages_[c].coefficients[k]);
+  free_averages_ = SparseMatrix(n, n_averages);
+  free_averages_.setFromTriplets(of_averages.begin(), of_averages.end());
+  for (int k = 0; k < n_released_; ++k)
+    for (SparseMatrix::InnerIterator it(move_forces_, k); it; ++it)
+      if (is_fixed_[it.row()] == 0)
+        of_averages.emplace_back(static_cast<int>(it.row()), static_cast<int>(n_averages) + k, it.value());
+  SparseMatrix columns(n, n_averages + n_released_);
+  columns.setFromTriplets(of_averages.begin(), of_averages.end());
+  border_ = factor_->border(columns, meter);
+  Eigen::MatrixXd S = border_->products();
+  const Eigen::MatrixXd of_moves = SparseMatrix(free_averages_.transpose()) * moves_;
+  S.topRightCorner(n_averages, n_released_) -= of_moves;
+  S.bottomLeftCorner(n_released_, n_averages) -= of_moves.transpose();
+  S.bottomRightCorner(n_released_, n_released_) -= SparseMatrix(moves_.transpose()) * move_forces_;
+  // Least squares: averages that contradict each other meet in the middle.
+  dense_.compute(S);
+  overlaps_.compute(SparseMatrix(free_averages_.transpose()) * free_averages_);
+}
+
+Responses ConstrainedSystem::responses(const std::vector<int>& moved) const {
+  const std::ptrdiff_t n_moved = std::ssize(moved);
+  Responses result{Eigen::MatrixXd(matrix_->rows(), n_moved), Eigen::MatrixXd(n_moved, n_moved)};
+  for (std::ptrdiff_t first = 0; first < n_moved; first += 3) {
+    const std::ptrdiff_t n = std::min<std::ptrdiff_t>(3, n_moved - first);
+    Positions gaps = Positions::Zero(n_held(), 3);
+    for (std::ptrdiff_t c = 0; c < n; ++c) gaps(moved[first + c], c) = 1;
+    Positions x = Positions::Zero(matrix_->rows(), 3);
+    Positions of_stiff = Positions::Zero(n_stiff(), 3);
+    solve_exactly(kDoubleAccuracy, gaps, of_stiff, x);
+    result.steps.middleCols(first, n) = x.leftCols(n);
+    Positions pull;
+    multiply_held(x, pull);
+    if (stiff_ != nullptr) stiff_->rows().add_transposed(of_stiff, pull, workers_);
+    result.stiffness.middleCols(first, n) = forces_of_averages(pull)(moved, all).leftCols(n);
   }
-  const Eigen::MatrixX3d y = dense_.solve(right);
-  parallel_for<kRows>(workers_, static_cast<int>(x.rows()), [&](int begin, int end) {
-    x.middleRows(begin, end - begin).noalias() -= column_solutions_.middleRows(begin, end - begin) * y;
-  });
-  multipliers.topRows(n_averages) += y.topRows(n_averages);
-  multipliers.bottomRows(n_stiff()) -= column_forces_ * y;
+  return result;
+}
+
+Eigen::MatrixX3d ConstrainedSystem::solve_held(const Eigen::MatrixX3d& values, Positions& x) const {
+  if (border_ == nullptr) {
+    factor_->solve(x);
+    return values;
+  }
+  const std::ptrdiff_t n_averages = std::ssize(averages_);
+  Eigen::MatrixX3d right(n_averages + n_released_, 3);
+  right << values, transposed_product(moves_, x);
+  Eigen::MatrixX3d y = Eigen::MatrixX3d::Zero(right.rows(), 3);
+  border_->solve([&](const Eigen::MatrixX3d& products) { return y = dense_.solve(products - right); }, x);
+  add_product(moves_, y.bottomRows(n_released_), x);
+  close(values, x);
+  return y.topRows(n_averages);
+}
+
+Eigen::MatrixX3d ConstrainedSystem::solve_held_at_zero(Positions& x) const {
+  return solve_held(Eigen::MatrixX3d::Zero(std::ssize(averages_), 3), x);
+}
+
+void ConstrainedSystem::close(const Eigen::MatrixX3d& values, Positions& x) const {
+  add_product(free_averages_, overlaps_.solve(values - transposed_product(free_averages_, x)), x);
+}
+
+Eigen::MatrixX3d ConstrainedSystem::forces_of_averages(const Positions& forces) const {
+  return overlaps_.solve(transposed_product(free_averages_, forces));
+}
+
+Eigen::MatrixX3d ConstrainedSystem::start_held(const Positions& gaps, Positions& x, Positions& b,
+                                               Positions& stiff_gaps) const {
+  const Eigen::MatrixX3d forces = solve_held(gaps.topRows(std::ssize(averages_)), x);
+  Positions product;
+  multiply_held(x, product);
+  b -= product;
+  add_product(free_averages_, -forces, b);
+  if (stiff_ == nullptr) return forces;
+  stiff_->rows().multiply(x, product, workers_);
+  stiff_gaps -= product;
+  return forces;
 }
 
 void ConstrainedSystem::correct(const Positions& residual, const Positions& gaps, Positions& multipliers,
                                 Positions& correction) const {
   const std::ptrdiff_t n_averages = std::ssize(averages_);
   if (multipliers.rows() != n_held()) multipliers = Positions::Zero(n_held(), 3);
-  if (columns_.empty() && stiff_ == nullptr) {
+  if (border_ == nullptr && stiff_ == nullptr) {
     factor_->solve(residual, correction);
     return;
   }
   if (&correction != &residual) copy_rows(workers_, residual, correction);
-  for (std::ptrdiff_t c = 0; c < n_averages; ++c)
-    for (size_t k = 0; k < columns_[c].indices.size(); ++k)
-      correction.row(columns_[c].indices[k]) -= columns_[c].coefficients[k] * multipliers.row(c);
-  if (stiff_ == nullptr) {
-    factor_->solve(correction);
-  } else {
-    Positions of_stiff = multipliers.bottomRows(n_stiff());
-    stiff_->solve(kGapsLeft, correction, gaps.bottomRows(n_stiff()), of_stiff, correction);
-    multipliers.bottomRows(n_stiff()) = of_stiff;
+  add_product(free_averages_, -multipliers.topRows(n_averages), correction);
+  if (stiff_ == nullptr)
+    multipliers.topRows(n_averages) += solve_held(gaps.topRows(n_averages), correction);
+  else
+    correct_with_stiff(gaps, multipliers, correction);
+}
+
+void ConstrainedSystem::correct_with_stiff(const Positions& gaps, Positions& multipliers, Positions& correction) const {
+  const std::ptrdiff_t n_averages = std::ssize(averages_);
+  Positions stiff_gaps = gaps.bottomRows(n_stiff());
+  Positions start = Positions::Zero(correction.rows(), 3);
+  // At the minimizer there is nothing to start with, so that its correction vanishes.
+  if (!gaps.topRows(n_averages).isZero(0))
+    multipliers.topRows(n_averages) += start_held(gaps, start, correction, stiff_gaps);
+  Positions of_stiff = multipliers.bottomRows(n_stiff());
+  Positions step;
+  stiff_->solve(
+      kGapsLeft, [this](Positions& x) { solve_held_at_zero(x); }, correction, stiff_gaps, of_stiff, step);
+  multipliers.bottomRows(n_stiff()) = of_stiff;
+  if (n_averages > 0) {
+    Positions product;
+    multiply_held(step, product);
+    correction -= product;
+    stiff_->rows().add_transposed(-of_stiff, correction, workers_);
+    multipliers.topRows(n_averages) += forces_of_averages(correction);
   }
-  meet_averages(correction, gaps, multipliers);
+  correction = start + step;
 }
 
 void ConstrainedSystem::correct_to(double accuracy, Positions& residual, const Positions& gaps) const {
   erase_fixed(residual);
-  Positions multipliers = Positions::Zero(n_held(), 3);
   Positions of_stiff = Positions::Zero(n_stiff(), 3);
-  solve_exactly(accuracy, residual, gaps.bottomRows(n_stiff()), of_stiff);
-  meet_averages(residual, gaps, multipliers);
+  solve_exactly(accuracy, gaps, of_stiff, residual);
+}
+
+void ConstrainedSystem::solve_exactly(double accuracy, const Positions& gaps, Positions& of_stiff, Positions& b) const {
+  Positions stiff_gaps = gaps.bottomRows(n_stiff());
+  Positions start;
+  if (border_ != nullptr) {
+    start = stiff_ == nullptr ? b : Positions(Positions::Zero(b.rows(), 3));
+    start_held(gaps, start, b, stiff_gaps);
+  }
+  if (stiff_ != nullptr)
+    solve_stiff_exactly(accuracy, stiff_gaps, of_stiff, b);
+  else
+    solve_with_cg([this](const Positions& x, Positions& y) { multiply_held(x, y); },
+                  [this](Positions& residual, Positions& x) {
+                    copy_rows(workers_, residual, x);
+                    // What holds the averages is no force on what keeps them. Its rounding would end the iteration.
+                    add_product(free_averages_, -solve_held_at_zero(x), residual);
+                  },
+                  b, workers_, accuracy);
+  if (border_ != nullptr) b += start;
+}
+
+void ConstrainedSystem::solve_stiff_exactly(double accuracy, const Positions& stiff_gaps, Positions& of_stiff,
+                                            Positions& b) const {
+  constexpr int kMostSteps = 20;
+  constexpr double kSlow = 0.5;
+  Positions x = Positions::Zero(b.rows(), 3);
+  Positions residual = b;
+  Positions gaps_left = stiff_gaps;
+  Positions step;
+  Positions product;
+  double last = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < kMostSteps; ++k) {
+    stiff_->solve(
+        kGapsLeft, [this](Positions& y) { solve_held_at_zero(y); }, residual, gaps_left, of_stiff, step);
+    const double length = step.norm();
+    if (!(length < last)) break;
+    x += step;
+    if (length <= accuracy * x.norm() || length > kSlow * last) break;
+    last = length;
+    multiply_held(x, product);
+    residual = b - product;
+    stiff_->rows().multiply(x, product, workers_);
+    gaps_left = stiff_gaps - product;
+  }
+  b.swap(x);
 }
 
 }  // namespace arap

@@ -7,7 +7,7 @@
 
 #include "arap/options.h"
 #include "cholesky/linear_solver.h"
-#include "cholesky/preconditioned_cg.h"
+#include "constraints/least_squares.h"
 #include "constraints/linear_rows.h"
 #include "constraints/stiff_rows.h"
 #include "parallel/meter.h"
@@ -16,17 +16,17 @@
 
 namespace arap {
 
-/// How a minimizer follows the targets of its averages: x + steps * change.
+/// How a minimizer follows the targets of some of its averages while the others stay: x + steps * change.
 struct Responses {
-  Eigen::MatrixXd steps;      ///< (n, n_averages), 0 at fixed unknowns
-  Eigen::MatrixXd stiffness;  ///< (n_averages, n_averages): steps^T A steps
+  Eigen::MatrixXd steps;      ///< (n, n_moved), 0 at fixed unknowns
+  Eigen::MatrixXd stiffness;  ///< (n_moved, n_moved): steps^T A steps
 };
 
 /// What holds the unknowns of a system.
 struct SystemConstraints {
   std::vector<char> is_fixed;       ///< (n,)
   Eigen::VectorXd soft_diagonal;    ///< (n,) >= 0
-  std::vector<LinearRow> averages;  ///< held exactly, each a dense column: for few
+  std::vector<LinearRow> averages;  ///< held exactly, joined by a small dense system: for hundreds
   LinearRows soft_rows{};           ///< as many as one likes, each of a few unknowns
   LinearRows stiff_rows{};          ///< the same, with weights far above K
 };
@@ -37,13 +37,13 @@ struct SystemConstraints {
 /// residuals: x + correct(b - A x) is the minimizer, so that the fixed point of an iteration does not depend on the
 /// accuracy of the factor.
 ///
-/// Averages are dense columns, eliminated by their Schur complement; for stiff rows see StiffRows. Rows that leave K's
-/// pattern make a new symbolic analysis.
+/// Averages are a Border of the factor, eliminated by their Schur complement; for stiff rows see StiffRows. Rows that
+/// leave K's pattern make a new symbolic analysis.
 ///
 /// If only averages, or rows across components, hold a component, K may be singular there: one unknown of it is
-/// grounded by an extra diagonal entry in the factor. If rows tell where the component is, the small dense system of
-/// the averages takes the grounding out again. If none does (say, all rows there are differences), the grounding stays:
-/// no force pulls at it, and the component is not carried away.
+/// grounded by an extra diagonal entry in the factor. If rows tell where the component is, it is released: the dense
+/// system of the averages says how far it moves as one, which the grounding then does not feel. If none does (say, all
+/// rows there are differences), the grounding stays: no force pulls at it, and the component is not carried away.
 class ConstrainedSystem {
  public:
   /// @param solver      made for the pattern of K, of this kind
@@ -62,7 +62,7 @@ class ConstrainedSystem {
   [[nodiscard]] const Factorization& factor() const { return *factor_; }
   [[nodiscard]] const std::vector<LinearRow>& averages() const { return averages_; }
 
-  [[nodiscard]] Responses responses() const;
+  [[nodiscard]] Responses responses(const std::vector<int>& moved) const;
 
   /// Averages and stiff rows, in this order.
   [[nodiscard]] int n_held() const { return static_cast<int>(averages_.size()) + n_stiff(); }
@@ -92,17 +92,27 @@ class ConstrainedSystem {
   /// returns how many they are.
   [[nodiscard]] int sort_by_rows(const std::vector<int>& components, const SystemConstraints& constraints,
                                  std::vector<int>& unheld) const;
-  void prepare_dense_part(Meter& meter);
-  void solve_columns(Meter& meter);
+  void find_moves(const std::vector<int>& components);
+  void prepare_border(const MeterPart& meter);
   [[nodiscard]] int n_stiff() const { return stiff_ == nullptr ? 0 : stiff_->rows().size(); }
-  /// Replaces b by x with A x + H^T multipliers = b and what minimizes with the stiff rows H, grounding included.
-  void solve_exactly(double accuracy, Positions& b, const Positions& gaps, Positions& multipliers) const;
+  /// Replaces b by the minimizer with the factorized matrix, less the grounding of what is released, in which the
+  /// averages have these values, (n_averages, 3). Returns the forces that hold them there.
+  Eigen::MatrixX3d solve_held(const Eigen::MatrixX3d& values, Positions& x) const;
+  Eigen::MatrixX3d solve_held_at_zero(Positions& x) const;
+  /// Brings the averages exactly where they are but for rounding.
+  void close(const Eigen::MatrixX3d& values, Positions& x) const;
+  /// What holds the averages, if `forces` are all others.
+  [[nodiscard]] Eigen::MatrixX3d forces_of_averages(const Positions& forces) const;
+  /// An x that meets the averages, from itself as b; what it does is taken out of b and of the gaps of stiff rows.
+  Eigen::MatrixX3d start_held(const Positions& gaps, Positions& x, Positions& b, Positions& stiff_gaps) const;
+  void correct_with_stiff(const Positions& gaps, Positions& multipliers, Positions& correction) const;
+  /// Replaces b by x, as exact as rounding allows; sets the forces of stiff rows, (n_stiff, 3).
+  void solve_exactly(double accuracy, const Positions& gaps, Positions& of_stiff, Positions& b) const;
+  /// The same for stiff rows while the averages are 0.
+  void solve_stiff_exactly(double accuracy, const Positions& stiff_gaps, Positions& of_stiff, Positions& b) const;
   void erase_fixed(Positions& x) const;
-  /// The factorized matrix times x.
+  /// A x, with the grounding of what is not released, 0 at fixed unknowns.
   void multiply_held(const Positions& x, Positions& result) const;
-  /// Completes x = factor^-1 residual, with the stiff rows, such that it meets the averages; follows the
-  /// multipliers.
-  void meet_averages(Positions& x, const Positions& gaps, Positions& multipliers) const;
 
   const SparseMatrix* matrix_;  ///< A
   SparseMatrix own_matrix_;     ///< if that is not K
@@ -110,15 +120,16 @@ class ConstrainedSystem {
   std::vector<char> is_fixed_;
   std::vector<LinearRow> averages_;
   std::vector<int> grounded_;
-  int n_released_ = 0;                     ///< of them, the first, whose grounding is taken out
+  int n_released_ = 0;                     ///< of them, the first, which are released
   std::vector<double> grounding_;          ///< added to the diagonal of A in the factor, of each grounded unknown
   std::unique_ptr<Factorization> factor_;  ///< of A with grounding and the penalties of stiff rows
   std::unique_ptr<StiffRows> stiff_;       ///< over factor_; null without stiff rows
-  /// Columns: the averages, then the released unknowns (with sign), restricted to free unknowns.
-  std::vector<LinearRow> columns_;
-  Eigen::MatrixXd column_solutions_;  ///< solutions for the columns as b, (n, n_columns)
-  Eigen::MatrixXd column_forces_;     ///< (n_stiff, n_columns) multipliers of the stiff rows there
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> dense_;
+  SparseMatrix free_averages_;             ///< W: (n, n_averages), of free unknowns
+  SparseMatrix moves_;                     ///< Z: (n, n_released), each component as one
+  SparseMatrix move_forces_;               ///< V: (n, n_released), what soft and stiff rows do against that
+  std::unique_ptr<Border> border_;         ///< of factor_, with W and V; null if there are none
+  LeastSquares dense_;                     ///< for their multipliers and the lengths of moves
+  LeastSquares overlaps_;                  ///< W^T W
 };
 
 }  // namespace arap

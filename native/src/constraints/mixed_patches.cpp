@@ -10,15 +10,19 @@ namespace arap {
 
 MixedPatches::MixedPatches(const RigidRegions& regions, const std::vector<LinearRow>& patches,
                            const ConstrainedSystem& system) {
-  Responses of_unknowns = system.responses();
+  for (int p = 0; p < std::ssize(patches); ++p)
+    if (regions.has_member(patches[p])) patches_.push_back(p);
+  if (patches_.empty()) return;
+  Responses of_unknowns = system.responses(patches_);
   responses_ = std::move(of_unknowns.steps);
   stiffness_ = std::move(of_unknowns.stiffness);
   for (int v = 0; v < static_cast<int>(responses_.rows()); ++v)
     if (const int unknown = regions.unknown_of(v); unknown != v) responses_.row(v) = responses_.row(unknown);
   for (int r = 0; r < regions.size(); ++r) {
     std::vector<Lever>& levers = levers_.emplace_back();
-    for (size_t p = 0; p < patches.size(); ++p)
-      levers.push_back({regions.arm_of(r, patches[p]), regions.pull_along(r, responses_.col(static_cast<int>(p)))});
+    for (size_t k = 0; k < patches_.size(); ++k)
+      levers.push_back(
+          {regions.arm_of(r, patches[patches_[k]]), regions.pull_along(r, responses_.col(static_cast<int>(k)))});
   }
 }
 

@@ -24,10 +24,13 @@ class MixedPatches {
  public:
   /// None.
   MixedPatches() = default;
-  /// @param patches  over vertices; those of the system are the same over unknowns
+  /// @param patches  over vertices; those of the system are the same over unknowns. What no region has a vertex of is
+  ///                 held still, and is none of these
   MixedPatches(const RigidRegions& regions, const std::vector<LinearRow>& patches, const ConstrainedSystem& system);
 
-  [[nodiscard]] bool empty() const { return levers_.empty(); }
+  [[nodiscard]] bool empty() const { return patches_.empty(); }
+  /// Which of the given patches they are.
+  [[nodiscard]] const std::vector<int>& patches() const { return patches_; }
 
   /// P^T r, (n_patches, 3): how much the energy falls where an average moves.
   /// @param residual  (n, 3), of vertices
@@ -55,6 +58,7 @@ class MixedPatches {
     Vector3 pull;  ///< P^T beta: its pull changes by R pull
   };
 
+  std::vector<int> patches_;
   Eigen::MatrixXd responses_;               ///< P, (n, n_patches), of vertices
   Eigen::MatrixXd stiffness_;               ///< M, (n_patches, n_patches)
   std::vector<std::vector<Lever>> levers_;  ///< of each patch, in each region

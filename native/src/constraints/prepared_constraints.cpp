@@ -27,9 +27,8 @@ constexpr double kHardRow = 1e7;
 /// soft rows, which would make the iteration slow if they were stiffer than this.
 constexpr double kHardAtRim = 1e4;
 
-/// Hard rows up to so many are dense columns. With 9,261 unknowns and rows of 27 entries, dense against stiff: 100 rows
-/// are set in 0.23 against 0.20 s and iterate in 5.0 against 7.3 ms, 400 in 0.87 against 0.28 s and 13.0 against 11.4
-/// ms.
+/// Hard rows up to so many are averages: they make no new symbolic analysis, but a dense system as large as they are
+/// many.
 constexpr int kMostDense = 100;
 
 /// A row in the matrix joins all of its unknowns: a wide one would fill it.
@@ -59,8 +58,7 @@ PreparedConstraints::PreparedConstraints(const PreparedModel& model, const Model
   require_movable(constraints.set, of_system.is_fixed);
   system_ = std::make_unique<ConstrainedSystem>(*model.solver, model.linear_solver, model.system_matrix(),
                                                 model.components, std::move(of_system), progress, model.workers);
-  if (std::any_of(patches.begin(), patches.end(), [&](const LinearRow& patch) { return regions.has_member(patch); }))
-    mixed_patches = MixedPatches(regions, patches, *system_);
+  mixed_patches = MixedPatches(regions, patches, *system_);
 }
 
 void PreparedConstraints::require_movable(const ConstraintSet& set, const std::vector<char>& is_fixed) const {
@@ -249,6 +247,13 @@ Positions PreparedConstraints::held_gaps(Positions held_targets, const Positions
   auto of_stiff = held_targets.bottomRows(stiff_rows.matrix.size());
   if (of_stiff.rows() > 0) of_stiff = stiff_rows.matrix.gaps(of_stiff, positions, workers);
   return held_targets;
+}
+
+Positions PreparedConstraints::mixed_gaps(const Positions& held_targets, const Positions& positions) const {
+  const std::vector<int>& mixed = mixed_patches.patches();
+  Positions gaps = held_targets(mixed, all);
+  for (size_t k = 0; k < mixed.size(); ++k) gaps.row(static_cast<int>(k)) -= patches[mixed[k]].of(positions);
+  return gaps;
 }
 
 void PreparedConstraints::add_held_forces(double factor, const Positions& multipliers, const Workers& workers,

@@ -27,8 +27,8 @@ struct ModelConstraints {
 /// A row of the constraints becomes one of these:
 ///   - a fixed vertex, if it is hard and names one;
 ///   - an average, as patches are: hard rows if they are few or wide, or have members of rigid regions. With such
-///     members and others, a row counts as hard from 1e4 times the stiffness of K on. Each average is a dense column of
-///     the system: 8 bytes an unknown, the time of a solve to set, and little in an iteration;
+///     members and others, a row counts as hard from 1e4 times the stiffness of K on. Averages are joined by a small
+///     dense system: see Border for the time and memory of each;
 ///   - a soft row of the system: the other rows with members of rigid regions, and rows up to 200 times as stiff as K;
 ///   - a stiff row of the system: all others. Hard ones become 1e7 times as stiff as K at their unknowns, which holds
 ///     them to some 1e-9 of the model's size, and where they contradict each other to the least squares.
@@ -49,6 +49,8 @@ class PreparedConstraints {
   [[nodiscard]] Positions anchor_targets(const Positions& targets) const { return targets(anchor_rows_, all); }
   /// Of patches and stiff rows, targets minus what positions have.
   [[nodiscard]] Positions held_gaps(Positions held_targets, const Positions& positions, const Workers& workers) const;
+  /// Those of the mixed patches.
+  [[nodiscard]] Positions mixed_gaps(const Positions& held_targets, const Positions& positions) const;
   /// b += factor * C^T multipliers, C the rows of both.
   void add_held_forces(double factor, const Positions& multipliers, const Workers& workers, Positions& b) const;
 
@@ -89,7 +91,7 @@ class PreparedConstraints {
   std::vector<LinearRow> patches;     ///< as averages over vertices, but for those that anchor a rigid region
   std::vector<RegionPoint>
       anchor_points;           ///< patches with most of their weight in one region, which carries them whole
-  MixedPatches mixed_patches;  ///< all patches, if a rotation of a region moves any of them
+  MixedPatches mixed_patches;  ///< of the patches, those that a rotation of a region moves
   Rows soft_rows;
   Rows stiff_rows;
   std::vector<int> vertex_of_target;  ///< (n_targets,) one that the target is about

@@ -36,10 +36,8 @@ void scale_and_add(const Positions& y, const Coefficients& a, Positions& x, cons
 
 }  // namespace
 
-StiffRows::StiffRows(const Factorization& factor, RowMatrix rows, const Eigen::VectorXd& penalties,
-                     const Eigen::VectorXd& weights, Workers workers)
-    : factor_(factor),
-      rows_(std::move(rows)),
+StiffRows::StiffRows(RowMatrix rows, const Eigen::VectorXd& penalties, const Eigen::VectorXd& weights, Workers workers)
+    : rows_(std::move(rows)),
       penalties_(penalties.array()),
       compliance_(1 / (weights - penalties).array()),
       beyond_penalties_(1 - penalties.array() / weights.array()),
@@ -49,12 +47,12 @@ StiffRows::StiffRows(const Factorization& factor, RowMatrix rows, const Eigen::V
 // With F = A + H^T P H, x = F^-1 (b + H^T (P g - f)), and f = (W - P) (H x - g) where it is the minimizer. A change of
 // f by df moves x by -F^-1 H^T df. So df solves
 //     S df = H x - g - f / (W - P),  S = H F^-1 H^T + 1 / (W - P).
-void StiffRows::solve(double accuracy, const Positions& b, const Positions& gaps, Positions& multipliers,
-                      Positions& x) const {
+void StiffRows::solve(double accuracy, const Solve& solve_penalized, const Positions& b, const Positions& gaps,
+                      Positions& multipliers, Positions& x) const {
   copy_rows(workers_, b, x);
   multipliers.array().colwise() *= beyond_penalties_;
   rows_.add_transposed((gaps.array().colwise() * penalties_).matrix() - multipliers, x, workers_);
-  factor_.solve(x);
+  solve_penalized(x);
   Positions direction;
   rows_.multiply(x, direction, workers_);
   direction -= gaps + (multipliers.array().colwise() * compliance_).matrix();
@@ -65,7 +63,7 @@ void StiffRows::solve(double accuracy, const Positions& b, const Positions& gaps
   const auto respond = [&] {
     moved = Positions::Zero(x.rows(), 3);
     rows_.add_transposed(residual, moved, workers_);
-    factor_.solve(moved);
+    solve_penalized(moved);
     rows_.multiply(moved, product, workers_);
     product.array() += residual.array().colwise() * compliance_;
   };

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <memory>
+#include <functional>
 
-#include "cholesky/linear_solver.h"
 #include "constraints/linear_rows.h"
 #include "parallel/workers.h"
 
@@ -16,21 +15,22 @@ namespace arap {
 /// each, suffice. Rows may be redundant or contradict each other.
 class StiffRows {
  public:
-  /// @param factor     of A + H^T diag(penalties) H
+  /// Solves with A + H^T diag(penalties) H, maybe in a subspace: then x is the one in there.
+  using Solve = std::function<void(Positions& x)>;
+
   /// @param penalties  (n_rows,) > 0
   /// @param weights    (n_rows,) above the penalties
-  StiffRows(const Factorization& factor, RowMatrix rows, const Eigen::VectorXd& penalties,
-            const Eigen::VectorXd& weights, Workers workers);
+  StiffRows(RowMatrix rows, const Eigen::VectorXd& penalties, const Eigen::VectorXd& weights, Workers workers);
 
   [[nodiscard]] const RowMatrix& rows() const { return rows_; }
 
   /// Sets x for b and g, and the multipliers, (n_rows, 3), which it starts from: the rows' forces w_r (h_r x - g_r).
   /// b may be x.
   /// @param accuracy  what is left of the gaps, as a part of those that the penalties alone leave
-  void solve(double accuracy, const Positions& b, const Positions& gaps, Positions& multipliers, Positions& x) const;
+  void solve(double accuracy, const Solve& solve_penalized, const Positions& b, const Positions& gaps,
+             Positions& multipliers, Positions& x) const;
 
  private:
-  const Factorization& factor_;
   RowMatrix rows_;
   Eigen::ArrayXd penalties_;
   Eigen::ArrayXd compliance_;        ///< 1 / (w - p)

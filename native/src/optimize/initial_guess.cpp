@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/eigen_compat.h"
+#include "cholesky/preconditioned_cg.h"
 #include "parallel/parallel.h"
 
 namespace arap {

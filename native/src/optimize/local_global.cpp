@@ -87,8 +87,8 @@ Positions LocalGlobal::held_gaps(const Positions& positions) const {
   return constraints_.held_gaps(held_targets_, positions, workers());
 }
 
-Positions LocalGlobal::patch_gaps(const Positions& positions) const {
-  return held_gaps(positions).topRows(std::ssize(constraints_.patches));
+Positions LocalGlobal::mixed_gaps(const Positions& positions) const {
+  return constraints_.mixed_gaps(held_targets_, positions);
 }
 
 void LocalGlobal::add_held_forces(double sign) {
@@ -135,11 +135,14 @@ void LocalGlobal::find_correction(const Pose& pose, Positions& correction) {
 }
 
 void LocalGlobal::apply_residual_to(double accuracy, Pose& pose) {
-  const RigidRegions& regions = constraints_.regions;
-  regions.reduce(residual_);
+  constraints_.regions.reduce(residual_);
   constraints_.system().correct_to(accuracy, residual_, held_gaps(pose.positions));
+  add_correction(pose);
+}
+
+void LocalGlobal::add_correction(Pose& pose) {
   known_ = std::min(known_, Known::kRotations);
-  regions.expand(residual_);
+  constraints_.regions.expand(residual_);
   pose.positions += residual_;
   follow_positions(pose);
 }
@@ -147,7 +150,9 @@ void LocalGlobal::apply_residual_to(double accuracy, Pose& pose) {
 void LocalGlobal::project_on_held(Pose& pose) {
   if (held_targets_.rows() == 0) return;
   residual_ = Positions::Zero(pose.positions.rows(), 3);
-  apply_residual_to(kDoubleAccuracy, pose);
+  Positions multipliers;
+  constraints_.system().correct(residual_, held_gaps(pose.positions), multipliers, residual_);
+  add_correction(pose);
 }
 
 double LocalGlobal::refresh_residual(const Pose& pose) {
@@ -180,12 +185,12 @@ double LocalGlobal::fit_regions(Pose& pose) {
   for (int r = 0; r < regions.size(); ++r) {
     const Matrix3 before = pose.placements[r].rotation;
     Matrix3 pull = Matrix3::Zero();
-    if (!mixed.empty()) pull = mixed.linear_term(r, before, patch_gaps(pose.positions), pulls);
+    if (!mixed.empty()) pull = mixed.linear_term(r, before, mixed_gaps(pose.positions), pulls);
     regions.fit_rotation(r, targets_, constraints_.soft_diagonal, pull, pose.placements[r], *passes_, pose.positions);
     if (mixed.empty()) continue;
     mixed.follow_turn(r, pose.placements[r].rotation - before, pulls);
     if (!mixed.feels(r)) continue;
-    mixed.close(patch_gaps(pose.positions), pulls, pose.positions);
+    mixed.close(mixed_gaps(pose.positions), pulls, pose.positions);
     follow_positions(pose);
   }
   if (mixed.empty()) return passes_->alignment_after(regions.cells_with_members());

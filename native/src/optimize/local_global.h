@@ -36,7 +36,7 @@ class LocalGlobal {
   /// Puts hard vertices, anchored regions and what stays at rest to their places; true if that moved any of them.
   bool impose_constraints(Pose& pose);
 
-  /// The smallest change (in the norm of K) that brings patches and stiff rows to their targets.
+  /// The smallest change (in the norm of about K) that brings patches and stiff rows to their targets.
   void project_on_held(Pose& pose);
 
   /// One global step with the rotations of the pose, to the accuracy of the factor or to a part of itself. Returns the
@@ -117,7 +117,7 @@ class LocalGlobal {
   /// pull.
   void add_free_forces(double sign);
   [[nodiscard]] Positions held_gaps(const Positions& positions) const;
-  [[nodiscard]] Positions patch_gaps(const Positions& positions) const;
+  [[nodiscard]] Positions mixed_gaps(const Positions& positions) const;
   /// The forces of soft rows in `gaps`, (n_rows, 3), are added to the residual; returns their energy.
   double add_row_forces(const Positions& gaps);
   /// For the positions and rotations of the pose, whatever the passes have been about.
@@ -127,6 +127,8 @@ class LocalGlobal {
   /// The whole step at once, as global_step(); or to a part of itself.
   double apply_residual(Pose& pose);
   void apply_residual_to(double accuracy, Pose& pose);
+  /// The residual has become a correction of the unknowns.
+  void add_correction(Pose& pose);
 
   const PreparedModel& model_;
   const PreparedConstraints& constraints_;

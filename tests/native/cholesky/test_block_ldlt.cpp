@@ -359,6 +359,72 @@ TEST(BlockLdlt, RightHandSideThatIsNotFiniteGivesNothingFinite) {
   EXPECT_TRUE(b.array().isNaN().all());
 }
 
+/// Of a few entries each, none in erased rows; some have none at all, and their numbers have very different sizes.
+SparseMatrix some_columns(int n, int n_columns, const std::vector<char>& is_erased, Random& random) {
+  Triplets entries;
+  for (int c = 0; c < n_columns; ++c) {
+    const double size = std::pow(10, random.uniform(-6, 6));
+    for (int k = 0; k < c % 5; ++k)
+      if (const int i = static_cast<int>(random.uniform(0, n)); is_erased[static_cast<size_t>(i)] == 0)
+        entries.emplace_back(i, c, size * random.uniform(-1, 1));
+  }
+  SparseMatrix columns(n, n_columns);
+  columns.setFromTriplets(entries.begin(), entries.end());
+  return columns;
+}
+
+TEST(BlockLdlt, ABorderSolvesAsTheFactorDoes) {
+  Random random(93);
+  for (const auto& [name, A] : matrices())
+    for (const int threads : {1, 3})
+      for (const int n_columns : {1, 3, 17}) {
+        const auto n = static_cast<int>(A.rows());
+        const std::vector<char> is_erased = erase_some(n, .1, random);
+        const auto factor = BlockLdlt(A, Workers(threads)).factorize(A, is_erased);
+        const SparseMatrix columns = some_columns(n, n_columns, is_erased, random);
+        const auto border = factor->border(columns);
+        const Eigen::MatrixXd products = border->products();
+        Positions b = random.noise(n, 1);
+        for (int i = 0; i < n; ++i)
+          if (is_erased[static_cast<size_t>(i)] != 0) b.row(i).setZero();
+        Eigen::MatrixX3d y = Eigen::MatrixX3d::Zero(n_columns, 3);
+        double parts = 0;  // of the solution, which may cancel each other
+        for (int c = 0; c < n_columns; ++c) {
+          Positions of_column = Positions::Zero(n, 3);
+          of_column.col(0) = columns.col(c);
+          const double size = columns.col(c).norm();
+          if (size > 0) y.row(c) = Eigen::RowVector3d(1, -2, .5) / size;
+          factor->solve(of_column);
+          parts += of_column.norm() * y.row(c).norm();
+          for (int other = 0; other < n_columns; ++other) {
+            const double scale = std::sqrt(std::abs(products(c, c) * products(other, other)));
+            EXPECT_NEAR(columns.col(other).dot(of_column.col(0)), products(other, c), 1e-5 * scale) << name;
+          }
+        }
+        for (const double scale : {0.0, 1e-30, 1.0, 1e60}) {
+          Positions x = scale * b;
+          Positions expected = scale * b;
+          factor->solve(expected);
+          const double of_b_size = expected.norm();
+          const Eigen::MatrixX3d of_b = columns.transpose() * expected;
+          const Eigen::MatrixX3d chosen = (scale == 0 ? 1 : scale) * y;
+          expected = scale * b - columns * chosen;
+          factor->solve(expected);
+          border->solve(
+              [&](const Eigen::MatrixX3d& found) {
+                for (int c = 0; c < n_columns; ++c)
+                  EXPECT_LE((found.row(c) - of_b.row(c)).norm(),
+                            1e-4 * scale * b.norm() * std::sqrt(products(c, c)) * (1 + std::sqrt(expected.norm())))
+                      << name;
+                return chosen;
+              },
+              x);
+          EXPECT_LE((x - expected).norm(), 1e-5 * (expected.norm() + of_b_size + (scale == 0 ? 1 : scale) * parts))
+              << name << ", " << scale;
+        }
+      }
+}
+
 TEST(SolveWithCg, IsExactEvenForBadConditions) {
   for (const double shift : {1e-2, 1e-4, 1e-6}) {
     const SparseMatrix K = laplacian(bumpy_sphere(2), shift);
@@ -367,7 +433,8 @@ TEST(SolveWithCg, IsExactEvenForBadConditions) {
       const auto factor = BlockLdlt(A, Workers(2)).factorize(A, nothing);
       Positions x = Random(91).noise(static_cast<int>(A.rows()), 1);
       const Positions b = x;
-      arap::solve_with_cg([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, Workers(2));
+      arap::solve_with_cg([&](const Positions& p, Positions& q) { q = A * p; },
+                          [&](const Positions& p, Positions& q) { factor->solve(p, q); }, x, Workers(2));
       // As good as a dense factorization in double: the residual is rounding of A x.
       EXPECT_LE((A * x - b).norm(), 1e-13 * A.norm() * x.norm()) << shift;
     }
@@ -380,7 +447,8 @@ TEST(SolveWithCg, ZeroStaysZero) {
   Positions x = Positions::Zero(50, 3);
   x(3, 1) = 1;  // one side of three
   const auto factor = BlockLdlt(A, Workers(1)).factorize(A, std::vector<char>(50, 0));
-  arap::solve_with_cg([&](const Positions& p, Positions& q) { q = A * p; }, *factor, x, Workers(2));
+  arap::solve_with_cg([&](const Positions& p, Positions& q) { q = A * p; },
+                      [&](const Positions& p, Positions& q) { factor->solve(p, q); }, x, Workers(2));
   EXPECT_EQ(x.col(0).norm(), 0);
   EXPECT_EQ(x.col(2).norm(), 0);
   EXPECT_TRUE(x.allFinite());

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "cholesky/solver_choice.h"
@@ -90,12 +92,16 @@ struct Problem {
   }
 
   void expect_solved(const std::string& what) const {
+    for (const auto kind : {kSolver, arap::LinearSolverKind::kBlockLdlt}) expect_solved_by(kind, what);
+  }
+
+  void expect_solved_by(arap::LinearSolverKind kind, const std::string& what) const {
     const auto n = static_cast<int>(K.rows());
     const Positions b = Random(71).noise(n, 1);
     const Positions x = Random(72).noise(n, 1);
     const Positions targets = Random(73).noise(static_cast<int>(averages.size()) + stiff_rows.size(), 1);
-    const auto solver = arap::make_linear_solver(K, kSolver);
-    const ConstrainedSystem system(*solver, kSolver, K, arap::connected_components(K), constraints(), {});
+    const auto solver = arap::make_linear_solver(K, kind);
+    const ConstrainedSystem system(*solver, kind, K, arap::connected_components(K), constraints(), {});
     Positions residual;
     system.multiply(x, residual);
     residual = b - residual;
@@ -109,8 +115,11 @@ struct Problem {
     const Positions expected = dense_solution(b, x, targets);
     const double size = 1 + expected.cwiseAbs().maxCoeff();
     EXPECT_LT(max_distance(x + exact, expected), 1e-8 * size) << what;
-    // Stiff rows are met by iteration.
-    EXPECT_LT(max_distance(x + residual, expected), (stiff_rows.empty() ? 1e-9 : 1e-2) * size) << what;
+    // Stiff rows are met by iteration, and a rounded factor does not find the end at once.
+    const bool is_exact = stiff_rows.empty() && kind == kSolver;
+    EXPECT_LT(max_distance(x + residual, expected), (is_exact ? 1e-9 : 1e-2) * size) << what;
+    for (size_t k = 0; k < averages.size(); ++k)
+      EXPECT_LT((averages[k].of(x + residual) - targets.row(static_cast<int>(k))).norm(), 1e-12 * size) << what;
   }
 };
 
@@ -256,6 +265,54 @@ TEST(ConstrainedSystem, CorrectionOfASolutionIsZero) {
   EXPECT_EQ(residual.norm(), 0);
 }
 
+/// Counts solves.
+class CountedFactorization final : public arap::Factorization {
+ public:
+  CountedFactorization(std::unique_ptr<arap::Factorization> factor, int& n_solves)
+      : factor_(std::move(factor)), n_solves_(n_solves) {}
+
+  using Factorization::solve;
+  void solve(const Positions& b, Positions& x) const override {
+    ++n_solves_;
+    factor_->solve(b, x);
+  }
+  [[nodiscard]] std::unique_ptr<arap::Border> border(const SparseMatrix& columns,
+                                                     const arap::MeterPart& meter) const override {
+    return factor_->border(columns, meter);
+  }
+
+ private:
+  std::unique_ptr<arap::Factorization> factor_;
+  int& n_solves_;
+};
+
+class CountedSolver final : public arap::LinearSolver {
+ public:
+  CountedSolver(const SparseMatrix& pattern, int& n_solves)
+      : solver_(arap::make_linear_solver(pattern)), n_solves_(n_solves) {}
+
+  [[nodiscard]] std::unique_ptr<arap::Factorization> factorize(const SparseMatrix& A,
+                                                               const std::vector<char>& is_erased,
+                                                               const arap::MeterPart& meter) const override {
+    return std::make_unique<CountedFactorization>(solver_->factorize(A, is_erased, meter), n_solves_);
+  }
+
+ private:
+  std::unique_ptr<arap::LinearSolver> solver_;
+  int& n_solves_;
+};
+
+TEST(ConstrainedSystem, ToSetAveragesTakesNoSolves) {
+  Problem problem(bumpy_sphere(2));
+  problem.is_fixed[0] = 1;
+  for (int k = 1; k <= 90; ++k) problem.averages.push_back({{k, k + 9}, {.5, .5}});
+  int n_solves = 0;
+  const CountedSolver solver(problem.K, n_solves);
+  const ConstrainedSystem system(solver, arap::LinearSolverKind::kBlockLdlt, problem.K,
+                                 arap::connected_components(problem.K), problem.constraints(), {});
+  EXPECT_EQ(n_solves, 0);
+}
+
 TEST(ConstrainedSystem, ManyAveragesReportProgressAndMayBeCancelled) {
   Problem problem(bumpy_sphere(1));
   problem.is_fixed[0] = 1;
@@ -270,8 +327,6 @@ TEST(ConstrainedSystem, ManyAveragesReportProgressAndMayBeCancelled) {
     fractions.push_back(fraction);
     return true;
   });
-  const auto last = std::find(fractions.begin(), fractions.end(), .8);
-  EXPECT_GE(fractions.end() - last, 4) << "one for every three averages";
   EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
   EXPECT_EQ(fractions.back(), 1);
   EXPECT_THROW(build([](double fraction) { return fraction < .85; }), Cancelled);
@@ -387,6 +442,60 @@ TEST(Patches, OfOneAverageTwiceMeetInTheMiddle) {
     const Positions p = solve_once(mesh, task, iterations(n)).positions;
     EXPECT_LT(((p.row(30) + p.row(31)) / 2 - Eigen::RowVector3d(.5, .5, 0)).norm(), 1e-9) << n;
   }
+}
+
+/// Patches all over a mesh, some of which overlap, two are one, and nothing else.
+Task many_patches(const MeshData& mesh, int n) {
+  Task task;
+  Random random(75);
+  for (int k = 0; k < n; ++k)
+    add_disc(task, mesh, static_cast<int>(random.uniform(0, mesh.n_vertices())), random.uniform(.05, .3),
+             Vector3(random.uniform(-.1, .1), random.uniform(-.1, .1), random.uniform(-.1, .1)));
+  return task;
+}
+
+TEST(Patches, ManyAreHeldAfterEveryIteration) {
+  const MeshData mesh = bumpy_sphere(4);
+  for (const bool is_pinned : {false, true}) {
+    Task task = many_patches(mesh, 80);
+    if (is_pinned) {
+      const Positions targets = task.targets;
+      const Task pins = hold(mesh, {0, 1, 2});
+      task.constraints.vertices = pins.constraints.vertices;
+      task.constraints.strengths = pins.constraints.strengths;
+      task.targets.resize(targets.rows() + pins.targets.rows(), 3);
+      task.targets << pins.targets, targets;
+    }
+    SurfaceArap solver(mesh.mesh());
+    solver.set_constraints(task.constraints);
+    for (const int n : {1, 2, 10})
+      EXPECT_LT(patch_gap(task, solver.solve(task.targets, iterations(n)).positions), 1e-8 * mesh.diagonal());
+  }
+}
+
+TEST(Patches, TheirOrderDoesNotMatterNorDoThreads) {
+  const MeshData mesh = bumpy_sphere(4);
+  const Task task = many_patches(mesh, 40);
+  Task reversed;
+  const arap::Patches& patches = task.constraints.patches;
+  for (int p = patches.size() - 1; p >= 0; --p) {
+    const auto begin = patches.offsets[p];
+    const auto end = patches.offsets[p + 1];
+    reversed.constraints.patches.add({{patches.vertices.begin() + begin, patches.vertices.begin() + end},
+                                      {patches.weights.begin() + begin, patches.weights.begin() + end}});
+  }
+  reversed.targets = task.targets.colwise().reverse();
+  Positions expected;
+  for (const int threads : {1, 3})
+    for (const Task& each : {task, reversed}) {
+      arap::Options options;
+      options.threads = threads;
+      SurfaceArap solver(mesh.mesh(), options);
+      solver.set_constraints(each.constraints);
+      const Positions found = solver.solve(each.targets, to_accuracy(1e-10)).positions;
+      if (expected.rows() == 0) expected = found;
+      EXPECT_LT(max_distance(found, expected), 1e-8 * mesh.diagonal()) << threads;
+    }
 }
 
 TEST(Patches, OfHardVerticesAloneAreRefused) {

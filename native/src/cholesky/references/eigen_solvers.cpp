@@ -6,8 +6,10 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>
 #include <Eigen/SparseQR>
+#include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <utility>
 
 #include "arap/error.h"
 #include "base/eigen_compat.h"
@@ -128,6 +130,35 @@ class BiCgStab {
   mutable std::mutex busy_;
 };
 
+/// By two solves.
+class SolvedBorder final : public Border {
+ public:
+  SolvedBorder(const Factorization& factor, SparseMatrix columns) : factor_(factor), columns_(std::move(columns)) {}
+
+  [[nodiscard]] Eigen::MatrixXd products() const override {
+    Eigen::MatrixXd result(columns_.cols(), columns_.cols());
+    for (Eigen::Index first = 0; first < columns_.cols(); first += 3) {
+      const Eigen::Index n = std::min<Eigen::Index>(3, columns_.cols() - first);
+      Positions x = Positions::Zero(columns_.rows(), 3);
+      x.leftCols(n) = columns_.middleCols(first, n);
+      factor_.solve(x);
+      result.middleCols(first, n) = columns_.transpose() * x.leftCols(n);
+    }
+    return result;
+  }
+
+  void solve(const Choose& choose, Positions& x) const override {
+    Positions free;
+    factor_.solve(x, free);
+    x -= columns_ * choose(columns_.transpose() * free);
+    factor_.solve(x);
+  }
+
+ private:
+  const Factorization& factor_;
+  SparseMatrix columns_;
+};
+
 /// Solves with the matrix of the rows and columns that are not erased.
 template <class Solver>
 class EigenFactorization final : public Factorization {
@@ -144,6 +175,9 @@ class EigenFactorization final : public Factorization {
     if (!kept_.empty()) kept = solver_.solve(b(kept_, all));
     x.setZero(b.rows(), 3);
     x(kept_, all) = kept;
+  }
+  [[nodiscard]] std::unique_ptr<Border> border(const SparseMatrix& columns, const MeterPart& /*meter*/) const override {
+    return std::make_unique<SolvedBorder>(*this, columns);
   }
 
  private:
