@@ -10,6 +10,9 @@
 #include "arap/error.h"
 #include "base/format_message.h"
 
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 #if defined(__linux__)
 #include <sys/resource.h>
 #include <unistd.h>
@@ -95,6 +98,12 @@ size_t available_memory([[maybe_unused]] const fs::path& root) {
   return std::min({left_of_own_limit(root), left_in_groups(root), left_in_machine(root)});
 #else
   return kUnknown;
+#endif
+}
+
+void return_freed_memory() {
+#if defined(__GLIBC__)  // others do so themselves
+  malloc_trim(0);
 #endif
 }
 

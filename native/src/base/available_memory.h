@@ -16,4 +16,7 @@ namespace arap {
 /// @param what  needs them, for the message
 void require_memory(double bytes, const std::string& what);
 
+/// Returns to the system what the allocator keeps of freed memory, for after large work. Some milliseconds.
+void return_freed_memory();
+
 }  // namespace arap

@@ -282,13 +282,13 @@ Positions PreparedConstraints::constrained_points(const Positions& positions) co
 
 const ConstrainedSystem& PreparedConstraints::laplacian_system(const PreparedModel& model) {
   if (laplacian_system_ == nullptr) {
-    const SparseMatrix K_squared = model.energy.K * model.energy.K;
+    SparseMatrix K_squared = model.energy.K * model.energy.K;
     // The same strength as in the energy, measured in the diagonal of this system.
     const Eigen::VectorXd diagonal_squared = K_squared.diagonal();
     Eigen::VectorXd soft = soft_diagonal;
     for (Eigen::Index v = 0; v < soft.size(); ++v)
       if (soft[v] > 0) soft[v] *= diagonal_squared[v] / stiffness_[v];
-    laplacian_matrix_ = regions.reduce(K_squared);
+    laplacian_matrix_ = regions.empty() ? std::move(K_squared) : regions.reduce(K_squared);
     laplacian_system_ = std::make_unique<ConstrainedSystem>(
         *make_linear_solver(laplacian_matrix_, model.linear_solver, model.workers), model.linear_solver,
         laplacian_matrix_, connected_components(laplacian_matrix_),

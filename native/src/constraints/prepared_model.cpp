@@ -38,10 +38,14 @@ void PreparedModel::keep_numbers() {
 CellPasses& PreparedModel::passes(Precision precision) const {
   const Precision served = fits_single ? precision : Precision::kDouble;
   auto& made = served == Precision::kSingle ? single_passes_ : double_passes_;
-  constexpr size_t kLarge = 4'000'000;  // incidences: about 140 MB in single precision, 240 MB in double
-  if (energy.cell_vertices.size() > kLarge) (served == Precision::kSingle ? double_passes_ : single_passes_) = nullptr;
+  if (is_large()) (served == Precision::kSingle ? double_passes_ : single_passes_) = nullptr;
   if (made == nullptr) made = make_cell_passes(energy, rest, served, workers);
   return *made;
+}
+
+void PreparedModel::drop_passes() const {
+  single_passes_ = nullptr;
+  double_passes_ = nullptr;
 }
 
 }  // namespace arap

@@ -93,7 +93,6 @@ void RigidRegions::find_border(Region& region) const {
 }
 
 SparseMatrix RigidRegions::reduce(const SparseMatrix& K) const {
-  if (empty()) return K;
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(K.nonZeros() + K.rows());
   for (int v = 0; v < static_cast<int>(K.rows()); ++v) entries.emplace_back(v, v, 0.0);

@@ -56,7 +56,8 @@ class RigidRegions {
   /// Follows the vertices of energy and rest, which have new numbers, before read_cells(); a region keeps its unknown.
   void renumber(const std::vector<int>& new_of_old);
 
-  /// P^T K P, where P maps unknowns to vertices; the rows of members that are not unknowns stay empty.
+  /// P^T K P for at least one region, where P maps unknowns to vertices; the rows of members that are not unknowns stay
+  /// empty.
   [[nodiscard]] SparseMatrix reduce(const SparseMatrix& K) const;
   /// P^T x.
   void reduce(Positions& x) const;

@@ -17,12 +17,18 @@ namespace {
 
 using Rows = SparseRows<Vector3>;
 
+/// Says at every so many rows that these are done.
+void count_row(int row, int n_rows, const MeterPart& meter) {
+  constexpr int kReported = 4096;
+  if (row % kReported == 0) meter.add(static_cast<double>(kReported) / std::max(kReported, n_rows));
+}
+
 /// What each cell consists of.
 struct CellSizes {
   std::vector<char> has_home;               ///< (n_cells,)
   std::vector<std::vector<int>> of_shares;  ///< (n_shares, n_cells) other vertices in each share of the rows
 
-  CellSizes(const Rows& rows, const std::vector<int>& homes)
+  CellSizes(const Rows& rows, const std::vector<int>& homes, const MeterPart& meter)
       : has_home(homes.size(), 0), of_shares(rows.n_shares(), std::vector<int>(homes.size(), 0)) {
     rows.for_each([&](int share, int vertex, std::span<const Rows::Entry> entries) {
       for (const auto& [cell, q] : entries)
@@ -30,6 +36,7 @@ struct CellSizes {
           has_home[cell] = 1;
         else
           ++of_shares[share][cell];
+      count_row(vertex, static_cast<int>(rows.offsets().size()) - 1, meter);
     });
   }
 
@@ -98,7 +105,7 @@ std::vector<int> vertex_offsets_of(const Rows& rows, const std::vector<int>& new
 
 void CellEnergy::set_cells(SparseRows<Vector3> rows, const std::vector<int>& homes, const std::vector<int>& new_of_old,
                            const MeterPart& meter) {
-  CellSizes sizes(rows, homes);
+  CellSizes sizes(rows, homes, meter.part(0.3));
   const std::vector<int> whole = sizes.whole();
   const std::vector<int> cell_order = order_cells(homes, whole, new_of_old);
   const std::vector<int> new_cell = inverse_permutation(cell_order);
@@ -109,7 +116,7 @@ void CellEnergy::set_cells(SparseRows<Vector3> rows, const std::vector<int>& hom
   q.resize(cell_offsets.back(), 3);
   vertex_incidences.resize(cell_vertices.size());
   vertex_cells.resize(cell_vertices.size());
-  meter.add(0.5);
+  const MeterPart filling = meter.part(0.7);
   rows.drain([&](int share, int old_vertex, std::span<const Rows::Entry> entries) {
     const int vertex = new_of_old.empty() ? old_vertex : new_of_old[old_vertex];
     int k = vertex_offsets[vertex];
@@ -120,8 +127,8 @@ void CellEnergy::set_cells(SparseRows<Vector3> rows, const std::vector<int>& hom
       vertex_incidences[k] = slot;
       vertex_cells[k++] = new_cell[cell];
     }
+    count_row(old_vertex, static_cast<int>(vertex_offsets.size()) - 1, filling);
   });
-  meter.add(0.5);
 }
 
 }  // namespace arap

@@ -72,7 +72,8 @@ int find_image(const Surface& surface, const PointGrid& grid, int axis, int v) {
 }
 
 /// The image of each vertex; empty if some vertex has none or two have the same.
-std::vector<int> find_images(const Surface& surface, const PointGrid& grid, int axis, int threads) {
+std::vector<int> find_images(const Surface& surface, const PointGrid& grid, int axis, int threads,
+                             const MeterPart& meter) {
   const auto n = static_cast<int>(surface.rest.rows());
   std::vector<int> images(n);
   const bool all_found = parallel_all(threads, n, [&](int begin, int end) {
@@ -80,6 +81,7 @@ std::vector<int> find_images(const Surface& surface, const PointGrid& grid, int 
       images[v] = find_image(surface, grid, axis, v);
       if (images[v] < 0) return false;
     }
+    meter.add(static_cast<double>(end - begin) / n);
     return true;
   });
   if (!all_found) return {};
@@ -96,19 +98,23 @@ bool commute(const std::vector<int>& a, const std::vector<int>& b) {
 
 }  // namespace
 
-std::vector<std::vector<int>> find_mirrors(const PolygonMesh& mesh, int threads) {
+std::vector<std::vector<int>> find_mirrors(const PolygonMesh& mesh, int threads, const MeterPart& meter) {
   std::vector<int> vertices;
   for (int v = 0; v < mesh.n_vertices(); ++v)
     if (mesh.part_of_vertex()[v] >= 0) vertices.push_back(v);
   Surface surface{.rest = mesh.positions()(vertices, all), .centres = {}};
   std::vector<int> axes{0, 1, 2};
   std::erase_if(axes, [&](int axis) { return vertices.empty() || !may_be_mirrored(surface.rest, axis); });
+  meter.add(0.2);
   if (axes.empty()) return {};
   surface.centres = face_centres(mesh)(vertices, all);
+  meter.add(0.2);
   const PointGrid grid(surface.rest, kCell, threads);
+  meter.add(0.2);
   std::vector<std::vector<int>> mirrors;
   for (const int axis : axes) {
-    const std::vector<int> images = find_images(surface, grid, axis, threads);
+    const std::vector<int> images =
+        find_images(surface, grid, axis, threads, meter.part(0.4 / static_cast<double>(axes.size())));
     if (images.empty()) continue;
     std::vector<int> mirror(mesh.n_vertices());
     std::iota(mirror.begin(), mirror.end(), 0);

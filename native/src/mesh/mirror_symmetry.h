@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "arap/mesh.h"
+#include "parallel/meter.h"
 
 namespace arap {
 
@@ -15,6 +16,7 @@ inline constexpr double kMirrorTolerance = 1e-4;
 /// as at an open seam, the one counts whose faces are mirrored too. An isolated vertex is its own image.
 /// @param mesh     centred at its bounding box, diagonal about 1
 /// @param threads  to work on
-[[nodiscard]] std::vector<std::vector<int>> find_mirrors(const PolygonMesh& mesh, int threads);
+[[nodiscard]] std::vector<std::vector<int>> find_mirrors(const PolygonMesh& mesh, int threads,
+                                                         const MeterPart& meter = {});
 
 }  // namespace arap

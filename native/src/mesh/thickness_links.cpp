@@ -179,14 +179,19 @@ void sort_unique(Links& links) {
 }  // namespace
 
 Links find_thickness_links(const PolygonMesh& mesh, double radius, const std::vector<std::vector<int>>& mirrors,
-                           int threads) {
+                           int threads, const MeterPart& meter) {
   const SurfaceOrientation orientation = find_orientation(mesh, threads);
+  meter.add(0.3);
   const std::vector<int> ends = choose_ends(mesh, orientation, radius);
+  meter.add(0.1);
   if (ends.empty()) return {};
   const Crossing crossing(mesh, orientation, radius, threads);
+  meter.add(0.3);
   std::vector<int> found(ends.size());
-  parallel_for(threads, static_cast<int>(ends.size()), [&](int begin, int end) {
+  const auto n_ends = static_cast<int>(ends.size());
+  parallel_for(threads, n_ends, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) found[k] = crossing.opposite(ends[k]);
+    meter.add(0.3 * (end - begin) / n_ends);
   });
   Links links;
   for (size_t k = 0; k < ends.size(); ++k)

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "arap/mesh.h"
+#include "parallel/meter.h"
 
 namespace arap {
 
@@ -15,6 +16,6 @@ namespace arap {
 /// @param mirrors  vertex maps of the mesh's mirror symmetries: images of links are links
 [[nodiscard]] std::vector<std::pair<int, int>> find_thickness_links(const PolygonMesh& mesh, double radius,
                                                                     const std::vector<std::vector<int>>& mirrors,
-                                                                    int threads);
+                                                                    int threads, const MeterPart& meter = {});
 
 }  // namespace arap

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "arap/error.h"
+#include "base/available_memory.h"
 #include "optimize/initial_guess.h"
 #include "optimize/time_budget.h"
 #include "parallel/parallel.h"
@@ -45,7 +46,17 @@ void Engine::set_positions(Positions positions) {
   last_targets_.resize(0, 3);
 }
 
+void Engine::make_room() {
+  auto steps = std::make_unique<LocalGlobal>(model_, *constraints_);
+  search_ = std::make_unique<NonlinearCg>(*steps);
+  steps_ = std::move(steps);
+  predictor_ = {};
+  kept_ = {};
+  model_.drop_passes();
+}
+
 void Engine::set_constraints(const ModelConstraints& given, const Progress& progress) {
+  if (constraints_ != nullptr && model_.is_large()) make_room();
   auto constraints = std::make_unique<PreparedConstraints>(model_, given, progress);
   auto handle_rotations = std::make_unique<HandleRotations>(model_, *constraints);
   auto steps = std::make_unique<LocalGlobal>(model_, *constraints);
@@ -55,6 +66,7 @@ void Engine::set_constraints(const ModelConstraints& given, const Progress& prog
   constraints_ = std::move(constraints);
   last_targets_.resize(0, 3);
   ++n_factorizations_;
+  if (model_.is_large()) return_freed_memory();
 }
 
 double Engine::evaluate(const Positions& positions, Positions& gradient) {

@@ -73,6 +73,9 @@ class Engine {
   std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Start& start);
   void learn(const Positions& targets, const Start& start);
   void move_to_rest();
+  /// Gives the memory of what the next solve makes again to a new factor: the old one stays, in case that the change of
+  /// constraints fails. The next solve begins a new search.
+  void make_room();
   /// What a failing solve goes back to.
   void keep_pose();
   void restore_pose();
@@ -83,7 +86,7 @@ class Engine {
   std::unique_ptr<LocalGlobal> steps_;   ///< over constraints_
   std::unique_ptr<NonlinearCg> search_;  ///< over steps_
   Pose pose_;
-  Pose kept_;               ///< lives as long as the engine, so that its memory is there
+  Pose kept_;               ///< lives on between solves, so that its memory is there
   Positions last_targets_;  ///< of the pose; empty if it comes from somewhere else
   DragPredictor predictor_;
   int n_factorizations_ = 0;

@@ -47,8 +47,8 @@ Supports sweep_each(const EdgeGraph& graph, const std::vector<int>& nodes, float
 /// to a vertex is nearest to those on the shortest path, too, so nothing passes a vertex that has its nodes.
 class NearestNodes {
  public:
-  NearestNodes(const EdgeGraph& graph, const std::vector<int>& nodes, float support)
-      : graph_(graph), support_(support), supports_(nodes.size()), nodes_of_(graph.n_vertices()) {
+  NearestNodes(const EdgeGraph& graph, const std::vector<int>& nodes, float support, const MeterPart& meter)
+      : graph_(graph), support_(support), meter_(meter), supports_(nodes.size()), nodes_of_(graph.n_vertices()) {
     for (size_t c = 0; c < nodes.size(); ++c) push({nodes[c], static_cast<int>(c)}, 0);
   }
 
@@ -59,6 +59,7 @@ class NearestNodes {
       free_.push_back(slot);
       if (!may_settle(label)) continue;
       nodes_of_[label.vertex].push_back(label.node);
+      count_settled();
       supports_[label.node].push_back({label.vertex, distance});
       for (const EdgeGraph::Arc& arc : graph_.arcs(label.vertex)) push({arc.vertex, label.node}, distance + arc.length);
     }
@@ -76,6 +77,12 @@ class NearestNodes {
     return std::ssize(settled) < kMostNodes && std::find(settled.begin(), settled.end(), label.node) == settled.end();
   }
 
+  void count_settled() {
+    constexpr int kReported = 1 << 16;
+    // No vertex is settled more often than this.
+    if (++n_settled_ % kReported == 0) meter_.add(kReported / (1.0 * kMostNodes * graph_.n_vertices()));
+  }
+
   void push(const Label& label, float distance) {
     if (!(distance < support_) || !may_settle(label)) return;
     int slot = static_cast<int>(labels_.size());
@@ -91,6 +98,8 @@ class NearestNodes {
 
   const EdgeGraph& graph_;
   float support_;
+  MeterPart meter_;
+  std::int64_t n_settled_ = 0;
   Supports supports_;
   std::vector<std::vector<int>> nodes_of_;  ///< of each vertex, the nearest first
   DistanceQueue queue_;                     ///< of slots of labels_
@@ -102,8 +111,9 @@ class NearestNodes {
 
 Supports find_supports(const EdgeGraph& graph, const std::vector<int>& nodes, float support, int threads,
                        const MeterPart& meter) {
-  Supports supports = sweep_each(graph, nodes, support, threads, meter);
-  if (supports.empty() && !nodes.empty()) supports = NearestNodes(graph, nodes, support).run();
+  // Mostly a sweep is all.
+  Supports supports = sweep_each(graph, nodes, support, threads, meter.part(0.7));
+  if (supports.empty() && !nodes.empty()) supports = NearestNodes(graph, nodes, support, meter.part(0.3)).run();
   return supports;
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "arap/error.h"
 #include "mesh/mirror_symmetry.h"
 #include "mesh/surface_orientation.h"
 #include "support/helpers.h"
@@ -20,6 +21,29 @@ namespace {
 using Links = std::vector<std::pair<int, int>>;
 
 Links links_of(const MeshData& mesh, double radius) { return arap::find_thickness_links(mesh.mesh(), radius, {}, 1); }
+
+/// What a meter has been told when act(its whole) has returned.
+template <class Act>
+double told_by(const Act& act) {
+  double told = 0;
+  const arap::Progress progress = [&](double fraction) {
+    told = fraction;
+    return true;
+  };
+  arap::Meter meter(progress, "");
+  act(arap::MeterPart{&meter, 1});
+  meter.tell();
+  return told;
+}
+
+/// Calls act(a part of a meter that the caller has stopped).
+template <class Act>
+void with_stopped_meter(const Act& act) {
+  const arap::Progress refuse = [](double) { return false; };
+  arap::Meter meter(refuse, "stopped");
+  EXPECT_THROW(meter.tell(), arap::Cancelled);
+  act(arap::MeterPart{&meter, 1});
+}
 
 /// A plate with the diagonal 1.12, one cell thick.
 MeshData plate(int n, double thickness, Faces faces = Faces::kQuads) {
@@ -238,6 +262,24 @@ TEST(ThicknessLinks, ImagesOfLinksAreLinks) {
     for (const auto& mirror : mirrors)
       for (const auto& [a, b] : links) EXPECT_TRUE(found.contains(std::minmax({mirror[a], mirror[b]})));
   }
+}
+
+TEST(ThicknessLinks, TellWhatIsDoneAndMayBeStopped) {
+  const MeshData mesh = plate(40, .012, Faces::kTriangles);
+  EXPECT_NEAR(
+      told_by([&](const arap::MeterPart& meter) { EXPECT_EQ(arap::find_mirrors(mesh.mesh(), 2, meter).size(), 3u); }),
+      1, 1e-9);
+  EXPECT_NEAR(told_by([&](const arap::MeterPart& meter) {
+                EXPECT_FALSE(arap::find_thickness_links(mesh.mesh(), .03, {}, 2, meter).empty());
+              }),
+              1, 1e-9);
+  EXPECT_THROW(with_stopped_meter(
+                   [&](const arap::MeterPart& meter) { static_cast<void>(arap::find_mirrors(mesh.mesh(), 2, meter)); }),
+               arap::Cancelled);
+  EXPECT_THROW(with_stopped_meter([&](const arap::MeterPart& meter) {
+                 static_cast<void>(arap::find_thickness_links(mesh.mesh(), .03, {}, 2, meter));
+               }),
+               arap::Cancelled);
 }
 
 TEST(ThicknessLinks, DoNotDependOnTheNumberOfThreads) {

@@ -33,13 +33,12 @@ RotationNodes choose_nodes(const SurfaceModel& model, const PolygonMesh& mesh, d
                            const std::vector<int>& region_of_vertex, const MeterPart& meter) {
   const PreparedModel& prepared = model.prepared;
   const int threads = prepared.workers.threads();
-  const std::vector<std::vector<int>> mirrors = find_mirrors(mesh, threads);
-  meter.add(0.05);
+  const std::vector<std::vector<int>> mirrors = find_mirrors(mesh, threads, meter.part(0.05));
   meter.tell();
-  const auto links = find_thickness_links(mesh, radius, mirrors, threads);
-  meter.add(0.05);
+  const auto links = find_thickness_links(mesh, radius, mirrors, threads, meter.part(0.05));
   meter.tell();
   const EdgeGraph graph(prepared.energy.K, prepared.rest, threads, links);
+  meter.tell();
   return choose_rotation_nodes(graph, mesh, model.areas, radius, mirrors, region_of_vertex, threads, meter.part(0.15));
 }
 
