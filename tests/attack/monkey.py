@@ -173,8 +173,9 @@ class Monkey:
         bpy.context.view_layer.objects.active = objects[0]
 
     def to_object_mode(self) -> None:
+        """Unless the object is hidden: Blender then leaves its mode to it."""
         obj = bpy.context.object
-        if obj and obj.mode != "OBJECT":
+        if obj and obj.mode != "OBJECT" and bpy.ops.object.mode_set.poll():
             bpy.ops.object.mode_set(mode="OBJECT")
 
     def vector(self, reach: float) -> list[float]:
