@@ -205,7 +205,7 @@ Eigen::MatrixX3d TileBorder::products_with(const float* y, double factor) const 
   // Added up in order: the same for any number of threads.
   std::vector<Eigen::MatrixX3d> sums(n_pieces);
   factor_.workers().run(n_pieces, [&](int piece) {
-    Eigen::MatrixX3d sum = Eigen::MatrixX3d::Zero(3 * ((n + 2) / 3), 3);
+    Eigen::MatrixX3d sum = Eigen::MatrixX3d::Zero(index(3 * ((n + 2) / 3)), 3);
     Eigen::MatrixX3d memory(sum.rows(), 3);
     for (int k = pieces_[piece]; k < pieces_[piece + 1]; ++k) {
       const Block& block = blocks_[k];
@@ -265,7 +265,7 @@ void TileBorder::solve(const Choose& choose, Positions& x) const {
           for (int c = 0; c < n; ++c) products.row(sorted_[c]) = sorted.row(c) / scales_[c];
         }
         const Eigen::MatrixX3d chosen = choose(products);
-        Eigen::MatrixX3d by = Eigen::MatrixX3d::Zero(3 * ((n + 2) / 3), 3);
+        Eigen::MatrixX3d by = Eigen::MatrixX3d::Zero(index(3 * ((n + 2) / 3)), 3);
         for (int c = 0; c < n; ++c) by.row(c) = chosen.row(sorted_[c]) / scales_[c];
         // Nearly always they add up as they are. Else the smaller of them does not matter.
         const double size = by.cwiseAbs().maxCoeff() * static_cast<double>(largest_);

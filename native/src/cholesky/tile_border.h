@@ -47,7 +47,7 @@ class TileBorder final : public Border {
   [[nodiscard]] int triple_count(int s) const { return triple_offsets_[s + 1] - triple_offsets_[s]; }
   /// (3 triple_count, n_rows)
   [[nodiscard]] Eigen::Map<const Eigen::MatrixXf> values_of(const Block& block) const {
-    return {values_.data() + block.values, 3 * triple_count(block.supernode), block.n_rows};
+    return {values_.data() + block.values, Eigen::Index{3} * triple_count(block.supernode), block.n_rows};
   }
   void add_products(int first_triple, int last_triple, Eigen::MatrixXd& sorted) const;
   /// B^T y / factor, sorted and scaled as B is.

@@ -288,7 +288,10 @@ const ConstrainedSystem& PreparedConstraints::laplacian_system(const PreparedMod
     Eigen::VectorXd soft = soft_diagonal;
     for (Eigen::Index v = 0; v < soft.size(); ++v)
       if (soft[v] > 0) soft[v] *= diagonal_squared[v] / stiffness_[v];
-    laplacian_matrix_ = regions.empty() ? std::move(K_squared) : regions.reduce(K_squared);
+    if (regions.empty())
+      laplacian_matrix_.swap(K_squared);
+    else
+      laplacian_matrix_ = regions.reduce(K_squared);
     laplacian_system_ = std::make_unique<ConstrainedSystem>(
         *make_linear_solver(laplacian_matrix_, model.linear_solver, model.workers), model.linear_solver,
         laplacian_matrix_, connected_components(laplacian_matrix_),

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
-#include <utility>
 
 #include "arap/error.h"
 #include "base/eigen_compat.h"
@@ -133,7 +132,7 @@ class BiCgStab {
 /// By two solves.
 class SolvedBorder final : public Border {
  public:
-  SolvedBorder(const Factorization& factor, SparseMatrix columns) : factor_(factor), columns_(std::move(columns)) {}
+  SolvedBorder(const Factorization& factor, const SparseMatrix& columns) : factor_(factor), columns_(columns) {}
 
   [[nodiscard]] Eigen::MatrixXd products() const override {
     Eigen::MatrixXd result(columns_.cols(), columns_.cols());
