@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "arap/error.h"
+#include "base/available_memory.h"
 #include "base/eigen_compat.h"
 #include "cholesky/preconditioned_cg.h"
 #include "cholesky/solver_choice.h"
@@ -23,6 +24,13 @@ constexpr double kFactorization = 0.1;
 constexpr double kBeforeBorder = 0.8;
 constexpr double kAfterBorder = 0.99;
 constexpr double kRounding = 1e-9;  // of what adds up between them
+
+/// Of the border: its columns, and their products. The dense system takes the rest.
+constexpr double kSparse = 0.5;
+constexpr double kProducts = 0.2;
+
+/// As large as the border has columns, squared, that are there at once while the dense system is made.
+constexpr double kDenseMatrices = 6;
 
 /// The penalty of a stiff row in the factor, in units of K's stiffness at its unknowns. More leaves less to the
 /// multipliers' iteration, and less of K in the factor's floats.
@@ -178,7 +186,7 @@ void ConstrainedSystem::find_moves(const std::vector<int>& components) {
   std::vector<Eigen::Triplet<double>> entries;
   if (n_released_ > 0)
     for (size_t i = 0; i < components.size(); ++i)
-      if (const int k = move_of[components[i]]; k >= 0) entries.emplace_back(static_cast<int>(i), k, 1.0);
+      if (const int k = move_of[components[i]]; k >= 0) entries.emplace_back(static_cast<int>(i), k, 1 / grounding_[k]);
   moves_ = SparseMatrix(matrix_->rows(), n_released_);
   moves_.setFromTriplets(entries.begin(), entries.end());
   move_forces_ = SparseMatrix(matrix_->rows(), n_released_);
@@ -201,12 +209,13 @@ void ConstrainedSystem::multiply_held(const Positions& x, Positions& result) con
 }
 
 // With A = H - E G E^T (H the factorized matrix, E the grounded unknowns of the released components, G their
-// grounding), the components' moves Z and V = A Z (K has no forces against Z, rows may have), it is H Z = E G + V. The
-// correction d to x under averages W^T d = gaps solves, with the multipliers y and the moves s = E^T d,
+// grounding), the components' moves Z, E^T Z = G^-1, and V = A Z (K has no forces against Z, rows may have), it is
+// H Z = E + V. The correction d to x under averages W^T d = gaps solves, with the multipliers y and s = G E^T d,
 //     d = H^-1 (r - W y - V s) + Z s,   W^T d = gaps,   Z^T (r - W y - V s) = V^T H^-1 (r - W y - V s),
-// the last from E^T H^-1 = G^-1 (Z - H^-1 V)^T. With C = [W, V] that is
+// the last from E^T H^-1 = (Z - H^-1 V)^T. With C = [W, V] that is
 //     (C^T H^-1 C - [0, W^T Z; Z^T W, Z^T V]) (y, s) = C^T H^-1 r - (gaps, Z^T r).
-// Where H is only near the true one, d is the minimizer with a matrix near A that has the same null space.
+// All entries have the unit 1/K, so the stiffness of the whole decides no rank. Where H is only near the true one, d is
+// the minimizer with a matrix near A that has the same null space.
 void ConstrainedSystem::prepare_border(const MeterPart& meter) {
   if (averages_.empty() && n_released_ == 0) return;
   const Eigen::Index n = matrix_->rows();
@@ -224,14 +233,18 @@ void ConstrainedSystem::prepare_border(const MeterPart& meter) {
         of_averages.emplace_back(static_cast<int>(it.row()), static_cast<int>(n_averages) + k, it.value());
   SparseMatrix columns(n, n_averages + n_released_);
   columns.setFromTriplets(of_averages.begin(), of_averages.end());
-  border_ = factor_->border(columns, meter);
+  const auto size = static_cast<double>(columns.cols());
+  require_memory(kDenseMatrices * sizeof(double) * size * size, "what joins the patches of this mesh");
+  border_ = factor_->border(columns, meter.part(kSparse));
   Eigen::MatrixXd S = border_->products();
+  meter.add(kProducts);
   const Eigen::MatrixXd of_moves = SparseMatrix(free_averages_.transpose()) * moves_;
   S.topRightCorner(n_averages, n_released_) -= of_moves;
   S.bottomLeftCorner(n_released_, n_averages) -= of_moves.transpose();
   S.bottomRightCorner(n_released_, n_released_) -= SparseMatrix(moves_.transpose()) * move_forces_;
   // Least squares: averages that contradict each other meet in the middle.
   dense_.compute(S);
+  meter.add(1 - kSparse - kProducts);
   overlaps_.compute(SparseMatrix(free_averages_.transpose()) * free_averages_);
 }
 

@@ -125,10 +125,10 @@ class ConstrainedSystem {
   std::unique_ptr<Factorization> factor_;  ///< of A with grounding and the penalties of stiff rows
   std::unique_ptr<StiffRows> stiff_;       ///< over factor_; null without stiff rows
   SparseMatrix free_averages_;             ///< W: (n, n_averages), of free unknowns
-  SparseMatrix moves_;                     ///< Z: (n, n_released), each component as one
+  SparseMatrix moves_;                     ///< Z: (n, n_released), each component as one, 1 / its grounding
   SparseMatrix move_forces_;               ///< V: (n, n_released), what soft and stiff rows do against that
   std::unique_ptr<Border> border_;         ///< of factor_, with W and V; null if there are none
-  LeastSquares dense_;                     ///< for their multipliers and the lengths of moves
+  LeastSquares dense_;                     ///< for their multipliers and how far components move
   LeastSquares overlaps_;                  ///< W^T W
 };
 

@@ -47,16 +47,19 @@ void Engine::set_positions(Positions positions) {
 }
 
 void Engine::make_room() {
-  auto steps = std::make_unique<LocalGlobal>(model_, *constraints_);
-  search_ = std::make_unique<NonlinearCg>(*steps);
-  steps_ = std::move(steps);
+  if (constraints_ != nullptr) {
+    auto steps = std::make_unique<LocalGlobal>(model_, *constraints_);
+    search_ = std::make_unique<NonlinearCg>(*steps);
+    steps_ = std::move(steps);
+  }
   predictor_ = {};
   kept_ = {};
   model_.drop_passes();
+  return_freed_memory();  // of a change that failed, too
 }
 
 void Engine::set_constraints(const ModelConstraints& given, const Progress& progress) {
-  if (constraints_ != nullptr && model_.is_large()) make_room();
+  if (model_.is_large()) make_room();
   auto constraints = std::make_unique<PreparedConstraints>(model_, given, progress);
   auto handle_rotations = std::make_unique<HandleRotations>(model_, *constraints);
   auto steps = std::make_unique<LocalGlobal>(model_, *constraints);

@@ -144,6 +144,23 @@ TEST(ConstrainedSystem, FixedSoftAndAveragesInOneComponent) {
   averages.expect_solved("three averages alone, two that overlap");
 }
 
+// Of averages alone, whose multipliers have another unit than the place of the component.
+TEST(ConstrainedSystem, TheStiffnessOfTheWholeDoesNotMatter) {
+  Problem problem(bumpy_sphere(1));
+  problem.averages = {{{5, 6, 7}, {.5, .25, .25}}, {{30, 31}, {.5, .5}}, {{6, 12}, {.1, .9}}};
+  const auto n = static_cast<int>(problem.K.rows());
+  const auto solved = [&](arap::LinearSolverKind kind, double stiffness) {
+    const SparseMatrix K = stiffness * problem.K;
+    const auto solver = arap::make_linear_solver(K, kind);
+    const ConstrainedSystem system(*solver, kind, K, arap::connected_components(K), problem.constraints(), {});
+    Positions x = stiffness * Random(71).noise(n, 1);
+    system.correct_to(1e-14, x, Random(73).noise(3, 1));
+    return x;
+  };
+  for (const auto kind : {kSolver, arap::LinearSolverKind::kBlockLdlt})
+    EXPECT_LT(max_distance(solved(kind, 1e14), solved(kind, 1)), 1e-8);
+}
+
 TEST(ConstrainedSystem, EachComponentIsHeldItsOwnWay) {
   const MeshData mesh = join(two_spheres(0), bumpy_sphere(0));
   Problem problem(mesh);
