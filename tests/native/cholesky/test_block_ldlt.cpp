@@ -411,7 +411,7 @@ TEST(BlockLdlt, ABorderSolvesAsTheFactorDoes) {
           expected = scale * b - columns * chosen;
           factor->solve(expected);
           border->solve(
-              [&](const Eigen::MatrixX3d& found) {
+              [&, &name = name](const Eigen::MatrixX3d& found) {
                 for (int c = 0; c < n_columns; ++c)
                   EXPECT_LE((found.row(c) - of_b.row(c)).norm(),
                             1e-4 * scale * b.norm() * std::sqrt(products(c, c)) * (1 + std::sqrt(expected.norm())))
