@@ -76,6 +76,9 @@ class FakeFollowScene:
         self.calls.append("go on")
         return not self.is_shown
 
+    def is_rebound(self) -> bool:
+        return False
+
     def matrices(self) -> np.ndarray:
         matrix = np.eye(4)
         matrix[0, 3] = self.place

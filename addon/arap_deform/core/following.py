@@ -54,6 +54,9 @@ class FollowScene(Protocol):
     def go_on_from_shown(self) -> bool:
         """Starts the live session from the pose that the key shows now. False if it is there already."""
 
+    def is_rebound(self) -> bool:
+        """Whether something has bound the mesh, or set its handles, since the last update."""
+
     def matrices(self) -> NDArray[np.float64]:
         """(h, 4, 4) float64 object-space motions of the handles, evaluated."""
 
@@ -127,7 +130,8 @@ class Follower:
         """
         matrices = self._scene.matrices()
         self.has_followed = True
-        if self._matrices is not None and np.array_equal(matrices, self._matrices):
+        is_here = self._matrices is not None and np.array_equal(matrices, self._matrices)
+        if is_here and not self._scene.is_rebound():
             return False
         self._matrices = matrices
         self._iterations_here = 0

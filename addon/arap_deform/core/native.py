@@ -14,6 +14,8 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
+
 VERSION = "0.1.0"  # of this add-on, and of the module it needs
 MODULE = "arap_native"
 # Platforms by their names in Blender's extensions: those that a release has zips for.
@@ -22,7 +24,7 @@ SYSTEMS = {"Windows": "windows", "Linux": "linux", "Darwin": "macos"}
 MACHINES = {"AMD64": "x64", "x86_64": "x64", "ARM64": "arm64", "arm64": "arm64", "aarch64": "arm64"}
 LEGACY_FOLDER = Path(__file__).resolve().parents[1] / "native_modules"
 
-ERRORS = (ValueError, RuntimeError, MemoryError)
+ERRORS = (ValueError, RuntimeError, MemoryError, np.linalg.LinAlgError)
 """What scene and solver raise with a sentence for the user. Any other exception is a fault in the add-on."""
 
 _module: ModuleType | None = None
@@ -41,7 +43,9 @@ def load() -> ModuleType:
 
 
 def sentence_of(error: Exception) -> str:
-    """What an error says to the user. Python's own MemoryError says nothing."""
+    """What an error says to the user. Python's own MemoryError and numpy's errors say too little."""
+    if isinstance(error, np.linalg.LinAlgError):
+        return f"A matrix has no inverse ({error}): give the mesh and its handles a scale, and places that are numbers"
     return str(error) or "There is not enough memory"
 
 

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import sessions
 from ..core.session_data import Readout
 from ..core.session_input import SessionInput
 from ..props.bounds import bounded
@@ -39,6 +40,7 @@ class BlenderFollowScene:
         self.name = obj.name
         self.depsgraph: bpy.types.Depsgraph | None = None
         self._frame: Frame | None = None  # of this step, from is_bound() on
+        self._followed: sessions.Bound | None = None  # what the pose was solved with last
         self._has_written = False  # the next change of the mesh is the add-on's own
         self._is_suspect = True  # something else may have changed the mesh
         self._changed_at = -STROKE_PAUSE_S  # when something else changed it last
@@ -109,6 +111,9 @@ class BlenderFollowScene:
     def go_on_from_shown(self) -> bool:
         return mesh.sync(self._obj())
 
+    def is_rebound(self) -> bool:
+        return sessions.get(self.name) is not self._followed
+
     def matrices(self) -> NDArray[np.float64]:
         return self._this_frame().matrices()
 
@@ -124,6 +129,7 @@ class BlenderFollowScene:
         redraw.tag_meshes()
         options.setdefault("sufficient_accuracy", 0.0 if time_limit_s is None else ACCURACY)
         readout = self._this_frame().solve(matrices, time_limit_s=time_limit_s, **options)
+        self._followed = sessions.get(self.name)
         if self.key is not None:
             self.key.note(self._obj())
         return readout

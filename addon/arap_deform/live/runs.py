@@ -133,10 +133,12 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 @persistent
 def _on_undo(scene: bpy.types.Scene, *_: object) -> None:
+    is_renamed = any(bpy.data.objects.get((name, None)) is None for name in _runs)
     for obj in bpy.data.objects:
-        # Undo goes back in the whole file. Where the artist does not look, it must switch nothing on.
+        # Undo goes back in the whole file. Where the artist does not look, it must switch nothing on. A mesh that was
+        # live by another name goes on.
         is_elsewhere = obj.arap.is_live and obj.name not in _runs and scene.objects.get(obj.name) is None
-        if is_elsewhere and _is_own(obj):
+        if is_elsewhere and _is_own(obj) and not is_renamed:
             obj.arap.is_live = False
             obj.arap.live_problem = "An undo in another scene would have switched it on: Live is off"
     _find(bpy.data.objects)

@@ -145,7 +145,8 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
             bound.session.reset()
         else:
             bound.session.set_positions(state.key.positions)
-    take_over(obj, *added)
+    if added:
+        take_over(obj, *added)
 
 
 def capture_transforms(obj: bpy.types.Object) -> Transforms:

@@ -22,7 +22,7 @@ from .inputs import hold_of
 if TYPE_CHECKING:
     from .held import Entry
 
-Shapes = dict[tuple[str, str], tuple[str, int, float]]
+Shapes = dict[tuple[str, ...], tuple[str, int, float]]
 """What pins and handles hold, as saved: text and number of the shape, and reach; by the list and the name."""
 
 AT_PLACE = 1e-5  # a shape that is this near to that at rest is the one at rest, as a fraction of the diagonal
@@ -79,8 +79,18 @@ def restore_shapes(obj: bpy.types.Object, shapes: Shapes) -> list[Entry]:
     return [entry for place, entry in places.items() if place not in shapes]
 
 
-def _places(obj: bpy.types.Object) -> dict[tuple[str, str], Entry]:
-    return {(items, entry.name): entry for items in ("pins", "handles") for entry in getattr(obj.arap, items)}
+def _places(obj: bpy.types.Object) -> dict[tuple[str, ...], Entry]:
+    """By what says which entry it is: another one of the same name, or with another group or object, is new."""
+    return {
+        (items, entry.name, hold_of(entry).group, *_mover_of(entry)): entry
+        for items in ("pins", "handles")
+        for entry in getattr(obj.arap, items)
+    }
+
+
+def _mover_of(entry: Entry) -> tuple[str, ...]:
+    target = getattr(entry, "target", None)
+    return () if target is None else (target.name_full, entry.bone)
 
 
 def _entries(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, held: HeldMesh, added: set[Entry]) -> list[_Entry]:

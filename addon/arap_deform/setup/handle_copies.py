@@ -29,6 +29,8 @@ def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
     depsgraph = bpy.context.evaluated_depsgraph_get()
     made: handle_motion.Made = {}
     owners = {handle.target: handle_motion.other_owner(obj, handle, made) for handle in handles}
+    for mesh in (obj, *filter(None, owners.values())):
+        handle_motion.object_matrix(mesh, depsgraph)  # refuses a flat mesh before anything is copied
     twins = {target: _copied(target) if owner else target for target, owner in owners.items()}
     for target, owner in owners.items():
         if owner is not None:

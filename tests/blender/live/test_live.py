@@ -273,6 +273,28 @@ class LiveToggleTest(SceneTest):
         self.scene.frame_set(2)
         self.assert_followed(obj)
 
+    def test_after_an_act_that_has_bound_it_otherwise_it_follows_again(self):
+        obj = live_tube()
+        bend(obj)
+        state = module("pose.result").capture_state(obj)
+        act = FakeAct("it is posed")
+        self.sessions.claim("Tube", act)
+        obj.arap.rigidity = 20.0
+        bpy.context.view_layer.update()
+        self.sessions.release("Tube", act)
+        self.api.prepare_session(obj)
+        module("pose.result").restore_state(obj, state)
+        bpy.context.view_layer.update()
+        self.scene.frame_set(2)
+        self.assert_solved(obj)
+
+    def test_a_rename_that_is_undone_in_another_scene_leaves_it_on(self):
+        obj = live_tube()
+        obj.name = "Renamed"
+        self.live._on_undo(bpy.data.scenes.new("Other"))
+        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+        self.assertIsNotNone(self.live.run_of(obj))
+
     def test_a_bake_has_the_mesh_for_itself_and_mutes_the_pose(self):
         obj = live_tube()
         animate(obj)

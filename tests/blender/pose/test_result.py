@@ -4,7 +4,7 @@
 import numpy as np
 from looks import key_positions, rest_positions, shown_positions
 from support import SceneTest, bpy, module
-from tubes import MIDDLE, SEGMENTS, TOP, bend, move, own_key, posable, solved
+from tubes import MIDDLE, SEGMENTS, TOP, bend, empty_at, move, own_key, posable, solved
 
 
 def held_shapes(obj):
@@ -141,6 +141,17 @@ class ResultTest(SceneTest):
         self.api.solve(obj)
         self.api.add_pin(obj, [MIDDLE[1]], name="New")
         self.api.add_handle(obj, [MIDDLE[4] + SEGMENTS], name="New")
+        module("pose.result").restore_state(obj, state)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), shown, 1e-4)
+
+    def test_a_handle_with_another_object_is_one_that_was_added(self):
+        obj = solved()
+        shown = key_positions(obj)
+        state = module("pose.result").capture_state(obj)
+        move(obj.arap.handles[0].target, (0.0, -1.0, 0.5))
+        self.api.solve(obj)
+        obj.arap.handles[0].target = empty_at((2.0, 0.0, 0.0))
         module("pose.result").restore_state(obj, state)
         self.api.solve(obj)
         self.assert_close(key_positions(obj), shown, 1e-4)
