@@ -317,8 +317,10 @@ may_end.acquire()
 ending = threading.Thread(target=lambda: (may_end.acquire(), atexit._run_exitfuncs()))
 ending.start()
 {WITHOUT_A_THREAD}
+targets = twisted_ends(mesh)  # before: numpy lets go of the GIL, too
+options = arap_native.SolveOptions(max_iterations=10**9, accuracy=0)
 may_end.release()
-job = begin_endless()
+job = solver.begin_solve(targets, options)
 ending.join()
 assert job.is_done and job.result().stop_reason == "cancelled"
 """
