@@ -58,9 +58,8 @@ py::object JobHandle::result() {
   const auto make_result = std::exchange(make_result_, nullptr);
   if (!make_result)
     throw std::runtime_error(
-        "the result of this job is not there, because an earlier call of result() has failed or has not ended: begin "
-        "the "
-        "job again");
+        "the result of this job is not there, because an earlier call of result() has failed or has not ended: "
+        "begin the job again");
   return result_ = make_result();
 }
 

@@ -228,8 +228,7 @@ Eigen::MatrixX3d TileBorder::products_with(const float* y, double factor) const 
 }
 
 void TileBorder::take_out(const Eigen::MatrixX3d& by, double factor, double to_factor, float* y) const {
-  const bool is_same = factor == to_factor;
-  if (!is_same) {
+  if (to_factor != factor) {
     const double change = factor == 0 ? 0 : to_factor / factor;
     for (size_t k = 0; k < size_t{kTile} * static_cast<size_t>(factor_.plan().n_columns()); ++k)
       y[k] = static_cast<float>(change * static_cast<double>(y[k]));

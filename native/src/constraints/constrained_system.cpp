@@ -238,14 +238,15 @@ void ConstrainedSystem::prepare_border(const MeterPart& meter) {
   border_ = factor_->border(columns, meter.part(kSparse));
   Eigen::MatrixXd S = border_->products();
   meter.add(kProducts);
-  const Eigen::MatrixXd of_moves = SparseMatrix(free_averages_.transpose()) * moves_;
+  const SparseMatrix rows = free_averages_.transpose();
+  const Eigen::MatrixXd of_moves = rows * moves_;
   S.topRightCorner(n_averages, n_released_) -= of_moves;
   S.bottomLeftCorner(n_released_, n_averages) -= of_moves.transpose();
   S.bottomRightCorner(n_released_, n_released_) -= SparseMatrix(moves_.transpose()) * move_forces_;
   // Least squares: averages that contradict each other meet in the middle.
   dense_.compute(S);
   meter.add(1 - kSparse - kProducts);
-  overlaps_.compute(SparseMatrix(free_averages_.transpose()) * free_averages_);
+  overlaps_.compute(rows * free_averages_);
 }
 
 Responses ConstrainedSystem::responses(const std::vector<int>& moved) const {
@@ -326,10 +327,12 @@ void ConstrainedSystem::correct(const Positions& residual, const Positions& gaps
 void ConstrainedSystem::correct_with_stiff(const Positions& gaps, Positions& multipliers, Positions& correction) const {
   const std::ptrdiff_t n_averages = std::ssize(averages_);
   Positions stiff_gaps = gaps.bottomRows(n_stiff());
-  Positions start = Positions::Zero(correction.rows(), 3);
-  // At the minimizer there is nothing to start with, so that its correction vanishes.
-  if (!gaps.topRows(n_averages).isZero(0))
+  Positions start;
+  // At the minimizer, and without averages, there is nothing to start with.
+  if (!gaps.topRows(n_averages).isZero(0)) {
+    start = Positions::Zero(correction.rows(), 3);
     multipliers.topRows(n_averages) += start_held(gaps, start, correction, stiff_gaps);
+  }
   Positions of_stiff = multipliers.bottomRows(n_stiff());
   Positions step;
   stiff_->solve(
@@ -342,7 +345,8 @@ void ConstrainedSystem::correct_with_stiff(const Positions& gaps, Positions& mul
     stiff_->rows().add_transposed(-of_stiff, correction, workers_);
     multipliers.topRows(n_averages) += forces_of_averages(correction);
   }
-  correction = start + step;
+  correction.swap(step);
+  if (start.rows() > 0) correction += start;
 }
 
 void ConstrainedSystem::correct_to(double accuracy, Positions& residual, const Positions& gaps) const {

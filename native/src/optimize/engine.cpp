@@ -46,12 +46,14 @@ void Engine::set_positions(Positions positions) {
   last_targets_.resize(0, 3);
 }
 
+void Engine::begin_search(const PreparedConstraints& constraints) {
+  auto steps = std::make_unique<LocalGlobal>(model_, constraints);
+  search_ = std::make_unique<NonlinearCg>(*steps);
+  steps_ = std::move(steps);
+}
+
 void Engine::make_room() {
-  if (constraints_ != nullptr) {
-    auto steps = std::make_unique<LocalGlobal>(model_, *constraints_);
-    search_ = std::make_unique<NonlinearCg>(*steps);
-    steps_ = std::move(steps);
-  }
+  if (constraints_ != nullptr) begin_search(*constraints_);
   predictor_ = {};
   kept_ = {};
   model_.drop_passes();
@@ -62,9 +64,7 @@ void Engine::set_constraints(const ModelConstraints& given, const Progress& prog
   if (model_.is_large()) make_room();
   auto constraints = std::make_unique<PreparedConstraints>(model_, given, progress);
   auto handle_rotations = std::make_unique<HandleRotations>(model_, *constraints);
-  auto steps = std::make_unique<LocalGlobal>(model_, *constraints);
-  search_ = std::make_unique<NonlinearCg>(*steps);
-  steps_ = std::move(steps);
+  begin_search(*constraints);
   handle_rotations_ = std::move(handle_rotations);
   constraints_ = std::move(constraints);
   last_targets_.resize(0, 3);

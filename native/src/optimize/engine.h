@@ -73,6 +73,7 @@ class Engine {
   std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Start& start);
   void learn(const Positions& targets, const Start& start);
   void move_to_rest();
+  void begin_search(const PreparedConstraints& constraints);
   /// Gives the memory of what the next solve makes again to a new factor: the old one stays, in case that the change of
   /// constraints fails. The next solve begins a new search.
   void make_room();

@@ -40,8 +40,8 @@ double bytes_to_bind(const PolygonMesh& mesh, Energy energy) {
   const double per_vertex = energy == Energy::kRotationNodes ? 1550 : 1200;  // a vertex is in more cells of nodes
   constexpr double kPerLooseVertex = 600;
   constexpr double kPerFurtherCorner = 300;  // of a face: it is joined with all others
+  constexpr double kPerFace = 400;           // if a vertex is in many
   const auto n_loose = static_cast<double>(mesh.loose_vertices().size());
-  constexpr double kPerFace = 400;  // if they are many
   const double n_further_corners = mesh.n_corners() - 3.0 * mesh.n_faces();
   return std::max(per_vertex * (mesh.n_vertices() - n_loose), kPerFace * mesh.n_faces()) + kPerLooseVertex * n_loose +
          kPerFurtherCorner * n_further_corners;
