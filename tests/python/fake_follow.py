@@ -42,6 +42,7 @@ class FakeBind:
         if self.error is not None:
             raise self.error
         self.scene.is_fit = True
+        self.scene.is_other = True
 
 
 @dataclass
@@ -71,13 +72,14 @@ class FakeFollowScene:
         return self.binds[-1]
 
     is_shown: bool = False  # the session has the pose that the key shows
+    is_other: bool = False  # it was bound since the last update
 
     def go_on_from_shown(self) -> bool:
         self.calls.append("go on")
         return not self.is_shown
 
     def is_rebound(self) -> bool:
-        return False
+        return self.is_other
 
     def matrices(self) -> np.ndarray:
         matrix = np.eye(4)
@@ -96,6 +98,7 @@ class FakeFollowScene:
         if self.error is not None:
             raise self.error
         self.calls.append(call)
+        self.is_other = False
         self.needed_updates -= 1
         return readout("max_iterations" if self.needed_updates > 0 else "converged")
 

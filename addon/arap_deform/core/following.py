@@ -116,7 +116,6 @@ class Follower:
         elif not self._bind.step(time_limit_s):
             bind, self._bind = self._bind, None
             bind.adopt()
-            self._matrices = None
         return False
 
     def is_ready(self) -> bool:

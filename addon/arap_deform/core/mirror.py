@@ -62,7 +62,7 @@ def used_mirrors(mirrors: Sequence[Mirror], rest: NDArray[np.floating], stretch:
     used = []
     for mirror in mirrors:
         sides = mirror.sides(rest)
-        is_half = len(np.unique(sides)) == 2 and bool((sides == 0.0).any())
+        is_half = (sides < 0.0).any() != (sides > 0.0).any() and (sides == 0.0).any()
         seen = stretch @ mirror.matrix[:3, :3] @ np.linalg.inv(stretch)
         if is_half and np.abs(seen @ seen.T - np.eye(3)).max() <= 1e-4:
             used.append(mirror)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import native
-from ..core.arrays import Floats
+from ..core.arrays import Float32s, Floats
 from ..core.mirror import Copy, completed
 from ..core.patches import Point, Surface, held_by_themselves, points_of, without
 from ..core.targets import HandleSpec, Patch
@@ -45,15 +45,20 @@ class HeldMesh:
         self.surface = Surface.of(seen, self.mesh.corner_vertices, self.mesh.face_sizes, self._settings.rigidity_radius)
 
     @cached_property
+    def _rest_and_shown(self) -> tuple[Float32s, Float32s]:
+        """(n, 3) each, of its own vertices."""
+        rest = meshes.read_rest(self._obj)
+        return rest, handle_motion.shown_positions(self._obj, rest)
+
+    @property
     def is_at_rest(self) -> bool:
         """Whether the mesh is shown at rest."""
-        rest = meshes.read_rest(self._obj)
-        return np.array_equal(handle_motion.shown_positions(self._obj, rest), rest)
+        return np.array_equal(*self._rest_and_shown)
 
     @cached_property
     def shown(self) -> Floats:
         """(m, 3) the whole as it is shown."""
-        return self.completed(handle_motion.shown_positions(self._obj, meshes.read_rest(self._obj)))
+        return self.completed(self._rest_and_shown[1])
 
     def specs_of(self, entries: Sequence[Entry]) -> list[HandleSpec]:
         """Of entries whose groups are there."""
