@@ -29,7 +29,7 @@ class SurfaceArap {
  public:
   /// Optional per-vertex properties, fixed at bind. Empty vectors: not used.
   struct VertexProperties {
-    std::vector<double> stiffness;   ///< (n,) > 0, scales the whole cell of a vertex; 1 is normal
+    std::vector<double> stiffness;   ///< (n,) 1e-12 to 1e12, scales the whole cell of a vertex; 1 is normal
     std::vector<int> rigid_regions;  ///< (n,) region of each vertex, < 0 = none; a region moves as one rigid body
   };
 

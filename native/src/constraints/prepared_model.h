@@ -51,9 +51,8 @@ struct PreparedModel {
   /// valid until the others are asked for: these then take their memory.
   [[nodiscard]] CellPasses& passes(Precision precision) const;
 
-  /// Whether memory decides what stays: for 4 million incidences the passes take 140 MB in single precision, 240 MB in
-  /// double.
-  [[nodiscard]] bool is_large() const { return energy.cell_vertices.size() > 4'000'000; }
+  /// Whether memory decides what stays.
+  [[nodiscard]] bool is_large() const { return energy.cells.n_incidences() > 4'000'000; }
   /// Whoever needs passes asks for them again.
   void drop_passes() const;
 

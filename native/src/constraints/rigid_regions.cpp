@@ -33,21 +33,28 @@ RigidRegions::RigidRegions(const std::vector<int>& region_of_vertex, const CellE
       unknown_of_vertex_[v] = members.front();
       is_member_[v] = 1;
     }
-    regions_.push_back(
-        {.members = std::move(members), .border = {}, .cells = {}, .border_cells = {}, .anchors = {}, .pulls = {}});
+    regions_.push_back({.members = std::move(members),
+                        .border = {},
+                        .cells = {},
+                        .vertices_outside = {},
+                        .cells_outside = {},
+                        .anchors = {},
+                        .pulls = {}});
   }
 }
 
 void RigidRegions::read_cells() {
-  find_cells();
   if (empty()) return;
-  for (Region& region : regions_) find_border(region);
-  for (int c = 0; c < energy_->n_cells(); ++c) {
-    const auto begin = energy_->cell_vertices.begin();
-    if (std::any_of(begin + energy_->cell_offsets[c], begin + energy_->cell_offsets[c + 1],
-                    [&](int v) { return has_member(v); }))
-      cells_with_members_.push_back(c);
+  find_cells();
+  std::vector<char> has_members(energy_->n_cells(), 0);
+  for (Region& region : regions_) {
+    find_border(region);
+    find_outside(region);
+    for (const int c : region.cells) has_members[c] = 1;
+    for (const Outside& cell : region.cells_outside) has_members[cell.index] = 1;
   }
+  for (int c = 0; c < energy_->n_cells(); ++c)
+    if (has_members[c] != 0) cells_with_members_.push_back(c);
 }
 
 void RigidRegions::renumber(const std::vector<int>& new_of_old) {
@@ -64,19 +71,12 @@ void RigidRegions::renumber(const std::vector<int>& new_of_old) {
 }
 
 void RigidRegions::find_cells() {
-  if (empty()) return;
   std::vector<int> region_of_unknown(unknown_of_vertex_.size(), -1);
   for (size_t r = 0; r < regions_.size(); ++r) region_of_unknown[regions_[r].members.front()] = static_cast<int>(r);
   for (int c = 0; c < energy_->n_cells(); ++c) {
-    const int home = energy_->home(c);
+    const int home = energy_->cells.home(c);
     const int r = home < 0 ? -1 : region_of_unknown[unknown_of_vertex_[home]];
-    if (r < 0) continue;
-    Region& region = regions_[r];
-    region.cells.push_back(c);
-    const auto begin = energy_->cell_vertices.begin();
-    if (!std::all_of(begin + energy_->cell_offsets[c], begin + energy_->cell_offsets[c + 1],
-                     [&](int v) { return is_member(v, region); }))
-      region.border_cells.push_back(c);
+    if (r >= 0) regions_[r].cells.push_back(c);
   }
 }
 
@@ -85,11 +85,29 @@ void RigidRegions::find_border(Region& region) const {
     bool reaches_out = false;
     for (SparseMatrix::InnerIterator it(energy_->K, v); it && !reaches_out; ++it)
       reaches_out = !is_member(static_cast<int>(it.row()), region);
-    const int begin = energy_->vertex_offsets[v];
-    const int end = energy_->vertex_offsets[v + 1];
-    for (int k = begin; k < end && !reaches_out; ++k) reaches_out = !has_cell(energy_->vertex_cells[k], region);
     if (reaches_out) region.border.push_back(v);
   }
+}
+
+void RigidRegions::find_outside(Region& region) const {
+  std::map<int, Outside> vertices;
+  std::map<int, Outside> cells;
+  const auto at = [](std::map<int, Outside>& all, int index) -> Outside& {
+    return all.try_emplace(index, Outside{index, Vector3::Zero(), Matrix3::Zero()}).first->second;
+  };
+  for (const int c : region.cells)
+    energy_->cells.for_each_vertex(c, [&](int v, const Vector3& q) {
+      if (!is_member(v, region)) at(vertices, v).q += q;
+    });
+  for (const int v : region.members)
+    energy_->cells.for_each_cell(v, [&](int c, const Vector3& q) {
+      if (has_cell(c, region)) return;
+      Outside& cell = at(cells, c);
+      cell.q += q;
+      cell.moment += q * rest(v).transpose();
+    });
+  for (const auto& [v, outside] : vertices) region.vertices_outside.push_back(outside);
+  for (const auto& [c, outside] : cells) region.cells_outside.push_back(outside);
 }
 
 SparseMatrix RigidRegions::reduce(const SparseMatrix& K) const {
@@ -227,9 +245,7 @@ void RigidRegions::choose_center(Region& region, const Eigen::VectorXd& soft_dia
     kappa += pull.weight * pull.share * pull.share;
     moment += pull.weight * pull.share * pull.moment;
   }
-  for (const int c : region.border_cells)
-    for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k)
-      if (!is_member(energy_->cell_vertices[k], region)) moment += energy_->q.row(k).transpose();
+  for (const Outside& vertex : region.vertices_outside) moment += vertex.q;
   if (!region.anchors.empty()) {
     region.center.setZero();
     for (const Anchor& anchor : region.anchors)
@@ -318,20 +334,12 @@ Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placeme
     Vector3 pull = Vector3::Zero();
     for (SparseMatrix::InnerIterator it(energy_->K, v); it; ++it)
       if (!is_member(static_cast<int>(it.row()), region)) pull += it.value() * positions.row(it.row()).transpose();
-    const int begin = energy_->vertex_offsets[v];
-    const int end = energy_->vertex_offsets[v + 1];
-    for (int k = begin; k < end; ++k) {
-      const int cell = energy_->vertex_cells[k];
-      if (!has_cell(cell, region))
-        pull -= passes.rotation(cell) * energy_->q.row(energy_->vertex_incidences[k]).transpose();
-    }
     L += pull * (rest(v) - region.center).transpose();
   }
-  for (const int c : region.border_cells)
-    for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k) {
-      const int v = energy_->cell_vertices[k];
-      if (!is_member(v, region)) L -= positions.row(v).transpose() * energy_->q.row(k);
-    }
+  for (const Outside& cell : region.cells_outside)
+    L -= passes.rotation(cell.index).toRotationMatrix() * (cell.moment - cell.q * region.center.transpose());
+  for (const Outside& vertex : region.vertices_outside)
+    L -= positions.row(vertex.index).transpose() * vertex.q.transpose();
   return L;
 }
 
@@ -372,11 +380,7 @@ Vector3 RigidRegions::pull_along(int region, const Eigen::Ref<const Eigen::Vecto
   for (const Pull& by : pulled.pulls)
     for (size_t k = 0; k < by.elsewhere.indices.size(); ++k)
       pull -= by.weight * by.elsewhere.coefficients[k] * response[by.elsewhere.indices[k]] * by.arm(pulled.center);
-  for (const int c : pulled.border_cells)
-    for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k) {
-      const int v = energy_->cell_vertices[k];
-      if (!is_member(v, pulled)) pull += response[v] * energy_->q.row(k).transpose();
-    }
+  for (const Outside& vertex : pulled.vertices_outside) pull += response[vertex.index] * vertex.q;
   return pull;
 }
 
@@ -400,9 +404,11 @@ Positions RigidRegions::turn_cells(const Positions& positions, Rotations& rotati
   const RegionTargets places{positions, Positions(0, 3), Positions(0, 3)};
   for (const Region& region : regions_) {
     Matrix3 Q = Matrix3::Zero();
-    for (const int c : region.cells)
-      for (int k = energy_->cell_offsets[c]; k < energy_->cell_offsets[c + 1]; ++k)
-        Q += positions.row(energy_->cell_vertices[k]).transpose() * energy_->q.row(k);
+    for (const int c : region.cells) {
+      const Eigen::RowVector3d home = positions.row(energy_->cells.home(c));
+      energy_->cells.for_each_vertex(
+          c, [&](int v, const Vector3& q) { Q += (positions.row(v) - home).transpose() * q.transpose(); });
+    }
     // Held at all of its vertices.
     Region held;
     for (const int v : region.members) {

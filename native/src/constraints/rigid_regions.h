@@ -149,12 +149,20 @@ class RigidRegions {
     [[nodiscard]] Vector3 arm(const Vector3& center) const { return moment - share * center; }
   };
 
+  /// What joins the region with a vertex or a cell outside.
+  struct Outside {
+    int index;
+    Vector3 q;       ///< sum of the rest vectors
+    Matrix3 moment;  ///< of a cell: sum of q p_j^T over its members
+  };
+
   struct Region {
-    std::vector<int> members;       ///< vertices, the first is the unknown
-    std::vector<int> border;        ///< members with neighbours, or in cells, outside
-    std::vector<int> cells;         ///< whose home is a member
-    std::vector<int> border_cells;  ///< of them, those with vertices outside
-    std::vector<Anchor> anchors;    ///< hard members
+    std::vector<int> members;               ///< vertices, the first is the unknown
+    std::vector<int> border;                ///< members with neighbours outside
+    std::vector<int> cells;                 ///< whose home is a member
+    std::vector<Outside> vertices_outside;  ///< that its cells have
+    std::vector<Outside> cells_outside;     ///< that have members
+    std::vector<Anchor> anchors;            ///< hard members
     std::vector<Pull> pulls;
     int anchor_rank = 0;  ///< 0 a point, 1 a line, 2 at least a plane
     Vector3 anchor_axis = Vector3::Zero();
@@ -166,11 +174,12 @@ class RigidRegions {
     return unknown_of_vertex_[v] == region.members.front();
   }
   [[nodiscard]] bool has_cell(int c, const Region& region) const {
-    const int home = energy_->home(c);
+    const int home = energy_->cells.home(c);
     return home >= 0 && is_member(home, region);
   }
   void find_cells();
   void find_border(Region& region) const;
+  void find_outside(Region& region) const;
   void choose_center(Region& region, const Eigen::VectorXd& soft_diagonal) const;
   void find_pulls(Region& region, const LinearRows& rows) const;
   static void find_anchor_rank(Region& region);

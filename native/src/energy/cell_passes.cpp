@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "base/aligned_buffer.h"
-#include "energy/cell_stream.h"
+#include "energy/sliced_rows.h"
 #include "kernels/kernels.h"
 #include "parallel/parallel.h"
 
@@ -38,6 +38,30 @@ const CellKernels<Real>& cell_kernels(Isa isa) {
     return kernels(isa).double_cell;
 }
 
+/// -K_jk of each vertex j, k other than j.
+template <class Real>
+SlicedNumbers<Real> sliced_off_diagonals(const SparseMatrix& K, const Workers& workers) {
+  // Whole slices: no two threads write to one.
+  constexpr int kRowRange = 64 * kSliceWidth;
+  const auto n = static_cast<int>(K.cols());
+  const auto for_each_other = [&](int v, const auto& f) {
+    for (SparseMatrix::InnerIterator it(K, v); it; ++it)
+      if (it.row() != v) f(static_cast<int>(it.row()), it.value());
+  };
+  std::vector<int> sizes(n);
+  parallel_for<kRowRange>(workers, n, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) for_each_other(v, [&](int, double) { ++sizes[v]; });
+  });
+  SlicedNumbers<Real> rows(sizes, workers.threads());
+  parallel_for<kRowRange>(workers, n, [&](int begin, int end) {
+    for (int v = begin; v < end; ++v) {
+      int e = 0;
+      for_each_other(v, [&](int k, double value) { rows.set(v, e++, k, static_cast<Real>(-value)); });
+    }
+  });
+  return rows;
+}
+
 template <class Real>
 class CellPassesOf final : public CellPasses {
  public:
@@ -46,8 +70,9 @@ class CellPassesOf final : public CellPasses {
         n_cells_(energy.n_cells()),
         workers_(workers),
         kernels_(cell_kernels<Real>(isa)),
-        stream_(energy, workers.threads()),
-        cell_range_(slice_range(stream_.cells.n_slices(), stream_.cells.n_groups())),
+        cells_(energy.cells),
+        off_diagonals_(sliced_off_diagonals<Real>(energy.K, workers)),
+        cell_range_(slice_range(cells_.by_cell().layout().n_slices(), cells_.by_cell().layout().n_groups())),
         coordinates_(4 * whole_slices(n_vertices_)),
         rotations_(4 * whole_slices(n_cells_)) {
     std::fill_n(coordinates_.data(), coordinates_.size(), Coordinate<Real>{0});
@@ -108,16 +133,15 @@ class CellPassesOf final : public CellPasses {
   double fit_rotations() override {
     alignments_.resize(n_ranges());
     workers_.run(n_ranges(), [&](int range) {
-      alignments_[range] = kernels_.fit_rotations(stream_.cells.view(), stream_.references.data(), view(),
-                                                  rotations_.data(), range_begin(range), range_begin(range + 1));
+      alignments_[range] = kernels_.fit_rotations(cells_.by_cell().view(), cells_.homes(), view(), rotations_.data(),
+                                                  range_begin(range), range_begin(range + 1));
     });
     return std::accumulate(alignments_.begin(), alignments_.end(), 0.0);
   }
 
   [[nodiscard]] double alignment() const override {
     return parallel_sum(
-        workers_, stream_.cells.n_slices(), [&](int begin, int end) { return find_alignment(begin, end); },
-        cell_range_);
+        workers_, n_cell_slices(), [&](int begin, int end) { return find_alignment(begin, end); }, cell_range_);
   }
 
   [[nodiscard]] double alignment_after(const std::vector<int>& cells) override {
@@ -134,8 +158,8 @@ class CellPassesOf final : public CellPasses {
 
   double find_residual(Positions& residual) const override {
     residual.resize(n_vertices_, 3);
-    return parallel_sum<kSliceRange>(workers_, stream_.incidences.n_slices(), [&](int begin, int end) {
-      return kernels_.residual(stream_.incidences.view(), stream_.off_diagonals.view(), view(), rotations_.data(),
+    return parallel_sum<kSliceRange>(workers_, cells_.by_vertex().layout().n_slices(), [&](int begin, int end) {
+      return kernels_.residual(cells_.by_vertex().view(), off_diagonals_.view(), view(), rotations_.data(),
                                residual.data(), n_vertices_, begin, end);
     });
   }
@@ -177,12 +201,13 @@ class CellPassesOf final : public CellPasses {
       return {coordinates_.data(), 1};
   }
 
-  [[nodiscard]] int n_ranges() const { return (stream_.cells.n_slices() + cell_range_ - 1) / cell_range_; }
+  [[nodiscard]] int n_cell_slices() const { return cells_.by_cell().layout().n_slices(); }
+  [[nodiscard]] int n_ranges() const { return (n_cell_slices() + cell_range_ - 1) / cell_range_; }
   /// The first slice of a range of cells.
-  [[nodiscard]] int range_begin(int range) const { return std::min(range * cell_range_, stream_.cells.n_slices()); }
+  [[nodiscard]] int range_begin(int range) const { return std::min(range * cell_range_, n_cell_slices()); }
 
   [[nodiscard]] double find_alignment(int begin, int end) const {
-    return kernels_.alignment(stream_.cells.view(), stream_.references.data(), view(), rotations_.data(), begin, end);
+    return kernels_.alignment(cells_.by_cell().view(), cells_.homes(), view(), rotations_.data(), begin, end);
   }
 
   void store_rotation(size_t c, const Eigen::Quaterniond& rotation) {
@@ -193,7 +218,8 @@ class CellPassesOf final : public CellPasses {
   int n_cells_;
   Workers workers_;
   const CellKernels<Real>& kernels_;
-  CellStream<Real> stream_;
+  const Cells& cells_;
+  SlicedNumbers<Real> off_diagonals_;  ///< row: vertex j, index: vertex k other than j, value: -K_jk
   int cell_range_;
   AlignedBuffer<Coordinate<Real>> coordinates_;  ///< (n, 4)
   double range_ = 1;                             ///< of fixed point

@@ -60,6 +60,7 @@ class CellPasses {
   [[nodiscard]] virtual double rest_energy() const = 0;
 };
 
+/// @param energy   must outlive the passes
 /// @param rest     (n, 3)
 /// @param workers  results do not depend on how many they are
 [[nodiscard]] std::unique_ptr<CellPasses> make_cell_passes(const CellEnergy& energy, const Positions& rest,

@@ -39,6 +39,24 @@ std::ptrdiff_t lanes_of(int group, int n_components) {
   return static_cast<std::ptrdiff_t>(group) * n_components * kSliceWidth;
 }
 
+/// Component j of the rest vectors in the lanes of a group from `part` on.
+template <class Real>
+[[gnu::always_inline]] inline Lanes<Real> rest_component(const SplitView& rows, int group, int j, int part) {
+  constexpr int kCount = kLaneCount<Real>;
+  const std::ptrdiff_t at = lanes_of(group, 3) + static_cast<std::ptrdiff_t>(j) * kSliceWidth + part;
+  if constexpr (sizeof(Real) == sizeof(float)) {
+    return load<float, kCount>(rows.high + at);
+  } else {
+    using Integers = Vector<int, kCount>;
+    constexpr int kExponent = 0x7f800000;
+    const Vector<float, kCount> high = load<float, kCount>(rows.high + at);
+    const auto power = __builtin_bit_cast(Vector<float, kCount>, __builtin_bit_cast(Integers, high) & kExponent);
+    const Integers low = __builtin_convertvector(load<short, kCount>(rows.low + at), Integers);  // NOLINT: as above
+    const auto rest = __builtin_convertvector(low, Lanes<double>) * __builtin_convertvector(power, Lanes<double>);
+    return __builtin_convertvector(high, Lanes<double>) + broadcast<double>(0x1p-39) * rest;
+  }
+}
+
 /// Stored coordinates: vectors of Real hold their bits.
 template <class Real>
 using StoredRows = Four<Real>;
@@ -234,8 +252,7 @@ template <class Real>
 
 /// The contribution of groups [begin, end) of a slice to Q_c, for the cells in the lanes from `part` on.
 template <class Real>
-[[gnu::always_inline]] inline Matrix<Real> partial_covariances(const SlicedView<Real>& cells,
-                                                               const StoredRows<Real>& own,
+[[gnu::always_inline]] inline Matrix<Real> partial_covariances(const SplitView& cells, const StoredRows<Real>& own,
                                                                const Coordinate<Real>* rows, int part, int begin,
                                                                int end) {
   Matrix<Real> Q{};
@@ -244,9 +261,8 @@ template <class Real>
     const Three<Real> e = differences<Real>(stored_rows<Real>(
                                                 rows, [&](int k) __attribute__((always_inline)) { return index[k]; }),
                                             own);
-    const Real* q = cells.values + lanes_of(group, 3) + part;
     for (int j = 0; j < 3; ++j) {
-      const Lanes<Real> qj = load<Real, kLaneCount<Real>>(q + j * kSliceWidth);
+      const Lanes<Real> qj = rest_component<Real>(cells, group, j, part);
       for (int i = 0; i < 3; ++i) Q[i][j] += e[i] * qj;
     }
   }
@@ -255,11 +271,11 @@ template <class Real>
 
 /// Q_c of the cells in the lanes from `part` on of a slice. Sums large cells in chunks with Kahan's compensation.
 template <class Real>
-[[gnu::always_inline]] inline Matrix<Real> covariances(const SlicedView<Real>& cells, const int* references,
+[[gnu::always_inline]] inline Matrix<Real> covariances(const SplitView& cells, const int* homes,
                                                        const PositionsView<Real>& positions, int slice, int part) {
-  const int* reference = references + (static_cast<std::ptrdiff_t>(slice) * kSliceWidth + part);
+  const int* home = homes + (static_cast<std::ptrdiff_t>(slice) * kSliceWidth + part);
   const StoredRows<Real> own = stored_rows<Real>(
-      positions.rows, [&](int k) __attribute__((always_inline)) { return reference[k]; });
+      positions.rows, [&](int k) __attribute__((always_inline)) { return home[k]; });
   constexpr int kChunk = 64;
   const int end = cells.offsets[slice + 1];
   int begin = cells.offsets[slice];
@@ -291,12 +307,12 @@ template <class Real>
 }
 
 template <class Real>
-double fit_rotations(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
-                     Real* rotations, int begin, int end) {
+double fit_rotations(const SplitView& cells, const int* homes, const PositionsView<Real>& positions, Real* rotations,
+                     int begin, int end) {
   LaneSum<Real> sum;
   for (int slice = begin; slice < end; ++slice)
     for (int part = 0; part < kSliceWidth; part += kLaneCount<Real>) {
-      const Matrix<Real> Q = covariances<Real>(cells, references, positions, slice, part);
+      const Matrix<Real> Q = covariances<Real>(cells, homes, positions, slice, part);
       Real* out = rotations + 4 * static_cast<std::ptrdiff_t>(slice * kSliceWidth + part);
       const Quaternion<Real> q = fitted<Real>(Q, load_rotations<Real>(out));
       for_each_row<Real>(
@@ -308,12 +324,12 @@ double fit_rotations(const SlicedView<Real>& cells, const int* references, const
 }
 
 template <class Real>
-double find_alignment(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
+double find_alignment(const SplitView& cells, const int* homes, const PositionsView<Real>& positions,
                       const Real* rotations, int begin, int end) {
   LaneSum<Real> sum;
   for (int slice = begin; slice < end; ++slice)
     for (int part = 0; part < kSliceWidth; part += kLaneCount<Real>) {
-      const Matrix<Real> Q = covariances<Real>(cells, references, positions, slice, part);
+      const Matrix<Real> Q = covariances<Real>(cells, homes, positions, slice, part);
       const Quaternion<Real> q =
           load_rotations<Real>(rotations + 4 * static_cast<std::ptrdiff_t>(slice * kSliceWidth + part));
       sum.add(aligned<Real>(q, Q));
@@ -352,7 +368,7 @@ template <class Real>
 }
 
 template <class Real>
-double find_residual(const SlicedView<Real>& incidences, const SlicedView<Real>& off_diagonals,
+double find_residual(const SplitView& incidences, const SlicedView<Real>& off_diagonals,
                      const PositionsView<Real>& positions, const Real* rotations, double* residual, int n_vertices,
                      int begin, int end) {
   constexpr int kCount = kLaneCount<Real>;
@@ -368,9 +384,10 @@ double find_residual(const SlicedView<Real>& incidences, const SlicedView<Real>&
         const Quaternion<Real> R = components<Real>([&](int k) __attribute__((always_inline)) {
           return load<Real, 4>(rotations + 4 * static_cast<std::ptrdiff_t>(index[k]));
         });
-        const Real* q = incidences.values + lanes_of(group, 3) + part;
         add_rotated<Real>(
-            R, {{load<Real, kCount>(q), load<Real, kCount>(q + kSliceWidth), load<Real, kCount>(q + 2 * kSliceWidth)}},
+            R,
+            {{rest_component<Real>(incidences, group, 0, part), rest_component<Real>(incidences, group, 1, part),
+              rest_component<Real>(incidences, group, 2, part)}},
             sum);
       }
       const StoredRows<Real> own = stored_rows<Real>(

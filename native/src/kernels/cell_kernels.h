@@ -14,7 +14,15 @@ template <class Real>
 struct SlicedView {
   const int* offsets;  ///< (n_slices + 1,)
   const int* indices;  ///< (n_groups, 16)
-  const Real* values;  ///< (n_groups, n_components, 16)
+  const Real* values;  ///< (n_groups, 16)
+};
+
+/// The same with vectors as values: single precision reads the high part, double adds the low one, see SplitVector.
+struct SplitView {
+  const int* offsets;  ///< (n_slices + 1,)
+  const int* indices;  ///< (n_groups, 16)
+  const float* high;   ///< (n_groups, 3, 16)
+  const short* low;    ///< (n_groups, 3, 16)  NOLINT(google-runtime-int): no <cstdint>
 };
 
 /// Type of stored coordinates. Differences of floats would leave three digits to an edge of a dense mesh, so the single
@@ -49,22 +57,22 @@ struct CellKernels {
 
   /// Local step of the cells in slices [begin, end): sets each rotation to the maximizer of <R_c, Q_c(p')>, starting
   /// from its present value. Returns the sum of <R_c, Q_c>.
-  /// @param cells       row: cell, index: vertex, 3 components: q_cj; without the cell's reference vertex
-  /// @param references  reference vertex of each row
+  /// @param cells       row: cell, index: vertex, values: q_cj; without the cell's home
+  /// @param homes       of each row
   /// @param rotations   (n_cells, 4), unit quaternions, (x, y, z, w)
-  double (*fit_rotations)(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
+  double (*fit_rotations)(const SplitView& cells, const int* homes, const PositionsView<Real>& positions,
                           Real* rotations, int begin, int end);
 
   /// The sum of <R_c, Q_c> for given rotations.
-  double (*alignment)(const SlicedView<Real>& cells, const int* references, const PositionsView<Real>& positions,
+  double (*alignment)(const SplitView& cells, const int* homes, const PositionsView<Real>& positions,
                       const Real* rotations, int begin, int end);
 
   /// Sets residual = b - K p' of the vertices in slices [begin, end), b_j = sum_c R_c q_cj. Returns their share of
   /// 1/2 <p', K p'>.
-  /// @param incidences    row: vertex, index: cell, 3 components: q_cj
-  /// @param off_diagonals row: vertex j, index: vertex k other than j, 1 component: -K_jk
+  /// @param incidences    row: vertex, index: cell, values: q_cj
+  /// @param off_diagonals row: vertex j, index: vertex k other than j, value: -K_jk
   /// @param residual      (n_vertices, 3)
-  double (*residual)(const SlicedView<Real>& incidences, const SlicedView<Real>& off_diagonals,
+  double (*residual)(const SplitView& incidences, const SlicedView<Real>& off_diagonals,
                      const PositionsView<Real>& positions, const Real* rotations, double* residual, int n_vertices,
                      int begin, int end);
 };

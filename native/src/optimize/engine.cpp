@@ -46,15 +46,20 @@ void Engine::set_positions(Positions positions) {
   last_targets_.resize(0, 3);
 }
 
-void Engine::begin_search(const PreparedConstraints& constraints) {
-  auto steps = std::make_unique<LocalGlobal>(model_, constraints);
-  search_ = std::make_unique<NonlinearCg>(*steps);
-  steps_ = std::move(steps);
+void Engine::end_search() {
+  search_ = nullptr;
+  steps_ = nullptr;
+}
+
+void Engine::require_search() {
+  if (search_ != nullptr) return;
+  steps_ = std::make_unique<LocalGlobal>(model_, *constraints_);
+  search_ = std::make_unique<NonlinearCg>(*steps_);
 }
 
 void Engine::make_room() {
-  if (constraints_ != nullptr) begin_search(*constraints_);
-  predictor_ = {};
+  end_search();
+  predictor_.forget();
   kept_ = {};
   model_.drop_passes();
   return_freed_memory();  // of a change that failed, too
@@ -64,7 +69,7 @@ void Engine::set_constraints(const ModelConstraints& given, const Progress& prog
   if (model_.is_large()) make_room();
   auto constraints = std::make_unique<PreparedConstraints>(model_, given, progress);
   auto handle_rotations = std::make_unique<HandleRotations>(model_, *constraints);
-  begin_search(*constraints);
+  end_search();
   handle_rotations_ = std::move(handle_rotations);
   constraints_ = std::move(constraints);
   last_targets_.resize(0, 3);
@@ -160,6 +165,7 @@ void Engine::learn(const Positions& targets, const Start& start) {
 IterationReport Engine::solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,
                               const Progress& progress, const HandOver& hand_over) {
   TimeBudget time(options.time_limit_s);
+  require_search();
   const Start start = plan(targets, options, rotations);
   steps_->set_targets(targets, first_precision(targets, options, start.goes_on_there));
   keep_pose();

@@ -73,9 +73,11 @@ class Engine {
   std::optional<double> apply_guess(const Positions& targets, InitialGuess guess, const Start& start);
   void learn(const Positions& targets, const Start& start);
   void move_to_rest();
-  void begin_search(const PreparedConstraints& constraints);
+  void end_search();
+  /// Begins a new search unless there is one.
+  void require_search();
   /// Gives the memory of what the next solve makes again to a new factor: the old one stays, in case that the change of
-  /// constraints fails. The next solve begins a new search.
+  /// constraints fails.
   void make_room();
   /// What a failing solve goes back to.
   void keep_pose();
@@ -84,8 +86,8 @@ class Engine {
   const PreparedModel& model_;
   std::unique_ptr<PreparedConstraints> constraints_;
   std::unique_ptr<HandleRotations> handle_rotations_;
-  std::unique_ptr<LocalGlobal> steps_;   ///< over constraints_
-  std::unique_ptr<NonlinearCg> search_;  ///< over steps_
+  std::unique_ptr<LocalGlobal> steps_;   ///< over constraints_; made by a solve
+  std::unique_ptr<NonlinearCg> search_;  ///< over steps_; made with it
   Pose pose_;
   Pose kept_;               ///< lives on between solves, so that its memory is there
   Positions last_targets_;  ///< of the pose; empty if it comes from somewhere else

@@ -29,6 +29,16 @@ std::vector<Eigen::RowVector3d> mean_rotations(const PreparedModel& model, const
   return sums;
 }
 
+/// What the rotations of held rows lack, by a field of rotations at the unknowns: with regions, members have theirs.
+auto gaps_of_held(const PreparedConstraints& constraints, const Positions& targets, const Positions& field,
+                  const Workers& workers) {
+  const Positions of_held = constraints.held_targets(targets);
+  if (constraints.regions.empty()) return constraints.held_gaps(of_held, field, workers);
+  Positions of_members = field;
+  constraints.regions.expand(of_members);
+  return constraints.held_gaps(of_held, of_members, workers);
+}
+
 }  // namespace
 
 void guess_naive_laplacian(const PreparedModel& model, PreparedConstraints& constraints, const Positions& targets,
@@ -82,21 +92,17 @@ double spread_rotations(const PreparedModel& model, const PreparedConstraints& c
   const Positions of_anchors = constraints.anchor_targets(rotations);
   for (size_t k = 0; k < constraints.anchor_points.size(); ++k)
     field.row(regions.unknown(constraints.anchor_points[k].region)) = of_anchors.row(static_cast<Eigen::Index>(k));
-  Positions of_rows = Positions::Zero(field.rows(), 3);
+  Positions residual;
+  system.multiply(field, residual);
+  residual = -residual;
   const PreparedConstraints::Rows& rows = constraints.soft_rows;
-  rows.matrix.add_transposed(rows.rows.weight_vector().asDiagonal() * targets(rows.target_rows, all), of_rows,
+  rows.matrix.add_transposed(rows.rows.weight_vector().asDiagonal() * targets(rows.target_rows, all), residual,
                              model.workers);
-  regions.reduce(of_rows);
-  Positions pull;
-  system.multiply(field, pull);
-  Positions residual = of_rows - pull;
+  regions.reduce(residual);
   for (const int v : constraints.soft_vertices)
     residual.row(regions.unknown_of(v)) += constraints.soft_diagonal[v] * of_vertex.row(v);
-  // Of the field at the unknowns: with regions, members have that of theirs.
-  Positions of_members = field;
-  regions.expand(of_members);
-  system.correct_to(kRotationAccuracy, residual,
-                    constraints.held_gaps(constraints.held_targets(targets), of_members, model.workers));
+  of_vertex.resize(0, 3);
+  system.correct_to(kRotationAccuracy, residual, gaps_of_held(constraints, targets, field, model.workers));
   const double range = longest_row(residual, model.workers);
   field += residual;
 
@@ -107,7 +113,7 @@ double spread_rotations(const PreparedModel& model, const PreparedConstraints& c
   };
   parallel_for(model.workers, model.energy.n_cells(), [&](int begin, int end) {
     for (int c = begin; c < end; ++c)
-      if (const int home = model.energy.home(c); home >= 0)
+      if (const int home = model.energy.cells.home(c); home >= 0)
         pose.rotations[c] = rotation_at(regions.unknown_of(home)) * pose.rotations[c];
   });
   for (int r = 0; r < regions.size(); ++r) {

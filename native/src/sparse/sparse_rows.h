@@ -14,10 +14,11 @@
 namespace arap {
 
 /// Sparse rows that are computed in parallel, in shares of consecutive rows.
-template <class Value>
+/// @tparam Stored  how values are kept
+template <class Value, class Stored = Value>
 class SparseRows {
  public:
-  using Entry = typename RowAccumulator<Value>::Entry;
+  using Entry = std::pair<int, Stored>;
 
   /// @param make_fill  make_fill() is called once for each share and returns a function fill(row, RowAccumulator&),
   ///     which is called for each row of the share; entries keep the order of the accumulator
@@ -62,12 +63,12 @@ class SparseRows {
   static constexpr size_t kLargestBlock = (size_t{33} << 20U) / sizeof(Entry);
   static constexpr int kReported = 4096;
 
-  static void append(const std::vector<Entry>& row, Piece& piece) {
+  static void append(const std::vector<typename RowAccumulator<Value>::Entry>& row, Piece& piece) {
     if (piece.empty() || piece.back().size() + row.size() > piece.back().capacity()) {
       const size_t size = piece.empty() ? kFirstBlock : std::min(2 * piece.back().capacity(), kLargestBlock);
       piece.emplace_back().reserve(std::max(size, row.size()));
     }
-    piece.back().insert(piece.back().end(), row.begin(), row.end());
+    for (const auto& [column, value] : row) piece.back().emplace_back(column, Stored(value));
   }
 
   /// leave(share, block) when all rows of a block have been visited.

@@ -495,17 +495,9 @@ TEST(RigidRegion, LabelsOfAnotherLengthAreRefusedWithBothLengths) {
 
 /// Cell order[k] becomes cell k.
 void renumber_cells(arap::CellEnergy& energy, const std::vector<int>& order) {
-  const arap::CellEnergy former = energy;
-  energy.cell_offsets.assign(1, 0);
-  int to = 0;
-  for (const int c : order) {
-    for (int k = former.cell_offsets[c]; k < former.cell_offsets[c + 1]; ++k, ++to) {
-      energy.cell_vertices[to] = former.cell_vertices[k];
-      energy.q.row(to) = former.q.row(k);
-    }
-    energy.cell_offsets.push_back(to);
-  }
-  index_by_vertex(energy);
+  std::vector<std::vector<CellEntry>> cells;
+  for (const int c : order) cells.push_back(entries_of(energy.cells, c));
+  energy.cells = make_cells(energy.n_vertices(), cells);
 }
 
 /// Vertices after some iterations, with the cells in the given order.

@@ -35,20 +35,17 @@ CellEnergy some_energy(int n_vertices, const std::vector<std::vector<int>>& cell
   }
   energy.K.resize(n_vertices, n_vertices);
   energy.K.setFromTriplets(entries.begin(), entries.end());
-  energy.cell_offsets = {0};
-  for (const std::vector<int>& cell : cells) {
-    energy.cell_vertices.insert(energy.cell_vertices.end(), cell.begin(), cell.end());
-    energy.cell_offsets.push_back(static_cast<int>(energy.cell_vertices.size()));
+  std::vector<std::vector<CellEntry>> of_cells(cells.size());
+  for (size_t c = 0; c < cells.size(); ++c) {
+    if (cells[c].empty()) continue;
+    Vector3 sum = Vector3::Zero();
+    for (const int v : cells[c]) {
+      of_cells[c].push_back({v, random.vector(1)});
+      sum += of_cells[c].back().q;
+    }
+    for (CellEntry& entry : of_cells[c]) entry.q -= sum / static_cast<double>(cells[c].size());
   }
-  energy.q = random.noise(static_cast<int>(energy.cell_vertices.size()), 1);
-  for (int c = 0; c < energy.n_cells(); ++c) {
-    const int first = energy.cell_offsets[c];
-    const int size = energy.cell_offsets[c + 1] - first;
-    if (size == 0) continue;
-    const Eigen::RowVector3d mean = energy.q.middleRows(first, size).colwise().mean();
-    energy.q.middleRows(first, size).rowwise() -= mean;
-  }
-  index_by_vertex(energy);
+  energy.cells = make_cells(n_vertices, of_cells);
   return energy;
 }
 
@@ -65,8 +62,7 @@ std::vector<std::vector<int>> some_cells(int n_vertices, int n_cells, Random& ra
 
 Matrix3 covariance(const CellEnergy& energy, int c, const Positions& p) {
   Matrix3 Q = Matrix3::Zero();
-  for (int k = energy.cell_offsets[c]; k < energy.cell_offsets[c + 1]; ++k)
-    Q += p.row(energy.cell_vertices[k]).transpose() * energy.q.row(k);
+  for (const auto& [v, q] : entries_of(energy.cells, c)) Q += p.row(v).transpose() * q.transpose();
   return Q;
 }
 
@@ -126,9 +122,7 @@ TEST_P(CellPassesOf, TheAlignmentFollowsSomeCellsAndVertices) {
       tested->set_rotation(n / 2, rotation);
       EXPECT_LT((tested->rotation(n / 2).coeffs() - rotation.coeffs()).norm(), epsilon());
       std::vector<int> changed{n / 2};
-      for (const int v : vertices)
-        changed.insert(changed.end(), energy.vertex_cells.begin() + energy.vertex_offsets[v],
-                       energy.vertex_cells.begin() + energy.vertex_offsets[v + 1]);
+      for (const int v : vertices) energy.cells.for_each_cell(v, [&](int c, const Vector3&) { changed.push_back(c); });
       const double followed = tested->alignment_after(changed);
       Rotations rotations;
       tested->read_rotations(rotations);
@@ -151,8 +145,8 @@ TEST_P(CellPassesOf, CoordinatesMayBeOfAnySize) {
     Positions p = random.noise(n, 0.5 * size);
     for (int v = 0; v < n / 2; ++v) p.row(v).setConstant(v % 2 == 0 ? size : -size);
     Positions expected = -(energy.K * p);
-    for (size_t k = 0; k < energy.cell_vertices.size(); ++k)
-      expected.row(energy.cell_vertices[k]) += energy.q.row(static_cast<Eigen::Index>(k));
+    for (int v = 0; v < n; ++v)
+      energy.cells.for_each_cell(v, [&](int, const Vector3& q) { expected.row(v) += q.transpose(); });
     tested->set_positions(p);
     tested->set_rotations(rotations);
     Positions residual;
@@ -170,9 +164,9 @@ TEST_P(CellPassesOf, ResidualIsTheLiteralSum) {
     for (int c = 0; c < energy.n_cells(); ++c) rotations.emplace_back(random.rigid_motion(2, 0).rotation);
     const Positions Kp = energy.K * p;
     Positions expected = -Kp;
-    for (int c = 0; c < energy.n_cells(); ++c)
-      for (int k = energy.cell_offsets[c]; k < energy.cell_offsets[c + 1]; ++k)
-        expected.row(energy.cell_vertices[k]) += (rotations[c] * Vector3(energy.q.row(k))).transpose();
+    for (int v = 0; v < n; ++v)
+      energy.cells.for_each_cell(v,
+                                 [&](int c, const Vector3& q) { expected.row(v) += (rotations[c] * q).transpose(); });
     const auto tested = passes(energy, p);
     tested->set_positions(p);
     tested->set_rotations(rotations);

@@ -49,7 +49,7 @@ TEST(RotationNodes, EachCellIsAtHomeAtItsNode) {
     const RotationNodes nodes = choose_nodes(model, .1);
     const CellEnergy energy = surface_energy(model.mesh(), {}, {}, 1, [&] { return nodes; });
     ASSERT_EQ(energy.n_cells(), nodes.size());
-    for (int c = 0; c < energy.n_cells(); ++c) EXPECT_EQ(energy.home(c), nodes.vertices[c]) << mesh.name;
+    for (int c = 0; c < energy.n_cells(); ++c) EXPECT_EQ(energy.cells.home(c), nodes.vertices[c]) << mesh.name;
   }
 }
 

@@ -214,21 +214,29 @@ arap::CellEnergy surface_energy(const arap::PolygonMesh& mesh, const arap::Optio
   return energy;
 }
 
-void index_by_vertex(arap::CellEnergy& energy) {
-  energy.vertex_offsets.assign(1, 0);
-  energy.vertex_incidences.clear();
-  energy.vertex_cells.clear();
-  std::vector<std::vector<std::pair<int, int>>> at(static_cast<size_t>(energy.n_vertices()));
-  for (int c = 0; c < energy.n_cells(); ++c)
-    for (int k = energy.cell_offsets[c]; k < energy.cell_offsets[c + 1]; ++k)
-      at[energy.cell_vertices[k]].emplace_back(k, c);
-  for (const auto& incidences : at) {
-    for (const auto& [k, c] : incidences) {
-      energy.vertex_incidences.push_back(k);
-      energy.vertex_cells.push_back(c);
-    }
-    energy.vertex_offsets.push_back(static_cast<int>(energy.vertex_cells.size()));
+arap::Cells make_cells(int n_vertices, const std::vector<std::vector<CellEntry>>& cells) {
+  std::vector<int> homes;
+  std::vector<std::vector<std::pair<int, Vector3>>> at(static_cast<size_t>(n_vertices));
+  for (const std::vector<CellEntry>& cell : cells) {
+    for (const auto& [v, q] : cell) at[v].emplace_back(static_cast<int>(homes.size()), q);
+    homes.push_back(cell.empty() ? 0 : cell.front().vertex);
   }
+  arap::Cells::Rows rows(n_vertices, static_cast<int>(cells.size()), 1, [&] {
+    return [&](int v, arap::RowAccumulator<Vector3>& row) {
+      for (const auto& [c, q] : at[v]) row[c] += q;
+    };
+  });
+  return {std::move(rows), homes};
+}
+
+std::vector<CellEntry> entries_of(const arap::Cells& cells, int cell) {
+  if (cells.home(cell) < 0) return {};
+  std::vector<CellEntry> entries{{cells.home(cell), Vector3::Zero()}};
+  cells.for_each_vertex(cell, [&](int v, const Vector3& q) {
+    entries.push_back({v, q});
+    entries.front().q -= q;
+  });
+  return entries;
 }
 
 MeshData in_model_space(const MeshData& mesh) {

@@ -134,8 +134,15 @@ std::vector<Model> all_models();
 arap::CellEnergy surface_energy(const arap::PolygonMesh& mesh, const arap::Options& options = {},
                                 const std::vector<double>& stiffness = {}, int threads = 1,
                                 const std::function<arap::RotationNodes()>& choose_nodes = {});
-/// Fills vertex_* of an energy from its cells.
-void index_by_vertex(arap::CellEnergy& energy);
+/// A vertex of a cell and its rest vector.
+struct CellEntry {
+  int vertex;
+  Vector3 q;
+};
+/// Cells of these entries, the first of each being its home.
+arap::Cells make_cells(int n_vertices, const std::vector<std::vector<CellEntry>>& cells);
+/// The entries of a cell, its home first.
+std::vector<CellEntry> entries_of(const arap::Cells& cells, int cell);
 
 /// The mesh in model space: centred, diagonal 1.
 MeshData in_model_space(const MeshData& mesh);

@@ -61,23 +61,20 @@ arap::PreparedModel& assemble(arap::PreparedModel& model, const TetMesh& mesh, i
   const auto n = static_cast<int>(mesh.positions.rows());
   const auto n_tets = static_cast<int>(mesh.tets.size());
   std::vector<Eigen::Triplet<double>> entries;
-  energy.cell_offsets.assign(1, 0);
-  energy.q.resize(4L * n_tets, 3);
+  std::vector<std::vector<CellEntry>> cells(mesh.tets.size());
   for (int t = 0; t < n_tets; ++t) {
     const Eigen::Matrix<double, 4, 3> g = mesh.gradients(t);
     const double volume = mesh.volume(t);
     for (int j = 0; j < 4; ++j) {
-      energy.cell_vertices.push_back(mesh.tets[t][j]);
-      energy.q.row(4L * t + j) = 2 * volume * g.row(j);
+      cells[t].push_back({mesh.tets[t][j], 2 * volume * g.row(j).transpose()});
       for (int k = 0; k < 4; ++k)
         entries.emplace_back(mesh.tets[t][j], mesh.tets[t][k], 2 * volume * g.row(j).dot(g.row(k)));
     }
-    energy.cell_offsets.push_back(4 * (t + 1));
     energy.rest_energy += 3 * volume;
   }
   energy.K.resize(n, n);
   energy.K.setFromTriplets(entries.begin(), entries.end());
-  index_by_vertex(energy);
+  energy.cells = make_cells(n, cells);
   model.rest = mesh.positions;
   model.part_of_vertex.assign(static_cast<size_t>(n), 0);
   model.n_parts = 1;

@@ -22,6 +22,9 @@ namespace {
 /// Radius of a patch, in rigidity radii.
 constexpr double kPatchRadius = 1.5;
 
+/// Rest vectors are stored as floats and what these leave.
+constexpr double kLargestStiffness = 1e12;
+
 void require_lengths(const SurfaceArap::VertexProperties& properties, int n_vertices) {
   const auto n = static_cast<size_t>(n_vertices);
   if (!properties.stiffness.empty() && properties.stiffness.size() != n)
@@ -30,8 +33,9 @@ void require_lengths(const SurfaceArap::VertexProperties& properties, int n_vert
     throw InvalidInput(
         text("rigid_regions has ", properties.rigid_regions.size(), " entries, must have one per vertex, ", n));
   for (size_t v = 0; v < properties.stiffness.size(); ++v)
-    if (!(properties.stiffness[v] > 0) || std::isinf(properties.stiffness[v]))
-      throw InvalidInput(text("stiffness of vertex ", v, " is ", properties.stiffness[v], ", must be finite and > 0"));
+    if (!(properties.stiffness[v] >= 1 / kLargestStiffness && properties.stiffness[v] <= kLargestStiffness))
+      throw InvalidInput(text("stiffness of vertex ", v, " is ", properties.stiffness[v], ", must be between ",
+                              1 / kLargestStiffness, " and ", kLargestStiffness));
 }
 
 /// A little more than what a bind takes at its peak, beside the mesh. Measured on regular meshes of triangles and

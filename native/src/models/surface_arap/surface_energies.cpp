@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "arap/error.h"
+#include "base/available_memory.h"
 #include "base/offsets.h"
 #include "base/permutation.h"
 #include "mesh/triangulation.h"
@@ -167,8 +168,8 @@ SparseMatrix assemble_system(const SurfaceAssembler& assembler, int threads, con
 }
 
 /// q of the cells of nodes: what the cells of vertices have, times the weights with which these look at the nodes.
-SparseRows<Vector3> share_cells(const SurfaceAssembler& assembler, const RotationNodes& nodes, int threads,
-                                const MeterPart& meter) {
+Cells::Rows share_cells(const SurfaceAssembler& assembler, const RotationNodes& nodes, int threads,
+                        const MeterPart& meter) {
   return {assembler.n(), nodes.size(), threads,
           [&] {
             return [&, cells = RowAccumulator<Vector3>(assembler.n())](int j, RowAccumulator<Vector3>& row) mutable {
@@ -195,7 +196,7 @@ void assemble_surface_energy(CellEnergy& energy, const PolygonMesh& mesh, const 
   energy.K = assemble_system(*assembler, threads, meter.part(0.1));
   RotationNodes nodes = choose_nodes ? choose_nodes() : node_at_each_vertex(mesh.n_vertices());
   meter.tell();
-  SparseRows<Vector3> cells = share_cells(*assembler, nodes, threads, meter.part(0.15));
+  Cells::Rows cells = share_cells(*assembler, nodes, threads, meter.part(0.15));
   const std::vector<int> homes = std::move(nodes.vertices);
   // A large mesh needs the memory for what follows.
   assembler = nullptr;
@@ -206,8 +207,9 @@ void assemble_surface_energy(CellEnergy& energy, const PolygonMesh& mesh, const 
   K_rest.resize(0, 3);
   meter.tell();
   const std::vector<int>* order = find_order ? find_order() : nullptr;
+  return_freed_memory();  // from here a bind needs the most
   const std::vector<int> new_of_old = order == nullptr ? std::vector<int>() : inverse_permutation(*order);
-  energy.set_cells(std::move(cells), homes, new_of_old, meter.part(0.05));
+  energy.cells = Cells(std::move(cells), homes, new_of_old, meter.part(0.05));
   if (order != nullptr) energy.K = renumbered(energy.K, *order, new_of_old, threads);
   meter.add(0.05);
   meter.tell();

@@ -87,7 +87,7 @@ TEST(Stiffness, BadOnesAreRefused) {
     expect_error<InvalidInput>([&] { const SurfaceArap solver(cube().mesh(), {}, {stiffness, {}}); }, words);
   };
   for (const double bad : {0.0, -1.0, kNan, kInfinity})
-    expect_refused({1, 1, 1, 1, 1, bad, 1, 1}, {"stiffness", "vertex 5", "> 0"});
+    expect_refused({1, 1, 1, 1, 1, bad, 1, 1}, {"stiffness", "vertex 5", "between"});
   expect_refused({1, 1, 1}, {"stiffness", "3", "8"});
 }
 
@@ -345,15 +345,16 @@ TEST(Progress, OfASolveIsTheWayToItsAccuracy) {
 }
 
 TEST(Progress, ASolveBeyondNumbersMayBeCancelledToo) {
-  const MeshData mesh = bumpy_sphere(2);
+  MeshData mesh = bumpy_sphere(2);
+  for (Vector3& vertex : mesh.vertices) vertex *= 1e-80;
   const Task task = bend_task(mesh, default_bend(mesh));
-  SurfaceArap solver(mesh.mesh(), {}, {std::vector<double>(mesh.n_vertices(), 1e150), {}});
+  SurfaceArap solver(mesh.mesh());
   solver.set_constraints(task.constraints);
   solver.solve(task.targets, iterations(3));
   const Positions before = solver.positions();
-  EXPECT_THROW(solver.solve(1e99 * task.targets, iterations(3)), arap::SolverError);
+  EXPECT_THROW(solver.solve(1e179 * task.targets, iterations(3)), arap::SolverError);
   Watcher watcher{.stop_at = 1};
-  const SolveResult result = solver.solve(1e99 * task.targets, iterations(3), {}, watcher.progress());
+  const SolveResult result = solver.solve(1e179 * task.targets, iterations(3), {}, watcher.progress());
   EXPECT_EQ(result.stop_reason, StopReason::kCancelled);
   EXPECT_EQ(result.positions, before);
 }

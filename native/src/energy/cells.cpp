@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "energy/cell_energy.h"
+#include "energy/cells.h"
 
 #include <algorithm>
 #include <functional>
@@ -9,13 +9,12 @@
 #include <utility>
 
 #include "base/permutation.h"
-#include "sparse/sparse_rows.h"
 
 namespace arap {
 
 namespace {
 
-using Rows = SparseRows<Vector3>;
+using Rows = Cells::Rows;
 
 /// Says at every so many rows that these are done.
 void count_row(int row, int n_rows, const MeterPart& meter) {
@@ -47,12 +46,11 @@ struct CellSizes {
     return sum;
   }
 
-  /// Where the first entry of each cell in each share goes: the home is the first of a cell, then come the shares.
-  [[nodiscard]] std::vector<std::vector<int>> first_places(const std::vector<int>& cell_offsets,
-                                                           const std::vector<int>& new_cell) && {
-    for (size_t c = 0; c < new_cell.size(); ++c) {
-      int place = cell_offsets[new_cell[c]] + has_home[c];
-      for (std::vector<int>& sizes : of_shares) place += std::exchange(sizes[c], place);
+  /// Which entry of its cell the first one of each share is. Entry -1 is the home: there where it is, else the first.
+  [[nodiscard]] std::vector<std::vector<int>> first_entries() && {
+    for (size_t c = 0; c < has_home.size(); ++c) {
+      int entry = has_home[c] - 1;
+      for (std::vector<int>& sizes : of_shares) entry += std::exchange(sizes[c], entry);
     }
     return std::move(of_shares);
   }
@@ -75,7 +73,7 @@ std::vector<int> order_cells(const std::vector<int>& homes, const std::vector<in
   // Neighbouring rows of a slice are filled up to the longest. Cells of vertices are about the same size and near each
   // other in memory; of large cells each is far from the next in any order.
   constexpr size_t kLarge = 64;
-  constexpr std::ptrdiff_t kWindow = 256;
+  constexpr std::ptrdiff_t kWindow = 1024;
   if (mean < kLarge) return order;
   for (auto begin = order.begin(); begin < order.end(); begin += std::min(kWindow, order.end() - begin))
     std::stable_sort(begin, begin + std::min(kWindow, order.end() - begin),
@@ -83,51 +81,54 @@ std::vector<int> order_cells(const std::vector<int>& homes, const std::vector<in
   return order;
 }
 
-/// Where each begins among all, and the end.
-std::vector<int> offsets_of(const std::vector<int>& sizes, const std::vector<int>& order) {
-  std::vector<int> offsets{0};
-  offsets.reserve(order.size() + 1);
-  for (const int i : order) offsets.push_back(offsets.back() + sizes[i]);
-  return offsets;
+/// Entries of each row by vertex.
+std::vector<int> row_sizes(const Rows& rows, const std::vector<int>& new_of_old) {
+  const std::vector<int>& offsets = rows.offsets();
+  std::vector<int> sizes(offsets.size() - 1);
+  for (size_t v = 0; v < sizes.size(); ++v) sizes[new_of_old.empty() ? v : new_of_old[v]] = offsets[v + 1] - offsets[v];
+  return sizes;
 }
 
-/// The same for vertices, whose sizes are those of the rows.
-std::vector<int> vertex_offsets_of(const Rows& rows, const std::vector<int>& new_of_old) {
-  const std::vector<int>& old = rows.offsets();
-  if (new_of_old.empty()) return old;
-  std::vector<int> offsets(old.size(), 0);
-  for (size_t v = 0; v < new_of_old.size(); ++v) offsets[new_of_old[v] + 1] = old[v + 1] - old[v];
-  std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
-  return offsets;
+/// Others than the home.
+std::vector<int> other_sizes(const std::vector<int>& sizes, const std::vector<int>& order) {
+  std::vector<int> others;
+  others.reserve(order.size());
+  for (const int c : order) others.push_back(sizes[c] - 1);
+  return others;
+}
+
+std::vector<int> at_least_0(std::vector<int> sizes) {
+  for (int& size : sizes) size = std::max(0, size);
+  return sizes;
 }
 
 }  // namespace
 
-void CellEnergy::set_cells(SparseRows<Vector3> rows, const std::vector<int>& homes, const std::vector<int>& new_of_old,
-                           const MeterPart& meter) {
+Cells::Cells(Rows rows, const std::vector<int>& homes, const std::vector<int>& new_of_old, const MeterPart& meter)
+    : n_cells_(row_sizes(rows, new_of_old)), n_incidences_(static_cast<size_t>(rows.offsets().back())) {
   CellSizes sizes(rows, homes, meter.part(0.3));
   const std::vector<int> whole = sizes.whole();
-  const std::vector<int> cell_order = order_cells(homes, whole, new_of_old);
-  const std::vector<int> new_cell = inverse_permutation(cell_order);
-  cell_offsets = offsets_of(whole, cell_order);
-  vertex_offsets = vertex_offsets_of(rows, new_of_old);
-  std::vector<std::vector<int>> next = std::move(sizes).first_places(cell_offsets, new_cell);
-  cell_vertices.resize(cell_offsets.back());
-  q.resize(cell_offsets.back(), 3);
-  vertex_incidences.resize(cell_vertices.size());
-  vertex_cells.resize(cell_vertices.size());
+  const std::vector<int> order = order_cells(homes, whole, new_of_old);
+  const std::vector<int> new_cell = inverse_permutation(order);
+  n_others_ = other_sizes(whole, order);
+  by_cell_ = SlicedVectors(at_least_0(n_others_), rows.n_shares());
+  by_vertex_ = SlicedVectors(n_cells_, rows.n_shares());
+  homes_ = AlignedBuffer<int>(static_cast<size_t>(by_cell_.layout().n_slices()) * kSliceWidth);
+  std::fill_n(homes_.data(), homes_.size(), 0);
+  std::vector<std::vector<int>> next = std::move(sizes).first_entries();
   const MeterPart filling = meter.part(0.7);
   rows.drain([&](int share, int old_vertex, std::span<const Rows::Entry> entries) {
     const int vertex = new_of_old.empty() ? old_vertex : new_of_old[old_vertex];
-    int k = vertex_offsets[vertex];
-    for (const auto& [cell, value] : entries) {
-      const int slot = homes[cell] == old_vertex ? cell_offsets[new_cell[cell]] : next[share][cell]++;
-      cell_vertices[slot] = vertex;
-      q.row(slot) = value.transpose();
-      vertex_incidences[k] = slot;
-      vertex_cells[k++] = new_cell[cell];
+    int k = 0;
+    for (const auto& [old_cell, q] : entries) {
+      const int cell = new_cell[old_cell];
+      by_vertex_.set(vertex, k++, cell, q);
+      if (const int e = homes[old_cell] == old_vertex ? -1 : next[share][old_cell]++; e < 0)
+        homes_[cell] = vertex;
+      else
+        by_cell_.set(cell, e, vertex, q);
     }
-    count_row(old_vertex, static_cast<int>(vertex_offsets.size()) - 1, filling);
+    count_row(old_vertex, static_cast<int>(n_cells_.size()), filling);
   });
 }
 

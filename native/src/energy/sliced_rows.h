@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/aligned_buffer.h"
+#include "energy/split_vector.h"
+#include "kernels/cell_kernels.h"
+
+namespace arap {
+
+/// Where the entries of rows are: sixteen rows side by side, see SlicedView.
+class SliceLayout {
+ public:
+  SliceLayout() = default;
+  /// @param sizes  entries of each row
+  explicit SliceLayout(const std::vector<int>& sizes);
+
+  [[nodiscard]] int n_slices() const { return static_cast<int>(offsets_.size()) - 1; }
+  [[nodiscard]] int n_groups() const { return offsets_.back(); }
+  [[nodiscard]] size_t n_entries() const { return static_cast<size_t>(n_groups()) * kSliceWidth; }
+  [[nodiscard]] const int* offsets() const { return offsets_.data(); }
+
+  /// Of component i of n of entry e of a row.
+  [[nodiscard]] size_t place(int row, int e, int i = 0, int n = 1) const {
+    const auto group = static_cast<size_t>(offsets_[row / kSliceWidth]) + static_cast<size_t>(e);
+    return (group * static_cast<size_t>(n) + static_cast<size_t>(i)) * kSliceWidth + row % kSliceWidth;
+  }
+
+ private:
+  std::vector<int> offsets_{0};
+};
+
+/// The owner of a SlicedView: zeros, until entries are set.
+template <class Real>
+class SlicedNumbers {
+ public:
+  SlicedNumbers() = default;
+  SlicedNumbers(const std::vector<int>& sizes, int threads);
+
+  [[nodiscard]] const SliceLayout& layout() const { return layout_; }
+  [[nodiscard]] SlicedView<Real> view() const { return {layout_.offsets(), indices_.data(), values_.data()}; }
+
+  void set(int row, int e, int index, Real value) {
+    indices_[layout_.place(row, e)] = index;
+    values_[layout_.place(row, e)] = value;
+  }
+
+ private:
+  SliceLayout layout_;
+  AlignedBuffer<int> indices_;
+  AlignedBuffer<Real> values_;
+};
+
+/// The owner of a SplitView: zeros, until entries are set.
+class SlicedVectors {
+ public:
+  SlicedVectors() = default;
+  SlicedVectors(const std::vector<int>& sizes, int threads);
+
+  [[nodiscard]] const SliceLayout& layout() const { return layout_; }
+  [[nodiscard]] SplitView view() const { return {layout_.offsets(), indices_.data(), high_.data(), low_.data()}; }
+
+  void set(int row, int e, int index, const SplitVector& vector) {
+    indices_[layout_.place(row, e)] = index;
+    for (int i = 0; i < 3; ++i) {
+      high_[layout_.place(row, e, i, 3)] = vector.high[i];
+      low_[layout_.place(row, e, i, 3)] = vector.low[i];
+    }
+  }
+
+  [[nodiscard]] int index(int row, int e) const { return indices_[layout_.place(row, e)]; }
+  [[nodiscard]] Vector3 vector(int row, int e) const {
+    SplitVector vector;
+    for (int i = 0; i < 3; ++i) {
+      vector.high[i] = high_[layout_.place(row, e, i, 3)];
+      vector.low[i] = low_[layout_.place(row, e, i, 3)];
+    }
+    return vector.whole();
+  }
+
+ private:
+  SliceLayout layout_;
+  AlignedBuffer<int> indices_;
+  AlignedBuffer<float> high_;
+  AlignedBuffer<std::int16_t> low_;
+};
+
+}  // namespace arap
