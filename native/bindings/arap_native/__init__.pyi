@@ -162,7 +162,7 @@ class SurfaceArap:
                 then ``face_sizes`` may be None.
             face_sizes: (f,) int32, consecutive entries of ``corner_vertices`` per face.
             options: see Options.
-            stiffness: (n,) float64 > 0, scales the cell of a vertex; 1 is normal.
+            stiffness: (n,) float64, 1e-12 to 1e12, scales the cell of a vertex; 1 is normal.
             rigid_regions: (n,) int32, region of each vertex, negative for none; a region moves as one rigid body.
             progress: may stop the bind by returning False.
 
