@@ -73,7 +73,7 @@ std::vector<int> order_cells(const std::vector<int>& homes, const std::vector<in
   // Neighbouring rows of a slice are filled up to the longest. Cells of vertices are about the same size and near each
   // other in memory; of large cells each is far from the next in any order.
   constexpr size_t kLarge = 64;
-  constexpr std::ptrdiff_t kWindow = 1024;
+  constexpr std::ptrdiff_t kWindow = 256;
   if (mean < kLarge) return order;
   for (auto begin = order.begin(); begin < order.end(); begin += std::min(kWindow, order.end() - begin))
     std::stable_sort(begin, begin + std::min(kWindow, order.end() - begin),

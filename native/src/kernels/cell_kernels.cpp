@@ -269,33 +269,49 @@ template <class Real>
   return Q;
 }
 
-/// Q_c of the cells in the lanes from `part` on of a slice. Sums large cells in chunks with Kahan's compensation.
+/// Q_c of the cells of a slice, by the parts of it that a vector holds.
 template <class Real>
-[[gnu::always_inline]] inline Matrix<Real> covariances(const SplitView& cells, const int* homes,
-                                                       const PositionsView<Real>& positions, int slice, int part) {
-  const int* home = homes + (static_cast<std::ptrdiff_t>(slice) * kSliceWidth + part);
-  const StoredRows<Real> own = stored_rows<Real>(
-      positions.rows, [&](int k) __attribute__((always_inline)) { return home[k]; });
+struct SliceCovariances {
+  static constexpr int kParts = kSliceWidth / kLaneCount<Real>;
+  Matrix<Real> parts[kParts];  // NOLINT
+};
+
+/// Adds to a sum of many chunks with Kahan's compensation.
+template <class Real>
+[[gnu::always_inline]] inline void add_chunk(const Matrix<Real>& chunk, Matrix<Real>& Q, Matrix<Real>& lost) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const Lanes<Real> more = chunk[i][j] - lost[i][j];
+      const Lanes<Real> sum = Q[i][j] + more;
+      lost[i][j] = (sum - Q[i][j]) - more;
+      Q[i][j] = sum;
+    }
+}
+
+/// Chunk by chunk: parts share cache lines.
+template <class Real>
+[[gnu::always_inline]] inline SliceCovariances<Real> covariances(const SplitView& cells, const int* homes,
+                                                                 const PositionsView<Real>& positions, int slice) {
+  constexpr int kParts = SliceCovariances<Real>::kParts;
   constexpr int kChunk = 64;
+  SliceCovariances<Real> Q{};
+  SliceCovariances<Real> lost{};
+  StoredRows<Real> own[kParts];  // NOLINT
+  for (int p = 0; p < kParts; ++p) {
+    const int* home = homes + (static_cast<std::ptrdiff_t>(slice) * kSliceWidth + p * kLaneCount<Real>);
+    own[p] = stored_rows<Real>(
+        positions.rows, [&](int k) __attribute__((always_inline)) { return home[k]; });
+  }
   const int end = cells.offsets[slice + 1];
-  int begin = cells.offsets[slice];
-  int next = end - begin > kChunk ? begin + kChunk : end;
-  Matrix<Real> Q = partial_covariances<Real>(cells, own, positions.rows, part, begin, next);
-  Matrix<Real> lost{};
-  while (next < end) {
-    begin = next;
-    next = end - begin > kChunk ? begin + kChunk : end;
-    const Matrix<Real> chunk = partial_covariances<Real>(cells, own, positions.rows, part, begin, next);
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) {
-        const Lanes<Real> more = chunk[i][j] - lost[i][j];
-        const Lanes<Real> sum = Q[i][j] + more;
-        lost[i][j] = (sum - Q[i][j]) - more;
-        Q[i][j] = sum;
-      }
+  for (int begin = cells.offsets[slice]; begin < end; begin += kChunk) {
+    const int next = end - begin > kChunk ? begin + kChunk : end;
+    for (int p = 0; p < kParts; ++p)
+      add_chunk<Real>(partial_covariances<Real>(cells, own[p], positions.rows, p * kLaneCount<Real>, begin, next),
+                      Q.parts[p], lost.parts[p]);
   }
   if constexpr (sizeof(Real) == sizeof(float))
-    for (int i = 0; i < 9; ++i) Q[i / 3][i % 3] *= broadcast<Real>(positions.unit);
+    for (Matrix<Real>& part : Q.parts)
+      for (int i = 0; i < 9; ++i) part[i / 3][i % 3] *= broadcast<Real>(positions.unit);
   return Q;
 }
 
@@ -310,16 +326,18 @@ template <class Real>
 double fit_rotations(const SplitView& cells, const int* homes, const PositionsView<Real>& positions, Real* rotations,
                      int begin, int end) {
   LaneSum<Real> sum;
-  for (int slice = begin; slice < end; ++slice)
-    for (int part = 0; part < kSliceWidth; part += kLaneCount<Real>) {
-      const Matrix<Real> Q = covariances<Real>(cells, homes, positions, slice, part);
-      Real* out = rotations + 4 * static_cast<std::ptrdiff_t>(slice * kSliceWidth + part);
+  for (int slice = begin; slice < end; ++slice) {
+    const SliceCovariances<Real> all = covariances<Real>(cells, homes, positions, slice);
+    Real* out = rotations + std::ptrdiff_t{4} * slice * kSliceWidth;
+    for (const Matrix<Real>& Q : all.parts) {
       const Quaternion<Real> q = fitted<Real>(Q, load_rotations<Real>(out));
       for_each_row<Real>(
           q, [&](int k, const Vector<Real, 4>& row)
                  __attribute__((always_inline)) { store<Real, 4>(out + std::ptrdiff_t{4} * k, row); });
       sum.add(aligned<Real>(q, Q));
+      out += 4 * kLaneCount<Real>;
     }
+  }
   return sum.total();
 }
 
@@ -327,13 +345,14 @@ template <class Real>
 double find_alignment(const SplitView& cells, const int* homes, const PositionsView<Real>& positions,
                       const Real* rotations, int begin, int end) {
   LaneSum<Real> sum;
-  for (int slice = begin; slice < end; ++slice)
-    for (int part = 0; part < kSliceWidth; part += kLaneCount<Real>) {
-      const Matrix<Real> Q = covariances<Real>(cells, homes, positions, slice, part);
-      const Quaternion<Real> q =
-          load_rotations<Real>(rotations + 4 * static_cast<std::ptrdiff_t>(slice * kSliceWidth + part));
-      sum.add(aligned<Real>(q, Q));
+  for (int slice = begin; slice < end; ++slice) {
+    const SliceCovariances<Real> all = covariances<Real>(cells, homes, positions, slice);
+    const Real* at = rotations + std::ptrdiff_t{4} * slice * kSliceWidth;
+    for (const Matrix<Real>& Q : all.parts) {
+      sum.add(aligned<Real>(load_rotations<Real>(at), Q));
+      at += 4 * kLaneCount<Real>;
     }
+  }
   return sum.total();
 }
 
