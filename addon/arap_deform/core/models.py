@@ -24,7 +24,7 @@ class ModelInput:
     Attributes:
         mesh: at rest, in solver space.
         settings: of the object.
-        stiffness: (n,) > 0, or None.
+        stiffness: (n,) 1e-12 to 1e12, or None.
         rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
     """
 

@@ -53,7 +53,7 @@ class Session:
             mesh: at rest.
             stretch: (3, 3) symmetric factor of the polar decomposition of matrix_world; see transforms.stretch_of().
             settings: see SessionSettings.
-            stiffness: (n,) > 0, or None.
+            stiffness: (n,) 1e-12 to 1e12, or None.
             rigid_regions: (n,) int32 region of each vertex, negative for none, or None.
             mirrors: planes that complete the mesh, see mirror.used_mirrors().
 

@@ -16,16 +16,18 @@ std::unique_ptr<LinearSolver> PreparedModel::make_solver(const MeterPart& meter)
   return make_linear_solver(system_matrix(), linear_solver, workers, TileFormat::kHalf, meter);
 }
 
-std::vector<int> PreparedModel::take_solver_numbers() {
+std::vector<int> PreparedModel::take_solver_numbers(const MeterPart& meter) {
   const std::vector<int> order = *solver->ordering();
   std::vector<int> new_of_old = inverse_permutation(order);
   regions.renumber(new_of_old);
   if (!regions.empty()) reduced_matrix_ = regions.reduce(energy.K);
   std::future<void> renumbered = beside(workers, [&] { solver->renumber(system_matrix()); });
   components = connected_components(system_matrix());
+  meter.tell();
   rest = Positions(rest(order, all));
   part_of_vertex = permuted(part_of_vertex, order);
   regions.read_cells();
+  meter.wait_for(renumbered);
   renumbered.get();
   return new_of_old;
 }

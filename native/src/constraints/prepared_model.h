@@ -43,7 +43,7 @@ struct PreparedModel {
 
   /// For an energy and rest positions whose vertices have the solver's numbers already: regions, parts and the solver
   /// take them too. Returns the new number of each vertex.
-  std::vector<int> take_solver_numbers();
+  std::vector<int> take_solver_numbers(const MeterPart& meter = {});
   /// For an energy whose vertices keep their numbers.
   void keep_numbers();
 
@@ -52,7 +52,7 @@ struct PreparedModel {
   [[nodiscard]] CellPasses& passes(Precision precision) const;
 
   /// Whether memory decides what stays.
-  [[nodiscard]] bool is_large() const { return energy.cells.n_incidences() > 4'000'000; }
+  [[nodiscard]] bool is_large() const { return Cells::is_large(energy.cells.n_incidences()); }
   /// Whoever needs passes asks for them again.
   void drop_passes() const;
 

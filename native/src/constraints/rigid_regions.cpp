@@ -224,7 +224,8 @@ void RigidRegions::find_anchor_rank(Region& region) {
 // The terms of the energy that join the region's motion (R, t) with itself are, with c the center,
 //     1/2 kappa |t|^2 + <t, R mixed>,  mixed = sum_{j,k in r} K_jk (p_j - c) + sum_j 2 omega_j (p_j - c)
 //             + sum_rows w share arm - sum_{cells in r, k in r} q_ck.
-// Rows of K and of q sum to 0, so the sums over the inside are minus those over the outside: only the border counts.
+// Rows of K and of q sum to 0, so the sums over the inside are minus those over the outside: only what joins the two
+// counts.
 void RigidRegions::choose_center(Region& region, const Eigen::VectorXd& soft_diagonal) const {
   double kappa = 0;
   Vector3 moment = Vector3::Zero();

@@ -37,7 +37,7 @@ struct RegionPoint {
 /// R.
 class RigidRegions {
  public:
-  /// K is all that reduce() needs; the rest needs read_cells() when the energy is whole.
+  /// K is all that reduce() needs; the rest needs read_cells() when the energy and the rest positions are whole.
   /// @param region_of_vertex  (n,) any label >= 0, < 0 = in no region; empty: no regions
   RigidRegions(const std::vector<int>& region_of_vertex, const CellEnergy& energy, const Positions& rest);
 

@@ -26,6 +26,8 @@ class Cells {
 
   [[nodiscard]] int size() const { return static_cast<int>(n_others_.size()); }
   [[nodiscard]] size_t n_incidences() const { return n_incidences_; }
+  /// Whether memory decides what stays.
+  [[nodiscard]] static bool is_large(size_t n_incidences) { return n_incidences > 4'000'000; }
 
   /// The cell's reference vertex: it decides the cell's rigid region and its place in the ordering. A cell of vertices
   /// that are alike should have one outside of rigid regions. -1 if the cell is empty.

@@ -51,7 +51,8 @@ template <class Real>
     constexpr int kExponent = 0x7f800000;
     const Vector<float, kCount> high = load<float, kCount>(rows.high + at);
     const auto power = __builtin_bit_cast(Vector<float, kCount>, __builtin_bit_cast(Integers, high) & kExponent);
-    const Integers low = __builtin_convertvector(load<short, kCount>(rows.low + at), Integers);  // NOLINT: as above
+    const Integers low =
+        __builtin_convertvector(load<short, kCount>(rows.low + at), Integers);  // NOLINT: see cell_kernels.h
     const auto rest = __builtin_convertvector(low, Lanes<double>) * __builtin_convertvector(power, Lanes<double>);
     return __builtin_convertvector(high, Lanes<double>) + broadcast<double>(0x1p-39) * rest;
   }
@@ -327,9 +328,9 @@ double fit_rotations(const SplitView& cells, const int* homes, const PositionsVi
                      int begin, int end) {
   LaneSum<Real> sum;
   for (int slice = begin; slice < end; ++slice) {
-    const SliceCovariances<Real> all = covariances<Real>(cells, homes, positions, slice);
+    const SliceCovariances<Real> slice_Q = covariances<Real>(cells, homes, positions, slice);
     Real* out = rotations + std::ptrdiff_t{4} * slice * kSliceWidth;
-    for (const Matrix<Real>& Q : all.parts) {
+    for (const Matrix<Real>& Q : slice_Q.parts) {
       const Quaternion<Real> q = fitted<Real>(Q, load_rotations<Real>(out));
       for_each_row<Real>(
           q, [&](int k, const Vector<Real, 4>& row)
@@ -346,9 +347,9 @@ double find_alignment(const SplitView& cells, const int* homes, const PositionsV
                       const Real* rotations, int begin, int end) {
   LaneSum<Real> sum;
   for (int slice = begin; slice < end; ++slice) {
-    const SliceCovariances<Real> all = covariances<Real>(cells, homes, positions, slice);
+    const SliceCovariances<Real> slice_Q = covariances<Real>(cells, homes, positions, slice);
     const Real* at = rotations + std::ptrdiff_t{4} * slice * kSliceWidth;
-    for (const Matrix<Real>& Q : all.parts) {
+    for (const Matrix<Real>& Q : slice_Q.parts) {
       sum.add(aligned<Real>(load_rotations<Real>(at), Q));
       at += 4 * kLaneCount<Real>;
     }

@@ -179,7 +179,7 @@ IterationReport Engine::solve(const Positions& targets, const SolveOptions& opti
     });
     const bool is_cancelled = report.stop_reason == StopReason::kCancelled;
     if (is_cancelled) restore_pose();
-    const bool is_good = is_cancelled || std::isfinite(report.energy_after);
+    const bool is_good = is_cancelled || (std::isfinite(report.energy_before) && std::isfinite(report.energy_after));
     if (!is_good || !hand_over(pose_.positions))
       throw SolverError("the positions are no longer finite; the last good pose is kept");
   } catch (...) {

@@ -85,7 +85,7 @@ double spread_rotations(const PreparedModel& model, const PreparedConstraints& c
   constraints.write_vertex_targets(targets, of_vertex);
   // From the mean of a part the way to its rotations is short, and none if all of them are one.
   const std::vector<Eigen::RowVector3d> means = mean_rotations(model, constraints, rotations);
-  Positions field(model.rest.rows(), 3);
+  Positions field = Positions::Zero(model.rest.rows(), 3);
   for (Eigen::Index v = 0; v < field.rows(); ++v)
     field.row(regions.unknown_of(static_cast<int>(v))) = means[model.part_of_vertex[v] + 1];
   for (const int v : constraints.hard_vertices) field.row(regions.unknown_of(v)) = of_vertex.row(v);

@@ -58,6 +58,11 @@ struct MeterPart {
   void tell() const {
     if (meter != nullptr) meter->tell();
   }
+  /// Waits for work beside, and tells meanwhile.
+  template <class Future>
+  void wait_for(const Future& future) const {
+    if (meter != nullptr) meter->wait_for(future);
+  }
   [[nodiscard]] MeterPart part(double fraction) const { return {meter, size * fraction}; }
 };
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "base/available_memory.h"
@@ -146,9 +145,8 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
     if (!out.empty()) static_cast<void>(space.write_to_input(impl_->engine.positions(), impl_->workers(), out));
     throw;
   }
-  constexpr double kLargest = std::numeric_limits<double>::max();
-  result.energy_before = std::min(space.energy_to_input(report.energy_before), kLargest);
-  result.energy_after = std::min(space.energy_to_input(report.energy_after), kLargest);
+  result.energy_before = space.energy_to_input(report.energy_before);
+  result.energy_after = space.energy_to_input(report.energy_after);
   result.iterations = report.iterations;
   result.step = report.step;
   result.stop_reason = report.stop_reason;

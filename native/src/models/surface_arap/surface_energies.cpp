@@ -207,7 +207,7 @@ void assemble_surface_energy(CellEnergy& energy, const PolygonMesh& mesh, const 
   K_rest.resize(0, 3);
   meter.tell();
   const std::vector<int>* order = find_order ? find_order() : nullptr;
-  return_freed_memory();  // from here a bind needs the most
+  if (Cells::is_large(cells.offsets().back())) return_freed_memory();  // from here a bind needs the most
   const std::vector<int> new_of_old = order == nullptr ? std::vector<int>() : inverse_permutation(*order);
   energy.cells = Cells(std::move(cells), homes, new_of_old, meter.part(0.05));
   if (order != nullptr) energy.K = renumbered(energy.K, *order, new_of_old, threads);

@@ -83,7 +83,7 @@ std::vector<int> prepare_surface(SurfaceModel& model, const PolygonMesh& mesh, c
   }
   const std::vector<int> order = *prepared.solver->ordering();
   model.areas = permuted(model.areas, order);
-  std::vector<int> new_numbers = prepared.take_solver_numbers();
+  std::vector<int> new_numbers = prepared.take_solver_numbers({&meter, 0});
   meter.reach(1);
   return new_numbers;
 }
