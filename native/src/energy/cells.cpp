@@ -112,8 +112,11 @@ Cells::Cells(Rows rows, const std::vector<int>& homes, const std::vector<int>& n
   const std::vector<int> order = order_cells(homes, whole, new_of_old);
   const std::vector<int> new_cell = inverse_permutation(order);
   n_others_ = other_sizes(whole, order);
+  meter.tell();
   by_cell_ = SlicedVectors(at_least_0(n_others_), rows.n_shares());
+  meter.tell();
   by_vertex_ = SlicedVectors(n_cells_, rows.n_shares());
+  meter.tell();
   homes_ = AlignedBuffer<int>(static_cast<size_t>(by_cell_.layout().n_slices()) * kSliceWidth);
   std::fill_n(homes_.data(), homes_.size(), 0);
   std::vector<std::vector<int>> next = std::move(sizes).first_entries();

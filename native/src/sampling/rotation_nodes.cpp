@@ -126,8 +126,11 @@ RotationNodes choose_rotation_nodes(const EdgeGraph& graph, const PolygonMesh& m
   std::vector<double> shares = std::move(samples.areas);
   for (double& share : shares) share = std::max(share, kLeastShare * radius * radius);
   result.vertices = std::move(samples.vertices);
+  const std::vector<double> variances = face_variances(mesh);
+  meter.tell();
   const WeightedSupports supports =
-      find_weights(graph, face_variances(mesh), result.vertices, radius, threads, meter.part(kSupports));
+      find_weights(graph, variances, result.vertices, radius, threads, meter.part(kSupports));
+  meter.tell();
   result.offsets.assign(graph.n_vertices() + 1, 0);
   for (const std::vector<Weighted>& support : supports)
     for (const Weighted& reached : support) ++result.offsets[reached.vertex + 1];
@@ -141,6 +144,7 @@ RotationNodes choose_rotation_nodes(const EdgeGraph& graph, const PolygonMesh& m
       result.nodes[slot] = static_cast<int>(c);
       result.weights[slot] = static_cast<double>(reached.weight);
     }
+  meter.tell();
   for (int k = 0; k < kBalancings; ++k) {
     balance(shares, result, supports, areas, threads);
     meter.add((1 - kSampling - kSupports) / kBalancings);
