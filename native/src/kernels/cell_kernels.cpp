@@ -328,9 +328,9 @@ double fit_rotations(const SplitView& cells, const int* homes, const PositionsVi
                      int begin, int end) {
   LaneSum<Real> sum;
   for (int slice = begin; slice < end; ++slice) {
-    const SliceCovariances<Real> slice_Q = covariances<Real>(cells, homes, positions, slice);
+    const SliceCovariances<Real> by_part = covariances<Real>(cells, homes, positions, slice);
     Real* out = rotations + std::ptrdiff_t{4} * slice * kSliceWidth;
-    for (const Matrix<Real>& Q : slice_Q.parts) {
+    for (const Matrix<Real>& Q : by_part.parts) {
       const Quaternion<Real> q = fitted<Real>(Q, load_rotations<Real>(out));
       for_each_row<Real>(
           q, [&](int k, const Vector<Real, 4>& row)
@@ -347,9 +347,9 @@ double find_alignment(const SplitView& cells, const int* homes, const PositionsV
                       const Real* rotations, int begin, int end) {
   LaneSum<Real> sum;
   for (int slice = begin; slice < end; ++slice) {
-    const SliceCovariances<Real> slice_Q = covariances<Real>(cells, homes, positions, slice);
+    const SliceCovariances<Real> by_part = covariances<Real>(cells, homes, positions, slice);
     const Real* at = rotations + std::ptrdiff_t{4} * slice * kSliceWidth;
-    for (const Matrix<Real>& Q : slice_Q.parts) {
+    for (const Matrix<Real>& Q : by_part.parts) {
       sum.add(aligned<Real>(load_rotations<Real>(at), Q));
       at += 4 * kLaneCount<Real>;
     }
