@@ -303,13 +303,15 @@ template <class Real>
     own[p] = stored_rows<Real>(
         positions.rows, [&](int k) __attribute__((always_inline)) { return home[k]; });
   }
-  const int end = cells.offsets[slice + 1];
-  for (int begin = cells.offsets[slice]; begin < end; begin += kChunk) {
-    const int next = end - begin > kChunk ? begin + kChunk : end;
-    for (int p = 0; p < kParts; ++p)
-      add_chunk<Real>(partial_covariances<Real>(cells, own[p], positions.rows, p * kLaneCount<Real>, begin, next),
-                      Q.parts[p], lost.parts[p]);
-  }
+  const auto chunk = [&](int p, int begin) __attribute__((always_inline)) {
+    const int end = cells.offsets[slice + 1];
+    return partial_covariances<Real>(cells, own[p], positions.rows, p * kLaneCount<Real>, begin,
+                                     end - begin > kChunk ? begin + kChunk : end);
+  };
+  int begin = cells.offsets[slice];
+  for (int p = 0; p < kParts; ++p) Q.parts[p] = chunk(p, begin);
+  for (begin += kChunk; begin < cells.offsets[slice + 1]; begin += kChunk)
+    for (int p = 0; p < kParts; ++p) add_chunk<Real>(chunk(p, begin), Q.parts[p], lost.parts[p]);
   if constexpr (sizeof(Real) == sizeof(float))
     for (Matrix<Real>& part : Q.parts)
       for (int i = 0; i < 9; ++i) part[i / 3][i % 3] *= broadcast<Real>(positions.unit);
