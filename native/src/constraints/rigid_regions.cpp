@@ -51,7 +51,7 @@ void RigidRegions::read_cells() {
     find_border(region);
     find_outside(region);
     for (const int c : region.cells) has_members[c] = 1;
-    for (const Outside& cell : region.cells_outside) has_members[cell.index] = 1;
+    for (const CellOutside& outside : region.cells_outside) has_members[outside.cell] = 1;
   }
   for (int c = 0; c < energy_->n_cells(); ++c)
     if (has_members[c] != 0) cells_with_members_.push_back(c);
@@ -90,23 +90,20 @@ void RigidRegions::find_border(Region& region) const {
 }
 
 void RigidRegions::find_outside(Region& region) const {
-  std::map<int, Outside> vertices;
-  std::map<int, Outside> cells;
-  const auto at = [](std::map<int, Outside>& all, int index) -> Outside& {
-    return all.try_emplace(index, Outside{index, Vector3::Zero(), Matrix3::Zero()}).first->second;
-  };
+  std::map<int, Vector3> vertices;
+  std::map<int, CellOutside> cells;
   for (const int c : region.cells)
     energy_->cells.for_each_vertex(c, [&](int v, const Vector3& q) {
-      if (!is_member(v, region)) at(vertices, v).q += q;
+      if (!is_member(v, region)) vertices.try_emplace(v, Vector3::Zero()).first->second += q;
     });
   for (const int v : region.members)
     energy_->cells.for_each_cell(v, [&](int c, const Vector3& q) {
       if (has_cell(c, region)) return;
-      Outside& cell = at(cells, c);
+      CellOutside& cell = cells.try_emplace(c, CellOutside{.cell = c}).first->second;
       cell.q += q;
       cell.moment += q * rest(v).transpose();
     });
-  for (const auto& [v, outside] : vertices) region.vertices_outside.push_back(outside);
+  for (const auto& [v, q] : vertices) region.vertices_outside.push_back({v, q});
   for (const auto& [c, outside] : cells) region.cells_outside.push_back(outside);
 }
 
@@ -246,7 +243,7 @@ void RigidRegions::choose_center(Region& region, const Eigen::VectorXd& soft_dia
     kappa += pull.weight * pull.share * pull.share;
     moment += pull.weight * pull.share * pull.moment;
   }
-  for (const Outside& vertex : region.vertices_outside) moment += vertex.q;
+  for (const VertexOutside& outside : region.vertices_outside) moment += outside.q;
   if (!region.anchors.empty()) {
     region.center.setZero();
     for (const Anchor& anchor : region.anchors)
@@ -337,10 +334,9 @@ Matrix3 RigidRegions::linear_term(const Region& region, const Placement& placeme
       if (!is_member(static_cast<int>(it.row()), region)) pull += it.value() * positions.row(it.row()).transpose();
     L += pull * (rest(v) - region.center).transpose();
   }
-  for (const Outside& cell : region.cells_outside)
-    L -= passes.rotation(cell.index).toRotationMatrix() * (cell.moment - cell.q * region.center.transpose());
-  for (const Outside& vertex : region.vertices_outside)
-    L -= positions.row(vertex.index).transpose() * vertex.q.transpose();
+  for (const auto& [cell, q, moment] : region.cells_outside)
+    L -= passes.rotation(cell).toRotationMatrix() * (moment - q * region.center.transpose());
+  for (const auto& [vertex, q] : region.vertices_outside) L -= positions.row(vertex).transpose() * q.transpose();
   return L;
 }
 
@@ -381,7 +377,7 @@ Vector3 RigidRegions::pull_along(int region, const Eigen::Ref<const Eigen::Vecto
   for (const Pull& by : pulled.pulls)
     for (size_t k = 0; k < by.elsewhere.indices.size(); ++k)
       pull -= by.weight * by.elsewhere.coefficients[k] * response[by.elsewhere.indices[k]] * by.arm(pulled.center);
-  for (const Outside& vertex : pulled.vertices_outside) pull += response[vertex.index] * vertex.q;
+  for (const auto& [vertex, q] : pulled.vertices_outside) pull += response[vertex] * q;
   return pull;
 }
 

@@ -149,20 +149,26 @@ class RigidRegions {
     [[nodiscard]] Vector3 arm(const Vector3& center) const { return moment - share * center; }
   };
 
-  /// What joins the region with a vertex or a cell outside.
-  struct Outside {
-    int index;
-    Vector3 q;       ///< sum of the rest vectors
-    Matrix3 moment;  ///< of a cell: sum of q p_j^T over its members
+  /// A vertex outside that cells of the region have.
+  struct VertexOutside {
+    int vertex;
+    Vector3 q;  ///< sum of its rest vectors in these
+  };
+
+  /// A cell outside that has members of the region.
+  struct CellOutside {
+    int cell;
+    Vector3 q = Vector3::Zero();       ///< sum of the members' rest vectors
+    Matrix3 moment = Matrix3::Zero();  ///< sum of q_cj p_j^T over the members j
   };
 
   struct Region {
-    std::vector<int> members;               ///< vertices, the first is the unknown
-    std::vector<int> border;                ///< members with neighbours outside
-    std::vector<int> cells;                 ///< whose home is a member
-    std::vector<Outside> vertices_outside;  ///< that its cells have
-    std::vector<Outside> cells_outside;     ///< that have members
-    std::vector<Anchor> anchors;            ///< hard members
+    std::vector<int> members;  ///< vertices, the first is the unknown
+    std::vector<int> border;   ///< members with neighbours outside
+    std::vector<int> cells;    ///< whose home is a member
+    std::vector<VertexOutside> vertices_outside;
+    std::vector<CellOutside> cells_outside;
+    std::vector<Anchor> anchors;  ///< hard members
     std::vector<Pull> pulls;
     int anchor_rank = 0;  ///< 0 a point, 1 a line, 2 at least a plane
     Vector3 anchor_axis = Vector3::Zero();

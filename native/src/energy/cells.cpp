@@ -46,8 +46,8 @@ struct CellSizes {
     return sum;
   }
 
-  /// Which entry of its cell the first one of each share is. Entry -1 is the home, or if
-  /// the cell has none, its first vertex.
+  /// Which entry of its cell the first one of each share is. Entry -1 is the home, or if the cell has
+  /// none, its first vertex.
   [[nodiscard]] std::vector<std::vector<int>> first_entries() && {
     for (size_t c = 0; c < has_home.size(); ++c) {
       int entry = has_home[c] - 1;
