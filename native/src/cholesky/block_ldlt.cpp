@@ -68,8 +68,10 @@ bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vec
   return ((energy_again - energy).array().abs() <= kFarOff * energy.array()).all();
 }
 
-std::shared_ptr<const TilePlan> make_plan(const SparseMatrix& pattern, int n_threads, const MeterPart& meter) {
-  std::vector<int> ordering = nested_dissection(pattern, n_threads, meter.part(0.8));
+std::shared_ptr<const TilePlan> make_plan(const SparseMatrix& pattern, int n_threads, const TileKernels& tile_kernels,
+                                          const MeterPart& meter) {
+  std::vector<int> ordering =
+      nested_dissection(pattern, n_threads, meter.part(0.8), tile_kernels.number_bytes);
   SupernodalStructure structure = make_supernodes(pattern, std::move(ordering));
   meter.add(0.1);
   auto plan = std::make_shared<const TilePlan>(std::move(structure), n_threads);
@@ -84,11 +86,15 @@ BlockLdlt::BlockLdlt(const SparseMatrix& pattern, const Workers& workers, Isa is
     : workers_(workers),
       isa_(isa),
       format_(kernels(isa).half_tile.number_bytes > 0 ? format : TileFormat::kFloat),
-      plan_(make_plan(pattern, workers.threads(), meter)),
+      plan_(make_plan(pattern, workers.threads(), tile_kernels(format_), meter)),
       new_index_(inverse_permutation(plan_->structure.ordering)),
       pattern_hash_(hash_pattern(pattern, new_index_, workers.threads())) {}
 
 BlockLdlt::~BlockLdlt() = default;
+
+const TileKernels& BlockLdlt::tile_kernels(TileFormat format) const {
+  return format == TileFormat::kHalf ? kernels(isa_).half_tile : kernels(isa_).tile;
+}
 
 const std::vector<int>* BlockLdlt::ordering() const {
   return plan_->has_identity_ordering ? nullptr : &plan_->structure.ordering;
@@ -135,13 +141,13 @@ std::unique_ptr<Factorization> BlockLdlt::factorize(const SparseMatrix& A, const
 
 std::unique_ptr<Factorization> BlockLdlt::factorize_as(TileFormat format, const SparseMatrix& A, const Scaling& scaling,
                                                        const MeterPart& meter) const {
-  const TileKernels& tile_kernels = format == TileFormat::kHalf ? kernels(isa_).half_tile : kernels(isa_).tile;
-  require_memory(factorization_bytes(*plan_, tile_kernels.number_bytes), "the factor of this mesh");
-  AlignedBuffer<std::byte> tiles(tile_kernels.number_bytes * kTileNumbers * plan_->tile_offsets.back());
+  const TileKernels& of_tiles = tile_kernels(format);
+  require_memory(factorization_bytes(*plan_, of_tiles.number_bytes), "the factor of this mesh");
+  AlignedBuffer<std::byte> tiles(of_tiles.number_bytes * kTileNumbers * plan_->tile_offsets.back());
   if (!factorize_multifrontal(*plan_, front_plan(A), workers_, kernels(isa_).front, A, scaling, format, tiles.data(),
                               meter))
     return nullptr;
-  return std::make_unique<TileFactorization>(plan_, workers_, tile_kernels, std::move(tiles), scaling);
+  return std::make_unique<TileFactorization>(plan_, workers_, of_tiles, std::move(tiles), scaling);
 }
 
 }  // namespace arap

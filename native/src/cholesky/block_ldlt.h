@@ -50,6 +50,8 @@ class BlockLdlt final : public LinearSolver {
   /// Made when first needed: after renumber(), so that a model makes only one.
   [[nodiscard]] const FrontPlan& front_plan(const SparseMatrix& A) const;
 
+  [[nodiscard]] const TileKernels& tile_kernels(TileFormat format) const;
+
   /// Null if a number is too large for the format.
   [[nodiscard]] std::unique_ptr<Factorization> factorize_as(TileFormat format, const SparseMatrix& A,
                                                             const Scaling& scaling, const MeterPart& meter) const;

@@ -5,10 +5,12 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <numeric>
 #include <utility>
 
+#include "base/available_memory.h"
 #include "ordering/graph.h"
 #include "ordering/minimum_degree.h"
 #include "ordering/multilevel_graph.h"
@@ -23,6 +25,8 @@ namespace {
 constexpr int kLeafSize = 160;
 static_assert(kLeafSize <= kMinimumDegreeSize);
 constexpr std::ptrdiff_t kPiecesPerThread = 8;
+/// What smaller separators need decides nothing.
+constexpr int kLargeSeparator = 5000;
 
 int degree(const SparseMatrix& pattern, int i) {
   return pattern.outerIndexPtr()[i + 1] - pattern.outerIndexPtr()[i] - 1;
@@ -71,8 +75,9 @@ Graph make_graph(const SparseMatrix& pattern, std::vector<int>& unknowns) {
 
 class Dissection {
  public:
-  Dissection(const Graph& graph, const MeterPart& meter)
+  Dissection(const Graph& graph, const MeterPart& meter, size_t entry_bytes)
       : graph_(graph),
+        entry_bytes_(static_cast<double>(entry_bytes)),
         // A cut takes as long as all of its halves' together.
         meter_(meter.part(1 / (1 + std::log2(1 + static_cast<double>(graph.n_vertices()) / kLeafSize)))),
         ordering_(graph.n_vertices()) {}
@@ -115,6 +120,7 @@ class Dissection {
       return {};
     }
     const Separator separator = find_separator(piece.hierarchy.graph, piece.hierarchy.coarser);
+    if (separator.weights[Separator::kBetween] > kLargeSeparator) require_room(piece.hierarchy.graph, separator);
     std::array<Piece, 2> halves;
     int place = piece.begin;
     std::array<GraphSide, 2> sides = divide(piece.hierarchy, separator, kLeafSize);
@@ -127,6 +133,12 @@ class Dissection {
       if (separator.side[v] == Separator::kBetween) ordering_[place++] = piece.vertices[v];
     report(piece);
     return halves;
+  }
+
+  /// Separators do not share columns, so what they need adds up.
+  void require_room(const Graph& graph, const Separator& separator) {
+    require_memory(entry_bytes_ * static_cast<double>(least_entries_ += least_entries(graph, separator)),
+                   "the factor of this mesh");
   }
 
   void dissect(Piece piece) {
@@ -167,13 +179,16 @@ class Dissection {
   }
 
   const Graph& graph_;
+  double entry_bytes_;
+  std::atomic<std::int64_t> least_entries_ = 0;
   MeterPart meter_;  ///< for each level of cuts
   std::vector<int> ordering_;
 };
 
 }  // namespace
 
-std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads, const MeterPart& meter) {
+std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads, const MeterPart& meter,
+                                   size_t entry_bytes) {
   const auto n = static_cast<int>(pattern.rows());
   // Isolated unknowns come first. Unknowns with very many neighbours come last: they would be in every separator and
   // hide the shape of the rest.
@@ -187,7 +202,7 @@ std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads, con
     (d <= 0 ? ordering : d > dense ? last : inner).push_back(i);
   }
   const Graph graph = make_graph(pattern, inner);
-  for (const int v : Dissection(graph, meter).run(threads)) ordering.push_back(inner[v]);
+  for (const int v : Dissection(graph, meter, entry_bytes).run(threads)) ordering.push_back(inner[v]);
   ordering.insert(ordering.end(), last.begin(), last.end());
   return ordering;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "parallel/meter.h"
@@ -16,6 +17,9 @@ namespace arap {
 ///
 /// @param pattern  symmetric, stored whole
 /// @param threads  to work on; the ordering does not depend on them
-[[nodiscard]] std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads, const MeterPart& meter = {});
+/// @param entry_bytes  of an entry of the factor. Throws NotEnoughMemory as soon as the separators show that the factor
+/// does not fit.
+[[nodiscard]] std::vector<int> nested_dissection(const SparseMatrix& pattern, int threads, const MeterPart& meter = {},
+                                                 size_t entry_bytes = 0);
 
 }  // namespace arap

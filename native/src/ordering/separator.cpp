@@ -298,6 +298,34 @@ struct Search {
 
 }  // namespace
 
+std::int64_t least_entries(const Graph& graph, const Separator& separator) {
+  constexpr int kUnseen = -1;
+  std::vector<int> seen_by(graph.n_vertices(), kUnseen);  // the last connected part that reached a vertex
+  std::int64_t most_coupled = 0;
+  std::vector<int> open;
+  for (int seed = 0; seed < graph.n_vertices(); ++seed) {
+    if (separator.side[seed] == Separator::kBetween || seen_by[seed] != kUnseen) continue;
+    std::int64_t n_coupled = 0;
+    seen_by[seed] = seed;
+    open.push_back(seed);
+    while (!open.empty()) {
+      const int v = open.back();
+      open.pop_back();
+      for (int e = graph.offsets[v]; e < graph.offsets[v + 1]; ++e) {
+        const int u = graph.neighbours[e];
+        if (seen_by[u] == seed) continue;
+        seen_by[u] = seed;
+        if (separator.side[u] == Separator::kBetween)
+          ++n_coupled;
+        else
+          open.push_back(u);
+      }
+    }
+    most_coupled = std::max(most_coupled, n_coupled);
+  }
+  return most_coupled * (most_coupled + 1) / 2;
+}
+
 SeparatorCost separator_cost(const Separator& separator) {
   return separator_cost(separator, max_side_weight(separator));
 }

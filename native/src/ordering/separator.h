@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <tuple>
 
@@ -12,6 +13,10 @@ namespace arap {
 /// [Karypis and Kumar 1998, "A fast and high quality multilevel scheme"]. Deterministic.
 /// @param coarser  coarser graphs to start from, each made from the one before
 [[nodiscard]] Separator find_separator(const Graph& graph, std::span<const Coarsening> coarser = {});
+
+/// Entries that the separator's own columns have in a factor at the least, if both sides come before it: eliminating a
+/// connected part of a side couples all vertices of the separator beside that part.
+[[nodiscard]] std::int64_t least_entries(const Graph& graph, const Separator& separator);
 
 /// Makes a separator lighter by moving single vertices out of it and their neighbours on the other side into it: always
 /// the best move, for a while also moves that make it heavier. [Fiduccia and Mattheyses 1982; for separators Ashcraft

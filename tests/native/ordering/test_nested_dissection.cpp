@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "arap/error.h"
 #include "cholesky/elimination_tree.h"
 #include "ordering/minimum_degree.h"
 #include "ordering/multilevel_graph.h"
@@ -259,6 +260,17 @@ void expect_stands_for(const arap::Coarsening& coarsening, const Graph& fine) {
   EXPECT_EQ(weights, coarsening.graph.weights);
 }
 
+TEST_P(NestedDissection, SeparatorsHaveTheEntriesThatTheyForetell) {
+  const Graph graph = graph_of(GetParam());
+  if (graph.n_vertices() == 0) return;
+  const Separator separator = arap::find_separator(graph);
+  std::vector<int> order(graph.n_vertices());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return separator.side[a] < separator.side[b]; });
+  const int n_before = separator.weights[0] + separator.weights[1];
+  EXPECT_LE(n_before + static_cast<double>(arap::least_entries(graph, separator)), fill(pattern_of(GetParam()), order));
+}
+
 TEST_P(NestedDissection, SidesAreWhatIsLeftOfTheGraphAndOfItsCoarserOnes) {
   const Graph graph = graph_of(GetParam());
   if (graph.n_vertices() == 0) return;
@@ -293,6 +305,20 @@ TEST(Separators, CutASheetInTheMiddle) {
   // A line across it is the least there is.
   EXPECT_LE(separator.weights[2], 1.1 * kSize);
   EXPECT_LE(std::max(separator.weights[0], separator.weights[1]), 0.6 * kSize * kSize);
+}
+
+TEST(Separators, OfASheetAreCoupledWholly) {
+  const Graph graph = graph_of({"sheet", 3600, sheet(60)});
+  const Separator separator = arap::find_separator(graph);
+  EXPECT_EQ(arap::least_entries(graph, separator), separator.weights[2] * (separator.weights[2] + 1) / 2);
+}
+
+TEST(NestedDissectionFill, IsRefusedIfItsSeparatorsDoNotFit) {
+  constexpr int kVertices = 30000;
+  const SparseMatrix pattern = pattern_of({"random", kVertices, random_edges(kVertices, 6 * kVertices)});
+  constexpr size_t kEntryBytes = size_t{1} << 40U;
+  for (const int threads : {1, 2})
+    EXPECT_THROW(static_cast<void>(arap::nested_dissection(pattern, threads, {}, kEntryBytes)), arap::NotEnoughMemory);
 }
 
 TEST(Separators, OfAPathAreOneVertex) {
