@@ -2,8 +2,10 @@
 #include "sampling/node_supports.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "parallel/parallel.h"
@@ -44,38 +46,44 @@ Supports sweep_each(const EdgeGraph& graph, const std::vector<int>& nodes, float
 }
 
 /// Dijkstra's algorithm from all nodes at once. A vertex is settled once by each of its nearest nodes. What is nearest
-/// to a vertex is nearest to those on the shortest path, too, so nothing passes a vertex that has its nodes.
+/// to a vertex is nearest to those on the shortest path, too, so nothing passes a vertex that has nearer nodes enough.
 class NearestNodes {
  public:
   NearestNodes(const EdgeGraph& graph, const std::vector<int>& nodes, float support, const MeterPart& meter)
-      : graph_(graph), support_(support), meter_(meter), supports_(nodes.size()), nodes_of_(graph.n_vertices()) {
-    for (size_t c = 0; c < nodes.size(); ++c) push({nodes[c], static_cast<int>(c)}, 0);
+      : graph_(graph), support_(support), meter_(meter), supports_(nodes.size()), nearest_(graph.n_vertices()) {
+    for (size_t c = 0; c < nodes.size(); ++c) reach(nodes[c], static_cast<int>(c), 0);
   }
 
   Supports run() {
     while (!queue_.empty()) {
-      const auto [distance, slot] = queue_.pop();
-      const Label label = labels_[slot];
-      free_.push_back(slot);
-      if (!may_settle(label)) continue;
-      nodes_of_[label.vertex].push_back(label.node);
+      const auto [distance, key] = queue_.pop();
+      const auto vertex = static_cast<int>(static_cast<std::uint32_t>(key) / kMostNodes);
+      const Nearest& nearest = nearest_[vertex];
+      const std::uint32_t slot = static_cast<std::uint32_t>(key) % kMostNodes;
+      if (nearest.distances[slot] != distance) continue;  // a nearer one has come
+      const int node = nearest.nodes[slot];
       count_settled();
-      supports_[label.node].push_back({label.vertex, distance});
-      for (const EdgeGraph::Arc& arc : graph_.arcs(label.vertex)) push({arc.vertex, label.node}, distance + arc.length);
+      supports_[node].push_back({vertex, distance});
+      for (const EdgeGraph::Arc& arc : graph_.arcs(vertex)) nearest_[arc.vertex].prefetch();
+      for (const EdgeGraph::Arc& arc : graph_.arcs(vertex)) reach(arc.vertex, node, distance + arc.length);
     }
     return std::move(supports_);
   }
 
  private:
-  struct Label {
-    int vertex;
-    int node;
+  /// The nearest nodes of a vertex so far. The distance of a slot only falls.
+  struct Nearest {
+    Nearest() {
+      distances.fill(std::numeric_limits<float>::infinity());
+      nodes.fill(-1);
+    }
+    void prefetch() const {
+      for (int k = 0; k < kMostNodes; k += 16) arap::prefetch(&nodes[k]);
+      for (int k = 0; k < kMostNodes; k += 16) arap::prefetch(&distances[k]);
+    }
+    std::array<float, kMostNodes> distances;
+    std::array<int, kMostNodes> nodes;
   };
-
-  [[nodiscard]] bool may_settle(const Label& label) const {
-    const std::vector<int>& settled = nodes_of_[label.vertex];
-    return std::ssize(settled) < kMostNodes && std::find(settled.begin(), settled.end(), label.node) == settled.end();
-  }
 
   void count_settled() {
     constexpr int kReported = 1 << 16;
@@ -83,17 +91,16 @@ class NearestNodes {
     if (++n_settled_ % kReported == 0) meter_.add(kReported / (1.0 * kMostNodes * graph_.n_vertices()));
   }
 
-  void push(const Label& label, float distance) {
-    if (!(distance < support_) || !may_settle(label)) return;
-    int slot = static_cast<int>(labels_.size());
-    if (free_.empty()) {
-      labels_.push_back(label);
-    } else {
-      slot = free_.back();
-      free_.pop_back();
-      labels_[slot] = label;
-    }
-    queue_.push({distance, slot});
+  /// A node takes its own slot at a vertex, or that of the farthest one.
+  void reach(int vertex, int node, float distance) {
+    if (!(distance < support_)) return;
+    Nearest& nearest = nearest_[vertex];
+    const auto own = std::find(nearest.nodes.begin(), nearest.nodes.end(), node) - nearest.nodes.begin();
+    const auto slot = own < kMostNodes ? own : std::ranges::max_element(nearest.distances) - nearest.distances.begin();
+    if (!(distance < nearest.distances[slot])) return;
+    nearest.distances[slot] = distance;
+    nearest.nodes[slot] = node;
+    queue_.push({distance, static_cast<int>(static_cast<std::uint32_t>(vertex) * kMostNodes + slot)});
   }
 
   const EdgeGraph& graph_;
@@ -101,10 +108,8 @@ class NearestNodes {
   MeterPart meter_;
   std::int64_t n_settled_ = 0;
   Supports supports_;
-  std::vector<std::vector<int>> nodes_of_;  ///< of each vertex, the nearest first
-  DistanceQueue queue_;                     ///< of slots of labels_
-  std::vector<Label> labels_;
-  std::vector<int> free_;  ///< slots
+  std::vector<Nearest> nearest_;  ///< of each vertex
+  DistanceQueue queue_;           ///< of slots: vertex * kMostNodes + slot
 };
 
 }  // namespace
