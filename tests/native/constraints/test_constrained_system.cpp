@@ -455,9 +455,11 @@ TEST(Patches, OfOneAverageTwiceMeetInTheMiddle) {
   Task task = hold(mesh, {0, 1, 2});
   task.add_patch({30, 31}, {1, 1}, {1, 0, 0});
   task.add_patch({30, 31}, {2, 2}, {0, 1, 0});
+  // Rounding of a system without an inverse; it depends on the processor.
+  constexpr double kRounding = 1e-8;
   for (const int n : {1, 5}) {
     const Positions p = solve_once(mesh, task, iterations(n)).positions;
-    EXPECT_LT(((p.row(30) + p.row(31)) / 2 - Eigen::RowVector3d(.5, .5, 0)).norm(), 1e-9) << n;
+    EXPECT_LT(((p.row(30) + p.row(31)) / 2 - Eigen::RowVector3d(.5, .5, 0)).norm(), kRounding) << n;
   }
 }
 
