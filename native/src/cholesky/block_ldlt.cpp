@@ -70,8 +70,7 @@ bool is_close(const Factorization& factor, const SparseMatrix& A, const std::vec
 
 std::shared_ptr<const TilePlan> make_plan(const SparseMatrix& pattern, int n_threads, const TileKernels& tile_kernels,
                                           const MeterPart& meter) {
-  std::vector<int> ordering =
-      nested_dissection(pattern, n_threads, meter.part(0.8), tile_kernels.number_bytes);
+  std::vector<int> ordering = nested_dissection(pattern, n_threads, meter.part(0.8), tile_kernels.number_bytes);
   SupernodalStructure structure = make_supernodes(pattern, std::move(ordering));
   meter.add(0.1);
   auto plan = std::make_shared<const TilePlan>(std::move(structure), n_threads);

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "arap/constraints.h"
+#include "arap/mesh.h"
+#include "arap/options.h"
+#include "arap/result.h"
+#include "arap/types.h"
+
+namespace arap {
+inline namespace ARAP_COMPILED_ALIKE {
+
+/// Fixed at bind.
+struct LatticeOptions {
+  /// Size of the cubes as a fraction of the bounding-box diagonal, in [0.001, 1]; 0: from the shape, four across a limb
+  /// of the median thickness. Coarser is faster and stiffer.
+  double cube_size = 0;
+
+  /// Threads of bind and solve; 0 = as many as pay at this size.
+  int threads = 0;
+
+  /// As in Options.
+  bool join_seams = false;
+
+  /// Throws InvalidInput that names field, value and bound.
+  void validate() const;
+};
+
+/// As-rigid-as-possible deformation of a surface and what is inside it. A limb that is twisted or bent keeps its
+/// volume, which a surface alone does not. The unknowns are the control points of a sparse lattice of quadratic
+/// B-splines around the mesh, so an iteration costs the same at every density of the mesh.
+///
+/// The same three acts as SurfaceArap, with the same rules. Any mesh serves: open, not manifold, of several parts,
+/// turned inside out. Where a part has no inside, as a sheet, the cubes that it passes through deform with it.
+class LatticeArap {
+ public:
+  /// Binds. Throws InvalidInput for bad options, or a mesh without faces or size; Cancelled when `progress` returns
+  /// false.
+  explicit LatticeArap(const PolygonMesh& mesh, const LatticeOptions& options = {}, const Progress& progress = {});
+  ~LatticeArap();
+  LatticeArap(LatticeArap&&) noexcept;
+  LatticeArap& operator=(LatticeArap&&) noexcept;
+  LatticeArap(const LatticeArap&) = delete;
+  LatticeArap& operator=(const LatticeArap&) = delete;
+
+  /// As SurfaceArap::set_constraints. The lattice follows constrained vertices as well as it can; what it leaves of
+  /// hard ones is spread over two cubes around them, so these are exactly at their targets.
+  void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});
+
+  /// As SurfaceArap::solve.
+  SolveResult solve(const Positions& targets, const SolveOptions& options = {}, std::span<const Matrix3> rotations = {},
+                    const Progress& progress = {});
+
+  /// Back to the rest positions; constraints stay.
+  void reset();
+
+  [[nodiscard]] int n_vertices() const;
+  [[nodiscard]] int n_parts() const;
+  [[nodiscard]] int n_control_points() const;
+  [[nodiscard]] double cube_size() const;  ///< in the input's unit
+  [[nodiscard]] int threads() const;       ///< threads in use
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace ARAP_COMPILED_ALIKE
+}  // namespace arap

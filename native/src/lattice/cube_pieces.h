@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "arap/types.h"
+#include "lattice/cube_grid.h"
+
+namespace arap {
+
+/// What a connected surface and its inside are within each cube. In a cube they may be of several pieces, as two
+/// fingers are: each moves by itself.
+struct CubePieces {
+  std::vector<int> cubes;                   ///< of each piece, its index in the grid
+  std::vector<double> inside;               ///< of each piece, the share of the cube that is inside
+  std::vector<std::pair<int, int>> beside;  ///< pieces of cubes side by side that hang together; each pair once
+  std::vector<int> piece_of_vertex;         ///< (n,)
+
+  [[nodiscard]] int size() const { return static_cast<int>(cubes.size()); }
+};
+
+/// Lines of samples along each axis of a cube.
+inline constexpr int kSamplesAlong = 4;
+
+/// Inside is what most of six rays along the axes leave once more than they enter. So a surface may be open, meet
+/// itself, or be turned inside out, and a sheet has no inside.
+/// @param points     (n, 3), within the grid
+/// @param triangles  of a connected surface that has all these points
+[[nodiscard]] CubePieces find_pieces(const Positions& points, const std::vector<std::array<int, 3>>& triangles,
+                                     const CubeGrid& grid);
+
+}  // namespace arap

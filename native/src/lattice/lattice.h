@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "arap/mesh.h"
+#include "constraints/linear_rows.h"
+#include "lattice/cube_grid.h"
+#include "lattice/spline.h"
+#include "parallel/meter.h"
+#include "parallel/workers.h"
+
+namespace arap {
+
+/// A sparse lattice around a mesh: the cubes that its surface touches or fills, in pieces (see CubePieces), and on them
+/// quadratic B-splines. A point x of a piece is sum_k phi_k(x) c_k over the piece's 27 control points: C1 from cube to
+/// cube, and affine maps of the control points are met exactly. Each connected part of the mesh has pieces of its own.
+class Lattice {
+ public:
+  using ControlPoints = std::array<int, kControlPoints>;
+
+  /// @param mesh       with faces; a loose vertex is in no piece
+  /// @param cube_size  > 0
+  Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& meter = {});
+
+  [[nodiscard]] double cube_size() const { return grid_.size; }
+  [[nodiscard]] int n_pieces() const { return static_cast<int>(inside_.size()); }
+  [[nodiscard]] int n_control_points() const { return static_cast<int>(rest_.rows()); }
+
+  /// (n_control_points, 3)
+  [[nodiscard]] const Positions& rest() const { return rest_; }
+  [[nodiscard]] const std::vector<int>& part_of_control_point() const { return parts_; }
+  [[nodiscard]] const ControlPoints& control_points(int piece) const { return control_points_[piece]; }
+  /// The share of its cube that is inside.
+  [[nodiscard]] double inside(int piece) const { return inside_[piece]; }
+  /// Of each vertex, -1: it is loose.
+  [[nodiscard]] const std::vector<int>& piece_of_vertex() const { return piece_of_vertex_; }
+
+  /// phi of a vertex that is in a piece, by number of control point.
+  [[nodiscard]] Eigen::Matrix<double, kControlPoints, 1> weights(int vertex) const;
+  /// The same as a row over all control points.
+  [[nodiscard]] LinearRow row(int vertex) const;
+
+  /// Numbers the control points anew.
+  void renumber(const std::vector<int>& new_of_old);
+
+  /// Writes the rows of all vertices but loose ones.
+  /// @param control_points  (n_control_points, 3)
+  void embed(const Positions& control_points, const Workers& workers, Positions& points) const;
+
+ private:
+  void add_part(int part, const Positions& points, const std::vector<std::array<int, 3>>& triangles,
+                const std::vector<int>& vertices, std::vector<std::pair<int, int>>& beside, std::vector<int>& cubes,
+                std::vector<int>& part_of_piece);
+  void name_control_points(const std::vector<int>& cubes, const std::vector<std::pair<int, int>>& beside,
+                           const std::vector<int>& part_of_piece);
+
+  CubeGrid grid_;
+  std::vector<double> inside_;
+  std::vector<ControlPoints> control_points_;
+  std::vector<int> parts_;
+  Positions rest_;
+  std::vector<int> piece_of_vertex_;
+  std::vector<Eigen::Vector3f> places_;  ///< of each vertex in its cube, 0 to 1
+};
+
+/// A size of cubes for a mesh of diagonal 1: four across a limb of the median thickness, a fiftieth at the most, and at
+/// least least_cube_size(). It depends on the shape alone, not on how finely it is meshed.
+[[nodiscard]] double choose_cube_size(const PolygonMesh& mesh, int threads);
+
+/// Smaller cubes would be too many: some 25,000, or 500,000 in the box around the mesh.
+[[nodiscard]] double least_cube_size(const PolygonMesh& mesh);
+
+}  // namespace arap

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "models/lattice_arap/held_vertices.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <queue>
+#include <utility>
+
+#include "base/offsets.h"
+
+namespace arap {
+
+namespace {
+
+/// Strength of a hard vertex: what it leaves is a thousandth of the diagonal at the most, and the system stays easy.
+constexpr double kHardStrength = 100;
+
+double strength_of(const ConstraintSet& set, size_t k) {
+  const double s = set.strengths.empty() ? 1.0 : set.strengths[k];
+  return s < 1 ? std::min(kHardStrength, s / (1 - s)) : kHardStrength;
+}
+
+/// Nothing pulls a loose vertex from its target.
+bool is_exact(const PolygonMesh& mesh, const ConstraintSet& set, size_t k) {
+  return set.strengths.empty() || set.strengths[k] >= 1 - 1e-9 ||
+         (mesh.part_of_vertex()[set.vertices[k]] < 0 && set.strengths[k] > 0);
+}
+
+/// Edges of a mesh by vertex.
+struct Neighbours {
+  std::vector<int> offsets;
+  std::vector<int> vertices;
+
+  explicit Neighbours(const PolygonMesh& mesh) : offsets(mesh.n_vertices() + 1, 0) {
+    for_each_side(mesh, [&](int a, int b) {
+      ++offsets[a + 1];
+      ++offsets[b + 1];
+    });
+    make_offsets(offsets);
+    vertices.resize(offsets.back());
+    std::vector<int> next(offsets.begin(), offsets.end() - 1);
+    for_each_side(mesh, [&](int a, int b) {
+      vertices[next[a]++] = b;
+      vertices[next[b]++] = a;
+    });
+  }
+
+  template <class Visit>
+  static void for_each_side(const PolygonMesh& mesh, const Visit& visit) {
+    for (int f = 0; f < mesh.n_faces(); ++f) {
+      const std::span<const int> face = mesh.face(f);
+      for (size_t k = 0; k < face.size(); ++k) visit(face[k], face[(k + 1) % face.size()]);
+    }
+  }
+};
+
+}  // namespace
+
+HeldVertices::HeldVertices(const Lattice& lattice, const std::vector<double>& areas, const ConstraintSet& set) {
+  std::map<int, std::vector<int>> by_piece;
+  for (size_t k = 0; k < set.vertices.size(); ++k)
+    if (const int piece = lattice.piece_of_vertex()[set.vertices[k]]; piece >= 0 && strength_of(set, k) > 0)
+      by_piece[piece].push_back(static_cast<int>(k));
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const auto& [piece, held] : by_piece) {
+    Eigen::MatrixXd weighted(kControlPoints, held.size());  // omega phi
+    Eigen::Matrix<double, kControlPoints, kControlPoints> normal;
+    normal.setZero();
+    for (size_t i = 0; i < held.size(); ++i) {
+      const int v = set.vertices[held[i]];
+      const auto phi = lattice.weights(v);
+      weighted.col(static_cast<Eigen::Index>(i)) = strength_of(set, held[i]) * areas[v] / lattice.cube_size() * phi;
+      normal += weighted.col(static_cast<Eigen::Index>(i)) * phi.transpose();
+    }
+    const Eigen::SelfAdjointEigenSolver<decltype(normal)> eigen(normal);
+    const double least = 1e-9 * eigen.eigenvalues()[kControlPoints - 1];
+    for (int e = 0; e < kControlPoints; ++e) {
+      const double value = eigen.eigenvalues()[e];
+      if (!(value > least)) continue;
+      const auto vector = eigen.eigenvectors().col(e);
+      const Lattice::ControlPoints& points = lattice.control_points(piece);
+      for (size_t i = 0; i < held.size(); ++i)
+        entries.emplace_back(rows_.size(), held[i], vector.dot(weighted.col(static_cast<Eigen::Index>(i))) / value);
+      rows_.add({{points.begin(), points.end()}, {vector.begin(), vector.end()}}, 2 * value);
+      sources_.push_back(held.front());
+    }
+  }
+  const auto n_vertices = static_cast<int>(set.vertices.size());
+  for (int p = 0; p < set.patches.size(); ++p) {
+    std::map<int, double> row;
+    double sum = 0;
+    for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
+      if (!(set.patches.weights[k] > 0)) continue;
+      const auto [indices, coefficients] = lattice.row(set.patches.vertices[k]);
+      for (size_t i = 0; i < indices.size(); ++i) row[indices[i]] += set.patches.weights[k] * coefficients[i];
+      sum += set.patches.weights[k];
+    }
+    LinearRow average;
+    for (const auto& [index, coefficient] : row) {
+      average.indices.push_back(index);
+      average.coefficients.push_back(coefficient / sum);
+    }
+    entries.emplace_back(rows_.size(), n_vertices + p, 1.0);
+    rows_.add(std::move(average), LinearRows::kHard);
+    sources_.push_back(n_vertices + p);
+  }
+  from_set_.resize(rows_.size(), set.size());
+  from_set_.setFromTriplets(entries.begin(), entries.end());
+}
+
+ExactVertices::ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, double reach) {
+  std::map<int, int> held_of_vertex;
+  for (size_t k = 0; k < set.vertices.size(); ++k) {
+    if (!is_exact(mesh, set, k)) continue;
+    const auto [found, is_new] = held_of_vertex.emplace(set.vertices[k], static_cast<int>(held_.size()));
+    if (is_new) held_.push_back({set.vertices[k], {}});
+    held_[found->second].targets.push_back(static_cast<int>(k));
+  }
+  // Dijkstra's algorithm from all of them.
+  struct Reached {
+    double distance;
+    int vertex;
+    int held;
+    bool operator>(const Reached& other) const {
+      return std::tie(distance, vertex, held) > std::tie(other.distance, other.vertex, other.held);
+    }
+  };
+  const Neighbours neighbours(mesh);
+  std::vector<char> is_done(mesh.n_vertices(), 0);
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> queue;
+  const auto go_on = [&](const Reached& from) {
+    for (int e = neighbours.offsets[from.vertex]; e < neighbours.offsets[from.vertex + 1]; ++e) {
+      const int v = neighbours.vertices[e];
+      const double distance = from.distance + (mesh.positions().row(v) - mesh.positions().row(from.vertex)).norm();
+      if (is_done[v] == 0 && distance < reach) queue.push({distance, v, from.held});
+    }
+  };
+  for (const Held& held : held_) is_done[held.vertex] = 1;
+  for (size_t k = 0; k < held_.size(); ++k) go_on({0, held_[k].vertex, static_cast<int>(k)});
+  while (!queue.empty()) {
+    const Reached next = queue.top();
+    queue.pop();
+    if (is_done[next.vertex] != 0) continue;
+    is_done[next.vertex] = 1;
+    const double part = next.distance / reach;
+    followers_.push_back({next.vertex, next.held, (1 - part * part) * (1 - part * part)});
+    go_on(next);
+  }
+}
+
+void ExactVertices::apply(const Positions& targets, Positions& points) const {
+  Positions left(held_.size(), 3);
+  for (size_t k = 0; k < held_.size(); ++k) {
+    Eigen::RowVector3d mean = Eigen::RowVector3d::Zero();
+    for (const int t : held_[k].targets) mean += targets.row(t) / static_cast<double>(held_[k].targets.size());
+    left.row(static_cast<Eigen::Index>(k)) = mean - points.row(held_[k].vertex);
+    points.row(held_[k].vertex) = mean;
+  }
+  for (const Follower& follower : followers_) points.row(follower.vertex) += follower.share * left.row(follower.held);
+}
+
+}  // namespace arap

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "arap/lattice_arap.h"
+
+#include <future>
+#include <optional>
+#include <utility>
+
+#include "arap/error.h"
+#include "base/format_message.h"
+#include "lattice/lattice.h"
+#include "models/input_checks.h"
+#include "models/lattice_arap/held_vertices.h"
+#include "models/lattice_arap/lattice_energy.h"
+#include "models/model_space.h"
+#include "optimize/engine.h"
+#include "parallel/meter.h"
+#include "parallel/parallel.h"
+#include "sampling/surface_patch.h"
+
+namespace arap {
+
+namespace {
+
+/// Around hard vertices, in cubes.
+constexpr double kReach = 2;
+
+void require_inside(const PolygonMesh& mesh) {
+  if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
+    throw InvalidInput("the mesh has no faces or no size, so it has no inside; give it faces");
+}
+
+}  // namespace
+
+void LatticeOptions::validate() const {
+  if (cube_size != 0 && !(cube_size >= 1e-3 && cube_size <= 1))
+    throw InvalidInput(text("cube_size is ", cube_size, ", must be 0 or between 0.001 and 1"));
+  if (threads < 0) throw InvalidInput(text("threads is ", threads, ", must be at least 0"));
+}
+
+struct LatticeArap::Impl {
+  Impl(const PolygonMesh& input, const LatticeOptions& options, const Progress& progress)
+      : space(input),
+        mesh(make_model(input, options)),
+        areas(vertex_areas(mesh)),
+        engine(prepare(options, progress)),
+        shown(input.positions()) {
+    for (int v = 0; v < input.n_vertices(); ++v)
+      if (mesh.part_of_vertex()[space.model_vertices()[v]] < 0) loose_vertices.push_back(v);
+  }
+
+  PolygonMesh make_model(const PolygonMesh& input, const LatticeOptions& options) {
+    if (options.join_seams) space.join(input.same_places(choose_threads(options.threads, input.n_vertices())));
+    return space.make_model(input);
+  }
+
+  const PreparedModel& prepare(const LatticeOptions& options, const Progress& progress) {
+    Meter meter(progress, "binding was cancelled");
+    int threads = choose_threads(options.threads, mesh.n_vertices());
+    meter.tell();
+    if (const double least = least_cube_size(mesh); options.cube_size > 0 && options.cube_size < least)
+      throw InvalidInput(text("cube_size is ", options.cube_size, ", must be at least ", least,
+                              " for this mesh: smaller cubes would be too many"));
+    lattice.emplace(mesh, options.cube_size > 0 ? options.cube_size : choose_cube_size(mesh, threads),
+                    MeterPart{&meter, 0.6});
+    meter.tell();
+    // A control point has about as many incidences as five vertices of a surface.
+    threads = choose_threads(options.threads, 5 * lattice->n_control_points());
+    model.workers = Workers(threads);
+    assemble_lattice_energy(model.energy, *lattice, threads, {&meter, 0.2}, [&] {
+      model.rest = lattice->rest();
+      model.part_of_vertex = lattice->part_of_control_point();
+      model.n_parts = mesh.n_parts();
+      model.solver = model.make_solver({&meter, 0.2});
+      // Control points at the rim of the lattice are far softer than others, so rounded forces move them farther. The
+      // surface feels them as little.
+      constexpr int kFewControlPoints = 2000;
+      model.fits_single = lattice->n_control_points() >= kFewControlPoints;
+      return model.solver->ordering();
+    });
+    if (const std::vector<int>* order = model.solver->ordering(); order != nullptr) {
+      const std::vector<int> new_numbers = model.take_solver_numbers();
+      lattice->renumber(new_numbers);
+    } else {
+      model.keep_numbers();
+    }
+    meter.reach(1);
+    return model;
+  }
+
+  ModelSpace space;
+  PolygonMesh mesh;  ///< in model space
+  std::vector<double> areas;
+  std::optional<Lattice> lattice;
+  PreparedModel model;
+  Engine engine;
+  ConstraintSet constraints;
+  std::unique_ptr<HeldVertices> held;
+  std::unique_ptr<ExactVertices> exact;
+  Positions shown;  ///< the input's positions that were handed over last
+  std::vector<int> loose_vertices;
+};
+
+LatticeArap::LatticeArap(const PolygonMesh& mesh, const LatticeOptions& options, const Progress& progress) {
+  options.validate();
+  require_inside(mesh);
+  impl_ = std::make_unique<Impl>(mesh, options, progress);
+}
+
+LatticeArap::~LatticeArap() = default;
+LatticeArap::LatticeArap(LatticeArap&&) noexcept = default;
+LatticeArap& LatticeArap::operator=(LatticeArap&&) noexcept = default;
+
+void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
+  constraints.validate(n_vertices());
+  const ConstraintSet of_model = impl_->space.to_model(constraints);
+  require_movable_patches(of_model.patches, impl_->mesh.part_of_vertex());
+  if (impl_->engine.has_constraints() && constraints == impl_->constraints) return;
+  auto held = std::make_unique<HeldVertices>(*impl_->lattice, impl_->areas, of_model);
+  auto exact = std::make_unique<ExactVertices>(impl_->mesh, of_model, kReach * impl_->lattice->cube_size());
+  ConstraintSet copy = constraints;
+  impl_->engine.set_constraints({{}, held->rows()}, progress);
+  impl_->held = std::move(held);
+  impl_->exact = std::move(exact);
+  impl_->constraints = std::move(copy);
+}
+
+SolveResult LatticeArap::solve(const Positions& targets, const SolveOptions& options,
+                               std::span<const Matrix3> rotations, const Progress& progress) {
+  options.validate();
+  if (!impl_->engine.has_constraints())
+    throw InvalidInput("nothing is constrained; call set_constraints with at least one vertex before solve");
+  require_targets(impl_->constraints, targets, rotations);
+  const ModelSpace& space = impl_->space;
+  const Positions of_model = space.targets_to_model(targets, impl_->constraints);
+  std::vector<Matrix3> of_rows;
+  if (!rotations.empty())
+    for (const int source : impl_->held->sources()) of_rows.push_back(rotations[source]);
+  SolveResult result;
+  const auto hand_over = [&](const Positions& control_points) {
+    Positions points = impl_->mesh.positions();
+    impl_->lattice->embed(control_points, impl_->model.workers, points);
+    impl_->exact->apply(of_model, points);
+    result.positions = space.to_input(points, impl_->model.workers);
+    return all_finite(result.positions, impl_->model.workers);
+  };
+  const IterationReport report =
+      impl_->engine.solve(impl_->held->targets(of_model), options, of_rows, progress, hand_over);
+  // The engine handed over the control points of the former pose, but what was spread around its targets is gone.
+  if (report.stop_reason == StopReason::kCancelled) result.positions = impl_->shown;
+  impl_->shown = result.positions;
+  const double unit = space.size() * space.size() * space.size();
+  result.energy_before = report.energy_before * unit;
+  result.energy_after = report.energy_after * unit;
+  result.iterations = report.iterations;
+  result.step = report.step;
+  result.stop_reason = report.stop_reason;
+  result.parts_at_rest = impl_->engine.parts_at_rest();
+  result.loose_vertices = impl_->loose_vertices;
+  return result;
+}
+
+void LatticeArap::reset() {
+  impl_->engine.reset();
+  impl_->shown = impl_->space.to_input(impl_->mesh.positions(), impl_->model.workers);
+}
+
+int LatticeArap::n_vertices() const { return impl_->space.n_input_vertices(); }
+int LatticeArap::n_parts() const { return impl_->mesh.n_parts(); }
+int LatticeArap::n_control_points() const { return impl_->lattice->n_control_points(); }
+double LatticeArap::cube_size() const { return impl_->lattice->cube_size() * impl_->space.size(); }
+int LatticeArap::threads() const { return impl_->model.workers.threads(); }
+
+}  // namespace arap

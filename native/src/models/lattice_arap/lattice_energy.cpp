@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "models/lattice_arap/lattice_energy.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <utility>
+
+#include "base/offsets.h"
+#include "base/permutation.h"
+#include "sparse/sparse_rows.h"
+
+namespace arap {
+
+namespace {
+
+using Matrix27 = Eigen::Matrix<double, kControlPoints, kControlPoints>;
+
+/// A piece with hardly anything inside, as of a sheet, is as stiff as this share of a cube.
+constexpr double kLeastInside = 0.02;
+
+/// At the middles of octants alone, some modes of a cube that has few neighbours cost nothing. So much of the energy is
+/// that of the whole octants instead; all of it would be stiffer than need be.
+constexpr double kWhole = 0.1;
+
+/// Along one axis, at the middles of both halves of a cube: linear weights of the three control points, and derivatives
+/// by the cube's size.
+constexpr double kWeights[2][3] = {{0.25, 0.75, 0}, {0, 0.75, 0.25}};
+constexpr double kSlopes[2][3] = {{-1, 1, 0}, {0, -1, 1}};
+/// Variance of the weights of two neighbours within a half: they grow and fall by the place.
+constexpr double kVariance = 1.0 / 48;
+constexpr double kSmooth[3] = {1.0 / 6, 2.0 / 3, 1.0 / 6};
+
+std::array<int, 3> along(int k) { return {k / 9, k / 3 % 3, k % 3}; }
+
+/// Mean of <grad M_j, grad M_k> over a cube of size 1. Octants are all pairs of halves, so the mean of a product over
+/// axes is the product of the means.
+/// @param variance  of the weights within a half: 0 at the middles of octants
+Matrix27 mean_stiffness(double variance) {
+  Eigen::Matrix3d of_weights = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d of_slopes = Eigen::Matrix3d::Zero();
+  for (int half = 0; half < 2; ++half)
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) {
+        of_weights(a, b) +=
+            (kWeights[half][a] * kWeights[half][b] + variance * kSlopes[half][a] * kSlopes[half][b]) / 2;
+        of_slopes(a, b) += kSlopes[half][a] * kSlopes[half][b] / 2;
+      }
+  Matrix27 result = Matrix27::Zero();
+  for (int j = 0; j < kControlPoints; ++j)
+    for (int k = 0; k < kControlPoints; ++k)
+      for (int sloped = 0; sloped < 3; ++sloped) {
+        double product = 1;
+        for (int axis = 0; axis < 3; ++axis)
+          product *= (axis == sloped ? of_slopes : of_weights)(along(j)[axis], along(k)[axis]);
+        result(j, k) += product;
+      }
+  return result;
+}
+
+Matrix27 unit_stiffness() { return (1 - kWhole) * mean_stiffness(0) + kWhole * mean_stiffness(kVariance); }
+
+/// Mean of grad M_j of a cube of size 1.
+Eigen::Matrix<double, kControlPoints, 3> unit_gradients() {
+  Eigen::Matrix<double, kControlPoints, 3> result;
+  for (int j = 0; j < kControlPoints; ++j)
+    for (int sloped = 0; sloped < 3; ++sloped) {
+      double product = 1;
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto& values = axis == sloped ? kSlopes : kWeights;
+        product *= (values[0][along(j)[axis]] + values[1][along(j)[axis]]) / 2;
+      }
+      result(j, sloped) = product;
+    }
+  return result;
+}
+
+/// Which pieces have a control point, and as which of their own.
+struct Incidence {
+  std::vector<int> offsets;
+  std::vector<int> slots;  ///< kControlPoints * piece + k
+
+  explicit Incidence(const Lattice& lattice) : offsets(lattice.n_control_points() + 1, 0) {
+    for (int piece = 0; piece < lattice.n_pieces(); ++piece)
+      for (const int c : lattice.control_points(piece)) ++offsets[c + 1];
+    make_offsets(offsets);
+    slots.resize(offsets.back());
+    std::vector<int> next(offsets.begin(), offsets.end() - 1);
+    for (int piece = 0; piece < lattice.n_pieces(); ++piece)
+      for (int k = 0; k < kControlPoints; ++k)
+        slots[next[lattice.control_points(piece)[k]]++] = kControlPoints * piece + k;
+  }
+
+  /// f(piece, k) for each piece that has control point c, as its k-th.
+  template <class Function>
+  void for_each(int c, const Function& f) const {
+    for (int e = offsets[c]; e < offsets[c + 1]; ++e) f(slots[e] / kControlPoints, slots[e] % kControlPoints);
+  }
+};
+
+class LatticeAssembler {
+ public:
+  explicit LatticeAssembler(const Lattice& lattice)
+      : lattice_(lattice), incidence_(lattice), stiffness_(unit_stiffness()), gradients_(unit_gradients()) {
+    for (int k = 0; k < kControlPoints; ++k)
+      smooth_[k] = kSmooth[along(k)[0]] * kSmooth[along(k)[1]] * kSmooth[along(k)[2]];
+  }
+
+  [[nodiscard]] double volume(int piece) const {
+    const double h = lattice_.cube_size();
+    return h * h * h * std::max(kLeastInside, lattice_.inside(piece));
+  }
+
+  [[nodiscard]] SparseMatrix system(int threads, const MeterPart& meter) const {
+    const int n = lattice_.n_control_points();
+    const double per_area = 1 / (lattice_.cube_size() * lattice_.cube_size());
+    const SparseRows<double> columns(
+        n, n, threads,
+        [&] {
+          return [&](int i, RowAccumulator<double>& column) {
+            incidence_.for_each(i, [&](int piece, int k) {
+              for (int j = 0; j < kControlPoints; ++j)
+                if (stiffness_(j, k) != 0)
+                  column[lattice_.control_points(piece)[j]] += 2 * volume(piece) * per_area * stiffness_(j, k);
+            });
+            column.sort();
+          };
+        },
+        meter);
+    SparseMatrix K(n, n);
+    K.resizeNonZeros(columns.offsets().back());
+    std::copy(columns.offsets().begin(), columns.offsets().end(), K.outerIndexPtr());
+    columns.for_each([&](int, int i, const auto& entries) {
+      int e = K.outerIndexPtr()[i];
+      for (const auto& [row, value] : entries) {
+        K.innerIndexPtr()[e] = row;
+        K.valuePtr()[e++] = value;
+      }
+    });
+    return K;
+  }
+
+  [[nodiscard]] Cells::Rows cells(int threads, const MeterPart& meter) const {
+    const int n = lattice_.n_control_points();
+    return {n, n, threads,
+            [&] {
+              return [&](int j, RowAccumulator<Vector3>& row) {
+                incidence_.for_each(j, [&](int piece, int k) {
+                  const Vector3 g = 2 * volume(piece) / lattice_.cube_size() * gradients_.row(k).transpose();
+                  for (int c = 0; c < kControlPoints; ++c) row[lattice_.control_points(piece)[c]] += smooth_[c] * g;
+                });
+              };
+            },
+            meter};
+  }
+
+ private:
+  const Lattice& lattice_;
+  Incidence incidence_;
+  Matrix27 stiffness_;
+  Eigen::Matrix<double, kControlPoints, 3> gradients_;
+  std::array<double, kControlPoints> smooth_{};
+};
+
+}  // namespace
+
+void assemble_lattice_energy(CellEnergy& energy, const Lattice& lattice, int threads, const MeterPart& meter,
+                             const std::function<const std::vector<int>*()>& find_order) {
+  const LatticeAssembler assembler(lattice);
+  energy.rest_energy = 0;
+  for (int piece = 0; piece < lattice.n_pieces(); ++piece) energy.rest_energy += 3 * assembler.volume(piece);
+  energy.K = assembler.system(threads, meter.part(0.3));
+  Cells::Rows cells = assembler.cells(threads, meter.part(0.5));
+  const std::vector<int>* order = find_order();
+  const std::vector<int> new_of_old = order == nullptr ? std::vector<int>() : inverse_permutation(*order);
+  std::vector<int> homes(lattice.n_control_points());
+  std::iota(homes.begin(), homes.end(), 0);
+  energy.cells = Cells(std::move(cells), homes, new_of_old, meter.part(0.2));
+  if (order != nullptr) energy.K = renumbered(energy.K, *order, new_of_old, threads);
+}
+
+}  // namespace arap

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "lattice/lattice.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "base/union_find.h"
+#include "support/meshes.h"
+
+namespace arap_test {
+namespace {
+
+using arap::Lattice;
+using arap::Workers;
+
+double inside_volume(const Lattice& lattice) {
+  double volume = 0;
+  for (int piece = 0; piece < lattice.n_pieces(); ++piece) volume += lattice.inside(piece);
+  return volume * std::pow(lattice.cube_size(), 3);
+}
+
+Positions embedded(const Lattice& lattice, const MeshData& mesh, const Positions& control_points) {
+  Positions points = Positions::Zero(mesh.n_vertices(), 3);
+  lattice.embed(control_points, Workers(2), points);
+  return points;
+}
+
+/// Sets of control points that pieces hang together by.
+int n_components(const Lattice& lattice) {
+  arap::UnionFind sets(lattice.n_control_points());
+  for (int piece = 0; piece < lattice.n_pieces(); ++piece)
+    for (const int c : lattice.control_points(piece)) sets.join(c, lattice.control_points(piece)[0]);
+  std::set<int> roots;
+  for (int c = 0; c < lattice.n_control_points(); ++c) roots.insert(sets.find(c));
+  return static_cast<int>(roots.size());
+}
+
+MeshData inside_out(MeshData mesh) {
+  for (std::vector<int>& face : mesh.faces) std::reverse(face.begin(), face.end());
+  return mesh;
+}
+
+/// Two fingers of a hand, 0.5 x 0.5 x 2, with a gap in between. The first has x < 0.
+MeshData hand(double gap) {
+  MeshData fingers = box({5, 5, 20}, {.5, .5, 2}, Faces::kQuads);
+  const MeshData first =
+      transformed(fingers, [&](const Vector3& x) { return Vector3(x - Vector3(.25 + gap / 2, 0, 0)); });
+  const MeshData second =
+      transformed(fingers, [&](const Vector3& x) { return Vector3(x + Vector3(.25 + gap / 2, 0, 0)); });
+  MeshData mesh = join(first, second);
+  // A palm: a strip between their lower ends, which makes them one part.
+  const auto corner = [&](double x, double y) { return mesh.vertex_at(Vector3(x, y, -1)); };
+  mesh.faces.push_back({corner(-gap / 2, -.25), corner(gap / 2, -.25), corner(gap / 2, .25), corner(-gap / 2, .25)});
+  return mesh;
+}
+
+TEST(Lattices, HangTogetherAsThePartsOfTheMeshDo) {
+  for (const MeshData& mesh : all_small_meshes())
+    for (const double size : {0.07, 0.31}) {
+      const Lattice lattice(mesh.mesh(), size * mesh.diagonal());
+      EXPECT_EQ(n_components(lattice), mesh.mesh().n_parts()) << mesh.name << " " << size;
+    }
+}
+
+TEST(Lattices, EmbedAffineMapsExactly) {
+  Random random(5);
+  Matrix3 map;
+  for (int k = 0; k < 3; ++k) map.col(k) = random.vector(1);
+  for (const MeshData& mesh : all_small_meshes()) {
+    Lattice lattice(mesh.mesh(), 0.13 * mesh.diagonal());
+    const Positions moved = (lattice.rest() * map).rowwise() + Eigen::RowVector3d(1, 2, 3);
+    const Positions expected = (mesh.positions() * map).rowwise() + Eigen::RowVector3d(1, 2, 3);
+    const Positions points = embedded(lattice, mesh, moved);
+    for (int v = 0; v < mesh.n_vertices(); ++v) {
+      if (lattice.piece_of_vertex()[v] < 0) continue;
+      EXPECT_LT((points.row(v) - expected.row(v)).norm(), 1e-6 * mesh.diagonal()) << mesh.name;
+    }
+  }
+}
+
+TEST(Lattices, AreSmoothFromCubeToCube) {
+  // Points on a line through several cubes: second differences of a C1 curve fall with the square of the step.
+  MeshData mesh = grid(200, Faces::kTriangles);
+  const Lattice lattice(mesh.mesh(), 0.21);
+  Random random(6);
+  const Positions points = embedded(lattice, mesh, random.noise(lattice.n_control_points(), 1));
+  double roughest = 0;
+  for (int i = 1; i < 200; ++i)
+    roughest = std::max(roughest, (points.row(i - 1) - 2 * points.row(i) + points.row(i + 1)).norm());
+  EXPECT_LT(roughest, 8 * std::pow(0.005 / 0.21, 2));
+}
+
+TEST(Lattices, FillWhatIsInside) {
+  for (const MeshData& mesh : {cylinder(40, 20), inside_out(cylinder(40, 20))})
+    EXPECT_NEAR(inside_volume(Lattice(mesh.mesh(), 0.1)), 3.14159 / 4 * 2, 0.02);
+  EXPECT_NEAR(inside_volume(Lattice(open_cylinder(40, 20, Faces::kQuads).mesh(), 0.1)), 3.14159 / 4 * 2, 0.02);
+  EXPECT_NEAR(inside_volume(Lattice(icosphere(3).mesh(), 0.15)), 4.0 / 3 * 3.14159, 0.1);
+}
+
+TEST(Lattices, FillHalfAShapeThatIsOpenAtItsMirrorPlane) {
+  MeshData half = box({5, 10, 20}, {.5, 1, 2}, Faces::kQuads);
+  const auto is_in_plane = [&](int v) { return half.vertices[v][0] < -.25 + 1e-9; };
+  std::erase_if(half.faces,
+                [&](const std::vector<int>& face) { return std::all_of(face.begin(), face.end(), is_in_plane); });
+  EXPECT_NEAR(inside_volume(Lattice(half.mesh(), 0.1)), 1, 0.02);
+}
+
+TEST(Lattices, OfASheetHaveNoInside) {
+  EXPECT_EQ(inside_volume(Lattice(grid(9, Faces::kQuads).mesh(), 0.13)), 0);
+  // Also if rays pass through it several times: three walls of a corner, twice.
+  const MeshData corner = box({6, 6, 6}, {1, 1, 1}, Faces::kQuads);
+  MeshData walls{"walls", corner.vertices, {}};
+  for (const std::vector<int>& face : corner.faces)
+    for (int axis = 0; axis < 3; ++axis)
+      if (std::all_of(face.begin(), face.end(), [&](int v) { return corner.vertices[v][axis] < -.49; }))
+        walls.faces.insert(walls.faces.end(), 2, face);
+  EXPECT_EQ(inside_volume(Lattice(walls.mesh(), 0.13)), 0);
+}
+
+TEST(Lattices, SeparateFingersInOneCube) {
+  const MeshData mesh = hand(0.05);
+  ASSERT_EQ(mesh.mesh().n_parts(), 1);
+  const Lattice lattice(mesh.mesh(), 0.2);
+  EXPECT_EQ(n_components(lattice), 1);
+  std::map<int, std::set<bool>> sides;  // of the vertices that each control point moves, above the palm
+  const Positions points = mesh.positions();
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (points(v, 2) > 0)
+      for (const int c : lattice.control_points(lattice.piece_of_vertex()[v])) sides[c].insert(points(v, 0) > 0);
+  for (const auto& [c, of_point] : sides) EXPECT_EQ(of_point.size(), 1) << "control point " << c << " moves both";
+}
+
+TEST(Lattices, OfPartsThatOverlapAreApart) {
+  const MeshData ball = icosphere(2);
+  const MeshData mesh = join(ball, transformed(ball, [](const Vector3& x) { return Vector3(x + Vector3(1, 0, 0)); }));
+  const Lattice lattice(mesh.mesh(), 0.3);
+  EXPECT_EQ(n_components(lattice), 2);
+  for (int piece = 0; piece < lattice.n_pieces(); ++piece)
+    for (const int c : lattice.control_points(piece))
+      EXPECT_EQ(lattice.part_of_control_point()[c], lattice.part_of_control_point()[lattice.control_points(piece)[0]]);
+}
+
+TEST(Lattices, OfAMirroredShapeAreMirrored) {
+  const MeshData mesh = quad_sphere(12);
+  const Lattice lattice(mesh.mesh(), 0.17 * mesh.diagonal());
+  std::multiset<std::array<long, 3>> points;
+  std::multiset<std::array<long, 3>> images;
+  const double middle = (mesh.positions().col(0).maxCoeff() + mesh.positions().col(0).minCoeff()) / 2;
+  for (int c = 0; c < lattice.n_control_points(); ++c) {
+    const Eigen::RowVector3d p = lattice.rest().row(c) * 1e6;
+    points.insert({std::lround(p[0] - 1e6 * middle), std::lround(p[1]), std::lround(p[2])});
+    images.insert({std::lround(1e6 * middle - p[0]), std::lround(p[1]), std::lround(p[2])});
+  }
+  EXPECT_EQ(points, images);
+}
+
+TEST(Lattices, HaveAboutAsManyPiecesAsCubes) {
+  // Where a smooth surface passes, no cube has two.
+  const MeshData mesh = icosphere(4);
+  const Lattice lattice(mesh.mesh(), 0.12);
+  std::map<std::array<long, 3>, int> n_pieces;
+  for (int piece = 0; piece < lattice.n_pieces(); ++piece) {
+    const Eigen::RowVector3d middle = lattice.rest().row(lattice.control_points(piece)[13]) * 1e6;
+    ++n_pieces[{std::lround(middle[0]), std::lround(middle[1]), std::lround(middle[2])}];
+  }
+  const auto n_doubled = std::count_if(n_pieces.begin(), n_pieces.end(), [](const auto& at) { return at.second > 1; });
+  EXPECT_LE(n_doubled, 0.01 * static_cast<double>(n_pieces.size()));
+}
+
+TEST(CubeSize, DependsOnTheThicknessNotOnTheNumberOfVertices) {
+  const auto size_of = [](const MeshData& mesh) {
+    const MeshData unit = transformed(mesh, [&](const Vector3& x) { return Vector3(x / mesh.diagonal()); });
+    return arap::choose_cube_size(unit.mesh(), 1);
+  };
+  const auto rod = [](int n_around) {
+    return transformed(cylinder(n_around, 40), [](const Vector3& x) { return Vector3(.1 * x[0], .1 * x[1], x[2]); });
+  };
+  EXPECT_NEAR(size_of(rod(60)), .1 / 2 / 4, .002);
+  EXPECT_NEAR(size_of(rod(120)), size_of(rod(60)), .0005);
+  EXPECT_EQ(size_of(icosphere(3)), .02);
+}
+
+}  // namespace
+}  // namespace arap_test

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "arap/lattice_arap.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "arap/error.h"
+#include "arap/surface_arap.h"
+#include "support/helpers.h"
+#include "support/meshes.h"
+
+namespace arap_test {
+namespace {
+
+using arap::LatticeArap;
+using arap::LatticeOptions;
+using arap::SolveOptions;
+using arap::SolveResult;
+
+SolveOptions to_accuracy(double accuracy) {
+  SolveOptions options;
+  options.accuracy = accuracy;
+  return options;
+}
+
+/// Few cubes, which are enough for what does not hang on their number.
+LatticeOptions coarse() {
+  LatticeOptions options;
+  options.cube_size = .08;
+  return options;
+}
+
+SolveResult solve_once(const MeshData& mesh, const Task& task, const LatticeOptions& options = coarse()) {
+  LatticeArap solver(mesh.mesh(), options);
+  solver.set_constraints(task.constraints);
+  return solver.solve(task.targets, to_accuracy(1e-6));
+}
+
+double furthest(const Positions& a, const Positions& b) { return (a - b).rowwise().norm().maxCoeff(); }
+
+double volume(const MeshData& mesh, const Positions& points) {
+  double sum = 0;
+  for (const std::vector<int>& face : triangulate(mesh).faces)
+    sum +=
+        points.row(face[0]).dot(Eigen::RowVector3d(points.row(face[1])).cross(Eigen::RowVector3d(points.row(face[2]))));
+  return sum / 6;
+}
+
+/// A rod of diameter 1 and length 6 along z.
+constexpr int kAround = 24;
+constexpr int kAlong = 72;
+MeshData rod(int n_around = kAround, int n_along = kAlong) {
+  return transformed(cylinder(n_around, n_along), [](const Vector3& x) { return Vector3(x[0], x[1], 3 * x[2]); });
+}
+
+/// Both ends held; the upper one is moved by `motion` in `n_steps`.
+SolveResult pose_rod(const MeshData& mesh, const std::function<RigidMotion(double)>& motion,
+                     const LatticeOptions& options, int n_steps = 6) {
+  constexpr double kHeld = 0.4;
+  Task task;
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (std::abs(mesh.vertices[v][2]) > 3 - kHeld) task.add(v, mesh.vertices[v]);
+  LatticeArap solver(mesh.mesh(), options);
+  solver.set_constraints(task.constraints);
+  SolveResult result;
+  for (int step = 1; step <= n_steps; ++step) {
+    Positions targets = task.targets;
+    for (size_t k = 0; k < task.constraints.vertices.size(); ++k)
+      if (targets(static_cast<int>(k), 2) > 0)
+        targets.row(static_cast<int>(k)) = motion(static_cast<double>(step) / n_steps)
+                                               .apply(Vector3(task.targets.row(static_cast<int>(k))))
+                                               .transpose();
+    result = solver.solve(targets, to_accuracy(1e-6));
+  }
+  return result;
+}
+
+RigidMotion twist(double part) { return {rotation_about(Vector3(0, 0, 1), part * 3.14159265), Vector3::Zero()}; }
+
+/// The thinnest ring's area, over its area at rest.
+double thinnest(const MeshData& mesh, const Positions& points) {
+  double least = 1;
+  for (int ring = 6; ring <= kAlong - 6; ++ring) {
+    const auto area = [&](const Positions& x) {
+      std::vector<int> around;
+      for (int v = 0; v < mesh.n_vertices(); ++v)
+        if (std::abs(mesh.vertices[v][2] - (-3 + 6.0 * ring / kAlong)) < 1e-9) around.push_back(v);
+      std::sort(around.begin(), around.end(), [&](int a, int b) {
+        return std::atan2(mesh.vertices[a][1], mesh.vertices[a][0]) <
+               std::atan2(mesh.vertices[b][1], mesh.vertices[b][0]);
+      });
+      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+      for (size_t k = 0; k < around.size(); ++k)
+        sum += Eigen::RowVector3d(x.row(around[k])).cross(Eigen::RowVector3d(x.row(around[(k + 1) % around.size()])));
+      return sum.norm();
+    };
+    least = std::min(least, area(points) / area(mesh.positions()));
+  }
+  return least;
+}
+
+TEST(LatticeArap, RestsAndMovesRigidly) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    if (mesh.mesh().n_parts() != 1) continue;
+    const std::vector<int> low = extreme_vertices(mesh.positions(), longest_axis(mesh.positions()), .3, 3);
+    const Task rest = hold(mesh, low);
+    EXPECT_LT(furthest(solve_once(mesh, rest).positions, mesh.positions()), 1e-6 * mesh.diagonal()) << mesh.name;
+    const RigidMotion motion = Random(9).rigid_motion(1, .5);
+    const Task moved = rigid_task(mesh, rest.constraints, motion);
+    EXPECT_LT(furthest(solve_once(mesh, moved).positions, motion.apply(mesh.positions())), 1e-4 * mesh.diagonal())
+        << mesh.name;
+  }
+}
+
+TEST(LatticeArap, HardVerticesAreAtTheirTargets) {
+  const MeshData mesh = bumpy_sphere(3);
+  Task task = hold(mesh, extreme_vertices(mesh.positions(), 0, .2));
+  for (const int v : extreme_vertices(mesh.positions(), 0, -.05)) task.add(v, mesh.vertices[v] + Vector3(.3, .5, .1));
+  const SolveResult result = solve_once(mesh, task);
+  EXPECT_LT(furthest(values_of(task.constraints, result.positions), task.targets), 1e-12);
+}
+
+/// The lattice alone brings a rigid handle to a thousandth of the size, so what is spread over its rim is as little.
+TEST(LatticeArap, WhatIsNextToAHandleFollowsIt) {
+  const MeshData mesh = rod();
+  const SolveResult result = pose_rod(mesh, twist, coarse());
+  for (const std::vector<int>& face : mesh.faces)
+    for (size_t k = 0; k < face.size(); ++k) {
+      const int a = face[k];
+      const int b = face[(k + 1) % face.size()];
+      const double stretch = (result.positions.row(a) - result.positions.row(b)).norm() /
+                             (mesh.positions().row(a) - mesh.positions().row(b)).norm();
+      EXPECT_GT(stretch, 0.6);
+      EXPECT_LT(stretch, 1.6);
+    }
+}
+
+/// Figures of solid volumes: a surface model alone has .89 and .75 here.
+TEST(LatticeArap, ATwistedRodKeepsItsVolume) {
+  const MeshData mesh = rod();
+  LatticeOptions options;
+  options.cube_size = .25 / mesh.diagonal();
+  const Positions points = pose_rod(mesh, twist, options).positions;
+  EXPECT_GT(volume(mesh, points) / volume(mesh, mesh.positions()), .955);
+  EXPECT_GT(thinnest(mesh, points), .94);
+}
+
+TEST(LatticeArap, DoesNotDependOnTheDensityOfTheMesh) {
+  MeshData coarse = triangulate(rod(16, 48));
+  const MeshData fine = subdivide(coarse);
+  Task held;
+  LatticeOptions options;
+  options.cube_size = .04;
+  const auto at = [&](const MeshData& mesh) { return pose_rod(mesh, twist, options, 3).positions; };
+  // Vertices of the coarse one are the first of the fine one.
+  const Positions of_coarse = at(coarse);
+  const Positions of_fine = at(fine).topRows(coarse.n_vertices());
+  EXPECT_LT(std::sqrt((of_coarse - of_fine).rowwise().squaredNorm().mean()), 1e-3 * coarse.diagonal());
+}
+
+TEST(LatticeArap, PartsWithoutConstraintsStayAtRestEvenIfTheyOverlap) {
+  const MeshData ball = icosphere(2);
+  const MeshData mesh = join(ball, transformed(ball, [](const Vector3& x) { return Vector3(x + Vector3(1, 0, 0)); }));
+  Task task = hold(mesh, {0, 1, 2});
+  task.add(40, mesh.vertices[40] + Vector3(.5, .5, 0));
+  const SolveResult result = solve_once(mesh, task);
+  EXPECT_EQ(result.parts_at_rest, std::vector<int>{1});
+  const int n = ball.n_vertices();
+  EXPECT_LT(furthest(result.positions.bottomRows(n), mesh.positions().bottomRows(n)), 1e-6);
+}
+
+TEST(LatticeArap, ASoftVertexGivesWay) {
+  const MeshData mesh = bumpy_sphere(2);
+  const Vector3 pull(0, 0, 1);
+  const int tip = extreme_vertices(mesh.positions(), 2, -1e-9).front();
+  double before = 0;
+  for (const double strength : {.05, .5, .95, 1.0}) {
+    Task task = hold(mesh, extreme_vertices(mesh.positions(), 2, .2));
+    task.add(tip, mesh.vertices[tip] + pull, strength);
+    const double way = (solve_once(mesh, task).positions.row(tip).transpose() - mesh.vertices[tip])[2];
+    EXPECT_GT(way, before);
+    before = way;
+  }
+  EXPECT_NEAR(before, 1, 1e-12);
+}
+
+TEST(LatticeArap, APatchMovesItsAverage) {
+  const MeshData mesh = bumpy_sphere(3);
+  arap::SurfaceArap surface(mesh.mesh());
+  const arap::Patch patch = surface.patch_around({extreme_vertices(mesh.positions(), 2, -1e-9).front()}, .1);
+  Task task = hold(mesh, extreme_vertices(mesh.positions(), 2, .2));
+  task.add_patch(patch.vertices, patch.weights, patch.rest_position + Vector3(.2, 0, .3));
+  const SolveResult result = solve_once(mesh, task);
+  EXPECT_LT(furthest(values_of(task.constraints, result.positions).bottomRows(1), task.targets.bottomRows(1)), 1e-4);
+}
+
+TEST(LatticeArap, JoinedSeamsStayClosed) {
+  const int n_along = 20;
+  const MeshData mesh = cylinder_with_open_seam(24, n_along, Faces::kQuads);
+  LatticeOptions options = coarse();
+  options.join_seams = true;
+  const SolveResult result = solve_once(mesh, bend_task(mesh, default_bend(mesh)), options);
+  const std::vector<int> same = mesh.mesh().same_places();
+  for (int v = 0; v < mesh.n_vertices(); ++v) EXPECT_EQ(result.positions.row(v), result.positions.row(same[v]));
+}
+
+TEST(LatticeArap, IsTheSameOnEveryNumberOfThreads) {
+  const MeshData mesh = bumpy_sphere(4);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  LatticeOptions options = coarse();
+  options.cube_size = .03;
+  options.threads = 1;
+  const Positions one = solve_once(mesh, task, options).positions;
+  for (const int threads : {2, 3}) {
+    options.threads = threads;
+    EXPECT_LT(furthest(solve_once(mesh, task, options).positions, one), 1e-5 * mesh.diagonal()) << threads;
+  }
+}
+
+TEST(LatticeArap, ResetGoesBackToRest) {
+  const MeshData mesh = cylinder(16, 8);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  LatticeArap solver(mesh.mesh(), coarse());
+  solver.set_constraints(task.constraints);
+  const Positions first = solver.solve(task.targets, to_accuracy(1e-6)).positions;
+  solver.reset();
+  EXPECT_LT(furthest(solver.solve(task.targets, to_accuracy(1e-6)).positions, first), 1e-4 * mesh.diagonal());
+}
+
+TEST(LatticeArap, ACancelledSolveReturnsTheFormerPose) {
+  const MeshData mesh = cylinder(16, 8);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  LatticeArap solver(mesh.mesh(), coarse());
+  solver.set_constraints(task.constraints);
+  const Positions first = solver.solve(task.targets, to_accuracy(1e-6)).positions;
+  Positions further = task.targets;
+  further.bottomRows(1).array() += .2;
+  const SolveResult cancelled = solver.solve(further, to_accuracy(1e-6), {}, [](double) { return false; });
+  EXPECT_EQ(cancelled.stop_reason, arap::StopReason::kCancelled);
+  EXPECT_EQ(cancelled.positions, first);
+}
+
+TEST(LatticeArap, APatchMayNameALooseVertexWithoutWeight) {
+  MeshData mesh = cylinder(16, 8);
+  const int loose = mesh.add_vertex({5, 5, 5});
+  Task task = hold(mesh, extreme_vertices(mesh.positions(), 2, .2));
+  task.add_patch({100, 101, loose}, {1, 1, 0}, mesh.vertices[100] + Vector3(.1, 0, 0));
+  EXPECT_TRUE(solve_once(mesh, task).positions.allFinite());
+}
+
+TEST(LatticeArap, HardVerticesAtOnePlaceAreAtTheirTargets) {
+  MeshData mesh = cylinder(16, 8);
+  const int twin = mesh.add_vertex(mesh.vertices[5]);
+  mesh.faces.push_back({5, twin, 4});
+  const Vector3 of_twin = mesh.vertices[5] + Vector3(.1, .2, .3);
+  const Vector3 of_other = mesh.vertices[5] + Vector3(.3, .2, .1);
+  Task task;
+  task.add(twin, of_twin);
+  task.add(5, of_other);
+  const Positions points = solve_once(mesh, task).positions;
+  EXPECT_LT((points.row(twin).transpose() - of_twin).norm(), 1e-12);
+  EXPECT_LT((points.row(5).transpose() - of_other).norm(), 1e-12);
+}
+
+TEST(LatticeArap, ALooseVertexIsWhereItsTargetIs) {
+  MeshData mesh = cylinder(16, 8);
+  const int loose = mesh.add_vertex({5, 5, 5});
+  const int other = mesh.add_vertex({-5, 5, 5});
+  for (const double strength : {1.0, .3}) {
+    Task task = hold(mesh, {0, 1, 2});
+    task.add(loose, {6, 5, 5}, strength);
+    const SolveResult result = solve_once(mesh, task);
+    EXPECT_LT((result.positions.row(loose).transpose() - Vector3(6, 5, 5)).norm(), 1e-12);
+    EXPECT_LT((result.positions.row(other).transpose() - mesh.vertices[other]).norm(), 1e-12);
+    EXPECT_EQ(result.loose_vertices, (std::vector<int>{loose, other}));
+  }
+}
+
+TEST(LatticeArapErrors, SayWhatIsWrong) {
+  const MeshData mesh = cylinder(16, 8);
+  const auto with = [&](double cube_size, int threads) {
+    LatticeOptions options;
+    options.cube_size = cube_size;
+    options.threads = threads;
+    return LatticeArap(mesh.mesh(), options);
+  };
+  expect_error<arap::InvalidInput>([&] { with(2, 0); }, {"cube_size", "2", "0.001"});
+  expect_error<arap::InvalidInput>([&] { with(std::nan(""), 0); }, {"cube_size", "nan"});
+  expect_error<arap::InvalidInput>([&] { with(.001, 0); }, {"cube_size", "too many"});
+  expect_error<arap::InvalidInput>([&] { with(0, -1); }, {"threads", "-1"});
+  MeshData points;
+  points.add_vertex({0, 0, 0});
+  expect_error<arap::InvalidInput>([&] { LatticeArap solver(points.mesh()); }, {"no faces"});
+  LatticeArap solver(mesh.mesh());
+  expect_error<arap::InvalidInput>([&] { static_cast<void>(solver.solve(Positions::Zero(1, 3))); }, {"constrained"});
+}
+
+/// Triangles between any vertices, which cross each other, repeat and are turned either way.
+TEST(LatticeArap, PosesAnyMesh) {
+  Random random(21);
+  for (int round = 0; round < 40; ++round) {
+    const auto n = static_cast<int>(random.uniform(3, 40));
+    const auto any = [&] { return static_cast<int>(random.uniform(0, n)); };
+    MeshData mesh{"soup", {}, {}};
+    const double flat = round % 3 == 0 ? 0 : 1;  // all in one plane
+    for (int v = 0; v < n; ++v) mesh.add_vertex(random.vector(1).cwiseProduct(Vector3(1, 1, flat)));
+    for (int f = 0; f < n; ++f) {
+      const int a = any();
+      const int b = any();
+      mesh.faces.push_back({a, (a + 1 + b % (n - 1)) % n, any()});
+    }
+    std::erase_if(mesh.faces, [](const std::vector<int>& face) { return face[2] == face[0] || face[2] == face[1]; });
+    if (mesh.faces.empty()) continue;
+    Task task;
+    for (int k = 0; k < std::min(n, 4); ++k) task.add(k, random.vector(2), k == 0 ? 1 : random.uniform(0.01, 1));
+    const SolveResult result = solve_once(mesh, task);
+    EXPECT_TRUE(result.positions.allFinite()) << round;
+    EXPECT_LT((result.positions.row(0) - task.targets.row(0)).norm(), 1e-12) << round;
+  }
+}
+
+TEST(LatticeArap, ACancelledBindStops) {
+  EXPECT_THROW(LatticeArap(rod().mesh(), {}, [](double) { return false; }), arap::Cancelled);
+}
+
+}  // namespace
+}  // namespace arap_test
