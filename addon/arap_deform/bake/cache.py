@@ -40,7 +40,7 @@ class MeshCacheJob(FramesJob[Path]):
         scene = scene or bpy.context.scene
         check_range(start, end, step)
         check_in_scene(obj, scene)
-        self._path = Path(bpy.path.abspath(str(path)))
+        self._path = whole_path(path)
         format_of(self._path)
         self._step = step
         self._add_modifier = add_modifier
@@ -68,6 +68,13 @@ class MeshCacheJob(FramesJob[Path]):
         if self._add_modifier:
             add_mesh_cache_modifier(obj, self._path, self._frames[0], self._step)
         return self._path
+
+
+def whole_path(path: str | Path) -> Path:
+    """Raises ValueError if it is beside a .blend that is not saved: the working folder would take its place."""
+    if str(path).startswith("//") and not bpy.data.filepath:
+        raise ValueError(f"{path} is beside the .blend file, which is not saved yet; save it or name a whole path")
+    return Path(bpy.path.abspath(str(path)))
 
 
 def export_mesh_cache(
@@ -100,7 +107,8 @@ def export_mesh_cache(
         The path.
 
     Raises:
-        ValueError: another suffix, a path that cannot be written, end before start, step below 1, and as solve().
+        ValueError: another suffix, a path that cannot be written, // in a file that is not saved, end before start,
+            step below 1, and as solve().
         RuntimeError: the disk is full.
         Cancelled: ``progress`` returned False; nothing has changed, and there is no new file.
     """

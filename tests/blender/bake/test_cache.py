@@ -95,6 +95,10 @@ class MeshCacheTest(SceneTest):
                 (path, 1, 5),
             ),
             ("The last frame 1 is before the first, 5: swap them", (self.mdd, 5, 1)),
+            (
+                "//tube.mdd is beside the .blend file, which is not saved yet; save it or name a whole path",
+                ("//tube.mdd", 1, 5),
+            ),
         ):
             self.assert_error(ValueError, message, self.api.export_mesh_cache, obj, *arguments)
         self.assertEqual(module("core.sessions").claimed_by("Tube"), "")
