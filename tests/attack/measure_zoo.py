@@ -34,8 +34,8 @@ import zoo
 
 # By the clock a mesh may take this many times its limit: other programs have their turns.
 HANGS = 30
-# Of the mesh's size, at rest. A sliver that is held at one corner turns freely about it: single precision leaves its angle
-# open by some 1e-6.
+# Of the mesh's size, at rest. A sliver that is held at one corner turns freely about it: single precision leaves its
+# angle open by some 1e-6.
 DRIFT = 3e-6
 PARTS = ("bind", "set", "solve")
 REFUSALS = ("ValueError", "RuntimeError", "MemoryError")

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import faulthandler
+import mmap
 import os
 import random
 import sys
@@ -34,6 +35,7 @@ import run as installer  # noqa: E402
 USUAL = (ValueError, RuntimeError, MemoryError)
 ERRORS = (*USUAL, TypeError, ReferenceError, KeyError, AttributeError, IndexError)
 FRESH_AFTER = 150  # acts in one scene
+PROCESS = Path("/proc/self")  # Windows has none, and memory and threads are not looked at there
 HANG_S = 600  # no act takes so long, on the busiest machine
 HANDLERS = (
     "depsgraph_update_post", "frame_change_post", "undo_post", "redo_post", "load_post", "render_init",
@@ -255,11 +257,11 @@ def push_undo(message: str) -> None:
 
 
 def resident_mb() -> float:
-    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+    return int(PROCESS.joinpath("statm").read_text().split()[1]) * mmap.PAGESIZE / 1e6 if PROCESS.exists() else 0.0
 
 
 def n_threads() -> int:
-    return len(list(Path("/proc/self/task").iterdir()))
+    return len(list(PROCESS.joinpath("task").iterdir())) if PROCESS.exists() else 0
 
 
 def main() -> None:
