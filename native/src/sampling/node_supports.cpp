@@ -81,8 +81,8 @@ class NearestNodes {
       for (int k = 0; k < kMostNodes; k += 16) arap::prefetch(&nodes[k]);
       for (int k = 0; k < kMostNodes; k += 16) arap::prefetch(&distances[k]);
     }
-    std::array<float, kMostNodes> distances;
-    std::array<int, kMostNodes> nodes;
+    std::array<float, kMostNodes> distances{};
+    std::array<int, kMostNodes> nodes{};
   };
 
   void count_settled() {
@@ -100,7 +100,8 @@ class NearestNodes {
     if (!(distance < nearest.distances[slot])) return;
     nearest.distances[slot] = distance;
     nearest.nodes[slot] = node;
-    queue_.push({distance, static_cast<int>(static_cast<std::uint32_t>(vertex) * kMostNodes + slot)});
+    queue_.push({distance,
+                 static_cast<int>(static_cast<std::uint32_t>(vertex) * kMostNodes + static_cast<std::uint32_t>(slot))});
   }
 
   const EdgeGraph& graph_;
