@@ -17,7 +17,6 @@ struct CubeGrid {
   double size = 1;                                         ///< of a cube
   Cube counts{};                                           ///< cubes along each axis
 
-  [[nodiscard]] int n_cubes() const { return counts[0] * counts[1] * counts[2]; }
   [[nodiscard]] int index(const Cube& cube) const { return (cube[0] * counts[1] + cube[1]) * counts[2] + cube[2]; }
   [[nodiscard]] Cube cube(int index) const {
     return {index / (counts[1] * counts[2]), index / counts[2] % counts[1], index % counts[2]};

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdlib>
-#include <numeric>
+#include <span>
 #include <tuple>
 
 #include "base/union_find.h"
@@ -53,7 +53,8 @@ class CutSurface {
   /// What a triangle has at a point of it; -1 if rounding puts the point into a cube beside.
   [[nodiscard]] int thing_at(int triangle, const Eigen::RowVector3d& point) const {
     if (offsets_[triangle] == offsets_[triangle + 1]) return triangles_[triangle][0];
-    return find(triangle, grid_.index(grid_.cube_at(point)));
+    return find(static_cast<size_t>(offsets_[triangle]), static_cast<size_t>(offsets_[triangle + 1]),
+                grid_.index(grid_.cube_at(point)));
   }
 
  private:
@@ -115,10 +116,8 @@ class CutSurface {
     for (const Cube& cube : cubes_) {
       if (cube == at_a || cube == at_b) continue;
       const int index = grid_.index(cube);
-      const auto found = std::lower_bound(cut_.begin() + static_cast<std::ptrdiff_t>(first), cut_.end(), index,
-                                          [](const Cut& at, int sought) { return at.cube < sought; });
-      if (found != cut_.end() && found->cube == index)
-        edges_.push_back({std::min(a, b), std::max(a, b), index, found->thing});
+      if (const int thing = find(first, cut_.size(), index); thing >= 0)
+        edges_.push_back({std::min(a, b), std::max(a, b), index, thing});
     }
   }
 
@@ -131,11 +130,11 @@ class CutSurface {
     edges_ = {};
   }
 
-  [[nodiscard]] int find(int triangle, int cube) const {
-    const auto end = cut_.begin() + offsets_[triangle + 1];
-    const auto found = std::lower_bound(cut_.begin() + offsets_[triangle], end, cube,
-                                        [](const Cut& at, int sought) { return at.cube < sought; });
-    return found != end && found->cube == cube ? found->thing : -1;
+  /// What one triangle's cuts [begin, end) have in a cube; -1: nothing.
+  [[nodiscard]] int find(size_t begin, size_t end, int cube) const {
+    const std::span<const Cut> cuts = std::span(cut_).subspan(begin, end - begin);
+    const auto found = std::ranges::lower_bound(cuts, cube, {}, &Cut::cube);
+    return found != cuts.end() && found->cube == cube ? found->thing : -1;
   }
 
   const Positions& points_;

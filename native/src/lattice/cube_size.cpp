@@ -6,9 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "arap/error.h"
+#include "base/format_message.h"
 #include "geometry/triangle_grid.h"
 #include "lattice/lattice.h"
-#include "mesh/surface_measures.h"
 
 namespace arap {
 
@@ -56,8 +57,7 @@ FanTriangles make_fans(const PolygonMesh& mesh) {
 }
 
 /// Median over the surface of how far it is straight through to the opposite wall; 1 if there is mostly none.
-double median_thickness(const PolygonMesh& mesh, const FanTriangles& fans, int threads) {
-  const Positions& points = mesh.positions();
+double median_thickness(const Positions& points, const FanTriangles& fans, int threads) {
   constexpr int kRays = 2000;
   const TriangleGrid grid(points, fans.triangles, 0.02, threads);
   std::vector<double> thickness;
@@ -78,12 +78,10 @@ double median_thickness(const PolygonMesh& mesh, const FanTriangles& fans, int t
   return thickness[thickness.size() / 2];
 }
 
-}  // namespace
-
-double least_cube_size(const PolygonMesh& mesh) {
+/// Smaller cubes would be too many.
+double least_size(const FanTriangles& fans) {
   constexpr double kMostCubes = 25000;
   constexpr double kMostSampled = 500000;  // cubes of the parts' boxes, whose samples are searched for the inside
-  const FanTriangles fans = make_fans(mesh);
   const double volume = fans.volume();
   // A surface passes through about 1.5 cubes on the area of a wall.
   const auto is_enough = [&](double h) {
@@ -97,12 +95,19 @@ double least_cube_size(const PolygonMesh& mesh) {
   return size;
 }
 
-double choose_cube_size(const PolygonMesh& mesh, int threads) {
+}  // namespace
+
+double choose_cube_size(const PolygonMesh& mesh, double wanted, int threads) {
   constexpr double kLargest = 0.02;
   constexpr double kAcross = 4;
   const FanTriangles fans = make_fans(mesh);
-  const double thickness = fans.area > 0 ? median_thickness(mesh, fans, threads) : 1;
-  return std::max(std::min(kLargest, thickness / kAcross), least_cube_size(mesh));
+  const double least = least_size(fans);
+  if (wanted > 0 && wanted < least)
+    throw InvalidInput(
+        text("cube_size is ", wanted, ", must be at least ", least, " for this mesh: smaller cubes would be too many"));
+  if (wanted > 0) return wanted;
+  const double thickness = fans.area > 0 ? median_thickness(mesh.positions(), fans, threads) : 1;
+  return std::max(std::min(kLargest, thickness / kAcross), least);
 }
 
 }  // namespace arap

@@ -8,7 +8,7 @@
 
 #include "arap/error.h"
 #include "base/format_message.h"
-#include "base/offsets.h"
+#include "base/grouped.h"
 #include "base/union_find.h"
 #include "lattice/cube_pieces.h"
 #include "mesh/surface_measures.h"
@@ -34,23 +34,6 @@ CubeGrid make_grid(const Eigen::AlignedBox3d& box, double cube_size) {
   return grid;
 }
 
-/// Items by part: those of part p are [offsets[p], offsets[p + 1]) of `items`.
-struct ByPart {
-  std::vector<int> offsets;
-  std::vector<int> items;
-
-  template <class PartOf>
-  ByPart(int n_parts, int n_items, const PartOf& part_of) : offsets(n_parts + 1, 0) {
-    for (int i = 0; i < n_items; ++i)
-      if (part_of(i) >= 0) ++offsets[part_of(i) + 1];
-    make_offsets(offsets);
-    items.resize(offsets.back());
-    std::vector<int> next(offsets.begin(), offsets.end() - 1);
-    for (int i = 0; i < n_items; ++i)
-      if (part_of(i) >= 0) items[next[part_of(i)]++] = i;
-  }
-};
-
 }  // namespace
 
 Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& meter)
@@ -58,23 +41,27 @@ Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& met
       piece_of_vertex_(mesh.n_vertices(), -1),
       places_(mesh.n_vertices(), Eigen::Vector3f::Zero()) {
   const std::vector<int>& part_of = mesh.part_of_vertex();
-  const ByPart vertices(mesh.n_parts(), mesh.n_vertices(), [&](int v) { return part_of[v]; });
-  const ByPart faces(mesh.n_parts(), mesh.n_faces(), [&](int f) { return part_of[mesh.face(f)[0]]; });
+  const Grouped vertices(mesh.n_parts(), [&](const auto& add) {
+    for (int v = 0; v < mesh.n_vertices(); ++v)
+      if (part_of[v] >= 0) add(part_of[v], v);
+  });
+  const Grouped faces(mesh.n_parts(), [&](const auto& add) {
+    for (int f = 0; f < mesh.n_faces(); ++f) add(part_of[mesh.face(f)[0]], f);
+  });
   std::vector<int> local(mesh.n_vertices(), -1);
   std::vector<Pair> beside;
   std::vector<int> cubes;
   std::vector<int> part_of_piece;
   for (int part = 0; part < mesh.n_parts(); ++part) {
-    const std::vector<int> own(vertices.items.begin() + vertices.offsets[part],
-                               vertices.items.begin() + vertices.offsets[part + 1]);
+    const std::span<const int> own = vertices.of(part);
     Positions points(own.size(), 3);
     for (size_t k = 0; k < own.size(); ++k) {
       local[own[k]] = static_cast<int>(k);
       points.row(static_cast<Eigen::Index>(k)) = mesh.positions().row(own[k]);
     }
     Triangles triangles;
-    for (int f = faces.offsets[part]; f < faces.offsets[part + 1]; ++f) {
-      const std::span<const int> face = mesh.face(faces.items[f]);
+    for (const int f : faces.of(part)) {
+      const std::span<const int> face = mesh.face(f);
       for (size_t k = 2; k < face.size(); ++k)
         triangles.push_back({local[face[0]], local[face[k - 1]], local[face[k]]});
     }
@@ -88,7 +75,7 @@ Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& met
   name_control_points(cubes, beside, part_of_piece);
 }
 
-void Lattice::add_part(int part, const Positions& points, const Triangles& triangles, const std::vector<int>& vertices,
+void Lattice::add_part(int part, const Positions& points, const Triangles& triangles, std::span<const int> vertices,
                        std::vector<Pair>& beside, std::vector<int>& cubes, std::vector<int>& part_of_piece) {
   const CubePieces pieces = find_pieces(points, triangles, grid_);
   const int first = n_pieces();

@@ -52,7 +52,7 @@ class Lattice {
 
  private:
   void add_part(int part, const Positions& points, const std::vector<std::array<int, 3>>& triangles,
-                const std::vector<int>& vertices, std::vector<std::pair<int, int>>& beside, std::vector<int>& cubes,
+                std::span<const int> vertices, std::vector<std::pair<int, int>>& beside, std::vector<int>& cubes,
                 std::vector<int>& part_of_piece);
   void name_control_points(const std::vector<int>& cubes, const std::vector<std::pair<int, int>>& beside,
                            const std::vector<int>& part_of_piece);
@@ -66,11 +66,10 @@ class Lattice {
   std::vector<Eigen::Vector3f> places_;  ///< of each vertex in its cube, 0 to 1
 };
 
-/// A size of cubes for a mesh of diagonal 1: four across a limb of the median thickness, a fiftieth at the most, and at
-/// least least_cube_size(). It depends on the shape alone, not on how finely it is meshed.
-[[nodiscard]] double choose_cube_size(const PolygonMesh& mesh, int threads);
-
-/// Smaller cubes would be too many: some 25,000, or 500,000 in the box around the mesh.
-[[nodiscard]] double least_cube_size(const PolygonMesh& mesh);
+/// The size of cubes for a mesh of diagonal 1. By itself: four across a limb of the median thickness, a fiftieth at the
+/// most, and so large that cubes are not more than some 25,000, or 500,000 in the boxes around the parts. It depends on
+/// the shape alone, not on how finely it is meshed.
+/// @param wanted  0: none; otherwise the result. Throws InvalidInput if cubes of this size are too many.
+[[nodiscard]] double choose_cube_size(const PolygonMesh& mesh, double wanted, int threads);
 
 }  // namespace arap

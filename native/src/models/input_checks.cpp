@@ -38,6 +38,11 @@ void require_targets(const ConstraintSet& set, const Positions& targets, std::sp
     if (!rotations[k].allFinite()) throw InvalidInput(text("rotations[", k, "] is not finite"));
 }
 
+void require_constrained(bool has_constraints) {
+  if (!has_constraints)
+    throw InvalidInput("nothing is constrained; call set_constraints with at least one vertex before solve");
+}
+
 bool all_finite(const Positions& x, const Workers& workers) {
   return parallel_all<4096>(workers, static_cast<int>(x.rows()),
                             [&](int begin, int end) { return x.middleRows(begin, end - begin).allFinite(); });

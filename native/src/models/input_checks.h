@@ -35,6 +35,9 @@ void require_movable_patches(const Patches& patches, const std::vector<int>& par
 /// Targets of a set, and rotations of each or none.
 void require_targets(const ConstraintSet& set, const Positions& targets, std::span<const Matrix3> rotations);
 
+/// A solve needs a set of constraints.
+void require_constrained(bool has_constraints);
+
 [[nodiscard]] bool all_finite(const Positions& x, const Workers& workers);
 
 }  // namespace arap

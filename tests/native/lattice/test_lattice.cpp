@@ -174,7 +174,7 @@ TEST(Lattices, HaveAboutAsManyPiecesAsCubes) {
 TEST(CubeSize, DependsOnTheThicknessNotOnTheNumberOfVertices) {
   const auto size_of = [](const MeshData& mesh) {
     const MeshData unit = transformed(mesh, [&](const Vector3& x) { return Vector3(x / mesh.diagonal()); });
-    return arap::choose_cube_size(unit.mesh(), 1);
+    return arap::choose_cube_size(unit.mesh(), 0, 1);
   };
   const auto rod = [](int n_around) {
     return transformed(cylinder(n_around, 40), [](const Vector3& x) { return Vector3(.1 * x[0], .1 * x[1], x[2]); });

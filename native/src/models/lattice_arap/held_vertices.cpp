@@ -3,13 +3,14 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
-#include <limits>
+#include <functional>
 #include <map>
 #include <queue>
+#include <span>
+#include <tuple>
 #include <utility>
 
-#include "base/offsets.h"
+#include "base/grouped.h"
 
 namespace arap {
 
@@ -29,33 +30,19 @@ bool is_exact(const PolygonMesh& mesh, const ConstraintSet& set, size_t k) {
          (mesh.part_of_vertex()[set.vertices[k]] < 0 && set.strengths[k] > 0);
 }
 
-/// Edges of a mesh by vertex.
-struct Neighbours {
-  std::vector<int> offsets;
-  std::vector<int> vertices;
-
-  explicit Neighbours(const PolygonMesh& mesh) : offsets(mesh.n_vertices() + 1, 0) {
-    for_each_side(mesh, [&](int a, int b) {
-      ++offsets[a + 1];
-      ++offsets[b + 1];
-    });
-    make_offsets(offsets);
-    vertices.resize(offsets.back());
-    std::vector<int> next(offsets.begin(), offsets.end() - 1);
-    for_each_side(mesh, [&](int a, int b) {
-      vertices[next[a]++] = b;
-      vertices[next[b]++] = a;
-    });
-  }
-
-  template <class Visit>
-  static void for_each_side(const PolygonMesh& mesh, const Visit& visit) {
-    for (int f = 0; f < mesh.n_faces(); ++f) {
-      const std::span<const int> face = mesh.face(f);
-      for (size_t k = 0; k < face.size(); ++k) visit(face[k], face[(k + 1) % face.size()]);
-    }
-  }
-};
+/// The vertices that each has an edge to, once for each side of a face.
+Grouped neighbours_of(const PolygonMesh& mesh) {
+  return {mesh.n_vertices(), [&](const auto& add) {
+            for (int f = 0; f < mesh.n_faces(); ++f) {
+              const std::span<const int> face = mesh.face(f);
+              for (size_t k = 0; k < face.size(); ++k) {
+                const int next = face[(k + 1) % face.size()];
+                add(face[k], next);
+                add(next, face[k]);
+              }
+            }
+          }};
+}
 
 }  // namespace
 
@@ -128,12 +115,11 @@ ExactVertices::ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, 
       return std::tie(distance, vertex, held) > std::tie(other.distance, other.vertex, other.held);
     }
   };
-  const Neighbours neighbours(mesh);
+  const Grouped neighbours = neighbours_of(mesh);
   std::vector<char> is_done(mesh.n_vertices(), 0);
   std::priority_queue<Reached, std::vector<Reached>, std::greater<>> queue;
   const auto go_on = [&](const Reached& from) {
-    for (int e = neighbours.offsets[from.vertex]; e < neighbours.offsets[from.vertex + 1]; ++e) {
-      const int v = neighbours.vertices[e];
+    for (const int v : neighbours.of(from.vertex)) {
       const double distance = from.distance + (mesh.positions().row(v) - mesh.positions().row(from.vertex)).norm();
       if (is_done[v] == 0 && distance < reach) queue.push({distance, v, from.held});
     }

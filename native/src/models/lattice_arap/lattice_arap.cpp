@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "arap/lattice_arap.h"
 
-#include <future>
 #include <optional>
 #include <utility>
 
@@ -57,11 +56,7 @@ struct LatticeArap::Impl {
     Meter meter(progress, "binding was cancelled");
     int threads = choose_threads(options.threads, mesh.n_vertices());
     meter.tell();
-    if (const double least = least_cube_size(mesh); options.cube_size > 0 && options.cube_size < least)
-      throw InvalidInput(text("cube_size is ", options.cube_size, ", must be at least ", least,
-                              " for this mesh: smaller cubes would be too many"));
-    lattice.emplace(mesh, options.cube_size > 0 ? options.cube_size : choose_cube_size(mesh, threads),
-                    MeterPart{&meter, 0.6});
+    lattice.emplace(mesh, choose_cube_size(mesh, options.cube_size, threads), MeterPart{&meter, 0.6});
     meter.tell();
     // A control point has about as many incidences as five vertices of a surface.
     threads = choose_threads(options.threads, 5 * lattice->n_control_points());
@@ -127,8 +122,7 @@ void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progre
 SolveResult LatticeArap::solve(const Positions& targets, const SolveOptions& options,
                                std::span<const Matrix3> rotations, const Progress& progress) {
   options.validate();
-  if (!impl_->engine.has_constraints())
-    throw InvalidInput("nothing is constrained; call set_constraints with at least one vertex before solve");
+  require_constrained(impl_->engine.has_constraints());
   require_targets(impl_->constraints, targets, rotations);
   const ModelSpace& space = impl_->space;
   const Positions of_model = space.targets_to_model(targets, impl_->constraints);

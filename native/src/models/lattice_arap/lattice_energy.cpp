@@ -6,9 +6,9 @@
 #include <numeric>
 #include <utility>
 
-#include "base/offsets.h"
+#include "base/grouped.h"
 #include "base/permutation.h"
-#include "sparse/sparse_rows.h"
+#include "sparse/matrix_assembly.h"
 
 namespace arap {
 
@@ -76,26 +76,22 @@ Eigen::Matrix<double, kControlPoints, 3> unit_gradients() {
 }
 
 /// Which pieces have a control point, and as which of their own.
-struct Incidence {
-  std::vector<int> offsets;
-  std::vector<int> slots;  ///< kControlPoints * piece + k
-
-  explicit Incidence(const Lattice& lattice) : offsets(lattice.n_control_points() + 1, 0) {
-    for (int piece = 0; piece < lattice.n_pieces(); ++piece)
-      for (const int c : lattice.control_points(piece)) ++offsets[c + 1];
-    make_offsets(offsets);
-    slots.resize(offsets.back());
-    std::vector<int> next(offsets.begin(), offsets.end() - 1);
-    for (int piece = 0; piece < lattice.n_pieces(); ++piece)
-      for (int k = 0; k < kControlPoints; ++k)
-        slots[next[lattice.control_points(piece)[k]]++] = kControlPoints * piece + k;
-  }
+class Incidence {
+ public:
+  explicit Incidence(const Lattice& lattice)
+      : slots_(lattice.n_control_points(), [&](const auto& add) {
+          for (int piece = 0; piece < lattice.n_pieces(); ++piece)
+            for (int k = 0; k < kControlPoints; ++k) add(lattice.control_points(piece)[k], kControlPoints * piece + k);
+        }) {}
 
   /// f(piece, k) for each piece that has control point c, as its k-th.
   template <class Function>
   void for_each(int c, const Function& f) const {
-    for (int e = offsets[c]; e < offsets[c + 1]; ++e) f(slots[e] / kControlPoints, slots[e] % kControlPoints);
+    for (const int slot : slots_.of(c)) f(slot / kControlPoints, slot % kControlPoints);
   }
+
+ private:
+  Grouped slots_;  ///< kControlPoints * piece + k
 };
 
 class LatticeAssembler {
@@ -112,32 +108,15 @@ class LatticeAssembler {
   }
 
   [[nodiscard]] SparseMatrix system(int threads, const MeterPart& meter) const {
-    const int n = lattice_.n_control_points();
     const double per_area = 1 / (lattice_.cube_size() * lattice_.cube_size());
-    const SparseRows<double> columns(
-        n, n, threads,
-        [&] {
-          return [&](int i, RowAccumulator<double>& column) {
-            incidence_.for_each(i, [&](int piece, int k) {
-              for (int j = 0; j < kControlPoints; ++j)
-                if (stiffness_(j, k) != 0)
-                  column[lattice_.control_points(piece)[j]] += 2 * volume(piece) * per_area * stiffness_(j, k);
-            });
-            column.sort();
-          };
-        },
-        meter);
-    SparseMatrix K(n, n);
-    K.resizeNonZeros(columns.offsets().back());
-    std::copy(columns.offsets().begin(), columns.offsets().end(), K.outerIndexPtr());
-    columns.for_each([&](int, int i, const auto& entries) {
-      int e = K.outerIndexPtr()[i];
-      for (const auto& [row, value] : entries) {
-        K.innerIndexPtr()[e] = row;
-        K.valuePtr()[e++] = value;
-      }
-    });
-    return K;
+    const auto fill = [&](int i, RowAccumulator<double>& column) {
+      incidence_.for_each(i, [&](int piece, int k) {
+        for (int j = 0; j < kControlPoints; ++j)
+          if (stiffness_(j, k) != 0)
+            column[lattice_.control_points(piece)[j]] += 2 * volume(piece) * per_area * stiffness_(j, k);
+      });
+    };
+    return assemble_matrix(lattice_.n_control_points(), threads, fill, meter);
   }
 
   [[nodiscard]] Cells::Rows cells(int threads, const MeterPart& meter) const {

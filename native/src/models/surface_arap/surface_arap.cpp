@@ -124,8 +124,7 @@ void SurfaceArap::set_constraints(const ConstraintSet& constraints, const Progre
 SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& options,
                                std::span<const Matrix3> rotations, const Progress& progress, std::span<float> out) {
   options.validate();
-  if (!impl_->engine.has_constraints())
-    throw InvalidInput("nothing is constrained; call set_constraints with at least one vertex before solve");
+  require_constrained(impl_->engine.has_constraints());
   require_targets(impl_->constraints, targets, rotations);
   const auto n_numbers = 3 * static_cast<size_t>(n_vertices());
   if (!out.empty() && out.size() != n_numbers)

@@ -7,10 +7,11 @@
 
 #include "arap/error.h"
 #include "base/available_memory.h"
-#include "base/offsets.h"
+#include "base/grouped.h"
 #include "base/permutation.h"
 #include "mesh/triangulation.h"
 #include "parallel/parallel.h"
+#include "sparse/matrix_assembly.h"
 #include "sparse/row_accumulator.h"
 #include "sparse/sparse_rows.h"
 
@@ -18,32 +19,28 @@ namespace arap {
 
 namespace {
 
-/// Which items (triangles or ties) name a vertex: the items of v are [offsets[v], offsets[v + 1]) of `items`.
-struct Incidence {
-  std::vector<int> offsets;
-  std::vector<int> items;
-
+/// Which items (triangles or ties) name a vertex.
+class Incidence {
+ public:
   template <class Item>
-  Incidence(int n_vertices, const std::vector<Item>& all) : offsets(n_vertices + 1, 0) {
-    for (const Item& item : all)
-      for (const int v : item.vertices) ++offsets[v + 1];
-    make_offsets(offsets);
-    items.resize(offsets.back());
-    std::vector<int> next(offsets.begin(), offsets.end() - 1);
-    for (size_t i = 0; i < all.size(); ++i)
-      for (const int v : all[i].vertices) items[next[v]++] = static_cast<int>(i);
-  }
+  Incidence(int n_vertices, const std::vector<Item>& all)
+      : items_(n_vertices, [&](const auto& add) {
+          for (size_t i = 0; i < all.size(); ++i)
+            for (const int v : all[i].vertices) add(v, static_cast<int>(i));
+        }) {}
 
   /// f(item) for each item of v once; a tie that names v twice lists it twice in a row.
   template <class Function>
   void for_each(int v, const Function& f) const {
     int last = -1;
-    for (int k = offsets[v]; k < offsets[v + 1]; ++k) {
-      const int item = items[k];
+    for (const int item : items_.of(v)) {
       if (item != last) f(item);
       last = item;
     }
   }
+
+ private:
+  Grouped items_;
 };
 
 class SurfaceAssembler {
@@ -143,30 +140,6 @@ class SurfaceAssembler {
   Incidence ties_at_;
 };
 
-SparseMatrix assemble_system(const SurfaceAssembler& assembler, int threads, const MeterPart& meter) {
-  const int n = assembler.n();
-  const SparseRows<double> columns(
-      n, n, threads,
-      [&] {
-        return [&](int i, RowAccumulator<double>& column) {
-          assembler.system_column(i, column);
-          column.sort();
-        };
-      },
-      meter);
-  SparseMatrix K(n, n);
-  K.resizeNonZeros(columns.offsets().back());
-  std::copy(columns.offsets().begin(), columns.offsets().end(), K.outerIndexPtr());
-  columns.for_each([&](int, int i, const auto& entries) {
-    int k = K.outerIndexPtr()[i];
-    for (const auto& [row, value] : entries) {
-      K.innerIndexPtr()[k] = row;
-      K.valuePtr()[k++] = value;
-    }
-  });
-  return K;
-}
-
 /// q of the cells of nodes: what the cells of vertices have, times the weights with which these look at the nodes.
 Cells::Rows share_cells(const SurfaceAssembler& assembler, const RotationNodes& nodes, int threads,
                         const MeterPart& meter) {
@@ -193,7 +166,9 @@ void assemble_surface_energy(CellEnergy& energy, const PolygonMesh& mesh, const 
   auto assembler = std::make_unique<const SurfaceAssembler>(mesh, options, stiffness);
   meter.add(0.1);
   meter.tell();
-  energy.K = assemble_system(*assembler, threads, meter.part(0.1));
+  energy.K = assemble_matrix(
+      assembler->n(), threads, [&](int i, RowAccumulator<double>& column) { assembler->system_column(i, column); },
+      meter.part(0.1));
   RotationNodes nodes = choose_nodes ? choose_nodes() : node_at_each_vertex(mesh.n_vertices());
   meter.tell();
   Cells::Rows cells = share_cells(*assembler, nodes, threads, meter.part(0.15));
