@@ -77,9 +77,10 @@ struct SolveOptions {
   /// Upper bound of iterations, each a global and a local step; a frame of a drag takes few, a bake many. >= 1.
   int max_iterations = 1000;
 
-  /// Stop when every vertex is within this distance of the minimizer, estimated from the last steps; a fraction of the
-  /// bounding-box diagonal at rest. >= 0. A tenth of it takes about a dozen iterations more. Iterations switch from
-  /// single to double precision near the end; below 1e-7, and on small meshes, all are in double.
+  /// Stop when every vertex is within this distance of the minimizer, estimated from the last steps, or when steps are
+  /// lost in rounding; a fraction of the bounding-box diagonal at rest. >= 0. A tenth takes a dozen iterations more.
+  /// Iterations switch from single to double precision near the end; below 1e-7, and on small meshes, all are in
+  /// double.
   double accuracy = 1e-6;
 
   /// Soft limit of wall-clock time in seconds; infinity = none. > 0. A new iteration starts only if the median of the

@@ -164,11 +164,11 @@ class CellPassesOf final : public CellPasses {
     });
   }
 
-  [[nodiscard]] double energy_rounding() const override {
+  [[nodiscard]] double energy_rounding(double energy) const override {
+    const double largest = std::max(rest_energy_, energy);
     // Single errors of cells have any sign, so those of a sum grow with the root of their number.
     constexpr auto kEpsilon = static_cast<double>(std::numeric_limits<Real>::epsilon());
-    return std::is_same_v<Real, float> ? 4 * kEpsilon / std::sqrt(1.0 + n_cells_) * rest_energy_
-                                       : 50 * kEpsilon * rest_energy_;
+    return std::is_same_v<Real, float> ? 4 * kEpsilon / std::sqrt(1.0 + n_cells_) * largest : 50 * kEpsilon * largest;
   }
 
   [[nodiscard]] double rest_energy() const override { return rest_energy_; }

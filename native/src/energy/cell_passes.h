@@ -54,8 +54,8 @@ class CellPasses {
   /// residual = b - K p' with b_j = sum_c R_c q_cj, (n, 3), [SA07] Eq. (8); returns 1/2 <p', K p'>.
   virtual double find_residual(Positions& residual) const = 0;
 
-  /// Smallest change of an energy, E_0 + 1/2 <p', K p'> - sum of <R_c, Q_c>, that is not rounding.
-  [[nodiscard]] virtual double energy_rounding() const = 0;
+  /// Smallest change of `energy`, E_0 + 1/2 <p', K p'> - sum of <R_c, Q_c>, that is not rounding.
+  [[nodiscard]] virtual double energy_rounding(double energy) const = 0;
   /// E_0, as these passes sum it: the energy at rest is 0.
   [[nodiscard]] virtual double rest_energy() const = 0;
 };

@@ -38,6 +38,7 @@ void LocalGlobal::set_targets(const Positions& targets, Precision precision) {
   passes_ = nullptr;  // those of a large model go before the others are made, which may fail
   passes_ = &model_.passes(precision);
   is_in_double_ = is_in_double;
+  reach_ = targets.size() == 0 ? 1 : std::max(1.0, targets.cwiseAbs().maxCoeff());
   const auto pull_softly = [&](double sign) {
     const Eigen::VectorXd& soft = constraints_.soft_diagonal;
     if (known_ != Known::kResidual) return;

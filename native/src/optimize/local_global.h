@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -91,8 +92,10 @@ class LocalGlobal {
   /// Tells the regions that their vertices were moved alike.
   void follow_positions(Pose& pose) const { constraints_.regions.read_translations(pose.placements, pose.positions); }
 
-  /// Smallest change of the energy that is not rounding.
-  [[nodiscard]] double energy_rounding() const { return passes_->energy_rounding(); }
+  /// Smallest change of `energy` that is not rounding.
+  [[nodiscard]] double energy_rounding(double energy) const { return passes_->energy_rounding(energy); }
+  /// A movement of a vertex that is no more than rounding of its place.
+  [[nodiscard]] double movement_rounding() const { return 4 * std::numeric_limits<double>::epsilon() * reach_; }
   [[nodiscard]] const Workers& workers() const { return model_.workers; }
 
  private:
@@ -134,6 +137,7 @@ class LocalGlobal {
   const PreparedConstraints& constraints_;
   CellPasses* passes_ = nullptr;
   bool is_in_double_ = false;
+  double reach_ = 1;  ///< largest coordinate of the mesh and its targets
   Known known_ = Known::kNothing;
   RegionTargets targets_;  ///< of vertices, of patches that anchor regions, and of soft rows
   Positions held_targets_;

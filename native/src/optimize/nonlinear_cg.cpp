@@ -138,7 +138,7 @@ double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration
   steps_.begin_step(pose);
   start_.swap(pose.positions);
   placements_ = pose.placements;
-  const double rounding = steps_.energy_rounding();
+  const double rounding = steps_.energy_rounding(energy);
 
   double length = is_fresh_ ? 1 : length_;
   double reached = try_direction(pose, length, beta);
@@ -187,6 +187,7 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
   on_first_fit();
   double farthest = 0;  // from the minimizer, so far
   double fraction = 0;
+  int n_still = 0;
   const auto is_cancelled = [&] {
     fraction = std::max({fraction, static_cast<double>(report.iterations) / options.max_iterations,
                          way_done(farthest, search.distance(), options.accuracy)});
@@ -215,7 +216,12 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
     if (is_cancelled()) return report;
     report.energy_after = search.iterate(pose, report.energy_after, options.acceleration);
     count_iteration(search.step());
-    if (needs_double(search.distance(), options.accuracy) && steps.go_on_in_double(pose)) {
+    // One still step may only be short; after two, numbers are at their end, as if handles are a million times the
+    // mesh's size away.
+    n_still = search.step() <= steps.movement_rounding() ? n_still + 1 : 0;
+    const bool is_stuck = n_still == 2;
+    if ((is_stuck || needs_double(search.distance(), options.accuracy)) && steps.go_on_in_double(pose)) {
+      n_still = 0;
       // Single precision knows all energies of a model with the same small error.
       const double in_single = report.energy_after;
       report.energy_after = steps.fit(pose);
@@ -223,7 +229,8 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
       continue;
     }
     // A short step may only be a short length.
-    if (search.distance() <= options.accuracy && search.longest_correction() <= options.accuracy) {
+    const bool is_there = search.distance() <= options.accuracy && search.longest_correction() <= options.accuracy;
+    if (is_there || is_stuck) {
       report.stop_reason = StopReason::kConverged;
       break;
     }

@@ -440,6 +440,16 @@ TEST(Robustness, HugeTargetThatNothingFreeHangsOnIsFollowed) {
   EXPECT_TRUE(result.positions.allFinite());
 }
 
+TEST(Robustness, SolveEndsWhereFarTargetsLeaveNoDigitsForTheAccuracy) {
+  for (const double distance : {1e3, 1e6, 1e12, 1e29}) {
+    Task task = sound_task();
+    task.targets.bottomRows(1).array() += distance;
+    const SolveResult result = solve_once(sound_mesh(), task, to_accuracy(1e-9));
+    EXPECT_EQ(result.stop_reason, StopReason::kConverged) << distance;
+    EXPECT_LT(result.step, 1e-12 * distance);
+  }
+}
+
 // Scale and place.
 
 TEST(Robustness, ScaleOnlyScalesTheResult) {
