@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "base/union_find.h"
@@ -15,34 +18,19 @@ namespace arap {
 
 namespace {
 
-/// Empty where the points lie on a line or in one place, as fewer than three always do.
-std::optional<Matrix3> best_rotation(const Positions& from, const Positions& to, const std::vector<int>& rows) {
-  if (rows.size() < 3) return std::nullopt;
-  Eigen::RowVector3d mean_from = Eigen::RowVector3d::Zero();
-  Eigen::RowVector3d mean_to = Eigen::RowVector3d::Zero();
-  for (const int k : rows) {
-    mean_from += from.row(k) / static_cast<double>(rows.size());
-    mean_to += to.row(k) / static_cast<double>(rows.size());
-  }
-  Matrix3 S = Matrix3::Zero();
-  Matrix3 scatter = Matrix3::Zero();
-  for (const int k : rows) {
-    const Eigen::RowVector3d arm = from.row(k) - mean_from;
-    S += (to.row(k) - mean_to).transpose() * arm;
-    scatter += arm.transpose() * arm;
-  }
-  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter, Eigen::EigenvaluesOnly);
-  constexpr double kFlat = 1e-8;  // squared: a width of 1e-4 of the length determines a rotation about it
-  if (eigen.eigenvalues()[1] <= kFlat * eigen.eigenvalues()[2]) return std::nullopt;
-  return nearest_rotation(S, Matrix3::Identity());
-}
-
-/// At most `count` of the rows, evenly.
-std::vector<int> thinned(const std::vector<int>& rows, size_t count) {
+/// At most `count` of the rows: the strongest, and of equally strong ones evenly.
+std::vector<int> thinned(const std::vector<int>& rows, const std::vector<double>& weights, size_t count) {
   if (rows.size() <= count) return rows;
+  std::vector<double> sorted;
+  for (const int k : rows) sorted.push_back(weights[k]);
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(count) - 1, sorted.end(),
+                   std::greater<>());
+  std::vector<int> strong;
+  std::copy_if(rows.begin(), rows.end(), std::back_inserter(strong),
+               [&](int k) { return weights[k] >= sorted[count - 1]; });
   std::vector<int> result;
   result.reserve(count);
-  for (size_t k = 0; k < count; ++k) result.push_back(rows[k * rows.size() / count]);
+  for (size_t k = 0; k < count; ++k) result.push_back(strong[k * strong.size() / count]);
   return result;
 }
 
@@ -72,9 +60,9 @@ HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConst
   const auto n = static_cast<int>(model.rest.rows());
   const auto row_groups = {&constraints.soft_rows, &constraints.stiff_rows};
   std::vector<int> vertex_of_row(constraints.target_sums.size(), -1);
+  weight_of_row_.assign(vertex_of_row.size(), 1);
   std::vector<char> is_constrained(n, 0);
   for (const PreparedConstraints::Entry& entry : constraints.entries) {
-    if (!is_point(entry.row)) continue;
     vertex_of_row[entry.row] = entry.vertex;
     is_constrained[entry.vertex] = 1;
   }
@@ -87,9 +75,9 @@ HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConst
   for (const PreparedConstraints::Rows* group : row_groups) {
     const LinearRows& rows = group->rows;
     for (int r = 0; r < rows.size(); ++r) {
-      if (!is_point(group->target_rows[r])) continue;
       const int first = rows.rows[r].indices.front();
       vertex_of_row[group->target_rows[r]] = first;
+      weight_of_row_[group->target_rows[r]] = rows.weights[r];
       for (const int v : rows.rows[r].indices) joined.join(first, v);
     }
   }
@@ -107,10 +95,42 @@ HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConst
     rows_of_group_[group].push_back(static_cast<int>(k));
     group_of_row_[k] = group;
   }
-  for (std::vector<int>& of_group : rows_of_group_) of_group = thinned(of_group, kSamples);
+  for (std::vector<int>& of_group : rows_of_group_) of_group = thinned(of_group, weight_of_row_, kSamples);
 }
 
-bool HandleRotations::is_point(int row) const { return std::abs(constraints_.target_sums[row] - 1) < 1e-9; }
+double HandleRotations::sum_of(int row) const {
+  const double sum = constraints_.target_sums[row];
+  return std::abs(sum) > 1e-9 ? sum : 0;
+}
+
+std::optional<Matrix3> HandleRotations::best_rotation(const Positions& from, const Positions& to,
+                                                      const std::vector<int>& rows) const {
+  if (rows.size() < 3) return std::nullopt;
+  double squares = 0;
+  Eigen::RowVector3d mean_from = Eigen::RowVector3d::Zero();
+  Eigen::RowVector3d mean_to = Eigen::RowVector3d::Zero();
+  for (const int k : rows) {
+    const double share = weight_of_row_[k] * sum_of(k);
+    squares += share * sum_of(k);
+    mean_from += share * from.row(k);
+    mean_to += share * to.row(k);
+  }
+  if (squares > 0) {
+    mean_from /= squares;
+    mean_to /= squares;
+  }
+  Matrix3 S = Matrix3::Zero();
+  Matrix3 scatter = Matrix3::Zero();
+  for (const int k : rows) {
+    const Eigen::RowVector3d arm = from.row(k) - sum_of(k) * mean_from;
+    S += weight_of_row_[k] * (to.row(k) - sum_of(k) * mean_to).transpose() * arm;
+    scatter += weight_of_row_[k] * arm.transpose() * arm;
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(scatter, Eigen::EigenvaluesOnly);
+  constexpr double kFlat = 1e-8;  // squared: a width of 1e-4 of the length determines a rotation about it
+  if (eigen.eigenvalues()[1] <= kFlat * eigen.eigenvalues()[2]) return std::nullopt;
+  return nearest_rotation(S, Matrix3::Identity());
+}
 
 HandleRotations::Told HandleRotations::ask_groups(const Positions& from, const Positions& to) const {
   Told told;
@@ -139,9 +159,8 @@ Positions HandleRotations::of_rows(const Told& told) const {
 Positions HandleRotations::estimate(const Positions& from, const Positions& to) const {
   const Told told = ask_groups(from, to);
   if (std::any_of(told.begin(), told.end(), [](const auto& r) { return r.has_value(); })) return of_rows(told);
-  std::vector<int> rows;
-  for (int k = 0; k < static_cast<int>(group_of_row_.size()); ++k)
-    if (is_point(k)) rows.push_back(k);
+  std::vector<int> rows(group_of_row_.size());
+  std::iota(rows.begin(), rows.end(), 0);
   const Matrix3 rotation = best_rotation(from, to, rows).value_or(Matrix3::Identity());
   return rotation_vectors(std::array{rotation}).replicate(from.rows(), 1);
 }

@@ -31,14 +31,19 @@ class HandleRotations {
   [[nodiscard]] Positions estimate(const Positions& from, const Positions& to) const;
   /// The same, but no rows where no group tells a turn by more than `angle` radian.
   [[nodiscard]] Positions estimate_beyond(double angle, const Positions& from, const Positions& to) const;
-  /// Whether a target is a place: rows whose coefficients do not sum to 1 are none.
-  [[nodiscard]] bool is_point(int row) const;
+  /// The turn R with to_k = R from_k + s_k t, as well as it can be, s_k the sum of row k: 1 of a place. Empty where
+  /// places lie on a line or are one, as fewer than three always do.
+  [[nodiscard]] std::optional<Matrix3> best_rotation(const Positions& from, const Positions& to,
+                                                     const std::vector<int>& rows) const;
+  /// Of the row's coefficients, without rounding about 0.
+  [[nodiscard]] double sum_of(int row) const;
   [[nodiscard]] Told ask_groups(const Positions& from, const Positions& to) const;
   [[nodiscard]] Positions of_rows(const Told& told) const;
 
   const PreparedModel& model_;
   const PreparedConstraints& constraints_;
   std::vector<int> group_of_row_;  ///< -1: a patch
+  std::vector<double> weight_of_row_;
   std::vector<int> part_of_row_;
   std::vector<std::vector<int>> rows_of_group_;  ///< as many as tell how it turns
 };
