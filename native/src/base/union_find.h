@@ -12,6 +12,13 @@ class UnionFind {
  public:
   explicit UnionFind(int n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
 
+  /// Another set, of a new member.
+  int add() {
+    parent_.push_back(size());
+    return size() - 1;
+  }
+  [[nodiscard]] int size() const { return static_cast<int>(parent_.size()); }
+
   [[nodiscard]] int find(int i) {
     while (parent_[index(i)] != i) {
       parent_[index(i)] = parent_[index(parent_[index(i)])];

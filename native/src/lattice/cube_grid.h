@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -34,5 +35,18 @@ struct CubeGrid {
     return origin + size * Eigen::RowVector3d(cube[0], cube[1], cube[2]);
   }
 };
+
+/// Cubes around a box. Their number along each axis is odd: the middle of the box is the middle of a cube. So mirror
+/// planes through it pass between the samples, and what is smaller than a cube is in one.
+[[nodiscard]] inline CubeGrid grid_around(const Eigen::AlignedBox3d& box, double cube_size) {
+  CubeGrid grid;
+  grid.size = cube_size;
+  for (int k = 0; k < 3; ++k) {
+    const auto n = static_cast<int>(std::ceil(box.sizes()[k] / cube_size + 1e-6));
+    grid.counts[k] = n + 1 - n % 2;
+    grid.origin[k] = box.center()[k] - 0.5 * grid.counts[k] * cube_size;
+  }
+  return grid;
+}
 
 }  // namespace arap

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "lattice/cube_pieces.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
+#include <bit>
 #include <cstdlib>
 #include <span>
 #include <tuple>
+#include <utility>
 
 #include "base/union_find.h"
-#include "lattice/line_crossings.h"
+#include "lattice/inside_samples.h"
 #include "lattice/triangle_cubes.h"
 
 namespace arap {
@@ -23,29 +24,38 @@ using Pair = std::pair<int, int>;
 /// inside.
 struct Things {
   std::vector<int> cubes;      ///< of each thing
-  std::vector<Pair> joined;    ///< in one cube, and connected there
+  UnionFind joined{0};         ///< in one cube, and connected there
   std::vector<Pair> touching;  ///< in cubes side by side, and connected
 
+  [[nodiscard]] int size() const { return joined.size(); }
   int add(int cube) {
     cubes.push_back(cube);
-    return static_cast<int>(cubes.size()) - 1;
+    return joined.add();
   }
-  void connect(int a, int b) { (cubes[a] == cubes[b] ? joined : touching).emplace_back(a, b); }
+  void connect(int a, int b) {
+    if (cubes[a] == cubes[b])
+      joined.join(a, b);
+    else
+      touching.emplace_back(a, b);
+  }
 };
 
 /// The surface as things.
 class CutSurface {
  public:
-  CutSurface(const Positions& points, const std::vector<Triangle>& triangles, const CubeGrid& grid, Things& things)
+  CutSurface(const Positions& points, const std::vector<Triangle>& triangles, const CubeGrid& grid, Things& things,
+             const MeterPart& meter)
       : points_(points), triangles_(triangles), grid_(grid), things_(things), offsets_(triangles.size() + 1, 0) {
     for (Eigen::Index v = 0; v < points.rows(); ++v) things.add(grid.index(grid.cube_at(points.row(v))));
-    for (size_t t = 0; t < triangles.size(); ++t) {
+    const auto n = static_cast<int>(triangles.size());
+    for (int t = 0; t < n; ++t) {
       if (is_in_one_cube(triangles[t])) {
         for (int k = 1; k < 3; ++k) things.connect(triangles[t][0], triangles[t][k]);
       } else {
         cut(triangles[t]);
       }
       offsets_[t + 1] = static_cast<int>(cut_.size());
+      meter.add_nth(t, n);
     }
     join_edges();
   }
@@ -147,144 +157,99 @@ class CutSurface {
   std::vector<Cube> cubes_;  ///< of the triangle or edge at hand
 };
 
-/// Samples of all cubes that have some of the points.
-SampleBox sample_box(const Positions& points, const CubeGrid& grid) {
-  const Cube low = grid.cube_at(points.colwise().minCoeff());
-  const Cube high = grid.cube_at(points.colwise().maxCoeff());
-  SampleBox samples;
-  samples.spacing = grid.size / kSamplesAlong;
-  samples.first = grid.corner(low) + Eigen::RowVector3d::Constant(samples.spacing / 2);
-  for (int k = 0; k < 3; ++k) samples.counts[k] = kSamplesAlong * (high[k] - low[k] + 1);
-  return samples;
-}
-
-/// Calls visit(begin, end) for the crossings of each line.
-template <class Visit>
-void for_each_line(const std::vector<Crossing>& crossings, const Visit& visit) {
-  for (size_t begin = 0; begin < crossings.size();) {
-    size_t end = begin;
-    while (end < crossings.size() && crossings[end].line == crossings[begin].line) ++end;
-    visit(begin, end);
-    begin = end;
-  }
-}
-
-std::array<int, 3> sample_on(const std::array<int, 2>& line, int axis, int k) {
-  std::array<int, 3> sample{};
-  sample[axis] = k;
-  sample[(axis + 1) % 3] = line[0];
-  sample[(axis + 2) % 3] = line[1];
-  return sample;
-}
-
 /// The inside as things.
 class Inside {
  public:
-  Inside(const Positions& points, const std::vector<Triangle>& triangles, const CubeGrid& grid)
-      : samples_(sample_box(points, grid)), things_of_samples_(samples_.size(), 0) {
-    for (int axis = 0; axis < 3; ++axis) crossings_[axis] = find_crossings(points, triangles, samples_, axis);
-  }
-
   /// Makes things of the samples that are inside.
-  void add_to(Things& things, const CubeGrid& grid, int orientation) {
-    for (int axis = 0; axis < 3; ++axis) count_rays(axis, orientation);
-    constexpr int kMostOfSix = 4;
-    Cube sample{};
-    for (sample[0] = 0; sample[0] < samples_.counts[0]; ++sample[0])
-      for (sample[1] = 0; sample[1] < samples_.counts[1]; ++sample[1])
-        for (sample[2] = 0; sample[2] < samples_.counts[2]; ++sample[2]) {
-          int& thing = things_of_samples_[samples_.index(sample)];
-          thing = thing >= kMostOfSix ? things.add(grid.index(grid.cube_at(samples_.place(sample)))) : kOutside;
-        }
+  Inside(const InsideSamples& inside, const CubeGrid& grid, Things& things)
+      : inside_(inside), grid_(grid), things_(things) {
+    first_things_.reserve(inside.cubes.size());
+    for (size_t k = 0; k < inside.cubes.size(); ++k) {
+      first_things_.push_back(things.size());
+      for (int i = std::popcount(inside.bits[k]); i > 0; --i) things.add(inside.cubes[k]);
+    }
   }
 
   /// Samples hang together if no triangle is between them, and with the surface if they see it from behind: a sample in
   /// a wall also sees what is in front of that.
-  void connect(Things& things, const CutSurface& surface, int orientation) const {
+  void connect(const CutSurface& surface) {
     for (int axis = 0; axis < 3; ++axis) {
-      std::vector<char> is_blocked(samples_.size(), 0);
-      for (const Crossing& crossing : crossings_[axis])
-        if (crossing.before >= 0) is_blocked[samples_.index(sample_on(crossing.line, axis, crossing.before))] = 1;
-      connect_samples(axis, is_blocked, things);
-      for_each_line(crossings_[axis], [&](size_t begin, size_t end) {
-        for (size_t k = begin; k < end; ++k) {
-          const Crossing& crossing = crossings_[axis][k];
-          const bool is_exit = crossing.sign == orientation;
-          if (is_exit && (k == begin || crossings_[axis][k - 1].before != crossing.before))
-            connect_to_surface(axis, crossing, crossing.before, surface, things);
-          if (!is_exit && (k + 1 == end || crossings_[axis][k + 1].before != crossing.before))
-            connect_to_surface(axis, crossing, crossing.before + 1, surface, things);
-        }
-      });
+      const std::vector<Crossing>& crossings = inside_.crossings[axis];
+      connect_samples(axis);
+      for (size_t k = 0; k < crossings.size(); ++k) {
+        const Crossing& crossing = crossings[k];
+        const auto is_beside = [&](size_t other) {
+          return other < crossings.size() && crossings[other].line == crossing.line &&
+                 crossings[other].before == crossing.before;
+        };
+        const bool is_exit = crossing.sign == inside_.orientation;
+        if (is_exit && !(k > 0 && is_beside(k - 1))) connect_to_surface(axis, crossing, crossing.before, surface);
+        if (!is_exit && !is_beside(k + 1)) connect_to_surface(axis, crossing, crossing.before + 1, surface);
+      }
     }
   }
 
  private:
-  static constexpr int kOutside = -1;
-
-  /// Adds for each sample how many of the rays up and down the axis leave more often than they enter.
-  void count_rays(int axis, int orientation) {
-    const std::vector<Crossing>& crossings = crossings_[axis];
-    for_each_line(crossings, [&](size_t begin, size_t end) {
-      int left = 0;
-      for (size_t k = begin; k < end; ++k) left += crossings[k].sign;
-      const int all = left;
-      size_t k = begin;
-      for (int s = 0; s < samples_.counts[axis]; ++s) {
-        for (; k < end && crossings[k].before < s; ++k) left -= crossings[k].sign;
-        // Up: what is left. Down: what has passed, the other way round.
-        int& n_rays = things_of_samples_[samples_.index(sample_on(crossings[begin].line, axis, s))];
-        n_rays += (orientation * left > 0 ? 1 : 0) + (orientation * (left - all) > 0 ? 1 : 0);
-      }
-    });
+  /// -1: the sample is outside.
+  [[nodiscard]] int thing(int k, const std::array<int, 3>& sample) const {
+    const SampleBits bit = SampleBits{1} << bit_of(sample);
+    if (k < 0 || (inside_.bits[k] & bit) == 0) return -1;
+    return first_things_[k] + std::popcount(inside_.bits[k] & (bit - 1));
   }
 
-  void connect_samples(int axis, const std::vector<char>& is_blocked, Things& things) const {
-    Cube sample{};
-    for (sample[0] = 0; sample[0] < samples_.counts[0]; ++sample[0])
-      for (sample[1] = 0; sample[1] < samples_.counts[1]; ++sample[1])
-        for (sample[2] = 0; sample[2] < samples_.counts[2]; ++sample[2]) {
-          Cube next = sample;
-          if (++next[axis] == samples_.counts[axis]) continue;
-          const size_t at = samples_.index(sample);
-          const int a = things_of_samples_[at];
-          const int b = things_of_samples_[samples_.index(next)];
-          if (a != kOutside && b != kOutside && is_blocked[at] == 0) things.connect(a, b);
-        }
+  /// Of the cubes that have samples inside, those samples that have a triangle before the next one along the axis.
+  [[nodiscard]] std::vector<SampleBits> blocked(int axis) const {
+    std::vector<SampleBits> result(inside_.cubes.size(), 0);
+    for (const Crossing& crossing : inside_.crossings[axis]) {
+      if (crossing.before < 0) continue;
+      const std::array<int, 3> sample = sample_on(crossing.line, axis, crossing.before);
+      if (const int k = inside_.find(grid_.index(cube_of(sample))); k >= 0)
+        result[k] |= SampleBits{1} << bit_of(sample);
+    }
+    return result;
   }
 
-  void connect_to_surface(int axis, const Crossing& crossing, int s, const CutSurface& surface, Things& things) const {
-    if (s < 0 || s >= samples_.counts[axis]) return;
+  void connect_samples(int axis) {
+    const std::vector<SampleBits> is_blocked = blocked(axis);
+    for (size_t k = 0; k < inside_.cubes.size(); ++k) {
+      const auto here = static_cast<int>(k);
+      const Cube cube = grid_.cube(inside_.cubes[k]);
+      Cube beside = cube;
+      const int after = ++beside[axis] < grid_.counts[axis] ? inside_.find(grid_.index(beside)) : -1;
+      Cube in_cube{};
+      for (in_cube[0] = 0; in_cube[0] < kSamplesAlong; ++in_cube[0])
+        for (in_cube[1] = 0; in_cube[1] < kSamplesAlong; ++in_cube[1])
+          for (in_cube[2] = 0; in_cube[2] < kSamplesAlong; ++in_cube[2]) {
+            Cube next = in_cube;
+            const bool is_last = ++next[axis] == kSamplesAlong;
+            const int a = thing(here, in_cube);
+            const int b = thing(is_last ? after : here, next);
+            if (a >= 0 && b >= 0 && (is_blocked[k] >> bit_of(in_cube) & 1) == 0) things_.connect(a, b);
+          }
+    }
+  }
+
+  void connect_to_surface(int axis, const Crossing& crossing, int s, const CutSurface& surface) {
+    if (s < 0 || s >= inside_.samples.counts[axis]) return;
     const std::array<int, 3> sample = sample_on(crossing.line, axis, s);
-    const int thing = things_of_samples_[samples_.index(sample)];
-    if (thing == kOutside) return;
-    Eigen::RowVector3d place = samples_.place(sample);
+    const int of_sample = thing(inside_.find(grid_.index(cube_of(sample))), sample);
+    if (of_sample < 0) return;
+    Eigen::RowVector3d place = inside_.samples.place(sample);
     place[axis] = crossing.place;
     const int of_surface = surface.thing_at(crossing.triangle, place);
-    if (of_surface >= 0) things.connect(thing, of_surface);
+    if (of_surface >= 0) things_.connect(of_sample, of_surface);
   }
 
-  SampleBox samples_;
-  std::array<std::vector<Crossing>, 3> crossings_;
-  std::vector<int> things_of_samples_;  ///< first, how many rays say inside
+  const InsideSamples& inside_;
+  const CubeGrid& grid_;
+  Things& things_;
+  std::vector<int> first_things_;  ///< of each cube that has samples inside
 };
 
-/// -1 if the surface is turned inside out.
-int orientation_of(const Positions& points, const std::vector<Triangle>& triangles) {
-  double volume = 0;
-  const Eigen::RowVector3d middle = points.colwise().mean();
-  for (const Triangle& t : triangles)
-    volume +=
-        Eigen::RowVector3d(points.row(t[0]) - middle)
-            .dot(Eigen::RowVector3d(points.row(t[1]) - middle).cross(Eigen::RowVector3d(points.row(t[2]) - middle)));
-  return volume < 0 ? -1 : 1;
-}
-
 /// Things that are joined are a piece. Pieces are in the order of their cubes.
-CubePieces collect(const Things& things, int n_vertices, int first_sample) {
-  const auto n = static_cast<int>(things.cubes.size());
-  UnionFind sets(n);
-  for (const auto& [a, b] : things.joined) sets.join(a, b);
+CubePieces collect(Things& things, int n_vertices, int first_sample) {
+  const int n = things.size();
+  UnionFind& sets = things.joined;
   std::vector<int> roots;
   for (int i = 0; i < n; ++i)
     if (sets.find(i) == i) roots.push_back(i);
@@ -299,25 +264,31 @@ CubePieces collect(const Things& things, int n_vertices, int first_sample) {
   pieces.inside.assign(pieces.cubes.size(), 0);
   constexpr double kShare = 1.0 / (kSamplesAlong * kSamplesAlong * kSamplesAlong);
   for (int i = first_sample; i < n; ++i) pieces.inside[piece_of[i]] += kShare;
-  for (const auto& [a, b] : things.touching)
-    pieces.beside.emplace_back(std::min(piece_of[a], piece_of[b]), std::max(piece_of[a], piece_of[b]));
+  for (auto& [a, b] : things.touching) {
+    const auto [first, second] = std::minmax(piece_of[a], piece_of[b]);
+    a = first;
+    b = second;
+  }
+  pieces.beside = std::move(things.touching);
   std::sort(pieces.beside.begin(), pieces.beside.end());
   pieces.beside.erase(std::unique(pieces.beside.begin(), pieces.beside.end()), pieces.beside.end());
-  pieces.piece_of_vertex.assign(piece_of.begin(), piece_of.begin() + n_vertices);
+  piece_of.resize(n_vertices);
+  pieces.piece_of_vertex = std::move(piece_of);
   return pieces;
 }
 
 }  // namespace
 
-CubePieces find_pieces(const Positions& points, const std::vector<Triangle>& triangles, const CubeGrid& grid) {
+CubePieces find_pieces(const Positions& points, const std::vector<Triangle>& triangles, const CubeGrid& grid,
+                       const MeterPart& meter) {
   Things things;
-  const CutSurface surface(points, triangles, grid, things);
-  Inside inside(points, triangles, grid);
-  const auto first_sample = static_cast<int>(things.cubes.size());
-  const int orientation = orientation_of(points, triangles);
-  inside.add_to(things, grid, orientation);
-  inside.connect(things, surface, orientation);
-  return collect(things, static_cast<int>(points.rows()), first_sample);
+  const CutSurface surface(points, triangles, grid, things, meter.part(0.4));
+  const InsideSamples inside(points, triangles, grid, meter.part(0.5));
+  const int first_sample = things.size();
+  Inside(inside, grid, things).connect(surface);
+  CubePieces pieces = collect(things, static_cast<int>(points.rows()), first_sample);
+  meter.add(0.1);
+  return pieces;
 }
 
 }  // namespace arap

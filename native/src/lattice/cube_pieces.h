@@ -7,6 +7,7 @@
 
 #include "arap/types.h"
 #include "lattice/cube_grid.h"
+#include "parallel/meter.h"
 
 namespace arap {
 
@@ -21,14 +22,10 @@ struct CubePieces {
   [[nodiscard]] int size() const { return static_cast<int>(cubes.size()); }
 };
 
-/// Lines of samples along each axis of a cube.
-inline constexpr int kSamplesAlong = 4;
-
-/// Inside is what most of six rays along the axes leave once more than they enter. So a surface may be open, meet
-/// itself, or be turned inside out, and a sheet has no inside.
+/// What is inside: see InsideSamples.
 /// @param points     (n, 3), within the grid
 /// @param triangles  of a connected surface that has all these points
 [[nodiscard]] CubePieces find_pieces(const Positions& points, const std::vector<std::array<int, 3>>& triangles,
-                                     const CubeGrid& grid);
+                                     const CubeGrid& grid, const MeterPart& meter);
 
 }  // namespace arap

@@ -2,7 +2,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <span>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -10,6 +12,8 @@
 #include "base/format_message.h"
 #include "geometry/triangle_grid.h"
 #include "lattice/lattice.h"
+#include "lattice/triangle_cubes.h"
+#include "mesh/polygon_ears.h"
 
 namespace arap {
 
@@ -18,8 +22,9 @@ namespace {
 using Row = Eigen::RowVector3d;
 
 /// The triangles of a mesh, turned outwards, and of its parts the volumes, negative if they were inside out, and boxes.
-struct FanTriangles {
+struct Surface {
   std::vector<TriangleGrid::Triangle> triangles;
+  std::vector<int> parts;  ///< of each triangle
   std::vector<double> areas;
   double area = 0;
   std::vector<double> volumes;
@@ -33,41 +38,46 @@ struct FanTriangles {
   }
 };
 
-FanTriangles make_fans(const PolygonMesh& mesh) {
-  FanTriangles fans;
-  fans.volumes.assign(mesh.n_parts(), 0);
-  fans.boxes.resize(mesh.n_parts());
+Surface read_surface(const PolygonMesh& mesh) {
+  Surface surface;
+  surface.volumes.assign(mesh.n_parts(), 0);
+  surface.boxes.resize(mesh.n_parts());
+  std::vector<Row> origins(mesh.n_parts());
+  EarCutter ears;
   const Positions& points = mesh.positions();
   for (int f = 0; f < mesh.n_faces(); ++f) {
     const std::span<const int> face = mesh.face(f);
     const int part = mesh.part_of_vertex()[face[0]];
-    for (const int v : face) fans.boxes[part].extend(points.row(v).transpose());
-    for (size_t k = 2; k < face.size(); ++k) {
-      const Row a = points.row(face[0]);
-      const Row normal = Row(points.row(face[k - 1]) - a).cross(Row(points.row(face[k]) - a));
-      fans.triangles.push_back({face[0], face[k - 1], face[k]});
-      fans.areas.push_back(normal.norm() / 2);
-      fans.area += fans.areas.back();
-      fans.volumes[part] += a.dot(normal) / 6;
+    // An open part has a volume as seen from somewhere: from itself it is least wrong.
+    if (surface.boxes[part].isEmpty()) origins[part] = points.row(face[0]);
+    for (const int v : face) surface.boxes[part].extend(points.row(v).transpose());
+    ears.cut(points, face, surface.triangles);
+    for (size_t t = surface.parts.size(); t < surface.triangles.size(); ++t) {
+      const auto& [a, b, c] = surface.triangles[t];
+      const Row normal = Row(points.row(b) - points.row(a)).cross(Row(points.row(c) - points.row(a)));
+      surface.parts.push_back(part);
+      surface.areas.push_back(normal.norm() / 2);
+      surface.area += surface.areas.back();
+      surface.volumes[part] += (points.row(a) - origins[part]).dot(normal) / 6;
     }
   }
-  for (TriangleGrid::Triangle& triangle : fans.triangles)
-    if (fans.volumes[mesh.part_of_vertex()[triangle[0]]] < 0) std::swap(triangle[1], triangle[2]);
-  return fans;
+  for (size_t t = 0; t < surface.triangles.size(); ++t)
+    if (surface.volumes[surface.parts[t]] < 0) std::swap(surface.triangles[t][1], surface.triangles[t][2]);
+  return surface;
 }
 
 /// Median over the surface of how far it is straight through to the opposite wall; 1 if there is mostly none.
-double median_thickness(const Positions& points, const FanTriangles& fans, int threads) {
+double median_thickness(const Positions& points, const Surface& surface, int threads) {
   constexpr int kRays = 2000;
-  const TriangleGrid grid(points, fans.triangles, 0.02, threads);
+  const TriangleGrid grid(points, surface.triangles, 0.02, threads);
   std::vector<double> thickness;
   double passed = 0;
-  for (size_t t = 0; t < fans.triangles.size(); ++t) {
-    const double before = std::floor(passed / fans.area * kRays);
-    passed += fans.areas[t];
-    const auto n_rays = static_cast<size_t>(std::floor(passed / fans.area * kRays) - before);
+  for (size_t t = 0; t < surface.triangles.size(); ++t) {
+    const double before = std::floor(passed / surface.area * kRays);
+    passed += surface.areas[t];
+    const auto n_rays = static_cast<size_t>(std::floor(passed / surface.area * kRays) - before);
     if (n_rays == 0) continue;
-    const auto& [a, b, c] = fans.triangles[t];
+    const auto& [a, b, c] = surface.triangles[t];
     const Row normal = Row(points.row(b) - points.row(a)).cross(Row(points.row(c) - points.row(a)));
     const auto hit = grid.first_exit((points.row(a) + points.row(b) + points.row(c)) / 3, -normal.normalized(), 1e-6, 1,
                                      [](const TriangleGrid::Triangle&) { return true; });
@@ -78,36 +88,60 @@ double median_thickness(const Positions& points, const FanTriangles& fans, int t
   return thickness[thickness.size() / 2];
 }
 
-/// Smaller cubes would be too many.
-double least_size(const FanTriangles& fans) {
+/// The cubes of this size that are crossed or inside, as a multiple of the most that there may be; four at the most.
+double load_of(double size, const Positions& points, const Surface& surface) {
   constexpr double kMostCubes = 25000;
-  constexpr double kMostSampled = 500000;  // cubes of the parts' boxes, whose samples are searched for the inside
-  const double volume = fans.volume();
-  // A surface passes through about 1.5 cubes on the area of a wall.
-  const auto is_enough = [&](double h) {
-    double n_sampled = 0;
-    for (const Eigen::AlignedBox3d& box : fans.boxes) n_sampled += ((box.sizes() / h).array() + 1).prod();
-    return 1.5 * fans.area / (h * h) + volume / (h * h * h) <= kMostCubes &&
-           n_sampled <= std::max(kMostSampled, 10.0 * static_cast<double>(fans.boxes.size()));
-  };
-  double size = 1e-3;
-  while (!is_enough(size) && size < 1) size *= 1.02;
-  return size;
+  constexpr double kMuch = 4;
+  const double most = std::max(kMostCubes, 2.0 * static_cast<double>(surface.boxes.size()));
+  const double n_inside = surface.volume() / (size * size * size);
+  // A surface passes through about 1.5 cubes on the area of a wall: far too many are not counted.
+  if (1.5 * surface.area / (size * size) + n_inside > 2 * kMuch * most) return kMuch;
+  std::vector<CubeGrid> grids;
+  grids.reserve(surface.boxes.size());
+  for (const Eigen::AlignedBox3d& box : surface.boxes) grids.push_back(grid_around(box, size));
+  std::unordered_set<std::int64_t> crossed;
+  std::vector<CubeGrid::Cube> cubes;
+  for (size_t t = 0; t < surface.triangles.size(); ++t) {
+    const CubeGrid& grid = grids[surface.parts[t]];
+    const auto& [a, b, c] = surface.triangles[t];
+    const CubeGrid::Cube first = grid.cube_at(points.row(a));
+    if (first == grid.cube_at(points.row(b)) && first == grid.cube_at(points.row(c)))
+      cubes.assign(1, first);
+    else
+      find_cubes(grid, {points.row(a), points.row(b), points.row(c)}, cubes);
+    for (const CubeGrid::Cube& cube : cubes)
+      crossed.insert(static_cast<std::int64_t>(surface.parts[t]) << 32 | grid.index(cube));
+    if (static_cast<double>(crossed.size()) + n_inside > kMuch * most) return kMuch;
+  }
+  return (static_cast<double>(crossed.size()) + n_inside) / most;
 }
 
 }  // namespace
 
-double choose_cube_size(const PolygonMesh& mesh, double wanted, int threads) {
+double choose_cube_size(const PolygonMesh& mesh, double wanted, int threads, const MeterPart& meter) {
   constexpr double kLargest = 0.02;
+  constexpr double kSmallest = 1e-3;
   constexpr double kAcross = 4;
-  const FanTriangles fans = make_fans(mesh);
-  const double least = least_size(fans);
-  if (wanted > 0 && wanted < least)
+  const Surface surface = read_surface(mesh);
+  meter.tell();
+  const Positions& points = mesh.positions();
+  double size = wanted;
+  if (!(wanted > 0)) {
+    const double thickness = surface.area > 0 ? median_thickness(points, surface, threads) : 1;
+    size = std::clamp(thickness / kAcross, kSmallest, kLargest);
+  }
+  // Each part fits into one cube of size 1.
+  while (size < 1) {
+    meter.tell();
+    const double load = load_of(size, points, surface);
+    if (load <= 1) break;
+    // Their number falls with the cube of the size at the most.
+    size = std::min(1.0, size * std::max(1.02, std::cbrt(load)));
+  }
+  if (wanted > 0 && size > wanted)
     throw InvalidInput(
-        text("cube_size is ", wanted, ", must be at least ", least, " for this mesh: smaller cubes would be too many"));
-  if (wanted > 0) return wanted;
-  const double thickness = fans.area > 0 ? median_thickness(mesh.positions(), fans, threads) : 1;
-  return std::max(std::min(kLargest, thickness / kAcross), least);
+        text("cube_size is ", wanted, ", must be at least ", size, " for this mesh: smaller cubes would be too many"));
+  return size;
 }
 
 }  // namespace arap

@@ -11,7 +11,7 @@
 #include "base/grouped.h"
 #include "base/union_find.h"
 #include "lattice/cube_pieces.h"
-#include "mesh/surface_measures.h"
+#include "mesh/polygon_ears.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -21,23 +21,20 @@ namespace {
 using Pair = std::pair<int, int>;
 using Triangles = std::vector<std::array<int, 3>>;
 
-/// An odd number of cubes along each axis: the middle of the box is the middle of a cube. So mirror planes through it
-/// pass between the samples.
-CubeGrid make_grid(const Eigen::AlignedBox3d& box, double cube_size) {
-  CubeGrid grid;
-  grid.size = cube_size;
-  for (int k = 0; k < 3; ++k) {
-    const auto n = static_cast<int>(std::ceil(box.sizes()[k] / cube_size + 1e-6));
-    grid.counts[k] = n + 1 - n % 2;
-    grid.origin[k] = box.center()[k] - 0.5 * grid.counts[k] * cube_size;
-  }
-  return grid;
-}
+/// More take more memory than the mesh that they are for could be worth.
+constexpr int kMostPieces = 300'000;
 
 }  // namespace
 
+struct Lattice::Draft {
+  std::vector<CubeGrid> grids;  ///< of each part
+  std::vector<int> cubes;       ///< of each piece, in its part's grid
+  std::vector<int> part_of_piece;
+  std::vector<Pair> beside;
+};
+
 Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& meter)
-    : grid_(make_grid(surface_box(mesh), cube_size)),
+    : cube_size_(cube_size),
       piece_of_vertex_(mesh.n_vertices(), -1),
       places_(mesh.n_vertices(), Eigen::Vector3f::Zero()) {
   const std::vector<int>& part_of = mesh.part_of_vertex();
@@ -49,9 +46,8 @@ Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& met
     for (int f = 0; f < mesh.n_faces(); ++f) add(part_of[mesh.face(f)[0]], f);
   });
   std::vector<int> local(mesh.n_vertices(), -1);
-  std::vector<Pair> beside;
-  std::vector<int> cubes;
-  std::vector<int> part_of_piece;
+  Draft draft;
+  EarCutter ears;
   for (int part = 0; part < mesh.n_parts(); ++part) {
     const std::span<const int> own = vertices.of(part);
     Positions points(own.size(), 3);
@@ -60,43 +56,44 @@ Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& met
       points.row(static_cast<Eigen::Index>(k)) = mesh.positions().row(own[k]);
     }
     Triangles triangles;
-    for (const int f : faces.of(part)) {
-      const std::span<const int> face = mesh.face(f);
-      for (size_t k = 2; k < face.size(); ++k)
-        triangles.push_back({local[face[0]], local[face[k - 1]], local[face[k]]});
-    }
-    add_part(part, points, triangles, own, beside, cubes, part_of_piece);
-    meter.add(static_cast<double>(own.size()) / mesh.n_vertices());
+    for (const int f : faces.of(part)) ears.cut(mesh.positions(), mesh.face(f), triangles);
+    for (std::array<int, 3>& triangle : triangles)
+      for (int& v : triangle) v = local[v];
+    add_part(points, triangles, own, meter.part(static_cast<double>(own.size()) / mesh.n_vertices()), draft);
+    if (n_pieces() > kMostPieces)
+      throw InvalidInput(
+          text("the mesh has more than ", kMostPieces, " pieces in cubes of ", cube_size,
+               " of its size, which is the most that can be posed; join its seams or take larger cubes"));
   }
-  constexpr int kMostPieces = 300'000;
-  if (n_pieces() > kMostPieces)
-    throw InvalidInput(text("the mesh has ", n_pieces(), " pieces in cubes of ", cube_size, " of its size, at most ",
-                            kMostPieces, " can be posed; join its seams or take larger cubes"));
-  name_control_points(cubes, beside, part_of_piece);
+  name_control_points(draft);
 }
 
-void Lattice::add_part(int part, const Positions& points, const Triangles& triangles, std::span<const int> vertices,
-                       std::vector<Pair>& beside, std::vector<int>& cubes, std::vector<int>& part_of_piece) {
-  const CubePieces pieces = find_pieces(points, triangles, grid_);
+void Lattice::add_part(const Positions& points, const Triangles& triangles, std::span<const int> vertices,
+                       const MeterPart& meter, Draft& draft) {
+  const CubeGrid grid =
+      grid_around(Eigen::AlignedBox3d(points.colwise().minCoeff().transpose(), points.colwise().maxCoeff().transpose()),
+                  cube_size_);
+  const CubePieces pieces = find_pieces(points, triangles, grid, meter);
   const int first = n_pieces();
   inside_.insert(inside_.end(), pieces.inside.begin(), pieces.inside.end());
-  cubes.insert(cubes.end(), pieces.cubes.begin(), pieces.cubes.end());
-  part_of_piece.resize(cubes.size(), part);
-  for (const auto& [a, b] : pieces.beside) beside.emplace_back(first + a, first + b);
+  draft.cubes.insert(draft.cubes.end(), pieces.cubes.begin(), pieces.cubes.end());
+  draft.part_of_piece.resize(draft.cubes.size(), static_cast<int>(draft.grids.size()));
+  draft.grids.push_back(grid);
+  for (const auto& [a, b] : pieces.beside) draft.beside.emplace_back(first + a, first + b);
   for (size_t k = 0; k < vertices.size(); ++k) {
-    const int piece = first + pieces.piece_of_vertex[k];
-    piece_of_vertex_[vertices[k]] = piece;
-    const Eigen::RowVector3d corner = grid_.corner(grid_.cube(cubes[piece]));
-    places_[vertices[k]] = ((points.row(static_cast<Eigen::Index>(k)) - corner) / grid_.size).transpose().cast<float>();
+    const int piece = pieces.piece_of_vertex[k];
+    piece_of_vertex_[vertices[k]] = first + piece;
+    const Eigen::RowVector3d corner = grid.corner(grid.cube(pieces.cubes[piece]));
+    places_[vertices[k]] = ((points.row(static_cast<Eigen::Index>(k)) - corner) / grid.size).transpose().cast<float>();
   }
 }
 
-void Lattice::name_control_points(const std::vector<int>& cubes, const std::vector<Pair>& beside,
-                                  const std::vector<int>& part_of_piece) {
+void Lattice::name_control_points(const Draft& draft) {
   UnionFind same(kControlPoints * n_pieces());
-  for (const auto& [a, b] : beside) {
-    const CubeGrid::Cube from = grid_.cube(cubes[a]);
-    const CubeGrid::Cube to = grid_.cube(cubes[b]);
+  for (const auto& [a, b] : draft.beside) {
+    const CubeGrid& grid = draft.grids[draft.part_of_piece[a]];
+    const CubeGrid::Cube from = grid.cube(draft.cubes[a]);
+    const CubeGrid::Cube to = grid.cube(draft.cubes[b]);
     for (int k = 0; k < kControlPoints; ++k) {
       const std::array<int, 3> seen{k / 9 + from[0] - to[0], k / 3 % 3 + from[1] - to[1], k % 3 + from[2] - to[2]};
       if (std::all_of(seen.begin(), seen.end(), [](int i) { return i >= 0 && i < 3; }))
@@ -112,9 +109,10 @@ void Lattice::name_control_points(const std::vector<int>& cubes, const std::vect
       if (of_set < 0) {
         of_set = static_cast<int>(rest.size());
         const CubeGrid::Cube steps{k / 9, k / 3 % 3, k % 3};
-        rest.emplace_back(grid_.corner(grid_.cube(cubes[piece])) +
-                          grid_.size * (Eigen::RowVector3d(steps[0], steps[1], steps[2]).array() - 0.5).matrix());
-        parts_.push_back(part_of_piece[piece]);
+        const CubeGrid& grid = draft.grids[draft.part_of_piece[piece]];
+        rest.emplace_back(grid.corner(grid.cube(draft.cubes[piece])) +
+                          grid.size * (Eigen::RowVector3d(steps[0], steps[1], steps[2]).array() - 0.5).matrix());
+        parts_.push_back(draft.part_of_piece[piece]);
       }
       control_points_[piece][k] = of_set;
     }
@@ -122,13 +120,18 @@ void Lattice::name_control_points(const std::vector<int>& cubes, const std::vect
   for (size_t c = 0; c < rest.size(); ++c) rest_.row(static_cast<Eigen::Index>(c)) = rest[c];
 }
 
-Eigen::Matrix<double, kControlPoints, 1> Lattice::weights(int vertex) const {
+Lattice::AxisWeights Lattice::axis_weights(int vertex) const {
   const Eigen::Vector3d place = places_[vertex].cast<double>();
-  const auto x = spline_weights(place[0]);
-  const auto y = spline_weights(place[1]);
-  const auto z = spline_weights(place[2]);
-  Eigen::Matrix<double, kControlPoints, 1> result;
-  for (int k = 0; k < kControlPoints; ++k) result[k] = x[k / 9] * y[k / 3 % 3] * z[k % 3];
+  return {spline_weights(place[0]), spline_weights(place[1]), spline_weights(place[2])};
+}
+
+Lattice::Weights Lattice::weights(int vertex) const {
+  const auto [x, y, z] = axis_weights(vertex);
+  Weights result;
+  double* next = result.data();
+  for (const double of_x : x)
+    for (const double of_y : y)
+      for (const double of_z : z) *next++ = of_x * of_y * of_z;
   return result;
 }
 
@@ -157,9 +160,18 @@ void Lattice::embed(const Positions& control_points, const Workers& workers, Pos
     for (int v = begin; v < end; ++v) {
       if (piece_of_vertex_[v] < 0) continue;
       const ControlPoints& of_piece = control_points_[piece_of_vertex_[v]];
-      const auto phi = weights(v);
+      const auto [x, y, z] = axis_weights(v);
+      const int* c = of_piece.data();
       Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-      for (int k = 0; k < kControlPoints; ++k) sum += phi[k] * control_points.row(of_piece[k]);
+      for (const double of_x : x) {
+        Eigen::RowVector3d along_y = Eigen::RowVector3d::Zero();
+        for (const double of_y : y) {
+          along_y += of_y * (z[0] * control_points.row(c[0]) + z[1] * control_points.row(c[1]) +
+                             z[2] * control_points.row(c[2]));
+          c += 3;
+        }
+        sum += of_x * along_y;
+      }
       points.row(v) = sum;
     }
   });

@@ -16,16 +16,18 @@ namespace arap {
 
 /// A sparse lattice around a mesh: the cubes that its surface touches or fills, in pieces (see CubePieces), and on them
 /// quadratic B-splines. A point x of a piece is sum_k phi_k(x) c_k over the piece's 27 control points: C1 from cube to
-/// cube, and affine maps of the control points are met exactly. Each connected part of the mesh has pieces of its own.
+/// cube, and affine maps of the control points are met exactly. Each connected part of the mesh has cubes of its own,
+/// around its middle: a part smaller than a cube has one, so 27 control points.
 class Lattice {
  public:
   using ControlPoints = std::array<int, kControlPoints>;
+  using Weights = Eigen::Matrix<double, kControlPoints, 1>;
 
   /// @param mesh       with faces; a loose vertex is in no piece
   /// @param cube_size  > 0
   Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& meter = {});
 
-  [[nodiscard]] double cube_size() const { return grid_.size; }
+  [[nodiscard]] double cube_size() const { return cube_size_; }
   [[nodiscard]] int n_pieces() const { return static_cast<int>(inside_.size()); }
   [[nodiscard]] int n_control_points() const { return static_cast<int>(rest_.rows()); }
 
@@ -39,7 +41,7 @@ class Lattice {
   [[nodiscard]] const std::vector<int>& piece_of_vertex() const { return piece_of_vertex_; }
 
   /// phi of a vertex that is in a piece, by number of control point.
-  [[nodiscard]] Eigen::Matrix<double, kControlPoints, 1> weights(int vertex) const;
+  [[nodiscard]] Weights weights(int vertex) const;
   /// The same as a row over all control points.
   [[nodiscard]] LinearRow row(int vertex) const;
 
@@ -51,13 +53,19 @@ class Lattice {
   void embed(const Positions& control_points, const Workers& workers, Positions& points) const;
 
  private:
-  void add_part(int part, const Positions& points, const std::vector<std::array<int, 3>>& triangles,
-                std::span<const int> vertices, std::vector<std::pair<int, int>>& beside, std::vector<int>& cubes,
-                std::vector<int>& part_of_piece);
-  void name_control_points(const std::vector<int>& cubes, const std::vector<std::pair<int, int>>& beside,
-                           const std::vector<int>& part_of_piece);
+  /// Of the three control points along each axis.
+  using AxisWeights = std::array<std::array<double, 3>, 3>;
 
-  CubeGrid grid_;
+  [[nodiscard]] AxisWeights axis_weights(int vertex) const;
+
+  /// What a lattice is made of before its control points have numbers.
+  struct Draft;
+
+  void add_part(const Positions& points, const std::vector<std::array<int, 3>>& triangles,
+                std::span<const int> vertices, const MeterPart& meter, Draft& draft);
+  void name_control_points(const Draft& draft);
+
+  double cube_size_;
   std::vector<double> inside_;
   std::vector<ControlPoints> control_points_;
   std::vector<int> parts_;
@@ -67,9 +75,9 @@ class Lattice {
 };
 
 /// The size of cubes for a mesh of diagonal 1. By itself: four across a limb of the median thickness, a fiftieth at the
-/// most, and so large that cubes are not more than some 25,000, or 500,000 in the boxes around the parts. It depends on
+/// most, and so large that the cubes that are crossed or inside are 25,000 at the most, or two a part. It depends on
 /// the shape alone, not on how finely it is meshed.
 /// @param wanted  0: none; otherwise the result. Throws InvalidInput if cubes of this size are too many.
-[[nodiscard]] double choose_cube_size(const PolygonMesh& mesh, double wanted, int threads);
+[[nodiscard]] double choose_cube_size(const PolygonMesh& mesh, double wanted, int threads, const MeterPart& meter = {});
 
 }  // namespace arap

@@ -39,10 +39,11 @@ class Lines {
     std::array<int, 2> high{};
     for (int k = 0; k < 2; ++k) {
       const auto [least, most] = std::minmax({at(corners[0], k), at(corners[1], k), at(corners[2], k)});
-      // One more at both ends: rounding must not decide here what cross_at() decides.
+      // A little more at both ends: rounding must not decide here what cross_at() decides.
+      constexpr double kRounding = 1e-6;
       const int last = samples_.counts[axes_[k]] - 1;
-      low[k] = static_cast<int>(std::clamp(std::ceil(number(k, least)) - 1, 0.0, last + 1.0));
-      high[k] = static_cast<int>(std::clamp(std::floor(number(k, most)) + 1, -1.0, last + 0.0));
+      low[k] = static_cast<int>(std::clamp(std::ceil(number(k, least) - kRounding), 0.0, last + 1.0));
+      high[k] = static_cast<int>(std::clamp(std::floor(number(k, most) + kRounding), -1.0, last + 0.0));
     }
     for (int i = low[0]; i <= high[0]; ++i)
       for (int j = low[1]; j <= high[1]; ++j) cross_at({i, j}, corners, triangle, crossings);
@@ -87,10 +88,14 @@ class Lines {
 }  // namespace
 
 std::vector<Crossing> find_crossings(const Positions& points, const std::vector<std::array<int, 3>>& triangles,
-                                     const SampleBox& samples, int axis) {
+                                     const SampleBox& samples, int axis, const MeterPart& meter) {
   std::vector<Crossing> crossings;
   const Lines lines(points, samples, axis);
-  for (size_t t = 0; t < triangles.size(); ++t) lines.cross(triangles[t], static_cast<int>(t), crossings);
+  const int n = static_cast<int>(triangles.size());
+  for (int t = 0; t < n; ++t) {
+    lines.cross(triangles[t], t, crossings);
+    meter.add_nth(t, n);
+  }
   std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
     return std::tie(a.line, a.place, a.triangle) < std::tie(b.line, b.place, b.triangle);
   });

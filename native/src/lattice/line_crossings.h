@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "arap/types.h"
+#include "parallel/meter.h"
 
 namespace arap {
 
@@ -14,14 +15,6 @@ struct SampleBox {
   double spacing = 1;
   std::array<int, 3> counts{};
 
-  [[nodiscard]] size_t size() const {
-    return static_cast<size_t>(counts[0]) * static_cast<size_t>(counts[1]) * static_cast<size_t>(counts[2]);
-  }
-  [[nodiscard]] size_t index(const std::array<int, 3>& sample) const {
-    return (static_cast<size_t>(sample[0]) * static_cast<size_t>(counts[1]) + static_cast<size_t>(sample[1])) *
-               static_cast<size_t>(counts[2]) +
-           static_cast<size_t>(sample[2]);
-  }
   [[nodiscard]] Eigen::RowVector3d place(const std::array<int, 3>& sample) const {
     return first + spacing * Eigen::RowVector3d(sample[0], sample[1], sample[2]);
   }
@@ -41,6 +34,6 @@ struct Crossing {
 /// 1990, "Simulation of simplicity": lines are moved by an infinitely small amount].
 [[nodiscard]] std::vector<Crossing> find_crossings(const Positions& points,
                                                    const std::vector<std::array<int, 3>>& triangles,
-                                                   const SampleBox& samples, int axis);
+                                                   const SampleBox& samples, int axis, const MeterPart& meter = {});
 
 }  // namespace arap

@@ -55,6 +55,12 @@ struct MeterPart {
   void add(double fraction) const {
     if (meter != nullptr) meter->add(size * fraction);
   }
+  /// Step k of n is done, of a loop whose steps are too short to be told one by one.
+  void add_nth(int k, int n) const {
+    constexpr int kSteps = 4096;
+    if ((k + 1) % kSteps == 0) add(static_cast<double>(kSteps) / n);
+    if (k + 1 == n) add(static_cast<double>(n % kSteps) / n);
+  }
   void tell() const {
     if (meter != nullptr) meter->tell();
   }

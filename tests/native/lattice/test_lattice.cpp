@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <map>
 #include <numeric>
 #include <set>
 
 #include "base/union_find.h"
+#include "parallel/meter.h"
 #include "support/meshes.h"
 
 namespace arap_test {
@@ -121,6 +124,59 @@ TEST(Lattices, OfASheetHaveNoInside) {
   EXPECT_EQ(inside_volume(Lattice(walls.mesh(), 0.13)), 0);
 }
 
+/// Bowls on both sides, one bowl in a wide plane, and a fold.
+TEST(Lattices, OfAWavySheetHaveNoInside) {
+  const auto waves = [](double x, double y) { return .2 * std::sin(20 * x) * std::sin(20 * y); };
+  const auto hill = [](double x, double y) { return .3 * std::exp(-50 * (x * x + y * y)); };
+  const auto folds = [](double x, double /*y*/) { return .3 * std::sin(15 * x); };
+  for (const auto& height : std::initializer_list<std::function<double(double, double)>>{waves, hill, folds})
+    for (const MeshData& mesh : {grid(60, Faces::kQuads, height), inside_out(grid(60, Faces::kQuads, height))})
+      EXPECT_EQ(inside_volume(Lattice(mesh.mesh(), 0.04)), 0);
+}
+
+/// From whatever corner, a face is nowhere but where it is.
+TEST(Lattices, OfAConcaveFaceAreNotInItsBay) {
+  const std::vector<Vector3> corners = {{0, 0, 0}, {3, 0, 0}, {3, 3, 0}, {2, 3, 0},
+                                        {2, 1, 0}, {1, 1, 0}, {1, 3, 0}, {0, 3, 0}};
+  for (int first = 0; first < 8; ++first) {
+    MeshData mesh{"bay", corners, {{}}};
+    for (int k = 0; k < 8; ++k) mesh.faces[0].push_back((first + k) % 8);
+    const Lattice lattice(mesh.mesh(), 0.1);
+    for (int piece = 0; piece < lattice.n_pieces(); ++piece) {
+      const Eigen::RowVector3d middle = lattice.rest().row(lattice.control_points(piece)[13]);
+      EXPECT_FALSE(std::abs(middle[0] - 1.5) < .4 && middle[1] > 1.1) << "from corner " << first;
+    }
+  }
+}
+
+TEST(Lattices, OfSmallPartsHaveACubeEach) {
+  MeshData mesh{"dust", {}, {}};
+  Random random(3);
+  constexpr int kParts = 50;
+  for (int k = 0; k < kParts; ++k) {
+    const Vector3 place = random.vector(1);
+    mesh = join(mesh, transformed(cube(), [&](const Vector3& x) { return Vector3(place + .04 * x); }));
+  }
+  const Lattice lattice(mesh.mesh(), 0.05);
+  EXPECT_EQ(lattice.n_pieces(), kParts);
+  EXPECT_EQ(lattice.n_control_points(), kParts * arap::kControlPoints);
+}
+
+TEST(Lattices, SayHowFarTheyAreWithinAPart) {
+  double told = 0;
+  int n_told = 0;
+  const arap::Progress progress = [&](double done) {
+    EXPECT_GE(done, told);
+    told = done;
+    ++n_told;
+    return true;
+  };
+  arap::Meter meter(progress, "");
+  const Lattice lattice(join(icosphere(3), cube()).mesh(), 0.1, {&meter, .5});
+  meter.tell();
+  EXPECT_NEAR(told, .5, 1e-9);
+}
+
 TEST(Lattices, SeparateFingersInOneCube) {
   const MeshData mesh = hand(0.05);
   ASSERT_EQ(mesh.mesh().n_parts(), 1);
@@ -182,6 +238,37 @@ TEST(CubeSize, DependsOnTheThicknessNotOnTheNumberOfVertices) {
   EXPECT_NEAR(size_of(rod(60)), .1 / 2 / 4, .002);
   EXPECT_NEAR(size_of(rod(120)), size_of(rod(60)), .0005);
   EXPECT_EQ(size_of(icosphere(3)), .02);
+}
+
+MeshData in_unit_size(const MeshData& mesh) {
+  return transformed(mesh, [&](const Vector3& x) { return Vector3(x / mesh.diagonal()); });
+}
+
+/// The box around it has a million times as many cubes.
+TEST(CubeSize, OfAThinDiagonalRodIsFine) {
+  const Matrix3 turn = rotation_about(Vector3(1, -1, 0), .955);
+  const MeshData rod = in_unit_size(transformed(
+      cylinder(12, 200), [&](const Vector3& x) { return Vector3(turn * Vector3(.016 * x[0], .016 * x[1], x[2])); }));
+  const double size = arap::choose_cube_size(rod.mesh(), 0, 1);
+  EXPECT_NEAR(size, .016 / 2 / 4, 2e-4);
+  const Lattice lattice(rod.mesh(), size);
+  EXPECT_LT(lattice.n_pieces(), 40 / size);
+  EXPECT_NEAR(inside_volume(lattice), 3.14159 / 4 * .008 * .008, 5e-6);
+}
+
+/// Hairs far thinner than a cube: neither area nor volume tell how many they cross.
+TEST(CubeSize, BoundsTheCubesOfThinParts) {
+  MeshData hairs{"hairs", {}, {}};
+  Random random(8);
+  constexpr int kHairs = 2000;
+  for (int k = 0; k < kHairs; ++k) {
+    const int a = hairs.add_vertex(random.vector(1));
+    const int b = hairs.add_vertex(random.vector(1));
+    const int c = hairs.add_vertex(hairs.vertices[b] + random.vector(1e-4));
+    hairs.faces.push_back({a, b, c});
+  }
+  const MeshData mesh = in_unit_size(hairs);
+  EXPECT_LE(Lattice(mesh.mesh(), arap::choose_cube_size(mesh.mesh(), 0, 1)).n_pieces(), 26000);
 }
 
 }  // namespace

@@ -56,7 +56,9 @@ struct LatticeArap::Impl {
     Meter meter(progress, "binding was cancelled");
     int threads = choose_threads(options.threads, mesh.n_vertices());
     meter.tell();
-    lattice.emplace(mesh, choose_cube_size(mesh, options.cube_size, threads), MeterPart{&meter, 0.6});
+    const double size = choose_cube_size(mesh, options.cube_size, threads, {&meter, 0});
+    meter.tell();
+    lattice.emplace(mesh, size, MeterPart{&meter, 0.6});
     meter.tell();
     // A control point has about as many incidences as five vertices of a surface.
     threads = choose_threads(options.threads, 5 * lattice->n_control_points());
