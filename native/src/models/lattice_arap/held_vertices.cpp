@@ -46,56 +46,72 @@ Grouped neighbours_of(const PolygonMesh& mesh) {
 
 }  // namespace
 
-HeldVertices::HeldVertices(const Lattice& lattice, const std::vector<double>& areas, const ConstraintSet& set) {
-  std::map<int, std::vector<int>> by_piece;
+HeldVertices::HeldVertices(const Lattice& lattice, const std::vector<double>& areas, const ConstraintSet& set)
+    : lattice_(&lattice) {
+  std::map<int, std::vector<Held>> by_piece;
   for (size_t k = 0; k < set.vertices.size(); ++k)
     if (const int piece = lattice.piece_of_vertex()[set.vertices[k]]; piece >= 0 && strength_of(set, k) > 0)
-      by_piece[piece].push_back(static_cast<int>(k));
-  std::vector<Eigen::Triplet<double>> entries;
-  for (const auto& [piece, held] : by_piece) {
-    Eigen::MatrixXd weighted(kControlPoints, held.size());  // omega phi
-    Eigen::Matrix<double, kControlPoints, kControlPoints> normal;
-    normal.setZero();
-    for (size_t i = 0; i < held.size(); ++i) {
-      const int v = set.vertices[held[i]];
-      const auto phi = lattice.weights(v);
-      weighted.col(static_cast<Eigen::Index>(i)) = strength_of(set, held[i]) * areas[v] / lattice.cube_size() * phi;
-      normal += weighted.col(static_cast<Eigen::Index>(i)) * phi.transpose();
+      by_piece[piece].push_back({static_cast<int>(k), set.vertices[k], strength_of(set, k)});
+  const double h = lattice.cube_size();
+  for (auto& [piece, held] : by_piece) {
+    double area = 0;
+    for (const Held& one : held) area += areas[one.vertex];
+    const double lacking = std::max(0.0, h * h - area) / static_cast<double>(held.size());
+    Matrix27 normal = Matrix27::Zero();
+    for (Held& one : held) {
+      one.weight *= (areas[one.vertex] + lacking) / h;
+      const Lattice::Weights phi = lattice.weights(one.vertex);
+      normal += one.weight * phi * phi.transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<decltype(normal)> eigen(normal);
-    const double least = 1e-9 * eigen.eigenvalues()[kControlPoints - 1];
-    for (int e = 0; e < kControlPoints; ++e) {
-      const double value = eigen.eigenvalues()[e];
-      if (!(value > least)) continue;
-      const auto vector = eigen.eigenvectors().col(e);
-      const Lattice::ControlPoints& points = lattice.control_points(piece);
-      for (size_t i = 0; i < held.size(); ++i)
-        entries.emplace_back(rows_.size(), held[i], vector.dot(weighted.col(static_cast<Eigen::Index>(i))) / value);
-      rows_.add({{points.begin(), points.end()}, {vector.begin(), vector.end()}}, 2 * value);
-      sources_.push_back(held.front());
-    }
+    add_rows(piece, normal, std::move(held));
   }
-  const auto n_vertices = static_cast<int>(set.vertices.size());
-  for (int p = 0; p < set.patches.size(); ++p) {
-    std::map<int, double> row;
-    double sum = 0;
-    for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
-      if (!(set.patches.weights[k] > 0)) continue;
-      const auto [indices, coefficients] = lattice.row(set.patches.vertices[k]);
-      for (size_t i = 0; i < indices.size(); ++i) row[indices[i]] += set.patches.weights[k] * coefficients[i];
-      sum += set.patches.weights[k];
-    }
-    LinearRow average;
-    for (const auto& [index, coefficient] : row) {
-      average.indices.push_back(index);
-      average.coefficients.push_back(coefficient / sum);
-    }
-    entries.emplace_back(rows_.size(), n_vertices + p, 1.0);
-    rows_.add(std::move(average), LinearRows::kHard);
-    sources_.push_back(n_vertices + p);
+  for (int p = 0; p < set.patches.size(); ++p) add_patch(set, p);
+}
+
+void HeldVertices::add_rows(int piece, const Matrix27& normal, std::vector<Held> held) {
+  const Eigen::SelfAdjointEigenSolver<Matrix27> eigen(normal);
+  // Weaker rows than that hold nothing that shows, and would be most of the rows.
+  const double least = 1e-5 * eigen.eigenvalues()[kControlPoints - 1];
+  const auto n_rows = (eigen.eigenvalues().array() > least).count();
+  const Lattice::ControlPoints& points = lattice_->control_points(piece);
+  for (auto e = kControlPoints - n_rows; e < kControlPoints; ++e) {
+    const auto vector = eigen.eigenvectors().col(e);
+    rows_.add({{points.begin(), points.end()}, {vector.begin(), vector.end()}}, 2 * eigen.eigenvalues()[e]);
+    sources_.push_back(held.front().source);
   }
-  from_set_.resize(rows_.size(), set.size());
-  from_set_.setFromTriplets(entries.begin(), entries.end());
+  pieces_.push_back({std::move(held), eigen.eigenvalues().tail(n_rows).cwiseInverse().asDiagonal() *
+                                          eigen.eigenvectors().rightCols(n_rows).transpose()});
+}
+
+void HeldVertices::add_patch(const ConstraintSet& set, int p) {
+  std::map<int, double> row;
+  double sum = 0;
+  for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
+    if (!(set.patches.weights[k] > 0)) continue;
+    const auto [indices, coefficients] = lattice_->row(set.patches.vertices[k]);
+    for (size_t i = 0; i < indices.size(); ++i) row[indices[i]] += set.patches.weights[k] * coefficients[i];
+    sum += set.patches.weights[k];
+  }
+  LinearRow average;
+  for (const auto& [index, coefficient] : row) {
+    average.indices.push_back(index);
+    average.coefficients.push_back(coefficient / sum);
+  }
+  rows_.add(std::move(average), LinearRows::kHard);
+  sources_.push_back(static_cast<int>(set.vertices.size()) + p);
+}
+
+Positions HeldVertices::targets(const Positions& of_set) const {
+  Positions result(rows_.size(), 3);
+  Eigen::Index row = 0;
+  for (const Piece& piece : pieces_) {
+    Eigen::Matrix<double, kControlPoints, 3> sum = Eigen::Matrix<double, kControlPoints, 3>::Zero();
+    for (const Held& one : piece.held) sum += one.weight * lattice_->weights(one.vertex) * of_set.row(one.source);
+    result.middleRows(row, piece.to_rows.rows()) = piece.to_rows * sum;
+    row += piece.to_rows.rows();
+  }
+  for (; row < result.rows(); ++row) result.row(row) = of_set.row(sources_[row]);
+  return result;
 }
 
 ExactVertices::ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, double reach) {

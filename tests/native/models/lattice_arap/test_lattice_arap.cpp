@@ -147,6 +147,64 @@ TEST(LatticeArap, ATwistedRodKeepsItsVolume) {
   EXPECT_GT(thinnest(mesh, points), .94);
 }
 
+TEST(LatticeArap, StartsWithTheTurnsOfItsHandles) {
+  const MeshData mesh = rod();
+  Task held;
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (std::abs(mesh.vertices[v][2]) > 2.6) held.add(v, mesh.vertices[v]);
+  const RigidMotion motion{rotation_about(Vector3(1, 2, 3), 2.6), Vector3(1, 0, 2)};
+  const Task task = rigid_task(mesh, held.constraints, motion);
+  for (const auto guess : {arap::InitialGuess::kPrevious, arap::InitialGuess::kHandleRotations}) {
+    LatticeArap solver(mesh.mesh(), coarse());
+    solver.set_constraints(task.constraints);
+    EXPECT_LT(furthest(solver.solve(task.targets, iterations(1, guess)).positions, motion.apply(mesh.positions())),
+              1e-4 * mesh.diagonal());
+  }
+}
+
+/// Both ends by 150 degrees against each other: 300 together, not 60 the other way round.
+TEST(LatticeArap, OneLargeTurnEndsWhereManySmallOnesDo) {
+  const MeshData mesh = rod();
+  const auto pose = [&](int n_steps, arap::InitialGuess guess) {
+    Task task;
+    for (int v = 0; v < mesh.n_vertices(); ++v)
+      if (std::abs(mesh.vertices[v][2]) > 2.6) task.add(v, mesh.vertices[v]);
+    LatticeArap solver(mesh.mesh(), coarse());
+    solver.set_constraints(task.constraints);
+    SolveOptions options = to_accuracy(1e-6);
+    options.initial_guess = guess;
+    SolveResult result;
+    for (int step = 1; step <= n_steps; ++step) {
+      Positions targets = task.targets;
+      for (Eigen::Index k = 0; k < targets.rows(); ++k) {
+        const double angle = 150 * 3.14159265 / 180 * step / n_steps * (targets(k, 2) > 0 ? 1 : -1);
+        targets.row(k) = (rotation_about(Vector3(0, 0, 1), angle) * Vector3(targets.row(k))).transpose();
+      }
+      result = solver.solve(targets, options);
+    }
+    return result;
+  };
+  const double in_steps = pose(10, arap::InitialGuess::kPrevious).energy_after;
+  for (const auto guess : {arap::InitialGuess::kPrevious, arap::InitialGuess::kHandleRotations})
+    EXPECT_NEAR(pose(1, guess).energy_after, in_steps, 1e-3 * in_steps);
+}
+
+/// A hill as wide as the lattice makes it, not a spike as narrow as the area of a vertex.
+TEST(LatticeArap, ASingleVertexPullsTheSameHillAtEveryDensity) {
+  const MeshData coarse_mesh = icosphere(3);
+  const MeshData fine = subdivide(subdivide(coarse_mesh));
+  const auto pull = [](const MeshData& mesh) {
+    Task task;
+    for (int v = 0; v < mesh.n_vertices(); ++v)
+      if (mesh.vertices[v][2] < -.5) task.add(v, mesh.vertices[v]);
+    const int tip = extreme_vertices(mesh.positions(), 2, -1e-9).front();
+    task.add(tip, mesh.vertices[tip] + Vector3(0, 0, .6));
+    return solve_once(mesh, task).positions;
+  };
+  const Positions of_fine = pull(fine).topRows(coarse_mesh.n_vertices());
+  EXPECT_LT(furthest(of_fine, pull(coarse_mesh)), .01 * coarse_mesh.diagonal());
+}
+
 TEST(LatticeArap, DoesNotDependOnTheDensityOfTheMesh) {
   MeshData coarse = triangulate(rod(16, 48));
   const MeshData fine = subdivide(coarse);
