@@ -22,6 +22,7 @@ namespace {
 std::vector<int> thinned(const std::vector<int>& rows, const std::vector<double>& weights, size_t count) {
   if (rows.size() <= count) return rows;
   std::vector<double> sorted;
+  sorted.reserve(rows.size());
   for (const int k : rows) sorted.push_back(weights[k]);
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(count) - 1, sorted.end(),
                    std::greater<>());
