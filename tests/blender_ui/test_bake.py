@@ -77,3 +77,28 @@ def test_bake_pose_dialog(ui: Ui) -> Steps:
     yield from ui.key("RET")
     yield from ui.until(lambda: key_names() == ["Basis", "ARAP", "Pose"], "the pose is baked")
     np.testing.assert_array_equal(scenes.key_positions(bar(), "Pose"), scenes.key_positions(bar()))
+
+
+def test_edit_again_leads_back_to_following(ui: Ui) -> Steps:
+    """A bake while the mesh follows: no warning, one click goes on, and one undo takes that back."""
+    animate(ui, 4)
+    obj = bar()
+    obj.arap.is_live = True
+    ui.select(obj)
+    yield from ui.until(lambda: ui.live.run_of(bar()).is_settled, "the mesh follows")
+    ui.open_panels("ARAP_PT_bake", "ARAP_PT_live")
+    yield from ui.open_tab()
+    ui.call(bpy.ops.arap.bake_animation, "EXEC_DEFAULT", True, frame_start=1, frame_end=4)
+    bpy.ops.ed.undo_push(message="baked")
+    yield from ui.until(lambda: ui.live.run_of(bar()).pause != "", "Live waits")
+    assert (bar().arap.is_live, bar().arap.live_problem) == (True, "")
+    assert not ui.can(bpy.ops.arap.pose)
+    yield from ui.screenshot("baked")
+    ui.call(bpy.ops.arap.edit_again)
+    handle().animation_data_clear()
+    handle().location.x = 2.0
+    yield from ui.until(lambda: ui.live.run_of(bar()).is_settled, "the mesh follows again")
+    np.testing.assert_allclose(scenes.shown_positions(bar())[scenes.top(), 0].mean(), 2.0, atol=NEAR)
+    yield from ui.screenshot("again")
+    yield from ui.undo()
+    assert not ui.can(bpy.ops.arap.pose), "the bake is shown again"

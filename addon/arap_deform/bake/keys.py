@@ -93,6 +93,7 @@ class BakeJob(FramesJob[list[str]]):
             obj, self._prefix, [self._frames[i] for i in kept], (self._shapes[i] for i in kept)
         )
         self._shapes.close()
+        obj.arap.bake_prefix = self._prefix
         pose_key.keep_name(obj)  # so that the next bake replaces this one
         key = pose_key.find(obj)
         if key is not None:

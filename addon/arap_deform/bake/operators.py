@@ -12,8 +12,8 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 from ..core import native
 from ..pose.job_operator import JobOperator
 from ..pose.result import bake_pose
-from ..scene import meshes, remembered, versions
-from ..ui.checks import ArapOperator, posed_object, why_no_pose, why_not_solvable
+from ..scene import baked, meshes, remembered, versions
+from ..ui.checks import ArapOperator, posed_object, why_baked, why_no_pose, why_not_idle, why_not_solvable
 from ..ui.panels import split_column
 from .cache import MeshCacheJob
 from .cache_file import FORMATS
@@ -134,6 +134,26 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
 
     def result_text(self, job: BakeJob, names: list[str]) -> str:
         return f"Baked shape keys '{names[0]}' to '{names[-1]}': {job.fit}"
+
+
+def why_not_baked(context: bpy.types.Context) -> str:
+    """As why_not_idle(). A bake must show in place of the pose."""
+    lack = "No bake is shown: the mesh can be posed"
+    return why_not_idle(context) or ("" if why_baked(posed_object(context)) else lack)
+
+
+class ARAP_OT_edit_again(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.edit_again"
+    bl_label = "Edit Again"
+    bl_description = "Show the pose in place of the bake, to change it. The next bake replaces this one"
+    why_not = staticmethod(why_not_baked)
+
+    is_removing: BoolProperty(
+        name="Remove Bake", description="Remove the baked shape keys. Off: mute them until the next bake replaces them"
+    )
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        baked.edit_again(obj, is_removing=self.is_removing)
 
 
 class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):

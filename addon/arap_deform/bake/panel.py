@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import bpy
 
+from ..scene import baked
+from ..ui.checks import posed_object
 from ..ui.panels import ArapSubPanel
 
 
@@ -12,7 +14,11 @@ class ARAP_PT_bake(ArapSubPanel, bpy.types.Panel):
     bl_label = "Bake"
     bl_order = 50
 
-    def draw(self, _context: bpy.types.Context) -> None:
+    def draw(self, context: bpy.types.Context) -> None:
+        if baked.is_shown(posed_object(context)):
+            row = self.layout.row(align=True)
+            row.scale_y = 1.3
+            row.operator("arap.edit_again", icon="GREASEPENCIL")
         column = self.layout.column(align=True)
         column.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
         column.operator("arap.bake_animation", icon="RENDER_ANIMATION")

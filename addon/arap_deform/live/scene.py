@@ -16,7 +16,7 @@ from ..core.session_input import SceneState, difference_of_scene
 from ..follow.act import print_fault
 from ..follow.mesh import SessionBinding
 from ..follow.scene import BlenderFollowScene
-from ..scene import handle_motion, meshes, pose_key
+from ..scene import baked, handle_motion, meshes, pose_key
 from ..scene.console import say
 from ..scene.inputs import read_state
 from .run import NotNow
@@ -87,6 +87,8 @@ class BlenderLiveScene(BlenderFollowScene):
             return "Paused in {}".format(PAUSING_MODES.get(obj.mode, "Edit Mode"))
         if not meshes.is_evaluated(obj, self._depsgraph()):
             return "Paused: this mesh is disabled, excluded or in another scene"
+        if baked.is_shown(obj):
+            return "Paused: the bake is shown. Edit Again goes on"
         return ""
 
     def has_changed(self) -> bool:

@@ -23,7 +23,7 @@ from ..ui.checks import (
     reports_errors,
     why_no_pose,
     why_no_reset,
-    why_not_solvable,
+    why_not_posable,
 )
 from ..ui.modal import ModalOperator
 from .job_operator import JobOperator
@@ -46,7 +46,7 @@ class ARAP_OT_pose(ModalOperator, bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         if bpy.app.background:
             return allow(cls, "Posing needs a window: use Solve")
-        return allow(cls, why_not_solvable(context))
+        return allow(cls, why_not_posable(context))
 
     @reports_errors
     def _begin(self, context: bpy.types.Context) -> set[str]:
@@ -130,7 +130,7 @@ class ARAP_OT_solve(JobOperator, bpy.types.Operator):
     bl_idname = "arap.solve"
     bl_label = "Solve"
     bl_description = "Pose the mesh for the present places of the handles, to convergence. Starts from the rest shape"
-    why_not = staticmethod(why_not_solvable)
+    why_not = staticmethod(why_not_posable)
     act_name = "Solve"
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:

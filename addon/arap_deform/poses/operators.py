@@ -13,6 +13,7 @@ from ..ui.checks import (
     posed_object,
     why_not_changeable,
     why_not_object_mode,
+    why_not_posable,
     why_not_solvable,
 )
 from .keys import PoseKeysJob
@@ -50,7 +51,7 @@ def why_no_usable_pose(context: bpy.types.Context) -> str:
 def why_not_applicable(context: bpy.types.Context) -> str:
     """As why_no_usable_pose(), and the mesh must be able to follow."""
     reason = why_no_usable_pose(context)
-    return reason or ("" if is_followed(posed_object(context)) else why_not_solvable(context))
+    return reason or ("" if is_followed(posed_object(context)) else why_not_posable(context))
 
 
 def why_no_pose_keys(context: bpy.types.Context) -> str:

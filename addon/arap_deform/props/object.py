@@ -218,6 +218,10 @@ class ArapObject(bpy.types.PropertyGroup):
         options={"HIDDEN"},
     )
 
+    bake_prefix: StringProperty(
+        options={"HIDDEN"}, description="The names of the last bake's shape keys begin so. Empty: there was none"
+    )
+
     handle_size: FloatProperty(
         name="Size",
         description="Size of the empties that were made for handles. 1 is the size of their vertex group",

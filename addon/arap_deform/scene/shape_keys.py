@@ -13,6 +13,8 @@ from ..core import naming
 from ..core.arrays import Float32s
 from . import fcurves, meshes, versions
 
+Names = Iterator[str]
+
 FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the prefix
 
 
@@ -50,10 +52,10 @@ def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
     keys = obj.data.shape_keys
     if key.mute:
         raise ValueError(
-            f"Shape key '{key.name}' of '{obj.name}' is muted (a bake does that), so the pose would not show: "
-            "unmute it, and mute or remove the baked keys"
+            f"Shape key '{key.name}' of '{obj.name}' is muted, so the pose would not show: "
+            "press Edit Again after a bake, else unmute it"
         )
-    cache = next((modifier for modifier in obj.modifiers if _hides_keys(modifier)), None)
+    cache = next((modifier for modifier in obj.modifiers if hides_keys(modifier)), None)
     if cache is not None:
         raise ValueError(
             f"Modifier '{cache.name}' of '{obj.name}' shows a cache in place of the pose: switch it off in viewports"
@@ -75,7 +77,7 @@ def check_shown(obj: bpy.types.Object, key: bpy.types.ShapeKey) -> None:
         )
 
 
-def _hides_keys(modifier: bpy.types.Modifier) -> bool:
+def hides_keys(modifier: bpy.types.Modifier) -> bool:
     """Whether a modifier takes the place of every vertex from a file."""
     return bool(
         modifier.type == "MESH_CACHE"
@@ -238,7 +240,7 @@ def frame_key_name(prefix: str, frame: int) -> str:
     return f"{prefix}{frame:04d}"
 
 
-def frame_keys(obj: bpy.types.Object, prefix: str) -> Iterator[str]:
+def frame_keys(obj: bpy.types.Object, prefix: str) -> Names:
     """Names of the keys that an earlier bake with this prefix made: their values have keyframes."""
     keys = obj.data.shape_keys
     pattern = re.compile(re.escape(prefix) + FRAME_PATTERN)

@@ -10,7 +10,7 @@ import bpy
 from ..scene import pose_key
 from ..setup.list_operators import why_not_edited, why_nothing_to_pin
 from ..setup.select_operators import why_not_editable
-from ..ui.checks import find_posed_object, is_posed, why_not_object_mode, why_not_solvable
+from ..ui.checks import find_posed_object, is_posed, why_not_object_mode, why_not_posable
 from ..ui.panels import ArapPanel, draw_text
 
 
@@ -36,7 +36,7 @@ WHY_NOT = {
     "arap.edit_mesh": why_not_editable,
     "arap.pin_add": why_nothing_to_pin,
     "arap.handle_add": why_not_edited,
-    "arap.pose": why_not_solvable,
+    "arap.pose": why_not_posable,
 }
 
 

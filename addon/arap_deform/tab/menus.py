@@ -31,6 +31,7 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
         layout.operator("arap.bake_animation", icon="RENDER_ANIMATION")
         layout.operator("arap.export_mesh_cache", icon="EXPORT")
+        layout.operator("arap.edit_again")
         layout.separator()
         layout.operator("arap.edit_mesh", icon="EDITMODE_HLT")
         layout.operator("arap.handle_add", icon="EMPTY_AXIS")

@@ -12,7 +12,7 @@ import bpy
 from ..core import native, sessions
 from ..follow.act import PoseAct
 from ..follow.scene import is_rendering
-from ..scene import meshes, pose_key, remembered
+from ..scene import baked, meshes, pose_key, remembered
 
 Execute = Callable[..., set[str]]
 
@@ -137,14 +137,27 @@ def why_not_changeable(context: bpy.types.Context) -> str:
 
 
 def why_no_pose(context: bpy.types.Context) -> str:
-    """As why_not_idle(). The mesh must have a pose."""
+    """As why_not_idle(). The mesh must show a pose."""
+    reason = why_not_idle(context)
+    if reason:
+        return reason
     lack = "There is no pose yet: press Pose first"
-    return why_not_idle(context) or ("" if pose_key.find(posed_object(context)) is not None else lack)
+    return why_baked(posed_object(context)) if pose_key.find(posed_object(context)) is not None else lack
 
 
 def why_not_solvable(context: bpy.types.Context) -> str:
     """As why_not_idle(). There must be a solver, and a handle."""
     return why_not_idle(context) or native.problem() or _why_nothing_moves(posed_object(context))
+
+
+def why_not_posable(context: bpy.types.Context) -> str:
+    """As why_not_solvable(). No bake may show in place of the pose."""
+    return why_not_solvable(context) or why_baked(posed_object(context))
+
+
+def why_baked(obj: bpy.types.Object) -> str:
+    """How to go on posing after a bake, '' if none shows in place of the pose."""
+    return "The animation is baked: press Edit Again to pose the mesh" if baked.is_shown(obj) else ""
 
 
 def why_not_live(context: bpy.types.Context) -> str:
@@ -174,6 +187,9 @@ def why_not_pullable(context: bpy.types.Context) -> str:
     obj = posed_object(context)
     if obj.arap.is_live:
         return "Live would take the mesh back to its handles: switch Live off first, or move the handles"
+    reason = why_baked(obj)
+    if reason:
+        return reason
     space = context.space_data
     if not obj.visible_get(viewport=space if isinstance(space, bpy.types.SpaceView3D) else None):
         return "This mesh is hidden here: show it first (Alt H, its collection, or leave Local View)"

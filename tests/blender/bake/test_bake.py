@@ -153,6 +153,59 @@ class BakeTest(SceneTest):
         self.assertGreater(np.abs(key_positions(obj, names[1]) - rest_positions(obj)).max(), 1.0)
 
 
+class EditAgainTest(SceneTest):
+    """After a bake: back to the pose in one act, and to the bake with the next one."""
+
+    def setUp(self):
+        super().setUp()
+        self.obj = animated()
+        self.scene.frame_set(11)
+        self.api.solve(self.obj)
+        bpy.context.view_layer.objects.active = self.obj
+        self.posed = shown_positions(self.obj)
+
+    def assert_posable(self, expected):
+        self.assertEqual([op.poll() for op in (bpy.ops.arap.solve, bpy.ops.arap.edit_again)], [expected, not expected])
+
+    def test_edit_again_shows_the_pose_and_the_next_bake_replaces_the_former(self):
+        obj = self.obj
+        self.assert_posable(True)
+        self.api.bake_animation(obj, 1, 21, 5)
+        self.assert_posable(False)
+        self.scene.frame_set(1)
+        self.assertEqual(bpy.ops.arap.edit_again(), {"FINISHED"})
+        self.assert_posable(True)
+        self.assert_close(shown_positions(obj), self.posed, 1e-6)
+        names = self.api.bake_animation(obj, 1, 21, 10)
+        self.assertEqual(key_names(obj), ["Basis", "ARAP", *names])
+        self.assertFalse(any(obj.data.shape_keys.key_blocks[name].mute for name in names))
+        self.assert_posable(False)
+
+    def test_a_bake_can_be_removed(self):
+        self.api.bake_animation(self.obj, 1, 21, 10, prefix="Shot_")
+        bpy.ops.arap.edit_again(is_removing=True)
+        self.assertEqual(key_names(self.obj), ["Basis", "ARAP"])
+        self.assert_close(shown_positions(self.obj), self.posed, 1e-6)
+
+    def test_a_bake_without_a_pose_leads_back_too(self):
+        obj = mesh_object("New")
+        self.api.add_handle(obj, TOP)
+        bpy.context.view_layer.objects.active = obj
+        self.api.bake_animation(obj, 1, 2)
+        self.assert_posable(False)
+        bpy.ops.arap.edit_again()
+        self.assert_posable(True)
+
+    def test_a_mesh_cache_is_switched_off_and_the_next_export_shows_it(self):
+        path = self.new_folder() / "shot.mdd"
+        for _ in range(2):
+            self.api.export_mesh_cache(self.obj, path, 1, 3, add_modifier=True)
+            self.assert_posable(False)
+            bpy.ops.arap.edit_again()
+            self.assert_posable(True)
+        self.assertEqual(len(self.obj.modifiers), 1)
+
+
 class CancelTest(SceneTest):
     def test_a_cancelled_bake_leaves_nothing(self):
         obj = animated()

@@ -295,7 +295,7 @@ class LiveToggleTest(SceneTest):
         self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
         self.assertIsNotNone(self.live.run_of(obj))
 
-    def test_a_bake_has_the_mesh_for_itself_and_mutes_the_pose(self):
+    def test_a_bake_has_the_mesh_for_itself_and_pauses_it_until_edit_again(self):
         obj = live_tube()
         animate(obj)
         other = live_tube("Other")
@@ -307,12 +307,12 @@ class LiveToggleTest(SceneTest):
         self.assertGreater(count[0], 0, "another one follows meanwhile")
         job.finish()
         self.assertEqual(self.sessions.claimed_by("Tube"), "")
-        self.update_quietly()
-        self.assert_off(
-            obj,
-            "Shape key 'ARAP' of 'Tube' is muted (a bake does that), so the pose would not show: "
-            "unmute it, and mute or remove the baked keys",
-        )
+        bend(obj)
+        run = self.live.run_of(obj)
+        self.assertEqual((run.pause, obj.arap.live_problem), ("Paused: the bake is shown. Edit Again goes on", ""))
+        module("scene.baked").edit_again(obj)
+        self.scene.frame_set(7)
+        self.assert_followed(obj)
         self.assert_followed(other)
         job = module("bake.keys").BakeJob(other, 1, 11, 5)
         job.cancel()

@@ -34,8 +34,8 @@ class ResultTest(SceneTest):
         key = obj.data.shape_keys.key_blocks["ARAP"]
         key.mute = True
         message = (
-            "Shape key 'ARAP' of 'Tube' is muted (a bake does that), so the pose would not show: "
-            "unmute it, and mute or remove the baked keys"
+            "Shape key 'ARAP' of 'Tube' is muted, so the pose would not show: "
+            "press Edit Again after a bake, else unmute it"
         )
         for function in (self.api.bake_pose, self.api.apply_pose_as_rest):
             self.assert_error(ValueError, message, function, obj)

@@ -78,8 +78,8 @@ class ShapeKeyTest(SceneTest):
         bend(obj)
         key.mute = True
         muted = (
-            "Shape key 'ARAP' of 'Tube' is muted (a bake does that), so the pose would not show: "
-            "unmute it, and mute or remove the baked keys"
+            "Shape key 'ARAP' of 'Tube' is muted, so the pose would not show: "
+            "press Edit Again after a bake, else unmute it"
         )
         check(muted)
         check(muted, module("follow.update").update_pose)

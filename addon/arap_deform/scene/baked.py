@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What shows a baked animation in place of the pose: the keys of the last bake, or a mesh cache. And the way back."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import pose_key, shape_keys
+
+
+def is_shown(obj: bpy.types.Object) -> bool:
+    """Whether a bake shows in place of the pose. Quick, as it is asked at each redraw: the first key stands for all."""
+    if any(shape_keys.hides_keys(modifier) for modifier in obj.modifiers):
+        return True
+    name = next(_names(obj), None)
+    if name is None:
+        return False
+    pose = pose_key.find(obj)
+    return not obj.data.shape_keys.key_blocks[name].mute or (pose is not None and bool(pose.mute))
+
+
+def edit_again(obj: bpy.types.Object, *, is_removing: bool = False) -> None:
+    """Shows the pose again: mutes or removes the keys of the bake, switches a mesh cache off, unmutes the pose's key.
+
+    The next bake replaces muted keys.
+
+    Raises:
+        ValueError: the mesh must not be written.
+    """
+    shape_keys.check_writable(obj)
+    for modifier in obj.modifiers:
+        if shape_keys.hides_keys(modifier):
+            modifier.show_viewport = False
+    for name in list(_names(obj)):
+        if is_removing:
+            shape_keys.remove(obj, name)
+        else:
+            obj.data.shape_keys.key_blocks[name].mute = True
+    pose = pose_key.find(obj)
+    if pose is not None:
+        pose.mute = False
+    obj.arap.live_problem = ""
+    obj.data.update_tag()
+
+
+def _names(obj: bpy.types.Object) -> shape_keys.Names:
+    """Names of the keys of the last bake."""
+    return shape_keys.frame_keys(obj, obj.arap.bake_prefix) if obj.arap.bake_prefix else iter(())
