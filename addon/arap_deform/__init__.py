@@ -23,14 +23,14 @@ MODULES = {
     "props": ("preferences", "handles", "poses", "pull", "object"),
     "scene": ("remembered", "redraw"),
     "ui": ("panels", "edit_mode"),
-    "setup": ("handles", "list_operators", "select_operators", "group_operators", "panels"),
-    "live": ("runs", "panel"),
+    "setup": ("handles", "rows", "list_operators", "select_operators", "group_operators", "panels"),
+    "live": ("runs",),
     "show": ("overlay", "panel"),
-    "pose": ("undo", "operators", "panel"),
+    "pose": ("undo", "starts", "operators"),
     "pull": ("tool", "operators", "draw"),
     "bake": ("operators", "panel"),
     "poses": ("library", "operators", "blend_operator", "panel"),
-    "tab": ("first_pose", "advanced_panel", "menus"),
+    "tab": ("pose_panel", "advanced_panel", "menus"),
 }
 
 

@@ -138,7 +138,7 @@ class HostileTest(SceneTest):
                         with contextlib.suppress(ValueError, RuntimeError):
                             act(obj, *arguments)
                 self.assertNotIn("Traceback", said.getvalue())
-                self.assertLessEqual(said.getvalue().count("Live is off"), 1, "it is told once")
+                self.assertLessEqual(said.getvalue().count("Follow is off"), 1, "it is told once")
                 for name in key_names(obj):
                     self.assertTrue(np.isfinite(key_positions(obj, name)).all(), name)
                 self.assert_close(rest_positions(obj), rest, 0.0)

@@ -278,6 +278,7 @@ def sub_panels() -> list[Any]:
     """All of the tab's, parents first."""
     found = [cls for cls in bpy.types.Panel.__subclasses__() if hasattr(cls, "bl_parent_id") and cls.is_registered]
     found = [cls for cls in found if getattr(cls, "bl_category", "") == "ARAP"]
+    found = [cls for cls in found if "HIDE_HEADER" not in getattr(cls, "bl_options", ())]  # it is always open
     return sorted(found, key=lambda cls: cls.bl_parent_id != "ARAP_PT_main")
 
 

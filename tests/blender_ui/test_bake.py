@@ -86,7 +86,7 @@ def test_edit_again_leads_back_to_following(ui: Ui) -> Steps:
     obj.arap.is_live = True
     ui.select(obj)
     yield from ui.until(lambda: ui.live.run_of(bar()).is_settled, "the mesh follows")
-    ui.open_panels("ARAP_PT_bake", "ARAP_PT_live")
+    ui.open_panels("ARAP_PT_bake")
     yield from ui.open_tab()
     ui.call(bpy.ops.arap.bake_animation, "EXEC_DEFAULT", True, frame_start=1, frame_end=4)
     bpy.ops.ed.undo_push(message="baked")

@@ -12,7 +12,7 @@ from test_overlay import show_all
 from test_pose import bar, begin, drag, handle, select_vertices
 from test_weight_paint import take_brush
 
-PANELS = ("first_pose", "pins", "handles", "handle_look", "stiffness", "pose", "readout", "advanced")
+PANELS = ("entry", "stiffness", "readout", "advanced")
 
 
 def test_all_is_drawn(ui: Ui) -> Steps:
@@ -137,7 +137,7 @@ def test_adjust_last_operation_changes_what_was_added(ui: Ui) -> Steps:
     yield from ui.key("TAB")
     select_vertices(bar(), list(range(16, 32)))
     bpy.ops.ed.undo_push(message="selected")
-    yield from add_and_adjust(ui, bpy.ops.arap.handle_add, "handles", name="Nose", is_exact=True)
+    yield from add_and_adjust(ui, bpy.ops.arap.handle_add, "handles", "OBJECT", name="Nose", is_exact=True)
     yield from add_and_adjust(ui, bpy.ops.arap.pin_add, "pins", name="Heel")
     yield from add_and_adjust(ui, bpy.ops.arap.rigid_add, "stiffness", name="Helmet", is_one_body=True)
     yield from add_and_adjust(ui, bpy.ops.arap.stiffness_add, "stiffness", name="Belly")
@@ -151,23 +151,60 @@ def test_adjust_last_operation_changes_what_was_added(ui: Ui) -> Steps:
     assert len(bar().arap.handles) == 1
 
 
-def add_and_adjust(ui: Ui, add: Any, items: str, **options: object) -> Steps:
-    """Adds to a list, changes options in Adjust Last Operation, and takes it back."""
+def add_and_adjust(ui: Ui, add: Any, items: str, mode_after: str = "", **options: object) -> Steps:
+    """Adds to a list, changes options in Adjust Last Operation, and takes it back. ``mode_after``: '' for the same."""
     mode, n_entries = bar().mode, len(getattr(bar().arap, items))
+    mode_after = mode_after or mode
     ui.call(add)
-    yield from ui.until(lambda: bar().mode == mode, "the mode is as before")
+    yield from ui.until(lambda: bar().mode == mode_after, "the mode is the right one")
     for name, value in options.items():
         operator = bpy.context.window_manager.operators[-1]
         assert operator.bl_idname == add.idname()
         setattr(operator.properties, name, value)
-        ui.call(bpy.ops.ed.undo_redo, "EXEC_DEFAULT", True)
-        yield from ui.until(lambda: bar().mode == mode, "the mode is as before")
+        assert ui.call(bpy.ops.ed.undo_redo, "EXEC_DEFAULT", True) == {"FINISHED"}
+        yield from ui.until(lambda: bar().mode == mode_after, "the mode is the right one")
         entries = getattr(bar().arap, items)
         assert len(entries) == n_entries + 1
         assert getattr(entries[-1], name) == value
     yield from ui.undo()
     yield from ui.until(lambda: len(getattr(bar().arap, items)) == n_entries, "it is taken back")
-    assert bar().mode == mode
+    yield from ui.until(lambda: bar().mode == mode, "the mode is as before")
+
+
+def test_a_new_handle_is_in_hand_and_the_mesh_follows(ui: Ui) -> Steps:
+    """From vertices to a pose: Add Handle, G. The object stays where it is. Undo is exact, Cancel puts all back."""
+    scenes.add_bar()
+    ui.api.add_pin(bar(), scenes.bottom(), name="Bottom")
+    yield from ui.open_tab()
+    yield from ui.key("TAB")
+    select_vertices(bar(), scenes.top())
+    bpy.ops.ed.undo_push(message="selected")
+    ui.call(bpy.ops.arap.handle_add)
+    yield
+    assert (bpy.context.object, bar().mode, bar().select_get()) == (handle(), "OBJECT", False)
+    assert bpy.context.object.select_get()
+    yield from ui.until(lambda: ui.live.run_of(bar()).is_settled, "the mesh is ready")
+    yield from drag(ui)
+    yield from ui.until(lambda: top_x() > 0.9, "the mesh follows")
+    assert tuple(bar().location) == (0.0, 0.0, 0.0)
+    yield from ui.screenshot("followed")
+    yield from ui.undo()
+    yield from ui.until(lambda: abs(top_x()) < 1e-5, "undo takes the move back")
+    yield from ui.redo()
+    yield from ui.until(lambda: top_x() > 0.9, "and redo brings it")
+    ui.select(bar())
+    yield from ui.screenshot("mesh_selected")
+    ui.call(bpy.ops.arap.follow_end, is_kept=False)
+    yield
+    assert abs(top_x()) < 1e-5
+    assert not bar().arap.is_live
+    yield from ui.screenshot("cancelled")
+    yield from ui.undo()
+    yield from ui.until(lambda: bar().arap.is_live and top_x() > 0.9, "undo follows again")
+
+
+def top_x() -> float:
+    return float(scenes.shown_positions(bar())[scenes.top(), 0].mean())
 
 
 def test_select_is_one_step_of_undo(ui: Ui) -> Steps:

@@ -179,7 +179,7 @@ def test_undo_of_an_act_leaves_live_off(ui: Ui) -> Steps:
     bent = add_poses(ui)
     yield from ui.move_mouse_to_view()
     for operator, options in ((bpy.ops.arap.poses_apply, {"pose": "Straight"}), (bpy.ops.arap.poses_to_keys, {})):
-        bar().arap.live_problem = "Live is off"
+        bar().arap.live_problem = "Follow is off"
         bpy.ops.ed.undo_push(message="given up")
         ui.call(operator, "EXEC_DEFAULT", True, **options)
         yield

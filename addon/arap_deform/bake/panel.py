@@ -12,7 +12,8 @@ from ..ui.panels import ArapSubPanel
 
 class ARAP_PT_bake(ArapSubPanel, bpy.types.Panel):
     bl_label = "Bake"
-    bl_order = 50
+    bl_order = 20
+    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         if baked.is_shown(posed_object(context)):

@@ -25,7 +25,7 @@ TIMER_S = 0.02
 LIVE = "Live"  # see sessions.hold()
 SLOW_TIMER_S = 0.2  # while it only waits for the end of a pause, a playback or a render
 
-NOT_RENDERED = "Rendered without Live: the mesh kept one shape. Bake the animation before rendering it"
+NOT_RENDERED = "Rendered without Follow: the mesh kept one shape. Bake the animation before rendering it"
 
 
 class Run(LiveRun):
@@ -71,7 +71,7 @@ def give_up(obj: bpy.types.Object) -> None:
     if obj.arap.live_problem:
         obj.arap.live_problem = ""
         if bpy.ops.ed.undo_push.poll():  # not without a window
-            bpy.ops.ed.undo_push(message="ARAP Live Off")
+            bpy.ops.ed.undo_push(message="ARAP Follow Off")
 
 
 def _begin(obj: bpy.types.Object, *, is_waiting: bool = False) -> None:
@@ -140,7 +140,7 @@ def _on_undo(scene: bpy.types.Scene, *_: object) -> None:
         is_elsewhere = obj.arap.is_live and obj.name not in _runs and scene.objects.get(obj.name) is None
         if is_elsewhere and _is_own(obj) and not is_renamed:
             obj.arap.is_live = False
-            obj.arap.live_problem = "An undo in another scene would have switched it on: Live is off"
+            obj.arap.live_problem = "An undo in another scene would have switched it on: Follow is off"
     _find(bpy.data.objects)
     for run in _runs.values():
         run.undone()

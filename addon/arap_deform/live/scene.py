@@ -144,7 +144,7 @@ class BlenderLiveScene(BlenderFollowScene):
         obj = self.obj
         if obj is not None:
             obj.arap.is_live = False
-            obj.arap.live_problem = f"{native.sentence_of(error)}: Live is off"
+            obj.arap.live_problem = f"{native.sentence_of(error)}: Follow is off"
             if bpy.app.background:
                 say(f"ARAP: {obj.arap.live_problem}")
 

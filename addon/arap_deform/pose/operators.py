@@ -21,6 +21,8 @@ from ..ui.checks import (
     is_posed,
     posed_object,
     reports_errors,
+    why_busy,
+    why_no_mesh,
     why_no_pose,
     why_no_reset,
     why_not_posable,
@@ -30,6 +32,7 @@ from .job_operator import JobOperator
 from .result import apply_pose_as_rest, reset_pose
 from .run import PoseRun
 from .solve import SolveJob, begin_solve, solve, unsettled_text
+from .starts import end_following
 
 VIEW_EVENTS = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "NDOF_MOTION"}
 
@@ -124,6 +127,27 @@ class ARAP_OT_pose_end(bpy.types.Operator):
         else:
             act.cancel()
         return {"FINISHED"}
+
+
+def why_not_following(context: bpy.types.Context) -> str:
+    """As why_no_mesh(). Follow must be on, and no act may be using the mesh."""
+    reason = why_no_mesh(context)
+    if reason:
+        return reason
+    obj = posed_object(context)
+    return why_busy(obj) or ("" if obj.arap.is_live else "Tick Follow first: this mesh does not follow its handles")
+
+
+class ARAP_OT_follow_end(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.follow_end"
+    bl_label = "End Following"
+    bl_description = "Switch Follow off: keep the pose, or put mesh and handles back to where they were before"
+    why_not = staticmethod(why_not_following)
+
+    is_kept: BoolProperty(name="Keep", description="Keep the pose. Off: put everything back", default=True)
+
+    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        end_following(obj, is_kept=self.is_kept)
 
 
 class ARAP_OT_solve(JobOperator, bpy.types.Operator):

@@ -34,7 +34,7 @@ class ARAP_UL_poses(bpy.types.UIList):
 
 class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
     bl_label = "Poses"
-    bl_order = 45
+    bl_order = 30
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:

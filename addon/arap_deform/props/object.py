@@ -61,6 +61,8 @@ def _choosing(items: str, index: str, group: str) -> Callable[[bpy.types.Propert
     """Makes the group of the chosen entry of a list the active one: Weight Paint shows and paints that."""
 
     def choose(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+        if items != "stiffness":
+            settings.is_pin_chosen = items == "pins"
         entries, chosen = getattr(settings, items), getattr(settings, index)
         groups = settings.id_data.vertex_groups
         found = groups.find(getattr(entries[chosen], group)) if chosen < len(entries) else -1
@@ -70,13 +72,47 @@ def _choosing(items: str, index: str, group: str) -> Callable[[bpy.types.Propert
     return choose
 
 
+def _row_shown(settings: bpy.types.PropertyGroup) -> int:
+    """The row of the handle that is active in the view, else the row chosen last."""
+    active = getattr(bpy.context, "object", None)
+    if active is not None and active != settings.id_data:
+        for index, handle in enumerate(settings.handles):
+            if handle.target == active and handle.bone in {"", _active_bone(active)}:
+                return index
+    if settings.is_pin_chosen:
+        return len(settings.handles) + int(settings.active_pin_index)
+    return int(settings.active_handle_index)
+
+
+def _active_bone(obj: bpy.types.Object) -> str:
+    bone = obj.data.bones.active if obj.type == "ARMATURE" else None
+    return "" if bone is None else str(bone.name)
+
+
+def _choose_row(settings: bpy.types.PropertyGroup, row: int) -> None:
+    n_handles = len(settings.handles)
+    if row < n_handles:
+        settings.active_handle_index = row
+    else:
+        settings.active_pin_index = row - n_handles
+    for chosen in hooks.row_chosen:
+        chosen(settings.id_data, row)
+
+
+class ArapRow(bpy.types.PropertyGroup):
+    """A row of the list of handles and pins. Blender draws a list of a collection, so there are as many of these."""
+
+
 class ArapOverlay(bpy.types.PropertyGroup):
     """What is drawn over one mesh, while the panel shows that mesh."""
 
-    show_pins: BoolProperty(name="Pins", description="Draw the pinned vertices", update=_on_overlay_changed)
+    show_pins: BoolProperty(
+        name="Pins", description="Draw the pinned vertices", default=True, update=_on_overlay_changed
+    )
     show_handles: BoolProperty(
         name="Handles",
         description="Draw a line from each handle's rest place to its place now",
+        default=True,
         update=_on_overlay_changed,
     )
     show_strain: BoolProperty(
@@ -120,6 +156,18 @@ class ArapObject(bpy.types.PropertyGroup):
         min=0,
         description="The handle chosen in the list",
         update=_choosing("handles", "active_handle_index", "vertex_group"),
+    )
+
+    rows: CollectionProperty(type=ArapRow, name="Handles and Pins", description="First all handles, then all pins")
+    shown_row: IntProperty(
+        name="Handle or Pin",
+        description="A click selects the handle in the view. A handle selected in the view is the one shown here",
+        get=_row_shown,
+        set=_choose_row,
+        options=set(),
+    )
+    is_pin_chosen: BoolProperty(
+        options={"HIDDEN"}, description="A pin was chosen last in the list of handles and pins, not a handle"
     )
 
     stiffness: CollectionProperty(
@@ -233,14 +281,16 @@ class ArapObject(bpy.types.PropertyGroup):
     )
     overlay: PointerProperty(type=ArapOverlay, name="Display", description="What is drawn over the mesh in the 3D view")
     is_live: BoolProperty(
-        name="Live",
+        name="Follow",
         description=(
             "The mesh follows its handles all the time, also in playback. Saved with the file. "
             "Not while rendering: bake the animation first"
         ),
         update=_on_live_changed,
     )
-    live_problem: StringProperty(name="Live Problem", description="Why Live switched itself off", options={"HIDDEN"})
+    live_problem: StringProperty(
+        name="Follow Problem", description="Why Follow switched itself off", options={"HIDDEN"}
+    )
 
     pose_act: IntProperty(
         options={"HIDDEN"}, description="Number of the posing act that this state of the scene belongs to; 0: none"

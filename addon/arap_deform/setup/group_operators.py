@@ -58,7 +58,7 @@ class ARAP_OT_group_paint(_GroupOperator, bpy.types.Operator):
     bl_label = "Paint Weights"
     bl_description = (
         "Paint the weights of this vertex group in Weight Paint Mode; again: back to Object Mode. "
-        "Live and posing follow each stroke"
+        "A mesh that follows its handles follows each stroke"
     )
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:

@@ -22,7 +22,7 @@ from ..scene import groups, handle_motion, meshes, remembered, staying
 from ..scene.groups import VertexIndices
 from ..scene.held import HeldMesh, fit
 from ..scene.inputs import hold_of
-from .pins import GroupList
+from .pins import GroupList, count_rows
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -231,6 +231,7 @@ def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
     handle: ArapHandle = handles.add()
     handle.name = unique_name
     handle.vertex_group = group
+    count_rows(obj)
     obj.arap.active_handle_index = len(handles) - 1
     return handle
 

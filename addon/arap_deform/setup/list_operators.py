@@ -8,13 +8,18 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
+from ..core import native
 from ..scene import meshes, remembered
 from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
 from ..ui.edit_mode import OneStepOperator, is_edited
 from .handle_copies import copy_handles
-from .handles import add_handle, add_handles_for, remove_handle
-from .pins import add_pin, add_pin_group, remove_pin
-from .stiffness import add_rigid, add_stiffness, add_stiffness_group, remove_stiffness
+from .handles import HANDLES, add_handle, add_handles_for, remove_handle
+from .names import name_for
+from .pins import PINS, GroupList, add_pin, add_pin_group, remove_pin
+from .rows import chosen, take_in_hand
+from .stiffness import STIFFNESS, add_rigid, add_stiffness, add_stiffness_group, remove_stiffness
+
+NOT_EDITED = "Select vertices in Edit Mode (Tab) to give them a handle"
 
 Target = tuple[bpy.types.Object, str]  # the name of the bone is '' for a whole object
 
@@ -41,8 +46,14 @@ def why_nothing_to_pin(context: bpy.types.Context) -> str:
 
 def why_not_edited(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Edit Mode."""
-    lack = "Select vertices in Edit Mode (Tab) to give them a handle"
-    return why_not_changeable(context) or ("" if is_edited(posed_object(context)) else lack)
+    return why_not_changeable(context) or ("" if is_edited(posed_object(context)) else NOT_EDITED)
+
+
+def why_no_handle(context: bpy.types.Context) -> str:
+    """As why_not_edited(). But Adjust Last Operation asks while the new handle is in hand, in Object Mode."""
+    operators = context.window_manager.operators
+    is_last = bool(operators) and operators[-1].bl_idname == "ARAP_OT_handle_add"
+    return why_not_changeable(context) if is_last else why_not_edited(context)
 
 
 def why_no_new_targets(context: bpy.types.Context) -> str:
@@ -80,10 +91,17 @@ def why_own_handles(context: bpy.types.Context) -> str:
     )
 
 
+def follow(obj: bpy.types.Object) -> None:
+    """From its first handle on a mesh follows. If it was switched off later, another handle does not switch it on."""
+    if not native.problem():
+        obj.arap.is_live = True
+
+
 class _Add(OneStepOperator):
     """Adds an entry to a list."""
 
     purpose: str  # for a message
+    goes_back = True  # to Edit Mode
     name: Any
 
     def add_selected(self, obj: bpy.types.Object, add: Callable[..., object], **options: bool) -> None:
@@ -91,19 +109,24 @@ class _Add(OneStepOperator):
         vertices = meshes.selected_vertices(obj)
         if not len(vertices):
             raise ValueError(f"No vertices are selected: select the vertices to {self.purpose}")
-        with self.one_step(obj):
+        with self.one_step(obj, goes_back=self.goes_back):
+            self.name = self.name or name_for(obj, vertices)
             add(obj, vertices, name=self.name, **options)
 
 
 class _Remove(OneStepOperator):
     """Removes the chosen entry of a list."""
 
-    active: str  # name of its index in ``obj.arap``
+    kind: GroupList
     remove: Callable[[bpy.types.Object, int], None]
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        found = chosen(obj)
+        is_shown = found is not None and found[0] is self.kind
         with self.one_step(obj):
-            self.remove(obj, getattr(obj.arap, self.active))
+            self.remove(obj, found[1] if found and is_shown else getattr(obj.arap, self.kind.active))
+        if context.object is None:  # it was the empty
+            context.view_layer.objects.active = obj
 
 
 class ARAP_OT_pin_add(_Add, bpy.types.Operator):
@@ -113,7 +136,11 @@ class ARAP_OT_pin_add(_Add, bpy.types.Operator):
     purpose = "pin"
     why_not = staticmethod(why_nothing_to_pin)
 
-    name: StringProperty(name="Name", description="Name of the new pin and its vertex group", default="Pin")
+    name: StringProperty(
+        name="Name",
+        description="Name of the new pin and its vertex group. Empty: by side and place",
+        options={"SKIP_SAVE"},
+    )
     vertex_group: StringProperty(
         name="Vertex Group", description="Group to pin. Not used in Edit Mode", options={"SKIP_SAVE"}
     )
@@ -148,25 +175,36 @@ class ARAP_OT_pin_remove(_Remove, bpy.types.Operator):
     bl_label = "Remove Pin"
     bl_description = "Remove the chosen pin, so its vertices are free"
     why_not = staticmethod(_why_none("pins", "Add a pin first: nothing is pinned yet"))
-    active = "active_pin_index"
+    kind = PINS
     remove = staticmethod(remove_pin)
 
 
 class ARAP_OT_handle_add(_Add, bpy.types.Operator):
     bl_idname = "arap.handle_add"
     bl_label = "Add Handle"
-    bl_description = "Give the selected vertices a new empty. Move, rotate or scale it while posing and they follow"
+    bl_description = "Give the selected vertices a new empty. Move, rotate or scale it and the mesh follows"
     purpose = "move"
-    why_not = staticmethod(why_not_edited)
+    goes_back = False  # to take the handle in hand
+    why_not = staticmethod(why_no_handle)
 
-    name: StringProperty(name="Name", description="Name of the new handle and its empty", default="Handle")
+    name: StringProperty(
+        name="Name",
+        description="Name of the new handle and its empty. Empty: by side and place",
+        options={"SKIP_SAVE"},
+    )
     is_exact: BoolProperty(
         name="Exact",
         description="Hold every vertex, even if the handle is smaller than Rigidity. That pulls a spike",
     )
 
-    def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        if not is_edited(obj):
+            raise ValueError(NOT_EDITED)
+        is_first = not obj.arap.handles
         self.add_selected(obj, add_handle, is_exact=self.is_exact)
+        take_in_hand(context, obj.arap.handles[-1])
+        if is_first:
+            follow(obj)
 
 
 class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
@@ -187,7 +225,10 @@ class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
     )
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        is_first = not obj.arap.handles
         add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
+        if is_first:
+            follow(obj)
 
 
 class ARAP_OT_handles_copy(ArapOperator, bpy.types.Operator):
@@ -208,7 +249,7 @@ class ARAP_OT_handle_remove(_Remove, bpy.types.Operator):
     bl_label = "Remove Handle"
     bl_description = "Remove the chosen handle, and its empty and vertex group if they were made for it"
     why_not = staticmethod(why_no_handles)
-    active = "active_handle_index"
+    kind = HANDLES
     remove = staticmethod(remove_handle)
 
 
@@ -278,5 +319,5 @@ class ARAP_OT_stiffness_remove(_Remove, bpy.types.Operator):
     bl_label = "Remove Stiffness"
     bl_description = "Remove the chosen entry, so its group is as soft as the rest"
     why_not = staticmethod(_why_none("stiffness", "Add stiffness first: the list is empty"))
-    active = "active_stiffness_index"
+    kind = STIFFNESS
     remove = staticmethod(remove_stiffness)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panels "Pins", "Handles" and "Stiffness": a list, the settings of its chosen entry, and its buttons."""
+"""The list of handles and pins, the settings of its chosen entry, and the sub-panel "Stiffness"."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import bpy
 from ..scene import remembered
 from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
-from ..ui.panels import ArapPanel, ArapSubPanel, draw_text, is_following, split_column
+from ..ui.panels import ArapSubPanel, draw_text, is_following, split_column
 from .group_operators import is_painted
 from .handles import HANDLES, handle_problem
-from .pins import PINS, GroupList
-from .stiffness import STIFFNESS
+from .pins import PINS
+from .rows import chosen, entry_at
 
 
 class _List:
@@ -25,89 +25,75 @@ class _List:
         context: bpy.types.Context,
         layout: bpy.types.UILayout,
         _data: Any,
-        entry: Any,
+        item: Any,
         _icon: int,
         _active_data: Any,
         _active_property: str,
         index: int,
     ) -> None:
         obj = find_posed_object(context)
+        entry = None if obj is None else self.entry_of(obj, item, index)
+        if obj is None or entry is None:
+            return
         row = layout.row(align=True)
         row.prop(entry, "is_enabled", text="")
         rest = row.row(align=True)
         rest.active = entry.is_enabled
-        if obj is not None:
-            self.draw_entry(rest, obj, entry, index)
+        self.draw_entry(rest, obj, entry, index)
+
+    def entry_of(self, _obj: bpy.types.Object, item: Any, _index: int) -> Any | None:
+        """What a row stands for, None if it is gone."""
+        return item
 
     def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, index: int) -> None:
         raise NotImplementedError
 
 
-def _draw_list(layout: bpy.types.UILayout, settings: Any, kind: GroupList) -> Any | None:
-    """A list with a button that removes; returns its chosen entry."""
-    entries, index = getattr(settings, kind.items), getattr(settings, kind.active)
-    row = layout.row()
-    n_rows = min(4, max(2, len(entries)))
-    row.template_list(f"ARAP_UL_{kind.items}", "", settings, kind.items, settings, kind.active, rows=n_rows)
-    row.column().operator(f"arap.{kind.noun}_remove", text="", icon="REMOVE")
-    return entries[index] if index < len(entries) else None
+class ARAP_UL_rows(_List, bpy.types.UIList):
+    """Handles, then pins: a tick, the name, and a sign if a handle cannot work."""
 
-
-class ARAP_UL_pins(_List, bpy.types.UIList):
-    def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, _index: int) -> None:
-        _draw_group_name(row, obj, entry.name, "PINNED")
-
-
-class ARAP_PT_pins(ArapSubPanel, bpy.types.Panel):
-    bl_label = "Pins"
-    bl_order = 10
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        obj = posed_object(context)
-        pin = _draw_list(layout, obj.arap, PINS)
-        if pin is not None:
-            split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
-            _draw_group_buttons(layout, obj, pin.name)
-        layout.operator("arap.pin_add", icon="PINNED")
-
-
-class ARAP_UL_handles(_List, bpy.types.UIList):
-    """Handles: the name, and a sign if the handle cannot work."""
+    def entry_of(self, obj: bpy.types.Object, _item: Any, index: int) -> Any | None:
+        return entry_at(obj, index)
 
     def draw_entry(self, row: bpy.types.UILayout, obj: bpy.types.Object, entry: Any, index: int) -> None:
+        if index >= len(obj.arap.handles):
+            _draw_group_name(row, obj, entry.name, "PINNED")
+            return
         row.prop(entry, "name", text="", emboss=False, icon="BONE_DATA" if entry.bone else "EMPTY_AXIS")
         if _handle_problem(obj, index):
             row.label(text="", icon="ERROR")
 
 
-class ARAP_PT_handles(ArapSubPanel, bpy.types.Panel):
-    bl_label = "Handles"
-    bl_order = 20
+def draw_rows(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
+    """The list of handles and pins, if there are any, with a button that removes the chosen one."""
+    found = chosen(obj)
+    if found is None:
+        return
+    row = layout.row()
+    n_rows = min(6, max(3, len(obj.arap.rows)))
+    row.template_list("ARAP_UL_rows", "", obj.arap, "rows", obj.arap, "shown_row", rows=n_rows)
+    row.column().operator(f"arap.{found[0].noun}_remove", text="", icon="REMOVE")
+
+
+class ARAP_PT_entry(ArapSubPanel, bpy.types.Panel):
+    bl_label = "Handle or Pin"
+    bl_order = 10
+    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         obj = posed_object(context)
-        handle = _draw_list(layout, obj.arap, HANDLES)
-        if handle is not None:
-            _draw_handle(layout, obj, handle)
-            problem = _handle_problem(obj, obj.arap.active_handle_index)
+        kind, index = chosen(obj) or (None, 0)
+        if kind is HANDLES:
+            _draw_handle(layout, obj, obj.arap.handles[index])
+            problem = _handle_problem(obj, index)
             if problem:
                 draw_text(context, layout, problem, "ERROR")
-        column = layout.column(align=True)
-        if remembered.has_foreign_handles(obj):
-            column.operator("arap.handles_copy", icon="DUPLICATE")
-        column.operator("arap.handle_add", icon="VERTEXSEL")
-        column.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")
-
-
-class ARAP_PT_handle_look(ArapPanel, bpy.types.Panel):
-    bl_label = "Look"
-    bl_parent_id = "ARAP_PT_handles"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    def draw(self, context: bpy.types.Context) -> None:
-        split_column(self.layout).prop(posed_object(context).arap, "handle_size")
+        elif kind is PINS:
+            pin = obj.arap.pins[index]
+            split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
+            _draw_group_buttons(layout, obj, pin.name)
+        layout.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")
 
 
 class ARAP_UL_stiffness(_List, bpy.types.UIList):
@@ -123,13 +109,21 @@ class ARAP_UL_stiffness(_List, bpy.types.UIList):
 
 class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
     bl_label = "Stiffness"
-    bl_order = 25
+    bl_order = 40
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         obj = posed_object(context)
-        entry = _draw_list(layout, obj.arap, STIFFNESS)
+        settings = obj.arap
+        entries, index = settings.stiffness, settings.active_stiffness_index
+        row = layout.row()
+        n_rows = min(4, max(2, len(entries)))
+        row.template_list(
+            "ARAP_UL_stiffness", "", settings, "stiffness", settings, "active_stiffness_index", rows=n_rows
+        )
+        row.column().operator("arap.stiffness_remove", text="", icon="REMOVE")
+        entry = entries[index] if index < len(entries) else None
         if entry is not None:
             column = split_column(layout)
             column.prop_search(entry, "name", obj, "vertex_groups", text="Group")

@@ -49,6 +49,7 @@ class GroupList:
         if item is None:
             item = items.add()
             item.name = vertex_group
+            count_rows(obj)
         item.is_enabled = True
         setattr(obj.arap, self.active, items.find(vertex_group))
         return item
@@ -71,8 +72,18 @@ class GroupList:
         item = self.at(obj, index)
         group = getattr(item, self.group) if item.has_made_group else ""
         items.remove(index)
+        count_rows(obj)
         setattr(obj.arap, self.active, max(0, min(getattr(obj.arap, self.active), len(items) - 1)))
         groups.remove_unused(obj, group)
+
+
+def count_rows(obj: bpy.types.Object) -> None:
+    """As many rows as there are handles and pins."""
+    rows, n = obj.arap.rows, len(obj.arap.handles) + len(obj.arap.pins)
+    while len(rows) < n:
+        rows.add()
+    while len(rows) > n:
+        rows.remove(len(rows) - 1)
 
 
 PINS = GroupList("pin", "pins", "active_pin_index")

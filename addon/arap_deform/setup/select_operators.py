@@ -71,7 +71,7 @@ def why_nothing_held(context: bpy.types.Context) -> str:
 
 class ARAP_OT_edit_mesh(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.edit_mesh"
-    bl_label = "Enter or Leave Edit Mode"
+    bl_label = "Edit Mode"
     bl_description = "Go to Edit Mode of the mesh to select vertices, or back to Object Mode"
     why_not = staticmethod(why_not_editable)
 

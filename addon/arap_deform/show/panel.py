@@ -21,6 +21,7 @@ class ARAP_PT_display(ArapSubPanel, bpy.types.Panel):
         column.prop(settings, "show_pins", icon="PINNED")
         column.prop(settings, "show_handles", icon="EMPTY_AXIS")
         column.prop(settings, "show_strain", icon="MOD_MESHDEFORM")
+        split_column(layout).prop(posed_object(context).arap, "handle_size", text="Handle Size")
         limit = split_column(layout)
         limit.active = settings.show_strain
         limit.prop(settings, "strain_limit")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sub-panel "Advanced": the shape key, how bends look, and when a solve stops."""
+"""The sub-panel "Advanced": the shape key, how bends look, when a solve stops, and what the last one did."""
 
 from __future__ import annotations
 
@@ -8,10 +8,15 @@ import bpy
 from ..core import sessions
 from ..scene import meshes, remembered, versions
 from ..scene.inputs import settings_of
-from ..ui.checks import posed_object
-from ..ui.panels import ArapSubPanel, split_column
+from ..ui.checks import find_posed_object, posed_object
+from ..ui.panels import ArapPanel, ArapSubPanel, draw_table, split_column
 
 SHOWN_ENERGIES = ("rotation_nodes", "spokes_and_rims")  # scripts may set others, too
+STOP_REASONS = {
+    "converged": "Converged",
+    "max_iterations": "Iteration limit",
+    "time_limit": "Time limit",
+}
 
 
 class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
@@ -37,6 +42,30 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         column.prop(settings, "max_iterations")
         column.prop(settings, "accuracy")
         split_column(layout).prop(settings, "join_seams")
+
+
+class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
+    bl_label = "Last Solve"
+    bl_parent_id = "ARAP_PT_advanced"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = find_posed_object(context)
+        return obj is not None and sessions.readout(obj.name_full) is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        readout = sessions.readout(posed_object(context).name_full)
+        assert readout is not None
+        rows = [
+            ("Vertices", f"{readout.vertices:,}"),
+            ("Free", f"{readout.free_vertices:,}"),
+            ("Last update", f"{readout.last_ms:.1f} ms"),
+            ("Iterations", str(readout.iterations)),
+            ("Energy", f"{readout.energy:.4g}"),
+            ("Stopped", STOP_REASONS.get(readout.stop_reason, readout.stop_reason)),
+        ]
+        draw_table(self.layout, rows)
 
 
 def _draw_radius(context: bpy.types.Context, column: bpy.types.UILayout, obj: bpy.types.Object) -> None:

@@ -24,8 +24,9 @@ class ARAP_MT_main(bpy.types.Menu):
     def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout
         layout.operator_context = "INVOKE_REGION_WIN"  # some parent menus run operators without their dialogs
-        layout.operator("arap.pose", icon="PLAY")
         layout.operator("arap.pull_tool", icon="VIEW_PAN")
+        layout.operator("arap.pose", icon="PLAY")
+        layout.operator("arap.follow_end")
         layout.operator("arap.solve", icon="FILE_REFRESH")
         layout.separator()
         layout.operator("arap.bake_pose", icon="SHAPEKEY_DATA")

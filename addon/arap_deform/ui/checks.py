@@ -141,7 +141,7 @@ def why_no_pose(context: bpy.types.Context) -> str:
     reason = why_not_idle(context)
     if reason:
         return reason
-    lack = "There is no pose yet: press Pose first"
+    lack = "There is no pose yet: pull the mesh or move a handle first"
     return why_baked(posed_object(context)) if pose_key.find(posed_object(context)) is not None else lack
 
 
@@ -172,21 +172,21 @@ def _why_nothing_moves(obj: bpy.types.Object) -> str:
 
 
 def why_no_reset(context: bpy.types.Context) -> str:
-    """As why_no_pose(). Live must be off: it would pose the mesh again."""
+    """As why_no_pose(). Follow must be off: it would pose the mesh again."""
     obj = find_posed_object(context)
     if obj is not None and obj.arap.is_live:
-        return "Live would pose the mesh again at once: use Reset Handles, or switch Live off"
+        return "Follow would pose the mesh again at once: use Reset Handles, or untick Follow"
     return why_no_pose(context)
 
 
 def why_not_pullable(context: bpy.types.Context) -> str:
-    """As why_not_idle(). There must be a solver, Live must be off, and the mesh must be visible."""
+    """As why_not_idle(). There must be a solver, Follow must be off, and the mesh must be visible."""
     reason = why_not_idle(context) or native.problem()
     if reason:
         return reason
     obj = posed_object(context)
     if obj.arap.is_live:
-        return "Live would take the mesh back to its handles: switch Live off first, or move the handles"
+        return "The mesh follows its handles: move these, or press Keep before you pull"
     reason = why_baked(obj)
     if reason:
         return reason

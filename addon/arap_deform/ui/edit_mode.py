@@ -37,8 +37,8 @@ class OneStepOperator(ArapOperator):
         return self.execute(context)
 
     @contextmanager
-    def one_step(self, obj: bpy.types.Object) -> Iterator[None]:
-        """As object_mode(). All changes inside are one step of undo.
+    def one_step(self, obj: bpy.types.Object, *, goes_back: bool = True) -> Iterator[None]:
+        """As object_mode(). All changes inside are one step of undo. ``goes_back``: to Edit Mode, also for the user.
 
         When the operator ends, Blender makes the step. In Edit Mode it would hold only the mesh: undo would leave pins,
         handles and stiffness in their lists. So the operator ends in Object Mode, and a timer goes back. For scripts
@@ -50,7 +50,8 @@ class OneStepOperator(ArapOperator):
             yield
         elif is_of_user and not bpy.app.background:  # there, no timer runs
             bpy.ops.object.mode_set(mode="OBJECT")
-            _go_back_to_edit_mode(obj)
+            if goes_back:
+                _go_back_to_edit_mode(obj)
             yield
         else:
             with object_mode(obj):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The tab "ARAP" in the sidebar of the 3D view: its main panel, and what the sub-panels share.
 
-Sub-panels by ``bl_order``: First Pose 0, Pins 10, Handles 20, Stiffness 25, Pose 30, Live 40, Poses 45, Bake 50,
-Display 80, Advanced 90.
+Sub-panels by ``bl_order``: Pose (without a header) 0, Handle or Pin 10, Bake 20, Poses 30, Stiffness 40, Display 80,
+Advanced 90. All but the first are closed.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ import blf
 import bpy
 
 from ..core import native, sessions
-from ..follow.act import Phase, PoseAct
 from ..scene import versions
 from .checks import find_posed_object
 from .wrapping import wrap
 
 FONT = 0
 BESIDE_TEXT = 100.0  # pixels at scale 1 of the sidebar's width: tabs, edges of panels and boxes, the icon
+NARROW = 250.0  # pixels at scale 1
 
 
 class ArapPanel:
@@ -40,7 +40,7 @@ class ArapSubPanel(ArapPanel):
 
 
 class ARAP_PT_main(ArapPanel, bpy.types.Panel):
-    """The name of the mesh, the posing act if there is one, and an error if there is no solver."""
+    """The name of the mesh, and an error if there is no solver."""
 
     bl_label = "ARAP Deform"
 
@@ -52,26 +52,10 @@ class ARAP_PT_main(ArapPanel, bpy.types.Panel):
         obj = find_posed_object(context)
         if obj is not None:
             layout.label(text=obj.name, translate=False, icon="OUTLINER_OB_MESH")
-            act = sessions.acts.get(obj.name_full)
-            if isinstance(act, PoseAct) and not act.is_drag:
-                _draw_act(context, layout, act)
-
-
-def _draw_act(context: bpy.types.Context, layout: bpy.types.UILayout, act: PoseAct) -> None:
-    box = layout.box()
-    if act.phase is Phase.BINDING:
-        versions.draw_progress(box, f"Preparing: {act.bind_fraction:.0%}", act.bind_fraction)
-    else:
-        box.label(text="Settled" if act.is_settled else "Following the handles", icon="REC")
-        draw_text(context, box, "Move, rotate or scale a handle (G, R, S): the mesh follows.", "BLANK1")
-    column = box.column(align=True)
-    column.scale_y = 1.3
-    column.operator("arap.pose_end", text="Keep (Enter)", icon="CHECKMARK").is_kept = True
-    column.operator("arap.pose_end", text="Cancel (Esc)", icon="X").is_kept = False
 
 
 def is_following(obj: bpy.types.Object) -> bool:
-    """Whether posing or Live changes the mesh. They report problems themselves, so a panel does not look for them."""
+    """Whether posing or Follow changes the mesh. They report problems themselves, so a panel does not look for them."""
     return bool(sessions.claimed_by(obj.name_full) or obj.arap.is_live)
 
 
@@ -82,12 +66,20 @@ def split_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     return column
 
 
-def draw_text(context: bpy.types.Context, layout: bpy.types.UILayout, text: str, icon: str) -> None:
-    """A sentence wrapped to the width of the sidebar: Blender's labels do not wrap."""
+def draw_text(
+    context: bpy.types.Context, layout: bpy.types.UILayout, text: str, icon: str, least_lines: int = 1
+) -> None:
+    """A sentence wrapped to the width of the sidebar: Blender's labels do not wrap. ``least_lines``: its height."""
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for i, line in enumerate(_lines(context, text)):
+    lines = _lines(context, text)
+    for i, line in enumerate(lines + [""] * (least_lines - len(lines))):
         column.label(text=line, translate=False, icon=icon if i == 0 else "BLANK1")
+
+
+def is_narrow(context: bpy.types.Context) -> bool:
+    """Whether two buttons with icons do not fit side by side."""
+    return bool(context.region.width < NARROW * context.preferences.system.ui_scale)
 
 
 def _lines(context: bpy.types.Context, text: str) -> list[str]:

@@ -54,7 +54,7 @@ class LiveToggleTest(SceneTest):
         self.assert_close(shown[BOTTOM], rest_positions(obj)[BOTTOM], 1e-5)
 
     def assert_off(self, obj, reason):
-        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (False, f"{reason}: Live is off"))
+        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (False, f"{reason}: Follow is off"))
         self.assertIsNone(self.live.run_of(obj))
 
     def assert_solved(self, obj):
@@ -251,7 +251,7 @@ class LiveToggleTest(SceneTest):
             bpy.ops.render.render(animation=True)
             bpy.app.handlers.render_post.pop()
         self.assertEqual(in_render, [(0,), (0,)])
-        notice = "Rendered without Live: the mesh kept one shape. Bake the animation before rendering it"
+        notice = "Rendered without Follow: the mesh kept one shape. Bake the animation before rendering it"
         self.assertEqual(self.live.render_notice(), notice)
         self.assertEqual(said.getvalue().count(f"ARAP: {notice}"), 1)
         self.assertEqual(self.scene.frame_current, 11)

@@ -412,5 +412,5 @@ class ReasonTest(SceneTest):
         sessions.release(obj.name, act)
         check("")
         obj.arap.is_live = True
-        check("Live would take the mesh back to its handles: switch Live off first, or move the handles")
+        check("The mesh follows its handles: move these, or press Keep before you pull")
         self.assertFalse(bpy.ops.arap.pull.poll(), "there is no window")

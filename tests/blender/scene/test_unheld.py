@@ -37,7 +37,7 @@ class UnheldTest(SceneTest):
         self.assertEqual((n_parts, 1), (readout.parts_at_rest, readout.loose_vertices))
         self.assert_close(key_positions(obj)[vertices], rest_positions(obj)[vertices], 4e-6)
         np.testing.assert_array_equal(vertices, np.arange(n, 3 * n + 1))
-        text = module("pose.panel").unheld_text(readout)
+        text = module("pose.unheld_text").unheld_text(readout)
         self.assertEqual(text, "2 parts and 1 loose vertex have no pin or handle and do not move")
         obj.data.vertices[n].hide = True
         self.assertEqual(bpy.ops.arap.select_unheld(), {"FINISHED"})

@@ -76,7 +76,7 @@ class ReasonTest(ClaimTest):
         bpy.context.view_layer.objects.active = mesh_object()
         for name, wanted in (
             ("solve", "Add a handle first: nothing moves the mesh yet"),
-            ("bake_pose", "There is no pose yet: press Pose first"),
+            ("bake_pose", "There is no pose yet: pull the mesh or move a handle first"),
             ("pin_add", "Select vertices in Edit Mode (Tab) to pin them"),
             ("handle_add", "Select vertices in Edit Mode (Tab) to give them a handle"),
             ("handle_remove", "Add a handle first: nothing moves the mesh yet"),

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one list of handles and pins: which entry is chosen, and what a click on it selects in the view."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..props import hooks
+from .handles import HANDLES
+from .pins import PINS, GroupList, count_rows
+
+
+def entry_at(obj: bpy.types.Object, row: int) -> Any | None:
+    """The handle or pin of a row; None if there is none, as in a damaged file."""
+    for entries in (obj.arap.handles, obj.arap.pins):
+        if row < len(entries):
+            return entries[row]
+        row -= len(entries)
+    return None
+
+
+def chosen(obj: bpy.types.Object) -> tuple[GroupList, int] | None:
+    """The list of the chosen entry, and its index there; None if there is none."""
+    row, n_handles = obj.arap.shown_row, len(obj.arap.handles)
+    if entry_at(obj, row) is None:
+        return None
+    return (HANDLES, row) if row < n_handles else (PINS, row - n_handles)
+
+
+def take_in_hand(context: bpy.types.Context, handle: Any) -> None:
+    """Selects the handle's object alone and makes it active, so that G moves it. Not if it is hidden."""
+    target = handle.target
+    if target is None or context.mode != "OBJECT" or not target.visible_get():
+        return
+    for other in context.selected_objects:
+        other.select_set(False)
+    target.select_set(True)
+    context.view_layer.objects.active = target
+    if handle.bone and target.type == "ARMATURE":
+        target.data.bones.active = target.data.bones.get(handle.bone)
+
+
+def _on_chosen(obj: bpy.types.Object, row: int) -> None:
+    context, entry = bpy.context, entry_at(obj, row)
+    if entry is None or context.mode != "OBJECT":
+        return
+    if row < len(obj.arap.handles):
+        take_in_hand(context, entry)
+    elif obj.visible_get():
+        for handle in obj.arap.handles:
+            if handle.target is not None and handle.target.visible_get():
+                handle.target.select_set(False)
+        context.view_layer.objects.active = obj
+
+
+@persistent
+def _on_load(*_: object) -> None:
+    """A file may hold another number of rows."""
+    for obj in bpy.data.objects:
+        if obj.library is None:
+            count_rows(obj)
+
+
+CALLBACKS = ((hooks.row_chosen, _on_chosen), (bpy.app.handlers.load_post, _on_load))

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The line at the top of the tab: what to do next, in every state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+
+from ..core import sessions
+from ..follow.act import Phase, PoseAct
+from ..live import runs
+from ..pull import tool
+from ..ui.checks import find_posed_object, is_posed, why_baked, why_no_mesh, why_not_object_mode
+
+
+@dataclass(frozen=True)
+class Step:
+    """What to do. ``fraction``: of a mesh that is being prepared."""
+
+    text: str
+    icon: str = "INFO"
+    fraction: float | None = None
+
+
+def next_step(context: bpy.types.Context) -> Step:
+    obj = find_posed_object(context)
+    if obj is None:
+        active = getattr(context, "object", None)  # in other modes a click does not select the mesh
+        return Step((active and why_not_object_mode(active)) or "Click the mesh to pose in the view.")
+    if why_no_mesh(context):
+        return Step(why_no_mesh(context), "ERROR")
+    if is_posed(obj):
+        return _while_posing(obj)
+    if obj.arap.live_problem:
+        return Step(obj.arap.live_problem, "ERROR")
+    if obj.mode == "EDIT":
+        return Step(_in_edit_mode(obj))
+    if why_not_object_mode(obj):
+        return Step(why_not_object_mode(obj))
+    if why_baked(obj):
+        return Step("Edit Again shows the pose in place of the bake.")
+    return _with_handles(context, obj) if obj.arap.handles else Step(_without_handles(obj))
+
+
+def _while_posing(obj: bpy.types.Object) -> Step:
+    act = sessions.acts[obj.name_full]
+    assert isinstance(act, PoseAct)
+    if act.phase is Phase.BINDING:
+        return Step("Preparing", fraction=act.bind_fraction)
+    return Step("Move a handle (G, R, S). Enter keeps the pose, Esc cancels it.", "REC")
+
+
+def _in_edit_mode(obj: bpy.types.Object) -> str:
+    if obj.data.total_vert_sel >= len(obj.data.vertices) > 0:  # as on a new mesh
+        return "All is selected. Drag a box around a part to move or to hold."
+    return "Select a part. Add Handle moves it, Add Pin holds it."
+
+
+def _without_handles(obj: bpy.types.Object) -> str:
+    if tool.is_on():
+        return "Drag the mesh to pull it. Click it to pin a spot."
+    if obj.arap.pins:
+        return "Press Pull and drag the mesh, or add a handle in Edit Mode."
+    return "Press Pull and drag the mesh. A click on it pins a spot."
+
+
+def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
+    if not obj.arap.is_live:
+        return Step("Tick Follow, then move a handle: the mesh follows.")
+    run = runs.run_of(obj)
+    if run is not None and run.pause:
+        return Step(run.pause, "PAUSE")
+    if run is not None and run.is_binding:
+        return Step("Preparing", fraction=run.bind_fraction)
+    if len(obj.arap.handles) == 1 and not obj.arap.pins:
+        return Step("Nothing holds the mesh. Add Pin in Edit Mode does.")
+    if context.object is not None and any(handle.target == context.object for handle in obj.arap.handles):
+        return Step("Move, turn or scale the handle: G, R, S.", "REC")
+    if obj.select_get():
+        return Step("Click a handle in the list. Now G would move the whole object.")
+    return Step("Click a handle in the list, then press G.")

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the tab shows at first glance: the next step, Pull, handles and pins, Follow, and their list."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..core import sessions
+from ..live import runs
+from ..pose.starts import has_start
+from ..pose.unheld_text import unheld_text
+from ..scene import baked, remembered, versions
+from ..setup.panels import draw_rows
+from ..ui.checks import find_posed_object, is_posed, why_not_live
+from ..ui.panels import ArapPanel, draw_text, is_narrow
+from .next_step import next_step
+
+LINES = 3  # kept free for the next step, so that nothing below it jumps
+
+
+class ARAP_PT_pose(ArapPanel, bpy.types.Panel):
+    bl_label = "Pose"
+    bl_parent_id = "ARAP_PT_main"
+    bl_order = 0
+    bl_options = {"HIDE_HEADER"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        _draw_step(context, layout.box())
+        obj = find_posed_object(context)
+        if obj is not None:
+            _draw_beginning(context, layout, obj)
+            _draw_following(context, layout, obj)
+            draw_rows(layout, obj)
+            _draw_notes(context, layout, obj)
+
+
+def _draw_step(context: bpy.types.Context, box: bpy.types.UILayout) -> None:
+    step = next_step(context)
+    if step.fraction is None:
+        draw_text(context, box, step.text, step.icon, least_lines=LINES)
+        return
+    versions.draw_progress(box, f"{step.text}: {step.fraction:.0%}", step.fraction)
+    draw_text(context, box, "Untick Follow or press Cancel to stop.", "BLANK1", least_lines=LINES - 1)
+
+
+def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
+    first = layout.row()
+    first.scale_y = 1.4
+    if baked.is_shown(obj):
+        first.operator("arap.edit_again", icon="GREASEPENCIL")
+    else:
+        first.operator("arap.pull_tool", icon="VIEW_PAN")
+    column = layout.column(align=True)
+    column.operator("arap.edit_mesh", icon="EDITMODE_HLT", depress=obj.mode == "EDIT")
+    pair = _pair(context, column)
+    pair.operator("arap.handle_add", icon="EMPTY_AXIS")
+    pair.operator("arap.pin_add", icon="PINNED")
+    if remembered.has_foreign_handles(obj):
+        column.operator("arap.handles_copy", icon="DUPLICATE")
+
+
+def _draw_following(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
+    column = layout.column(align=True)
+    toggle = column.row()
+    toggle.enabled = obj.arap.is_live or not why_not_live(context)
+    toggle.prop(obj.arap, "is_live")
+    pair = _pair(context, column)
+    end = "arap.pose_end" if is_posed(obj) else "arap.follow_end"
+    pair.operator(end, text="Keep", icon="CHECKMARK").is_kept = True
+    cancel = pair.row(align=True)
+    cancel.enabled = is_posed(obj) or has_start(obj)
+    cancel.operator(end, text="Cancel", icon="X").is_kept = False
+    layout.menu("ARAP_MT_reset", icon="LOOP_BACK")
+
+
+def _draw_notes(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
+    """What is seldom there: so nothing of the tab is below it."""
+    if obj.arap.is_live and runs.render_notice():
+        draw_text(context, layout, runs.render_notice(), "ERROR")
+    readout = sessions.readout(obj.name_full)
+    if readout is not None and (readout.parts_at_rest or readout.loose_vertices):
+        box = layout.box()
+        draw_text(context, box, unheld_text(readout), "INFO")
+        box.operator("arap.select_unheld", icon="RESTRICT_SELECT_OFF")
+
+
+def _pair(context: bpy.types.Context, layout: bpy.types.UILayout) -> bpy.types.UILayout:
+    """Two buttons side by side, one below the other where the sidebar is too narrow for their texts."""
+    return layout.column(align=True) if is_narrow(context) else layout.row(align=True)
+
+
+class ARAP_MT_reset(bpy.types.Menu):
+    bl_label = "Reset"
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.operator("arap.reset_handles", icon="LOOP_BACK")
+        layout.operator("arap.reset_pose", icon="LOOP_BACK")
+        layout.operator("arap.apply_pose_as_rest", icon="CHECKMARK")

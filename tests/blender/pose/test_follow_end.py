@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Follow: on by itself from the first handle, ended by Keep and Cancel."""
+
+from looks import shown_positions
+from support import SceneTest, bpy, opened_again
+from tubes import BOTTOM, MIDDLE, TOP, mesh_object, select_in_edit_mode
+
+
+class FollowTest(SceneTest):
+    """From the first handle on the mesh follows; Keep and Cancel end it."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        self.obj = mesh_object()
+        self.api.add_pin(self.obj, BOTTOM)
+        bpy.context.view_layer.objects.active = self.obj
+        self.add(TOP)
+
+    def add(self, vertices):
+        select_in_edit_mode(self.obj, vertices)
+        bpy.ops.arap.handle_add()
+        bpy.ops.arap.edit_mesh()
+
+    def move_handle(self):
+        self.obj.arap.handles[0].target.location.x += 1.0
+        bpy.context.view_layer.update()
+
+    def test_on_from_the_first_handle_and_not_again_once_it_was_switched_off(self):
+        self.assertTrue(self.obj.arap.is_live)
+        self.obj.arap.is_live = False
+        self.add(MIDDLE)
+        self.assertFalse(self.obj.arap.is_live)
+
+    def test_keep_leaves_the_pose(self):
+        self.move_handle()
+        posed = shown_positions(self.obj)
+        bpy.ops.arap.follow_end(is_kept=True)
+        self.assertFalse(self.obj.arap.is_live)
+        self.assert_close(shown_positions(self.obj), posed, 0.0)
+        self.assertEqual(self.obj.arap.handles[0].target.location.x, 1.0)
+        self.assertFalse(bpy.ops.arap.follow_end.poll())
+
+    def test_cancel_puts_mesh_and_handles_back(self):
+        rest = shown_positions(self.obj)
+        self.move_handle()
+        self.assertGreater(abs(shown_positions(self.obj) - rest).max(), 0.5)
+        bpy.ops.arap.follow_end(is_kept=False)
+        self.assertFalse(self.obj.arap.is_live)
+        self.assert_close(shown_positions(self.obj), rest, 1e-6)
+        self.assertAlmostEqual(self.obj.arap.handles[0].target.location.x, 0.0)
+
+    def test_cancel_after_a_file_was_opened_says_why_it_cannot(self):
+        obj = opened_again()
+        self.assertTrue(obj.arap.is_live)
+        with self.assertRaisesRegex(RuntimeError, "'Tube' followed when the file was opened: use Reset, or Keep"):
+            bpy.ops.arap.follow_end(is_kept=False)
+        self.assertTrue(obj.arap.is_live)

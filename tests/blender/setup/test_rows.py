@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one list of handles and pins, and the view; names of new entries."""
+
+import numpy as np
+from support import SceneTest, bpy, module, opened_again
+from tubes import BOTTOM, MIDDLE, RINGS, SEGMENTS, TOP, mesh_object, posable, select_in_edit_mode
+
+
+class RowsTest(SceneTest):
+    """The one list of handles and pins."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        self.obj = posable()
+        self.api.add_handle(self.obj, MIDDLE, name="Waist")
+        self.head, self.waist = (handle.target for handle in self.obj.arap.handles)
+        self.take(self.obj)
+
+    def take(self, obj):
+        for other in bpy.context.view_layer.objects:
+            other.select_set(other == obj)
+        bpy.context.view_layer.objects.active = obj
+
+    def in_hand(self):
+        return bpy.context.object, [obj for obj in bpy.context.view_layer.objects if obj.select_get()]
+
+    def test_a_click_selects_in_the_view(self):
+        settings = self.obj.arap
+        self.assertEqual(len(settings.rows), 3)
+        for row, target in ((0, self.head), (1, self.waist)):
+            settings.shown_row = row
+            self.assertEqual((self.in_hand(), settings.shown_row), ((target, [target]), row))
+        settings.shown_row = 2
+        self.assertEqual((self.in_hand(), settings.shown_row), ((self.obj, []), 2))
+        self.assertEqual(self.obj.vertex_groups.active.name, "Feet")
+
+    def test_what_is_selected_in_the_view_is_the_row(self):
+        for target, row in ((self.waist, 1), (self.head, 0), (self.obj, 0)):
+            self.take(target)
+            self.assertEqual(self.obj.arap.shown_row, row)
+            self.obj.arap.active_handle_index = row
+
+    def test_a_removed_entry_is_the_chosen_one_and_leaves_a_mesh_to_go_on_with(self):
+        self.take(self.waist)
+        self.obj.arap.active_handle_index = 0
+        bpy.ops.arap.handle_remove()
+        self.assertEqual([handle.name for handle in self.obj.arap.handles], ["Head"])
+        self.assertEqual((bpy.context.object, len(self.obj.arap.rows)), (self.obj, 2))
+
+    def test_a_row_of_nothing_is_passed_over(self):
+        rows = module("setup.rows")
+        self.obj.arap.rows.add()
+        self.assertIsNone(rows.entry_at(self.obj, 3))
+        self.obj.arap.shown_row = 3
+
+    def test_a_file_with_another_number_of_rows_is_put_right(self):
+        self.obj.arap.rows.clear()
+        self.assertEqual(len(opened_again().arap.rows), 3)
+
+    def test_in_edit_mode_a_click_leaves_the_view_alone(self):
+        bpy.ops.object.mode_set(mode="EDIT")
+        self.obj.arap.shown_row = 1
+        self.assertEqual((bpy.context.object, self.obj.arap.shown_row, self.obj.mode), (self.obj, 1, "EDIT"))
+
+
+class NamesTest(SceneTest):
+    """Of what is added without a name: by the artist's vertex group, else by side and place."""
+
+    def add(self, obj, vertices, kind="handle"):
+        select_in_edit_mode(obj, vertices)
+        getattr(bpy.ops.arap, f"{kind}_add")()
+        bpy.ops.arap.edit_mesh()
+        return getattr(obj.arap, f"{kind}s")[-1]
+
+    def test_by_side_and_place(self):
+        obj = mesh_object()
+        bpy.context.view_layer.objects.active = obj
+        half = 8 * SEGMENTS
+        for vertices, name in (
+            (TOP, "Top"),
+            (TOP, "Top.001"),
+            ([half], "Middle.L"),
+            ([half + SEGMENTS // 2], "Middle.R"),
+            ([half + SEGMENTS // 4], "Back"),
+            ([half + 3 * SEGMENTS // 4], "Front"),
+            ([TOP[0]], "Top.L"),
+        ):
+            handle = self.add(obj, vertices)
+            self.assertEqual((handle.name, handle.target.name.partition(".00")[0]), (name, name.partition(".00")[0]))
+        self.assertEqual(self.add(obj, BOTTOM, "pin").name, "Bottom")
+
+    def test_by_the_group_of_the_artist(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        obj.vertex_groups.new(name="Hand.L").add(range((RINGS - 2) * SEGMENTS, RINGS * SEGMENTS), 0.8, "REPLACE")
+        obj.vertex_groups.new(name="Arm.L").add(range(RINGS * SEGMENTS), 0.2, "REPLACE")
+        self.assertEqual(self.add(obj, TOP).name, "Hand.L")
+        self.assertEqual(self.add(obj, MIDDLE).name, "Middle", "no group with little weight")
+
+    def test_a_flat_mesh_has_places_too(self):
+        name = module("setup.names").place_name
+        self.assertEqual(name(np.array([[0.0, 0.0, 0.0]]), np.zeros(3), np.zeros(3)), "Middle")
