@@ -7,8 +7,10 @@ from dataclasses import replace
 import bpy
 from bpy.app.handlers import persistent
 
+from ..core.naming import counted
 from ..follow.act import Ending, Phase
 from ..scene import redraw, shape_keys
+from ..setup.handles import follow_from_now
 from ..ui.checks import (
     ArapOperator,
     allow,
@@ -186,8 +188,11 @@ class ARAP_OT_pull_make_real(ArapOperator, bpy.types.Operator):
     why_not = staticmethod(why_no_pull)
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        is_first = not obj.arap.handles
         n_handles, n_pins = pins.make_real(obj, context.evaluated_depsgraph_get())
-        self.report({"INFO"}, f"Made {n_handles} handles and {n_pins} pins")
+        if is_first and n_handles:
+            follow_from_now(obj)
+        self.report({"INFO"}, f"Made {counted(n_handles, 'handle')} and {counted(n_pins, 'pin')}")
         redraw.tag_views()
 
 

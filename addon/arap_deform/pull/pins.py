@@ -15,6 +15,7 @@ from ..core.targets import HandleSpec
 from ..props.bounds import bounded
 from ..scene import groups, handle_motion, meshes, staying, versions
 from ..setup.handles import add_handle
+from ..setup.names import name_for
 from ..setup.pins import add_pin
 from .region import Grab, hold_of_rest
 
@@ -104,9 +105,9 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
     first_pin, first_handle = len(obj.arap.pins), len(obj.arap.handles)
     for grab in grabs:
         if has_moved[grab.vertices].any():
-            add_handle(obj, grab.vertices, name="Pull")
+            add_handle(obj, grab.vertices, name=name_for(obj, grab.vertices))
         else:
-            add_pin(obj, grab.vertices, name="Hold")
+            add_pin(obj, grab.vertices, name=name_for(obj, grab.vertices))
     if hold is not None and len(hold.vertices):
         pin = add_pin(obj, hold.vertices, name="Rest")
         groups.write(obj, pin.name, hold.vertices, hold.weights)

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ..core import naming
+from ..core import naming, native
 from ..core.arrays import Floats, Ints
 from ..core.patches import diagonal_of
 from ..core.targets import HandleSpec
@@ -142,6 +142,12 @@ def _add_around(obj: bpy.types.Object, target: bpy.types.Object, bone: str, vert
         handle.has_made_group = True
         handle.target = target
         handle.bone = bone
+
+
+def follow_from_now(obj: bpy.types.Object) -> None:
+    """For the first handle that the artist adds. If Follow was switched off later, another handle leaves it so."""
+    if not native.problem():
+        obj.arap.is_live = True
 
 
 def remove_handle(obj: bpy.types.Object, index: int) -> None:

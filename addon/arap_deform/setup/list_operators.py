@@ -8,12 +8,11 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, FloatProperty, StringProperty
 
-from ..core import native
 from ..scene import meshes, remembered
 from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
 from ..ui.edit_mode import OneStepOperator, is_edited
 from .handle_copies import copy_handles
-from .handles import HANDLES, add_handle, add_handles_for, remove_handle
+from .handles import HANDLES, add_handle, add_handles_for, follow_from_now, remove_handle
 from .names import name_for
 from .pins import PINS, GroupList, add_pin, add_pin_group, remove_pin
 from .rows import chosen, take_in_hand
@@ -89,12 +88,6 @@ def why_own_handles(context: bpy.types.Context) -> str:
         if remembered.has_foreign_handles(posed_object(context))
         else "The handles belong to this mesh, and none was deleted: there is nothing to copy"
     )
-
-
-def follow(obj: bpy.types.Object) -> None:
-    """From its first handle on a mesh follows. If it was switched off later, another handle does not switch it on."""
-    if not native.problem():
-        obj.arap.is_live = True
 
 
 class _Add(OneStepOperator):
@@ -204,7 +197,7 @@ class ARAP_OT_handle_add(_Add, bpy.types.Operator):
         self.add_selected(obj, add_handle, is_exact=self.is_exact)
         take_in_hand(context, obj.arap.handles[-1])
         if is_first:
-            follow(obj)
+            follow_from_now(obj)
 
 
 class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
@@ -228,7 +221,7 @@ class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
         is_first = not obj.arap.handles
         add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
         if is_first:
-            follow(obj)
+            follow_from_now(obj)
 
 
 class ARAP_OT_handles_copy(ArapOperator, bpy.types.Operator):

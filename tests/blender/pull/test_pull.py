@@ -354,7 +354,7 @@ class PinsTest(PullTest):
         self.pins.add(obj, [self.grab(BOTTOM, 0.0)])
         self.pull(obj, self.grab(TOP), RIGHT)
         self.assertEqual(self.make_real(obj), (1, 1))
-        self.assertEqual([pin.name for pin in obj.arap.pins], ["Hold"])
+        self.assertEqual([pin.name for pin in obj.arap.pins], ["Bottom"])
 
     def test_without_any_there_is_nothing_to_make_real(self):
         message = "Nothing of 'Tube' has been pulled or pinned with the tool: drag or click it first"
