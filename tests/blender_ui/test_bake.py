@@ -95,6 +95,10 @@ def test_edit_again_leads_back_to_following(ui: Ui) -> Steps:
     assert not ui.can(bpy.ops.arap.pose)
     yield from ui.screenshot("baked")
     ui.call(bpy.ops.arap.edit_again)
+    assert len(key_names()) == 6
+    bpy.context.window_manager.operators[-1].properties.is_removing = True
+    assert ui.call(bpy.ops.ed.undo_redo, "EXEC_DEFAULT", True) == {"FINISHED"}
+    assert key_names() == ["Basis", "ARAP"], "Adjust Last Operation removes the bake"
     handle().animation_data_clear()
     handle().location.x = 2.0
     yield from ui.until(lambda: ui.live.run_of(bar()).is_settled, "the mesh follows again")

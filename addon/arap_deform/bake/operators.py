@@ -147,6 +147,7 @@ class ARAP_OT_edit_again(ArapOperator, bpy.types.Operator):
     bl_label = "Edit Again"
     bl_description = "Show the pose in place of the bake, to change it. The next bake replaces this one"
     why_not = staticmethod(why_not_baked)
+    ends_itself = True
 
     is_removing: BoolProperty(
         name="Remove Bake", description="Remove the baked shape keys. Off: mute them until the next bake replaces them"

@@ -143,6 +143,7 @@ class ARAP_OT_follow_end(ArapOperator, bpy.types.Operator):
     bl_label = "End Following"
     bl_description = "Switch Follow off: keep the pose, or put mesh and handles back to where they were before"
     why_not = staticmethod(why_not_following)
+    ends_itself = True
 
     is_kept: BoolProperty(name="Keep", description="Keep the pose. Off: put everything back", default=True)
 

@@ -48,13 +48,6 @@ def why_not_edited(context: bpy.types.Context) -> str:
     return why_not_changeable(context) or ("" if is_edited(posed_object(context)) else NOT_EDITED)
 
 
-def why_no_handle(context: bpy.types.Context) -> str:
-    """As why_not_edited(). But Adjust Last Operation asks while the new handle is in hand, in Object Mode."""
-    operators = context.window_manager.operators
-    is_last = bool(operators) and operators[-1].bl_idname == "ARAP_OT_handle_add"
-    return why_not_changeable(context) if is_last else why_not_edited(context)
-
-
 def why_no_new_targets(context: bpy.types.Context) -> str:
     """As why_not_changeable(). The mesh must be in Object Mode, and empties or bones must be selected."""
     reason = why_not_changeable(context) or why_not_object_mode(posed_object(context))
@@ -178,7 +171,8 @@ class ARAP_OT_handle_add(_Add, bpy.types.Operator):
     bl_description = "Give the selected vertices a new empty. Move, rotate or scale it and the mesh follows"
     purpose = "move"
     goes_back = False  # to take the handle in hand
-    why_not = staticmethod(why_no_handle)
+    why_not = staticmethod(why_not_edited)
+    ends_itself = True
 
     name: StringProperty(
         name="Name",

@@ -21,12 +21,16 @@ CONTEXT_PARENTS = (
 class ARAP_MT_main(bpy.types.Menu):
     bl_label = "ARAP"
 
-    def draw(self, _context: bpy.types.Context) -> None:
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.operator_context = "INVOKE_REGION_WIN"  # some parent menus run operators without their dialogs
         layout.operator("arap.pull_tool", icon="VIEW_PAN")
         layout.operator("arap.pose", icon="PLAY")
-        layout.operator("arap.follow_end")
+        obj = find_posed_object(context)
+        if obj is not None:
+            layout.prop(obj.arap, "is_live")
+        layout.operator("arap.follow_end", text="Keep", icon="CHECKMARK").is_kept = True
+        layout.operator("arap.follow_end", text="Cancel", icon="X").is_kept = False
         layout.operator("arap.solve", icon="FILE_REFRESH")
         layout.separator()
         layout.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
@@ -74,8 +78,8 @@ class ARAP_MT_context(bpy.types.Menu):
         elif context.mode == "PAINT_WEIGHT":
             layout.operator("arap.pin_add", icon="PINNED")
         else:
-            layout.operator("arap.pose", icon="PLAY")
             layout.operator("arap.pull_tool", icon="VIEW_PAN")
+            layout.operator("arap.pose", icon="PLAY")
             layout.operator("arap.solve", icon="FILE_REFRESH")
             layout.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
             layout.separator()

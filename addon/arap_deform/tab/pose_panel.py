@@ -66,6 +66,7 @@ def _draw_following(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
     toggle.enabled = obj.arap.is_live or not why_not_live(context)
     toggle.prop(obj.arap, "is_live")
     pair = _pair(context, column)
+    pair.enabled = obj.arap.is_live or is_posed(obj)
     end = "arap.pose_end" if is_posed(obj) else "arap.follow_end"
     pair.operator(end, text="Keep", icon="CHECKMARK").is_kept = True
     cancel = pair.row(align=True)

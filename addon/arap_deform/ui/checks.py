@@ -202,6 +202,12 @@ def check_visible(obj: bpy.types.Object) -> None:
         raise ValueError(f"'{obj.name}' is hidden: show it first (Alt H, its collection, or leave Local View)")
 
 
+def is_last(context: bpy.types.Context, cls: Any) -> bool:
+    """Whether an operator was the last act. Adjust Last Operation asks its poll() before the act is taken back."""
+    operators = context.window_manager.operators
+    return bool(operators) and operators[-1].bl_idname == cls.__name__
+
+
 def allow(cls: Any, reason: str) -> bool:
     """For poll(): True without a reason. With one the button is grey, and its tooltip gives the reason."""
     if reason:
@@ -232,9 +238,12 @@ class ArapOperator:
     bl_options = {"REGISTER", "UNDO"}
     bl_label: str
     why_not: Callable[[bpy.types.Context], str] = staticmethod(why_not_changeable)
+    ends_itself = False  # after the act why_not() has a reason, but Adjust Last Operation must still work
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
+        if cls.ends_itself and is_last(context, cls):
+            return allow(cls, why_not_changeable(context))
         return allow(cls, cls.why_not(context))
 
     @reports_errors

@@ -24,6 +24,9 @@ class Layout:
 
     menu = operator
 
+    def prop(self, _settings, _name):
+        pass
+
     def separator(self):
         pass
 
