@@ -35,8 +35,14 @@ def redraw(ui: Ui) -> Steps:
 
 def test_overlay_shows_what_it_should(ui: Ui) -> Steps:
     bar = bent_bar(ui)
+    bar.arap.overlay.show_pins = bar.arap.overlay.show_handles = False
     yield from redraw(ui)
     assert drawn(ui) == {}, "nothing is on: nothing is read"
+    for name in ("show_pins", "show_handles"):
+        bar.arap.overlay.property_unset(name)
+    yield from redraw(ui)
+    found = drawn(ui)["Bar"]
+    assert (found.heat, found.pins is None, found.lines is None) == (None, False, False), "seen without being asked for"
     ui.select(bar)
     yield from ui.open_tab()
     show_all(bar)
