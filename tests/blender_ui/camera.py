@@ -44,7 +44,7 @@ class Camera:
 
     def panel(self, name: str, *panels: str) -> Steps:
         """The tab with these sub-panels alone, and without what stands above them; the whole of that for none."""
-        children = sub_panels()
+        children = [*sub_panels(), *([bpy.types.ARAP_PT_pose] if panels else [])]  # which has no header
         for cls in reversed(children):
             bpy.utils.unregister_class(cls)
         chosen = [cls for cls in children if cls.__name__ in panels]
@@ -110,7 +110,7 @@ def _output(*command: str) -> str:
 def tidy_up(space: bpy.types.SpaceView3D) -> None:
     """Nothing but what is meant: no floor, no cursor, no texts."""
     space.show_region_toolbar = space.show_region_header = space.show_region_tool_header = False
-    space.show_gizmo = False
+    space.show_gizmo = space.show_region_hud = False
     overlay = space.overlay
     overlay.show_floor = overlay.show_axis_x = overlay.show_axis_y = overlay.show_cursor = overlay.show_text = False
     overlay.show_outline_selected = overlay.show_ortho_grid = overlay.show_object_origins = False
