@@ -74,7 +74,9 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         if grip is None:
             if not self._is_held:
                 raise ValueError(f"'{obj.name}' is not under the mouse: point at the mesh")
-            return {"PASS_THROUGH"}
+            # As in Sculpt Mode. Passed on, the press would let Blender select and move objects.
+            bpy.ops.view3d.rotate("INVOKE_DEFAULT")
+            return {"CANCELLED"}
         self._grip = grip
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}

@@ -36,6 +36,8 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
         ("arap.pull", {"type": "LEFTMOUSE", "value": "PRESS"}, None),
         ("arap.pull", {"type": "LEFTMOUSE", "value": "PRESS", "shift": True}, None),
         ("arap.pull", {"type": "LEFTMOUSE", "value": "PRESS", "ctrl": True}, None),
+        # Reached if no mesh is in hand: then a click selects one, and a drag must not move it.
+        ("view3d.rotate", {"type": "LEFTMOUSE", "value": "CLICK_DRAG", "any": True}, None),
         ("wm.radial_control", {"type": "F", "value": "PRESS"}, {"properties": [("data_path_primary", RADIUS)]}),
         (
             "wm.context_scale_int",
