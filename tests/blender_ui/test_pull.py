@@ -552,6 +552,7 @@ def test_pull_bad_cases(ui: Ui) -> Steps:
     yield from refused("Modifier 'Remesh' of 'Grid' makes other vertices")
     obj.modifiers.clear()
 
+    yield from click(ui, (1.3, 0.0, 0.0))  # closes the message of Blender
     yield from click(ui, (0.5, 0.5, 0.0))
     assert len(obj.arap.pull_pins) == 1
     yield from ui.key("TAB")
@@ -559,3 +560,29 @@ def test_pull_bad_cases(ui: Ui) -> Steps:
     yield from ui.key("TAB")
     yield from pull(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
     assert np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.1
+
+
+def test_pull_takes_the_limb(ui: Ui) -> Steps:
+    """A first drag of a figure, without pins: the limb comes with the mouse from its root and keeps its length."""
+    yield from begin(ui)
+    bpy.data.objects.remove(sheet())
+    bpy.ops.mesh.primitive_monkey_add(size=2.0)
+    monkey = bpy.context.object
+    region = ui.view.spaces.active.region_3d
+    region.view_rotation = (0.7071068, 0.7071068, 0.0, 0.0)  # from the front
+    yield
+    rest = scenes.key_positions(monkey)
+    ear = (rest[:, 0] > 0.85) & (rest[:, 2] > -0.2)
+    tip = tuple(float(value) for value in rest[int(rest[:, 0].argmax())])
+    inside = (tip[0] - 0.05, tip[1], tip[2])
+    assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
+    yield from point_at(ui, inside)
+    yield from pull(ui, inside, (inside[0] - 0.1, 0.0, inside[2] + 0.3))
+    yield from ui.screenshot("ear")
+    posed = scenes.shown_positions(monkey)
+    moved = np.linalg.norm(posed - rest, axis=1)
+    assert moved[int(rest[:, 0].argmax())] > 0.2
+    assert moved[rest[:, 0] < 0.6].max() < 0.01 * np.linalg.norm(np.ptp(rest, axis=0))
+    ends = np.array([edge.vertices[:] for edge in monkey.data.edges if ear[list(edge.vertices)].all()])
+    lengths = [np.linalg.norm(shape[ends[:, 0]] - shape[ends[:, 1]], axis=1).sum() for shape in (rest, posed)]
+    assert abs(lengths[1] / lengths[0] - 1.0) < 0.05, lengths

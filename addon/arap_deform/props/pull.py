@@ -6,7 +6,7 @@ import base64
 
 import bpy
 import numpy as np
-from bpy.props import FloatProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, FloatProperty, IntProperty, StringProperty
 from numpy.typing import NDArray
 
 from .held_shape import HeldShape
@@ -21,7 +21,11 @@ class ArapPullPin(bpy.types.PropertyGroup):
         options={"HIDDEN"},
         description="Radius of the free mesh around the piece when it was pulled; 0: pinned by a click",
     )
-
+    root: FloatProperty(
+        min=0.0,
+        options={"HIDDEN"},
+        description="Distance along the surface to the root of the limb that was pulled; 0: the reach counts",
+    )
     n_vertices: IntProperty(
         options={"HIDDEN"}, description="Number of vertices of the mesh: with another one the piece is invalid"
     )
@@ -57,8 +61,16 @@ class ArapPullSettings(bpy.types.PropertyGroup):
         soft_max=500,
         subtype="PIXEL",
     )
-    falloff: FloatProperty(
-        name="Falloff",
+    is_reach_auto: BoolProperty(
+        name="Auto Reach",
+        description=(
+            "While there is no pin, the limb under the mouse gives way, up to its root: an arm, a leg, a tail, an ear, "
+            "a head. What is no limb gives way as far as Reach"
+        ),
+        default=True,
+    )
+    reach: FloatProperty(
+        name="Reach",
         description="How far the mesh gives way around the pulled piece while there is no pin, in radii",
         default=3.0,
         min=0.1,

@@ -17,7 +17,7 @@ from ..core.transforms import best_rigid_fit, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys, versions
 from ..scene.inputs import read_input
 from . import pins, seen_mesh
-from .region import Grab, hold_of_rest
+from .region import Grab, fine_of, hold_of_rest, with_root
 
 
 @dataclass(frozen=True)
@@ -94,9 +94,9 @@ def begin_pull(
     ]
     rest = None
     if not pins.has_set_pins(obj) and all(grab.reach > 0.0 for grab in grabs):
-        rest = hold_of_rest(
-            inputs.mesh.rest_positions @ inputs.stretch.T, versions.read_edges(obj.data), [*others, *grabs]
-        )
+        fine = fine_of(inputs.mesh, inputs.stretch, versions.read_edges(obj.data))
+        grabs = with_root(fine, grabs)
+        rest = hold_of_rest(fine, [*others, *grabs])
         added.append(rest)
     holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in added))
     based = tuple(replace(spec, base=shown) for spec in (*inputs.specs, *added))

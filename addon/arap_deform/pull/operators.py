@@ -22,6 +22,7 @@ from ..ui.checks import (
 )
 from ..ui.modal import ModalOperator
 from . import pins, tool
+from .region import Grab
 from .run import PullRun, find_grip, grabs_at, remove_pins_at, runs
 from .view import Mode
 
@@ -123,7 +124,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
             if not remove_pins_at(obj, pick):
                 raise ValueError("There is no pin of ARAP Pull here: point at one of its dots")
         else:
-            pins.add(obj, [replace(grab, reach=0.0) for grab in grabs_at(obj, pick, 0.0)])
+            pins.add(obj, [replace(grab, reach=0.0) for grab in grabs_at(obj, pick, Grab(pick.vertices))])
             tool.watch()
         redraw.tag_views()
         return {"FINISHED"}

@@ -17,7 +17,7 @@ from ..scene import groups, handle_motion, meshes, staying, versions
 from ..setup.handles import add_handle
 from ..setup.names import name_for
 from ..setup.pins import add_pin
-from .region import Grab, hold_of_rest
+from .region import Grab, fine_of, hold_of_rest
 
 if TYPE_CHECKING:
     from ..props.handles import ArapPin
@@ -28,7 +28,7 @@ MOVED = 1e-4  # a vertex this far from rest has moved, as a fraction of the diag
 
 def grabs_of(obj: bpy.types.Object) -> list[Grab]:
     """The pieces that the temporary pins hold."""
-    return [Grab(pin.vertices, bounded(pin, "reach")) for pin in obj.arap.pull_pins]
+    return [Grab(pin.vertices, bounded(pin, "reach"), bounded(pin, "root")) for pin in obj.arap.pull_pins]
 
 
 def has_set_pins(obj: bpy.types.Object) -> bool:
@@ -59,6 +59,7 @@ def add(obj: bpy.types.Object, grabs: Sequence[Grab]) -> None:
         pin: ArapPullPin = pins.add()
         pin.vertices = grab.vertices
         pin.reach = grab.reach
+        pin.root = grab.root or 0.0
         pin.n_vertices = len(obj.data.vertices)
 
 
@@ -100,8 +101,8 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
     has_moved = np.abs(shown - rest).max(axis=1) > MOVED * diagonal_of(rest)
     hold = None
     if not has_set_pins(obj):
-        seen = rest.astype(np.float64) @ meshes.read_stretch(obj, depsgraph).T
-        hold = hold_of_rest(seen, versions.read_edges(obj.data), grabs)
+        stretch = meshes.read_stretch(obj, depsgraph)
+        hold = hold_of_rest(fine_of(meshes.read_mesh(obj), stretch, versions.read_edges(obj.data)), grabs)
     first_pin, first_handle = len(obj.arap.pins), len(obj.arap.handles)
     for grab in grabs:
         if has_moved[grab.vertices].any():

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,14 @@ from numpy.typing import NDArray
 from ..core.arrays import Floats, Ints
 from ..core.graph import connected_labels
 from ..core.patches import diagonal_of
+from ..core.session_data import SessionMesh
 from ..core.targets import HandleSpec
 from ..core.transforms import nearest_rotations
+from .coarse import Fine
+from .limb import limb_of, root_of
 
 MIRROR_TOLERANCE = 1e-4  # largest distance between mirror images, as a fraction of the diagonal
-FREE_SHARE = 0.4  # the part of the falloff that is not held at all
+FREE_SHARE = 0.4  # the part of the reach that is not held at all
 LEAST_HOLD = 1e-3  # the step between weights, as in vertex groups: see groups.write()
 MOST_IN_CELL = 64  # vertices to look at if the mesh is finer than the tolerance: it bounds time and memory
 
@@ -33,12 +36,15 @@ class Grab:
     Attributes:
         vertices: (k,) int32, ascending.
         reach: distance around the piece within which the mesh is free if no pin is set, in world units; 0: a set pin.
+        root: distance along the surface to the root of the limb, which is free instead; 0: on no limb; None: not known
+            yet.
         image: the mirror image of the piece under the mouse that this is.
         planes: the mirrors that map the piece under the mouse to itself: it lies on these planes.
     """
 
     vertices: Ints
     reach: float = 0.0
+    root: float | None = 0.0
     image: Signs = ITSELF
     planes: tuple[Signs, ...] = ()
 
@@ -68,34 +74,33 @@ def _symmetric(motion: Floats, planes: Sequence[Signs], centre: Floats, stretch:
     return result
 
 
-def symmetric_grabs(rest: Floats, edges: Ints, vertices: Ints, reach: float, axes: Sequence[bool]) -> list[Grab]:
+def symmetric_grabs(rest: Floats, edges: Ints, grab: Grab, axes: Sequence[bool]) -> list[Grab]:
     """The piece under the mouse, joined with the mirror images that touch it, then its other images.
 
     Args:
         rest: (n, 3) rest positions, object space.
         edges: (e, 2).
-        vertices: (k,) the piece under the mouse.
-        reach: see Grab.
+        grab: the piece under the mouse.
         axes: whether x, y and z are mirrored.
 
     Raises:
         ValueError: most of these vertices have no mirror image. The caller puts the object's name before the message.
     """
-    piece, planes = vertices, []
+    piece, planes = grab.vertices, []
     for signs in mirror_signs(axes):
-        image = mirror_images(rest, edges, vertices, signs)
-        if 2 * len(image) < len(vertices):
+        image = mirror_images(rest, edges, grab.vertices, signs)
+        if 2 * len(image) < len(grab.vertices):
             names = " and ".join(name for name, sign in zip("XYZ", signs, strict=True) if sign < 0.0)
             raise ValueError(f"is not symmetric here: turn off Mirror {names}")
-        if np.isin(image, vertices).any():
+        if np.isin(image, grab.vertices).any():
             piece = np.union1d(piece, image).astype(np.int32)
             planes.append(signs)
-    grabs = [Grab(piece, reach, ITSELF, tuple(planes))]
+    grabs = [replace(grab, vertices=piece, planes=tuple(planes))]
     taken = piece
     for signs in mirror_signs(axes):
         image = mirror_images(rest, edges, piece, signs)
         if not np.isin(image, taken).any():
-            grabs.append(Grab(image, reach, signs, tuple(planes)))
+            grabs.append(replace(grabs[0], vertices=image, image=signs))
             taken = np.union1d(taken, image)
     return grabs
 
@@ -124,28 +129,56 @@ def connected_within(points: Floats, edges: Ints, seeds: Ints, centre: Floats, r
     return near[np.isin(labels, of_seeds)].astype(np.int32)
 
 
-def hold_of_rest(points: Floats, edges: Ints, grabs: Sequence[Grab]) -> HandleSpec:
-    """Holds the vertices beyond the reach of all ``grabs``; from FREE_SHARE of the reach on the hold grows from soft.
+def fine_of(mesh: SessionMesh, stretch: Floats, edges: Ints) -> Fine:
+    """The mesh at rest, as seen."""
+    return Fine(mesh.rest_positions @ stretch.T, edges, mesh.corner_vertices, mesh.face_sizes)
+
+
+def with_root(fine: Fine, grabs: Sequence[Grab]) -> tuple[Grab, ...]:
+    """A piece and its mirror images, with the root of the limb that they are on."""
+    first = grabs[0]
+    root = first.root
+    if root is None:
+        root = root_of(fine.coarse, first.vertices, _ball_of(fine.points, first.vertices)[1])
+    return tuple(replace(grab, root=root) for grab in grabs)
+
+
+def hold_of_rest(fine: Fine, grabs: Sequence[Grab]) -> HandleSpec:
+    """Holds the vertices beyond the limbs of ``grabs``, or where there is no limb beyond their reach.
+
+    From FREE_SHARE of the reach on the hold grows from soft.
 
     Args:
-        points: (n, 3) rest positions as seen, so that the same grabs always hold the same vertices.
-        edges: (e, 2).
-        grabs: each with a reach.
+        grabs: each with a reach and a root.
     """
-    weights = np.ones(len(points))
+    weights = np.ones(len(fine.points))
     for grab in grabs:
-        centre = points[grab.vertices].mean(axis=0)
-        radius = float(np.linalg.norm(points[grab.vertices] - centre, axis=1).max())
-        free = connected_within(points, edges, grab.vertices, centre, radius + grab.reach)
-        beyond = np.linalg.norm(points[free] - centre, axis=1) - radius
-        share = np.clip((beyond / grab.reach - FREE_SHARE) / (1.0 - FREE_SHARE), 0.0, 1.0)
-        weights[free] = np.minimum(weights[free], share * share * (3.0 - 2.0 * share))
+        if grab.root:
+            weights[limb_of(fine, grab.vertices, grab.root)] = 0.0
+        else:
+            free, weights_of_free = _fading(fine, grab)
+            weights[free] = np.minimum(weights[free], weights_of_free)
         weights[grab.vertices] = 0.0
     # As fine as a vertex group holds them, so that a pin made of this holds the same.
     is_soft = weights < 1.0
     weights[is_soft] = np.minimum(np.rint(weights[is_soft] / LEAST_HOLD) * LEAST_HOLD, 1.0 - LEAST_HOLD)
     held = np.flatnonzero(weights > 0.0).astype(np.int32)
     return HandleSpec("Rest", held, weights[held])
+
+
+def _ball_of(points: Floats, vertices: Ints) -> tuple[Floats, float]:
+    """Centre and radius of a piece."""
+    centre: Floats = points[vertices].mean(axis=0)
+    return centre, float(np.linalg.norm(points[vertices] - centre, axis=1).max())
+
+
+def _fading(fine: Fine, grab: Grab) -> tuple[Ints, Floats]:
+    """(k,) the vertices within the reach, and how strongly each is held."""
+    centre, radius = _ball_of(fine.points, grab.vertices)
+    free = connected_within(fine.points, fine.edges, grab.vertices, centre, radius + grab.reach)
+    beyond = np.linalg.norm(fine.points[free] - centre, axis=1) - radius
+    share = np.clip((beyond / grab.reach - FREE_SHARE) / (1.0 - FREE_SHARE), 0.0, 1.0)
+    return free, share * share * (3.0 - 2.0 * share)
 
 
 def mirror_signs(axes: Sequence[bool]) -> Iterator[Signs]:

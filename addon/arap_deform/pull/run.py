@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ..core.arrays import Ints
 from ..core.native import ERRORS
 from ..follow.act import End, Ending, Phase, PoseAct
 from ..follow.scene import is_rendering
 from ..live.runs import give_up
 from ..pose.run import ActRun
 from ..props import preferences
+from ..props.bounds import bounded
 from ..scene import meshes, versions
 from . import pins, seen_mesh
 from .region import Grab, connected_within, symmetric_grabs
@@ -48,10 +50,16 @@ def find_grip(context: bpy.types.Context, obj: bpy.types.Object, mouse: tuple[fl
     return None if pick is None else Grip(obj.name, view, mouse, pick)
 
 
-def grabs_at(obj: bpy.types.Object, pick: seen_mesh.Pick, falloff: float) -> list[Grab]:
+def grabs_at(obj: bpy.types.Object, pick: seen_mesh.Pick, patch: Grab) -> list[Grab]:
     """The temporary pin at the place, else the patch; then its mirror images. Raises ValueError as mirrored()."""
     there = pins.find(obj, pick.seeds)
-    return mirrored(obj, pins.grabs_of(obj)[there[0]] if there else Grab(pick.vertices, falloff * pick.radius))
+    return mirrored(obj, pins.grabs_of(obj)[there[0]] if there else patch)
+
+
+def patch_of(vertices: Ints, radius: float) -> Grab:
+    """A patch of this radius that is dragged, with the reach of the settings."""
+    settings = bpy.context.window_manager.arap_pull
+    return Grab(vertices, bounded(settings, "reach") * radius, None if settings.is_reach_auto else 0.0)
 
 
 def mirrored(obj: bpy.types.Object, grab: Grab) -> list[Grab]:
@@ -62,7 +70,7 @@ def mirrored(obj: bpy.types.Object, grab: Grab) -> list[Grab]:
         return [grab]
     try:
         rest = meshes.read_rest(obj).astype(np.float64)
-        return symmetric_grabs(rest, versions.read_edges(obj.data), grab.vertices, grab.reach, axes)
+        return symmetric_grabs(rest, versions.read_edges(obj.data), grab, axes)
     except ValueError as error:
         raise ValueError(f"'{obj.name}' {error}") from None
 
@@ -80,7 +88,7 @@ class PullRun(ActRun):
         self.is_undone = False
         self._has_followed = False  # the mesh has followed a move of the mouse since the last tick
         give_up(obj)
-        scene = PullScene(obj, grabs_at(obj, grip.pick, context.window_manager.arap_pull.falloff))
+        scene = PullScene(obj, grabs_at(obj, grip.pick, patch_of(grip.pick.vertices, grip.pick.radius)))
         self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
         act = PoseAct(scene, is_drag=True)
         act.begin()
@@ -119,7 +127,7 @@ class PullRun(ActRun):
         self.act.unsettle()
         try:
             vertices = connected_within(self._seen.positions, edges, pick.seeds, pick.place, radius)
-            self.scene.grab(mirrored(obj, Grab(vertices, settings.falloff * radius)))
+            self.scene.grab(mirrored(obj, patch_of(vertices, radius)))
         except ERRORS as error:
             self.act.fail(error)
 

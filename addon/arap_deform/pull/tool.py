@@ -56,7 +56,10 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
     def draw_settings(context: bpy.types.Context, layout: bpy.types.UILayout, _tool: Any) -> None:
         settings = context.window_manager.arap_pull
         layout.prop(settings, "radius")
-        layout.prop(settings, "falloff")
+        row = layout.row(align=True)
+        row.prop(settings, "is_reach_auto", toggle=True)
+        if not settings.is_reach_auto:
+            row.prop(settings, "reach")
         obj = find_posed_object(context)
         if obj is not None:
             row = layout.row(align=True)

@@ -6,6 +6,7 @@ import pytest
 import sample_meshes
 from arap_deform.core.graph import face_edges
 from arap_deform.core.transforms import rotation
+from arap_deform.pull.coarse import Fine
 from arap_deform.pull.region import (
     ITSELF,
     Grab,
@@ -14,6 +15,7 @@ from arap_deform.pull.region import (
     mirror_images,
     mirror_signs,
     symmetric_grabs,
+    with_root,
 )
 from sample_meshes import motion, rotation_z
 
@@ -21,6 +23,7 @@ N = 21
 GRID = sample_meshes.sheet(N)
 POINTS = GRID.positions
 EDGES = np.stack(face_edges(GRID.corner_vertices, GRID.face_sizes), axis=1)
+FINE = Fine(POINTS, EDGES, GRID.corner_vertices, GRID.face_sizes)
 MIDDLE = N * N // 2
 
 
@@ -53,7 +56,7 @@ def test_a_patch_smaller_than_a_face_is_the_nearest_corner():
 
 def test_the_rest_is_free_near_the_grab_held_beyond_and_softly_in_between():
     grab = Grab(disc(0.0, 0.0, 0.21), reach=0.5)  # 0.2 would be on the edge of rounding
-    hold = hold_of_rest(POINTS, EDGES, [grab])
+    hold = hold_of_rest(FINE, [grab])
     weights = np.zeros(len(POINTS))
     weights[hold.vertices] = hold.weights
     distance = np.linalg.norm(POINTS, axis=1)
@@ -68,8 +71,16 @@ def test_the_rest_is_free_near_the_grab_held_beyond_and_softly_in_between():
 
 def test_two_grabs_free_what_either_frees():
     grabs = [Grab(disc(-0.5, 0.0, 0.1), 0.3), Grab(disc(0.5, 0.0, 0.1), 0.3)]
-    held = [set(hold_of_rest(POINTS, EDGES, [grab]).vertices.tolist()) for grab in grabs]
-    assert set(hold_of_rest(POINTS, EDGES, grabs).vertices.tolist()) == held[0] & held[1]
+    held = [set(hold_of_rest(FINE, [grab]).vertices.tolist()) for grab in grabs]
+    assert set(hold_of_rest(FINE, grabs).vertices.tolist()) == held[0] & held[1]
+
+
+def test_what_is_on_no_limb_keeps_its_reach():
+    """The middle of a sheet."""
+    (grab,) = with_root(FINE, [Grab(disc(0.0, 0.0, 0.21), 0.5, root=None)])
+    assert grab.root == 0.0
+    known = hold_of_rest(FINE, [Grab(grab.vertices, 0.5)])
+    np.testing.assert_array_equal(hold_of_rest(FINE, [grab]).weights, known.weights)
 
 
 @pytest.mark.parametrize(("axes", "n"), [((True, False, False), 1), ((True, False, True), 3), ((True, True, True), 7)])
@@ -110,12 +121,12 @@ def test_of_surfaces_that_touch_the_image_is_on_the_one_that_was_grabbed(side):
 def test_a_mesh_without_mirror_images_is_refused():
     lopsided = POINTS * np.where(POINTS[:, :1] > 0.0, 1.07, 1.0)
     with pytest.raises(ValueError, match=r"^is not symmetric here: turn off Mirror X$"):
-        symmetric_grabs(lopsided, EDGES, disc(0.5, 0.3, 0.2), 1.0, (True, False, False))
+        symmetric_grabs(lopsided, EDGES, Grab(disc(0.5, 0.3, 0.2), 1.0), (True, False, False))
 
 
 def test_an_image_moves_as_the_mirror_image_does():
     vertices = disc(0.5, 0.3, 0.2)
-    grabs = symmetric_grabs(POINTS, EDGES, vertices, 1.0, (True, False, False))
+    grabs = symmetric_grabs(POINTS, EDGES, Grab(vertices, 1.0), (True, False, False))
     assert [len(grab.vertices) for grab in grabs] == [len(vertices)] * 2
     wanted = motion(rotation_z(0.4), (0.1, 0.2, 0.3))
     own, image = (grab.motion(wanted, POINTS[vertices].mean(axis=0), np.eye(3)) for grab in grabs)
@@ -128,7 +139,7 @@ def test_an_image_moves_as_the_mirror_image_does():
 @pytest.mark.parametrize("stretch", [np.eye(3), np.diag([2.0, 1.0, 0.5])])
 def test_what_lies_on_the_plane_stays_on_it(stretch):
     vertices = disc(0.1, 0.3, 0.25)
-    (grab,) = symmetric_grabs(POINTS, EDGES, vertices, 1.0, (True, False, False))
+    (grab,) = symmetric_grabs(POINTS, EDGES, Grab(vertices, 1.0), (True, False, False))
     assert set(vertices.tolist()) < set(grab.vertices.tolist())
     centre = POINTS[grab.vertices].mean(axis=0)
     unstretch = np.linalg.inv(stretch)
@@ -141,6 +152,6 @@ def test_what_lies_on_the_plane_stays_on_it(stretch):
 
 
 def test_on_one_plane_of_two_there_is_one_image_more():
-    grabs = symmetric_grabs(POINTS, EDGES, disc(0.0, 0.5, 0.2), 1.0, (True, True, False))
+    grabs = symmetric_grabs(POINTS, EDGES, Grab(disc(0.0, 0.5, 0.2), 1.0), (True, True, False))
     assert len(grabs) == 2
     assert (POINTS[grabs[1].vertices][:, 1] < 0.0).all()
