@@ -56,7 +56,8 @@ class Coarse:
     @classmethod
     def of(cls, fine: Fine) -> Coarse:
         triangles = _fans(fine.corner_vertices, fine.face_sizes)
-        cell = float(np.sqrt(_areas(fine.points, triangles).sum() / N_POINTS))
+        sides = fine.points[fine.edges[:, 0]] - fine.points[fine.edges[:, 1]]
+        cell = float(np.sqrt(np.einsum("ij,ij->", sides, sides) / 3.0 / N_POINTS))  # about the root of a point's area
         is_large = len(fine.points) > N_POINTS and cell > 0.0
         point_of = _pieces_in_cells(fine, cell) if is_large else np.arange(len(fine.points))
         sums = [np.bincount(point_of, coordinates) for coordinates in fine.points.T]
@@ -71,23 +72,6 @@ class Coarse:
         far = 1000.0 * float(np.linalg.norm(np.ptp(self.points, axis=0)))  # further than any way
         return distances_within(self.points, self.triangles.ravel(), sizes, sources, far)
 
-    def of_vertices(self, fine: Fine, distances: Floats) -> Floats:
-        """(n,) distances of the mesh's vertices: by way of the own point, or of one beside it."""
-        if len(self.points) == len(fine.points):
-            return distances[self.point_of]
-        result: Floats = np.full(len(fine.points), np.inf)
-        order = np.argsort(self.point_of, kind="stable")
-        counts = np.bincount(self.point_of)
-        starts = np.cumsum(counts) - counts
-        own = np.arange(len(self.points))
-        ways = np.concatenate([np.column_stack([own, own]), self.edges, self.edges[:, ::-1]])
-        times = counts[ways[:, 0]]
-        place = np.arange(times.sum()) - np.repeat(np.cumsum(times) - times, times)
-        vertices, via = order[np.repeat(starts[ways[:, 0]], times) + place], np.repeat(ways[:, 1], times)
-        length = np.linalg.norm(fine.points[vertices] - self.points[via], axis=1)
-        np.minimum.at(result, vertices, distances[via] + length)
-        return result
-
 
 def _pieces_in_cells(fine: Fine, cell: float) -> NDArray[np.int64]:
     """(n,) numbers of the connected pieces of the mesh within the cells of a grid."""
@@ -99,8 +83,8 @@ def _pieces_in_cells(fine: Fine, cell: float) -> NDArray[np.int64]:
 
 def _distinct(items: NDArray[np.integer]) -> Ints:
     """Edges or triangles whose corners differ, each once."""
-    items = np.sort(items, axis=1)
-    return np.asarray(np.unique(items[(np.diff(items, axis=1) > 0).all(axis=1)], axis=0), dtype=np.int32)
+    items = items[(items != np.roll(items, 1, axis=1)).all(axis=1)]
+    return np.asarray(np.unique(np.sort(items, axis=1), axis=0), dtype=np.int32)
 
 
 def _fans(corner_vertices: Ints, face_sizes: Ints) -> Ints:

@@ -20,7 +20,7 @@ from .coarse import Coarse, Fine
 
 N_CUTS = 80  # from the pulled piece to the far end of the mesh
 ROUND = 4.0 * np.pi
-LIMB = 0.5  # a limb has at most this share of ROUND at its narrowest
+LIMB = 0.6  # a limb has at most this share of ROUND at its narrowest
 JOINT = 1.5  # from there to its root it rises by this factor
 
 
@@ -66,10 +66,7 @@ def limb_of(fine: Fine, vertices: Ints, root: float) -> NDArray[np.bool_]:
     """
     coarse = fine.coarse
     distances = coarse.distances(vertices)
-    is_cut_off = np.isfinite(distances) & ~_body(coarse, distances, root)
-    is_limb: NDArray[np.bool_] = (coarse.of_vertices(fine, distances) <= root) | (is_cut_off & (distances > root))[
-        coarse.point_of
-    ]
+    is_limb: NDArray[np.bool_] = (np.isfinite(distances) & ~_body(coarse, distances, root))[coarse.point_of]
     is_limb[vertices] = True
     return is_limb
 
