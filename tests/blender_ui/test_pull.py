@@ -562,21 +562,48 @@ def test_pull_bad_cases(ui: Ui) -> Steps:
     assert np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.1
 
 
-def test_pull_takes_the_limb(ui: Ui) -> Steps:
-    """A first drag of a figure, without pins: the limb comes with the mouse from its root and keeps its length."""
+def add_monkey(ui: Ui) -> Steps:
+    """A head with two ears, seen from the front, and the tool in hand."""
     yield from begin(ui)
     bpy.data.objects.remove(sheet())
     bpy.ops.mesh.primitive_monkey_add(size=2.0)
-    monkey = bpy.context.object
-    region = ui.view.spaces.active.region_3d
-    region.view_rotation = (0.7071068, 0.7071068, 0.0, 0.0)  # from the front
+    ui.view.spaces.active.region_3d.view_rotation = (0.7071068, 0.7071068, 0.0, 0.0)
+    bpy.ops.ed.undo_push(message="monkey")
     yield
+    assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
+
+
+def test_pull_stops_where_the_limb_is_straight(ui: Ui) -> Steps:
+    """Beyond its reach the ear stays behind the mouse, which is shown; with Alt it stretches."""
+    yield from add_monkey(ui)
+    monkey = bpy.context.object
+    rest = scenes.key_positions(monkey)
+    tip = int(rest[:, 0].argmax())
+    inside = (rest[tip, 0] - 0.05, 0.0, rest[tip, 2])
+    far = (inside[0] + 1.0, 0.0, inside[2] + 0.2)
+
+    def shift() -> float:
+        return float(np.linalg.norm(scenes.shown_positions(monkey)[tip] - rest[tip]))
+
+    yield from grab(ui, inside, far)
+    yield from ui.until(lambda: ui.running["Suzanne"].is_settled, "the mesh follows")
+    assert ui.pull.runs[0].is_beyond
+    assert shift() < 0.5
+    yield from ui.screenshot("beyond")
+    yield from drag_to(ui, far, 2, alt=True)
+    yield from ui.until(lambda: shift() > 0.9, "the ear stretches")
+    assert not ui.pull.runs[0].is_beyond
+    yield from release(ui)
+
+
+def test_pull_takes_the_limb(ui: Ui) -> Steps:
+    """A first drag of a figure, without pins: the limb comes with the mouse from its root and keeps its length."""
+    yield from add_monkey(ui)
+    monkey = bpy.context.object
     rest = scenes.key_positions(monkey)
     ear = (rest[:, 0] > 0.85) & (rest[:, 2] > -0.2)
     tip = tuple(float(value) for value in rest[int(rest[:, 0].argmax())])
     inside = (tip[0] - 0.05, tip[1], tip[2])
-    assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
-    yield from point_at(ui, inside)
     yield from pull(ui, inside, (inside[0] - 0.1, 0.0, inside[2] + 0.3))
     yield from ui.screenshot("ear")
     posed = scenes.shown_positions(monkey)

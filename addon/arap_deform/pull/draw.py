@@ -22,6 +22,7 @@ from .view import View
 CIRCLE = np.column_stack([np.cos(np.linspace(0, 2 * np.pi, 49)), np.sin(np.linspace(0, 2 * np.pi, 49))])
 PIN_PX = 5.0  # radius of the dot of a pin, in pixels at UI scale 1
 PATCH_ALPHA = 0.35
+BEYOND: Color = (1.0, 0.25, 0.15, 1.0)  # from where the mesh has followed to, to the mouse
 
 _hover: tuple[object, seen_mesh.Pick | None] = (None, None)
 """The last pick under the mouse, after the state in which it was made."""
@@ -41,8 +42,10 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
     color = batches.color_of_pull()
     run = runs[0] if runs else None
     if run is not None and not run.is_released:
-        place = run.grip.view.pixels(np.stack([run.grip.pick.place, run.drag.place]))
-        draw_lines(corner + place, color)
+        place = run.grip.view.pixels(np.stack([run.grip.pick.place, run.place, run.drag.place]))
+        draw_lines(corner + place[:2], color)
+        if run.is_beyond:
+            draw_lines(corner + place[1:], BEYOND)
         draw_lines(corner + place[1] + radius * CIRCLE, color)
         return
     if obj is not None and obj.mode == "OBJECT" and obj.name not in {r.scene.name for r in runs}:

@@ -17,7 +17,7 @@ from ..core.transforms import best_rigid_fit, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys, versions
 from ..scene.inputs import read_input
 from . import pins, seen_mesh
-from .region import Grab, fine_of, hold_of_rest, with_root
+from .region import Grab, Joint, fine_of, hold_of_rest, joint_of, with_root
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,7 @@ class Pull:
             mesh; all of them hold the place that is shown.
         grabs: the piece under the mouse, then its mirror images.
         rest: what holds the rest of the mesh, None if the object has a pin; one of ``inputs``.
+        joint: of the piece under the mouse; None if it is on no limb, or if the object has a pin.
         shown: (n, 3) float32 the pose when the drag began.
         to_seen: (4, 4) object-space motion of the piece by modifiers and other shape keys, from the pose to what is
             seen.
@@ -37,6 +38,7 @@ class Pull:
     inputs: SessionInput
     grabs: tuple[Grab, ...]
     rest: HandleSpec | None
+    joint: Joint | None
     shown: Float32s
     to_seen: Floats
 
@@ -58,6 +60,13 @@ class Pull:
         for i, grab in enumerate(self.grabs):
             result[first + i] = grab.motion(grabbed, self._centre, self.inputs.stretch)
         return result
+
+    def pivot(self, world: Floats) -> Floats | None:
+        """(3,) where the joint is seen in the world."""
+        if self.joint is None:
+            return None
+        middle = self.shown[self.joint.vertices].mean(axis=0, dtype=np.float64)
+        return transformed(world @ self.to_seen, middle)
 
     @cached_property
     def _centre(self) -> Floats:
@@ -92,16 +101,17 @@ def begin_pull(
         *(_spec_of(f"Pull Pin {i + 1}", pin) for i, pin in enumerate(others)),
         *(_spec_of(f"Pull {i + 1}", grab) for i, grab in enumerate(grabs)),
     ]
-    rest = None
+    rest = joint = None
     if not pins.has_set_pins(obj) and all(grab.reach > 0.0 for grab in grabs):
         fine = fine_of(inputs.mesh, inputs.stretch, versions.read_edges(obj.data))
         grabs = with_root(fine, grabs)
         rest = hold_of_rest(fine, [*others, *grabs])
+        joint = joint_of(fine, grabs[0])
         added.append(rest)
     holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in added))
     based = tuple(replace(spec, base=shown) for spec in (*inputs.specs, *added))
     to_seen = begun.to_seen if begun else _to_seen(obj, depsgraph, grabs[0], shown)
-    return Pull(replace(inputs, specs=based, holds=holds), grabs, rest, shown, to_seen)
+    return Pull(replace(inputs, specs=based, holds=holds), grabs, rest, joint, shown, to_seen)
 
 
 def _spec_of(name: str, grab: Grab) -> HandleSpec:

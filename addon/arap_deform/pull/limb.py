@@ -18,6 +18,7 @@ from ..core.arrays import Floats, Ints
 from ..core.graph import connected_labels
 from .coarse import Coarse, Fine
 
+N_BONES = 5  # the length of a limb is measured along so many straight pieces
 N_CUTS = 80  # from the pulled piece to the far end of the mesh
 ROUND = 4.0 * np.pi
 LIMB = 0.6  # a limb has at most this share of ROUND at its narrowest
@@ -69,6 +70,24 @@ def limb_of(fine: Fine, vertices: Ints, root: float) -> NDArray[np.bool_]:
     is_limb: NDArray[np.bool_] = (np.isfinite(distances) & ~_body(coarse, distances, root))[coarse.point_of]
     is_limb[vertices] = True
     return is_limb
+
+
+def bone_length(fine: Fine, vertices: Ints, root: float) -> float:
+    """Length of a limb from a piece of the surface to the root: through the middle, so a limb cannot reach farther."""
+    coarse = fine.coarse
+    distances = coarse.distances(vertices)
+    is_limb = distances <= root
+    band = np.ceil(distances[is_limb] * (N_BONES / root)).astype(np.int64)
+    counts = np.bincount(band)
+    sums = np.column_stack([np.bincount(band, coordinates) for coordinates in coarse.points[is_limb].T])
+    middles = sums[counts > 0] / counts[counts > 0, None]
+    return float(np.linalg.norm(np.diff(middles, axis=0), axis=1).sum())
+
+
+def border_of(fine: Fine, is_limb: NDArray[np.bool_]) -> Ints:
+    """(k,) vertices where a limb meets the rest of the mesh."""
+    crossing = fine.edges[is_limb[fine.edges[:, 0]] != is_limb[fine.edges[:, 1]]]
+    return np.asarray(np.unique(crossing), dtype=np.int32)
 
 
 def _cuts(coarse: Coarse, distances: Floats) -> Iterator[Cut]:

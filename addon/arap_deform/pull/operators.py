@@ -133,6 +133,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         run = self._run
         assert run is not None
         if event.type == "MOUSEMOVE":
+            run.is_stretching = event.alt
             run.drag.set_mode(_mode_of(event))  # other events may report former modifier keys
             run.move(mouse)
         elif event.type in CONFIRM and event.value == ("RELEASE" if self._is_held else "PRESS"):

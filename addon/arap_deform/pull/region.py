@@ -17,7 +17,7 @@ from ..core.session_data import SessionMesh
 from ..core.targets import HandleSpec
 from ..core.transforms import nearest_rotations
 from .coarse import Fine
-from .limb import limb_of, root_of
+from .limb import bone_length, border_of, limb_of, root_of
 
 MIRROR_TOLERANCE = 1e-4  # largest distance between mirror images, as a fraction of the diagonal
 FREE_SHARE = 0.4  # the part of the reach that is not held at all
@@ -141,6 +141,27 @@ def with_root(fine: Fine, grabs: Sequence[Grab]) -> tuple[Grab, ...]:
     if root is None:
         root = root_of(fine.coarse, first.vertices, _ball_of(fine.points, first.vertices)[1])
     return tuple(replace(grab, root=root) for grab in grabs)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Where the limb that is pulled meets the rest.
+
+    Attributes:
+        vertices: (k,) around it.
+        length: of the limb, from the pulled piece to the joint, in world units.
+    """
+
+    vertices: Ints
+    length: float
+
+
+def joint_of(fine: Fine, grab: Grab) -> Joint | None:
+    """None if the piece is on no limb."""
+    if not grab.root:
+        return None
+    border = border_of(fine, limb_of(fine, grab.vertices, grab.root))
+    return Joint(border, bone_length(fine, grab.vertices, grab.root)) if len(border) else None
 
 
 def hold_of_rest(fine: Fine, grabs: Sequence[Grab]) -> HandleSpec:

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..core.arrays import Ints
+from ..core.arrays import Floats, Ints
 from ..core.native import ERRORS
+from ..core.transforms import transformed
 from ..follow.act import End, Ending, Phase, PoseAct
 from ..follow.scene import is_rendering
 from ..live.runs import give_up
@@ -86,6 +87,8 @@ class PullRun(ActRun):
         self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal)
         self.is_released = False
         self.is_undone = False
+        self.is_stretching = False  # the limb follows farther than it is long
+        self.is_beyond = False  # the mouse is farther away than the limb reaches
         self._has_followed = False  # the mesh has followed a move of the mouse since the last tick
         give_up(obj)
         scene = PullScene(obj, grabs_at(obj, grip.pick, patch_of(grip.pick.vertices, grip.pick.radius)))
@@ -97,12 +100,19 @@ class PullRun(ActRun):
 
     def move(self, mouse: Pixels) -> None:
         self.drag.to(mouse)
-        self.scene.motion = self.drag.motion
+        motion = self.drag.motion
+        self.scene.motion = motion if self.is_stretching else self.scene.reached(motion, self.grip.pick.place)
+        self.is_beyond = self.scene.motion is not motion
         self.act.unsettle()
         if not is_rendering():
             before = self.act.readout
             self.act.scene_changed()
             self._has_followed = self.act.readout is not before
+
+    @property
+    def place(self) -> Floats:
+        """(3,) world, where the mesh follows the mouse to."""
+        return transformed(self.scene.motion, self.grip.pick.place)
 
     def tick(self) -> None:
         """For a timer. After a move there is no refining in the same turn: it would hold up the next move."""
@@ -155,10 +165,12 @@ class PullRun(ActRun):
             return f"ARAP Pull: preparing the mesh, {self.act.bind_fraction:.0%}   |   Esc: cancel"
         if self.is_released:
             return "ARAP Pull: settling"
+        if self.is_beyond:
+            return "ARAP Pull: this is as far as it reaches   |   Alt: stretch it   |   Shift: turn   |   Esc: cancel"
         axis = "free" if self.drag.axis is None else f"along {'XYZ'[self.drag.axis]}"
         return (
             f"ARAP Pull: {MODES[self.drag.mode]}, {axis}   |   Shift: turn   |   Ctrl: along the normal   |   "
-            "X, Y, Z: axis   |   Wheel: radius   |   Esc: cancel"
+            "X, Y, Z: axis   |   Alt: stretch   |   Wheel: radius   |   Esc: cancel"
         )
 
 

@@ -27,7 +27,7 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
     bl_description = (
         "Drag the surface and the mesh follows.\n"
         "\u2022 Click: pin. Ctrl-click: remove the pin.\n"
-        "\u2022 Shift: turn. Ctrl: along the normal. X, Y, Z: axis.\n"
+        "\u2022 Shift: turn. Ctrl: along the normal. X, Y, Z: axis. Alt: stretch.\n"
         "\u2022 F, [ and ]: radius. Ctrl H: make handles and pins."
     )
     bl_icon = str(Path(__file__).resolve().parent.parent / "icons" / "arap.pull")

@@ -69,6 +69,22 @@ class View:
         return np.asarray(point[:3] / point[3])
 
 
+def within(motion: Floats, place: Floats, pivot: Floats, length: float) -> Floats:
+    """(4, 4) the motion, shifted so that it moves ``place`` no farther from ``pivot`` than the length or its distance.
+
+    Args:
+        motion: (4, 4).
+        place, pivot: (3,).
+    """
+    offset = motion[:3, :3] @ place + motion[:3, 3] - pivot
+    distance, most = float(np.linalg.norm(offset)), max(length, float(np.linalg.norm(place - pivot)))
+    if distance <= most:
+        return motion
+    shifted = motion.copy()
+    shifted[:3, 3] += offset * (most / distance - 1.0)
+    return shifted
+
+
 class Mode(Enum):
     """What a drag does."""
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from arap_deform.core.graph import face_edges
 from arap_deform.pull.coarse import Fine
-from arap_deform.pull.limb import limb_of, root_of
+from arap_deform.pull.limb import bone_length, border_of, limb_of, root_of
 from arap_deform.pull.region import connected_within
 from scenes.creature import creature
 from scenes.quad_mesh import edges_of
@@ -90,6 +90,17 @@ def test_a_skull_and_a_nose_are_no_limbs():
         shape = points * (1.0 + (nose - 1.0) * np.clip(points[:, :1] - 0.7, 0.0, None) / 0.3)
         fine = Fine(shape, edges, corners.ravel(), sizes)
         assert root_of(fine.coarse, grip(fine, (nose, 0.0, 0.0), 0.2), 0.2) == 0.0
+
+
+def test_a_limb_is_as_long_as_its_middle():
+    """The tail is curved, and a straight line from its tip to its root is shorter; a way over its skin is longer."""
+    fine = cub()
+    vertices = grip(fine, PLACES["tail"])
+    root = root_of(fine.coarse, vertices, WIDE)
+    border = fine.points[border_of(fine, limb_of(fine, vertices, root))]
+    assert (np.abs(border[:, 1] - 0.45) < 0.15).all()
+    straight = float(np.linalg.norm(fine.points[vertices].mean(axis=0) - border.mean(axis=0)))
+    assert straight < bone_length(fine, vertices, root) < root + WIDE
 
 
 def test_another_piece_of_the_mesh_stays():

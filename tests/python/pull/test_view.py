@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 from arap_deform.core.transforms import rotation
-from arap_deform.pull.view import TURN_PER_PIXEL, Drag, Mode, View
-from sample_meshes import rotation_z
+from arap_deform.pull.view import TURN_PER_PIXEL, Drag, Mode, View, within
+from sample_meshes import motion, rotation_z
 
 SIZE = (800, 600)
 NEAR, FAR = 0.1, 100.0
@@ -147,3 +147,20 @@ def test_another_mode_goes_on_from_where_the_drag_is():
     drag.to(start + np.subtract((60.0, 0.0), (90.0, 0.0)))
     np.testing.assert_allclose(drag.place, place, atol=1e-9)
     assert_rigid(drag.motion)
+
+
+def test_a_motion_stops_where_the_limb_is_straight():
+    place, pivot = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0])
+    far = motion(rotation_z(0.3), (2.0, 3.0, 0.0))
+    near = motion(rotation_z(0.3), (-0.5, 0.5, 0.0))
+    assert within(near, place, pivot, 1.5) is near
+    stopped = within(far, place, pivot, 1.5)
+    moved, wanted = (matrix[:3, :3] @ place + matrix[:3, 3] for matrix in (stopped, far))
+    np.testing.assert_allclose(moved, 1.5 * wanted / np.linalg.norm(wanted))
+    np.testing.assert_array_equal(stopped[:3, :3], far[:3, :3])
+
+
+def test_a_limb_that_is_straight_already_turns_and_does_not_get_shorter():
+    place, pivot = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0])
+    stopped = within(motion(np.eye(3), (0.0, 2.0, 0.0)), place, pivot, 0.8)
+    assert np.linalg.norm(place + stopped[:3, 3]) == pytest.approx(1.0)
