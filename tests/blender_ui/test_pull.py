@@ -587,12 +587,12 @@ def test_pull_stops_where_the_limb_is_straight(ui: Ui) -> Steps:
 
     yield from grab(ui, inside, far)
     yield from ui.until(lambda: ui.running["Suzanne"].is_settled, "the mesh follows")
-    assert ui.pull.runs[0].is_beyond
+    assert ui.pull.runs[0].drag.is_beyond
     assert shift() < 0.5
     yield from ui.screenshot("beyond")
     yield from drag_to(ui, far, 2, alt=True)
     yield from ui.until(lambda: shift() > 0.9, "the ear stretches")
-    assert not ui.pull.runs[0].is_beyond
+    assert not ui.pull.runs[0].drag.is_beyond
     yield from release(ui)
 
 
@@ -613,3 +613,19 @@ def test_pull_takes_the_limb(ui: Ui) -> Steps:
     ends = np.array([edge.vertices[:] for edge in monkey.data.edges if ear[list(edge.vertices)].all()])
     lengths = [np.linalg.norm(shape[ends[:, 0]] - shape[ends[:, 1]], axis=1).sum() for shape in (rest, posed)]
     assert abs(lengths[1] / lengths[0] - 1.0) < 0.05, lengths
+
+
+def test_pull_turns_the_limb_about_its_joint(ui: Ui) -> Steps:
+    """With Shift the ear goes the way of the mouse around its joint, which is drawn, and the head stays."""
+    yield from add_monkey(ui)
+    monkey = bpy.context.object
+    rest = scenes.key_positions(monkey)
+    tip = int(rest[:, 0].argmax())
+    inside = (rest[tip, 0] - 0.05, 0.0, rest[tip, 2])
+    yield from grab(ui, inside, (inside[0] - 0.1, 0.0, inside[2] + 0.3), shift=True)
+    yield from ui.until(lambda: ui.running["Suzanne"].is_settled, "the mesh follows")
+    yield from ui.screenshot("turning")
+    yield from release(ui)
+    moved = scenes.shown_positions(monkey) - rest
+    assert moved[tip, 2] > 0.2
+    assert np.linalg.norm(moved[rest[:, 0] < 0.6], axis=1).max() < 0.01 * np.linalg.norm(np.ptp(rest, axis=0))

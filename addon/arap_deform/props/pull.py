@@ -69,6 +69,11 @@ class ArapPullSettings(bpy.types.PropertyGroup):
         ),
         default=True,
     )
+    turns_along: BoolProperty(
+        name="Turn Along",
+        description="The pulled piece of a limb turns as the limb swings about its joint. Off: it keeps its angle",
+        default=True,
+    )
     reach: FloatProperty(
         name="Reach",
         description="How far the mesh gives way around the pulled piece while there is no pin, in radii",

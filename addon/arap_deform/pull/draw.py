@@ -16,6 +16,7 @@ from ..ui import batches
 from ..ui.batches import Color
 from ..ui.checks import find_drawn_object, find_posed_object
 from . import seen_mesh
+from .drag import Mode
 from .run import runs
 from .view import View
 
@@ -42,10 +43,14 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
     color = batches.color_of_pull()
     run = runs[0] if runs else None
     if run is not None and not run.is_released:
-        place = run.grip.view.pixels(np.stack([run.grip.pick.place, run.place, run.drag.place]))
+        place = run.grip.view.pixels(np.stack([run.grip.pick.place, run.drag.place, run.drag.wanted]))
         draw_lines(corner + place[:2], color)
-        if run.is_beyond:
+        if run.drag.is_beyond:
             draw_lines(corner + place[1:], BEYOND)
+        if run.drag.mode is Mode.TURN:
+            pivot = run.grip.view.pixels(run.drag.pivot[None])
+            draw_dots(corner + pivot, PIN_PX, color)
+            draw_lines(corner + np.concatenate([pivot, place[1:2]]), color)
         draw_lines(corner + place[1] + radius * CIRCLE, color)
         return
     if obj is not None and obj.mode == "OBJECT" and obj.name not in {r.scene.name for r in runs}:

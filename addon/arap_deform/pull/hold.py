@@ -17,6 +17,7 @@ from ..core.transforms import best_rigid_fit, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys, versions
 from ..scene.inputs import read_input
 from . import pins, seen_mesh
+from .drag import Lever
 from .region import Grab, Joint, fine_of, hold_of_rest, joint_of, with_root
 
 
@@ -61,12 +62,12 @@ class Pull:
             result[first + i] = grab.motion(grabbed, self._centre, self.inputs.stretch)
         return result
 
-    def pivot(self, world: Floats) -> Floats | None:
-        """(3,) where the joint is seen in the world."""
+    def lever(self, world: Floats) -> Lever | None:
+        """What the piece under the mouse hangs on, as seen; None if it is on no limb."""
         if self.joint is None:
             return None
         middle = self.shown[self.joint.vertices].mean(axis=0, dtype=np.float64)
-        return transformed(world @ self.to_seen, middle)
+        return Lever(transformed(world @ self.to_seen, middle), self.joint.length)
 
     @cached_property
     def _centre(self) -> Floats:

@@ -22,9 +22,9 @@ from ..ui.checks import (
 )
 from ..ui.modal import ModalOperator
 from . import pins, tool
+from .drag import Mode
 from .region import Grab
 from .run import PullRun, find_grip, grabs_at, remove_pins_at, runs
-from .view import Mode
 
 CONFIRM = {"LEFTMOUSE", "RET", "NUMPAD_ENTER"}
 CANCEL = {"ESC", "RIGHTMOUSE"}
@@ -133,7 +133,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         run = self._run
         assert run is not None
         if event.type == "MOUSEMOVE":
-            run.is_stretching = event.alt
+            run.drag.is_stretching = event.alt
             run.drag.set_mode(_mode_of(event))  # other events may report former modifier keys
             run.move(mouse)
         elif event.type in CONFIRM and event.value == ("RELEASE" if self._is_held else "PRESS"):

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..core.arrays import Floats, Ints
+from ..core.arrays import Ints
 from ..core.native import ERRORS
-from ..core.transforms import transformed
 from ..follow.act import End, Ending, Phase, PoseAct
 from ..follow.scene import is_rendering
 from ..live.runs import give_up
@@ -20,9 +19,10 @@ from ..props import preferences
 from ..props.bounds import bounded
 from ..scene import meshes, versions
 from . import pins, seen_mesh
+from .drag import Drag, Mode
 from .region import Grab, connected_within, symmetric_grabs
 from .scene import PullScene
-from .view import Drag, Mode, Pixels, View
+from .view import Pixels, View
 
 TIMER_S = 0.01
 MODES = {Mode.MOVE: "move", Mode.TURN: "turn", Mode.NORMAL: "normal"}
@@ -84,14 +84,13 @@ class PullRun(ActRun):
     def __init__(self, context: bpy.types.Context, obj: bpy.types.Object, grip: Grip) -> None:
         """Begins. Raises ValueError or RuntimeError if it cannot; then nothing has changed."""
         self.grip = grip
-        self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal)
         self.is_released = False
         self.is_undone = False
-        self.is_stretching = False  # the limb follows farther than it is long
-        self.is_beyond = False  # the mouse is farther away than the limb reaches
         self._has_followed = False  # the mesh has followed a move of the mouse since the last tick
         give_up(obj)
         scene = PullScene(obj, grabs_at(obj, grip.pick, patch_of(grip.pick.vertices, grip.pick.radius)))
+        self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal, scene.lever)
+        self.drag.is_turning_along = context.window_manager.arap_pull.turns_along
         self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
         act = PoseAct(scene, is_drag=True)
         act.begin()
@@ -100,19 +99,12 @@ class PullRun(ActRun):
 
     def move(self, mouse: Pixels) -> None:
         self.drag.to(mouse)
-        motion = self.drag.motion
-        self.scene.motion = motion if self.is_stretching else self.scene.reached(motion, self.grip.pick.place)
-        self.is_beyond = self.scene.motion is not motion
+        self.scene.motion = self.drag.motion
         self.act.unsettle()
         if not is_rendering():
             before = self.act.readout
             self.act.scene_changed()
             self._has_followed = self.act.readout is not before
-
-    @property
-    def place(self) -> Floats:
-        """(3,) world, where the mesh follows the mouse to."""
-        return transformed(self.scene.motion, self.grip.pick.place)
 
     def tick(self) -> None:
         """For a timer. After a move there is no refining in the same turn: it would hold up the next move."""
@@ -138,6 +130,7 @@ class PullRun(ActRun):
         try:
             vertices = connected_within(self._seen.positions, edges, pick.seeds, pick.place, radius)
             self.scene.grab(mirrored(obj, patch_of(vertices, radius)))
+            self.drag.lever = self.scene.lever
         except ERRORS as error:
             self.act.fail(error)
 
@@ -165,7 +158,7 @@ class PullRun(ActRun):
             return f"ARAP Pull: preparing the mesh, {self.act.bind_fraction:.0%}   |   Esc: cancel"
         if self.is_released:
             return "ARAP Pull: settling"
-        if self.is_beyond:
+        if self.drag.is_beyond:
             return "ARAP Pull: this is as far as it reaches   |   Alt: stretch it   |   Shift: turn   |   Esc: cancel"
         axis = "free" if self.drag.axis is None else f"along {'XYZ'[self.drag.axis]}"
         return (

@@ -16,8 +16,8 @@ from ..follow.mesh import SessionBinding
 from ..pose.scene import ActScene
 from ..scene import meshes
 from . import hold
+from .drag import Lever
 from .region import Grab
-from .view import within
 
 
 class PullScene(ActScene):
@@ -36,12 +36,10 @@ class PullScene(ActScene):
         self._start: Float32s | None = self.pull.shown  # the key alone would not do: its value may not be 1
         self._binding: SessionBinding | None = None
 
-    def reached(self, motion: Floats, place: Floats) -> Floats:
-        """(4, 4) the motion of the drag as far as the limb goes along with it; ``place``: (3,) where it began."""
-        pivot = self.pull.pivot(self._world)
-        return (
-            motion if pivot is None or self.pull.joint is None else within(motion, place, pivot, self.pull.joint.length)
-        )
+    @property
+    def lever(self) -> Lever | None:
+        """What the piece under the mouse hangs on; None if it is on no limb."""
+        return self.pull.lever(self._world)
 
     def grab(self, grabs: Sequence[Grab]) -> None:
         """Goes on with the same drag of another piece around the same place."""

@@ -60,6 +60,7 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
         row.prop(settings, "is_reach_auto", toggle=True)
         if not settings.is_reach_auto:
             row.prop(settings, "reach")
+        layout.prop(settings, "turns_along", toggle=True)
         obj = find_posed_object(context)
         if obj is not None:
             row = layout.row(align=True)

@@ -4,8 +4,9 @@
 import numpy as np
 import pytest
 from arap_deform.core.transforms import rotation
-from arap_deform.pull.view import TURN_PER_PIXEL, Drag, Mode, View, within
-from sample_meshes import motion, rotation_z
+from arap_deform.pull.drag import TURN_PER_PIXEL, Drag, Lever, Mode
+from arap_deform.pull.view import View
+from sample_meshes import rotation_z
 
 SIZE = (800, 600)
 NEAR, FAR = 0.1, 100.0
@@ -149,18 +150,62 @@ def test_another_mode_goes_on_from_where_the_drag_is():
     assert_rigid(drag.motion)
 
 
-def test_a_motion_stops_where_the_limb_is_straight():
-    place, pivot = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0])
-    far = motion(rotation_z(0.3), (2.0, 3.0, 0.0))
-    near = motion(rotation_z(0.3), (-0.5, 0.5, 0.0))
-    assert within(near, place, pivot, 1.5) is near
-    stopped = within(far, place, pivot, 1.5)
-    moved, wanted = (matrix[:3, :3] @ place + matrix[:3, 3] for matrix in (stopped, far))
-    np.testing.assert_allclose(moved, 1.5 * wanted / np.linalg.norm(wanted))
-    np.testing.assert_array_equal(stopped[:3, :3], far[:3, :3])
+PIVOT = PLACE - np.array([1.0, 0.0, 0.0])
 
 
-def test_a_limb_that_is_straight_already_turns_and_does_not_get_shorter():
-    place, pivot = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0])
-    stopped = within(motion(np.eye(3), (0.0, 2.0, 0.0)), place, pivot, 0.8)
-    assert np.linalg.norm(place + stopped[:3, 3]) == pytest.approx(1.0)
+def hung(length, axis=None):
+    """A drag of the end of a limb along x, seen from above; and how to move it by a shift in x and y."""
+    view = looking_down(is_perspective=False)
+    drag = Drag(view, view.pixels(PLACE[None])[0], PLACE, NORMAL, Lever(PIVOT, length))
+    drag.axis = axis
+
+    def move(x, y):
+        drag.to(view.pixels((PLACE + np.array([x, y, 0.0]))[None])[0])
+
+    return drag, move
+
+
+def test_a_limb_stops_where_it_is_straight_unless_it_stretches():
+    drag, move = hung(1.5)
+    move(0.3, 0.0)
+    assert not drag.is_beyond
+    move(2.0, 4.0)
+    assert drag.is_beyond
+    np.testing.assert_allclose(drag.place - PIVOT, 1.5 * np.array([0.6, 0.8, 0.0]), atol=1e-9)
+    np.testing.assert_allclose(drag.wanted, PLACE + np.array([2.0, 4.0, 0.0]), atol=1e-9)
+    drag.is_stretching = True
+    assert not drag.is_beyond
+    np.testing.assert_allclose(drag.place, drag.wanted, atol=1e-9)
+
+
+def test_a_straight_limb_does_not_get_shorter():
+    drag, move = hung(0.8)
+    move(-1.0, 2.0)
+    assert np.linalg.norm(drag.place - PIVOT) == pytest.approx(1.0)
+
+
+def test_a_piece_turns_with_its_limb_unless_told_not_to():
+    drag, move = hung(1.0)
+    move(-1.0, 1.0)
+    np.testing.assert_allclose(drag.motion[:3, :3], rotation_z(np.pi / 2), atol=1e-9)
+    np.testing.assert_allclose(drag.place, PIVOT + np.array([0.0, 1.0, 0.0]), atol=1e-9)
+    drag.is_turning_along = False
+    np.testing.assert_array_equal(drag.motion[:3, :3], np.eye(3))
+
+
+@pytest.mark.parametrize("axis", [None, 2])
+def test_shift_turns_a_limb_about_its_joint_the_way_of_the_mouse(axis):
+    drag, move = hung(1.0, axis)
+    drag.set_mode(Mode.TURN)
+    move(0.0, 0.2)
+    np.testing.assert_allclose(drag.motion[:3, :3] @ PIVOT + drag.motion[:3, 3], PIVOT, atol=1e-9)
+    assert 0.15 < (drag.place - PLACE)[1] < 0.25
+    move(0.0, -0.2)
+    assert -0.25 < (drag.place - PLACE)[1] < -0.15
+
+
+def test_about_the_line_of_sight_a_limb_stays_under_the_mouse():
+    drag, move = hung(1.0)
+    drag.set_mode(Mode.TURN)
+    move(-1.8, 0.6)
+    np.testing.assert_allclose(drag.place - PIVOT, np.array([-0.8, 0.6, 0.0]), atol=1e-9)
