@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What ARAP Pull shows: the circle and the patch under the mouse, the line of a drag, the temporary pins.
 
-All of it is drawn in pixels over the finished picture, so a move of the mouse does not redraw the 3D view.
+All but the pins is drawn in pixels over the finished picture, so a move of the mouse does not redraw the 3D view.
 """
 
 from __future__ import annotations
@@ -21,8 +21,11 @@ from .run import runs
 from .view import View
 
 CIRCLE = np.column_stack([np.cos(np.linspace(0, 2 * np.pi, 49)), np.sin(np.linspace(0, 2 * np.pi, 49))])
+FAN = np.stack([np.zeros((48, 2)), CIRCLE[:-1], CIRCLE[1:]], axis=1).reshape(-1, 2)  # the triangles of a disc
 PIN_PX = 5.0  # radius of the dot of a pin, in pixels at UI scale 1
 PATCH_ALPHA = 0.35
+BEHIND_ALPHA = 0.3  # of a pin that the mesh hides
+OUTLINE: Color = (0.0, 0.0, 0.0, 0.8)  # of a pin
 BEYOND: Color = (1.0, 0.25, 0.15, 1.0)  # from where the mesh has followed to, to the mouse
 
 _hover: tuple[object, seen_mesh.Pick | None] = (None, None)
@@ -98,7 +101,7 @@ def _draw_patch(
 
 
 def draw_pins() -> None:
-    """A dot for each temporary pin: white if it was pulled, else in the colour of the theme."""
+    """A dot for each temporary pin: white if it was pulled, else in the colour of the theme; pale behind the mesh."""
     context = bpy.context
     obj = find_drawn_object(context)
     if obj is None or obj.mode != "OBJECT" or not obj.arap.pull_pins or context.region_data is None:
@@ -113,21 +116,42 @@ def draw_pins() -> None:
     if not pins:
         return
     view = seen_mesh.view_of(context.region, context.region_data)
-    centres = np.array([seen.positions[vertices].mean(axis=0) for vertices, _ in pins])
+    places = np.array([_middle_of(seen.positions[vertices]) for vertices, _ in pins])
     is_set = np.array([reach == 0.0 for _, reach in pins])
-    pixels = view.pixels(centres)
-    color = batches.color_of_pull()
-    draw_dots(pixels, PIN_PX + 1.5, (0.0, 0.0, 0.0, 0.8))
-    draw_dots(pixels[is_set], PIN_PX, color)
-    draw_dots(pixels[~is_set], PIN_PX, (1.0, 1.0, 1.0, 1.0))
+    for is_hidden_behind, alpha in ((False, BEHIND_ALPHA), (True, 1.0)):
+        for chosen, color in ((is_set, batches.color_of_pull()), (~is_set, (1.0, 1.0, 1.0, 1.0))):
+            if chosen.any():
+                for radius, shade in ((PIN_PX + 1.5, OUTLINE), (PIN_PX, color)):
+                    discs = facing_discs(view, places[chosen], radius)
+                    color_now = (*shade[:3], shade[3] * alpha)
+                    batches.draw_faces(discs, color_now, is_hidden_behind=is_hidden_behind)
+
+
+def _middle_of(places: Floats) -> Floats:
+    """(3,) the one of (k, 3) places that is nearest to their mean: it is on the surface."""
+    return np.asarray(places[np.linalg.norm(places - places.mean(axis=0), axis=1).argmin()])
+
+
+def facing_discs(view: View, places: Floats, radius: float) -> Floats:
+    """(k, 3) corners of the triangles of discs about places in the world, without places behind the viewer.
+
+    They face the viewer, a radius in front of their places: so a slope does not hide half of one. ``radius`` in pixels
+    at UI scale 1.
+    """
+    radius *= bpy.context.preferences.system.ui_scale
+    places = places[np.isfinite(view.pixels(places)).all(axis=1)]
+    steps = np.array([view.pixel_steps(place) for place in places]).reshape(-1, 2, 3)
+    length = np.linalg.norm(steps[:, 0], axis=1)[:, None]
+    front = np.cross(steps[:, 0], steps[:, 1]) / np.where(length > 0.0, length, 1.0)
+    corners = places[:, None] + radius * (front[:, None] + FAN @ steps)
+    return np.asarray(corners.reshape(-1, 3))
 
 
 def draw_dots(pixels: Floats, radius: float, color: Color) -> None:
     """Filled circles about (k, 2) points, without NaN points; ``radius`` in pixels at UI scale 1."""
     pixels = pixels[np.isfinite(pixels).all(axis=1)]
     radius *= bpy.context.preferences.system.ui_scale
-    fan = np.stack([np.zeros((48, 2)), CIRCLE[:-1], CIRCLE[1:]], axis=1).reshape(-1, 2)
-    batches.draw_pixels("TRIS", (pixels[:, None] + radius * fan[None]).reshape(-1, 2), color)
+    batches.draw_pixels("TRIS", (pixels[:, None] + radius * FAN).reshape(-1, 2), color)
 
 
 def draw_lines(pixels: Floats, color: Color) -> None:
@@ -141,7 +165,7 @@ def clear() -> None:
     _hover = (None, None)
 
 
-DRAWN = ((draw_pins, "POST_PIXEL"),)
+DRAWN = ((draw_pins, "POST_VIEW"),)
 
 
 def unregister() -> None:

@@ -59,6 +59,15 @@ def draw_points(
         gpu.state.point_size_set(1.0)
 
 
+def draw_faces(corners: Floats, color: Color, *, is_hidden_behind: bool) -> None:
+    """World space: (k, 3) corners of TRIS of one colour."""
+    shader = versions.gpu_shader("UNIFORM_COLOR")
+    with _On(Matrix(), is_hidden_behind=is_hidden_behind):
+        shader.bind()
+        shader.uniform_float("color", color)
+        plain_batch("TRIS", np.ascontiguousarray(corners, dtype=np.float32)).draw(shader)
+
+
 def draw_lines(batch: gpu.types.GPUBatch, color: Color, width: float) -> None:
     """World space, over everything."""
     shader = versions.gpu_shader("POLYLINE_UNIFORM_COLOR")

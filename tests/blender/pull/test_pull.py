@@ -155,6 +155,15 @@ class PickTest(PullTest):
         self.assertEqual(kind, "TRIS")
         self.assert_close(corners.reshape(2, -1, 3, 2)[:, :, 0], np.repeat(dots[[0, 2], None], 48, axis=1), 0.0)
 
+    def test_the_discs_of_pins_face_the_viewer_in_front_of_the_surface(self):
+        draw = module("pull.draw")
+        place = np.array([0.4, -0.5, 1.0])
+        discs = draw.facing_discs(self.view(), place[None], 5.0).reshape(-1, 3, 3)
+        radius = 5.0 * bpy.context.preferences.system.ui_scale / 100.0
+        self.assert_close(discs[:, 0], np.tile(place - (0.0, radius, 0.0), (48, 1)))
+        self.assert_close(np.linalg.norm(discs[:, 1] - discs[:, 0], axis=1), radius)
+        self.assert_close(discs[:, :, 1], place[1] - radius)
+
     def test_nothing_is_drawn_of_a_mesh_that_the_view_hides(self):
         obj = posable()
         bpy.context.view_layer.objects.active = obj
