@@ -12,7 +12,7 @@ from ..core.background import Progress
 from ..core.job import run_job
 from ..core.mirror import seen_size
 from ..core.naming import NAME_BYTES
-from ..scene import frame_state, pose_key, shape_keys
+from ..scene import baked, frame_state, pose_key, shape_keys
 from .estimate import Fit, check_search, frames_of
 from .fewest_keys import KeySearch
 from .frames_job import FramesJob
@@ -93,6 +93,8 @@ class BakeJob(FramesJob[list[str]]):
             obj, self._prefix, [self._frames[i] for i in kept], (self._shapes[i] for i in kept)
         )
         self._shapes.close()
+        if obj.arap.bake_prefix != self._prefix:
+            baked.mute(obj)  # else the former bake would add to this one
         obj.arap.bake_prefix = self._prefix
         pose_key.keep_name(obj)  # so that the next bake replaces this one
         key = pose_key.find(obj)
@@ -118,7 +120,7 @@ def bake_animation(
     """Bakes frames start, start + step, ... and end to shape keys with keyframes.
 
     The frame of a key shows exactly its pose; between keys, poses blend linearly. Keys of an earlier bake with the same
-    prefix are replaced. The live key is muted, so that it does not add to the baked keys.
+    prefix are replaced; with another one they are muted. The live key is muted, so that it does not add to the baked keys.
 
     Args:
         start: first frame.
@@ -156,8 +158,8 @@ def _check_prefix(obj: bpy.types.Object, prefix: str, frames: list[int]) -> None
             raise ValueError(
                 f"A bake with prefix '{prefix}' would replace shape key '{name}': choose another prefix ({IN_THE_TAB})"
             )
-    baked = set(shape_keys.frame_keys(obj, prefix))
+    former = set(shape_keys.frame_keys(obj, prefix))
     for frame in frames:
         name = shape_keys.frame_key_name(prefix, frame)
-        if name not in baked and shape_keys.find(obj, name) is not None:
+        if name not in former and shape_keys.find(obj, name) is not None:
             raise ValueError(f"No bake has made shape key '{name}': rename it, or choose another prefix ({IN_THE_TAB})")

@@ -9,14 +9,19 @@ from . import pose_key, shape_keys
 
 
 def is_shown(obj: bpy.types.Object) -> bool:
-    """Whether a bake shows in place of the pose. Quick, as it is asked at each redraw: the first key stands for all."""
+    """Whether a bake shows in place of the pose. Quick, as it is asked at each redraw: the first key stands for all.
+
+    After a bake a muted pose counts alone: the artist may have removed or renamed the keys of the bake.
+    """
     if any(shape_keys.hides_keys(modifier) for modifier in obj.modifiers):
         return True
-    name = next(_names(obj), None)
-    if name is None:
+    if not obj.arap.bake_prefix:
         return False
     pose = pose_key.find(obj)
-    return not obj.data.shape_keys.key_blocks[name].mute or (pose is not None and bool(pose.mute))
+    if pose is not None and pose.mute:
+        return True
+    name = next(_names(obj), None)
+    return name is not None and not obj.data.shape_keys.key_blocks[name].mute
 
 
 def edit_again(obj: bpy.types.Object, *, is_removing: bool = False) -> None:
@@ -31,16 +36,21 @@ def edit_again(obj: bpy.types.Object, *, is_removing: bool = False) -> None:
     for modifier in obj.modifiers:
         if shape_keys.hides_keys(modifier):
             modifier.show_viewport = False
-    for name in list(_names(obj)):
-        if is_removing:
+    if is_removing:
+        for name in list(_names(obj)):
             shape_keys.remove(obj, name)
-        else:
-            obj.data.shape_keys.key_blocks[name].mute = True
+    mute(obj)
     pose = pose_key.find(obj)
     if pose is not None:
         pose.mute = False
     obj.arap.live_problem = ""
     obj.data.update_tag()
+
+
+def mute(obj: bpy.types.Object) -> None:
+    """Mutes the keys of the last bake."""
+    for name in list(_names(obj)):
+        obj.data.shape_keys.key_blocks[name].mute = True
 
 
 def _names(obj: bpy.types.Object) -> shape_keys.Names:

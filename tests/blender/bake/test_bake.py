@@ -181,6 +181,23 @@ class EditAgainTest(SceneTest):
         self.assertFalse(any(obj.data.shape_keys.key_blocks[name].mute for name in names))
         self.assert_posable(False)
 
+    def test_a_bake_with_another_prefix_mutes_the_former(self):
+        first = self.api.bake_animation(self.obj, 1, 21, 10, prefix="One_")
+        self.scene.frame_set(21)
+        shown = shown_positions(self.obj)
+        self.api.bake_animation(self.obj, 1, 21, 10, prefix="Two_")
+        self.scene.frame_set(21)
+        self.assert_close(shown_positions(self.obj), shown)
+        self.assertTrue(all(self.obj.data.shape_keys.key_blocks[name].mute for name in first))
+
+    def test_edit_again_leads_back_after_the_keys_were_removed_by_hand(self):
+        for name in self.api.bake_animation(self.obj, 1, 21, 10):
+            self.obj.shape_key_remove(self.obj.data.shape_keys.key_blocks[name])
+        self.assert_posable(False)
+        bpy.ops.arap.edit_again()
+        self.assert_posable(True)
+        self.assert_close(shown_positions(self.obj), self.posed, 1e-6)
+
     def test_a_bake_can_be_removed(self):
         self.api.bake_animation(self.obj, 1, 21, 10, prefix="Shot_")
         bpy.ops.arap.edit_again(is_removing=True)
