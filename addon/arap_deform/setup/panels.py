@@ -14,7 +14,7 @@ from ..ui.panels import ArapSubPanel, draw_text, is_following, split_column
 from .group_operators import is_painted
 from .handles import HANDLES, handle_problem
 from .pins import PINS
-from .rows import chosen, entry_at
+from .rows import chosen, count_soon, entry_at
 
 
 class _List:
@@ -66,6 +66,7 @@ class ARAP_UL_rows(_List, bpy.types.UIList):
 
 def draw_rows(layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """The list of handles and pins, if there are any, with a button that removes the chosen one."""
+    count_soon(obj)
     found = chosen(obj)
     if found is None:
         return

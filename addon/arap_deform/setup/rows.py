@@ -9,6 +9,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..props import hooks
+from ..scene import meshes, redraw
 from .handles import HANDLES
 from .pins import PINS, GroupList, count_rows
 
@@ -56,12 +57,35 @@ def _on_chosen(obj: bpy.types.Object, row: int) -> None:
         context.view_layer.objects.active = obj
 
 
+def count_soon(obj: bpy.types.Object) -> None:
+    """For drawing, which must change nothing: if rows are missing, has a timer count them."""
+    if _is_miscounted(obj) and not bpy.app.timers.is_registered(_count_all):
+        bpy.app.timers.register(_count_all, first_interval=0.0, persistent=True)
+
+
+def _is_miscounted(obj: bpy.types.Object) -> bool:
+    """Whether a script has changed a list, or an older file was opened or appended. Only of what may be changed."""
+    settings = obj.arap
+    if len(settings.rows) == len(settings.handles) + len(settings.pins):
+        return False
+    return obj.library is None and not meshes.is_override(obj)
+
+
+def _count_all() -> None:
+    for obj in bpy.data.objects:
+        if _is_miscounted(obj):
+            count_rows(obj)
+    redraw.tag_panels()
+
+
 @persistent
 def _on_load(*_: object) -> None:
-    """A file may hold another number of rows."""
-    for obj in bpy.data.objects:
-        if obj.library is None:
-            count_rows(obj)
+    _count_all()
 
 
 CALLBACKS = ((hooks.row_chosen, _on_chosen), (bpy.app.handlers.load_post, _on_load))
+
+
+def unregister() -> None:
+    if bpy.app.timers.is_registered(_count_all):
+        bpy.app.timers.unregister(_count_all)

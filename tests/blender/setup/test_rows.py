@@ -2,7 +2,7 @@
 """The one list of handles and pins, and the view; names of new entries."""
 
 import numpy as np
-from support import SceneTest, bpy, module, opened_again
+from support import SceneTest, bpy, linked_back, module, opened_again
 from tubes import BOTTOM, MIDDLE, RINGS, SEGMENTS, TOP, mesh_object, posable, select_in_edit_mode
 
 
@@ -56,6 +56,30 @@ class RowsTest(SceneTest):
     def test_a_file_with_another_number_of_rows_is_put_right(self):
         self.obj.arap.rows.clear()
         self.assertEqual(len(opened_again().arap.rows), 3)
+
+    def test_rows_that_a_script_has_not_counted_are_counted_after_a_redraw(self):
+        self.obj.arap.pins.add().name = "Feet"
+        count = module("setup.rows")._count_all
+        module("setup.rows").count_soon(self.obj)
+        self.assertTrue(bpy.app.timers.is_registered(count))
+        bpy.app.timers.unregister(count)
+        count()
+        self.assertEqual(len(self.obj.arap.rows), 4)
+        module("setup.rows").count_soon(self.obj)
+        self.assertFalse(bpy.app.timers.is_registered(count))
+
+    def test_an_override_without_rows_leaves_the_others_of_its_file_alone(self):
+        """Blender lets nobody change the number of its rows."""
+        self.obj.arap.rows.clear()
+        tube, *heads = linked_back(self.obj, "Tube", "Head", "Waist")
+        override = tube.override_create()
+        for item in (override, *heads):
+            bpy.context.scene.collection.objects.link(item)
+        self.assertIsNotNone(override.override_library)
+        local = posable("Zebra")
+        local.arap.rows.clear()
+        module("setup.rows")._on_load()
+        self.assertEqual((len(override.arap.rows), len(local.arap.rows)), (0, 2))
 
     def test_in_edit_mode_a_click_leaves_the_view_alone(self):
         bpy.ops.object.mode_set(mode="EDIT")
