@@ -120,7 +120,8 @@ def bake_animation(
     """Bakes frames start, start + step, ... and end to shape keys with keyframes.
 
     The frame of a key shows exactly its pose; between keys, poses blend linearly. Keys of an earlier bake with the same
-    prefix are replaced; with another one they are muted. The live key is muted, so that it does not add to the baked keys.
+    prefix are replaced. Those with another prefix, and the live key, are muted, so that they do not add to the baked
+    keys.
 
     Args:
         start: first frame.
