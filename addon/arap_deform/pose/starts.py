@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import secrets
+
 import bpy
 from bpy.app.handlers import persistent
 
@@ -10,12 +12,15 @@ from ..core import sessions
 from ..props import hooks
 from .result import PoseState, capture_state, restore_state
 
-_starts: dict[str, PoseState] = {}
-"""By name of the object. Of a mesh that followed when its file was opened there is none."""
+MOST_STARTS = 4  # of one object: undo may lead back to an earlier one
+
+_starts: dict[int, PoseState] = {}
+"""By the number that the object has: so it has that of each step of undo, also under another name. Of a mesh that
+followed when its file was opened there is none."""
 
 
 def has_start(obj: bpy.types.Object) -> bool:
-    return obj.name_full in _starts
+    return _start_of(obj) is not None
 
 
 def end_following(obj: bpy.types.Object, *, is_kept: bool) -> None:
@@ -24,7 +29,7 @@ def end_following(obj: bpy.types.Object, *, is_kept: bool) -> None:
     Raises:
         ValueError: that is not known, or as restore_state(). RuntimeError: as restore_state().
     """
-    start = _starts.get(obj.name_full)
+    start = _start_of(obj)
     if not is_kept and start is None:
         raise ValueError(f"'{obj.name}' followed when the file was opened: use Reset, or Keep")
     sessions.check_free(obj.name)
@@ -35,7 +40,18 @@ def end_following(obj: bpy.types.Object, *, is_kept: bool) -> None:
 
 def _on_toggled(obj: bpy.types.Object) -> None:
     if obj.arap.is_live and obj.type == "MESH" and obj.library is None:
-        _starts[obj.name] = capture_state(obj)
+        own = [number for number, state in _starts.items() if state.object_name == obj.name]
+        for number in own[: max(0, len(own) + 1 - MOST_STARTS)]:
+            del _starts[number]
+        obj.arap.follow_start = 1 + secrets.randbelow(2**31 - 2)
+        _starts[obj.arap.follow_start] = capture_state(obj)
+
+
+def _start_of(obj: bpy.types.Object) -> PoseState | None:
+    start = _starts.get(obj.arap.follow_start)
+    if start is None or (start.object_name != obj.name and start.object_name in bpy.data.objects):
+        return None  # a copy has the number of the original, and handles of its own
+    return start
 
 
 @persistent

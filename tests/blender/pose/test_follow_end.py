@@ -2,8 +2,8 @@
 """Follow: on by itself from the first handle, ended by Keep and Cancel."""
 
 from looks import shown_positions
-from support import SceneTest, bpy, opened_again
-from tubes import BOTTOM, MIDDLE, TOP, mesh_object, select_in_edit_mode
+from support import SceneTest, bpy, module, opened_again
+from tubes import BOTTOM, MIDDLE, TOP, copied, mesh_object, select_in_edit_mode
 
 
 class FollowTest(SceneTest):
@@ -48,6 +48,43 @@ class FollowTest(SceneTest):
         self.assertFalse(self.obj.arap.is_live)
         self.assert_close(shown_positions(self.obj), rest, 1e-6)
         self.assertAlmostEqual(self.obj.arap.handles[0].target.location.x, 0.0)
+
+    def test_cancel_works_under_another_name(self):
+        rest = shown_positions(self.obj)
+        self.move_handle()
+        self.obj.name = "Figure"
+        bpy.context.view_layer.update()
+        self.assertEqual((self.obj.arap.is_live, self.obj.arap.live_problem), (True, ""))
+        bpy.ops.arap.follow_end(is_kept=False)
+        self.assert_close(shown_positions(self.obj), rest, 1e-6)
+
+    def test_cancel_after_an_undo_goes_back_to_the_start_of_that_step(self):
+        """Undo brings the object's number of that step."""
+        number = self.obj.arap.follow_start
+        self.move_handle()
+        bpy.ops.arap.follow_end(is_kept=True)
+        self.obj.arap.is_live = True
+        self.assertNotEqual(self.obj.arap.follow_start, number)
+        self.obj.arap.follow_start = number
+        bpy.ops.arap.follow_end(is_kept=False)
+        self.assertAlmostEqual(self.obj.arap.handles[0].target.location.x, 0.0)
+
+    def test_a_copy_and_a_new_mesh_of_the_name_have_no_start(self):
+        has_start = module("pose.starts").has_start
+        copy = copied(self.obj)
+        self.assertEqual((has_start(self.obj), has_start(copy)), (True, False))
+        bpy.data.objects.remove(self.obj)
+        other = mesh_object("Other")
+        other.name = "Tube"
+        self.assertFalse(has_start(other))
+
+    def test_the_last_few_starts_are_kept(self):
+        starts = module("pose.starts")
+        for _ in range(2 * starts.MOST_STARTS):
+            self.obj.arap.is_live = False
+            self.obj.arap.is_live = True
+        self.assertEqual(len(starts._starts), starts.MOST_STARTS)
+        self.assertTrue(starts.has_start(self.obj))
 
     def test_cancel_after_a_file_was_opened_says_why_it_cannot(self):
         obj = opened_again()
