@@ -7,7 +7,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from .core import sessions
-from .pull import draw, seen_mesh
+from .pull import draw, region, seen_mesh
 from .scene import remembered
 from .ui import modal
 
@@ -27,6 +27,7 @@ def _forget_looks() -> None:
 def _on_load(*_: object) -> None:
     # live forgets the sessions: its runs must end first.
     _forget_looks()
+    region.forget_fine()
 
 
 @persistent
@@ -64,3 +65,4 @@ def unregister() -> None:
     modal.abort_all("The add-on was disabled")
     sessions.clear()
     _forget_looks()
+    region.forget_fine()

@@ -28,6 +28,8 @@ Signs = tuple[float, float, float]
 """A mirror image, object space: -1 for every mirrored axis."""
 ITSELF: Signs = (1.0, 1.0, 1.0)
 
+_last_fine: Fine | None = None
+
 
 @dataclass(frozen=True)
 class Grab:
@@ -130,8 +132,18 @@ def connected_within(points: Floats, edges: Ints, seeds: Ints, centre: Floats, r
 
 
 def fine_of(mesh: SessionMesh, stretch: Floats, edges: Ints) -> Fine:
-    """The mesh at rest, as seen."""
-    return Fine(mesh.rest_positions @ stretch.T, edges, mesh.corner_vertices, mesh.face_sizes)
+    """The mesh at rest, as seen. The last one is kept: the next drag is mostly of the same mesh."""
+    global _last_fine  # noqa: PLW0603 - what is read of a mesh lives as long as the file
+    fine = Fine(mesh.rest_positions @ stretch.T, edges, mesh.corner_vertices, mesh.face_sizes)
+    if _last_fine is None or not fine.is_same_as(_last_fine):
+        _last_fine = fine
+    return _last_fine
+
+
+def forget_fine() -> None:
+    """Gives the memory of the last mesh back."""
+    global _last_fine  # noqa: PLW0603
+    _last_fine = None
 
 
 def with_root(fine: Fine, grabs: Sequence[Grab]) -> tuple[Grab, ...]:

@@ -35,6 +35,19 @@ def test_distances_are_those_along_the_surface():
     assert np.abs(FINE.coarse.distances(np.array([0])) - exact).max() < 0.1
 
 
+def test_distances_are_found_once_for_a_piece_and_the_oldest_are_forgotten():
+    fine = fine_of(SHEET.positions)
+    first = fine.coarse.distances(np.array([0]))
+    assert fine.coarse.distances(np.array([0])) is first
+    points = np.unique(fine.coarse.point_of, return_index=True)[1]
+    for vertex in points[-coarse.MOST_KNOWN :]:
+        fine.coarse.distances(np.array([vertex]))
+    assert len(fine.coarse.known) == coarse.MOST_KNOWN
+    again = fine.coarse.distances(np.array([0]))
+    assert again is not first
+    np.testing.assert_array_equal(again, first)
+
+
 def test_points_do_not_reach_across_a_gap():
     """Two sheets, one above the other, nearer than the size of a cell."""
     fine = fine_of(np.concatenate([SHEET.positions, SHEET.positions + np.array([0.0, 0.0, 1e-3])]), copies=2)

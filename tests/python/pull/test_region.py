@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 import sample_meshes
 from arap_deform.core.graph import face_edges
+from arap_deform.core.session_data import SessionMesh
 from arap_deform.core.transforms import rotation
+from arap_deform.pull import region
 from arap_deform.pull.coarse import Fine
 from arap_deform.pull.region import (
     ITSELF,
@@ -52,6 +54,27 @@ def test_a_patch_smaller_than_a_face_is_the_nearest_corner():
     corners = np.array([MIDDLE, MIDDLE + 1, MIDDLE + N, MIDDLE + N + 1], dtype=np.int32)
     found = connected_within(POINTS, EDGES, corners, np.array([0.06, 0.06, 0.0]), 0.01)
     assert found.tolist() == [MIDDLE + N + 1]
+
+
+def test_the_mesh_of_the_last_drag_is_kept_while_nothing_of_it_changes():
+    moved, flipped = POINTS + 1.0, GRID.corner_vertices[::-1].copy()
+    last = None
+    for points, corners, stretch in (
+        (POINTS, GRID.corner_vertices, np.eye(3)),
+        (moved, GRID.corner_vertices, np.eye(3)),
+        (moved, flipped, np.eye(3)),
+        (moved, flipped, 2.0 * np.eye(3)),
+    ):
+        fine, again = (
+            region.fine_of(SessionMesh(points.copy(), corners.copy(), GRID.face_sizes), stretch, EDGES.copy())
+            for _ in range(2)
+        )
+        assert fine is again
+        assert fine is not last
+        np.testing.assert_array_equal(fine.points, points @ stretch.T)
+        last = fine
+    region.forget_fine()
+    assert region.fine_of(SessionMesh(moved, flipped, GRID.face_sizes), 2.0 * np.eye(3), EDGES) is not last
 
 
 def test_the_rest_is_free_near_the_grab_held_beyond_and_softly_in_between():
