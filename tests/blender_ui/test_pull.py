@@ -391,18 +391,63 @@ def test_pull_undone_while_it_binds(ui: Ui) -> Steps:
     assert bpy.context.scene["step"] == 2
 
 
-def test_pull_and_live(ui: Ui) -> Steps:
-    """A live mesh is not pulled; another one that is live goes on while this one is."""
+def test_a_pull_ends_following(ui: Ui) -> Steps:
+    """The mesh keeps the pull: Follow is off. Esc and undo leave it on. Made into handles, a pull stays with Follow."""
     yield from begin_live(ui)
-    obj = sheet()
-    rest = scenes.key_positions(obj)
-    yield from point_at(ui, (0.3, 0.0, 0.0))
-    said = refusal(ui)
-    assert "The mesh follows its handles: move these, or press Keep before you pull" in said, said
-    yield from pull(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0))
-    np.testing.assert_allclose(scenes.shown_positions(obj), rest, atol=NEAR)
-    assert not obj.arap.pull_pins
+    sheet().arap.handles[0].target.location.y += 0.3
+    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "the mesh follows")
+    bpy.ops.ed.undo_push(message="moved")
+    yield
+    start = scenes.shown_positions(sheet())
 
+    yield from grab(ui, (0.0, 0.2, 0.0), (0.0, 0.5, 0.0))
+    yield from ui.until(lambda: np.abs(scenes.shown_positions(sheet()) - start).max() > 0.1, "it is pulled")
+    yield from ui.key("ESC")
+    yield from release(ui)
+    assert sheet().arap.is_live
+    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "it follows again")
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), start, atol=1e-3)
+
+    yield from pull(ui, (0.0, 0.2, 0.0), (0.0, 0.5, 0.0))
+    pulled = scenes.shown_positions(sheet())
+    assert np.abs(pulled - start).max() > 0.1
+    assert (sheet().arap.is_live, len(sheet().arap.pull_pins)) == (False, 1)
+    yield from ui.screenshot("off")
+    yield from ui.undo()
+    assert (sheet().arap.is_live, len(sheet().arap.pull_pins)) == (True, 0)
+    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "it follows again")
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), start, atol=1e-3)
+
+    yield from ui.redo()
+    assert not sheet().arap.is_live
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), pulled, atol=1e-6)
+    assert ui.call(bpy.ops.arap.pull_make_real) == {"FINISHED"}
+    sheet().arap.is_live = True
+    yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "it follows")
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), pulled, atol=5e-3)
+
+
+def test_pull_ends_on_a_fault(ui: Ui) -> Steps:
+    """Whatever fails within a drag, it ends, and the mesh goes back."""
+    yield from begin(ui)
+    rest = scenes.key_positions(sheet())
+    yield from grab(ui, (0.0, 0.0, 0.0), (0.3, 0.1, 0.0))
+    yield from ui.until(lambda: np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.1, "it is pulled")
+
+    def fail(_drag: object, _mouse: object) -> None:
+        raise RuntimeError("a fault")
+
+    ui.change(ui.pull.Drag, "to", fail)
+    yield from drag_to(ui, (0.4, 0.1, 0.0), 1)
+    yield from ui.until_free()
+    np.testing.assert_allclose(scenes.shown_positions(sheet()), rest, atol=NEAR)
+    yield from release(ui)
+
+
+def test_pull_and_live(ui: Ui) -> Steps:
+    """A mesh that follows goes on while another one is pulled."""
+    yield from begin_live(ui)
+    rest = scenes.key_positions(sheet())
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=20, y_subdivisions=20)
     pulled = bpy.context.object
     pulled.name = "Pulled"

@@ -8,7 +8,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..core.naming import counted
-from ..follow.act import Ending, Phase
+from ..follow.act import End, Ending, Phase
 from ..scene import redraw, shape_keys
 from ..setup.handles import follow_from_now
 from ..ui.checks import (
@@ -86,11 +86,14 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         mouse = (event.mouse_region_x, event.mouse_region_y)
         if self._run is None:
             return self._before_drag(context, event, mouse)
-        run = self._run
-        answer = self._settling(event) if run.is_released else self._dragging(context, event, mouse)
-        if event.type == "TIMER":
-            run.tick()
-        run.show_status(context)
+        run, answer = self._run, {"RUNNING_MODAL"}
+        try:
+            answer = self._settling(event) if run.is_released else self._dragging(context, event, mouse)
+            if event.type == "TIMER":
+                run.tick()
+            run.show_status(context)
+        except Exception as error:  # noqa: BLE001 - whatever it is, the drag must end, and the mesh go back
+            run.act.fail(error)
         if run.is_over:
             return self._end() | (answer & {"PASS_THROUGH"})
         return answer
@@ -170,9 +173,15 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         tool.watch()
         redraw.tag_views()
         if end.message:
-            self.report({"WARNING"} if end.error is None else {"ERROR"}, end.message)
+            self.report({_severity(end)}, end.message)
         # A step of undo after an undo would remove the redo steps.
         return {"CANCELLED"} if end.how is Ending.RESTORE or self._run.is_undone else {"FINISHED"}
+
+
+def _severity(end: End) -> str:
+    if end.error is not None:
+        return "ERROR"
+    return "INFO" if end.how is Ending.KEEP else "WARNING"
 
 
 def _mode_of(event: bpy.types.Event) -> Mode:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -25,6 +25,7 @@ from .scene import PullScene
 from .view import Pixels, View
 
 TIMER_S = 0.01
+FOLLOW_OFF = "Follow is off, so the mesh keeps what you pulled. To go on, press Make Handles and tick Follow"
 MODES = {Mode.MOVE: "move", Mode.TURN: "turn", Mode.NORMAL: "normal"}
 
 
@@ -86,6 +87,7 @@ class PullRun(ActRun):
         self.grip = grip
         self.is_released = False
         self.is_undone = False
+        self._was_live = bool(obj.arap.is_live)
         self._has_followed = False  # the mesh has followed a move of the mouse since the last tick
         give_up(obj)
         scene = PullScene(obj, grabs_at(obj, grip.pick, patch_of(grip.pick.vertices, grip.pick.radius)))
@@ -151,6 +153,9 @@ class PullRun(ActRun):
         if end.how is Ending.KEEP and obj is not None:
             pins.add(obj, self.scene.pull.grabs)
             pins.remember_rest(obj, self.scene.pull.rest, self.scene.pull.shown)
+            if self._was_live and obj.arap.is_live:  # else it would take the mesh back to its handles
+                obj.arap.is_live = False
+                end = replace(end, message=f"{end.message} {FOLLOW_OFF}".strip())
         return end
 
     def _status_text(self) -> str:

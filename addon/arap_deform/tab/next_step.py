@@ -66,6 +66,8 @@ def _without_handles(obj: bpy.types.Object) -> str:
 
 
 def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
+    if not obj.arap.is_live and obj.arap.pull_pins:
+        return Step("Make Handles (Ctrl H) keeps what you pulled. Then tick Follow.")
     if not obj.arap.is_live:
         return Step("Tick Follow, then move a handle: the mesh follows.")
     run = runs.run_of(obj)

@@ -180,13 +180,11 @@ def why_no_reset(context: bpy.types.Context) -> str:
 
 
 def why_not_pullable(context: bpy.types.Context) -> str:
-    """As why_not_idle(). There must be a solver, Follow must be off, and the mesh must be visible."""
+    """As why_not_idle(). There must be a solver, no bake may show, and the mesh must be visible."""
     reason = why_not_idle(context) or native.problem()
     if reason:
         return reason
     obj = posed_object(context)
-    if obj.arap.is_live:
-        return "The mesh follows its handles: move these, or press Keep before you pull"
     reason = why_baked(obj)
     if reason:
         return reason

@@ -3,8 +3,9 @@
 
 from unittest import mock
 
+import numpy as np
 from support import SceneTest, bpy, linked_back, module
-from tubes import BOTTOM, TOP, animate, mesh_object, posable, select_in_edit_mode
+from tubes import BOTTOM, MIDDLE, TOP, animate, mesh_object, posable, select_in_edit_mode
 
 MOST_LETTERS = 80  # of three lines in a sidebar of 280 pixels
 
@@ -49,6 +50,9 @@ class NextStepTest(SceneTest):
         self.assert_step("Move, turn or scale the handle: G, R, S.", "REC")
         bpy.ops.arap.follow_end()
         self.assert_step("Tick Follow, then move a handle: the mesh follows.")
+        pull_pins = module("pull.pins")
+        pull_pins.add(obj, [module("pull.region").Grab(np.array(MIDDLE, dtype=np.int32), 1.0)])
+        self.assert_step("Make Handles (Ctrl H) keeps what you pulled. Then tick Follow.")
 
     def test_a_pin_alone(self):
         self.api.add_pin(self.active_mesh(), BOTTOM)
