@@ -73,9 +73,9 @@ def _choosing(items: str, index: str, group: str) -> Callable[[bpy.types.Propert
 
 
 def _row_shown(settings: bpy.types.PropertyGroup) -> int:
-    """The row of the handle that is active in the view, else the row chosen last."""
+    """The row chosen last, unless something else is active in the view since then: then the row of that handle."""
     active = getattr(bpy.context, "object", None)
-    if active is not None and active != settings.id_data:
+    if active is not None and active != settings.id_data and _name_of(active) != settings.active_when_chosen:
         for index, handle in enumerate(settings.handles):
             if handle.target == active and handle.bone in {"", _active_bone(active)}:
                 return index
@@ -89,6 +89,10 @@ def _active_bone(obj: bpy.types.Object) -> str:
     return "" if bone is None else str(bone.name)
 
 
+def _name_of(active: bpy.types.Object) -> str:
+    return f"{active.name_full}/{_active_bone(active)}"
+
+
 def _choose_row(settings: bpy.types.PropertyGroup, row: int) -> None:
     n_handles = len(settings.handles)
     if row < n_handles:
@@ -97,6 +101,8 @@ def _choose_row(settings: bpy.types.PropertyGroup, row: int) -> None:
         settings.active_pin_index = row - n_handles
     for chosen in hooks.row_chosen:
         chosen(settings.id_data, row)
+    active = getattr(bpy.context, "object", None)
+    settings.active_when_chosen = "" if active is None else _name_of(active)
 
 
 class ArapRow(bpy.types.PropertyGroup):
@@ -168,6 +174,10 @@ class ArapObject(bpy.types.PropertyGroup):
     )
     is_pin_chosen: BoolProperty(
         options={"HIDDEN"}, description="A pin was chosen last in the list of handles and pins, not a handle"
+    )
+
+    active_when_chosen: StringProperty(
+        options={"HIDDEN"}, description="Object and bone that were active after the last click on the list"
     )
 
     stiffness: CollectionProperty(

@@ -202,6 +202,14 @@ def is_painting() -> bool | None:
     return any(op.bl_idname.startswith("PAINT_OT") for window in windows for op in window.modal_operators)
 
 
+def select_bone(armature: bpy.types.Object, name: str) -> None:
+    """Selects one bone alone in Pose Mode, and makes it active."""
+    for bone in armature.pose.bones:
+        holder = bone if hasattr(bone, "select") else bone.bone  # of the pose since 5.0
+        holder.select = bone.name == name
+    armature.data.bones.active = armature.data.bones[name]
+
+
 def gpu_shader(name: str) -> Any:
     """A built-in shader of the gpu module by its present name. Before 4.0 shaders in space have a prefix."""
     try:

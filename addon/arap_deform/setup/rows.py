@@ -9,7 +9,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..props import hooks
-from ..scene import meshes, redraw
+from ..scene import meshes, redraw, versions
 from .handles import HANDLES
 from .pins import PINS, GroupList, count_rows
 
@@ -32,9 +32,16 @@ def chosen(obj: bpy.types.Object) -> tuple[GroupList, int] | None:
 
 
 def take_in_hand(context: bpy.types.Context, handle: Any) -> None:
-    """Selects the handle's object alone and makes it active, so that G moves it. Not if it is hidden."""
+    """Selects the handle's object alone and makes it active, so that G moves it. In Pose Mode its bone.
+
+    Not if it is hidden, and not if that would end the mode.
+    """
     target = handle.target
-    if target is None or context.mode != "OBJECT" or not target.visible_get():
+    if target is None or not target.visible_get():
+        return
+    if context.mode == "POSE" and target == context.object and handle.bone in target.pose.bones:
+        versions.select_bone(target, handle.bone)
+    if context.mode != "OBJECT":
         return
     for other in context.selected_objects:
         other.select_set(False)
@@ -46,11 +53,11 @@ def take_in_hand(context: bpy.types.Context, handle: Any) -> None:
 
 def _on_chosen(obj: bpy.types.Object, row: int) -> None:
     context, entry = bpy.context, entry_at(obj, row)
-    if entry is None or context.mode != "OBJECT":
+    if entry is None:
         return
     if row < len(obj.arap.handles):
         take_in_hand(context, entry)
-    elif obj.visible_get():
+    elif context.mode == "OBJECT" and obj.visible_get():
         for handle in obj.arap.handles:
             if handle.target is not None and handle.target.visible_get():
                 handle.target.select_set(False)

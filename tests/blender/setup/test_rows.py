@@ -3,7 +3,7 @@
 
 import numpy as np
 from support import SceneTest, bpy, linked_back, module, opened_again
-from tubes import BOTTOM, MIDDLE, RINGS, SEGMENTS, TOP, mesh_object, posable, select_in_edit_mode
+from tubes import BOTTOM, MIDDLE, RINGS, SEGMENTS, TOP, armature, mesh_object, posable, select_in_edit_mode
 
 
 class RowsTest(SceneTest):
@@ -56,6 +56,28 @@ class RowsTest(SceneTest):
     def test_a_file_with_another_number_of_rows_is_put_right(self):
         self.obj.arap.rows.clear()
         self.assertEqual(len(opened_again().arap.rows), 3)
+
+    def test_in_pose_mode_a_click_selects_the_bone(self):
+        rig = armature()
+        for bone in ("Lower", "Upper"):
+            self.api.add_handle_for(self.obj, rig, bone)
+        self.take(rig)
+        bpy.ops.object.mode_set(mode="POSE")
+        for row, bone in ((3, "Upper"), (2, "Lower")):
+            self.obj.arap.shown_row = row
+            self.assertEqual((self.obj.arap.shown_row, rig.data.bones.active.name), (row, bone))
+            self.assertEqual([item.name for item in bpy.context.selected_pose_bones], [bone])
+        for row in (4, 0):  # a pin, and a handle of another object: the mode stays
+            self.obj.arap.shown_row = row
+            self.assertEqual((self.obj.arap.shown_row, bpy.context.object, rig.mode), (row, rig, "POSE"))
+        rig.data.bones.active = rig.data.bones["Upper"]
+        self.assertEqual(self.obj.arap.shown_row, 3, "what is selected in the view")
+
+    def test_of_two_handles_of_one_object_the_clicked_one_is_chosen(self):
+        self.obj.arap.handles[1].target = self.head
+        for row in (1, 0, 1):
+            self.obj.arap.shown_row = row
+            self.assertEqual((self.obj.arap.shown_row, bpy.context.object), (row, self.head))
 
     def test_rows_that_a_script_has_not_counted_are_counted_after_a_redraw(self):
         self.obj.arap.pins.add().name = "Feet"
