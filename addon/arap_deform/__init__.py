@@ -20,7 +20,7 @@ bl_info = {
 
 # The modules that give something to Blender, in this order; see scene/registration.
 MODULES = {
-    "props": ("preferences", "handles", "poses", "pull", "object"),
+    "props": ("pull", "preferences", "handles", "poses", "object"),
     "scene": ("remembered", "redraw"),
     "ui": ("panels", "edit_mode"),
     "setup": ("handles", "rows", "list_operators", "select_operators", "group_operators", "panels"),

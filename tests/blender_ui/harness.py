@@ -94,6 +94,7 @@ class Ui:
         self.live_run: Any = importlib.import_module(f"{MODULE}.live.run")
         self.overlay: Any = importlib.import_module(f"{MODULE}.show.overlay")
         self.solve: Any = importlib.import_module(f"{MODULE}.pose.solve")
+        self.preferences: Any = importlib.import_module(f"{MODULE}.props.preferences")
         self.pull: Any = importlib.import_module(f"{MODULE}.pull.run")
         self.shapes_job: Any = importlib.import_module(f"{MODULE}.bake.shapes_job")
         self.running: Any = self.sessions.acts

@@ -28,7 +28,7 @@ def begin(ui: Ui, n: int = N) -> Steps:
     region.view_distance = 4.0
     yield from ui.move_mouse_to_view()
     assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
-    bpy.context.window_manager.arap_pull.radius = 25
+    ui.change(ui.preferences.pull(), "radius", 25)
     bpy.ops.ed.undo_push(message="scene")
     yield
 
@@ -227,7 +227,7 @@ def test_pull_pins(ui: Ui) -> Steps:
 def test_pull_modifiers_and_axes(ui: Ui) -> Steps:
     """Shift turns about the line of sight, Ctrl goes along the normal, X, Y and Z constrain."""
     yield from begin(ui)
-    bpy.context.window_manager.arap_pull.radius = 60
+    ui.preferences.pull().radius = 60
     rest = scenes.key_positions(sheet())
     middle = nearest(rest, (0.0, 0.0, 0.0))
     beside = nearest(rest, (0.2, 0.0, 0.0))
@@ -262,7 +262,7 @@ def test_pull_modifiers_and_axes(ui: Ui) -> Steps:
 def test_pull_radius(ui: Ui) -> Steps:
     """[ and ] and F change the radius without a step of undo; in a drag the wheel takes hold of more."""
     yield from begin(ui)
-    settings = bpy.context.window_manager.arap_pull
+    settings = ui.preferences.pull()
     rest = scenes.key_positions(sheet())
     yield from point_at(ui, (0.0, 0.0, 0.0))
     yield from ui.key("RIGHT_BRACKET")

@@ -22,7 +22,7 @@ from ..core.naming import NAME_BYTES
 from . import hooks
 from .handles import ArapHandle, ArapPin, ArapStiffness
 from .poses import ArapStoredPose
-from .pull import ArapPullPin, ArapPullRest, ArapPullSettings
+from .pull import ArapPullPin, ArapPullRest
 
 # Files store the numbers, so an item keeps its number.
 ENERGIES = (
@@ -312,9 +312,7 @@ class ArapObject(bpy.types.PropertyGroup):
 
 def register() -> None:
     bpy.types.Object.arap = PointerProperty(type=ArapObject, name="ARAP", description="As-rigid-as-possible posing")
-    bpy.types.WindowManager.arap_pull = PointerProperty(type=ArapPullSettings, name="ARAP Pull")
 
 
 def unregister() -> None:
-    del bpy.types.WindowManager.arap_pull
     del bpy.types.Object.arap

@@ -5,9 +5,10 @@
 from typing import Any
 
 import bpy
-from bpy.props import FloatProperty, IntProperty, StringProperty
+from bpy.props import FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..core.following import REFINE_TIME_LIMIT_S
+from .pull import ArapPullSettings
 
 ADDON = (__package__ or "").rpartition(".")[0]  # as Blender knows the add-on: in an extension, bl_ext.REPOSITORY.NAME
 KEY_NAME = "ARAP"
@@ -46,6 +47,7 @@ class ArapPreferences(bpy.types.AddonPreferences):
         default=KEY_NAME,
         maxlen=63,
     )
+    pull: PointerProperty(type=ArapPullSettings, name="ARAP Pull", description="Settings of the tool ARAP Pull")
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout
@@ -68,6 +70,11 @@ def refine_time_s() -> float:
 def key_name() -> str:
     """Never empty."""
     return str(_value("key_name", "")) or KEY_NAME
+
+
+def pull() -> ArapPullSettings:
+    """The settings of the tool ARAP Pull. Only of an add-on that is enabled."""
+    return bpy.context.preferences.addons[ADDON].preferences.pull  # type: ignore[no-any-return]
 
 
 def _value(name: str, default: Any) -> Any:

@@ -49,8 +49,12 @@ class ArapPullRest(HeldShape, bpy.types.PropertyGroup):
     """The rest of the mesh as the last drag held it."""
 
 
+def _on_changed(_settings: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
+    context.preferences.is_dirty = True  # so that Blender saves them when it ends
+
+
 class ArapPullSettings(bpy.types.PropertyGroup):
-    """Settings of the tool ARAP Pull. They belong to the window, so undo does not change them."""
+    """Settings of the tool ARAP Pull. The preferences keep them: for every file, and undo does not change them."""
 
     radius: IntProperty(
         name="Radius",
@@ -60,6 +64,7 @@ class ArapPullSettings(bpy.types.PropertyGroup):
         max=10000,
         soft_max=500,
         subtype="PIXEL",
+        update=_on_changed,
     )
     is_reach_auto: BoolProperty(
         name="Auto Reach",
@@ -68,11 +73,13 @@ class ArapPullSettings(bpy.types.PropertyGroup):
             "a head. What is no limb gives way as far as Reach"
         ),
         default=True,
+        update=_on_changed,
     )
     turns_along: BoolProperty(
         name="Turn Along",
         description="The pulled piece of a limb turns as the limb swings about its joint. Off: it keeps its angle",
         default=True,
+        update=_on_changed,
     )
     reach: FloatProperty(
         name="Reach",
@@ -82,4 +89,5 @@ class ArapPullSettings(bpy.types.PropertyGroup):
         max=1000.0,
         soft_max=20.0,
         precision=1,
+        update=_on_changed,
     )

@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Floats
+from ..props import preferences
 from ..props.bounds import bounded
 from ..scene import meshes
 from ..ui import batches
@@ -42,7 +43,7 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
         return
     corner = np.array([region.x, region.y], dtype=np.float64)
     mouse = np.array(xy, dtype=np.float64) - corner
-    radius = float(context.window_manager.arap_pull.radius)
+    radius = float(preferences.pull().radius)
     color = batches.color_of_pull()
     run = runs[0] if runs else None
     if run is not None and not run.is_released:

@@ -9,6 +9,7 @@ from bpy.app.handlers import persistent
 
 from ..core.naming import counted
 from ..follow.act import End, Ending, Phase
+from ..props import preferences
 from ..scene import redraw, shape_keys
 from ..setup.handles import follow_from_now
 from ..ui.checks import (
@@ -88,7 +89,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
             return self._before_drag(context, event, mouse)
         run, answer = self._run, {"RUNNING_MODAL"}
         try:
-            answer = self._settling(event) if run.is_released else self._dragging(context, event, mouse)
+            answer = self._settling(event) if run.is_released else self._dragging(event, mouse)
             if event.type == "TIMER":
                 run.tick()
             run.show_status(context)
@@ -132,7 +133,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         redraw.tag_views()
         return {"FINISHED"}
 
-    def _dragging(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
+    def _dragging(self, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
         run = self._run
         assert run is not None
         if event.type == "MOUSEMOVE":
@@ -150,9 +151,9 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
             run.drag.toggle_axis(AXES[event.type])
             run.move(mouse)
         elif event.type in WHEEL:
-            settings = context.window_manager.arap_pull
+            settings = preferences.pull()
             settings.radius = max(1, round(settings.radius * WHEEL[event.type]))
-            run.resize(context)
+            run.resize()
         return {"RUNNING_MODAL"}
 
     def _settling(self, event: bpy.types.Event) -> set[str]:

@@ -47,7 +47,7 @@ class Grip:
 def find_grip(context: bpy.types.Context, obj: bpy.types.Object, mouse: tuple[float, float]) -> Grip | None:
     """The grip under the mouse; None if the mesh is not there. Raises ValueError as seen_mesh.pick()."""
     view = seen_mesh.view_of(context.region, context.region_data)
-    radius = context.window_manager.arap_pull.radius
+    radius = preferences.pull().radius
     pick = seen_mesh.pick(obj, context.evaluated_depsgraph_get(), view, mouse, radius)
     return None if pick is None else Grip(obj.name, view, mouse, pick)
 
@@ -60,7 +60,7 @@ def grabs_at(obj: bpy.types.Object, pick: seen_mesh.Pick, patch: Grab) -> list[G
 
 def patch_of(vertices: Ints, radius: float) -> Grab:
     """A patch of this radius that is dragged, with the reach of the settings."""
-    settings = bpy.context.window_manager.arap_pull
+    settings = preferences.pull()
     return Grab(vertices, bounded(settings, "reach") * radius, None if settings.is_reach_auto else 0.0)
 
 
@@ -92,7 +92,7 @@ class PullRun(ActRun):
         give_up(obj)
         scene = PullScene(obj, grabs_at(obj, grip.pick, patch_of(grip.pick.vertices, grip.pick.radius)))
         self.drag = Drag(grip.view, grip.mouse, grip.pick.place, grip.pick.normal, scene.lever)
-        self.drag.is_turning_along = context.window_manager.arap_pull.turns_along
+        self.drag.is_turning_along = preferences.pull().turns_along
         self._seen = seen_mesh.read(obj, context.evaluated_depsgraph_get())
         act = PoseAct(scene, is_drag=True)
         act.begin()
@@ -119,13 +119,13 @@ class PullRun(ActRun):
         self.is_undone = True
         self.act.leave("Undo has ended the pull")
 
-    def resize(self, context: bpy.types.Context) -> None:
+    def resize(self) -> None:
         """Drags a patch of the present radius. An error ends the drag."""
         obj = self.scene.obj
         pick = self.grip.pick
         if obj is None or pins.find(obj, pick.seeds):
             return  # a pin keeps its size
-        settings = context.window_manager.arap_pull
+        settings = preferences.pull()
         radius = settings.radius * self.grip.view.pixel_size(pick.place)
         edges = self._seen.topology.edges
         self.act.unsettle()

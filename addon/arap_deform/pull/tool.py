@@ -10,13 +10,14 @@ import bl_ui.space_toolsystem_common
 import bpy
 from bpy.app.handlers import persistent
 
+from ..props import preferences
 from ..ui.checks import find_posed_object
 from . import draw, pins
 
 IDNAME = "arap.pull"
 LOOK_S = 0.25  # while there are temporary pins, a timer looks this often whether the tool is still on
 
-RADIUS = "window_manager.arap_pull.radius"
+RADIUS = f'preferences.addons["{preferences.ADDON}"].preferences.pull.radius'
 
 
 class ArapPullTool(bpy.types.WorkSpaceTool):
@@ -54,7 +55,7 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
 
     @staticmethod
     def draw_settings(context: bpy.types.Context, layout: bpy.types.UILayout, _tool: Any) -> None:
-        settings = context.window_manager.arap_pull
+        settings = preferences.pull()
         layout.prop(settings, "radius")
         row = layout.row(align=True)
         row.prop(settings, "is_reach_auto", toggle=True)

@@ -12,7 +12,8 @@ class PreferencesTest(SceneTest):
         self.preferences = module("props.preferences")
         self.values = bpy.context.preferences.addons[self.preferences.ADDON].preferences
         for name in type(self.values).__annotations__:
-            self.addCleanup(setattr, self.values, name, getattr(self.values, name))
+            if name != "pull":
+                self.addCleanup(setattr, self.values, name, getattr(self.values, name))
 
     def test_the_session_has_the_threads_and_another_number_binds_again(self):
         obj = posable()
@@ -40,6 +41,16 @@ class PreferencesTest(SceneTest):
         for name, wanted in (("Later", "Later"), ("", "ARAP")):
             self.values.key_name = name
             self.assertEqual(module("scene.pose_key").name_of(mesh_object()), wanted)
+
+    def test_blender_saves_changed_settings_of_pull_when_it_ends(self):
+        pull, preferences = self.preferences.pull(), bpy.context.preferences
+        for name, value in (("radius", 55), ("is_reach_auto", False), ("reach", 2.0), ("turns_along", False)):
+            self.addCleanup(setattr, pull, name, getattr(pull, name))
+            preferences.is_dirty = False
+            setattr(pull, name, value)
+            self.assertTrue(preferences.is_dirty)
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.assertEqual(self.preferences.pull().radius, 55, "another file")
 
     def test_what_is_drawn_has_colors_of_the_theme(self):
         batches, theme = module("ui.batches"), bpy.context.preferences.themes[0]
