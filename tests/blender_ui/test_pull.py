@@ -92,7 +92,7 @@ def nearest(rest: np.ndarray, place: Place) -> int:
 
 
 def test_pull_undo_redo(ui: Ui) -> Steps:
-    """A drag takes the patch with the mouse, live; the rest beyond the falloff stays; one undo takes it back."""
+    """A drag takes the patch with the mouse, live; the rest beyond the reach stays; one undo takes it back."""
     yield from begin(ui)
     rest = scenes.key_positions(sheet())
     middle = nearest(rest, (0.0, 0.0, 0.0))

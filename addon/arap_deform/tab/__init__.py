@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""First Pose, Advanced, and the menus."""
+"""What is not folded in the tab, its first line, Advanced, and the menus."""
