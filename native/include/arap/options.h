@@ -78,7 +78,7 @@ struct SolveOptions {
   int max_iterations = 1000;
 
   /// Stop when every vertex is within this distance of the minimizer, estimated from the last steps, or when steps are
-  /// lost in rounding; a fraction of the bounding-box diagonal at rest. >= 0. A tenth takes a dozen iterations more.
+  /// lost in rounding; 0: for neither. A fraction of the diagonal at rest, >= 0. A tenth takes a dozen iterations more.
   /// Iterations switch from single to double precision near the end; below 1e-7, and on small meshes, all are in
   /// double.
   double accuracy = 1e-6;

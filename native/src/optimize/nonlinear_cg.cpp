@@ -219,7 +219,7 @@ IterationReport minimize(LocalGlobal& steps, NonlinearCg& search, Pose& pose, co
     // One still step may only be short; after two, numbers are at their end, as if handles are a million times the
     // mesh's size away.
     n_still = search.step() <= steps.movement_rounding() ? n_still + 1 : 0;
-    const bool is_stuck = n_still == 2;
+    const bool is_stuck = options.accuracy > 0 && n_still == 2;
     if ((is_stuck || needs_double(search.distance(), options.accuracy)) && steps.go_on_in_double(pose)) {
       n_still = 0;
       // Single precision knows all energies of a model with the same small error.
