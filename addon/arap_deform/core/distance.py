@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Floats, Ints
+from .graph import fans
 
 SETTLED = 1e-5  # a change of distance below this fraction of the radius is not passed on
 
@@ -129,15 +130,4 @@ def _triangles_near(points: Floats, corner_vertices: Ints, face_sizes: Ints, sou
     is_face_near = np.logical_and.reduceat(is_near[corner_vertices], starts)
     starts, sizes = starts[is_face_near], face_sizes[is_face_near].astype(np.int64)
     # Fans from two corners: a quad is cut both ways, so that no diagonal is preferred.
-    return np.concatenate([_fans(corner_vertices, starts, sizes, corner) for corner in (0, 1)]).astype(np.int32)
-
-
-def _fans(corner_vertices: Ints, starts: NDArray[np.int64], sizes: NDArray[np.int64], corner: int) -> Ints:
-    """(t, 3) the faces, each as a fan of triangles about its corner of that number; triangles only once."""
-    is_cut = (sizes > 3) | (corner == 0)
-    starts, sizes = starts[is_cut], sizes[is_cut]
-    n_triangles = sizes - 2
-    face = np.repeat(np.arange(len(starts)), n_triangles)
-    place = np.arange(n_triangles.sum()) - np.repeat(np.cumsum(n_triangles) - n_triangles, n_triangles)
-    ends = [corner_vertices[starts[face] + (corner + place + i) % sizes[face]] for i in (1, 2)]
-    return np.stack([corner_vertices[starts[face] + corner], *ends], axis=1)
+    return np.concatenate([fans(corner_vertices, starts, sizes, corner) for corner in (0, 1)]).astype(np.int32)

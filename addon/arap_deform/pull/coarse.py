@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..core.arrays import Floats, Ints
 from ..core.distance import distances_within
-from ..core.graph import connected_labels
+from ..core.graph import connected_labels, fans
 
 MOST_KNOWN = 50  # pieces
 N_POINTS = 4000  # about as many: a finger of a figure still has some around it
@@ -68,7 +68,8 @@ class Coarse:
 
     @classmethod
     def of(cls, fine: Fine) -> Coarse:
-        triangles = _fans(fine.corner_vertices, fine.face_sizes)
+        starts = np.cumsum(fine.face_sizes, dtype=np.int64) - fine.face_sizes
+        triangles = fans(fine.corner_vertices, starts, fine.face_sizes)
         sides = fine.points[fine.edges[:, 0]] - fine.points[fine.edges[:, 1]]
         cell = float(np.sqrt(np.einsum("ij,ij->", sides, sides) / 3.0 / N_POINTS))  # about the root of a point's area
         is_large = len(fine.points) > N_POINTS and cell > 0.0
@@ -106,15 +107,6 @@ def _distinct(items: NDArray[np.integer]) -> Ints:
     """Edges or triangles whose corners differ, each once."""
     items = items[(items != np.roll(items, 1, axis=1)).all(axis=1)]
     return np.asarray(np.unique(np.sort(items, axis=1), axis=0), dtype=np.int32)
-
-
-def _fans(corner_vertices: Ints, face_sizes: Ints) -> Ints:
-    """(t, 3) all faces as fans of triangles."""
-    starts = np.cumsum(face_sizes, dtype=np.int64) - face_sizes
-    n_triangles = face_sizes.astype(np.int64) - 2
-    first = np.repeat(starts, n_triangles)
-    second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(n_triangles) - n_triangles, n_triangles)
-    return np.stack([corner_vertices[first], corner_vertices[second], corner_vertices[second + 1]], axis=1)
 
 
 def _areas(points: Floats, triangles: Ints) -> Floats:

@@ -11,7 +11,7 @@ from ..core.naming import counted
 from ..follow.act import End, Ending, Phase
 from ..props import preferences
 from ..scene import redraw, shape_keys
-from ..setup.handles import follow_from_now
+from ..setup.handles import following_first_handle
 from ..ui.checks import (
     ArapOperator,
     allow,
@@ -202,10 +202,8 @@ class ARAP_OT_pull_make_real(ArapOperator, bpy.types.Operator):
     why_not = staticmethod(why_no_pull)
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        is_first = not obj.arap.handles
-        n_handles, n_pins = pins.make_real(obj, context.evaluated_depsgraph_get())
-        if is_first and n_handles:
-            follow_from_now(obj)
+        with following_first_handle(obj):
+            n_handles, n_pins = pins.make_real(obj, context.evaluated_depsgraph_get())
         self.report({"INFO"}, f"Made {counted(n_handles, 'handle')} and {counted(n_pins, 'pin')}")
         redraw.tag_views()
 

@@ -14,6 +14,7 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats, Ints
+from ..core.graph import fans
 from ..core.transforms import transformed
 from ..scene import meshes, versions
 from .region import connected_within
@@ -194,11 +195,7 @@ def patch_triangles(seen: SeenMesh, vertices: NDArray[np.int32]) -> Ints:
     is_inside[vertices] = True
     starts, sizes = topology.face_starts[:-1], np.diff(topology.face_starts)
     faces = np.flatnonzero(np.logical_and.reduceat(is_inside[topology.corner_vertices], starts))
-    n_triangles = sizes[faces] - 2
-    first = np.repeat(starts[faces], n_triangles)
-    step = np.arange(len(first)) - np.repeat(np.cumsum(n_triangles) - n_triangles, n_triangles)
-    corners = np.stack([first, first + step + 1, first + step + 2], axis=1)
-    return np.asarray(topology.corner_vertices[corners])
+    return fans(topology.corner_vertices, starts[faces], sizes[faces])
 
 
 def forget_updated(depsgraph: bpy.types.Depsgraph) -> None:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import bpy
 
 from . import pose_key, shape_keys
@@ -53,6 +55,6 @@ def mute(obj: bpy.types.Object) -> None:
         obj.data.shape_keys.key_blocks[name].mute = True
 
 
-def _names(obj: bpy.types.Object) -> shape_keys.Names:
+def _names(obj: bpy.types.Object) -> Iterator[str]:
     """Names of the keys of the last bake."""
     return shape_keys.frame_keys(obj, obj.arap.bake_prefix) if obj.arap.bake_prefix else iter(())

@@ -13,8 +13,6 @@ from ..core import naming
 from ..core.arrays import Float32s
 from . import fcurves, meshes, versions
 
-Names = Iterator[str]
-
 FRAME_PATTERN = r"(?:-\d{3,}|\d{4,})"  # what frame_key_name() puts behind the prefix
 
 
@@ -240,7 +238,7 @@ def frame_key_name(prefix: str, frame: int) -> str:
     return f"{prefix}{frame:04d}"
 
 
-def frame_keys(obj: bpy.types.Object, prefix: str) -> Names:
+def frame_keys(obj: bpy.types.Object, prefix: str) -> Iterator[str]:
     """Names of the keys that an earlier bake with this prefix made: their values have keyframes."""
     keys = obj.data.shape_keys
     pattern = re.compile(re.escape(prefix) + FRAME_PATTERN)

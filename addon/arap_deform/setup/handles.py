@@ -144,9 +144,15 @@ def _add_around(obj: bpy.types.Object, target: bpy.types.Object, bone: str, vert
         handle.bone = bone
 
 
-def follow_from_now(obj: bpy.types.Object) -> None:
-    """For the first handle that the artist adds. If Follow was switched off later, another handle leaves it so."""
-    if not native.problem():
+@contextmanager
+def following_first_handle(obj: bpy.types.Object) -> Iterator[None]:
+    """The artist adds handles: the mesh follows from its first one on.
+
+    If Follow was switched off later, another handle leaves it so.
+    """
+    is_first = not obj.arap.handles
+    yield
+    if is_first and obj.arap.handles and not native.problem():
         obj.arap.is_live = True
 
 

@@ -12,7 +12,7 @@ from ..scene import meshes, remembered
 from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
 from ..ui.edit_mode import OneStepOperator, is_edited
 from .handle_copies import copy_handles
-from .handles import HANDLES, add_handle, add_handles_for, follow_from_now, remove_handle
+from .handles import HANDLES, add_handle, add_handles_for, following_first_handle, remove_handle
 from .names import name_for
 from .pins import PINS, GroupList, add_pin, add_pin_group, remove_pin
 from .rows import chosen, take_in_hand
@@ -187,11 +187,9 @@ class ARAP_OT_handle_add(_Add, bpy.types.Operator):
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         if not is_edited(obj):
             raise ValueError(NOT_EDITED)
-        is_first = not obj.arap.handles
-        self.add_selected(obj, add_handle, is_exact=self.is_exact)
-        take_in_hand(context, obj.arap.handles[-1])
-        if is_first:
-            follow_from_now(obj)
+        with following_first_handle(obj):
+            self.add_selected(obj, add_handle, is_exact=self.is_exact)
+            take_in_hand(context, obj.arap.handles[-1])
 
 
 class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
@@ -212,10 +210,8 @@ class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
     )
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
-        is_first = not obj.arap.handles
-        add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
-        if is_first:
-            follow_from_now(obj)
+        with following_first_handle(obj):
+            add_handles_for(obj, selected_targets(context, obj), radius=self.radius or None)
 
 
 class ARAP_OT_handles_copy(ArapOperator, bpy.types.Operator):

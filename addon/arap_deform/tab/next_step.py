@@ -28,16 +28,16 @@ def next_step(context: bpy.types.Context) -> Step:
     if obj is None:
         active = getattr(context, "object", None)  # in other modes a click does not select the mesh
         return Step((active and why_not_object_mode(active)) or "Click the mesh to pose in the view.")
-    if why_no_mesh(context):
-        return Step(why_no_mesh(context), "ERROR")
+    if problem := why_no_mesh(context):
+        return Step(problem, "ERROR")
     if is_posed(obj):
         return _while_posing(obj)
     if obj.arap.live_problem:
         return Step(obj.arap.live_problem, "ERROR")
     if obj.mode == "EDIT":
         return Step(_in_edit_mode(obj))
-    if why_not_object_mode(obj):
-        return Step(why_not_object_mode(obj))
+    if reason := why_not_object_mode(obj):
+        return Step(reason)
     if why_baked(obj):
         return Step("Edit Again shows the pose in place of the bake.")
     return _with_handles(context, obj) if obj.arap.handles else Step(_without_handles(obj))
