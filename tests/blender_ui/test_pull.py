@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """ARAP Pull, as an artist does it: with the mouse and keys, in a window."""
 
+from collections.abc import Generator
 from itertools import pairwise
+from typing import NamedTuple
 
 import bpy
 import numpy as np
@@ -607,7 +609,16 @@ def test_pull_bad_cases(ui: Ui) -> Steps:
     assert np.abs(scenes.shown_positions(sheet()) - rest).max() > 0.1
 
 
-def add_monkey(ui: Ui) -> Steps:
+class Ear(NamedTuple):
+    """The mesh, its rest shape, the vertex at the tip of an ear, and a place in the ear that can be grabbed."""
+
+    mesh: bpy.types.Object
+    rest: np.ndarray
+    tip: int
+    inside: Place
+
+
+def add_monkey(ui: Ui) -> Generator[None, None, Ear]:
     """A head with two ears, seen from the front, and the tool in hand."""
     yield from begin(ui)
     bpy.data.objects.remove(sheet())
@@ -616,15 +627,15 @@ def add_monkey(ui: Ui) -> Steps:
     bpy.ops.ed.undo_push(message="monkey")
     yield
     assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
+    monkey = bpy.context.object
+    rest = scenes.key_positions(monkey)
+    tip = int(rest[:, 0].argmax())
+    return Ear(monkey, rest, tip, (rest[tip, 0] - 0.05, 0.0, rest[tip, 2]))
 
 
 def test_pull_stops_where_the_limb_is_straight(ui: Ui) -> Steps:
     """Beyond its reach the ear stays behind the mouse, which is shown; with Alt it stretches."""
-    yield from add_monkey(ui)
-    monkey = bpy.context.object
-    rest = scenes.key_positions(monkey)
-    tip = int(rest[:, 0].argmax())
-    inside = (rest[tip, 0] - 0.05, 0.0, rest[tip, 2])
+    monkey, rest, tip, inside = yield from add_monkey(ui)
     far = (inside[0] + 1.0, 0.0, inside[2] + 0.2)
 
     def shift() -> float:
@@ -643,17 +654,13 @@ def test_pull_stops_where_the_limb_is_straight(ui: Ui) -> Steps:
 
 def test_pull_takes_the_limb(ui: Ui) -> Steps:
     """A first drag of a figure, without pins: the limb comes with the mouse from its root and keeps its length."""
-    yield from add_monkey(ui)
-    monkey = bpy.context.object
-    rest = scenes.key_positions(monkey)
+    monkey, rest, tip, inside = yield from add_monkey(ui)
     ear = (rest[:, 0] > 0.85) & (rest[:, 2] > -0.2)
-    tip = tuple(float(value) for value in rest[int(rest[:, 0].argmax())])
-    inside = (tip[0] - 0.05, tip[1], tip[2])
     yield from pull(ui, inside, (inside[0] - 0.1, 0.0, inside[2] + 0.3))
     yield from ui.screenshot("ear")
     posed = scenes.shown_positions(monkey)
     moved = np.linalg.norm(posed - rest, axis=1)
-    assert moved[int(rest[:, 0].argmax())] > 0.2
+    assert moved[tip] > 0.2
     assert moved[rest[:, 0] < 0.6].max() < 0.01 * np.linalg.norm(np.ptp(rest, axis=0))
     ends = np.array([edge.vertices[:] for edge in monkey.data.edges if ear[list(edge.vertices)].all()])
     lengths = [np.linalg.norm(shape[ends[:, 0]] - shape[ends[:, 1]], axis=1).sum() for shape in (rest, posed)]
@@ -662,11 +669,7 @@ def test_pull_takes_the_limb(ui: Ui) -> Steps:
 
 def test_pull_turns_the_limb_about_its_joint(ui: Ui) -> Steps:
     """With Shift the ear goes the way of the mouse around its joint, which is drawn, and the head stays."""
-    yield from add_monkey(ui)
-    monkey = bpy.context.object
-    rest = scenes.key_positions(monkey)
-    tip = int(rest[:, 0].argmax())
-    inside = (rest[tip, 0] - 0.05, 0.0, rest[tip, 2])
+    monkey, rest, tip, inside = yield from add_monkey(ui)
     yield from grab(ui, inside, (inside[0] - 0.1, 0.0, inside[2] + 0.3), shift=True)
     yield from ui.until(lambda: ui.running["Suzanne"].is_settled, "the mesh follows")
     yield from ui.screenshot("turning")
