@@ -95,7 +95,8 @@ TEST(HeldVertices, RowsHaveTheEnergyOfTheVertices) {
     for (size_t k = 0; k < task.constraints.vertices.size(); ++k) {
       const double s = task.constraints.strengths[k];
       const double weight = (s < 1 ? s / (1 - s) : 100) * .01 / .1;
-      const auto gap = lattice.row(task.constraints.vertices[k]).of(c) - task.targets.row(static_cast<Eigen::Index>(k));
+      const Eigen::RowVector3d target = task.targets.row(static_cast<Eigen::Index>(k));
+      const Eigen::RowVector3d gap = lattice.row(task.constraints.vertices[k]).of(c) - target;
       sum += weight * gap.squaredNorm();
     }
     return sum;
