@@ -90,6 +90,7 @@ class Ui:
         self.background: Any = importlib.import_module(f"{MODULE}.core.background")
         self.handle_motion: Any = importlib.import_module(f"{MODULE}.scene.handle_motion")
         self.meshes: Any = importlib.import_module(f"{MODULE}.scene.meshes")
+        self.pose_key: Any = importlib.import_module(f"{MODULE}.scene.pose_key")
         self.live: Any = importlib.import_module(f"{MODULE}.live.runs")
         self.live_run: Any = importlib.import_module(f"{MODULE}.live.run")
         self.overlay: Any = importlib.import_module(f"{MODULE}.show.overlay")

@@ -258,3 +258,33 @@ def test_live_stays_off_after_an_unrelated_undo(ui: Ui) -> Steps:
     assert not bar().arap.is_live
     assert bar().arap.live_problem
     np.testing.assert_array_equal(scenes.key_positions(bar()), posed)
+
+
+def test_live_makes_a_removed_key_anew_as_a_step_of_undo(ui: Ui) -> Steps:
+    """Blender keeps a mesh that no step has changed: a key made between two steps would be one that is gone."""
+
+    def has_key() -> bool:
+        return ui.pose_key.find(bar()) is not None
+
+    yield from begin(ui)
+    yield from drag(ui)
+    yield from settle(ui)
+    posed = scenes.key_positions(bar())
+    for _ in range(2):
+        bar().shape_key_clear()
+        bpy.ops.ed.undo_push(message="keys removed")
+        yield
+        bpy.data.objects["Top"].location.x += 0.5
+        bpy.ops.ed.undo_push(message="typed")  # as the sidebar does, before anything is evaluated
+        yield from ui.until(has_key, "the key is made anew")
+        yield from settle(ui)
+        yield from ui.undo()
+        for _ in range(5):
+            yield
+        assert not has_key()
+        yield from ui.redo()
+        assert has_key()
+        for _ in range(3):
+            yield from ui.undo()
+        yield from settle(ui)
+        np.testing.assert_allclose(scenes.key_positions(bar()), posed, atol=NEAR)

@@ -6,7 +6,7 @@ during playback, each solve goes on from the one before. After a change of frame
 the same from whichever frame one comes.
 
 A run of an opened file waits until something moves: the saved pose is that of the handles as they were saved. So a file
-is opened at once, and to look at it does not change it.
+is opened at once, and to look at it does not change it. After an undo that leaves no pose a run waits, too.
 """
 
 from __future__ import annotations
@@ -48,8 +48,12 @@ class LiveScene(FollowScene, Protocol):
     def look_again(self) -> None:
         """Anything may have changed, for example the mode."""
 
-    def undone(self) -> None:
-        """As look_again(), and all data has new addresses."""
+    def undone(self) -> bool:
+        """As look_again(), and all data has new addresses.
+
+        Returns:
+            Whether there is a pose. If not, has_changed() begins anew.
+        """
 
     def switch_off(self, error: Exception) -> None:
         """Live cannot go on: switches it off and says why."""
@@ -107,9 +111,10 @@ class LiveRun(HasFollower):
         self._guarded(lambda: self._tick(time_limit_s, is_playing=is_playing))
 
     def undone(self) -> None:
-        """Goes on from the pose that undo or redo has brought. All data is new."""
+        """Goes on from the pose that undo or redo has brought, or waits if it has brought none. All data is new."""
         self._is_resuming = True
-        self._scene.undone()
+        has_pose = self._scene.undone()
+        self._is_waiting = self._is_waiting or not has_pose
 
     def end(self) -> None:
         """Switched off, or the object is gone."""

@@ -16,7 +16,7 @@ from ..core import sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S
 from ..follow.scene import is_rendering
 from ..props import hooks, preferences
-from ..scene import meshes, redraw
+from ..scene import meshes, redraw, undo_step
 from ..scene.console import say
 from .run import LiveRun, When
 from .scene import SCRIPT_TIME_LIMIT_S, BlenderLiveScene
@@ -70,8 +70,7 @@ def give_up(obj: bpy.types.Object) -> None:
     """Call it before an act without Live: undoing the act must not try again what Live has given up."""
     if obj.arap.live_problem:
         obj.arap.live_problem = ""
-        if bpy.ops.ed.undo_push.poll():  # not without a window
-            bpy.ops.ed.undo_push(message="ARAP Follow Off")
+        undo_step.push("ARAP Follow Off")
 
 
 def _begin(obj: bpy.types.Object, *, is_waiting: bool = False) -> None:

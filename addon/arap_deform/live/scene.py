@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -16,7 +17,7 @@ from ..core.session_input import SceneState, difference_of_scene
 from ..follow.act import print_fault
 from ..follow.mesh import SessionBinding
 from ..follow.scene import BlenderFollowScene
-from ..scene import baked, handle_motion, meshes, pose_key
+from ..scene import baked, handle_motion, meshes, pose_key, undo_step
 from ..scene.console import say
 from ..scene.inputs import read_state
 from .run import NotNow
@@ -114,9 +115,33 @@ class BlenderLiveScene(BlenderFollowScene):
     def look_again(self) -> None:
         self._is_suspect = True
 
-    def undone(self) -> None:
+    def undone(self) -> bool:
         self.key.forget_address()
         self.look_again()
+        obj = self.obj
+        has_pose = obj is not None and pose_key.find(obj) is not None
+        if not has_pose:
+            self._first = None
+        return has_pose
+
+    def has_to_wait(self) -> bool:
+        return super().has_to_wait() or (not bpy.app.background and not self._can_have_key())
+
+    def _can_have_key(self) -> bool:
+        """Whether the mesh has its key, or one can be made as a step of undo.
+
+        Undo takes a mesh for the same if no step tells otherwise, and keeps it. So a key that was made between two
+        steps would be missing after an undo, but the mesh would still refer to it, and Blender would crash.
+        """
+        is_timer = self.depsgraph is None
+        return pose_key.find(self._obj()) is not None or (is_timer and undo_step.holds_whole_file())
+
+    def _solve(self, matrices: NDArray[np.float64], time_limit_s: float | None, **options: Any) -> Readout:
+        is_new = pose_key.find(self._obj()) is None
+        readout = super()._solve(matrices, time_limit_s, **options)
+        if is_new and not bpy.app.background:
+            undo_step.push("ARAP Follow")
+        return readout
 
     def begin_bind(self) -> SessionBinding:
         try:

@@ -11,7 +11,7 @@ from ..core import sessions
 from ..core.naming import counted
 from ..core.session_data import Readout
 from ..follow.act import Ending, PoseAct
-from ..scene import redraw
+from ..scene import redraw, undo_step
 from ..scene.placing import reset_handles
 from ..setup.list_operators import why_no_handles
 from ..ui.checks import (
@@ -83,7 +83,7 @@ class ARAP_OT_pose(ModalOperator, bpy.types.Operator):
         if end.how is Ending.KEEP:
             return {"FINISHED"}
         if end.how is Ending.RESTORE:
-            bpy.ops.ed.undo_push(message="Cancel ARAP Pose")
+            undo_step.push("Cancel ARAP Pose")
         return {"CANCELLED"}
 
     def _on_press(self, context: bpy.types.Context, event: bpy.types.Event) -> bool:

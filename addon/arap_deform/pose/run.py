@@ -10,7 +10,7 @@ from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, sta
 from ..follow.scene import is_rendering
 from ..live.runs import give_up
 from ..props import preferences
-from ..scene import redraw, registration
+from ..scene import redraw, registration, undo_step
 from ..ui.modal import ModalRun
 from . import undo
 from .scene import ActScene, BlenderPoseScene
@@ -63,7 +63,7 @@ class PoseRun(ActRun):
         except BaseException:
             obj.arap.pose_act = 0
             raise
-        bpy.ops.ed.undo_push(message="Begin ARAP Pose")
+        undo_step.push("Begin ARAP Pose")
         super().__init__(context, scene, act, TIMER_S)
         if not runs:
             registration.add(_CALLBACKS)

@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 import secrets
+from contextlib import suppress
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ..core import sessions
+from ..live.scene import PAUSING_MODES
 from ..props import hooks
+from ..scene import pose_key
 from .result import PoseState, capture_state, restore_state
 
 MOST_STARTS = 4  # of one object: undo may lead back to an earlier one
@@ -45,6 +48,14 @@ def _on_toggled(obj: bpy.types.Object) -> None:
             del _starts[number]
         obj.arap.follow_start = 1 + secrets.randbelow(2**31 - 2)
         _starts[obj.arap.follow_start] = capture_state(obj)
+        _make_key(obj)
+
+
+def _make_key(obj: bpy.types.Object) -> None:
+    """Makes the live key now, so that it belongs to the same step of undo. If it cannot be, Follow says why."""
+    if obj.mode not in PAUSING_MODES and not obj.data.is_editmode:
+        with suppress(ValueError):
+            pose_key.writable(obj)
 
 
 def _start_of(obj: bpy.types.Object) -> PoseState | None:

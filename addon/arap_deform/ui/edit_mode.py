@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 import bpy
 
+from ..scene import undo_step
 from .checks import ArapOperator
 
 _to_edit: str = ""
@@ -56,8 +57,7 @@ class OneStepOperator(ArapOperator):
         else:
             with object_mode(obj):
                 yield
-                if bpy.ops.ed.undo_push.poll():  # not without a window
-                    bpy.ops.ed.undo_push(message=self.bl_label)
+                undo_step.push(self.bl_label)
 
 
 def is_edited(obj: bpy.types.Object) -> bool:

@@ -426,6 +426,16 @@ class LiveToggleTest(SceneTest):
             self.assert_followed(obj)
             self.assertEqual([key for key, _ in self.keys(obj)], [name])
 
+    def test_switched_on_in_edit_mode_it_makes_the_key_later(self):
+        obj = posable()
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.object.mode_set(mode="EDIT")
+        obj.arap.is_live = True
+        self.assertIsNone(obj.data.shape_keys)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        bend(obj)
+        self.assert_followed(obj)
+
     def test_a_removed_key_is_made_again_and_no_other_one_is_taken_for_it(self):
         obj = live_tube()
         bend(obj)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Follow: on by itself from the first handle, ended by Keep and Cancel."""
 
-from looks import shown_positions
+from looks import key_positions, rest_positions, shown_positions
 from support import SceneTest, bpy, module, opened_again
-from tubes import BOTTOM, MIDDLE, TOP, copied, mesh_object, select_in_edit_mode
+from tubes import BOTTOM, MIDDLE, TOP, copied, mesh_object, posable, select_in_edit_mode
 
 
 class FollowTest(SceneTest):
@@ -48,6 +48,15 @@ class FollowTest(SceneTest):
         self.assertFalse(self.obj.arap.is_live)
         self.assert_close(shown_positions(self.obj), rest, 1e-6)
         self.assertAlmostEqual(self.obj.arap.handles[0].target.location.x, 0.0)
+
+    def test_the_key_is_made_at_rest_when_it_begins_and_cancel_takes_it_away(self):
+        obj = posable("Second")
+        obj.arap.is_live = True
+        self.assertEqual(obj.data.shape_keys.key_blocks["ARAP"].value, 0.0)
+        self.assert_close(key_positions(obj), rest_positions(obj), 0.0)
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.arap.follow_end(is_kept=False)
+        self.assertIsNone(obj.data.shape_keys)
 
     def test_cancel_works_under_another_name(self):
         rest = shown_positions(self.obj)

@@ -22,6 +22,7 @@ class FakeScene(FakeFollowScene):
     now: float = 0.0
     off: list[str] = field(default_factory=list)
     first_place: float | None = None
+    has_pose: bool = True
 
     def clock(self) -> float:
         return self.now
@@ -36,8 +37,10 @@ class FakeScene(FakeFollowScene):
         self.first_place = self.place if self.first_place is None else self.first_place
         return self.place != self.first_place
 
-    def undone(self) -> None:
+    def undone(self) -> bool:
         self.calls.append("undone")
+        self.first_place = self.first_place if self.has_pose else None
+        return self.has_pose
 
     def switch_off(self, error: Exception) -> None:
         self.off.append(str(error))
@@ -294,6 +297,17 @@ def test_an_undo_that_brings_the_same_pose_moves_nothing() -> None:
     run.undone()
     run.tick(is_playing=False)
     assert (scene.calls, run.wants_timer) == (["undone", "go on"], False)
+
+
+def test_after_an_undo_to_no_pose_it_waits_until_something_moves() -> None:
+    scene, run = begun()
+    scene.has_pose = False
+    run.undone()
+    run.scene_changed(When.UPDATE)
+    assert (scene.calls, run.wants_timer) == (["undone"], False)
+    scene.place = 1.0
+    run.scene_changed(When.UPDATE)
+    assert scene.calls == ["undone", "go on", "follow"]
 
 
 def test_evaluation_within_a_step_does_not_start_another() -> None:
