@@ -13,7 +13,7 @@ from pathlib import Path
 
 from PIL import Image
 
-MOVING_WIDTH = 360  # pixels
+MOVING_WIDTH = 640  # pixels
 WIDEST = 900
 PANEL_PIXELS = 90_000  # up to here a picture is kept exact, as panels are
 

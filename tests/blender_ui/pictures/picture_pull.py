@@ -1,26 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """ARAP Pull: the README's moving picture, frame_000.png and so on, and the pictures of the user guide.
 
-The sample creature, pinned with two clicks and pulled by an ear and its head. Run by .ci/pictures.
+The moving picture begins with a figure that nobody has touched: a button, then three drags. The guide's pictures show the
+sample creature, pinned with two clicks and pulled by an ear. Run by .ci/pictures.
 """
 
 import shutil
+import subprocess
 
 import bpy
 import numpy as np
-from camera import Camera, begin_pull, tidy_up
+from camera import Camera, begin_pull, look, tidy_up
 from harness import Steps, Ui
-from test_pull import click, drag_to, point_at, press, release
+from test_pull import Place, click, drag_to, point_at, press, release
 
 N_FRAMES = 12  # of a drag
-HOLD = 6
+N_WAY = 5  # of the mouse on its way
+HOLD = 8
 MIDDLE = ("-gravity", "center", "-crop", "640x0+0+0", "+repage")  # pixels
 EAR, EAR_END = (0.42, 0.0, 1.6), (0.75, 0.0, 1.45)
-NOSE, NOSE_END = (0.0, 0.0, 1.0), (0.22, 0.0, 1.15)
+DRAGS = (  # a paw, the tail, an ear
+    ((0.28, -0.36, 0.06), (0.28, -0.72, 0.36)),
+    ((0.06, 0.8, 1.48), (0.06, 1.1, 1.1)),
+    ((0.5, -0.55, 1.7), (0.5, -0.22, 1.6)),
+)
+POINTER = np.array([(0, 0), (0, 17), (4, 13), (7, 19), (9, 18), (6, 12), (12, 12)])  # pixels
 
 
 class Film:
-    """Takes the frames."""
+    """Takes the frames: the 3D view with its sidebar, and the mouse."""
 
     def __init__(self, ui: Ui) -> None:
         self._ui = ui
@@ -29,14 +37,33 @@ class Film:
 
     def frame(self, n_times: int = 1) -> Steps:
         folder, first = self._ui.screenshots, f"frame_{self._n:03d}"
-        yield from self._camera.view(first, *MIDDLE)
+        yield from self._camera.area(first)
+        self._draw_mouse(f"{folder}/{first}.png")
         for i in range(1, n_times):
             shutil.copy(folder / f"{first}.png", folder / f"frame_{self._n + i:03d}.png")
         self._n += n_times
 
-    def drag(self, start: tuple[float, float, float], end: tuple[float, float, float]) -> Steps:
+    def _draw_mouse(self, path: str) -> None:
+        """A picture of a window does not have it."""
+        area = self._ui.view
+        tip = np.array([self._ui.mouse[0] - area.x, area.y + area.height - self._ui.mouse[1]])
+        corners = " ".join(f"{x},{y}" for x, y in tip + POINTER)
+        colours = ("-fill", "white", "-stroke", "black")
+        subprocess.run(["convert", path, *colours, "-draw", f"polygon {corners}", path], check=True)
+
+    def go(self, pixel: tuple[int, int]) -> Steps:
+        """The mouse on its way, no button down."""
+        start, end = np.array(self._ui.mouse), np.array(pixel)
+        for part in np.linspace(0.0, 1.0, N_WAY + 1)[1:]:
+            x, y = start + part * (end - start)
+            yield from self._ui.move_mouse(round(x), round(y))
+            yield from self.frame()
+
+    def drag(self, start: Place, end: Place) -> Steps:
         """Slow at both ends, as a hand is."""
         ui = self._ui
+        yield from self.go(ui.pixel(start))
+        yield from self.frame(HOLD // 2)
         yield from press(ui, start)
         for i in range(1, N_FRAMES + 1):
             part = (1 - np.cos(np.pi * i / N_FRAMES)) / 2
@@ -60,23 +87,34 @@ def begin(ui: Ui) -> Steps:
     return creature
 
 
-def pin(ui: Ui, film: Film | None = None) -> Steps:
+def pin(ui: Ui) -> Steps:
     """A paw and a shoulder, and what mirrors them."""
     for height in (0.05, 0.6):
         yield from click(ui, (0.2, 0.0, height))
-        if film is not None:
-            yield from film.frame(HOLD // 2)
 
 
-def test_picture_pull(ui: Ui) -> Steps:
-    creature = yield from begin(ui)
+def test_picture_first_drags(ui: Ui) -> Steps:
+    """From a figure that nobody has touched to a pose."""
     film = Film(ui)
+    creature = yield from begin_pull(ui)
+    ui.call(bpy.ops.wm.tool_set_by_id, "EXEC_DEFAULT", True, name="builtin.select_box")
+    tidy_up(ui.view.spaces.active)
+    yield from ui.open_tab()
+    look(ui, right=-0.6, up=0.3, closer=0.8)
     yield from film.frame(HOLD)
-    yield from pin(ui, film)
-    yield from film.drag(EAR, EAR_END)
-    creature.data.use_mirror_x = False
-    yield from film.drag(NOSE, NOSE_END)
+    yield from film.go(button_at(ui))
+    assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
+    yield from film.frame(HOLD)
+    for start, end in DRAGS:
+        yield from film.drag(start, end)
+    yield from film.frame(HOLD)
     assert creature.data.shape_keys is not None
+
+
+def button_at(ui: Ui) -> tuple[int, int]:
+    """The middle of the first button of the tab."""
+    region = ui.region("UI")
+    return region.x + region.width // 3, region.y + region.height - 156
 
 
 def test_picture_pull_in_the_guide(ui: Ui) -> Steps:
