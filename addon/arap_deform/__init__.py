@@ -22,9 +22,9 @@ bl_info = {
 MODULES = {
     "props": ("pull", "preferences", "handles", "poses", "object"),
     "scene": ("remembered", "redraw"),
-    "ui": ("panels", "edit_mode"),
+    "ui": ("panels", "edit_mode", "waiting"),
     "setup": ("handles", "rows", "list_operators", "select_operators", "group_operators", "panels"),
-    "live": ("runs",),
+    "live": ("runs", "operators"),
     "show": ("overlay", "panel"),
     "pose": ("undo", "starts", "operators"),
     "pull": ("tool", "operators", "draw"),

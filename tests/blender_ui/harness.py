@@ -98,6 +98,7 @@ class Ui:
         self.preferences: Any = importlib.import_module(f"{MODULE}.props.preferences")
         self.pull: Any = importlib.import_module(f"{MODULE}.pull.run")
         self.shapes_job: Any = importlib.import_module(f"{MODULE}.bake.shapes_job")
+        self.waiting: Any = importlib.import_module(f"{MODULE}.ui.waiting")
         self.running: Any = self.sessions.acts
 
     @contextlib.contextmanager

@@ -85,6 +85,10 @@ class ShapesJob(ABC, Generic[Result]):
         return None if self._bind is None else self._bind.fraction
 
     @property
+    def stage_fraction(self) -> float:
+        return self.fraction if self._bind is None else self._bind.fraction
+
+    @property
     def status(self) -> str:
         if self._bind is not None:
             return f"preparing the mesh, {self._bind.fraction:.0%}"

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .session_data import Readout
+from .waiting import Wait
 
 # An update may take this long while a handle moves: with the rest of a frame that gives about sixty frames a second.
 # The solve gets what the checks and writing the key (slow before Blender 4.1) leave of it. It does at least one
@@ -84,6 +85,7 @@ class Follower:
         self._clock = clock
         self._besides_s = 0.0  # of the last update, all but the solve
         self._bind: Bind | None = None
+        self._bind_began = 0.0
         self._matrices: NDArray[np.float64] | None = None
         self._iterations_here = 0
         self.has_followed = False
@@ -98,12 +100,19 @@ class Follower:
     def bind_fraction(self) -> float:
         return self._bind.fraction if self._bind is not None else 1.0
 
+    def wait_for_bind(self, object_name: str, *, ends_on_esc: bool = True) -> Wait | None:
+        """What the artist waits for while it binds."""
+        if self._bind is None:
+            return None
+        text = f"Preparing {object_name}, {self.bind_fraction:.0%}"
+        return Wait(text, self.bind_fraction, self._clock() - self._bind_began, ends_on_esc)
+
     def begin(self) -> None:
         """Binds if the session does not fit, else goes on from the pose shown."""
         if self._scene.is_bound():
             self._scene.go_on_from_shown()
         else:
-            self._bind = self._scene.begin_bind()
+            self._begin_bind()
 
     def prepare(self, time_limit_s: float = BIND_STEP_S) -> bool:
         """A step of binding, which waits no longer than that for a bind. True if there is nothing to bind."""
@@ -112,7 +121,7 @@ class Follower:
         if self._bind is None and self._scene.is_bound():
             return True
         if self._bind is None:
-            self._bind = self._scene.begin_bind()
+            self._begin_bind()
         elif not self._bind.step(time_limit_s):
             bind, self._bind = self._bind, None
             bind.adopt()
@@ -162,7 +171,12 @@ class Follower:
     def drop(self) -> None:
         """Ends a bind that is under way."""
         if self._bind is not None:
-            self._bind.drop()
+            bind, self._bind = self._bind, None
+            bind.drop()
+
+    def _begin_bind(self) -> None:
+        self._bind_began = self._clock()  # the scene is read first, which takes its time too
+        self._bind = self._scene.begin_bind()
 
     def _take(self, readout: Readout) -> None:
         self.readout = readout
@@ -184,6 +198,9 @@ class HasFollower:
     @property
     def bind_fraction(self) -> float:
         return self._follower.bind_fraction
+
+    def wait_for_bind(self, object_name: str, *, ends_on_esc: bool = True) -> Wait | None:
+        return self._follower.wait_for_bind(object_name, ends_on_esc=ends_on_esc)
 
     @property
     def readout(self) -> Readout | None:

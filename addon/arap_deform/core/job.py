@@ -27,6 +27,10 @@ class Job(Protocol[Result_co]):
         """Done so far, 0 to 1."""
 
     @property
+    def stage_fraction(self) -> float:
+        """Done of what ``status`` tells, 0 to 1."""
+
+    @property
     def status(self) -> str:
         """What is being done, for the status bar."""
 

@@ -14,10 +14,12 @@ from bpy.app.handlers import persistent
 
 from ..core import sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S
+from ..core.waiting import Wait
 from ..follow.scene import is_rendering
 from ..props import hooks, preferences
 from ..scene import meshes, redraw, undo_step
 from ..scene.console import say
+from ..ui import waiting
 from .run import LiveRun, When
 from .scene import SCRIPT_TIME_LIMIT_S, BlenderLiveScene
 
@@ -35,6 +37,13 @@ class Run(LiveRun):
         self.scene = BlenderLiveScene(obj)
         super().__init__(self.scene, is_waiting=is_waiting)
         sessions.hold(obj.name, LIVE)
+
+    def wait(self) -> Wait | None:
+        if self.pause or is_rendering():
+            return None
+        # An act, or the playback, would take Esc.
+        ends_on_esc = not (sessions.acts or _is_playing())
+        return self.wait_for_bind(self.scene.name, ends_on_esc=ends_on_esc)
 
     def end(self) -> None:
         super().end()
@@ -202,6 +211,9 @@ def _on_timer() -> float | None:
     if _shown() != shown:
         redraw.tag_panels()
     left = [run for run in _runs.values() if run.wants_timer]
+    for run in left:
+        if run.wait() is not None:
+            waiting.watch(run)
     if not left:
         return None
     if all(run.pause or (is_playing and not run.is_binding) for run in left):

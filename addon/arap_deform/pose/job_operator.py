@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An operator that does a job: progress at the mouse and in the status bar, Esc cancels, one step of undo."""
+"""An operator that does a job: progress in the views and in the status bar, Esc cancels, one step of undo."""
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import bpy
 
 from ..core.job import Job, run_job
 from ..core.native import sentence_of
+from ..core.waiting import Wait
 from ..live.runs import give_up
+from ..ui import waiting
 from ..ui.checks import ArapOperator, posed_object, reports_errors
 from ..ui.modal import ModalOperator, ModalRun
 
@@ -20,10 +23,18 @@ STEP_TIME_LIMIT_S = 0.1  # the window is drawn, and Esc is seen, this often
 class JobRun(ModalRun):
     """A job under way. Its owner calls abort(), or leave() after the job's end."""
 
-    def __init__(self, context: bpy.types.Context, job: Job[Any]) -> None:
+    def __init__(self, context: bpy.types.Context, job: Job[Any], act_name: str) -> None:
         super().__init__(context, TIMER_S)
         self.job: Any = job
-        context.window_manager.progress_begin(0, 100)
+        self._act_name = act_name
+        self._began = time.monotonic()
+        waiting.watch(self)
+
+    def wait(self) -> Wait | None:
+        if self.has_left:
+            return None
+        text = f"{self._act_name}: {self.job.status}"
+        return Wait(text, self.job.stage_fraction, time.monotonic() - self._began)
 
     def abort(self, _message: str = "") -> None:
         """Puts everything back."""
@@ -31,10 +42,6 @@ class JobRun(ModalRun):
             self.job.cancel()
         finally:
             self.leave()
-
-    def leave(self) -> None:
-        bpy.context.window_manager.progress_end()
-        super().leave()
 
 
 class JobOperator(ModalOperator, ArapOperator):
@@ -66,7 +73,7 @@ class JobOperator(ModalOperator, ArapOperator):
             self.report_result(job, run_job(job))
             return {"FINISHED"}
         give_up(bpy.data.objects[job.object_name])
-        self._run = JobRun(context, job)
+        self._run = JobRun(context, job, self.act_name)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -81,7 +88,6 @@ class JobOperator(ModalOperator, ArapOperator):
             return {"RUNNING_MODAL"}
         try:
             if run.job.step(STEP_TIME_LIMIT_S):
-                context.window_manager.progress_update(100 * run.job.fraction)
                 run.show_text(context, f"ARAP {self.act_name}: {run.job.status}   |   Esc: cancel")
                 return {"RUNNING_MODAL"}
             result = run.job.finish()

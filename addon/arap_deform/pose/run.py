@@ -6,11 +6,13 @@ from __future__ import annotations
 import bpy
 
 from ..core import sessions
+from ..core.waiting import Wait
 from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 from ..follow.scene import is_rendering
 from ..live.runs import give_up
 from ..props import preferences
 from ..scene import redraw, registration, undo_step
+from ..ui import waiting
 from ..ui.modal import ModalRun
 from . import undo
 from .scene import ActScene, BlenderPoseScene
@@ -26,6 +28,15 @@ class ActRun(ModalRun):
         self.scene = scene
         self.act = act
         super().__init__(context, timer_s)
+
+    def step(self) -> None:
+        """A step of the act. A bind that lasts is shown in the views."""
+        self.act.tick(preferences.refine_time_s())
+        if self.act.phase is Phase.BINDING:
+            waiting.watch(self)
+
+    def wait(self) -> Wait | None:
+        return self.act.wait_for_bind(self.scene.name)
 
     def finish(self) -> End:
         """The one exit of all ends; ``end.message`` is what is left to say."""
@@ -76,7 +87,7 @@ class PoseRun(ActRun):
         if is_rendering():
             return
         before = self.act.readout
-        self.act.tick(preferences.refine_time_s())
+        self.step()
         if self.act.phase is Phase.BINDING:
             self.show_status(context)
         if self.act.readout is not before or self.act.phase is Phase.BINDING:

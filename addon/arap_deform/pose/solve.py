@@ -76,6 +76,10 @@ class SolveJob:
         return self._work.fraction
 
     @property
+    def stage_fraction(self) -> float:
+        return self._work.fraction
+
+    @property
     def status(self) -> str:
         text = "preparing the mesh, {:.0%}" if self._session is None else "solving, {:.0%}"
         return text.format(self.fraction)

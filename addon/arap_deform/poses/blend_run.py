@@ -9,9 +9,11 @@ import bpy
 
 from ..core import native, sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S, Follower
+from ..core.waiting import Wait
 from ..follow.scene import BlenderFollowScene
 from ..pose.result import capture_state, restore_state, restore_transforms
 from ..props import preferences
+from ..ui import waiting
 from ..ui.modal import ModalRun
 from .library import Placement
 
@@ -51,6 +53,10 @@ class BlendRun(ModalRun):
             self._follower.begin()
             sessions.claim(obj.name, self)
         super().__init__(context, TIMER_S)
+        waiting.watch(self)
+
+    def wait(self) -> Wait | None:
+        return None if self._follower is None else self._follower.wait_for_bind(self._name)
 
     def show_status(self, context: bpy.types.Context, text: str) -> None:
         if not self.is_ready and self._follower is not None:

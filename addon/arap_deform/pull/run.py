@@ -112,7 +112,7 @@ class PullRun(ActRun):
         """For a timer. After a move there is no refining in the same turn: it would hold up the next move."""
         has_followed, self._has_followed = self._has_followed, False
         if not has_followed and not is_rendering():
-            self.act.tick(preferences.refine_time_s())
+            self.step()
 
     def undone(self) -> None:
         """Undo or redo has replaced the scene in which this drag began."""

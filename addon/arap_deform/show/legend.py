@@ -10,9 +10,9 @@ import numpy as np
 
 from ..scene import versions
 from ..ui.batches import index_buffer, surface_batch
+from ..ui.on_screen import FONT, draw_text, free_room
 from .strain import colors_of
 
-FONT = 0
 WIDTH, HEIGHT, MARGIN, TEXT_SIZE = 180.0, 10.0, 24.0, 11.0
 TITLE = "Stretch: edges shorter or longer than at rest"
 
@@ -26,29 +26,17 @@ def draw_legend(context: bpy.types.Context, limit: float) -> None:
     """
     scale = context.preferences.system.ui_scale
     width, height = WIDTH * scale, HEIGHT * scale
-    left = _right_edge(context) - (WIDTH + MARGIN) * scale
-    bottom = MARGIN * scale + 1.5 * TEXT_SIZE * scale
+    room = free_room(context)
+    left = room.right - (WIDTH + MARGIN) * scale
+    bottom = room.bottom + MARGIN * scale + 1.5 * TEXT_SIZE * scale
     _draw_bar(left, bottom, width, height)
     versions.set_text_size(FONT, TEXT_SIZE * scale)
     color = context.preferences.themes[0].view_3d.space.text_hi
     blf.color(FONT, color[0], color[1], color[2], 1.0)
     below = bottom - 1.3 * TEXT_SIZE * scale
     for text, part in ((f"-{limit:g} %", 0.0), ("0", 0.5), (f"+{limit:g} %", 1.0)):
-        _draw_text(text, left + part * width, below)
-    _draw_text(TITLE, left + 0.5 * width, bottom + height + 0.4 * TEXT_SIZE * scale)
-
-
-def _right_edge(context: bpy.types.Context) -> float:
-    """The right edge of the part of the view that no sidebar covers, in pixels."""
-    region = context.region
-    sidebars = [other for other in context.area.regions if other.type == "UI" and other.width > 1]
-    covered = [region.x + region.width - side.x for side in sidebars if side.x > region.x]
-    return float(region.width - max([0, *covered]))
-
-
-def _draw_text(text: str, centre: float, bottom: float) -> None:
-    blf.position(FONT, centre - 0.5 * blf.dimensions(FONT, text)[0], bottom, 0.0)
-    blf.draw(FONT, text)
+        draw_text(text, left + part * width, below, 0.5)
+    draw_text(TITLE, left + 0.5 * width, bottom + height + 0.4 * TEXT_SIZE * scale, 0.5)
 
 
 def _draw_bar(left: float, bottom: float, width: float, height: float) -> None:
