@@ -97,6 +97,7 @@ class Ui:
         self.solve: Any = importlib.import_module(f"{MODULE}.pose.solve")
         self.preferences: Any = importlib.import_module(f"{MODULE}.props.preferences")
         self.pull: Any = importlib.import_module(f"{MODULE}.pull.run")
+        self.pull_tool: Any = importlib.import_module(f"{MODULE}.pull.tool")
         self.shapes_job: Any = importlib.import_module(f"{MODULE}.bake.shapes_job")
         self.waiting: Any = importlib.import_module(f"{MODULE}.ui.waiting")
         self.running: Any = self.sessions.acts
@@ -190,6 +191,15 @@ class Ui:
     def until_held(self) -> Steps:
         """Waits until the gate holds some work."""
         yield from self.until(lambda: self._gate is not None and self._gate.is_holding, "the work is under way")
+
+    def until_bar(self, begins_with: str) -> Steps:
+        """Waits until the bar of what the artist waits for is there."""
+        yield from self.until(lambda: self.waiting.shown() is not None, "the bar is there")
+        text = self.waiting.shown()[1].text
+        assert text.startswith(begins_with), text
+
+    def until_no_bar(self) -> Steps:
+        yield from self.until(lambda: self.waiting.shown() is None, "the bar is gone")
 
     @contextlib.contextmanager
     def override(self, **members: Any) -> Iterator[None]:

@@ -57,6 +57,7 @@ def test_bake_animation_esc(ui: Ui) -> Steps:
             yield from ui.key("RET")
             yield from ui.until_held()
             assert (bpy.context.scene.frame_current != 3) == is_baking
+            yield from ui.until_bar("Bake: frame " if is_baking else "Bake: preparing the mesh, ")
             yield from ui.screenshot("baking" if is_baking else "binding")
             yield from ui.key("ESC")
             yield from ui.until_free()

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Live in a window: no act is begun, and the mesh follows whatever moves its handles."""
 
+from pathlib import Path
+from typing import Any
+
 import bpy
 import numpy as np
+import rna_xml
 import scenes
 from harness import Steps, Ui
 from mathutils import Vector
 
+LIGHT_THEME = Path(bpy.utils.system_resource("SCRIPTS")) / "presets" / "interface_theme" / "Blender_Light.xml"
 NEAR = 1e-5
 SAME = 5e-3  # of a bar 4 long: what two ways to one pose may differ by, at the accuracy set here
 
@@ -195,6 +200,43 @@ def test_live_frames_shown_alone_are_finished(ui: Ui) -> Steps:
         scene.frame_set(frame)
         ui.api.solve(bar())
         np.testing.assert_allclose(seen[frame][0], scenes.key_positions(bar()), atol=SAME)
+
+
+def test_live_bind_is_shown_and_ends_on_esc(ui: Ui) -> Steps:
+    """The bar is drawn over the view, in each theme and size. Esc switches Follow off, and nothing moves."""
+    yield from begin(ui)
+    shown = scenes.shown_positions(bar())
+    texts = []
+    draw = ui.waiting.draw_wait
+
+    def noting_draw(context: bpy.types.Context, wait: Any) -> None:
+        draw(context, wait)
+        texts.append(wait.text)
+
+    ui.change(ui.waiting, "draw_wait", noting_draw)
+    bar().arap.overlay.show_strain = True  # its legend is near the bar
+    assert not ui.can(bpy.ops.arap.follow_cancel), "without a bind Esc is Blender's own"
+    with ui.held_stage():
+        ui.sessions.drop("Bar")
+        bpy.data.objects["Top"].location.x += 1.0
+        yield from ui.until(lambda: bool(texts), "the bar is drawn")
+        assert texts[0].startswith("Preparing Bar, ")
+        yield from ui.screenshot("dark")
+        ui.change(bpy.context.preferences.view, "ui_scale", 2.0)
+        yield from ui.screenshot("dark_200")
+        rna_xml.xml_file_run(bpy.context, str(LIGHT_THEME), (("preferences.themes[0]", "Theme"),))
+        yield from ui.screenshot("light_200")
+        bpy.context.preferences.view.ui_scale = 1.0
+        yield from ui.screenshot("light")
+        bpy.ops.preferences.reset_default_theme()
+        yield from ui.key("ESC")
+        yield from ui.until(lambda: not bar().arap.is_live, "Follow is off")
+        yield from ui.until_no_bar()
+    np.testing.assert_array_equal(scenes.shown_positions(bar()), shown)
+    assert not ui.can(bpy.ops.arap.follow_cancel)
+    bar().arap.is_live = True
+    yield from settle(ui)
+    assert_followed(ui)
 
 
 def test_live_frame_that_must_bind_catches_up(ui: Ui) -> Steps:

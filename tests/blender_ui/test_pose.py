@@ -290,10 +290,12 @@ def test_esc_while_binding(ui: Ui) -> Steps:
         act = ui.running["Grid"]
         yield from ui.until_held()
         yield from ui.until(lambda: act.bind_fraction > 0.0, "the bind tells how far it is")
+        yield from ui.until_bar("Preparing Grid, ")
         yield from ui.screenshot("binding")
         yield from ui.key("ESC")
         yield from ui.until_free()
         assert obj.data.shape_keys is None
+        yield from ui.until_no_bar()
     yield from ui.undo()  # passes over the act, and over nothing else
     yield from ui.until(lambda: bpy.data.objects["Grid"].arap.pose_act == 0, "the undo has passed over the act")
     assert bpy.context.scene["step"] == 2

@@ -4,6 +4,7 @@
 from collections.abc import Generator
 from itertools import pairwise
 from typing import NamedTuple
+from unittest.mock import Mock
 
 import bpy
 import numpy as np
@@ -362,6 +363,43 @@ def test_pull_interrupted_settling(ui: Ui) -> Steps:
             for _ in range(2):
                 yield from ui.undo()
             np.testing.assert_allclose(scenes.shown_positions(sheet()), rest, atol=NEAR)
+
+
+def test_pull_esc_while_it_binds(ui: Ui) -> Steps:
+    """The view shows how far it is, and Esc takes the drag back."""
+    yield from begin(ui, 21)
+    rest = scenes.key_positions(sheet())
+    with ui.held_stage():
+        yield from grab(ui, (0.3, 0.0, 0.0), (0.3, 0.2, 0.0), 2)
+        yield from ui.until_bar("Preparing Grid, ")
+        yield from ui.screenshot("bar")
+        yield from ui.key("ESC")
+        yield from ui.until_free()
+    ui.event("LEFTMOUSE", "RELEASE")
+    yield from ui.until_no_bar()
+    np.testing.assert_array_equal(scenes.shown_positions(sheet()), rest)
+
+
+def test_pull_keys_are_told_before_a_drag(ui: Ui) -> Steps:
+    """The status bar has the tool's keys as long as nothing else is under way."""
+
+    def told() -> str:
+        header = Mock()
+        with ui.override():
+            ui.pull_tool.draw_keys(header, bpy.context)
+        return str(header.layout.label.call_args)
+
+    yield from begin(ui, 21)
+    assert "Shift: turn" in told()
+    yield from ui.screenshot("hover")
+    yield from press(ui, (0.3, 0.0, 0.0))
+    assert "Shift: turn" in told()
+    yield from drag_to(ui, (0.3, 0.2, 0.0))
+    assert told() == "None", "the drag has a text of its own"
+    yield from release(ui)
+    assert "Shift: turn" in told()
+    ui.call(bpy.ops.wm.tool_set_by_id, "EXEC_DEFAULT", name="builtin.select_box")
+    assert told() == "None"
 
 
 def test_pull_undone_while_it_binds(ui: Ui) -> Steps:

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .session_data import Readout
-from .waiting import Wait
 
 # An update may take this long while a handle moves: with the rest of a frame that gives about sixty frames a second.
 # The solve gets what the checks and writing the key (slow before Blender 4.1) leave of it. It does at least one
@@ -100,12 +99,10 @@ class Follower:
     def bind_fraction(self) -> float:
         return self._bind.fraction if self._bind is not None else 1.0
 
-    def wait_for_bind(self, object_name: str, *, ends_on_esc: bool = True) -> Wait | None:
-        """What the artist waits for while it binds."""
-        if self._bind is None:
-            return None
-        text = f"Preparing {object_name}, {self.bind_fraction:.0%}"
-        return Wait(text, self.bind_fraction, self._clock() - self._bind_began, ends_on_esc)
+    @property
+    def bind_s(self) -> float:
+        """Seconds that the bind under way has lasted."""
+        return self._clock() - self._bind_began if self._bind is not None else 0.0
 
     def begin(self) -> None:
         """Binds if the session does not fit, else goes on from the pose shown."""
@@ -199,8 +196,9 @@ class HasFollower:
     def bind_fraction(self) -> float:
         return self._follower.bind_fraction
 
-    def wait_for_bind(self, object_name: str, *, ends_on_esc: bool = True) -> Wait | None:
-        return self._follower.wait_for_bind(object_name, ends_on_esc=ends_on_esc)
+    @property
+    def bind_s(self) -> float:
+        return self._follower.bind_s
 
     @property
     def readout(self) -> Readout | None:

@@ -14,12 +14,12 @@ from bpy.app.handlers import persistent
 
 from ..core import sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S
-from ..core.waiting import Wait
 from ..follow.scene import is_rendering
 from ..props import hooks, preferences
 from ..scene import meshes, redraw, undo_step
 from ..scene.console import say
 from ..ui import waiting
+from ..ui.waits import Wait, wait_for_bind
 from .run import LiveRun, When
 from .scene import SCRIPT_TIME_LIMIT_S, BlenderLiveScene
 
@@ -43,7 +43,7 @@ class Run(LiveRun):
             return None
         # An act, or the playback, would take Esc.
         ends_on_esc = not (sessions.acts or _is_playing())
-        return self.wait_for_bind(self.scene.name, ends_on_esc=ends_on_esc)
+        return wait_for_bind(self.scene.name, self, ends_on_esc=ends_on_esc)
 
     def end(self) -> None:
         super().end()

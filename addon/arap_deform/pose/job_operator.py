@@ -10,11 +10,11 @@ import bpy
 
 from ..core.job import Job, run_job
 from ..core.native import sentence_of
-from ..core.waiting import Wait
 from ..live.runs import give_up
 from ..ui import waiting
 from ..ui.checks import ArapOperator, posed_object, reports_errors
 from ..ui.modal import ModalOperator, ModalRun
+from ..ui.waits import Wait
 
 TIMER_S = 0.01
 STEP_TIME_LIMIT_S = 0.1  # the window is drawn, and Esc is seen, this often

@@ -6,7 +6,6 @@ from __future__ import annotations
 import bpy
 
 from ..core import sessions
-from ..core.waiting import Wait
 from ..follow.act import End, Ending, Phase, PoseAct, print_fault, restored, status_text
 from ..follow.scene import is_rendering
 from ..live.runs import give_up
@@ -14,6 +13,7 @@ from ..props import preferences
 from ..scene import redraw, registration, undo_step
 from ..ui import waiting
 from ..ui.modal import ModalRun
+from ..ui.waits import Wait, wait_for_bind
 from . import undo
 from .scene import ActScene, BlenderPoseScene
 
@@ -36,7 +36,7 @@ class ActRun(ModalRun):
             waiting.watch(self)
 
     def wait(self) -> Wait | None:
-        return self.act.wait_for_bind(self.scene.name)
+        return wait_for_bind(self.scene.name, self.act)
 
     def finish(self) -> End:
         """The one exit of all ends; ``end.message`` is what is left to say."""

@@ -9,12 +9,12 @@ import bpy
 
 from ..core import native, sessions
 from ..core.following import FOLLOW_TIME_LIMIT_S, Follower
-from ..core.waiting import Wait
 from ..follow.scene import BlenderFollowScene
 from ..pose.result import capture_state, restore_state, restore_transforms
 from ..props import preferences
 from ..ui import waiting
 from ..ui.modal import ModalRun
+from ..ui.waits import Wait, wait_for_bind
 from .library import Placement
 
 TIMER_S = 0.02
@@ -56,7 +56,7 @@ class BlendRun(ModalRun):
         waiting.watch(self)
 
     def wait(self) -> Wait | None:
-        return None if self._follower is None else self._follower.wait_for_bind(self._name)
+        return None if self._follower is None else wait_for_bind(self._name, self._follower)
 
     def show_status(self, context: bpy.types.Context, text: str) -> None:
         if not self.is_ready and self._follower is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""ARAP Pull in the toolbar: its keys, its cursor, its settings. Without the tool the temporary pins go."""
+"""ARAP Pull in the toolbar: its keys (also in the status bar), its cursor, its settings. Without it its pins go."""
 
 from __future__ import annotations
 
@@ -11,12 +11,18 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..props import preferences
+from ..scene import versions
 from ..ui.checks import find_posed_object
 from . import draw, pins
+from .run import runs
 
 IDNAME = "arap.pull"
 LOOK_S = 0.25  # while there are temporary pins, a timer looks this often whether the tool is still on
 
+KEYS = (
+    "Drag: pull   |   with Shift: turn   |   Ctrl: along the normal   |   Alt: stretch   |   X, Y, Z: axis   |   "
+    "Click: pin   |   Ctrl-click: release   |   F: radius"
+)
 RADIUS = f'preferences.addons["{preferences.ADDON}"].preferences.pull.radius'
 
 
@@ -78,11 +84,20 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
 
 def is_on() -> bool:
     """Whether it is the active tool in any window."""
-    for window in bpy.context.window_manager.windows:
-        tool = window.workspace.tools.from_space_view3d_mode("OBJECT", create=False)
-        if tool is not None and tool.idname == IDNAME:
-            return True
-    return False
+    return any(_is_on_in(window) for window in bpy.context.window_manager.windows)
+
+
+def _is_on_in(window: bpy.types.Window) -> bool:
+    tool = window.workspace.tools.from_space_view3d_mode("OBJECT", create=False)
+    return tool is not None and tool.idname == IDNAME
+
+
+def draw_keys(self: Any, context: bpy.types.Context) -> None:
+    """In the status bar before a drag. A drag, and other operators, have texts of their own there."""
+    if context.mode != "OBJECT" or runs or not _is_on_in(context.window):
+        return
+    if all(name == "ARAP_OT_pull" for name in versions.modal_operators(context.window)):
+        self.layout.label(text=KEYS)
 
 
 def watch() -> None:
@@ -118,6 +133,7 @@ CALLBACKS = (
 def register() -> None:
     if not bpy.app.background:  # there is no toolbar
         bpy.utils.register_tool(ArapPullTool, after={"builtin.transform"}, separator=True)
+        bpy.types.STATUSBAR_HT_header.prepend(draw_keys)
 
 
 def unregister() -> None:
@@ -126,4 +142,5 @@ def unregister() -> None:
     if not bpy.app.background:
         if is_on():  # else Blender goes on drawing its cursor
             bl_ui.space_toolsystem_common.activate_by_id(bpy.context, "VIEW_3D", "builtin.select_box")
+        bpy.types.STATUSBAR_HT_header.remove(draw_keys)
         bpy.utils.unregister_tool(ArapPullTool)

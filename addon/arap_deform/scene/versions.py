@@ -199,7 +199,12 @@ def is_painting() -> bool | None:
     if "modal_operators" not in bpy.types.Window.bl_rna.properties:
         return None
     windows = bpy.context.window_manager.windows
-    return any(op.bl_idname.startswith("PAINT_OT") for window in windows for op in window.modal_operators)
+    return any(name.startswith("PAINT_OT") for window in windows for name in modal_operators(window))
+
+
+def modal_operators(window: bpy.types.Window) -> list[str]:
+    """The operators under way in a window. None are known before Blender 4.2."""
+    return [operator.bl_idname for operator in getattr(window, "modal_operators", ())]
 
 
 def select_bone(armature: bpy.types.Object, name: str) -> None:

@@ -10,9 +10,9 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Floats
-from ..core.waiting import Wait
 from ..scene import versions
 from .batches import draw_pixels
+from .waits import Wait
 
 FONT = 0
 # Of the bar, in pixels at UI scale 1. Below it there is room for the legend of Stretch.
@@ -43,7 +43,7 @@ def free_room(context: bpy.types.Context) -> Room:
                 right = min(right, other.x - region.x)
             else:
                 left = max(left, other.x + other.width - region.x)
-        elif other.type != "WINDOW" and other.type != "HUD" and other.y <= region.y:
+        elif other.type not in {"WINDOW", "HUD"} and other.y <= region.y:
             bottom = max(bottom, other.y + other.height - region.y)
     return Room(float(left), float(right), float(bottom))
 

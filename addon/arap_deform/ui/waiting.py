@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shows in the 3D views what the artist waits for, as soon as it has lasted a while. A timer looks while there is any."""
+"""Shows in the 3D views what the artist waits for. A timer looks while there is anything."""
 
 from __future__ import annotations
 
 import bpy
 
-from ..core.waiting import Wait, Waiter, Waiters
 from ..scene import redraw
 from .on_screen import draw_wait
+from .waits import Wait, Waiter, Waiters
 
 LOOK_S = 0.1
 

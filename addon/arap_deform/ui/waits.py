@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the artist waits for, and when that is shown. Work that is soon done shows nothing, so nothing flickers."""
+"""What the artist waits for, and when that is shown: nothing flickers for work that is soon done. No bpy."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Protocol
+
+from ..core.following import Follower, HasFollower
 
 SHOWN_AFTER_S = 0.5
 
@@ -24,6 +26,14 @@ class Wait:
     fraction: float
     seconds: float
     ends_on_esc: bool = True
+
+
+def wait_for_bind(object_name: str, binding: Follower | HasFollower, *, ends_on_esc: bool = True) -> Wait | None:
+    """The wait for a mesh that is bound, None if it is not."""
+    if not binding.is_binding:
+        return None
+    text = f"Preparing {object_name}, {binding.bind_fraction:.0%}"
+    return Wait(text, binding.bind_fraction, binding.bind_s, ends_on_esc)
 
 
 class Waiter(Protocol):
