@@ -46,6 +46,28 @@ def test_live_goes_on_after_it_was_disabled(ui: Ui) -> Steps:
     test_live.assert_followed(ui)
 
 
+def test_disabled_while_a_mesh_that_follows_is_prepared(ui: Ui) -> Steps:
+    """The bar goes, and Esc is Blender's own again."""
+
+    def has_key() -> bool:
+        keymap = bpy.context.window_manager.keyconfigs.addon.keymaps["3D View"]
+        return any(item.idname == "arap.follow_cancel" for item in keymap.keymap_items)
+
+    yield from test_live.begin(ui)
+    for _ in range(2):
+        with ui.held_stage():
+            ui.sessions.drop("Bar")
+            handle().location.x += 1.0
+            yield from ui.until_bar("Preparing Bar, ")
+            assert has_key()
+            yield from disable()
+            assert not has_key()
+        ui.view.tag_redraw()
+        yield from enable(ui)
+        yield from test_live.settle(ui)
+    test_live.assert_followed(ui)
+
+
 def test_disabled_within_a_blend(ui: Ui) -> Steps:
     bent = add_poses(ui)
     place = handle().matrix_world.copy()

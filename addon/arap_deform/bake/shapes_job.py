@@ -86,11 +86,12 @@ class ShapesJob(ABC, Generic[Result]):
 
     @property
     def stage_fraction(self) -> float:
-        return self.fraction if self._bind is None else self._bind.fraction
+        return self.fraction if self._bind is None or self._n_done else self._bind.fraction
 
     @property
     def status(self) -> str:
-        if self._bind is not None:
+        # With an animated scale each frame has a bind of its own: then only the first is told.
+        if self._bind is not None and not self._n_done:
             return f"preparing the mesh, {self._bind.fraction:.0%}"
         return f"{self._shape_name()}, {self.fraction:.0%} done"
 

@@ -53,7 +53,6 @@ class BlendRun(ModalRun):
             self._follower.begin()
             sessions.claim(obj.name, self)
         super().__init__(context, TIMER_S)
-        waiting.watch(self)
 
     def wait(self) -> Wait | None:
         return None if self._follower is None else wait_for_bind(self._name, self._follower)
@@ -83,7 +82,10 @@ class BlendRun(ModalRun):
     def tick(self) -> bool:
         """A step of binding, following or refining; True if the mesh has moved. Raises as the scene."""
         follower = self._follower
-        if follower is None or not follower.prepare():
+        if follower is None:
+            return False
+        if not follower.prepare():
+            waiting.watch(self)
             return False
         if follower.follow(FOLLOW_TIME_LIMIT_S):
             return True

@@ -41,7 +41,7 @@ def _draw_step(context: bpy.types.Context, box: bpy.types.UILayout) -> None:
         draw_text(context, box, step.text, step.icon, least_lines=LINES)
         return
     versions.draw_progress(box, f"{step.text}: {step.fraction:.0%}", step.fraction)
-    draw_text(context, box, "Untick Follow or press Cancel to stop.", "BLANK1", least_lines=LINES - 1)
+    draw_text(context, box, "To stop, press Esc with the mouse over the view.", "BLANK1", least_lines=LINES - 1)
 
 
 def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:

@@ -91,7 +91,7 @@ def _draw_bar(context: bpy.types.Context, box: Floats, fraction: float, scale: f
     if fraction > 0.0:
         end = box[0] + max(ROUND * scale, min(fraction, 1.0) * (box[2] - box[0]))
         _draw_convex(np.column_stack([np.minimum(corners[:, 0], end), corners[:, 1]]), (*colors.item[:3], 1.0))
-    blf.color(FONT, *colors.text, 1.0)
+    blf.color(FONT, *colors.text[:3], 1.0)
 
 
 def _rounded(box: Floats, radius: float) -> Floats:
