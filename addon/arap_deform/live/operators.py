@@ -11,6 +11,7 @@ from typing import Any
 import bpy
 
 from ..ui import waiting
+from ..ui.checks import allow
 from .runs import Run
 
 _items: list[tuple[Any, Any]] = []
@@ -34,7 +35,7 @@ class ARAP_OT_follow_cancel(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        return _prepared() is not None
+        return allow(cls, "" if _prepared() is not None else "No mesh that follows is being prepared")
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         run = _prepared()
@@ -47,9 +48,8 @@ class ARAP_OT_follow_cancel(bpy.types.Operator):
 
 
 def register() -> None:
-    keys = bpy.context.window_manager.keyconfigs.addon
-    if keys is not None:  # there are none without a window
-        keymap = keys.keymaps.new(name="3D View", space_type="VIEW_3D")
+    if not bpy.app.background:
+        keymap = bpy.context.window_manager.keyconfigs.addon.keymaps.new(name="3D View", space_type="VIEW_3D")
         _items.append((keymap, keymap.keymap_items.new(ARAP_OT_follow_cancel.bl_idname, "ESC", "PRESS")))
 
 
