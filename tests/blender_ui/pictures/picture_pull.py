@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """ARAP Pull: the README's moving picture, frame_000.png and so on, and the pictures of the user guide.
 
-The moving picture begins with a figure that nobody has touched: a button, then three drags. The guide's pictures show the
-sample creature, pinned with two clicks and pulled by an ear. Run by .ci/pictures.
+The moving picture begins with a figure that nobody has touched: a button, then three drags. The guide's pictures show
+the sample creature, pinned with two clicks and pulled by an ear. Run by .ci/pictures.
 """
 
 import shutil
