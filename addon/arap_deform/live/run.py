@@ -52,7 +52,7 @@ class LiveScene(FollowScene, Protocol):
         """As look_again(), and all data has new addresses.
 
         Returns:
-            Whether there is a pose. If not, has_changed() begins anew.
+            Whether there is a pose. If not, has_changed() starts over.
         """
 
     def switch_off(self, error: Exception) -> None:
