@@ -42,6 +42,24 @@ def sheet(n: int) -> Mesh:
     return Mesh(positions, np.add(first, (0, 1, n + 1, n)).ravel().astype(np.int32), np.full(len(first), 4, np.int32))
 
 
+def ball(centre: tuple[float, ...], radius: float, rings: int = 8, segments: int = 12) -> Mesh:
+    """A closed ball of quads, an n-gon at each end."""
+    positions, corners, sizes = tube(rings, segments)
+    angle = np.pi * (np.repeat(np.arange(rings), segments) + 0.5) / rings
+    around = positions[:, :2] / 0.5 * np.sin(angle)[:, None]
+    return Mesh(np.column_stack([around, -np.cos(angle)]) * radius + centre, corners, sizes)
+
+
+def joined(*meshes: Mesh) -> Mesh:
+    """All in one mesh, one after the other."""
+    firsts = np.cumsum([0, *(len(mesh.positions) for mesh in meshes)])
+    return Mesh(
+        np.concatenate([mesh.positions for mesh in meshes]),
+        np.concatenate([mesh.corner_vertices + n for mesh, n in zip(meshes, firsts, strict=False)]).astype(np.int32),
+        np.concatenate([mesh.face_sizes for mesh in meshes]),
+    )
+
+
 def ends(mesh: Mesh) -> NDArray[np.int32]:
     """The vertices of a tube's two end rings, the lower one first."""
     z = mesh.positions[:, 2]

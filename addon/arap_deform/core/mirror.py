@@ -119,6 +119,16 @@ class Whole:
         self.sources: Ints = np.empty(len(positions), dtype=np.int32)
         self.sources[self._images] = np.arange(self.n_own, dtype=np.int32)
 
+    def permutations(self) -> list[Ints]:
+        """(m,) for each mirror image: the vertices at the places of all vertices in it."""
+        result: list[Ints] = []
+        for image in range(1, len(self._images)):
+            mapped = np.empty(len(self.sources), dtype=np.int32)
+            for own, of_own in enumerate(self._images):
+                mapped[of_own] = self._images[own ^ image]
+            result.append(mapped)
+        return result
+
     def lifted(self, positions: NDArray[np.floating]) -> Floats:
         """(m, 3) the whole for (n, 3) ``positions`` of its own vertices."""
         total = np.zeros((len(self.sources), 3))

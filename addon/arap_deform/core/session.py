@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from . import models
 from .arrays import Floats, Ints
 from .background import Cancelled, Progress, Result, Steps, part, stage
+from .loose.parts import LooseParts
 from .mirror import Copy, Mirror, completed
 from .patches import Surface, begin_patches, held_by_themselves, patches_from, points_of, surface_diagonal, without
-from .session_data import Readout, SessionMesh, SessionSettings
+from .session_data import OF_BIND, Readout, SessionMesh, SessionSettings
 from .targets import NO_PATCHES, HandleMap, HandleSpec, Patch, Patches, check_specs, checked_matrices
 from .transforms import map_points
 
@@ -70,7 +71,12 @@ class Session:
         seen = replace(mesh, rest_positions=session._surface.seen)
         job = models.begin_bind(native, models.ModelInput(seen, settings, stiffness, rigid_regions))
         session._model = yield from stage(job, "Binding was cancelled; nothing has changed")
-        session._own_parts = np.unique(session._model.part_of_vertex[: session.n_vertices])
+        parts = session._model.part_of_vertex
+        session._own_parts = np.unique(parts[: session.n_vertices])
+        if settings.loose_follow and session._model.n_parts > 1:
+            images = () if whole is None else whole.permutations()
+            session._loose = LooseParts(session._surface, parts, rigid_regions, images)
+            session._solved = np.empty_like(session._positions)  # the solver does not know where they go
         session._bind_ms = _ms_since(start)
         return session
 
@@ -98,6 +104,7 @@ class Session:
         self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
         self._model: models.Model
         self._own_parts: Ints  # the others are images
+        self._loose: LooseParts | None = None
         self._bind_ms = 0.0
         self._factor_ms = 0.0
 
@@ -126,7 +133,7 @@ class Session:
     @settings.setter
     def settings(self, settings: SessionSettings) -> None:
         if settings != self._settings and settings.of_bind != self._settings.of_bind:
-            raise ValueError("Bending, rigidity, weights, threads and Weld Seams are fixed at bind: make a new session")
+            raise ValueError(f"{OF_BIND} are fixed at bind: make a new session")
         self._settings = settings
 
     @property
@@ -144,8 +151,12 @@ class Session:
         """What the point handles hold; of a completed mesh see mirror.Whole.specs()."""
         return self._point_patches
 
-    def set_handles(self, specs: Sequence[HandleSpec]) -> Steps[None]:
+    def set_handles(self, specs: Sequence[HandleSpec], shown: NDArray[np.floating] | None = None) -> Steps[None]:
         """Makes ``specs`` the handles; factorizes only if vertices or strengths have changed.
+
+        Args:
+            specs: the handles.
+            shown: (n, 3) the pose that loose pieces go on from; None: rest.
 
         Raises:
             ValueError: a vertex out of range, or nothing is held or moved. RuntimeError. The former handles then stay,
@@ -157,6 +168,7 @@ class Session:
                 self._point_patches = self._based(self._held, self._point_patches)
                 self._map = HandleMap(self._held, self._rest, self._stretch, self._point_patches)
             self._specs = tuple(specs)
+            self._start_loose(shown)
             return
         start = time.perf_counter()
         check_specs(specs, self.n_vertices)
@@ -175,6 +187,15 @@ class Session:
         self._map = handle_map
         self._specs = tuple(specs)
         self._point_patches = patches
+        self._start_loose(shown)
+
+    def _start_loose(self, shown: NDArray[np.floating] | None) -> None:
+        if self._loose is not None:
+            self._loose.start_from(None if shown is None else self._to_solver(self._lifted(shown)))
+
+    def _lifted(self, positions: NDArray[np.floating]) -> Floats:
+        """(m, 3) of the whole."""
+        return positions.astype(np.float64) if self._whole is None else self._whole.lifted(positions)
 
     def _completed(self, specs: Sequence[HandleSpec]) -> tuple[Sequence[HandleSpec], Sequence[Copy]]:
         """The handles of the whole."""
@@ -288,7 +309,10 @@ class Session:
         assert self._map is not None
         if result.stop_reason == "cancelled":
             raise Cancelled(SOLVE_CANCELLED)
-        self._unstretch_solved()
+        at_rest = self._own_parts[np.isin(self._own_parts, result.parts_at_rest)]
+        if self._loose is not None:
+            at_rest = np.setdiff1d(at_rest, self._loose.move(self._solved, result.parts_at_rest))
+        self._show_solved()
         return Readout(
             vertices=self.n_vertices,
             free_vertices=self.n_vertices - int((self._map.vertices < self.n_vertices).sum()),
@@ -298,7 +322,7 @@ class Session:
             energy_before=result.energy_before,
             step=result.step,
             stop_reason=result.stop_reason,
-            parts_at_rest=int(np.isin(result.parts_at_rest, self._own_parts).sum()),
+            parts_at_rest=len(at_rest),
             loose_vertices=int((result.loose_vertices < self.n_vertices).sum()),
             bind_ms=self._bind_ms,
             factor_ms=self._factor_ms,
@@ -312,10 +336,9 @@ class Session:
         """
         if positions.shape != (self.n_vertices, 3):
             raise ValueError(f"positions have shape {positions.shape}, expected {(self.n_vertices, 3)}")
-        if self._whole is not None:
-            positions = self._whole.lifted(positions)
-        self._model.set_positions(self._to_solver(np.ascontiguousarray(positions, dtype=np.float64)))
-        self._positions[...] = positions
+        lifted = self._lifted(positions)
+        self._model.set_positions(self._to_solver(np.ascontiguousarray(lifted)))
+        self._positions[...] = lifted
 
     def reset(self) -> None:
         """Back to rest; the handles stay."""
@@ -325,9 +348,11 @@ class Session:
     def _to_solver(self, positions: Floats) -> Floats:
         return np.ascontiguousarray(positions @ self._stretch.T) if self._is_stretched else positions
 
-    def _unstretch_solved(self) -> None:
+    def _show_solved(self) -> None:
         if self._is_stretched:
             map_points(self._solved, self._unstretch.astype(np.float32), self._positions)
+        elif self._solved is not self._positions:
+            self._positions[...] = self._solved
 
 
 def _are_same(former: Sequence[HandleSpec], specs: Sequence[HandleSpec]) -> bool:

@@ -8,6 +8,9 @@ from dataclasses import dataclass, replace
 
 from .arrays import Floats, Ints
 
+OF_BIND = "Bending, rigidity, weights, threads, Weld Seams and Loose Pieces Follow"
+"""The settings that only a new session can take, see SessionSettings.of_bind."""
+
 
 @dataclass(frozen=True)
 class SessionMesh:
@@ -37,12 +40,13 @@ class SessionSettings:
     accuracy: float = 1e-6
     threads: int = 0
     join_seams: bool = False
+    loose_follow: bool = True
 
     @property
     def of_bind(self) -> tuple[object, ...]:
         """The settings that only a new session can take."""
         radius = self.rigidity_radius if self.has_radius else None
-        return self.energy, radius, self.weights, self.threads, self.join_seams
+        return self.energy, radius, self.weights, self.threads, self.join_seams, self.loose_follow
 
     @property
     def has_radius(self) -> bool:
@@ -59,7 +63,7 @@ class Readout:
         step: last iteration's largest movement, as a fraction of the size.
         stop_reason: "converged", "max_iterations" or "time_limit".
         last_ms, bind_ms, factor_ms: milliseconds of this solve, of the bind and of the last factorization.
-        parts_at_rest: number of connected parts that nothing holds or moves.
+        parts_at_rest: number of connected parts that nothing holds or moves, and that follow nothing.
     """
 
     vertices: int

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import Floats
+from .arrays import Float32s, Floats
 from .mirror import Mirror, are_same
-from .session_data import SessionMesh, SessionSettings
+from .session_data import OF_BIND, SessionMesh, SessionSettings
 from .stiffness import StiffGroup
 from .targets import HandleSpec
 
@@ -87,6 +87,7 @@ class SessionInput(SceneState):
 
     Attributes:
         specs: in the order of ``holds``.
+        shown: (n, 3) the pose that loose pieces go on from; None: rest.
     """
 
     mesh: SessionMesh
@@ -94,6 +95,7 @@ class SessionInput(SceneState):
     signature: MeshSignature
     stiffness: Floats | None = field(default=None, repr=False)
     rigid_regions: NDArray[np.int32] | None = field(default=None, repr=False)
+    shown: Float32s | None = field(default=None, repr=False)
 
 
 def difference_of_bind(old: SessionInput, new: SessionInput) -> str:
@@ -137,7 +139,7 @@ def _difference_of_settings(old: SceneState, new: SceneState) -> str:
     if not are_same(old.mirrors, new.mirrors):
         return f"The Mirror modifier of '{new.object_name}' has changed"
     if old.settings.of_bind != new.settings.of_bind:
-        return f"Bending, rigidity, weights, threads or Weld Seams of '{new.object_name}' have changed"
+        return f"{OF_BIND.replace(' and ', ' or ')} of '{new.object_name}' have changed"
     return "" if is_same_stretch(old.stretch, new.stretch) else f"The scale of '{new.object_name}' has changed"
 
 

@@ -170,7 +170,7 @@ def build(inputs: SessionInput) -> Steps[Session]:
         mirrors=inputs.mirrors,
     )
     session = yield from part(binding, 0.0, 0.5)
-    yield from part(session.set_handles(inputs.specs), 0.5, 1.0)
+    yield from part(session.set_handles(inputs.specs, inputs.shown), 0.5, 1.0)
     return session
 
 
@@ -185,6 +185,6 @@ def rebuild(inputs: SessionInput, former: Bound | None) -> Steps[Session]:
     """
     if former is None or difference_of_bind(former.inputs, inputs):
         return (yield from build(inputs))
-    yield from former.session.set_handles(inputs.specs)
+    yield from former.session.set_handles(inputs.specs, inputs.shown)
     former.session.settings = inputs.settings
     return former.session

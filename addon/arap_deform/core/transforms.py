@@ -15,6 +15,9 @@ from .arrays import Floats
 BLOCK = 8192
 
 
+MOST_NEWTON_STEPS = 12
+NEWTON_ENDS = 1e-8  # its next step would be the square of that
+
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 """A 4x4 matrix, row by row, as Blender's properties save it."""
 
@@ -49,6 +52,38 @@ def nearest_rotations(matrices: Floats) -> Floats:
     flip = np.linalg.det(u @ vt) < 0.0
     u[flip, :, 2] *= -1.0
     return np.asarray(u @ vt)
+
+
+def fitted_rotations(covariances: Floats) -> Floats:
+    """(k, 3, 3) rotations that fit best, for the sums of the products of places and rest places from their centres.
+
+    Points on a line, or a single one, do not say all of the rotation: then it is the smallest.
+    """
+    # Newton's iteration to the polar factor takes an eighth of the time of singular values. With its cofactors added a
+    # matrix keeps its singular vectors: flat sets of points then have a third one, and nothing becomes its mirror.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        x = np.moveaxis(covariances, (-2, -1), (0, 1))
+        x = x / np.sqrt((x * x).sum(axis=(0, 1)))
+        x = x + _cofactors(x)
+        for _ in range(MOST_NEWTON_STEPS):
+            cofactors = _cofactors(x)
+            former, x = x, 0.5 * (x + cofactors / (x[0] * cofactors[0]).sum(axis=0))
+            if np.abs(x - former).max() <= NEWTON_ENDS:
+                break
+        has_ended = np.isfinite(x).all(axis=(0, 1)) & (np.abs(x - _cofactors(x)).max(axis=(0, 1)) <= NEWTON_ENDS)
+    rotations = np.array(np.moveaxis(x, (0, 1), (-2, -1)))
+    left = covariances[~has_ended]
+    # Leans what the points leave open towards no rotation.
+    lean = 1e-9 * np.abs(left).max(axis=(-2, -1), keepdims=True)
+    rotations[~has_ended] = nearest_rotations(left + np.where(lean > 0.0, lean, 1.0) * np.eye(3))
+    return rotations
+
+
+def _cofactors(x: Floats) -> Floats:
+    """(3, 3, ...) of matrices (3, 3, ...). A rotation has those of itself."""
+    below, below_that = x[[1, 2, 0]], x[[2, 0, 1]]
+    ahead, ahead_of_that = [1, 2, 0], [2, 0, 1]
+    return below[:, ahead] * below_that[:, ahead_of_that] - below[:, ahead_of_that] * below_that[:, ahead]
 
 
 def cross_matrix(turn: Floats) -> Floats:
@@ -86,8 +121,7 @@ def stretch_of(matrix: Floats) -> Floats:
 def best_rigid_fit(rest: Floats, shown: Floats, stretch: Floats, weights: Floats | None = None) -> Floats:
     """(4, 4) object-space motion, rigid as seen, that takes (k, 3) ``rest`` nearest to (k, 3) ``shown``.
 
-    It takes the average to the average, both weighted by ``weights``, (k,); None: all alike. Points on a line, or a
-    single one, do not say all of the rotation: then it is the smallest.
+    It takes the average to the average, both weighted by ``weights``, (k,); None: all alike. See fitted_rotations().
     """
     rest_seen = rest @ stretch.T
     shown_seen = shown @ stretch.T
@@ -95,9 +129,7 @@ def best_rigid_fit(rest: Floats, shown: Floats, stretch: Floats, weights: Floats
     shown_centre = np.average(shown_seen, axis=0, weights=weights)
     from_centre = shown_seen - shown_centre
     covariance = (from_centre if weights is None else from_centre * weights[:, None]).T @ (rest_seen - rest_centre)
-    # Leans what the points leave open towards no rotation.
-    lean = 1e-9 * np.abs(covariance).max() or 1.0
-    rotation = nearest_rotations((covariance + lean * np.eye(3))[None])[0]
+    rotation = fitted_rotations(covariance[None])[0]
     fit = np.eye(4)
     unstretch = np.linalg.inv(stretch)
     fit[:3, :3] = unstretch @ rotation @ stretch

@@ -112,7 +112,7 @@ def begin_pull(
     holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in added))
     based = tuple(replace(spec, base=shown) for spec in (*inputs.specs, *added))
     to_seen = begun.to_seen if begun else _to_seen(obj, depsgraph, grabs[0], shown)
-    return Pull(replace(inputs, specs=based, holds=holds), grabs, rest, joint, shown, to_seen)
+    return Pull(replace(inputs, specs=based, holds=holds, shown=shown), grabs, rest, joint, shown, to_seen)
 
 
 def _spec_of(name: str, grab: Grab) -> HandleSpec:

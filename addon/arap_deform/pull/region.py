@@ -8,10 +8,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.arrays import Floats, Ints
 from ..core.graph import connected_labels
+from ..core.loose.near import pairs_within
 from ..core.patches import diagonal_of
 from ..core.session_data import SessionMesh
 from ..core.targets import HandleSpec
@@ -22,7 +22,6 @@ from .limb import bone_length, border_of, limb_of, root_of
 MIRROR_TOLERANCE = 1e-4  # largest distance between mirror images, as a fraction of the diagonal
 FREE_SHARE = 0.4  # the part of the reach that is not held at all
 LEAST_HOLD = 1e-3  # the step between weights, as in vertex groups: see groups.write()
-MOST_IN_CELL = 64  # vertices to look at if the mesh is finer than the tolerance: it bounds time and memory
 
 Signs = tuple[float, float, float]
 """A mirror image, object space: -1 for every mirrored axis."""
@@ -233,7 +232,8 @@ def mirror_images(rest: Floats, edges: Ints, vertices: Ints, signs: Sequence[flo
         vertices: (k,).
         signs: (3,) of 1 and -1.
     """
-    rows, candidates, distances = _near(rest, rest[vertices] * np.asarray(signs), MIRROR_TOLERANCE * diagonal_of(rest))
+    images_at = rest[vertices] * np.asarray(signs)
+    rows, candidates, distances = pairs_within(rest, images_at, MIRROR_TOLERANCE * diagonal_of(rest))
     is_found = np.zeros(len(rest), dtype=bool)
     is_found[candidates] = True
     found = np.flatnonzero(is_found)
@@ -245,31 +245,3 @@ def mirror_images(rest: Floats, edges: Ints, vertices: Ints, signs: Sequence[flo
     _, best = np.unique(rows[best_first], return_index=True)
     images: Ints = np.unique(candidates[best_first[best]]).astype(np.int32)
     return images
-
-
-def _near(rest: Floats, places: Floats, reach: float) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats]:
-    """All pairs of a place and a vertex within ``reach``: rows of ``places``, vertices, distances; (p,) each."""
-    cell = 2.0 * reach
-    lowest = rest.min(axis=0) - cell
-    keys = _cell_keys(rest, lowest, cell)
-    order = np.argsort(keys, kind="stable")
-    keys = keys[order]
-    rows: list[NDArray[np.int64]] = [np.empty(0, dtype=np.int64)]
-    candidates = rows.copy()
-    # A vertex within reach lies in one of the cells that a box of that size touches.
-    for corner in itertools.product((-0.5, 0.5), repeat=3):
-        wanted = _cell_keys(places + cell * np.array(corner), lowest, cell)
-        starts, ends = np.searchsorted(keys, wanted), np.searchsorted(keys, wanted, side="right")
-        for step in range(min(MOST_IN_CELL, int((ends - starts).max(initial=0)))):
-            row = np.flatnonzero(starts + step < ends).astype(np.int64)
-            rows.append(row)
-            candidates.append(order[starts[row] + step].astype(np.int64))
-    all_rows, found = np.concatenate(rows), np.concatenate(candidates)
-    distances: Floats = np.linalg.norm(rest[found] - places[all_rows], axis=1)
-    is_near = distances <= reach
-    return all_rows[is_near], found[is_near], distances[is_near]
-
-
-def _cell_keys(points: Floats, lowest: Floats, cell: float) -> NDArray[np.int64]:
-    cells = np.clip(np.floor((points - lowest) / cell), -1, 2**20 - 2).astype(np.int64) + 1
-    return np.asarray((cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2])

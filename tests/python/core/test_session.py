@@ -243,7 +243,7 @@ def test_settings_that_need_no_bind_can_change():
     session.settings = dataclasses.replace(EXACT, accuracy=1e-2, iterations_per_update=7)
     assert session.update(np.array([NO_MOTION, BEND]), initial_guess="rest").iterations <= 7
     with pytest.raises(
-        ValueError, match=r"^Bending, rigidity, weights, threads and Weld Seams are fixed at bind: make a new se"
+        ValueError, match=r"^Bending, rigidity, weights, threads, Weld Seams and Loose Pieces Follow are fixed at bind"
     ):
         session.settings = dataclasses.replace(EXACT, energy="spokes")
 

@@ -46,7 +46,7 @@ def pushed():
 
 
 MESH_CHANGED = "The mesh of 'Creature' has changed (96 vertices and 90 faces, now 97 and 91)"
-BIND_CHANGED = "Bending, rigidity, weights, threads or Weld Seams of 'Creature' have changed"
+BIND_CHANGED = "Bending, rigidity, weights, threads, Weld Seams or Loose Pieces Follow of 'Creature' have changed"
 CHANGES = [
     ({"counts": (97, 184, 368, 91)}, MESH_CHANGED),
     ({"mesh": other_diagonal()}, "The faces of 'Creature' have changed"),

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The loose parts of a bound mesh: those that the solver leaves at rest, and which of them go along with others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import Floats, Ints
+from ..patches import Surface
+from .pieces import joined_by_regions
+from .riders import Riders, find_riders
+
+
+class LooseParts:
+    """Looks again for what goes along only when other parts are loose."""
+
+    def __init__(
+        self,
+        surface: Surface,
+        part_of_vertex: Ints,
+        rigid_regions: Ints | None,
+        images: Sequence[NDArray[np.integer]],
+    ) -> None:
+        """``part_of_vertex``: of the solver, -1 for vertices in no face. ``images``: see find_riders()."""
+        self._surface = surface
+        self._part_of_vertex = part_of_vertex
+        self._piece_of_vertex = joined_by_regions(part_of_vertex, rigid_regions)
+        self._images = images
+        self._start: Floats | None = None
+        self._at_rest: Ints = np.empty(0, dtype=np.int32)
+        self._riders: Riders | None = None
+        self._riding: Ints = np.empty(0, dtype=np.int32)
+
+    def start_from(self, positions: Floats | None) -> None:
+        """The parts go on from (n, 3) ``positions``, as seen; None: from rest."""
+        self._start = positions
+        if self._riders is not None:
+            self._riders.start_from(self._surface.seen if positions is None else positions)
+
+    def move(self, positions: NDArray[np.float32], at_rest: Ints) -> Ints:
+        """Moves the parts that go along in (n, 3) ``positions``, as seen. Returns their numbers.
+
+        Args:
+            at_rest: the parts that the solver has left at rest.
+        """
+        if not np.array_equal(at_rest, self._at_rest):
+            self._find(at_rest)
+        if self._riders is not None:
+            self._riders.move(positions)
+        return self._riding
+
+    def _find(self, at_rest: Ints) -> None:
+        is_held = np.ones(int(self._piece_of_vertex.max(initial=-1)) + 1, dtype=bool)
+        is_held[self._piece_of_vertex[np.isin(self._part_of_vertex, at_rest)]] = False
+        surface = self._surface
+        self._riders = find_riders(
+            surface.seen,
+            surface.corner_vertices,
+            surface.face_sizes,
+            self._piece_of_vertex,
+            is_held,
+            self._images,
+        )
+        riding = () if self._riders is None else self._part_of_vertex[self._riders.vertices]
+        self._riding = np.unique(riding).astype(np.int32)
+        self._at_rest = at_rest
+        if self._start is not None:
+            self.start_from(self._start)
