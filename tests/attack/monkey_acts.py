@@ -513,7 +513,7 @@ def change_setting(monkey: Monkey) -> None:
     values: dict[str, list[Any]] = {
         "energy": ["rotation_nodes", "spokes", "spokes_and_rims"], "rigidity": [0.1, 2, 100],
         "weights": ["uniform", "cotangent"], "join_seams": [True, False], "accuracy": [1e-9, 0.1, 1e-6],
-        "max_iterations": [1, 50, 200],
+        "max_iterations": [1, 50, 200], "loose_follow": [True, False],
     }  # fmt: skip
     name = monkey.choice(values)
     setattr(monkey.mesh().arap, name, monkey.choice(values[name]))

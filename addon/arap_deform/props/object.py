@@ -261,6 +261,14 @@ class ArapObject(bpy.types.PropertyGroup):
         name="Weld Seams",
         description="Vertices at the same place count as one, so open seams stay closed",
     )
+    loose_follow: BoolProperty(
+        name="Loose Pieces Follow",
+        description=(
+            "Separate pieces of the mesh without a pin or handle, such as eyes and buttons, move along with what they "
+            "sit in and keep their shape. Pieces that are near nothing stay at rest"
+        ),
+        default=True,
+    )
     key_name: StringProperty(
         name="Shape Key",
         description=(

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from ..core.arrays import Floats, Ints
 from ..core.distance import distances_within
 from ..core.graph import connected_labels, fans
+from ..core.loose.pieces import numbered
+from ..core.loose.riders import find_riders
 
 MOST_KNOWN = 50  # pieces
 N_POINTS = 4000  # about as many: a finger of a figure still has some around it
@@ -31,6 +33,7 @@ class Fine:
     edges: Ints
     corner_vertices: Ints
     face_sizes: Ints
+    _known_along: dict[bytes, NDArray[np.int64]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def is_same_as(self, other: Fine) -> bool:
         """To compare takes a hundredth of the time that ``coarse`` takes."""
@@ -45,6 +48,24 @@ class Fine:
     @cached_property
     def coarse(self) -> Coarse:
         return Coarse.of(self)
+
+    @cached_property
+    def pieces(self) -> NDArray[np.int64]:
+        """(n,) numbers of the connected pieces, -1 for vertices in no face."""
+        is_in_face = np.zeros(len(self.points), dtype=bool)
+        is_in_face[self.corner_vertices] = True
+        return numbered(connected_labels(len(self.points), *self.edges.T), is_in_face)
+
+    def going_along(self, vertices: Ints) -> NDArray[np.int64]:
+        """Vertices of the loose pieces that follow the pieces of these, see loose.search. The last ones are kept."""
+        held = np.unique(self.pieces[vertices])
+        if held.tobytes() not in self._known_along:
+            is_held = np.zeros(int(self.pieces.max(initial=-1)) + 1, dtype=bool)
+            is_held[held[held >= 0]] = True
+            riders = find_riders(self.points, self.corner_vertices, self.face_sizes, self.pieces, is_held)
+            self._known_along.clear()
+            self._known_along[held.tobytes()] = np.empty(0, dtype=np.int64) if riders is None else riders.vertices
+        return self._known_along[held.tobytes()]
 
 
 @dataclass(frozen=True)

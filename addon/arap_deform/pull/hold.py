@@ -106,7 +106,7 @@ def begin_pull(
     if not pins.has_set_pins(obj) and all(grab.reach > 0.0 for grab in grabs):
         fine = fine_of(inputs.mesh, inputs.stretch, versions.read_edges(obj.data))
         grabs = with_root(fine, grabs)
-        rest = hold_of_rest(fine, [*others, *grabs])
+        rest = hold_of_rest(fine, [*others, *grabs], loose_follow=inputs.settings.loose_follow)
         joint = joint_of(fine, grabs[0])
         added.append(rest)
     holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in added))

@@ -63,7 +63,7 @@ def limb_of(fine: Fine, vertices: Ints, root: float) -> NDArray[np.bool_]:
     """(n,) which vertices of the mesh go along with a piece of the surface whose limb has its root at this distance.
 
     Pieces that the limb alone joins to the body go along, too: the foot, if the knee is pulled. What no face joins to
-    the limb does not.
+    the limb does not, but see Fine.going_along().
     """
     coarse = fine.coarse
     distances = coarse.distances(vertices)

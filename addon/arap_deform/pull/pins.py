@@ -102,7 +102,8 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
     hold = None
     if not has_set_pins(obj):
         stretch = meshes.read_stretch(obj, depsgraph)
-        hold = hold_of_rest(fine_of(meshes.read_mesh(obj), stretch, versions.read_edges(obj.data)), grabs)
+        fine = fine_of(meshes.read_mesh(obj), stretch, versions.read_edges(obj.data))
+        hold = hold_of_rest(fine, grabs, loose_follow=obj.arap.loose_follow)
     first_pin, first_handle = len(obj.arap.pins), len(obj.arap.handles)
     for grab in grabs:
         if has_moved[grab.vertices].any():

@@ -175,15 +175,18 @@ def joint_of(fine: Fine, grab: Grab) -> Joint | None:
     return Joint(border, bone_length(fine, grab.vertices, grab.root)) if len(border) else None
 
 
-def hold_of_rest(fine: Fine, grabs: Sequence[Grab]) -> HandleSpec:
+def hold_of_rest(fine: Fine, grabs: Sequence[Grab], *, loose_follow: bool) -> HandleSpec:
     """Holds the vertices beyond the limbs of ``grabs``, or where there is no limb beyond their reach.
 
     From FREE_SHARE of the reach on the hold grows from soft.
 
     Args:
         grabs: each with a reach and a root.
+        loose_follow: does not hold the loose pieces that follow the pulled ones.
     """
     weights = np.ones(len(fine.points))
+    if loose_follow:
+        weights[fine.going_along(np.concatenate([grab.vertices for grab in grabs]))] = 0.0
     for grab in grabs:
         if grab.root:
             weights[limb_of(fine, grab.vertices, grab.root)] = 0.0

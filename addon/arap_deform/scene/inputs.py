@@ -34,6 +34,7 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
         accuracy=bounded(settings, "accuracy"),
         threads=preferences.threads(),
         join_seams=settings.join_seams,
+        loose_follow=settings.loose_follow,
     )
 
 

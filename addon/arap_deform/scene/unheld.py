@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which vertices do not move: parts of the mesh without a pin or handle, and loose vertices."""
+"""Which vertices do not move: parts of the mesh without a pin or handle that follow none, and loose vertices."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import numpy as np
 from ..core import native
 from ..core.arrays import Ints
 from ..core.graph import connected_labels, face_edges
-from . import handle_motion, meshes
-from .inputs import enabled_holds
+from ..core.loose.pieces import joined_by_regions, numbered
+from ..core.loose.riders import find_riders
+from ..core.mirror import completed
+from .inputs import read_input
 
 
 def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, int]:
@@ -20,21 +22,31 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
         ValueError: as read_input(), if the mesh cannot be used or has no pin and no handle.
         RuntimeError: the native module cannot be used.
     """
-    meshes.check_mesh(obj)
-    handle_motion.check_handles(obj, depsgraph)
-    names = sorted({hold.group for hold in enabled_holds(obj)})
-    if not names:
-        raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
-    is_held = np.any([weights > 0.0 for weights in meshes.read_weights(obj, names).values()], axis=0)
-    mesh = meshes.read_mesh(obj)
-    n = len(mesh.rest_positions)
+    inputs = read_input(obj, depsgraph)
+    mesh, whole = completed(inputs.mesh, inputs.mirrors, inputs.stretch)
+    n, n_own = len(mesh.rest_positions), len(inputs.mesh.rest_positions)
     first, second = face_edges(mesh.corner_vertices, mesh.face_sizes)
-    if obj.arap.join_seams:
+    if inputs.settings.join_seams:
         same = native.load().same_places(mesh.rest_positions, mesh.corner_vertices, mesh.face_sizes)
         first, second = np.concatenate([first, np.arange(n)]), np.concatenate([second, same])
     labels = connected_labels(n, first, second)
-    is_unheld = ~np.isin(labels, labels[is_held])
     is_in_face = np.zeros(n, dtype=bool)
     is_in_face[mesh.corner_vertices] = True
-    n_parts = len(np.unique(labels[is_unheld & is_in_face]))
-    return np.flatnonzero(is_unheld).astype(np.int32), n_parts
+    regions = inputs.rigid_regions if whole is None else whole.regions(inputs.rigid_regions)
+    pieces = joined_by_regions(numbered(labels, is_in_face), regions)
+
+    has_hold = np.isin(
+        np.arange(n_own) if whole is None else whole.sources,
+        np.concatenate([spec.vertices[spec.weights > 0.0] for spec in inputs.specs]),
+    )
+    is_held = np.zeros(int(pieces.max(initial=-1)) + 1, dtype=bool)
+    is_held[pieces[has_hold & is_in_face]] = True
+    is_free = np.append(~is_held, True)[pieces] & ~has_hold
+    if inputs.settings.loose_follow:
+        images = () if whole is None else whole.permutations()
+        seen = mesh.rest_positions @ inputs.stretch.T
+        riders = find_riders(seen, mesh.corner_vertices, mesh.face_sizes, pieces, is_held, images)
+        if riders is not None:
+            is_free[riders.vertices] = False
+    n_parts = len(np.unique(labels[:n_own][(is_free & is_in_face)[:n_own]]))
+    return np.flatnonzero(is_free[:n_own]).astype(np.int32), n_parts

@@ -85,7 +85,10 @@ class ARAP_OT_edit_mesh(ArapOperator, bpy.types.Operator):
 class ARAP_OT_select_unheld(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.select_unheld"
     bl_label = "Select Free Parts"
-    bl_description = "Select the parts of the mesh and the loose vertices without a pin or handle, in Edit Mode"
+    bl_description = (
+        "Select the parts of the mesh and the loose vertices that stay at rest, in Edit Mode: they have no pin or "
+        "handle, and follow none"
+    )
     why_not = staticmethod(why_nothing_held)
 
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
@@ -97,5 +100,9 @@ class ARAP_OT_select_unheld(ArapOperator, bpy.types.Operator):
             return vertices
 
         n = select_in_edit_mode(context, obj, find, shows_hidden=True)
-        message = f"Selected {n} vertices in {n_parts} parts" if n else "Every part of the mesh has a pin or handle"
+        message = (
+            f"Selected {n} vertices in {n_parts} parts"
+            if n
+            else "Every part of the mesh has a pin or handle, or follows one that has"
+        )
         self.report({"INFO"}, message)

@@ -41,7 +41,9 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         column = split_column(layout)
         column.prop(settings, "max_iterations")
         column.prop(settings, "accuracy")
-        split_column(layout).prop(settings, "join_seams")
+        column = split_column(layout)
+        column.prop(settings, "join_seams")
+        column.prop(settings, "loose_follow")
 
 
 class ARAP_PT_readout(ArapPanel, bpy.types.Panel):

@@ -106,7 +106,9 @@ class LiveTest(SceneTest):
         obj.arap.pins[0].is_enabled = False
         self.check_ended(obj, "The pins or handles of 'Tube' have changed")
         obj.arap.energy = "spokes"
-        self.check_ended(obj, "Bending, rigidity, weights, threads or Weld Seams of 'Tube' have changed")
+        self.check_ended(
+            obj, "Bending, rigidity, weights, threads, Weld Seams or Loose Pieces Follow of 'Tube' have changed"
+        )
         self.api.add_stiffness_group(obj, "Head")
         self.check_ended(obj, "The stiffness of 'Tube' has changed")
         obj.scale.x = 2.0

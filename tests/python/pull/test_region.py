@@ -79,7 +79,7 @@ def test_the_mesh_of_the_last_drag_is_kept_while_nothing_of_it_changes():
 
 def test_the_rest_is_free_near_the_grab_held_beyond_and_softly_in_between():
     grab = Grab(disc(0.0, 0.0, 0.21), reach=0.5)  # 0.2 would be on the edge of rounding
-    hold = hold_of_rest(FINE, [grab])
+    hold = hold_of_rest(FINE, [grab], loose_follow=True)
     weights = np.zeros(len(POINTS))
     weights[hold.vertices] = hold.weights
     distance = np.linalg.norm(POINTS, axis=1)
@@ -94,16 +94,33 @@ def test_the_rest_is_free_near_the_grab_held_beyond_and_softly_in_between():
 
 def test_two_grabs_free_what_either_frees():
     grabs = [Grab(disc(-0.5, 0.0, 0.1), 0.3), Grab(disc(0.5, 0.0, 0.1), 0.3)]
-    held = [set(hold_of_rest(FINE, [grab]).vertices.tolist()) for grab in grabs]
-    assert set(hold_of_rest(FINE, grabs).vertices.tolist()) == held[0] & held[1]
+    held = [set(hold_of_rest(FINE, [grab], loose_follow=True).vertices.tolist()) for grab in grabs]
+    assert set(hold_of_rest(FINE, grabs, loose_follow=True).vertices.tolist()) == held[0] & held[1]
+
+
+def test_loose_pieces_that_follow_the_pulled_one_are_not_held():
+    """A ball on the sheet, and one far above it."""
+    mesh = sample_meshes.joined(
+        GRID, sample_meshes.ball((0.1, 0.0, 0.05), 0.1), sample_meshes.ball((0.0, 0.0, 1.0), 0.1)
+    )
+    edges = np.stack(face_edges(mesh.corner_vertices, mesh.face_sizes), axis=1)
+    fine = Fine(mesh.positions, edges, mesh.corner_vertices, mesh.face_sizes)
+    n, n_ball = len(POINTS), (len(mesh.positions) - len(POINTS)) // 2
+    on_sheet, far = range(n, n + n_ball), range(n + n_ball, n + 2 * n_ball)
+    of_sheet, of_ball = Grab(disc(0.0, 0.0, 0.21), 0.5), Grab(np.array([n + 3], dtype=np.int32), 0.3)
+    for grab, loose_follow, held in ((of_sheet, True, {*far}), (of_sheet, False, {*on_sheet, *far}),
+                                     (of_ball, True, {*range(n), *far})):  # fmt: skip
+        hold = hold_of_rest(fine, [grab], loose_follow=loose_follow)
+        of_others = {*range(n, n + 2 * n_ball)} if grab is of_sheet else {*range(n), *far}
+        assert set(hold.vertices.tolist()) & of_others == held
 
 
 def test_what_is_on_no_limb_keeps_its_reach():
     """The middle of a sheet."""
     (grab,) = with_root(FINE, [Grab(disc(0.0, 0.0, 0.21), 0.5, root=None)])
     assert grab.root == 0.0
-    known = hold_of_rest(FINE, [Grab(grab.vertices, 0.5)])
-    np.testing.assert_array_equal(hold_of_rest(FINE, [grab]).weights, known.weights)
+    known = hold_of_rest(FINE, [Grab(grab.vertices, 0.5)], loose_follow=True)
+    np.testing.assert_array_equal(hold_of_rest(FINE, [grab], loose_follow=True).weights, known.weights)
 
 
 @pytest.mark.parametrize(("axes", "n"), [((True, False, False), 1), ((True, False, True), 3), ((True, True, True), 7)])

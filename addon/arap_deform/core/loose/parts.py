@@ -33,9 +33,10 @@ class LooseParts:
         self._at_rest: Ints = np.empty(0, dtype=np.int32)
         self._riders: Riders | None = None
         self._riding: Ints = np.empty(0, dtype=np.int32)
+        self._staying: NDArray[np.int64] = np.empty(0, dtype=np.int64)
 
     def start_from(self, positions: Floats | None) -> None:
-        """The parts go on from (n, 3) ``positions``, as seen; None: from rest."""
+        """Loose parts go on from (n, 3) ``positions``, as seen, or stay there; None: from rest."""
         self._start = positions
         if self._riders is not None:
             self._riders.start_from(self._surface.seen if positions is None else positions)
@@ -48,13 +49,16 @@ class LooseParts:
         """
         if not np.array_equal(at_rest, self._at_rest):
             self._find(at_rest)
+        if self._start is not None:
+            positions[self._staying] = self._start[self._staying]
         if self._riders is not None:
             self._riders.move(positions)
         return self._riding
 
     def _find(self, at_rest: Ints) -> None:
+        is_at_rest = np.isin(self._part_of_vertex, at_rest)
         is_held = np.ones(int(self._piece_of_vertex.max(initial=-1)) + 1, dtype=bool)
-        is_held[self._piece_of_vertex[np.isin(self._part_of_vertex, at_rest)]] = False
+        is_held[self._piece_of_vertex[is_at_rest]] = False
         surface = self._surface
         self._riders = find_riders(
             surface.seen,
@@ -64,8 +68,9 @@ class LooseParts:
             is_held,
             self._images,
         )
-        riding = () if self._riders is None else self._part_of_vertex[self._riders.vertices]
-        self._riding = np.unique(riding).astype(np.int32)
+        riding = np.empty(0, dtype=np.int64) if self._riders is None else self._riders.vertices
+        self._riding = np.unique(self._part_of_vertex[riding])
+        self._staying = np.setdiff1d(np.flatnonzero(is_at_rest), riding)
         self._at_rest = at_rest
         if self._start is not None:
             self.start_from(self._start)
