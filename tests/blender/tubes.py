@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import bmesh
 import bpy
 import numpy as np
 from mathutils import Euler, Matrix, Vector
@@ -28,6 +29,7 @@ def tube_arrays() -> tuple[np.ndarray, list[list[int]]]:
 
 BOTTOM = list(range(SEGMENTS))
 TOP = list(range((RINGS - 1) * SEGMENTS, RINGS * SEGMENTS))
+BALL = 42  # vertices of a ball
 MIDDLE = list(range(8 * SEGMENTS, 9 * SEGMENTS))
 
 
@@ -52,6 +54,19 @@ def posable(name: str = "Tube", matrix: Matrix | None = None) -> bpy.types.Objec
     api.add_handle(obj, TOP, name="Head")
     obj.arap.accuracy = 1e-7
     obj.arap.max_iterations = 5000
+    return obj
+
+
+def with_balls(*centres: tuple[float, float, float], matrix: Matrix | None = None) -> bpy.types.Object:
+    """posable(), with balls in its mesh behind the tube's vertices, BALL vertices each."""
+    obj = posable(matrix=matrix)
+    mesh = bmesh.new()
+    mesh.from_mesh(obj.data)
+    for centre in centres:
+        bmesh.ops.create_icosphere(mesh, subdivisions=2, radius=0.2, matrix=Matrix.Translation(centre))
+    mesh.to_mesh(obj.data)
+    mesh.free()
+    bpy.context.view_layer.update()
     return obj
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from looks import key_positions, rest_positions, shown_positions, unfit
 from mathutils import Matrix
 from support import SceneTest, bpy, module
-from tubes import BOTTOM, LENGTH, MIDDLE, SEGMENTS, TOP, mesh_object, own_key, posable
+from tubes import BALL, BOTTOM, LENGTH, MIDDLE, SEGMENTS, TOP, mesh_object, own_key, posable, with_balls
 
 SIZE = (400, 300)
 RIGHT = np.array([0.3, 0.0, 0.0])
@@ -273,6 +273,23 @@ class DragTest(PullTest):
         begun = self.pull(obj, self.grab(MIDDLE, 0.2), RIGHT)
         self.assertEqual(self.names_of_holds(begun), ["Feet", "Head", "Pull 1"])
         self.assert_close(shown_positions(obj)[[*BOTTOM, *TOP]], rest_positions(obj)[[*BOTTOM, *TOP]], 1e-5)
+
+    def test_loose_pieces_go_along_with_the_limb(self):
+        """An eye near the end that is pulled, one near the other end, and a ball far away."""
+        obj = with_balls((0.5, 0.0, 0.9 * LENGTH), (0.5, 0.0, 0.1 * LENGTH), (4.0, 0.0, 0.0))
+        obj.arap.pins.clear()
+        obj.arap.handles.clear()
+        first = len(rest_positions(obj)) - 3 * BALL
+        eye, other, far = (slice(first + i * BALL, first + (i + 1) * BALL) for i in range(3))
+        self.pull(obj, self.grab(TOP), RIGHT)
+        self.pull(obj, self.grab(TOP), RIGHT)
+        rest, pulled = rest_positions(obj), key_positions(obj)
+        self.assertGreater((pulled - rest)[eye, 0].min(), 0.2)
+        self.assert_close(pulled[other], rest[other], 2e-5)
+        self.assert_close(pulled[far], rest[far], 2e-5)
+        self.pins.make_real(obj, self.depsgraph)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), pulled, 2e-3)
 
     def test_refusals(self):
         muted = mesh_object("Muted")
