@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.arrays import Floats, Ints
 from ..core.graph import connected_labels
-from ..core.loose.near import pairs_within
+from ..core.loose.near import Cells
 from ..core.patches import diagonal_of
 from ..core.session_data import SessionMesh
 from ..core.targets import HandleSpec
@@ -235,8 +235,8 @@ def mirror_images(rest: Floats, edges: Ints, vertices: Ints, signs: Sequence[flo
         vertices: (k,).
         signs: (3,) of 1 and -1.
     """
-    images_at = rest[vertices] * np.asarray(signs)
-    rows, candidates, distances = pairs_within(rest, images_at, MIRROR_TOLERANCE * diagonal_of(rest))
+    cells = Cells(rest, MIRROR_TOLERANCE * diagonal_of(rest))
+    rows, candidates, distances = cells.pairs(rest[vertices] * np.asarray(signs))
     is_found = np.zeros(len(rest), dtype=bool)
     is_found[candidates] = True
     found = np.flatnonzero(is_found)

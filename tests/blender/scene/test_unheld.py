@@ -71,7 +71,6 @@ class UnheldTest(SceneTest):
         bpy.context.scene.collection.objects.link(obj)
         bpy.context.view_layer.update()
         self.api.add_pin(obj, [0, 3])
-        obj.arap.loose_follow = False
         for is_joined, expected in ((False, 1), (True, 0)):
             obj.arap.join_seams = is_joined
             n_parts = module("scene.unheld").find(obj, bpy.context.evaluated_depsgraph_get())[1]

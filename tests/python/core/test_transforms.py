@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from arap_deform.core.transforms import BLOCK, map_points, rotation
+from arap_deform.core.transforms import BLOCK, fitted_rotations, map_points, nearest_rotations, rotation
 from sample_meshes import rotation_z
 
 
@@ -39,3 +39,26 @@ def test_a_rotation_turns_by_its_length_about_its_direction():
     np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-15)
     assert np.trace(matrix) == pytest.approx(1.0 + 2.0 * np.cos(np.linalg.norm(turn)))
     np.testing.assert_allclose(rotation(0.5 * turn) @ rotation(0.5 * turn), matrix, atol=1e-15)
+
+
+def test_fitted_rotations_are_those_of_singular_values_for_flat_and_mirrored_points_too():
+    random = np.random.default_rng(2)
+    rest = random.normal(size=(300, 12, 3))
+    rest[:100, :, 2] = 0.0
+    rest[100:200] *= (1.0, 0.3, 0.01)
+    turns = nearest_rotations(random.normal(size=(300, 3, 3)))
+    shown = np.einsum("nij,nkj->nki", turns, rest) + 0.001 * random.normal(size=rest.shape)
+    shown[250:] *= (1.0, 1.0, -1.0)
+    rest, shown = (points - points.mean(axis=1, keepdims=True) for points in (rest, shown))
+    covariances = np.einsum("nki,nkj->nij", shown, rest)
+    found = fitted_rotations(covariances)
+    np.testing.assert_allclose(found, nearest_rotations(covariances), atol=1e-6)
+    np.testing.assert_allclose(found @ found.transpose(0, 2, 1), np.tile(np.eye(3), (300, 1, 1)), atol=1e-12)
+    assert (np.linalg.det(found) > 0.0).all()
+    np.testing.assert_allclose(found[:100], turns[:100], atol=0.01)
+
+
+def test_the_rotation_of_nothing_is_none_and_that_of_a_line_the_smallest():
+    line = np.outer(np.array([0.6, 0.8, 0.0]), np.array([1.0, 0.0, 0.0]))
+    smallest = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(fitted_rotations(np.array([np.zeros((3, 3)), line])), [np.eye(3), smallest], atol=1e-6)

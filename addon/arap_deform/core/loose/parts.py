@@ -39,7 +39,7 @@ class LooseParts:
         """Loose parts go on from (n, 3) ``positions``, as seen, or stay there; None: from rest."""
         self._start = positions
         if self._riders is not None:
-            self._riders.start_from(self._surface.seen if positions is None else positions)
+            self._riders.start_from(positions)
 
     def move(self, positions: NDArray[np.float32], at_rest: Ints) -> Ints:
         """Moves the parts that go along in (n, 3) ``positions``, as seen. Returns their numbers.

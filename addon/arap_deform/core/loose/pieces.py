@@ -12,7 +12,7 @@ from ..arrays import Floats, Ints
 from ..graph import connected_labels
 
 INSIDE_MARGIN = 0.1  # a box reaches so far beyond another that it is inside of, as a fraction of the larger one's size
-INSIDE_RATIO = 1.5  # what has others inside is so many times as large
+LARGER = 1.5  # what others go along with is so many times as large
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,33 @@ class Pieces:
         high = np.maximum.reduceat(ordered, starts, axis=0)
         return cls(points, of_vertex.astype(np.int64), order[starts], low, high, np.linalg.norm(high - low, axis=1))
 
+    def is_near(self, which: NDArray[np.bool_], distance: float) -> NDArray[np.bool_]:
+        """(p,) whether the box of each piece comes so near to the box around ``which`` pieces, along each axis."""
+        low, high = self.low[which].min(axis=0) - distance, self.high[which].max(axis=0) + distance
+        return np.asarray(((self.high >= low) & (self.low <= high)).all(axis=1))
+
+    def reach_near(
+        self, triangles: NDArray[np.integer], which: NDArray[np.bool_], distance: float
+    ) -> NDArray[np.bool_]:
+        """(t,) whether each of (t, 3) ``triangles`` comes so near to the box around these pieces, along each axis."""
+        low, high = self.low[which].min(axis=0) - distance, self.high[which].max(axis=0) + distance
+        is_beyond = np.zeros(len(triangles), dtype=bool)
+        for axis in range(3):
+            along = self.points[:, axis]
+            for is_outside in (along < low[axis], along > high[axis]):
+                is_beyond |= is_outside[triangles].all(axis=1)
+        return ~is_beyond
+
+    def is_middle_inside(self, inner: NDArray[np.int64], outer: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """(k,) whether the middle of each ``inner`` piece's box lies in the box of the ``outer`` one."""
+        middle = 0.5 * (self.low + self.high)[inner]
+        return np.asarray(((middle >= self.low[outer]) & (middle <= self.high[outer])).all(axis=1))
+
     def is_inside(self, inner: NDArray[np.int64], outer: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(k,) whether the box of each ``inner`` piece lies in that of the ``outer`` one."""
         margin = INSIDE_MARGIN * self.size[outer][:, None]
         is_within = (self.low[inner] >= self.low[outer] - margin) & (self.high[inner] <= self.high[outer] + margin)
-        return np.asarray(is_within.all(axis=1) & (self.size[outer] >= INSIDE_RATIO * self.size[inner]))
+        return np.asarray(is_within.all(axis=1) & (self.size[outer] >= LARGER * self.size[inner]))
 
 
 def numbered(labels: NDArray[np.integer], is_in_face: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -31,15 +31,20 @@ class Riders:
         self._starts = np.flatnonzero(np.diff(group, prepend=-1))
         weights /= np.add.reduceat(weights, self._starts)[group]
         # The mesh shows single precision, also at rest: a fit to the same numbers moves nothing.
-        rest = pieces.points.astype(np.float32).astype(np.float64)
-        anchors = rest[self._anchors]
+        self._rest = pieces.points.astype(np.float32)
+        anchors = self._rest[self._anchors].astype(np.float64)
         centres = np.add.reduceat(weights[:, None] * anchors, self._starts)
         self._coefficients = weights[:, None] * np.column_stack([np.ones(len(group)), anchors - centres[group]])
         self._local = np.empty((len(self.vertices), 3))
-        self.start_from(rest)
+        self.start_from(None)
 
-    def start_from(self, positions: NDArray[np.floating]) -> None:
-        """Keeps each piece as it is in (n, 3) ``positions``: it is there whenever what it follows is as it is there."""
+    def start_from(self, positions: NDArray[np.floating] | None) -> None:
+        """Keeps each piece as it is in (n, 3) ``positions``: it is there whenever what it follows is as it is there.
+
+        None: as at rest.
+        """
+        if positions is None:
+            positions = self._rest
         rotations, centres = self._motions(positions)
         offsets = positions[self.vertices] - centres[self._group_of]
         self._local = np.einsum("kji,kj->ki", rotations[self._group_of], offsets)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which loose pieces go along with what, at rest.
 
-A piece follows the held surface near it: of a held piece that is at least as large, and no farther off than its reach,
-which is a quarter of its own size. A piece inside a larger loose one that is near a held piece (a pupil in an eye) goes
-with that. What is near no held piece goes with the nearest loose piece that follows (a feather on a hat).
+A piece follows the held surface near it: of a larger held piece, and no farther off than its reach, which is a quarter
+of its own size. A piece inside a larger loose one that is near a held piece (a pupil in an eye) goes with that. What is
+near no held piece goes with the nearest loose piece that follows (a feather on a hat). A neighbour of about the same
+size (the next letter of a word) stays.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats
-from .near import pairs_within
-from .pieces import INSIDE_RATIO, Pieces
+from .near import Cells
+from .pieces import LARGER, Pieces
 from .samples import Samples, sample
 
 REACH = 0.25  # of a piece, in its size
@@ -27,7 +28,7 @@ COARSE = 0.5  # between other samples
 MOST_IN_CELL = 256  # samples in a cube of two reaches: about seven walls
 MOST_FOLLOWED = 80_000  # samples that all pieces follow, about: a frame of them takes hundredths of a second
 LEAST_FOLLOWED = 16  # that each piece may follow, however many pieces there are
-QUERIES_AT_ONCE = 20_000  # samples; bounds memory
+QUERIES_AT_ONCE = 4_000  # samples; bounds memory
 
 
 class Near(NamedTuple):
@@ -88,19 +89,22 @@ def search(
         is_held: (p,) which pieces have a pin or a handle.
         planes: (p,) a bit for each mirror image that a piece touches: it cannot go with one that leaves such a plane.
     """
-    size = float(np.linalg.norm(pieces.high.max(axis=0) - pieces.low.min(axis=0)))
-    reach = np.maximum(REACH * pieces.size, LEAST_REACH * size)
-    loose = np.flatnonzero(~is_held)
-    if not len(loose) or len(loose) == len(is_held) or size <= 0.0:
+    if is_held.all() or not is_held.any():
         return None
-    spacing = FINE * reach[loose].min()
+    size = float(pieces.size[is_held].max())
+    is_loose = ~is_held & pieces.is_near(is_held, size)  # what is very far away would make cells coarse
+    if not is_loose.any() or size <= 0.0:
+        return None
+    reach = np.maximum(REACH * pieces.size, LEAST_REACH * size)
+    spacing = FINE * reach[is_loose].min()
     of_triangle = pieces.of_vertex[triangles[:, 0]]
-    is_loose = ~is_held[of_triangle]
-    is_useful = ~is_loose & _is_near_boxes(pieces, triangles, loose, reach)
+    is_useful = is_held[of_triangle] & pieces.reach_near(triangles, is_loose, reach[is_loose].max())
     if not is_useful.any():
         return None
-    held = sample(pieces.points, triangles[is_useful], of_triangle[is_useful], spacing).thinned(spacing)
-    free = sample(pieces.points, triangles[is_loose], of_triangle[is_loose], spacing).thinned(spacing)
+    held, free = (
+        sample(pieces.points, triangles[rows], of_triangle[rows], spacing).thinned(spacing)
+        for rows in (is_useful, is_loose[of_triangle])
+    )
     anchors = _joined(_to_large(near, held, pieces) for near in _near(free, held, reach, FINE))
     held_size = np.full(len(is_held), -1.0)  # of what a piece follows
     largest_last = anchors.chosen(np.argsort(pieces.size[held.pieces[anchors.others]], kind="stable"))
@@ -111,19 +115,6 @@ def search(
     anchors = anchors.at_most(max(LEAST_FOLLOWED, MOST_FOLLOWED // max(n_leaders, 1)))
     weights = (1.0 - anchors.distances / reach[anchors.pieces]) ** 2
     return Found(leader, anchors.pieces, held.chosen(anchors.others), weights)
-
-
-def _is_near_boxes(
-    pieces: Pieces, triangles: NDArray[np.integer], loose: NDArray[np.int64], reach: Floats
-) -> NDArray[np.bool_]:
-    """(t,) which triangles reach into the box around all these pieces and what they reach."""
-    low = (pieces.low[loose] - reach[loose, None]).min(axis=0)
-    high = (pieces.high[loose] + reach[loose, None]).max(axis=0)
-    is_beyond = np.zeros(len(triangles), dtype=bool)
-    for axis in range(3):
-        along = pieces.points[:, axis]
-        is_beyond |= (along < low[axis])[triangles].all(axis=1) | (along > high[axis])[triangles].all(axis=1)
-    return ~is_beyond
 
 
 def _near(free: Samples, others: Samples, reach: Floats, spacing: float) -> Iterator[Near]:
@@ -144,9 +135,10 @@ def _near(free: Samples, others: Samples, reach: Floats, spacing: float) -> Iter
         queries = queries.chosen(np.argsort(queries.pieces, kind="stable"))
         rows = others.thinned_rows(spacing * largest)
         ends = np.flatnonzero(np.diff(queries.pieces, append=-1)) + 1
+        cells = Cells(others.places[rows], largest, MOST_IN_CELL)
         for chunk in _chunks(ends):
             some = queries.chosen(chunk)
-            query, found, distances = pairs_within(others.places[rows], some.places, largest, MOST_IN_CELL)
+            query, found, distances = cells.pairs(some.places)
             near = Near(some.pieces[query], rows[found], distances)
             yield near.chosen(distances < reach[near.pieces]).each_once()
 
@@ -161,8 +153,11 @@ def _chunks(ends: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
 
 
 def _to_large(near: Near, held: Samples, pieces: Pieces) -> Near:
-    """Without held pieces that are smaller than what would follow them."""
-    return near.chosen(pieces.size[held.pieces[near.others]] >= pieces.size[near.pieces])
+    """Only of held pieces that are much larger, or that have the middle of what would follow them within their box."""
+    of_held = held.pieces[near.others]
+    is_as_large = pieces.size[of_held] >= pieces.size[near.pieces]
+    is_larger = pieces.size[of_held] >= LARGER * pieces.size[near.pieces]
+    return near.chosen(is_larger | (is_as_large & pieces.is_middle_inside(near.pieces, of_held)))
 
 
 def _between(free: Samples, is_near: NDArray[np.bool_], size: Floats, reach: Floats, planes: NDArray[np.int64]) -> Near:
@@ -172,7 +167,7 @@ def _between(free: Samples, is_near: NDArray[np.bool_], size: Floats, reach: Flo
         is_near: (p,) which pieces are near held ones. They are only looked for inside others.
     """
     of_near = is_near[free.pieces]
-    outer = of_near & (size[free.pieces] >= INSIDE_RATIO * size[is_near].min(initial=np.inf))
+    outer = of_near & (size[free.pieces] >= LARGER * size[is_near].min(initial=np.inf))
     parts = []
     for queries, others in ((free.chosen(of_near), free.chosen(outer)), (free.chosen(~of_near), free)):
         for near in _near(queries, others, reach, COARSE):
@@ -197,7 +192,7 @@ def _leaders(pieces: Pieces, held_size: Floats, between: Near) -> NDArray[np.int
         leader = _led(leader, leader)
     while True:
         new = (leader[between.pieces] < 0) & (leader[between.others] >= 0)
-        new &= pieces.size[between.pieces] <= held_size[leader[between.others]]
+        new &= LARGER * pieces.size[between.pieces] <= held_size[leader[between.others]]
         if not new.any():
             return leader
         nearest = between.chosen(new).nearest()

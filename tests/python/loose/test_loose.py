@@ -130,6 +130,27 @@ def test_a_piece_larger_than_what_is_held_stays():
     np.testing.assert_allclose(session.positions[: len(TUBE.positions)], TUBE.positions, atol=1e-6)
 
 
+def test_a_neighbour_of_the_same_size_stays_but_what_lies_around_follows():
+    beside, around = ball((0.0, 0.0, 0.41), 0.2), ball((0.0, 0.0, 0.0), 0.199)
+    held = ball((0.0, 0.0, 0.0), 0.2)
+    of_held, of_beside, of_around = rows(held, beside, around)
+    session = bound(held, beside, around, specs=[hold(of_held)])
+    assert solve(session, TURN).parts_at_rest == 1
+    np.testing.assert_allclose(session.positions[of_beside], beside.positions, atol=1e-6)
+    np.testing.assert_allclose(session.positions[of_around], transformed(TURN, around.positions), atol=1e-5)
+
+
+def test_what_is_very_far_away_changes_nothing():
+    stray = ball((-1e6, 0.0, 0.0), 0.1)
+    session, without = bound(TUBE, EYE, stray), bound(TUBE, EYE)
+    of_eye, of_stray = rows(TUBE, EYE, stray)[1:]
+    for each in (session, without):
+        solve(each, TURN, TURN)
+    np.testing.assert_allclose(session.positions[of_eye], transformed(TURN, EYE.positions), atol=0.2)
+    assert len(session._loose._riders.vertices) == len(EYE.positions)
+    np.testing.assert_allclose(session.positions[of_stray], stray.positions, rtol=1e-6)
+
+
 @pytest.mark.parametrize("n", [2, 20, 60])
 def test_a_button_goes_with_the_face_below_it_however_large_that_is(n):
     cloth = sample_meshes.sheet(n)
