@@ -2,9 +2,9 @@
 """Which loose pieces go along with what, at rest.
 
 A piece follows the held surface near it: of a larger held piece, and no farther off than its reach, which is a quarter
-of its own size. A piece inside a larger loose one that is near a held piece (a pupil in an eye) goes with that. What is
-near no held piece goes with the nearest loose piece that follows (a feather on a hat). A neighbour of about the same
-size (the next letter of a word) stays.
+of its own size, or a small part of the size of what is held. A piece inside a larger loose one that is near a held
+piece (a pupil in an eye) goes with that. What is near no held piece goes with the nearest loose piece that follows (a
+feather on a hat). A neighbour of about the same size (the next letter of a word) stays.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from .pieces import LARGER, Pieces
 from .samples import Samples, sample
 
 REACH = 0.25  # of a piece, in its size
-LEAST_REACH = 0.005  # in the size of the mesh: for buttons
+LEAST_REACH = 0.005  # in the size of the largest held piece: for buttons
+WIDE_REACH = 0.02  # of pieces that would follow nothing else, in the same: for teeth
 FINE = 1.0 / 3.0  # between samples of what is followed, in reaches
 COARSE = 0.5  # between other samples
 MOST_IN_CELL = 256  # samples in a cube of two reaches: about seven walls
@@ -96,25 +97,43 @@ def search(
     if not is_loose.any() or size <= 0.0:
         return None
     reach = np.maximum(REACH * pieces.size, LEAST_REACH * size)
+    wide = np.maximum(reach, WIDE_REACH * size)
     spacing = FINE * reach[is_loose].min()
     of_triangle = pieces.of_vertex[triangles[:, 0]]
-    is_useful = is_held[of_triangle] & pieces.reach_near(triangles, is_loose, reach[is_loose].max())
+    is_useful = is_held[of_triangle] & pieces.reach_near(triangles, is_loose, wide[is_loose].max())
     if not is_useful.any():
         return None
     held, free = (
         sample(pieces.points, triangles[rows], of_triangle[rows], spacing).thinned(spacing)
         for rows in (is_useful, is_loose[of_triangle])
     )
-    anchors = _joined(_to_large(near, held, pieces) for near in _near(free, held, reach, FINE))
-    held_size = np.full(len(is_held), -1.0)  # of what a piece follows
-    largest_last = anchors.chosen(np.argsort(pieces.size[held.pieces[anchors.others]], kind="stable"))
-    held_size[largest_last.pieces] = pieces.size[held.pieces[largest_last.others]]
-    leader = _leaders(pieces, held_size, _between(free, held_size >= 0.0, pieces.size, reach, planes))
+    anchors = _followed(free, held, pieces, reach)
+    held_size = _held_size(anchors, held, pieces)
+    between = _between(free, held_size >= 0.0, pieces.size, reach, planes)
+    leader = _leaders(pieces, held_size, between)
+    is_left = is_loose & (leader < 0)
+    reach[is_left] = wide[is_left]
+    anchors = _joined([anchors, _followed(free.chosen(is_left[free.pieces]), held, pieces, reach)])
+    leader = _leaders(pieces, _held_size(anchors, held, pieces), between)
     anchors = anchors.chosen(leader[anchors.pieces] == anchors.pieces)
     n_leaders = len(np.unique(anchors.pieces))
     anchors = anchors.at_most(max(LEAST_FOLLOWED, MOST_FOLLOWED // max(n_leaders, 1)))
     weights = (1.0 - anchors.distances / reach[anchors.pieces]) ** 2
     return Found(leader, anchors.pieces, held.chosen(anchors.others), weights)
+
+
+def _followed(free: Samples, held: Samples, pieces: Pieces, reach: Floats) -> Near:
+    """What samples of held pieces each loose piece could follow."""
+    return _joined(_to_large(near, held, pieces) for near in _near(free, held, reach, FINE))
+
+
+def _held_size(anchors: Near, held: Samples, pieces: Pieces) -> Floats:
+    """(p,) size of the largest held piece that each loose one could follow; -1 for none."""
+    result = np.full(len(pieces.size), -1.0)
+    sizes = pieces.size[held.pieces[anchors.others]]
+    largest_last = np.argsort(sizes, kind="stable")
+    result[anchors.pieces[largest_last]] = sizes[largest_last]
+    return result
 
 
 def _near(free: Samples, others: Samples, reach: Floats, spacing: float) -> Iterator[Near]:
