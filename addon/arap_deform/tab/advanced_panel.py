@@ -41,7 +41,7 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         column = split_column(layout)
         column.prop(settings, "max_iterations")
         column.prop(settings, "accuracy")
-        column = split_column(layout)
+        column = layout.column()  # the whole width, for the names
         column.prop(settings, "join_seams")
         column.prop(settings, "loose_follow")
 
