@@ -82,6 +82,12 @@ class Ui:
         self._at_end.append(lambda: setattr(owner, name, before))
         setattr(owner, name, value)
 
+    def change_pull(self, name: str, value: object) -> None:
+        """The same for a setting of ARAP Pull, asked for again: what the add-on has is freed when it is disabled."""
+        before = getattr(self.preferences.pull(), name)
+        self._at_end.append(lambda: setattr(self.preferences.pull(), name, before))
+        setattr(self.preferences.pull(), name, value)
+
     def find_modules(self) -> None:
         """The add-on's own modules; again after it was disabled and enabled."""
         self.api: Any = importlib.import_module(f"{MODULE}.api")

@@ -31,7 +31,7 @@ def begin(ui: Ui, n: int = N) -> Steps:
     region.view_distance = 4.0
     yield from ui.move_mouse_to_view()
     assert ui.call(bpy.ops.arap.pull_tool) == {"FINISHED"}
-    ui.change(ui.preferences.pull(), "radius", 25)
+    ui.change_pull("radius", 25)
     bpy.ops.ed.undo_push(message="scene")
     yield
 
