@@ -157,8 +157,9 @@ def add_key(monkey: Monkey) -> None:
 
 
 def keys_of(monkey: Monkey) -> Any:
+    """Not of a library: as with Monkey.moved_by()."""
     keys = monkey.mesh().data.shape_keys
-    return keys.key_blocks if keys else []
+    return keys.key_blocks if keys and keys.library is None else []
 
 
 def change_key(monkey: Monkey) -> None:
