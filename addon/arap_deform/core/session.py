@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 PATCHES_SHARE = 0.1  # of the progress of new handles
 HANDLES_CANCELLED = "Preparing the handles was cancelled; nothing has changed"
 SOLVE_CANCELLED = "Solving was cancelled; the pose is as it was"
+TOO_FAR = (
+    "Some vertices would be too far away for single precision, so the pose is as it was: "
+    "bring the handles nearer to the mesh, or apply its scale"
+)
 
 
 class Session:
@@ -349,9 +353,16 @@ class Session:
         return np.ascontiguousarray(positions @ self._stretch.T) if self._is_stretched else positions
 
     def _show_solved(self) -> None:
+        if self._solved is self._positions:
+            return
+        farthest = max(self._solved.max(), -self._solved.min())
+        in_object = float(farthest) * np.abs(self._unstretch).sum(axis=1).max()
+        if not in_object <= np.finfo(np.float32).max:  # also what is not a number
+            self._model.set_positions(self._to_solver(self._positions.astype(np.float64)))
+            raise RuntimeError(TOO_FAR)
         if self._is_stretched:
             map_points(self._solved, self._unstretch.astype(np.float32), self._positions)
-        elif self._solved is not self._positions:
+        else:
             self._positions[...] = self._solved
 
 

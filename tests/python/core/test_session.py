@@ -219,6 +219,19 @@ def test_reset_and_set_positions():
     assert readout.step < 1e-5  # it goes on from there: nothing is left to do
 
 
+def test_a_pose_out_of_the_range_of_single_precision_leaves_the_last_one():
+    """The solver's numbers are in range, but not those of the object, which is scaled to a billionth."""
+    session = new_session(1e-9 * np.eye(3))
+    session.update(np.array([NO_MOTION, BEND]), to_convergence=True)
+    before = session.positions.copy()
+    far = motion(np.eye(3), (1e39, 0.0, 0.0))
+    with pytest.raises(RuntimeError, match="too far away for single precision"):
+        session.update(np.array([NO_MOTION, far]), initial_guess="handle_rotations", to_convergence=True)
+    np.testing.assert_array_equal(session.positions, before)
+    session.update(np.array([NO_MOTION, BEND]), to_convergence=True)
+    np.testing.assert_allclose(session.positions, before, atol=1e-5)
+
+
 def test_rigid_regions_and_stiffness_reach_the_solver():
     middle = np.abs(TUBE.positions[:, 2] - 2.0) < 0.8
     weights = {"Middle": middle.astype(float)}
