@@ -29,7 +29,7 @@ arap::PolygonMesh mesh_of(MeshArrays arrays);
 struct BindInput {
   MeshArrays mesh;
   arap::Options options;
-  arap::SurfaceArap::VertexProperties properties;
+  arap::VertexProperties properties;
 
   BindInput(const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes,
             const arap::Options* given, const py::object& stiffness, const py::object& rigid_regions);

@@ -10,6 +10,7 @@
 #include "arap/options.h"
 #include "arap/result.h"
 #include "arap/types.h"
+#include "arap/vertex_properties.h"
 
 namespace arap {
 inline namespace ARAP_COMPILED_ALIKE {
@@ -38,9 +39,12 @@ struct LatticeOptions {
 /// turned inside out. Where a part has no inside, as a sheet, the cubes that it passes through deform with it.
 class LatticeArap {
  public:
-  /// Binds. Throws InvalidInput for bad options, or a mesh without faces or size; Cancelled when `progress` returns
-  /// false.
-  explicit LatticeArap(const PolygonMesh& mesh, const LatticeOptions& options = {}, const Progress& progress = {});
+  /// Binds. Throws InvalidInput for bad options or properties, or a mesh without faces or size; Cancelled when
+  /// `progress` returns false.
+  /// @param properties  a cube is as stiff as the vertices in it. A rigid region is exactly rigid: what the lattice
+  ///                    bends of it is spread around it
+  explicit LatticeArap(const PolygonMesh& mesh, const LatticeOptions& options = {},
+                       const VertexProperties& properties = {}, const Progress& progress = {});
   ~LatticeArap();
   LatticeArap(LatticeArap&&) noexcept;
   LatticeArap& operator=(LatticeArap&&) noexcept;
@@ -53,13 +57,23 @@ class LatticeArap {
 
   /// As SurfaceArap::solve.
   SolveResult solve(const Positions& targets, const SolveOptions& options = {}, std::span<const Matrix3> rotations = {},
-                    const Progress& progress = {});
+                    const Progress& progress = {}, std::span<float> out = {});
 
   /// Back to the rest positions; constraints stay.
   void reset();
 
+  /// Starts the next solve from about `positions`, (n, 3), finite: as near to them as the lattice can be. Throws
+  /// InvalidInput.
+  void set_positions(const Positions& positions);
+
+  /// (n, 3) where the mesh is now, in the input's space.
+  [[nodiscard]] const Positions& positions() const;
+
   [[nodiscard]] int n_vertices() const;
   [[nodiscard]] int n_parts() const;
+  [[nodiscard]] const std::vector<int>& part_of_vertex() const;  ///< (n,), -1 = loose
+  [[nodiscard]] const std::vector<int>& loose_vertices() const;  ///< vertices in no face
+  [[nodiscard]] int n_factorizations() const;                    ///< numeric factorizations since bind
   [[nodiscard]] int n_control_points() const;
   [[nodiscard]] double cube_size() const;  ///< in the input's unit
   [[nodiscard]] int threads() const;       ///< threads in use

@@ -13,6 +13,7 @@
 #include "arap/result.h"
 #include "arap/types.h"
 #include "arap/version.h"
+#include "arap/vertex_properties.h"
 
 namespace arap {
 inline namespace ARAP_COMPILED_ALIKE {
@@ -27,12 +28,6 @@ inline namespace ARAP_COMPILED_ALIKE {
 /// run in different threads, and so may const functions of one; others need the object to themselves.
 class SurfaceArap {
  public:
-  /// Optional per-vertex properties, fixed at bind. Empty vectors: not used.
-  struct VertexProperties {
-    std::vector<double> stiffness;   ///< (n,) 1e-12 to 1e12, scales the whole cell of a vertex; 1 is normal
-    std::vector<int> rigid_regions;  ///< (n,) region of each vertex, < 0 = none; a region moves as one rigid body
-  };
-
   /// Binds. Throws InvalidInput for bad options or properties, Cancelled when `progress` returns false.
   explicit SurfaceArap(const PolygonMesh& mesh, const Options& options = {}, const VertexProperties& properties = {},
                        const Progress& progress = {});

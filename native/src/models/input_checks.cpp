@@ -38,6 +38,12 @@ void require_targets(const ConstraintSet& set, const Positions& targets, std::sp
     if (!rotations[k].allFinite()) throw InvalidInput(text("rotations[", k, "] is not finite"));
 }
 
+void require_out(std::span<const float> out, int n_vertices) {
+  const auto n_numbers = 3 * static_cast<size_t>(n_vertices);
+  if (!out.empty() && out.size() != n_numbers)
+    throw InvalidInput(text("out has ", out.size(), " numbers, must have three per vertex, ", n_numbers));
+}
+
 void require_constrained(bool has_constraints) {
   if (!has_constraints)
     throw InvalidInput("nothing is constrained; call set_constraints with at least one vertex before solve");

@@ -35,6 +35,9 @@ void require_movable_patches(const Patches& patches, const std::vector<int>& par
 /// Targets of a set, and rotations of each or none.
 void require_targets(const ConstraintSet& set, const Positions& targets, std::span<const Matrix3> rotations);
 
+/// Room for the positions in single precision, or none.
+void require_out(std::span<const float> out, int n_vertices);
+
 /// A solve needs a set of constraints.
 void require_constrained(bool has_constraints);
 

@@ -546,7 +546,7 @@ TEST(RigidRegions, SolvesThatGoOnConvergeWithAPatchThatIsPartlyInARegion) {
   const MeshData mesh = bar(5, Faces::kTriangles);
   const Positions rest = mesh.positions();
   const double length = rest.col(0).maxCoeff() - rest.col(0).minCoeff();
-  SurfaceArap::VertexProperties properties;
+  arap::VertexProperties properties;
   properties.rigid_regions = region_where(mesh, [&](const Vector3& p) { return p.x() > -.15 * length && p.x() < 0; });
   Task task;
   for (const int v : extreme_vertices(rest, 0, .1, 3)) task.add(v, rest.row(v).transpose());

@@ -86,7 +86,7 @@ TEST(DragPredictor, FindsTheChangeOfTheForcesThroughWhatItAdded) {
 /// converged to.
 struct Drag {
   MeshData mesh = bar(8, Faces::kQuads);
-  SurfaceArap::VertexProperties properties;
+  arap::VertexProperties properties;
   double strength = 1;
   bool has_patch = false;  ///< the far end is held by the average of its vertices
   int n_frames = 20;

@@ -93,8 +93,8 @@ Task hold(const MeshData& mesh, const std::vector<int>& vertices) {
   return task;
 }
 
-arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions) {
-  arap::SurfaceArap::VertexProperties properties;
+arap::VertexProperties with_regions(std::vector<int> regions) {
+  arap::VertexProperties properties;
   properties.rigid_regions = std::move(regions);
   return properties;
 }
@@ -141,7 +141,7 @@ void expect_energy_never_rises(arap::SurfaceArap& solver, const MeshData& mesh, 
 }
 
 arap::SolveResult solve_once(const MeshData& mesh, const Task& task, const arap::SolveOptions& solve_options,
-                             const arap::Options& options, const arap::SurfaceArap::VertexProperties& properties) {
+                             const arap::Options& options, const arap::VertexProperties& properties) {
   arap::SurfaceArap solver(mesh.mesh(), options, properties);
   solver.set_constraints(task.constraints);
   return solver.solve(task.targets, solve_options);

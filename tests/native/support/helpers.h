@@ -75,7 +75,7 @@ Task rigid_task(const MeshData& mesh, const arap::ConstraintSet& constraints, co
 /// Hard constraints that hold the vertices at rest.
 Task hold(const MeshData& mesh, const std::vector<int>& vertices);
 
-arap::SurfaceArap::VertexProperties with_regions(std::vector<int> regions);
+arap::VertexProperties with_regions(std::vector<int> regions);
 
 /// With a linear solver in double: every single iteration is exact, not only the limit.
 arap::Options exactly(arap::Options options = {});
@@ -91,8 +91,7 @@ arap::SolveOptions to_accuracy(double accuracy, arap::InitialGuess guess = arap:
 
 /// Binds, sets the constraints and solves.
 arap::SolveResult solve_once(const MeshData& mesh, const Task& task, const arap::SolveOptions& solve_options,
-                             const arap::Options& options = {},
-                             const arap::SurfaceArap::VertexProperties& properties = {});
+                             const arap::Options& options = {}, const arap::VertexProperties& properties = {});
 
 /// Largest distance between rows.
 double max_distance(const Positions& a, const Positions& b);

@@ -3,14 +3,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <functional>
 #include <map>
-#include <queue>
-#include <span>
-#include <tuple>
 #include <utility>
-
-#include "base/grouped.h"
 
 namespace arap {
 
@@ -22,26 +16,6 @@ constexpr double kHardStrength = 100;
 double strength_of(const ConstraintSet& set, size_t k) {
   const double s = set.strengths.empty() ? 1.0 : set.strengths[k];
   return s < 1 ? std::min(kHardStrength, s / (1 - s)) : kHardStrength;
-}
-
-/// Nothing pulls a loose vertex from its target.
-bool is_exact(const PolygonMesh& mesh, const ConstraintSet& set, size_t k) {
-  return set.strengths.empty() || set.strengths[k] >= 1 - 1e-9 ||
-         (mesh.part_of_vertex()[set.vertices[k]] < 0 && set.strengths[k] > 0);
-}
-
-/// The vertices that each has an edge to, once for each side of a face.
-Grouped neighbours_of(const PolygonMesh& mesh) {
-  return {mesh.n_vertices(), [&](const auto& add) {
-            for (int f = 0; f < mesh.n_faces(); ++f) {
-              const std::span<const int> face = mesh.face(f);
-              for (size_t k = 0; k < face.size(); ++k) {
-                const int next = face[(k + 1) % face.size()];
-                add(face[k], next);
-                add(next, face[k]);
-              }
-            }
-          }};
 }
 
 }  // namespace
@@ -112,56 +86,6 @@ Positions HeldVertices::targets(const Positions& of_set) const {
   }
   for (; row < result.rows(); ++row) result.row(row) = of_set.row(sources_[row]);
   return result;
-}
-
-ExactVertices::ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, double reach) {
-  std::map<int, int> held_of_vertex;
-  for (size_t k = 0; k < set.vertices.size(); ++k) {
-    if (!is_exact(mesh, set, k)) continue;
-    const auto [found, is_new] = held_of_vertex.emplace(set.vertices[k], static_cast<int>(held_.size()));
-    if (is_new) held_.push_back({set.vertices[k], {}});
-    held_[found->second].targets.push_back(static_cast<int>(k));
-  }
-  // Dijkstra's algorithm from all of them.
-  struct Reached {
-    double distance;
-    int vertex;
-    int held;
-    bool operator>(const Reached& other) const {
-      return std::tie(distance, vertex, held) > std::tie(other.distance, other.vertex, other.held);
-    }
-  };
-  const Grouped neighbours = neighbours_of(mesh);
-  std::vector<char> is_done(mesh.n_vertices(), 0);
-  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> queue;
-  const auto go_on = [&](const Reached& from) {
-    for (const int v : neighbours.of(from.vertex)) {
-      const double distance = from.distance + (mesh.positions().row(v) - mesh.positions().row(from.vertex)).norm();
-      if (is_done[v] == 0 && distance < reach) queue.push({distance, v, from.held});
-    }
-  };
-  for (const Held& held : held_) is_done[held.vertex] = 1;
-  for (size_t k = 0; k < held_.size(); ++k) go_on({0, held_[k].vertex, static_cast<int>(k)});
-  while (!queue.empty()) {
-    const Reached next = queue.top();
-    queue.pop();
-    if (is_done[next.vertex] != 0) continue;
-    is_done[next.vertex] = 1;
-    const double part = next.distance / reach;
-    followers_.push_back({next.vertex, next.held, (1 - part * part) * (1 - part * part)});
-    go_on(next);
-  }
-}
-
-void ExactVertices::apply(const Positions& targets, Positions& points) const {
-  Positions left(held_.size(), 3);
-  for (size_t k = 0; k < held_.size(); ++k) {
-    Eigen::RowVector3d mean = Eigen::RowVector3d::Zero();
-    for (const int t : held_[k].targets) mean += targets.row(t) / static_cast<double>(held_[k].targets.size());
-    left.row(static_cast<Eigen::Index>(k)) = mean - points.row(held_[k].vertex);
-    points.row(held_[k].vertex) = mean;
-  }
-  for (const Follower& follower : followers_) points.row(follower.vertex) += follower.share * left.row(follower.held);
 }
 
 }  // namespace arap

@@ -54,28 +54,4 @@ class HeldVertices {
   std::vector<int> sources_;
 };
 
-/// Hard vertices are exactly at their targets: what the lattice leaves is spread around them.
-class ExactVertices {
- public:
-  ExactVertices() = default;
-  /// @param reach  along edges; from there on nothing moves
-  ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, double reach);
-
-  /// @param targets  of the set
-  void apply(const Positions& targets, Positions& points) const;
-
- private:
-  struct Held {
-    int vertex;
-    std::vector<int> targets;  ///< rows; it takes their mean
-  };
-  struct Follower {
-    int vertex;
-    int held;  ///< the nearest one
-    double share;
-  };
-  std::vector<Held> held_;
-  std::vector<Follower> followers_;
-};
-
 }  // namespace arap

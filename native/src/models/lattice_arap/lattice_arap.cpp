@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "arap/lattice_arap.h"
 
+#include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <utility>
 
@@ -8,8 +10,11 @@
 #include "base/format_message.h"
 #include "lattice/lattice.h"
 #include "models/input_checks.h"
+#include "models/lattice_arap/exact_vertices.h"
 #include "models/lattice_arap/held_vertices.h"
 #include "models/lattice_arap/lattice_energy.h"
+#include "models/lattice_arap/lattice_fit.h"
+#include "models/lattice_arap/piece_stiffness.h"
 #include "models/model_space.h"
 #include "optimize/engine.h"
 #include "parallel/meter.h"
@@ -22,6 +27,25 @@ namespace {
 
 /// Around hard vertices, in cubes.
 constexpr double kReach = 2;
+
+/// Beyond this ratio of the stiffest piece to the softest, rounded forces of the one would bend the other.
+constexpr double kSinglePrecisionContrast = 1e4;
+
+double contrast(const std::vector<double>& stiffness) {
+  if (stiffness.empty()) return 1;
+  const auto [least, most] = std::minmax_element(stiffness.begin(), stiffness.end());
+  return *most / *least;
+}
+
+/// Row by row; false if one is beyond the range of single precision.
+bool write_single(const Positions& positions, const Workers& workers, std::span<float> out) {
+  return parallel_all<4096>(workers, static_cast<int>(positions.rows()), [&](int begin, int end) {
+    Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>> rows(out.data() + 3 * std::ptrdiff_t{begin},
+                                                                              end - begin, 3);
+    rows = positions.middleRows(begin, end - begin).cast<float>();
+    return rows.allFinite();
+  });
+}
 
 void require_inside(const PolygonMesh& mesh) {
   if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
@@ -37,14 +61,18 @@ void LatticeOptions::validate() const {
 }
 
 struct LatticeArap::Impl {
-  Impl(const PolygonMesh& input, const LatticeOptions& options, const Progress& progress)
+  Impl(const PolygonMesh& input, const LatticeOptions& options, const VertexProperties& of_input,
+       const Progress& progress)
       : space(input),
         mesh(make_model(input, options)),
         areas(vertex_areas(mesh)),
+        properties{space.to_model(of_input.stiffness), space.regions_to_model(of_input.rigid_regions)},
         engine(prepare(options, progress)),
         shown(input.positions()) {
-    for (int v = 0; v < input.n_vertices(); ++v)
-      if (mesh.part_of_vertex()[space.model_vertices()[v]] < 0) loose_vertices.push_back(v);
+    for (int v = 0; v < input.n_vertices(); ++v) {
+      part_of_vertex.push_back(mesh.part_of_vertex()[space.model_vertices()[v]]);
+      if (part_of_vertex.back() < 0) loose_vertices.push_back(v);
+    }
   }
 
   PolygonMesh make_model(const PolygonMesh& input, const LatticeOptions& options) {
@@ -63,7 +91,8 @@ struct LatticeArap::Impl {
     // A control point has about as many incidences as five vertices of a surface.
     threads = choose_threads(options.threads, 5 * lattice->n_control_points());
     model.workers = Workers(threads);
-    assemble_lattice_energy(model.energy, *lattice, threads, {&meter, 0.2}, [&] {
+    const std::vector<double> stiffness = piece_stiffness(*lattice, properties);
+    assemble_lattice_energy(model.energy, *lattice, stiffness, threads, {&meter, 0.2}, [&] {
       model.rest = lattice->rest();
       model.part_of_vertex = lattice->part_of_control_point();
       model.n_parts = mesh.n_parts();
@@ -72,7 +101,8 @@ struct LatticeArap::Impl {
       // surface feels them as little: a converged pose is within 2e-6 of its size of that in double. So the rule for
       // surfaces, which refuses this contrast, is not asked.
       constexpr int kFewControlPoints = 2000;
-      model.fits_single = lattice->n_control_points() >= kFewControlPoints;
+      model.fits_single =
+          lattice->n_control_points() >= kFewControlPoints && contrast(stiffness) <= kSinglePrecisionContrast;
       return model.solver->ordering();
     });
     if (const std::vector<int>* order = model.solver->ordering(); order != nullptr) {
@@ -88,20 +118,25 @@ struct LatticeArap::Impl {
   ModelSpace space;
   PolygonMesh mesh;  ///< in model space
   std::vector<double> areas;
+  VertexProperties properties;  ///< of mesh
   std::optional<Lattice> lattice;
   PreparedModel model;
   Engine engine;
   ConstraintSet constraints;
   std::unique_ptr<HeldVertices> held;
   std::unique_ptr<ExactVertices> exact;
-  Positions shown;  ///< the input's positions that were handed over last
+  std::unique_ptr<LatticeFit> fit;  ///< made when first needed
+  Positions shown;                  ///< the input's positions that were handed over last
+  std::vector<int> part_of_vertex;  ///< of each vertex of the input, -1 = loose
   std::vector<int> loose_vertices;
 };
 
-LatticeArap::LatticeArap(const PolygonMesh& mesh, const LatticeOptions& options, const Progress& progress) {
+LatticeArap::LatticeArap(const PolygonMesh& mesh, const LatticeOptions& options, const VertexProperties& properties,
+                         const Progress& progress) {
   options.validate();
+  properties.validate(mesh.n_vertices());
   require_inside(mesh);
-  impl_ = std::make_unique<Impl>(mesh, options, progress);
+  impl_ = std::make_unique<Impl>(mesh, options, properties, progress);
 }
 
 LatticeArap::~LatticeArap() = default;
@@ -114,7 +149,8 @@ void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progre
   require_movable_patches(of_model.patches, impl_->mesh.part_of_vertex());
   if (impl_->engine.has_constraints() && constraints == impl_->constraints) return;
   auto held = std::make_unique<HeldVertices>(*impl_->lattice, impl_->areas, of_model);
-  auto exact = std::make_unique<ExactVertices>(impl_->mesh, of_model, kReach * impl_->lattice->cube_size());
+  auto exact = std::make_unique<ExactVertices>(impl_->mesh, of_model, impl_->properties.rigid_regions,
+                                               kReach * impl_->lattice->cube_size());
   ConstraintSet copy = constraints;
   impl_->engine.set_constraints({{}, held->rows()}, progress);
   impl_->held = std::move(held);
@@ -123,28 +159,39 @@ void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progre
 }
 
 SolveResult LatticeArap::solve(const Positions& targets, const SolveOptions& options,
-                               std::span<const Matrix3> rotations, const Progress& progress) {
+                               std::span<const Matrix3> rotations, const Progress& progress, std::span<float> out) {
   options.validate();
   require_constrained(impl_->engine.has_constraints());
   require_targets(impl_->constraints, targets, rotations);
+  require_out(out, n_vertices());
   const ModelSpace& space = impl_->space;
   const Positions of_model = space.targets_to_model(targets, impl_->constraints);
   std::vector<Matrix3> of_rows;
   if (!rotations.empty())
     for (const int source : impl_->held->sources()) of_rows.push_back(rotations[source]);
   SolveResult result;
+  Positions positions;
   const auto hand_over = [&](const Positions& control_points) {
     Positions points = impl_->mesh.positions();
     impl_->lattice->embed(control_points, impl_->model.workers, points);
     impl_->exact->apply(of_model, points);
-    result.positions = space.to_input(points, impl_->model.workers);
-    return all_finite(result.positions, impl_->model.workers);
+    positions = space.to_input(points, impl_->model.workers);
+    return all_finite(positions, impl_->model.workers) &&
+           (out.empty() || write_single(positions, impl_->model.workers, out));
   };
-  const IterationReport report =
-      impl_->engine.solve(impl_->held->targets(of_model), options, of_rows, progress, hand_over);
+  IterationReport report;
+  try {
+    report = impl_->engine.solve(impl_->held->targets(of_model), options, of_rows, progress, hand_over);
+  } catch (...) {
+    if (!out.empty()) static_cast<void>(write_single(impl_->shown, impl_->model.workers, out));
+    throw;
+  }
   // The engine handed over the control points of the former pose, but what was spread around its targets is gone.
-  if (report.stop_reason == StopReason::kCancelled) result.positions = impl_->shown;
-  impl_->shown = result.positions;
+  if (report.stop_reason != StopReason::kCancelled) impl_->shown = std::move(positions);
+  if (out.empty())
+    result.positions = impl_->shown;
+  else
+    static_cast<void>(write_single(impl_->shown, impl_->model.workers, out));
   const double unit = space.size() * space.size() * space.size();
   result.energy_before = report.energy_before * unit;
   result.energy_after = report.energy_after * unit;
@@ -161,8 +208,24 @@ void LatticeArap::reset() {
   impl_->shown = impl_->space.to_input(impl_->mesh.positions(), impl_->model.workers);
 }
 
+void LatticeArap::set_positions(const Positions& positions) {
+  require_rows("positions", positions.rows(), n_vertices());
+  require_finite("positions", positions, [](int v) { return text("vertex ", v); });
+  if (impl_->fit == nullptr)
+    impl_->fit =
+        std::make_unique<LatticeFit>(*impl_->lattice, impl_->areas, impl_->mesh.positions(), impl_->model.energy.K);
+  const Workers& workers = impl_->model.workers;
+  impl_->engine.set_positions(impl_->fit->fit(impl_->space.to_model(positions, workers), workers));
+  impl_->shown = positions;
+}
+
+const Positions& LatticeArap::positions() const { return impl_->shown; }
+
 int LatticeArap::n_vertices() const { return impl_->space.n_input_vertices(); }
 int LatticeArap::n_parts() const { return impl_->mesh.n_parts(); }
+const std::vector<int>& LatticeArap::part_of_vertex() const { return impl_->part_of_vertex; }
+const std::vector<int>& LatticeArap::loose_vertices() const { return impl_->loose_vertices; }
+int LatticeArap::n_factorizations() const { return impl_->engine.n_factorizations(); }
 int LatticeArap::n_control_points() const { return impl_->lattice->n_control_points(); }
 double LatticeArap::cube_size() const { return impl_->lattice->cube_size() * impl_->space.size(); }
 int LatticeArap::threads() const { return impl_->model.workers.threads(); }

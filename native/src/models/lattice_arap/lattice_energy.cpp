@@ -96,15 +96,21 @@ class Incidence {
 
 class LatticeAssembler {
  public:
-  explicit LatticeAssembler(const Lattice& lattice)
-      : lattice_(lattice), incidence_(lattice), stiffness_(unit_stiffness()), gradients_(unit_gradients()) {
+  LatticeAssembler(const Lattice& lattice, const std::vector<double>& stiffness)
+      : lattice_(lattice),
+        piece_stiffness_(stiffness),
+        incidence_(lattice),
+        stiffness_(unit_stiffness()),
+        gradients_(unit_gradients()) {
     for (int k = 0; k < kControlPoints; ++k)
       smooth_[k] = kSmooth[along(k)[0]] * kSmooth[along(k)[1]] * kSmooth[along(k)[2]];
   }
 
-  [[nodiscard]] double volume(int piece) const {
+  /// Its volume times its stiffness.
+  [[nodiscard]] double weight(int piece) const {
     const double h = lattice_.cube_size();
-    return h * h * h * std::max(kLeastInside, lattice_.inside(piece));
+    const double volume = h * h * h * std::max(kLeastInside, lattice_.inside(piece));
+    return piece_stiffness_.empty() ? volume : volume * piece_stiffness_[piece];
   }
 
   [[nodiscard]] SparseMatrix system(int threads, const MeterPart& meter) const {
@@ -113,7 +119,7 @@ class LatticeAssembler {
       incidence_.for_each(i, [&](int piece, int k) {
         for (int j = 0; j < kControlPoints; ++j)
           if (stiffness_(j, k) != 0)
-            column[lattice_.control_points(piece)[j]] += 2 * volume(piece) * per_area * stiffness_(j, k);
+            column[lattice_.control_points(piece)[j]] += 2 * weight(piece) * per_area * stiffness_(j, k);
       });
     };
     return assemble_matrix(lattice_.n_control_points(), threads, fill, meter);
@@ -125,7 +131,7 @@ class LatticeAssembler {
             [&] {
               return [&](int j, RowAccumulator<Vector3>& row) {
                 incidence_.for_each(j, [&](int piece, int k) {
-                  const Vector3 g = 2 * volume(piece) / lattice_.cube_size() * gradients_.row(k).transpose();
+                  const Vector3 g = 2 * weight(piece) / lattice_.cube_size() * gradients_.row(k).transpose();
                   for (int c = 0; c < kControlPoints; ++c) row[lattice_.control_points(piece)[c]] += smooth_[c] * g;
                 });
               };
@@ -135,6 +141,7 @@ class LatticeAssembler {
 
  private:
   const Lattice& lattice_;
+  const std::vector<double>& piece_stiffness_;
   Incidence incidence_;
   Matrix27 stiffness_;
   Eigen::Matrix<double, kControlPoints, 3> gradients_;
@@ -143,11 +150,12 @@ class LatticeAssembler {
 
 }  // namespace
 
-void assemble_lattice_energy(CellEnergy& energy, const Lattice& lattice, int threads, const MeterPart& meter,
+void assemble_lattice_energy(CellEnergy& energy, const Lattice& lattice, const std::vector<double>& stiffness,
+                             int threads, const MeterPart& meter,
                              const std::function<const std::vector<int>*()>& find_order) {
-  const LatticeAssembler assembler(lattice);
+  const LatticeAssembler assembler(lattice, stiffness);
   energy.rest_energy = 0;
-  for (int piece = 0; piece < lattice.n_pieces(); ++piece) energy.rest_energy += 3 * assembler.volume(piece);
+  for (int piece = 0; piece < lattice.n_pieces(); ++piece) energy.rest_energy += 3 * assembler.weight(piece);
   energy.K = assembler.system(threads, meter.part(0.3));
   Cells::Rows cells = assembler.cells(threads, meter.part(0.5));
   const std::vector<int>* order = find_order();

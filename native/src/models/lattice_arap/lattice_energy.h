@@ -17,13 +17,16 @@ namespace arap {
 ///
 ///     E = sum_e V_e [ mean over octants |F|^2 - 2 <F_e, sum_n w_en R_n> + 3 ]
 ///
-/// so K = 2 sum_e V_e mean grad M grad M^T and q_nj = 2 sum_e V_e w_en mean grad M_j. Trilinear octants instead of the
-/// B-spline's own gradients: 21 entries a row of K instead of 125, and less stiff.
+/// so K = 2 sum_e V_e mean grad M grad M^T and q_nj = 2 sum_e V_e w_en mean grad M_j. With stiffness s_e it counts s_e
+/// times. Trilinear octants instead of the B-spline's own gradients: 21 entries a row of K instead of 125, and less
+/// stiff.
 ///
+/// @param stiffness   (n_pieces,) or empty: all 1
 /// @param find_order  is called when K is there: which control point becomes which, order[new] = old, and K and the
 /// cells
 ///     are numbered so. Null: all keep their numbers.
-void assemble_lattice_energy(CellEnergy& energy, const Lattice& lattice, int threads, const MeterPart& meter,
+void assemble_lattice_energy(CellEnergy& energy, const Lattice& lattice, const std::vector<double>& stiffness,
+                             int threads, const MeterPart& meter,
                              const std::function<const std::vector<int>*()>& find_order);
 
 }  // namespace arap

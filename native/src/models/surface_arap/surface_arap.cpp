@@ -21,22 +21,6 @@ namespace {
 /// Radius of a patch, in rigidity radii.
 constexpr double kPatchRadius = 1.5;
 
-/// Rest vectors are stored as floats and what these leave.
-constexpr double kLargestStiffness = 1e12;
-
-void require_lengths(const SurfaceArap::VertexProperties& properties, int n_vertices) {
-  const auto n = static_cast<size_t>(n_vertices);
-  if (!properties.stiffness.empty() && properties.stiffness.size() != n)
-    throw InvalidInput(text("stiffness has ", properties.stiffness.size(), " entries, must have one per vertex, ", n));
-  if (!properties.rigid_regions.empty() && properties.rigid_regions.size() != n)
-    throw InvalidInput(
-        text("rigid_regions has ", properties.rigid_regions.size(), " entries, must have one per vertex, ", n));
-  for (size_t v = 0; v < properties.stiffness.size(); ++v)
-    if (!(properties.stiffness[v] >= 1 / kLargestStiffness && properties.stiffness[v] <= kLargestStiffness))
-      throw InvalidInput(text("stiffness of vertex ", v, " is ", properties.stiffness[v], ", must be between ",
-                              1 / kLargestStiffness, " and ", kLargestStiffness));
-}
-
 /// A little more than what a bind takes at its peak, beside the mesh. Measured on regular meshes of triangles and
 /// quads, and on one with 200 faces a vertex.
 double bytes_to_bind(const PolygonMesh& mesh, Energy energy) {
@@ -102,7 +86,7 @@ struct SurfaceArap::Impl {
 SurfaceArap::SurfaceArap(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties,
                          const Progress& progress) {
   options.validate();
-  require_lengths(properties, mesh.n_vertices());
+  properties.validate(mesh.n_vertices());
   require_memory(bytes_to_bind(mesh, options.energy), "this mesh");
   impl_ = std::make_unique<Impl>(mesh, options, properties, progress);
   if (impl_->model.prepared.is_large()) return_freed_memory();
@@ -126,9 +110,7 @@ SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& opt
   options.validate();
   require_constrained(impl_->engine.has_constraints());
   require_targets(impl_->constraints, targets, rotations);
-  const auto n_numbers = 3 * static_cast<size_t>(n_vertices());
-  if (!out.empty() && out.size() != n_numbers)
-    throw InvalidInput(text("out has ", out.size(), " numbers, must have three per vertex, ", n_numbers));
+  require_out(out, n_vertices());
   const ModelSpace& space = impl_->space;
   SolveResult result;
   const auto hand_over = [&](const Positions& positions) {

@@ -21,7 +21,7 @@ using arap::Lattice;
 double left_by_lattice(const MeshData& mesh, const Task& task, double cube_size, const std::vector<double>& areas) {
   const Lattice lattice(mesh.mesh(), cube_size);
   arap::PreparedModel model;
-  arap::assemble_lattice_energy(model.energy, lattice, 1, {}, [] { return nullptr; });
+  arap::assemble_lattice_energy(model.energy, lattice, {}, 1, {}, [] { return nullptr; });
   model.rest = lattice.rest();
   model.part_of_vertex = lattice.part_of_control_point();
   model.n_parts = mesh.mesh().n_parts();

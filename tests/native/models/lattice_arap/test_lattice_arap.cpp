@@ -381,8 +381,132 @@ TEST(LatticeArap, PosesAnyMesh) {
   }
 }
 
+/// A pose of the lattice, given as positions alone, is found again: the next iteration moves hardly anything.
+TEST(LatticeArap, GoesOnFromGivenPositions) {
+  const MeshData mesh = rod();
+  const SolveResult posed = pose_rod(mesh, twist, coarse());
+  Task task;
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (std::abs(mesh.vertices[v][2]) > 2.6) task.add(v, Vector3(posed.positions.row(v)));
+  LatticeArap solver(mesh.mesh(), coarse());
+  solver.set_constraints(task.constraints);
+  solver.set_positions(posed.positions);
+  EXPECT_EQ(solver.positions(), posed.positions);
+  const SolveResult next = solver.solve(task.targets, iterations(1));
+  EXPECT_LT(furthest(next.positions, posed.positions), 3e-3 * mesh.diagonal());
+  EXPECT_LT(next.energy_after, 1.01 * posed.energy_after);
+  // Half a turn started from rest would go the other way, or stay behind.
+  EXPECT_LT(furthest(solver.solve(task.targets, to_accuracy(1e-6)).positions, posed.positions), 1e-3 * mesh.diagonal());
+}
+
+TEST(LatticeArap, PositionsOfARigidMotionStartThere) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    if (mesh.mesh().n_parts() != 1) continue;
+    const RigidMotion motion = Random(3).rigid_motion(1, 2);
+    const Task held = hold(mesh, extreme_vertices(mesh.positions(), longest_axis(mesh.positions()), .3, 3));
+    const Task task = rigid_task(mesh, held.constraints, motion);
+    LatticeArap solver(mesh.mesh(), coarse());
+    solver.set_constraints(task.constraints);
+    solver.set_positions(motion.apply(mesh.positions()));
+    EXPECT_LT(furthest(solver.solve(task.targets, iterations(1)).positions, motion.apply(mesh.positions())),
+              1e-3 * mesh.diagonal())
+        << mesh.name;
+  }
+}
+
+TEST(LatticeArap, WritesPositionsInSinglePrecision) {
+  const MeshData mesh = cylinder(16, 8);
+  const Task task = bend_task(mesh, default_bend(mesh));
+  LatticeArap solver(mesh.mesh(), coarse());
+  solver.set_constraints(task.constraints);
+  std::vector<float> out(3 * static_cast<size_t>(mesh.n_vertices()));
+  EXPECT_EQ(solver.solve(task.targets, to_accuracy(1e-6), {}, {}, out).positions.rows(), 0);
+  const Positions& shown = solver.positions();
+  for (int k = 0; k < 3 * mesh.n_vertices(); ++k) EXPECT_EQ(out[k], static_cast<float>(shown.data()[k]));
+  const std::vector<float> before = out;
+  Positions far = task.targets;
+  far.array() += 1e50;
+  EXPECT_THROW(solver.solve(far, to_accuracy(1e-6), {}, {}, out), arap::SolverError);
+  EXPECT_EQ(out, before);
+}
+
+/// The middle of a rod that is bent, as one body: each distance in it stays, and its rim is smooth.
+TEST(LatticeArap, ARigidRegionIsExactlyRigid) {
+  const MeshData mesh = rod();
+  std::vector<int> regions(mesh.n_vertices(), -1);
+  std::vector<int> members;
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (std::abs(mesh.vertices[v][2]) < .8) {
+      regions[v] = 7;
+      members.push_back(v);
+    }
+  Task task;
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (std::abs(mesh.vertices[v][2]) > 2.6) task.add(v, mesh.vertices[v]);
+  for (Eigen::Index k = 0; k < task.targets.rows(); ++k)
+    if (task.targets(k, 2) > 0)
+      task.targets.row(k) = (rotation_about(Vector3(1, 0, 0), 1.2) * Vector3(task.targets.row(k))).transpose();
+  LatticeArap solver(mesh.mesh(), coarse(), with_regions(regions));
+  solver.set_constraints(task.constraints);
+  const Positions points = solver.solve(task.targets, to_accuracy(1e-6)).positions;
+  for (const int a : members)
+    for (const int b : {members.front(), members.back()})
+      EXPECT_NEAR((points.row(a) - points.row(b)).norm(), (mesh.positions().row(a) - mesh.positions().row(b)).norm(),
+                  1e-12);
+  EXPECT_GT((points.row(members[0]) - mesh.positions().row(members[0])).norm(), .1);
+  EXPECT_LT(furthest(values_of(task.constraints, points), task.targets), 1e-12);
+}
+
+/// Two of its vertices are held: it turns about them as the lattice does, and stays one body.
+TEST(LatticeArap, ARigidRegionGoesWithItsHardVertices) {
+  const MeshData mesh = bumpy_sphere(3);
+  std::vector<int> regions(mesh.n_vertices(), -1);
+  for (const int v : extreme_vertices(mesh.positions(), 2, -.3)) regions[v] = 0;
+  const std::vector<int> held = extreme_vertices(mesh.positions(), 2, -.02);
+  Task task = hold(mesh, extreme_vertices(mesh.positions(), 2, .2));
+  for (const int v : held) task.add(v, mesh.vertices[v] + Vector3(.2, .1, .3));
+  LatticeArap solver(mesh.mesh(), coarse(), with_regions(regions));
+  solver.set_constraints(task.constraints);
+  const Positions points = solver.solve(task.targets, to_accuracy(1e-6)).positions;
+  EXPECT_LT(furthest(values_of(task.constraints, points), task.targets), 1e-6);
+  for (int v = 0; v < mesh.n_vertices(); ++v) {
+    if (regions[v] < 0) continue;
+    EXPECT_NEAR((points.row(v) - points.row(held.front())).norm(),
+                (mesh.positions().row(v) - mesh.positions().row(held.front())).norm(), 1e-6);
+  }
+}
+
+/// Of a rod that is bent, the half with a hundred times the stiffness stays nearly straight.
+TEST(LatticeArap, AStiffHalfBendsLess) {
+  const MeshData mesh = rod();
+  arap::VertexProperties properties;
+  for (int v = 0; v < mesh.n_vertices(); ++v) properties.stiffness.push_back(mesh.vertices[v][2] > 0 ? 100 : 1);
+  Task task;
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (std::abs(mesh.vertices[v][2]) > 2.6) task.add(v, mesh.vertices[v]);
+  for (Eigen::Index k = 0; k < task.targets.rows(); ++k)
+    if (task.targets(k, 2) > 0)
+      task.targets.row(k) = (rotation_about(Vector3(1, 0, 0), 1) * Vector3(task.targets.row(k))).transpose();
+  LatticeArap solver(mesh.mesh(), coarse(), properties);
+  solver.set_constraints(task.constraints);
+  const Positions points = solver.solve(task.targets, to_accuracy(1e-6)).positions;
+  const auto change = [&](bool of_stiff) {
+    double sum = 0;
+    for (const std::vector<int>& face : mesh.faces)
+      for (size_t k = 0; k < face.size(); ++k) {
+        const int a = face[k];
+        const int b = face[(k + 1) % face.size()];
+        if ((mesh.vertices[a][2] > .5) != of_stiff || std::abs(mesh.vertices[a][2]) < .5) continue;
+        sum += std::abs(
+            (points.row(a) - points.row(b)).norm() / (mesh.positions().row(a) - mesh.positions().row(b)).norm() - 1);
+      }
+    return sum;
+  };
+  EXPECT_LT(change(true), .3 * change(false));
+}
+
 TEST(LatticeArap, ACancelledBindStops) {
-  EXPECT_THROW(LatticeArap(rod().mesh(), {}, [](double) { return false; }), arap::Cancelled);
+  EXPECT_THROW(LatticeArap(rod().mesh(), {}, {}, [](double) { return false; }), arap::Cancelled);
 }
 
 }  // namespace

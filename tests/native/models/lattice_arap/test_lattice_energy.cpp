@@ -18,7 +18,7 @@ using arap::Lattice;
 /// The energy alone, over control points.
 struct Model {
   explicit Model(const MeshData& mesh, double cube_size) : lattice(mesh.mesh(), cube_size) {
-    arap::assemble_lattice_energy(prepared.energy, lattice, 1, {}, [] { return nullptr; });
+    arap::assemble_lattice_energy(prepared.energy, lattice, {}, 1, {}, [] { return nullptr; });
     prepared.rest = lattice.rest();
     prepared.part_of_vertex = lattice.part_of_control_point();
     prepared.n_parts = mesh.mesh().n_parts();

@@ -75,8 +75,8 @@ class RandomCalls {
     return options;
   }
 
-  SurfaceArap::VertexProperties properties() {
-    SurfaceArap::VertexProperties result;
+  arap::VertexProperties properties() {
+    arap::VertexProperties result;
     for (int v = 0, n = chance(.3) ? mesh_.n_vertices() : 0; v < n; ++v) result.stiffness.push_back(any_scale(3));
     for (int v = 0, n = chance(.3) ? mesh_.n_vertices() : 0; v < n; ++v) result.rigid_regions.push_back(below(8) - 6);
     return result;

@@ -541,7 +541,7 @@ TEST(Robustness, JoinedSeamWithStiffnessAndRegions) {
   const MeshData open = cylinder_with_open_seam(10, 6, Faces::kTriangles);
   const Task task = bend_task(open, {rotation_about({1, .4, .3}, .5), {.1, .2, 0}});
   const arap::Options options{.join_seams = true};
-  SurfaceArap::VertexProperties properties;
+  arap::VertexProperties properties;
   properties.stiffness.assign(static_cast<size_t>(open.n_vertices()), 2);
   properties.rigid_regions.assign(static_cast<size_t>(open.n_vertices()), -1);
   std::vector<int> inside;

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Dense>
+#include <utility>
+#include <vector>
+
+#include "arap/constraints.h"
+#include "arap/mesh.h"
+
+namespace arap {
+
+/// Hard vertices are exactly at their targets, and rigid regions exactly rigid: what the lattice leaves is spread
+/// around them, along edges.
+class ExactVertices {
+ public:
+  ExactVertices() = default;
+  /// @param rigid_regions  (n,) of each vertex, < 0 = none; or empty
+  /// @param reach          along edges; from there on nothing moves
+  ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, const std::vector<int>& rigid_regions, double reach);
+
+  /// @param targets  of the set
+  /// @param points   (n, 3) where the lattice brings the vertices
+  void apply(const Positions& targets, Positions& points) const;
+
+ private:
+  struct Hard {
+    int vertex;
+    std::vector<int> targets;  ///< rows; it takes their mean
+  };
+  /// Moves as its hard members say. What they leave open, as one or two do, is as the lattice turns all of them.
+  struct Region {
+    Positions rest;
+    std::vector<int> members;
+    std::vector<std::pair<int, int>> hard;  ///< member, and index of its place
+  };
+  struct Follower {
+    int vertex;
+    int place;  ///< of the nearest one
+    double share;
+  };
+
+  void find_places(const PolygonMesh& mesh, const ConstraintSet& set, const std::vector<int>& rigid_regions);
+  void find_followers(const PolygonMesh& mesh, double reach);
+
+  std::vector<Hard> hard_;
+  std::vector<Region> regions_;
+  std::vector<int> vertices_;  ///< that are brought to a place: first the hard ones, then the members of regions
+  std::vector<Follower> followers_;
+};
+
+}  // namespace arap
