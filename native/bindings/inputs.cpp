@@ -50,19 +50,13 @@ arap::PolygonMesh mesh_of(MeshArrays arrays) {
   return {std::move(arrays.positions), std::move(arrays.corner_vertices), std::move(arrays.face_sizes)};
 }
 
-BindInput::BindInput(const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes,
-                     const arap::Options* given, const py::object& stiffness, const py::object& rigid_regions)
-    : mesh(mesh_from(rest_positions, corner_vertices, face_sizes)) {
-  if (given != nullptr) options = *given;
-  const Extent n = mesh.positions.rows();
+arap::VertexProperties properties_from(const py::object& stiffness, const py::object& rigid_regions, const Extent& n) {
+  arap::VertexProperties properties;
   if (!stiffness.is_none())
     properties.stiffness = vector_from<double>(stiffness, "stiffness", n, "one entry per vertex");
   if (!rigid_regions.is_none())
     properties.rigid_regions = vector_from<int>(rigid_regions, "rigid_regions", n, "one entry per vertex");
-}
-
-std::shared_ptr<Model> BindInput::bind(const arap::Progress& progress) {
-  return std::make_shared<Model>(arap::SurfaceArap(mesh_of(std::move(mesh)), options, properties, progress));
+  return properties;
 }
 
 arap::ConstraintSet constraints_from(const py::object& vertices, const py::object& strengths,

@@ -5,9 +5,12 @@
 #include <pybind11/pybind11.h>
 
 #include <memory>
+#include <utility>
 #include <vector>
 
-#include "arap/surface_arap.h"
+#include "arap/mesh.h"
+#include "arap/types.h"
+#include "arap/vertex_properties.h"
 #include "arrays.h"
 #include "model.h"
 
@@ -25,17 +28,26 @@ struct MeshArrays {
 MeshArrays mesh_from(const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes);
 arap::PolygonMesh mesh_of(MeshArrays arrays);
 
-/// What a SurfaceArap is bound to.
+arap::VertexProperties properties_from(const py::object& stiffness, const py::object& rigid_regions, const Extent& n);
+
+/// What a model is bound to.
+template <typename Native>
 struct BindInput {
+  using Options = typename ClassOf<Native>::Options;
   MeshArrays mesh;
-  arap::Options options;
+  Options options;
   arap::VertexProperties properties;
 
   BindInput(const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes,
-            const arap::Options* given, const py::object& stiffness, const py::object& rigid_regions);
+            const Options* given, const py::object& stiffness, const py::object& rigid_regions)
+      : mesh(mesh_from(rest_positions, corner_vertices, face_sizes)),
+        options(given != nullptr ? *given : Options{}),
+        properties(properties_from(stiffness, rigid_regions, mesh.positions.rows())) {}
 
   /// Binds, once: takes the arrays. Needs no GIL.
-  std::shared_ptr<Model> bind(const arap::Progress& progress);
+  std::shared_ptr<ModelOf<Native>> bind(const arap::Progress& progress) {
+    return std::make_shared<ModelOf<Native>>(Native(mesh_of(std::move(mesh)), options, properties, progress));
+  }
 };
 
 arap::ConstraintSet constraints_from(const py::object& vertices, const py::object& strengths,

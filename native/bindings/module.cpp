@@ -8,15 +8,15 @@
 #include <utility>
 #include <vector>
 
-#include "arap/surface_arap.h"
+#include "arap/error.h"
 #include "arrays.h"
+#include "bound_model.h"
 #include "docstrings.h"
 #include "gil.h"
 #include "inputs.h"
 #include "job_handle.h"
 #include "options.h"
 #include "result.h"
-#include "solver.h"
 
 namespace arap_native {
 
@@ -47,11 +47,14 @@ PYBIND11_MODULE(_native, m) {
   auto cancelled = py::register_exception<arap::Cancelled>(m, "Cancelled", PyExc_RuntimeError);
   cancelled.attr("__doc__") = docstrings::Cancelled;
   bind_options(m);
+  bind_lattice_options(m);
   bind_solve_options(m);
   bind_result(m);
   const auto jobs = std::make_shared<Jobs>();
   bind_job(m);
-  bind_solver(m, jobs);
+  bind_model(m, jobs);
+  bind_surface_arap(m, jobs);
+  bind_lattice_arap(m, jobs);
   py::module_::import("atexit").attr("register")(py::cpp_function([jobs] { jobs->close(); }));
   m.def(
       "same_places",
@@ -67,7 +70,8 @@ PYBIND11_MODULE(_native, m) {
       docstrings::same_places, py::arg("rest_positions"), py::arg("corner_vertices"),
       py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
-  for (const char* name : {"Cancelled", "Job", "Options", "SolveOptions", "SolveResult", "SurfaceArap"})
+  for (const char* name : {"Cancelled", "Job", "LatticeArap", "LatticeOptions", "Model", "Options", "SolveOptions",
+                           "SolveResult", "SurfaceArap"})
     m.attr(name).attr("__module__") = "arap_native";
 }
 

@@ -6,7 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "arap/surface_arap.h"
+#include "arap/lattice_arap.h"
+#include "arap/options.h"
 #include "arrays.h"
 #include "docstrings.h"
 #include "enum_names.h"
@@ -92,6 +93,15 @@ void bind_options(py::module_& m) {
   def_field(type, "join_seams", &Options::join_seams, docstrings::Options_join_seams);
   def_construction(type, docstrings::Options_init,
                    {"energy", "rigidity_radius", "weights", "linear_solver", "threads", "join_seams"});
+}
+
+void bind_lattice_options(py::module_& m) {
+  using arap::LatticeOptions;
+  py::class_<LatticeOptions> type(m, "LatticeOptions", docstrings::LatticeOptions);
+  def_field(type, "cube_size", &LatticeOptions::cube_size, docstrings::LatticeOptions_cube_size);
+  def_field(type, "threads", &LatticeOptions::threads, docstrings::LatticeOptions_threads);
+  def_field(type, "join_seams", &LatticeOptions::join_seams, docstrings::LatticeOptions_join_seams);
+  def_construction(type, docstrings::LatticeOptions_init, {"cube_size", "threads", "join_seams"});
 }
 
 void bind_solve_options(py::module_& m) {

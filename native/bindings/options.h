@@ -9,6 +9,8 @@ namespace py = pybind11;
 
 /// Adds Options to the module.
 void bind_options(py::module_& m);
+/// Adds LatticeOptions.
+void bind_lattice_options(py::module_& m);
 /// Adds SolveOptions.
 void bind_solve_options(py::module_& m);
 

@@ -4,7 +4,19 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from . import _native
-from ._native import Cancelled, Job, Options, SolveOptions, SolveResult, SurfaceArap, __version__, same_places
+from ._native import (
+    Cancelled,
+    Job,
+    LatticeArap,
+    LatticeOptions,
+    Model,
+    Options,
+    SolveOptions,
+    SolveResult,
+    SurfaceArap,
+    __version__,
+    same_places,
+)
 
 __doc__ = _native.__doc__
 
@@ -13,6 +25,9 @@ Progress: TypeAlias = Callable[[float], bool | None]
 __all__ = [
     "Cancelled",
     "Job",
+    "LatticeArap",
+    "LatticeOptions",
+    "Model",
     "Options",
     "Progress",
     "SolveOptions",

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # ruff: noqa: PYI021  the one place of the documentation: the compiled objects take theirs from here
-"""As-rigid-as-possible surface deformation: the native solver.
+"""As-rigid-as-possible deformation of surfaces and of what is inside them: the native solver.
 
 Arrays are C-contiguous numpy arrays of exactly the stated dtype and shape; nothing is converted silently: a wrong one
 raises ValueError that states the expected and the given dtype or shape, what is no array at all TypeError. Solver
@@ -55,7 +55,7 @@ class Job(Generic[_Result_co]):
         """
 
 class Options:
-    """Options fixed at bind. A value that is not allowed raises ValueError when it is set."""
+    """Options of a SurfaceArap, fixed at bind. A value that is not allowed raises ValueError when it is set."""
 
     energy: Literal["rotation_nodes", "spokes_and_rims", "spokes"]
     """What one rotation stands for: "rotation_nodes", a round piece of the surface, looks the same at every density of
@@ -83,6 +83,18 @@ class Options:
         threads: int = 0,
         join_seams: bool = False,
     ) -> None: ...
+
+class LatticeOptions:
+    """Options of a LatticeArap, fixed at bind. A value that is not allowed raises ValueError when it is set."""
+
+    cube_size: float
+    """Size of the lattice's cubes as a fraction of the bounding-box diagonal, in [0.001, 1]; 0: from the shape, four
+    across a limb of the median thickness. Coarser is faster and stiffer."""
+    threads: int
+    """Threads of bind and solve; 0 is as many as pay at this size."""
+    join_seams: bool
+    """Treats vertices at the same place as one: see Options.join_seams."""
+    def __init__(self, *, cube_size: float = 0.0, threads: int = 0, join_seams: bool = False) -> None: ...
 
 class SolveOptions:
     """Options of one solve. A value that is not allowed raises ValueError when it is set."""
@@ -135,53 +147,13 @@ class SolveResult:
         """What ended the solve."""
     @property
     def parts_at_rest(self) -> NDArray[np.int32]:
-        """Connected parts without any constraint, left at rest; see SurfaceArap.part_of_vertex."""
+        """Connected parts without any constraint, left at rest; see Model.part_of_vertex."""
     @property
     def loose_vertices(self) -> NDArray[np.int32]:
         """Vertices in no face, left at rest unless constrained."""
 
-class SurfaceArap:
-    """As-rigid-as-possible deformation of a polygon surface. Construction binds the mesh."""
-
-    def __init__(
-        self,
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
-        options: Options | None = None,
-        *,
-        stiffness: NDArray[np.float64] | None = None,
-        rigid_regions: NDArray[np.int32] | None = None,
-        progress: Progress | None = None,
-    ) -> None:
-        """Binds a mesh.
-
-        Args:
-            rest_positions: (n, 3) float64.
-            corner_vertices: (c,) int32, the faces' vertices, one face after the other; or (m, 3) int32 triangles,
-                then ``face_sizes`` may be None.
-            face_sizes: (f,) int32, consecutive entries of ``corner_vertices`` per face.
-            options: see Options.
-            stiffness: (n,) float64, 1e-12 to 1e12, scales the cell of a vertex; 1 is normal.
-            rigid_regions: (n,) int32, region of each vertex, negative for none; a region moves as one rigid body.
-            progress: may stop the bind by returning False.
-
-        Raises:
-            ValueError: bad shape, dtype, index, or a position that is not finite (names the vertex).
-            Cancelled: ``progress`` returned False.
-        """
-
-    @staticmethod
-    def begin_bind(
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
-        options: Options | None = None,
-        *,
-        stiffness: NDArray[np.float64] | None = None,
-        rigid_regions: NDArray[np.int32] | None = None,
-    ) -> Job[SurfaceArap]:
-        """Begins to bind a mesh: the constructor as a job."""
+class Model:
+    """A mesh bound to a model of deformation: what SurfaceArap and LatticeArap have in common."""
 
     def set_constraints(
         self,
@@ -253,7 +225,71 @@ class SurfaceArap:
         """Back to the rest positions; constraints stay."""
 
     def set_positions(self, positions: NDArray[np.float64]) -> None:
-        """Starts the next solve from ``positions``, (n, 3) float64."""
+        """Starts the next solve from ``positions``, (n, 3) float64, or from as near to them as the model can be."""
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """(n, 3) float64 where the mesh is now (a copy)."""
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices."""
+    @property
+    def n_parts(self) -> int:
+        """Number of connected parts."""
+    @property
+    def part_of_vertex(self) -> NDArray[np.int32]:
+        """(n,) int32, connected part of each vertex, -1 for loose ones."""
+    @property
+    def loose_vertices(self) -> NDArray[np.int32]:
+        """Vertices in no face."""
+    @property
+    def n_factorizations(self) -> int:
+        """Numeric factorizations since bind; new targets never add one."""
+    @property
+    def threads(self) -> int:
+        """Threads in use."""
+
+class SurfaceArap(Model):
+    """As-rigid-as-possible deformation of a polygon surface. Construction binds the mesh."""
+
+    def __init__(
+        self,
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: Options | None = None,
+        *,
+        stiffness: NDArray[np.float64] | None = None,
+        rigid_regions: NDArray[np.int32] | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds a mesh.
+
+        Args:
+            rest_positions: (n, 3) float64.
+            corner_vertices: (c,) int32, the faces' vertices, one face after the other; or (m, 3) int32 triangles,
+                then ``face_sizes`` may be None.
+            face_sizes: (f,) int32, consecutive entries of ``corner_vertices`` per face.
+            options: see Options.
+            stiffness: (n,) float64, 1e-12 to 1e12, scales the cell of a vertex; 1 is normal.
+            rigid_regions: (n,) int32, region of each vertex, negative for none; a region moves as one rigid body.
+            progress: may stop the bind by returning False.
+
+        Raises:
+            ValueError: bad shape, dtype, index, or a position that is not finite (names the vertex).
+            Cancelled: ``progress`` returned False.
+        """
+
+    @staticmethod
+    def begin_bind(
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: Options | None = None,
+        *,
+        stiffness: NDArray[np.float64] | None = None,
+        rigid_regions: NDArray[np.int32] | None = None,
+    ) -> Job[SurfaceArap]:
+        """Begins to bind a mesh: the constructor as a job."""
 
     def patch_around(
         self, vertices: NDArray[np.int32], radius: float = 0.0
@@ -290,27 +326,55 @@ class SurfaceArap:
     def energy_gradient(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, 3) float64 gradient of energy() at ``positions``; 0 at joined vertices other than the first."""
 
+class LatticeArap(Model):
+    """As-rigid-as-possible deformation of a surface and what is inside it. Construction binds the mesh.
+
+    A limb that is twisted or bent keeps its volume, which a surface alone does not. The unknowns are the control points
+    of a lattice around the mesh, so an iteration costs the same at every density of the mesh. Constrained vertices pull
+    the lattice; what it leaves of hard ones is spread over two cubes around them, so these are exactly at their targets.
+    """
+
+    def __init__(
+        self,
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: LatticeOptions | None = None,
+        *,
+        stiffness: NDArray[np.float64] | None = None,
+        rigid_regions: NDArray[np.int32] | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds a mesh.
+
+        Args:
+            rest_positions, corner_vertices, face_sizes, rigid_regions, progress: as for SurfaceArap.
+            options: see LatticeOptions.
+            stiffness: (n,) float64, 1e-12 to 1e12; a cube is as stiff as the vertices in it. 1 is normal.
+
+        Raises:
+            ValueError: as for SurfaceArap; or there are no faces, or they have no size.
+            Cancelled: ``progress`` returned False.
+        """
+
+    @staticmethod
+    def begin_bind(
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: LatticeOptions | None = None,
+        *,
+        stiffness: NDArray[np.float64] | None = None,
+        rigid_regions: NDArray[np.int32] | None = None,
+    ) -> Job[LatticeArap]:
+        """Begins to bind a mesh: the constructor as a job."""
+
     @property
-    def positions(self) -> NDArray[np.float64]:
-        """(n, 3) float64 where the mesh is now (a copy)."""
+    def n_control_points(self) -> int:
+        """Number of control points of the lattice: the unknowns of a solve."""
     @property
-    def n_vertices(self) -> int:
-        """Number of vertices."""
-    @property
-    def n_parts(self) -> int:
-        """Number of connected parts."""
-    @property
-    def part_of_vertex(self) -> NDArray[np.int32]:
-        """(n,) int32, connected part of each vertex, -1 for loose ones."""
-    @property
-    def loose_vertices(self) -> NDArray[np.int32]:
-        """Vertices in no face."""
-    @property
-    def n_factorizations(self) -> int:
-        """Numeric factorizations since bind; new targets never add one."""
-    @property
-    def threads(self) -> int:
-        """Threads in use."""
+    def cube_size(self) -> float:
+        """Edge of a cube of the lattice, in the unit of the rest positions."""
 
 def same_places(
     rest_positions: NDArray[np.float64],

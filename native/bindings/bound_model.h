@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "arrays.h"
+#include "gil.h"
+#include "inputs.h"
+#include "job_handle.h"
+#include "model.h"
+#include "progress_call.h"
+#include "result.h"
+
+namespace arap_native {
+
+namespace py = pybind11;
+
+/// A model for Python: checks arrays, then works without the GIL.
+class BoundModel {
+ public:
+  void set_constraints(const arap::ConstraintSet& set, py::object progress);
+  std::unique_ptr<JobHandle> begin_set_constraints(Jobs& jobs, arap::ConstraintSet set);
+  SolveResult solve(const py::object& targets, const arap::SolveOptions* options, const py::object& rotations,
+                    py::object progress, const py::object& out);
+  std::unique_ptr<JobHandle> begin_solve(Jobs& jobs, const py::object& targets, const arap::SolveOptions* options,
+                                         const py::object& rotations, const py::object& out);
+  void reset();
+  void set_positions(const py::object& positions);
+  [[nodiscard]] py::array positions() const;
+  [[nodiscard]] int n_factorizations() const;
+
+  // Fixed at bind: these may be read at any time.
+  [[nodiscard]] py::ssize_t n_vertices() const { return model_->n_vertices(); }
+  [[nodiscard]] int n_parts() const { return model_->n_parts(); }
+  [[nodiscard]] int threads() const { return model_->threads(); }
+  [[nodiscard]] py::array part_of_vertex() const { return to_array(model_->part_of_vertex()); }
+  [[nodiscard]] py::array loose_vertices() const { return to_array(model_->loose_vertices()); }
+  [[nodiscard]] std::string repr() const;
+
+  [[nodiscard]] arap::Positions points_from(const py::object& positions) const {
+    return positions_from(positions, "positions", n_vertices(), "one row per vertex");
+  }
+
+ protected:
+  explicit BoundModel(std::shared_ptr<Model> model) : model_(std::move(model)) {}
+
+ private:
+  class SolveInput;
+
+  std::shared_ptr<Model> model_;
+};
+
+/// A model of one class.
+template <typename Native>
+class BoundAs : public BoundModel {
+ public:
+  static std::unique_ptr<BoundAs> bind(BindInput<Native> input, py::object progress) {
+    ProgressCall call(std::move(progress));
+    const WithoutGil no_gil;
+    return of(input.bind(call.function()));
+  }
+
+  static std::unique_ptr<JobHandle> begin_bind(Jobs& jobs, BindInput<Native> input) {
+    return begin_job(
+        jobs, [input = std::move(input)](const arap::Progress& progress) mutable { return input.bind(progress); },
+        [](std::shared_ptr<ModelOf<Native>> model) { return py::cast(of(std::move(model))); });
+  }
+
+  /// Has the model for itself as long as this lives.
+  [[nodiscard]] Turn<ModelOf<Native>> turn() const { return Turn<ModelOf<Native>>(model_); }
+
+  template <typename Work>
+  std::invoke_result_t<Work, Native&> exclusively(const Work& work) const {
+    const auto model = turn();
+    const WithoutGil no_gil;
+    return work((*model).native);
+  }
+
+  /// What is fixed at bind.
+  [[nodiscard]] const Native& native() const { return model_->native; }
+
+  /// pybind11 asks for memory without an object in it if a script has called __new__ alone.
+  static void* operator new(size_t) {
+    const std::string name = ClassOf<Native>::kName;
+    throw py::type_error("this " + name + " has no mesh, because only __new__ was called: call " + name + "(...)");
+  }
+  static void operator delete(void* bound) { ::operator delete(bound); }
+
+ private:
+  explicit BoundAs(std::shared_ptr<ModelOf<Native>> model) : BoundModel(model), model_(std::move(model)) {}
+
+  static std::unique_ptr<BoundAs> of(std::shared_ptr<ModelOf<Native>> model) {
+    // Not make_unique: it would use the class's own new, which refuses.
+    return std::unique_ptr<BoundAs>(::new BoundAs(std::move(model)));  // NOLINT(modernize-make-unique)
+  }
+
+  std::shared_ptr<ModelOf<Native>> model_;
+};
+
+/// Adds a model's class to the module, with the two ways to bind one.
+template <typename Native>
+py::class_<BoundAs<Native>, BoundModel> bind_class(py::module_& m, const std::shared_ptr<Jobs>& jobs, const char* doc,
+                                                   const char* init_doc, const char* begin_bind_doc) {
+  const py::object none = py::none();
+  using Object = const py::object&;
+  using Options = typename ClassOf<Native>::Options;
+  py::class_<BoundAs<Native>, BoundModel> type(m, ClassOf<Native>::kName, doc);
+  type.def(py::init([](Object rest_positions, Object corner_vertices, Object face_sizes, const Options* options,
+                       Object stiffness, Object rigid_regions, py::object progress) {
+             return BoundAs<Native>::bind(
+                 {rest_positions, corner_vertices, face_sizes, options, stiffness, rigid_regions}, std::move(progress));
+           }),
+           init_doc, py::arg("rest_positions"), py::arg("corner_vertices"), py::arg("face_sizes") = none,
+           py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none, py::arg("rigid_regions") = none,
+           py::arg("progress") = none);
+  type.def_static(
+      "begin_bind",
+      [jobs](Object rest_positions, Object corner_vertices, Object face_sizes, const Options* options, Object stiffness,
+             Object rigid_regions) {
+        return BoundAs<Native>::begin_bind(
+            *jobs, {rest_positions, corner_vertices, face_sizes, options, stiffness, rigid_regions});
+      },
+      begin_bind_doc, py::arg("rest_positions"), py::arg("corner_vertices"), py::arg("face_sizes") = none,
+      py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none, py::arg("rigid_regions") = none);
+  return type;
+}
+
+/// Adds Model, what all classes of models have in common.
+void bind_model(py::module_& m, const std::shared_ptr<Jobs>& jobs);
+
+/// Each adds its class.
+void bind_surface_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
+void bind_lattice_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
+
+}  // namespace arap_native

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "arap/lattice_arap.h"
+
+#include "bound_model.h"
+#include "docstrings.h"
+
+namespace arap_native {
+
+void bind_lattice_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
+  using Bound = BoundAs<arap::LatticeArap>;
+  bind_class<arap::LatticeArap>(m, jobs, docstrings::LatticeArap, docstrings::LatticeArap_init,
+                                docstrings::LatticeArap_begin_bind)
+      .def_property_readonly(
+          "n_control_points", [](const Bound& model) { return model.native().n_control_points(); },
+          docstrings::LatticeArap_n_control_points)
+      .def_property_readonly(
+          "cube_size", [](const Bound& model) { return model.native().cube_size(); },
+          docstrings::LatticeArap_cube_size);
+}
+
+}  // namespace arap_native
