@@ -46,6 +46,13 @@ class BoundModel {
     return positions_from(positions, "positions", n_vertices(), "one row per vertex");
   }
 
+  /// pybind11 asks for memory without an object in it if a script has called __new__ alone. It asks the class whose
+  /// method was called, so this has to be here.
+  static void* operator new(size_t) {
+    throw py::type_error("this model has no mesh, because only __new__ was called: call its class with a mesh");
+  }
+  static void operator delete(void* bound) { ::operator delete(bound); }
+
  protected:
   explicit BoundModel(std::shared_ptr<Model> model) : model_(std::move(model)) {}
 
@@ -83,13 +90,6 @@ class BoundAs : public BoundModel {
 
   /// What is fixed at bind.
   [[nodiscard]] const Native& native() const { return model_->native; }
-
-  /// pybind11 asks for memory without an object in it if a script has called __new__ alone.
-  static void* operator new(size_t) {
-    const std::string name = ClassOf<Native>::kName;
-    throw py::type_error("this " + name + " has no mesh, because only __new__ was called: call " + name + "(...)");
-  }
-  static void operator delete(void* bound) { ::operator delete(bound); }
 
  private:
   explicit BoundAs(std::shared_ptr<ModelOf<Native>> model) : BoundModel(model), model_(std::move(model)) {}

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Binds, constrains and solves every kind of bad mesh at growing sizes; says time and memory, and what went wrong.
 
-    python tests/attack/measure_zoo.py [--kinds NAME ...] [--sizes 8000 64000 512000] [--limit-s 60] [--limit-gb 4]
+    python tests/attack/measure_zoo.py [--model surface] [--kinds NAME ...] [--sizes 8000 64000 512000]
+        [--limit-s 60] [--limit-gb 4]
 
 Needs arap_native. Each mesh has a process of its own, which the limits end. Times are of the processor (user and
 system), so other programs do not count. After a kind it says how many times as much time and memory a vertex and a face
@@ -37,6 +38,8 @@ HANGS = 30
 # Of the mesh's size, at rest. A sliver that is held at one corner turns freely about it: single precision leaves its
 # angle open by some 1e-6.
 DRIFT = 3e-6
+# The classes of arap_native, and of their options.
+MODELS = {"surface": ("SurfaceArap", "Options"), "lattice": ("LatticeArap", "LatticeOptions")}
 PARTS = ("bind", "set", "solve")
 REFUSALS = ("ValueError", "RuntimeError", "MemoryError")
 HEADER = f"{'kind':32}{'vertices':>9}{'faces':>9}{'bind':>8}{'set':>8}{'solve':>8}{'us/face':>9}{'MB':>7}  what"
@@ -44,6 +47,7 @@ HEADER = f"{'kind':32}{'vertices':>9}{'faces':>9}{'bind':>8}{'set':>8}{'solve':>
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--model", choices=MODELS, default="surface")
     parser.add_argument("--kinds", nargs="+", choices=zoo.KINDS, default=list(zoo.KINDS), metavar="NAME")
     parser.add_argument("--sizes", nargs="+", type=int, default=[8000, 64000, 512000], help="vertices, about")
     parser.add_argument("--limit-s", type=float, default=60.0, help="seconds of the processor for one mesh")
@@ -55,7 +59,7 @@ def main() -> int:
         if resource:
             ends_at = int(time.process_time() + args.limit_s) + 1
             resource.setrlimit(resource.RLIMIT_CPU, (ends_at, ends_at + 1))
-        print(json.dumps(attack(args.kinds[0], args.sizes[0], args.threads)))
+        print(json.dumps(attack(args.model, args.kinds[0], args.sizes[0], args.threads)))
         return 0
     print(HEADER, flush=True)
     bad = 0
@@ -73,7 +77,7 @@ def main() -> int:
 
 def in_a_process(name: str, size: int, args: argparse.Namespace) -> dict[str, Any]:
     command = [sys.executable, __file__, "--one", "--kinds", name, "--sizes", str(size)]
-    command += ["--threads", str(args.threads), "--limit-s", str(args.limit_s)]
+    command += ["--model", args.model, "--threads", str(args.threads), "--limit-s", str(args.limit_s)]
     limit = int(args.limit_gb * 1e9)
     row: dict[str, Any] = {"kind": name, "vertices": size, "is_bad": True}
     try:
@@ -115,7 +119,7 @@ def growth(rows: list[dict[str, Any]]) -> Iterator[str]:
         yield f"{'':32}  for each vertex and face: time x{seconds:.2f}, memory x{memory:.2f}"
 
 
-def attack(name: str, size: int, threads: int) -> dict[str, Any]:
+def attack(model: str, name: str, size: int, threads: int) -> dict[str, Any]:
     """What happens to one mesh: bind, constraints on a hundredth of the vertices, a pull, and a solve at rest."""
     import arap_native
 
@@ -131,7 +135,8 @@ def attack(name: str, size: int, threads: int) -> dict[str, Any]:
         clock = now
 
     try:
-        solver = arap_native.SurfaceArap(*mesh, arap_native.Options(threads=threads))
+        model_type, options_type = (getattr(arap_native, of_model) for of_model in MODELS[model])
+        solver = model_type(*mesh, options_type(threads=threads))
         lap("bind")
         held = np.unique(np.linspace(0, len(mesh.positions) - 1, max(2, len(mesh.positions) // 100)).astype(np.int32))
         solver.set_constraints(held, np.ones(len(held)))

@@ -16,7 +16,16 @@ from sample_meshes import ends, tube, twisted_ends
 
 ROOT = Path(__file__).parents[3]
 PACKAGE = Path(arap_native.__file__).parent
-CLASSES = ["Job", "Options", "SolveOptions", "SolveResult", "SurfaceArap"]
+CLASSES = [
+    "Job",
+    "LatticeArap",
+    "LatticeOptions",
+    "Model",
+    "Options",
+    "SolveOptions",
+    "SolveResult",
+    "SurfaceArap",
+]
 
 
 @pytest.fixture(scope="module")
@@ -72,19 +81,20 @@ def test_help_shows_names_and_arguments():
 
 
 def test_signatures_have_the_defaults_in_use():
-    for options in (arap_native.Options, arap_native.SolveOptions):
+    for options in (arap_native.Options, arap_native.LatticeOptions, arap_native.SolveOptions):
         made = options()
         for name, parameter in inspect.signature(options).parameters.items():
             assert parameter.default == getattr(made, name)
-    assert list(inspect.signature(arap_native.SurfaceArap).parameters) == [
-        "rest_positions",
-        "corner_vertices",
-        "face_sizes",
-        "options",
-        "stiffness",
-        "rigid_regions",
-        "progress",
-    ]
+    for model in (arap_native.SurfaceArap, arap_native.LatticeArap):
+        assert list(inspect.signature(model).parameters) == [
+            "rest_positions",
+            "corner_vertices",
+            "face_sizes",
+            "options",
+            "stiffness",
+            "rigid_regions",
+            "progress",
+        ]
 
 
 def test_names_are_public_ones():

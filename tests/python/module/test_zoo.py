@@ -15,8 +15,15 @@ import zoo
 
 @pytest.mark.parametrize("kind", zoo.KINDS)
 def test_a_bad_mesh_stays_finite_and_at_rest(kind):
-    row = measure_zoo.attack(kind, 300, threads=1)
+    row = measure_zoo.attack("surface", kind, 300, threads=1)
     assert row["what"] == "ok"
+
+
+@pytest.mark.parametrize("kind", zoo.KINDS)
+def test_a_lattice_takes_all_but_what_has_no_faces_or_no_size(kind):
+    row = measure_zoo.attack("lattice", kind, 300, threads=1)
+    refused = {"nothing_but_loose": "no faces", "one_point": "no size"}
+    assert refused.get(kind, "ok") in row["what"]
 
 
 def test_random_calls_find_nothing():
@@ -26,9 +33,10 @@ def test_random_calls_find_nothing():
     assert fuzzer.findings == []
 
 
-def test_a_solver_without_a_mesh_says_so():
-    bare = arap_native.SurfaceArap.__new__(arap_native.SurfaceArap)
-    with pytest.raises(TypeError, match=r"only __new__ was called: call SurfaceArap"):
+@pytest.mark.parametrize("bind", [arap_native.SurfaceArap, arap_native.LatticeArap])
+def test_a_model_without_a_mesh_says_so(bind):
+    bare = bind.__new__(bind)
+    with pytest.raises(TypeError, match="only __new__ was called: call its class with a mesh"):
         _ = bare.positions
 
 
