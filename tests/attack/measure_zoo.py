@@ -36,8 +36,8 @@ import zoo
 # By the clock a mesh may take this many times its limit: other programs have their turns.
 HANGS = 30
 # Of the mesh's size, at rest. A sliver that is held at one corner turns freely about it: single precision leaves its
-# angle open by some 1e-6.
-DRIFT = 3e-6
+# angle open by some 1e-6. A lattice around a line, which turns freely about it, takes its vertices along a little.
+DRIFT = {"surface": 3e-6, "lattice": 1e-4}
 # The classes of arap_native, and of their options.
 MODELS = {"surface": ("SurfaceArap", "Options"), "lattice": ("LatticeArap", "LatticeOptions")}
 PARTS = ("bind", "set", "solve")
@@ -156,7 +156,7 @@ def attack(model: str, name: str, size: int, threads: int) -> dict[str, Any]:
     problems = []
     if not np.isfinite(pulled.positions).all():
         problems.append("not finite")
-    if not drift < DRIFT:
+    if not drift < DRIFT[model]:
         problems.append(f"moves {drift:.1e} of its size at rest")
     return row | {"what": ", ".join(problems) or "ok", "is_bad": bool(problems), "mb": resident_mb() - before}
 

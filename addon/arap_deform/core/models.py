@@ -14,7 +14,7 @@ from .session_data import SessionMesh, SessionSettings
 if TYPE_CHECKING:
     import arap_native
 
-Model: TypeAlias = "arap_native.SurfaceArap"
+Model: TypeAlias = "arap_native.Model"
 
 
 @dataclass(frozen=True)
@@ -41,19 +41,33 @@ def begin_bind(native: Any, inputs: ModelInput) -> arap_native.Job[Model]:
         native: the module arap_native.
         inputs: see ModelInput.
     """
-    mesh, settings = inputs.mesh, inputs.settings
-    job: arap_native.Job[Model] = native.SurfaceArap.begin_bind(
+    mesh = inputs.mesh
+    begin, options = _SORTS[inputs.settings.model](native, inputs.settings)
+    job: arap_native.Job[Model] = begin(
         np.ascontiguousarray(mesh.rest_positions, dtype=np.float64),
         np.ascontiguousarray(mesh.corner_vertices, dtype=np.int32),
         np.ascontiguousarray(mesh.face_sizes, dtype=np.int32),
-        native.Options(
-            energy=settings.energy,
-            rigidity_radius=settings.rigidity_radius,
-            weights=settings.weights,
-            threads=settings.threads,
-            join_seams=settings.join_seams,
-        ),
+        options,
         stiffness=inputs.stiffness,
         rigid_regions=inputs.rigid_regions,
     )
     return job
+
+
+def _surface(native: Any, settings: SessionSettings) -> tuple[Any, Any]:
+    return native.SurfaceArap.begin_bind, native.Options(
+        energy=settings.energy,
+        rigidity_radius=settings.rigidity_radius,
+        weights=settings.weights,
+        threads=settings.threads,
+        join_seams=settings.join_seams,
+    )
+
+
+def _solid(native: Any, settings: SessionSettings) -> tuple[Any, Any]:
+    return native.LatticeArap.begin_bind, native.LatticeOptions(
+        cube_size=settings.cube_size, threads=settings.threads, join_seams=settings.join_seams
+    )
+
+
+_SORTS = {"surface": _surface, "solid": _solid}

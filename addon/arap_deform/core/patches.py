@@ -12,14 +12,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Floats, Ints
 from .graph import connected_labels, face_edges
-from .models import Model
 from .targets import HandleSpec, Patch
 
 if TYPE_CHECKING:
@@ -197,16 +196,17 @@ class _Held:
 _AROUND = np.stack(np.meshgrid(*[np.arange(-1, 2)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
-def begin_patches(model: Model, groups: Sequence[Ints], reaches: Sequence[float]) -> arap_native.Job[list[FoundPatch]]:
+def begin_patches(model: Any, groups: Sequence[Ints], reaches: Sequence[float]) -> arap_native.Job[list[FoundPatch]]:
     """Begins to find the patches of points, for patches_from().
 
     Args:
-        model: of the mesh, in solver space.
+        model: an arap_native.SurfaceArap of the mesh, in solver space.
         groups: the vertices of each point, each in a face.
         reaches: a fraction of the diagonal for each.
     """
     around = [np.ascontiguousarray(vertices, dtype=np.int32) for vertices in groups]
-    return model.begin_patches(around, np.array(reaches, dtype=np.float64))
+    job: arap_native.Job[list[FoundPatch]] = model.begin_patches(around, np.array(reaches, dtype=np.float64))
+    return job
 
 
 def patches_from(found: Sequence[FoundPatch], groups: Sequence[Ints], unstretch: Floats) -> list[Patch | None]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from .arrays import Floats, Ints
 
-OF_BIND = "Bending, rigidity, weights, threads, Weld Seams and Loose Pieces Follow"
+OF_BIND = "Model, cube size, bending, rigidity, weights, threads, Weld Seams and Loose Pieces Follow"
 """The settings that only a new session can take, see SessionSettings.of_bind."""
 
 
@@ -31,6 +31,8 @@ class SessionMesh:
 class SessionSettings:
     """The settings of ``Object.arap``, and of the preferences, that the solver sees; see there for what they mean."""
 
+    model: str = "surface"  # or "solid"
+    cube_size: float = 0.0  # of a solid's lattice, a fraction of the mesh's diagonal as seen; 0: from the shape
     energy: str = "rotation_nodes"
     rigidity_radius: float = 0.02  # a fraction of the mesh's diagonal as seen
     weights: str = "cotangent"
@@ -46,12 +48,13 @@ class SessionSettings:
     def of_bind(self) -> tuple[object, ...]:
         """The settings that only a new session can take."""
         radius = self.rigidity_radius if self.has_radius else None
-        return self.energy, radius, self.weights, self.threads, self.join_seams, self.loose_follow
+        of_model = (self.cube_size,) if self.model == "solid" else (self.energy, radius, self.weights)
+        return self.model, *of_model, self.threads, self.join_seams, self.loose_follow
 
     @property
     def has_radius(self) -> bool:
-        """Whether the energy is one that the rigidity radius belongs to."""
-        return self.energy == "rotation_nodes"
+        """Whether the model and its energy are such that the rigidity radius belongs to them."""
+        return self.model == "surface" and self.energy == "rotation_nodes"
 
 
 @dataclass(frozen=True)

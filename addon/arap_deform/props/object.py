@@ -30,6 +30,17 @@ ENERGIES = (
     ("spokes_and_rims", "Spokes and Rims", "Classic: the denser the mesh, the sharper the bends", "NONE", 0),
     ("spokes", "Spokes", "The classic of 2007. A little stiffer across the bend", "NONE", 1),
 )
+MODELS = (
+    ("surface", "Surface", "The mesh is a skin with nothing inside. For clothes, sheets and fine detail", "NONE", 0),
+    (
+        "solid",
+        "Solid",
+        "The mesh has an inside, so limbs that twist or bend keep their volume. Holes do no harm, but a thin sheet is "
+        "stiffer than as a surface",
+        "NONE",
+        1,
+    ),
+)
 WEIGHTS = (
     ("cotangent", "Cotangent", "Edges count by the shape of their faces, so that their layout does not matter"),
     ("uniform", "Uniform", "Every edge counts the same. For meshes with very bad triangles"),
@@ -199,6 +210,26 @@ class ArapObject(bpy.types.PropertyGroup):
         type=ArapPullRest, name="Pull Rest", description="What the last drag held besides", options={"HIDDEN"}
     )
 
+    model: EnumProperty(
+        name="Model",
+        description="What the mesh is made of. Handles, pins and the pose stay if this changes",
+        items=MODELS,
+        default="surface",
+    )
+    cube_size: FloatProperty(
+        name="Cube Size",
+        description=(
+            "Size of the cubes that fill a solid, in percent of the mesh's size (the diagonal of its box at rest). "
+            "Larger is stiffer and faster. 0: from the shape, four across a limb"
+        ),
+        default=0.0,
+        min=0.0,
+        max=100.0,
+        soft_max=10.0,
+        precision=1,
+        step=10,
+        subtype="PERCENTAGE",
+    )
     energy: EnumProperty(
         name="Bending",
         description="How bends look",

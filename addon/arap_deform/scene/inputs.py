@@ -21,10 +21,18 @@ if TYPE_CHECKING:
     from ..props.handles import ArapHandle, ArapPin
 
 
+LEAST_CUBE_SIZE = 0.1  # percent of the diagonal
+
+
 def settings_of(obj: bpy.types.Object) -> SessionSettings:
     """The solver's settings: of ``obj.arap``, the threads of the preferences."""
     settings = obj.arap
+    cube_size = bounded(settings, "cube_size")
+    if cube_size > 0.0:
+        cube_size = max(cube_size, LEAST_CUBE_SIZE)
     return SessionSettings(
+        model=bounded(settings, "model"),
+        cube_size=cube_size / 100.0,
         energy=bounded(settings, "energy"),
         rigidity_radius=bounded(settings, "rigidity") / 100.0,
         weights=bounded(settings, "weights"),

@@ -32,12 +32,11 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         key_name = column.row()
         key_name.enabled = not sessions.claimed_by(obj.name_full)  # the act is writing to that key
         key_name.prop(settings, "key_name")
-        energies = _labelled(column, "Bending").column(align=True)
-        for energy in SHOWN_ENERGIES:
-            energies.prop_enum(settings, "energy", energy)
-        if settings_of(obj).has_radius:
-            column.prop(settings, "rigidity")
-            _draw_radius(context, column, obj)
+        column.row().prop(settings, "model", expand=True)
+        if settings.model == "solid":
+            column.prop(settings, "cube_size")
+        else:
+            _draw_surface(context, column, obj)
         column = split_column(layout)
         column.prop(settings, "max_iterations")
         column.prop(settings, "accuracy")
@@ -68,6 +67,15 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
             ("Stopped", STOP_REASONS.get(readout.stop_reason, readout.stop_reason)),
         ]
         draw_table(self.layout, rows)
+
+
+def _draw_surface(context: bpy.types.Context, column: bpy.types.UILayout, obj: bpy.types.Object) -> None:
+    energies = _labelled(column, "Bending").column(align=True)
+    for energy in SHOWN_ENERGIES:
+        energies.prop_enum(obj.arap, "energy", energy)
+    if settings_of(obj).has_radius:
+        column.prop(obj.arap, "rigidity")
+        _draw_radius(context, column, obj)
 
 
 def _draw_radius(context: bpy.types.Context, column: bpy.types.UILayout, obj: bpy.types.Object) -> None:

@@ -140,7 +140,7 @@ double choose_cube_size(const PolygonMesh& mesh, double wanted, int threads, con
   }
   if (wanted > 0 && size > wanted)
     throw InvalidInput(
-        text("cube_size is ", wanted, ", must be at least ", size, " for this mesh: smaller cubes would be too many"));
+        text("cube_size = ", wanted, ", must be at least ", size, " for this mesh: smaller cubes would be too many"));
   return size;
 }
 

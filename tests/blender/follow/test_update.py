@@ -107,7 +107,9 @@ class LiveTest(SceneTest):
         self.check_ended(obj, "The pins or handles of 'Tube' have changed")
         obj.arap.energy = "spokes"
         self.check_ended(
-            obj, "Bending, rigidity, weights, threads, Weld Seams or Loose Pieces Follow of 'Tube' have changed"
+            obj,
+            "Model, cube size, bending, rigidity, weights, threads, Weld Seams or Loose Pieces Follow of 'Tube' have "
+            "changed",
         )
         self.api.add_stiffness_group(obj, "Head")
         self.check_ended(obj, "The stiffness of 'Tube' has changed")

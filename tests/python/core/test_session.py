@@ -255,10 +255,27 @@ def test_settings_that_need_no_bind_can_change():
     session = new_session()
     session.settings = dataclasses.replace(EXACT, accuracy=1e-2, iterations_per_update=7)
     assert session.update(np.array([NO_MOTION, BEND]), initial_guess="rest").iterations <= 7
-    with pytest.raises(
-        ValueError, match=r"^Bending, rigidity, weights, threads, Weld Seams and Loose Pieces Follow are fixed at bind"
-    ):
+    with pytest.raises(ValueError, match=r"^Model, cube size, .* and Loose Pieces Follow are fixed at bind"):
         session.settings = dataclasses.replace(EXACT, energy="spokes")
+
+
+def test_a_solid_is_bound_again_for_its_own_settings_alone():
+    solid = SessionSettings(model="solid")
+    assert dataclasses.replace(solid, energy="spokes", rigidity_radius=0.1).of_bind == solid.of_bind
+    assert dataclasses.replace(solid, cube_size=0.1).of_bind != solid.of_bind
+    assert SessionSettings(cube_size=0.1).of_bind == SessionSettings().of_bind
+
+
+def test_a_solid_keeps_its_girth_under_a_twist():
+    middle = np.flatnonzero(np.abs(TUBE.positions[:, 2] - 2.0) < 0.3)
+
+    def girth(**settings):
+        session = new_session(settings=dataclasses.replace(EXACT, **settings))
+        for turn in (1.0, 2.0):
+            session.update(np.array([NO_MOTION, motion(rotation_z(turn))]), to_convergence=True)
+        return np.linalg.norm(session.positions[middle, :2], axis=1).mean()
+
+    assert girth(model="solid") > girth() + 0.02
 
 
 @pytest.mark.parametrize("energy", ["spokes", "spokes_and_rims"])

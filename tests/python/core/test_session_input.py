@@ -46,7 +46,10 @@ def pushed():
 
 
 MESH_CHANGED = "The mesh of 'Creature' has changed (96 vertices and 90 faces, now 97 and 91)"
-BIND_CHANGED = "Bending, rigidity, weights, threads, Weld Seams or Loose Pieces Follow of 'Creature' have changed"
+BIND_CHANGED = (
+    "Model, cube size, bending, rigidity, weights, threads, Weld Seams or Loose Pieces Follow of 'Creature' have "
+    "changed"
+)
 CHANGES = [
     ({"counts": (97, 184, 368, 91)}, MESH_CHANGED),
     ({"mesh": other_diagonal()}, "The faces of 'Creature' have changed"),
@@ -54,6 +57,7 @@ CHANGES = [
     ({"stiffness": np.ones(96)}, "The stiffness of 'Creature' has changed"),
     ({"regions": np.zeros(96, np.int32)}, "The stiffness of 'Creature' has changed"),
     ({"settings": SessionSettings(energy="spokes")}, BIND_CHANGED),
+    ({"settings": SessionSettings(model="solid")}, BIND_CHANGED),
     ({"stretch": np.diag([1.0, 1.0, 1.1])}, "The scale of 'Creature' has changed"),
 ]
 

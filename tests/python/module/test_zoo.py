@@ -21,7 +21,7 @@ def test_a_bad_mesh_stays_finite_and_at_rest(kind):
 
 @pytest.mark.parametrize("kind", zoo.KINDS)
 def test_a_lattice_takes_all_but_what_has_no_faces_or_no_size(kind):
-    row = measure_zoo.attack("lattice", kind, 300, threads=1)
+    row = measure_zoo.attack("lattice", kind, 60, threads=1)
     refused = {"nothing_but_loose": "no faces", "one_point": "no size"}
     assert refused.get(kind, "ok") in row["what"]
 

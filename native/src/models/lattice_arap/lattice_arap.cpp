@@ -56,7 +56,7 @@ void require_inside(const PolygonMesh& mesh) {
 
 void LatticeOptions::validate() const {
   if (cube_size != 0 && !(cube_size >= 1e-3 && cube_size <= 1))
-    throw InvalidInput(text("cube_size is ", cube_size, ", must be 0 or between 0.001 and 1"));
+    throw InvalidInput(text("cube_size = ", cube_size, ", must be 0 or between 0.001 and 1"));
   if (threads < 0) throw InvalidInput(text("threads is ", threads, ", must be at least 0"));
 }
 
