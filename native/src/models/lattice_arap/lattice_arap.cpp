@@ -87,6 +87,7 @@ struct LatticeArap::Impl {
     const double size = choose_cube_size(mesh, options.cube_size, threads, {&meter, 0});
     meter.tell();
     lattice.emplace(mesh, size, MeterPart{&meter, 0.6});
+    if (options.cube_size == 0) coarsen(size, meter);
     meter.tell();
     // A control point has about as many incidences as five vertices of a surface.
     threads = choose_threads(options.threads, 5 * lattice->n_control_points());
@@ -113,6 +114,17 @@ struct LatticeArap::Impl {
     }
     meter.reach(1);
     return model;
+  }
+
+  /// Makes the cubes larger until there are not too many pieces. If much of a mesh crosses itself, they are far more than
+  /// the cubes; only the lattice knows how many.
+  void coarsen(double size, Meter& meter) {
+    constexpr double kManyPieces = 50'000;
+    while (lattice->n_pieces() > kManyPieces && size < 1) {
+      // Crossed cubes fall with the square of the size.
+      size = std::min(1.0, size * std::max(1.1, std::sqrt(lattice->n_pieces() / kManyPieces)));
+      lattice.emplace(mesh, size, MeterPart{&meter, 0});
+    }
   }
 
   ModelSpace space;

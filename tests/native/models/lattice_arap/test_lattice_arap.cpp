@@ -336,6 +336,18 @@ TEST(LatticeArap, ALooseVertexIsWhereItsTargetIs) {
   }
 }
 
+// Faces that share all corners are pieces of their own in each cube that they cross.
+TEST(LatticeArap, HasLargerCubesIfManyPiecesShareThem) {
+  const auto triangle = [](int n_times) {
+    return LatticeArap(
+        MeshData{"triangle", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, std::vector(n_times, std::vector{0, 1, 2})}.mesh());
+  };
+  const LatticeArap once = triangle(1);
+  const LatticeArap often = triangle(200);
+  EXPECT_GT(often.cube_size(), 1.2 * once.cube_size());
+  EXPECT_LT(often.n_control_points(), 100 * once.n_control_points());
+}
+
 TEST(LatticeArapErrors, SayWhatIsWrong) {
   const MeshData mesh = cylinder(16, 8);
   const auto with = [&](double cube_size, int threads) {
