@@ -82,7 +82,7 @@ class BoundAs : public BoundModel {
   [[nodiscard]] Turn<ModelOf<Native>> turn() const { return Turn<ModelOf<Native>>(model_); }
 
   template <typename Work>
-  std::invoke_result_t<Work, Native&> exclusively(const Work& work) const {
+  [[nodiscard]] std::invoke_result_t<Work, Native&> exclusively(const Work& work) const {
     const auto model = turn();
     const WithoutGil no_gil;
     return work((*model).native);

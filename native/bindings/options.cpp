@@ -99,9 +99,10 @@ void bind_lattice_options(py::module_& m) {
   using arap::LatticeOptions;
   py::class_<LatticeOptions> type(m, "LatticeOptions", docstrings::LatticeOptions);
   def_field(type, "cube_size", &LatticeOptions::cube_size, docstrings::LatticeOptions_cube_size);
+  def_field(type, "keep_volume", &LatticeOptions::keep_volume, docstrings::LatticeOptions_keep_volume);
   def_field(type, "threads", &LatticeOptions::threads, docstrings::LatticeOptions_threads);
   def_field(type, "join_seams", &LatticeOptions::join_seams, docstrings::LatticeOptions_join_seams);
-  def_construction(type, docstrings::LatticeOptions_init, {"cube_size", "threads", "join_seams"});
+  def_construction(type, docstrings::LatticeOptions_init, {"cube_size", "keep_volume", "threads", "join_seams"});
 }
 
 void bind_solve_options(py::module_& m) {

@@ -57,7 +57,7 @@ def draw_states_of_the_tab(ui: Ui) -> Steps:
 
 
 def draw_settings(ui: Ui) -> Steps:
-    """Rigidity and Exact show with the energy they belong to, Cube Size with a solid, and so does what nothing holds."""
+    """Rigidity and Exact show with the energy they belong to, Cube Size with a solid; so does what nothing holds."""
     scenes.add_bar_with_handle(ui.api)
     ui.api.add_handle(bar(), [24], name="Point", is_exact=True)
     ui.api.add_stiffness(bar(), range(16, 32), name="Belly", factor=10.0)

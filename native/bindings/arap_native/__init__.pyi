@@ -90,11 +90,16 @@ class LatticeOptions:
     cube_size: float
     """Size of the lattice's cubes as a fraction of the bounding-box diagonal, in [0.001, 1]; 0: from the shape, four
     across a limb of the median thickness. Coarser is faster and stiffer."""
+    keep_volume: float
+    """In [0, 1]: how firmly each place inside keeps its volume. 0: as the shape makes it; 1: limbs hardly get thinner,
+    at up to twice the iterations."""
     threads: int
     """Threads of bind and solve; 0 is as many as pay at this size."""
     join_seams: bool
     """Treats vertices at the same place as one: see Options.join_seams."""
-    def __init__(self, *, cube_size: float = 0.0, threads: int = 0, join_seams: bool = False) -> None: ...
+    def __init__(
+        self, *, cube_size: float = 0.0, keep_volume: float = 0.0, threads: int = 0, join_seams: bool = False
+    ) -> None: ...
 
 class SolveOptions:
     """Options of one solve. A value that is not allowed raises ValueError when it is set."""
@@ -331,7 +336,8 @@ class LatticeArap(Model):
 
     A limb that is twisted or bent keeps its volume, which a surface alone does not. The unknowns are the control points
     of a lattice around the mesh, so an iteration costs the same at every density of the mesh. Constrained vertices pull
-    the lattice; what it leaves of hard ones is spread over two cubes around them, so these are exactly at their targets.
+    the lattice; what it leaves of hard ones is spread over two cubes around them, so these are exactly at their
+    targets.
     """
 
     def __init__(

@@ -21,6 +21,10 @@ struct LatticeOptions {
   /// of the median thickness. Coarser is faster and stiffer.
   double cube_size = 0;
 
+  /// In [0, 1]: how firmly each place inside keeps its volume. 0: as the shape makes it; 1: limbs hardly get thinner,
+  /// at up to twice the iterations.
+  double keep_volume = 0;
+
   /// Threads of bind and solve; 0 = as many as pay at this size.
   int threads = 0;
 

@@ -12,10 +12,14 @@ namespace arap {
 ///
 /// with one rotation R_c a cell, K (n, n) symmetric positive semi-definite and rest vectors q_cj with
 /// sum_j q_cj = 0. A model is a function that fills this in; everything after knows only this.
+///
+/// If the cells are of a solid, Q_c = 2 V_c F_c with V_c the volume of a cell and F_c its mean deformation gradient.
+/// Then the same Q_c can keep volumes: the energy has a further term, k sum_c V_c (det F_c - 1)^2.
 struct CellEnergy {
   SparseMatrix K;
   Cells cells;
-  double rest_energy = 0;  ///< E_0
+  double rest_energy = 0;       ///< E_0
+  double volume_stiffness = 0;  ///< k
 
   [[nodiscard]] int n_vertices() const { return static_cast<int>(K.rows()); }
   [[nodiscard]] int n_cells() const { return cells.size(); }

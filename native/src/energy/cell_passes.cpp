@@ -74,8 +74,10 @@ class CellPassesOf final : public CellPasses {
         off_diagonals_(sliced_off_diagonals<Real>(energy.K, workers)),
         cell_range_(slice_range(cells_.by_cell().layout().n_slices(), cells_.by_cell().layout().n_groups())),
         coordinates_(4 * whole_slices(n_vertices_)),
-        rotations_(4 * whole_slices(n_cells_)) {
+        rotations_(4 * whole_slices(n_cells_)),
+        volume_stiffness_(static_cast<Real>(energy.volume_stiffness)) {
     std::fill_n(coordinates_.data(), coordinates_.size(), Coordinate<Real>{0});
+    if (energy.volume_stiffness > 0) measure_volumes(rest);
     reset_rotations();
     set_positions(rest);
     Positions residual;
@@ -96,11 +98,13 @@ class CellPassesOf final : public CellPasses {
     parallel_for<kSliceRange * kSliceWidth>(workers_, n_cells_, [&](int begin, int end) {
       for (int c = begin; c < end; ++c) store_rotation(c, rotations[c]);
     });
+    drop_stresses();
   }
 
   void reset_rotations() override {
     // Those that fill up the last slice too: they are fitted with the others.
     for (size_t c = 0; c < whole_slices(n_cells_); ++c) store_rotation(c, Eigen::Quaterniond::Identity());
+    drop_stresses();
   }
 
   void read_rotations(Rotations& rotations) const override {
@@ -133,13 +137,13 @@ class CellPassesOf final : public CellPasses {
   double fit_rotations() override {
     alignments_.resize(n_ranges());
     workers_.run(n_ranges(), [&](int range) {
-      alignments_[range] = kernels_.fit_rotations(cells_.by_cell().view(), cells_.homes(), view(), rotations_.data(),
-                                                  range_begin(range), range_begin(range + 1));
+      alignments_[range] = kernels_.fit_rotations(cells_.by_cell().view(), cells_.homes(), view(), volumes(),
+                                                  rotations_.data(), range_begin(range), range_begin(range + 1));
     });
     return std::accumulate(alignments_.begin(), alignments_.end(), 0.0);
   }
 
-  [[nodiscard]] double alignment() const override {
+  [[nodiscard]] double alignment() override {
     return parallel_sum(
         workers_, n_cell_slices(), [&](int begin, int end) { return find_alignment(begin, end); }, cell_range_);
   }
@@ -160,7 +164,7 @@ class CellPassesOf final : public CellPasses {
     residual.resize(n_vertices_, 3);
     return parallel_sum<kSliceRange>(workers_, cells_.by_vertex().layout().n_slices(), [&](int begin, int end) {
       return kernels_.residual(cells_.by_vertex().view(), off_diagonals_.view(), view(), rotations_.data(),
-                               residual.data(), n_vertices_, begin, end);
+                               stresses_.data(), residual.data(), n_vertices_, begin, end);
     });
   }
 
@@ -201,13 +205,33 @@ class CellPassesOf final : public CellPasses {
       return {coordinates_.data(), 1};
   }
 
+  [[nodiscard]] VolumeView<Real> volumes() { return {double_volumes_.data(), volume_stiffness_, stresses_.data()}; }
+
+  /// 2 V_c = tr(Q_c) / 3 at rest.
+  void measure_volumes(const Positions& rest) {
+    double_volumes_ = AlignedBuffer<Real>(whole_slices(n_cells_));
+    stresses_ = AlignedBuffer<Real>(12 * whole_slices(n_cells_));
+    std::fill_n(double_volumes_.data(), double_volumes_.size(), Real{0});
+    parallel_for<kSliceRange * kSliceWidth>(workers_, n_cells_, [&](int begin, int end) {
+      for (int c = begin; c < end; ++c) {
+        double trace = 0;
+        cells_.for_each_vertex(
+            c, [&](int v, const Vector3& q) { trace += (rest.row(v) - rest.row(cells_.home(c))).dot(q); });
+        double_volumes_[c] = static_cast<Real>(trace / 3);
+      }
+    });
+  }
+
+  void drop_stresses() { std::fill_n(stresses_.data(), stresses_.size(), Real{0}); }
+
   [[nodiscard]] int n_cell_slices() const { return cells_.by_cell().layout().n_slices(); }
   [[nodiscard]] int n_ranges() const { return (n_cell_slices() + cell_range_ - 1) / cell_range_; }
   /// The first slice of a range of cells.
   [[nodiscard]] int range_begin(int range) const { return std::min(range * cell_range_, n_cell_slices()); }
 
-  [[nodiscard]] double find_alignment(int begin, int end) const {
-    return kernels_.alignment(cells_.by_cell().view(), cells_.homes(), view(), rotations_.data(), begin, end);
+  [[nodiscard]] double find_alignment(int begin, int end) {
+    return kernels_.alignment(cells_.by_cell().view(), cells_.homes(), view(), volumes(), rotations_.data(), begin,
+                              end);
   }
 
   void store_rotation(size_t c, const Eigen::Quaterniond& rotation) {
@@ -224,7 +248,10 @@ class CellPassesOf final : public CellPasses {
   AlignedBuffer<Coordinate<Real>> coordinates_;  ///< (n, 4)
   double range_ = 1;                             ///< of fixed point
   AlignedBuffer<Real> rotations_;                ///< (n_cells, 4)
-  std::vector<double> alignments_;               ///< of each range of cells, since fit_rotations()
+  Real volume_stiffness_;
+  AlignedBuffer<Real> double_volumes_;  ///< (n_cells,) empty if volumes are free, as stresses are
+  AlignedBuffer<Real> stresses_;        ///< (n_cells, 3, 4)
+  std::vector<double> alignments_;      ///< of each range of cells, since fit_rotations()
   double rest_energy_ = 0;
 };
 

@@ -33,6 +33,7 @@ class CellPasses {
 
   /// Takes over positions, (n, 3).
   virtual void set_positions(const Positions& positions) = 0;
+  /// Without the stresses of volumes, until fit_rotations() or alignment() find them.
   virtual void set_rotations(const Rotations& rotations) = 0;
   /// All of them to the identity.
   virtual void reset_rotations() = 0;
@@ -43,18 +44,20 @@ class CellPasses {
   virtual void set_rotation(int cell, const Eigen::Quaterniond& rotation) = 0;
   [[nodiscard]] virtual Eigen::Quaterniond rotation(int cell) const = 0;
 
-  /// Local step: each R_c becomes the rotation that maximizes <R_c, Q_c(p')>. Returns the sum of <R_c, Q_c>.
+  /// Local step: each R_c becomes the rotation that maximizes <R_c, Q_c(p')>. Returns the sum of <R_c, Q_c>, less the
+  /// term of volumes.
   virtual double fit_rotations() = 0;
   /// The same sum for the rotations as they are.
-  [[nodiscard]] virtual double alignment() const = 0;
+  [[nodiscard]] virtual double alignment() = 0;
   /// What fit_rotations() returned, brought up to date after changes of some rotations and vertices.
   /// @param cells  that have changed, or have vertices that have
   [[nodiscard]] virtual double alignment_after(const std::vector<int>& cells) = 0;
 
-  /// residual = b - K p' with b_j = sum_c R_c q_cj, (n, 3), [SA07] Eq. (8); returns 1/2 <p', K p'>.
+  /// residual = b - K p' with b_j = sum_c (R_c + P_c) q_cj, (n, 3), [SA07] Eq. (8), P_c = -k (J_c - 1) cof F_c the
+  /// stress of a volume; returns 1/2 <p', K p'>.
   virtual double find_residual(Positions& residual) const = 0;
 
-  /// Smallest change of `energy`, E_0 + 1/2 <p', K p'> - sum of <R_c, Q_c>, that is not rounding.
+  /// Smallest change of `energy`, E_0 + 1/2 <p', K p'> - fit_rotations(), that is not rounding.
   [[nodiscard]] virtual double energy_rounding(double energy) const = 0;
   /// E_0, as these passes sum it: the energy at rest is 0.
   [[nodiscard]] virtual double rest_energy() const = 0;

@@ -325,20 +325,50 @@ template <class Real>
   });
 }
 
+/// Finds the stresses of the cells in a vector's lanes, `first` and those after it; returns k V (J - 1)^2.
 template <class Real>
-double fit_rotations(const SplitView& cells, const int* homes, const PositionsView<Real>& positions, Real* rotations,
-                     int begin, int end) {
+[[gnu::always_inline]] inline Lanes<Real> keep_volume(const Matrix<Real>& Q, const VolumeView<Real>& volumes,
+                                                      std::ptrdiff_t first) {
+  const Lanes<Real> one = broadcast<Real>(1);
+  const auto double_volume = load<Real, kLaneCount<Real>>(volumes.double_volumes + first);
+  const Mask<Real> is_solid = double_volume > broadcast<Real>(0);
+  const Lanes<Real> inverse = is_solid ? one / (is_solid ? double_volume : one) : Lanes<Real>{};
+  Matrix<Real> F{};
+  for (int i = 0; i < 9; ++i) F[i / 3][i % 3] = Q[i / 3][i % 3] * inverse;
+  Matrix<Real> cofactors{};
+  for (int i = 0; i < 9; ++i) {
+    const Three<Real>& next = F[(i / 3 + 1) % 3];
+    const Three<Real>& last = F[(i / 3 + 2) % 3];
+    cofactors[i / 3][i % 3] =
+        next[(i % 3 + 1) % 3] * last[(i % 3 + 2) % 3] - next[(i % 3 + 2) % 3] * last[(i % 3 + 1) % 3];
+  }
+  const Lanes<Real> excess = F[0][0] * cofactors[0][0] + F[0][1] * cofactors[0][1] + F[0][2] * cofactors[0][2] - one;
+  const Lanes<Real> pressure = broadcast<Real>(volumes.stiffness) * excess;
+  for (int i = 0; i < 3; ++i)
+    for_each_row<Real>(
+        {{-pressure * cofactors[i][0], -pressure * cofactors[i][1], -pressure * cofactors[i][2], Lanes<Real>{}}},
+        [&](int k, const Vector<Real, 4>& row) __attribute__((always_inline)) {
+          store<Real, 4>(volumes.stresses + 12 * (first + k) + std::ptrdiff_t{4} * i, row);
+        });
+  return broadcast<Real>(0.5) * double_volume * pressure * excess;
+}
+
+template <class Real>
+double fit_rotations(const SplitView& cells, const int* homes, const PositionsView<Real>& positions,
+                     const VolumeView<Real>& volumes, Real* rotations, int begin, int end) {
   LaneSum<Real> sum;
   for (int slice = begin; slice < end; ++slice) {
     const SliceCovariances<Real> by_part = covariances<Real>(cells, homes, positions, slice);
-    Real* out = rotations + std::ptrdiff_t{4} * slice * kSliceWidth;
+    std::ptrdiff_t first = std::ptrdiff_t{kSliceWidth} * slice;
     for (const Matrix<Real>& Q : by_part.parts) {
+      Real* out = rotations + 4 * first;
       const Quaternion<Real> q = fitted<Real>(Q, load_rotations<Real>(out));
       for_each_row<Real>(
           q, [&](int k, const Vector<Real, 4>& row)
                  __attribute__((always_inline)) { store<Real, 4>(out + std::ptrdiff_t{4} * k, row); });
       sum.add(aligned<Real>(q, Q));
-      out += 4 * kLaneCount<Real>;
+      if (volumes.stresses != nullptr) sum.add(-keep_volume<Real>(Q, volumes, first));
+      first += kLaneCount<Real>;
     }
   }
   return sum.total();
@@ -346,14 +376,15 @@ double fit_rotations(const SplitView& cells, const int* homes, const PositionsVi
 
 template <class Real>
 double find_alignment(const SplitView& cells, const int* homes, const PositionsView<Real>& positions,
-                      const Real* rotations, int begin, int end) {
+                      const VolumeView<Real>& volumes, const Real* rotations, int begin, int end) {
   LaneSum<Real> sum;
   for (int slice = begin; slice < end; ++slice) {
     const SliceCovariances<Real> by_part = covariances<Real>(cells, homes, positions, slice);
-    const Real* at = rotations + std::ptrdiff_t{4} * slice * kSliceWidth;
+    std::ptrdiff_t first = std::ptrdiff_t{kSliceWidth} * slice;
     for (const Matrix<Real>& Q : by_part.parts) {
-      sum.add(aligned<Real>(load_rotations<Real>(at), Q));
-      at += 4 * kLaneCount<Real>;
+      sum.add(aligned<Real>(load_rotations<Real>(rotations + 4 * first), Q));
+      if (volumes.stresses != nullptr) sum.add(-keep_volume<Real>(Q, volumes, first));
+      first += kLaneCount<Real>;
     }
   }
   return sum.total();
@@ -389,10 +420,22 @@ template <class Real>
       });
 }
 
+/// Adds P q for the stresses P of the cells index[k].
 template <class Real>
-double find_residual(const SplitView& incidences, const SlicedView<Real>& off_diagonals,
-                     const PositionsView<Real>& positions, const Real* rotations, double* residual, int n_vertices,
-                     int begin, int end) {
+[[gnu::always_inline]] inline void add_stressed(const Real* stresses, const int* index, const Three<Real>& q,
+                                                Three<Real>& sum) {
+  for (int i = 0; i < 3; ++i) {
+    const Four<Real> row = components<Real>([&](int k) __attribute__((always_inline)) {
+      return load<Real, 4>(stresses + 12 * static_cast<std::ptrdiff_t>(index[k]) + std::ptrdiff_t{4} * i);
+    });
+    sum[i] += row[0] * q[0] + row[1] * q[1] + row[2] * q[2];
+  }
+}
+
+template <class Real, bool has_stresses>
+double find_residual_of(const SplitView& incidences, const SlicedView<Real>& off_diagonals,
+                        const PositionsView<Real>& positions, const Real* rotations, const Real* stresses,
+                        double* residual, int n_vertices, int begin, int end) {
   constexpr int kCount = kLaneCount<Real>;
   const Lanes<Real> unit = broadcast<Real>(positions.unit);
   LaneSum<Real> energy;
@@ -406,11 +449,11 @@ double find_residual(const SplitView& incidences, const SlicedView<Real>& off_di
         const Quaternion<Real> R = components<Real>([&](int k) __attribute__((always_inline)) {
           return load<Real, 4>(rotations + 4 * static_cast<std::ptrdiff_t>(index[k]));
         });
-        add_rotated<Real>(
-            R,
-            {{rest_component<Real>(incidences, group, 0, part), rest_component<Real>(incidences, group, 1, part),
-              rest_component<Real>(incidences, group, 2, part)}},
-            sum);
+        const Three<Real> q{{rest_component<Real>(incidences, group, 0, part),
+                             rest_component<Real>(incidences, group, 1, part),
+                             rest_component<Real>(incidences, group, 2, part)}};
+        add_rotated<Real>(R, q, sum);
+        if constexpr (has_stresses) add_stressed<Real>(stresses, index, q, sum);
       }
       const StoredRows<Real> own = stored_rows<Real>(
           positions.rows, [&](int k) __attribute__((always_inline)) { return first + k; });
@@ -434,6 +477,14 @@ double find_residual(const SplitView& incidences, const SlicedView<Real>& off_di
       store_rows<Real>(sum, n_vertices - first, residual + 3 * static_cast<std::ptrdiff_t>(first));
     }
   return 0.25 * energy.total();
+}
+
+template <class Real>
+double find_residual(const SplitView& incidences, const SlicedView<Real>& off_diagonals,
+                     const PositionsView<Real>& positions, const Real* rotations, const Real* stresses,
+                     double* residual, int n_vertices, int begin, int end) {
+  const auto find = stresses == nullptr ? find_residual_of<Real, false> : find_residual_of<Real, true>;
+  return find(incidences, off_diagonals, positions, rotations, stresses, residual, n_vertices, begin, end);
 }
 
 }  // namespace

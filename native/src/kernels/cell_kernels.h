@@ -48,6 +48,15 @@ struct PositionsView {
   Real unit;                     ///< length of one unit of a coordinate; 1 for doubles
 };
 
+/// The term of volumes: k sum_c V_c (J_c - 1)^2 with J_c = det F_c, Q_c = 2 V_c F_c. Minus its gradient is
+/// sum_c P_c q_cj with P_c = -k (J_c - 1) cof F_c.
+template <class Real>
+struct VolumeView {
+  const Real* double_volumes;  ///< (n_cells,) 2 V_c
+  Real stiffness;              ///< k
+  Real* stresses;              ///< (n_cells, 3, 4) the rows of P_c, each with a 0; null: there is no such term
+};
+
 /// The passes of an iteration over a range of slices. Differences of positions are exact; all else is in Real.
 template <class Real>
 struct CellKernels {
@@ -56,25 +65,26 @@ struct CellKernels {
   double (*store_positions)(const double* positions, int n, double range, Coordinate<Real>* rows);
 
   /// Local step of the cells in slices [begin, end): sets each rotation to the maximizer of <R_c, Q_c(p')>, starting
-  /// from its present value. Returns the sum of <R_c, Q_c>.
+  /// from its present value. Returns the sum of <R_c, Q_c>, less the term of volumes, whose stresses it finds.
   /// @param cells       row: cell, index: vertex, values: q_cj; without the cell's home
   /// @param homes       of each row
   /// @param rotations   (n_cells, 4), unit quaternions, (x, y, z, w)
   double (*fit_rotations)(const SplitView& cells, const int* homes, const PositionsView<Real>& positions,
-                          Real* rotations, int begin, int end);
+                          const VolumeView<Real>& volumes, Real* rotations, int begin, int end);
 
-  /// The sum of <R_c, Q_c> for given rotations.
+  /// The same for given rotations.
   double (*alignment)(const SplitView& cells, const int* homes, const PositionsView<Real>& positions,
-                      const Real* rotations, int begin, int end);
+                      const VolumeView<Real>& volumes, const Real* rotations, int begin, int end);
 
-  /// Sets residual = b - K p' of the vertices in slices [begin, end), b_j = sum_c R_c q_cj. Returns their share of
-  /// 1/2 <p', K p'>.
+  /// Sets residual = b - K p' of the vertices in slices [begin, end), b_j = sum_c (R_c + P_c) q_cj. Returns their share
+  /// of 1/2 <p', K p'>.
   /// @param incidences    row: vertex, index: cell, values: q_cj
   /// @param off_diagonals row: vertex j, index: vertex k other than j, value: -K_jk
+  /// @param stresses      (n_cells, 3, 4), or null: none
   /// @param residual      (n_vertices, 3)
   double (*residual)(const SplitView& incidences, const SlicedView<Real>& off_diagonals,
-                     const PositionsView<Real>& positions, const Real* rotations, double* residual, int n_vertices,
-                     int begin, int end);
+                     const PositionsView<Real>& positions, const Real* rotations, const Real* stresses,
+                     double* residual, int n_vertices, int begin, int end);
 };
 
 }  // namespace arap

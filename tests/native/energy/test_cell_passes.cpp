@@ -178,6 +178,69 @@ TEST_P(CellPassesOf, ResidualIsTheLiteralSum) {
   }
 }
 
+/// Tetrahedra between random vertices: 2 V F is the Q of a cell. The last cell is empty.
+CellEnergy some_tetrahedra(const Positions& rest, double volume_stiffness) {
+  const auto n = static_cast<int>(rest.rows());
+  CellEnergy energy;
+  energy.K.resize(n, n);
+  energy.volume_stiffness = volume_stiffness;
+  std::vector<std::vector<CellEntry>> cells(static_cast<size_t>(n) + 1);
+  for (int c = 0; c < n; ++c) {
+    Matrix3 edges;
+    for (int k = 0; k < 3; ++k) edges.col(k) = (rest.row((c + k + 1) % n) - rest.row(c)).transpose();
+    const Matrix3 gradients = std::abs(edges.determinant()) / 3 * edges.inverse();
+    Vector3 sum = Vector3::Zero();
+    for (int k = 0; k < 3; ++k) {
+      cells[c].push_back({(c + k + 1) % n, gradients.row(k).transpose()});
+      sum += cells[c].back().q;
+    }
+    cells[c].push_back({c, -sum});
+  }
+  energy.cells = make_cells(n, cells);
+  return energy;
+}
+
+TEST_P(CellPassesOf, VolumesAddTheirTermAndStresses) {
+  Random random(61);
+  constexpr double kStiffness = 1.5;
+  for (const int n : {5, 300}) {
+    const Positions rest = random.noise(n, 1);
+    const CellEnergy energy = some_tetrahedra(rest, kStiffness);
+    const Positions p = rest * (Matrix3::Identity() + random.noise(3, .2)) + random.noise(n, .01);
+    const auto tested = passes(energy, rest);
+    EXPECT_NEAR(tested->rest_energy() - tested->fit_rotations(), 0, 1e-9 + epsilon()) << "at rest";
+    tested->set_positions(p);
+    const double fitted = tested->fit_rotations();
+    Positions residual;
+    static_cast<void>(tested->find_residual(residual));
+    Rotations rotations;
+    tested->read_rotations(rotations);
+    double sum = 0;
+    double size = 0;
+    Positions expected = Positions::Zero(n, 3);
+    Positions of_rotations = Positions::Zero(n, 3);
+    for (int c = 0; c < n; ++c) {
+      const double volume = covariance(energy, c, rest).trace() / 6;
+      const Matrix3 F = covariance(energy, c, p) / (2 * volume);
+      const double change = F.determinant() - 1;
+      const Matrix3 cofactors = F.determinant() * F.inverse().transpose();
+      const Matrix3 R = rotations[c].toRotationMatrix();
+      sum += R.cwiseProduct(2 * volume * F).sum() - kStiffness * volume * change * change;
+      size += volume * (1 + F.squaredNorm() * cofactors.squaredNorm());
+      for (const auto& [v, q] : entries_of(energy.cells, c)) {
+        of_rotations.row(v) += (R * q).transpose();
+        expected.row(v) += ((R - kStiffness * change * cofactors) * q).transpose();
+      }
+    }
+    EXPECT_NEAR(fitted, sum, 10 * epsilon() * size);
+    EXPECT_NEAR(tested->alignment(), sum, 10 * epsilon() * size);
+    EXPECT_LT((residual - expected).cwiseAbs().maxCoeff(), 1000 * epsilon() * expected.cwiseAbs().maxCoeff());
+    tested->set_rotations(rotations);
+    static_cast<void>(tested->find_residual(residual));
+    EXPECT_LT((residual - of_rotations).cwiseAbs().maxCoeff(), 100 * epsilon()) << "no stresses before they are found";
+  }
+}
+
 TEST_P(CellPassesOf, FarFromTheOriginNothingIsLost) {
   Random random(57);
   const int n = 60;

@@ -80,9 +80,10 @@ def test_a_rigid_region_keeps_its_shape():
 
 
 def test_options_are_named_values():
-    assert repr(arap_native.LatticeOptions()) == "LatticeOptions(cube_size=0.0, threads=0, join_seams=False)"
-    options = arap_native.LatticeOptions(cube_size=0.5, threads=2, join_seams=True)
-    assert (options.cube_size, options.threads, options.join_seams) == (0.5, 2, True)
+    options = arap_native.LatticeOptions()
+    assert repr(options) == "LatticeOptions(cube_size=0.0, keep_volume=0.0, threads=0, join_seams=False)"
+    options = arap_native.LatticeOptions(cube_size=0.5, keep_volume=0.25, threads=2, join_seams=True)
+    assert (options.cube_size, options.keep_volume, options.threads, options.join_seams) == (0.5, 0.25, 2, True)
     with pytest.raises(ValueError, match=r"^cube_size = 2, must be "):
         options.cube_size = 2
     assert options.cube_size == 0.5
@@ -100,7 +101,7 @@ def test_what_has_no_inside_is_refused_in_words():
 def test_its_messages_name_it():
     model = held_at_ends(tube(60, 24))
     job = model.begin_solve(twisted_ends(tube(60, 24)), arap_native.SolveOptions(accuracy=0, max_iterations=10**6))
-    with pytest.raises(RuntimeError, match="^this LatticeArap is at work in a job"):
+    with pytest.raises(RuntimeError, match=r"^this LatticeArap is at work in a job"):
         model.reset()
     job.cancel()
     assert job.result().stop_reason == "cancelled"

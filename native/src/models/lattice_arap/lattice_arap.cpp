@@ -28,6 +28,9 @@ namespace {
 /// Around hard vertices, in cubes.
 constexpr double kReach = 2;
 
+/// Of keep_volume = 1. A stiffer one keeps hardly more and takes far more iterations.
+constexpr double kVolumeStiffness = 2;
+
 /// Beyond this ratio of the stiffest piece to the softest, rounded forces of the one would bend the other.
 constexpr double kSinglePrecisionContrast = 1e4;
 
@@ -57,6 +60,8 @@ void require_inside(const PolygonMesh& mesh) {
 void LatticeOptions::validate() const {
   if (cube_size != 0 && !(cube_size >= 1e-3 && cube_size <= 1))
     throw InvalidInput(text("cube_size = ", cube_size, ", must be 0 or between 0.001 and 1"));
+  if (!(keep_volume >= 0 && keep_volume <= 1))
+    throw InvalidInput(text("keep_volume = ", keep_volume, ", must be between 0 and 1"));
   if (threads < 0) throw InvalidInput(text("threads is ", threads, ", must be at least 0"));
 }
 
@@ -93,6 +98,7 @@ struct LatticeArap::Impl {
     threads = choose_threads(options.threads, 5 * lattice->n_control_points());
     model.workers = Workers(threads);
     const std::vector<double> stiffness = piece_stiffness(*lattice, properties);
+    model.energy.volume_stiffness = kVolumeStiffness * options.keep_volume;
     assemble_lattice_energy(model.energy, *lattice, stiffness, threads, {&meter, 0.2}, [&] {
       model.rest = lattice->rest();
       model.part_of_vertex = lattice->part_of_control_point();
@@ -116,8 +122,8 @@ struct LatticeArap::Impl {
     return model;
   }
 
-  /// Makes the cubes larger until there are not too many pieces. If much of a mesh crosses itself, they are far more than
-  /// the cubes; only the lattice knows how many.
+  /// Makes the cubes larger until there are not too many pieces. If much of a mesh crosses itself, they are far more
+  /// than the cubes; only the lattice knows how many.
   void coarsen(double size, Meter& meter) {
     constexpr double kManyPieces = 50'000;
     while (lattice->n_pieces() > kManyPieces && size < 1) {

@@ -142,9 +142,13 @@ TEST(LatticeArap, ATwistedRodKeepsItsVolume) {
   const MeshData mesh = rod();
   LatticeOptions options;
   options.cube_size = .25 / mesh.diagonal();
-  const Positions points = pose_rod(mesh, twist, options).positions;
-  EXPECT_GT(volume(mesh, points) / volume(mesh, mesh.positions()), .955);
-  EXPECT_GT(thinnest(mesh, points), .94);
+  const SolveResult free = pose_rod(mesh, twist, options);
+  EXPECT_GT(volume(mesh, free.positions) / volume(mesh, mesh.positions()), .955);
+  EXPECT_GT(thinnest(mesh, free.positions), .94);
+  options.keep_volume = 1;
+  const SolveResult kept = pose_rod(mesh, twist, options);
+  EXPECT_GT(volume(mesh, kept.positions) / volume(mesh, mesh.positions()), .992);
+  EXPECT_GT(thinnest(mesh, kept.positions), .99);
 }
 
 TEST(LatticeArap, StartsWithTheTurnsOfItsHandles) {
@@ -350,9 +354,10 @@ TEST(LatticeArap, HasLargerCubesIfManyPiecesShareThem) {
 
 TEST(LatticeArapErrors, SayWhatIsWrong) {
   const MeshData mesh = cylinder(16, 8);
-  const auto with = [&](double cube_size, int threads) {
+  const auto with = [&](double cube_size, int threads, double keep_volume = 0) {
     LatticeOptions options;
     options.cube_size = cube_size;
+    options.keep_volume = keep_volume;
     options.threads = threads;
     return LatticeArap(mesh.mesh(), options);
   };
@@ -360,6 +365,8 @@ TEST(LatticeArapErrors, SayWhatIsWrong) {
   expect_error<arap::InvalidInput>([&] { with(std::nan(""), 0); }, {"cube_size", "nan"});
   expect_error<arap::InvalidInput>([&] { with(.001, 0); }, {"cube_size", "too many"});
   expect_error<arap::InvalidInput>([&] { with(0, -1); }, {"threads", "-1"});
+  expect_error<arap::InvalidInput>([&] { with(0, 0, 1.5); }, {"keep_volume", "1.5"});
+  expect_error<arap::InvalidInput>([&] { with(0, 0, std::nan("")); }, {"keep_volume", "nan"});
   MeshData points;
   points.add_vertex({0, 0, 0});
   expect_error<arap::InvalidInput>([&] { LatticeArap solver(points.mesh()); }, {"no faces"});

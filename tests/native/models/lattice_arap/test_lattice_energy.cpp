@@ -17,7 +17,9 @@ using arap::Lattice;
 
 /// The energy alone, over control points.
 struct Model {
-  explicit Model(const MeshData& mesh, double cube_size) : lattice(mesh.mesh(), cube_size) {
+  explicit Model(const MeshData& mesh, double cube_size, double volume_stiffness = 0)
+      : lattice(mesh.mesh(), cube_size) {
+    prepared.energy.volume_stiffness = volume_stiffness;
     arap::assemble_lattice_energy(prepared.energy, lattice, {}, 1, {}, [] { return nullptr; });
     prepared.rest = lattice.rest();
     prepared.part_of_vertex = lattice.part_of_control_point();
@@ -53,15 +55,19 @@ TEST(LatticeEnergy, IsZeroAtRestAndAfterARigidMotion) {
   }
 }
 
-/// E = V |F - R|^2 for every affine map F, R its rotation.
+/// E = V (|F - R|^2 + k (det F - 1)^2) for every affine map F, R its rotation.
 TEST(LatticeEnergy, OfAnAffineMapIsTheVolumeTimesItsDistanceFromRotations) {
   Random random(4);
-  Model model(cylinder(20, 10), 0.3);
-  for (int k = 0; k < 10; ++k) {
-    Matrix3 map = random.rigid_motion(1, 0).rotation;
-    for (int i = 0; i < 3; ++i) map.col(i) += random.vector(.3);
-    const double expected = model.volume() * (map - best_rotation(map)).squaredNorm();
-    EXPECT_NEAR(model.energy(moved(model.lattice.rest(), map)), expected, 1e-10 * expected);
+  for (const double volume_stiffness : {0.0, 2.0}) {
+    Model model(cylinder(20, 10), 0.3, volume_stiffness);
+    for (int k = 0; k < 10; ++k) {
+      Matrix3 map = random.rigid_motion(1, 0).rotation;
+      for (int i = 0; i < 3; ++i) map.col(i) += random.vector(.3);
+      const double change = map.determinant() - 1;
+      const double expected =
+          model.volume() * ((map - best_rotation(map)).squaredNorm() + volume_stiffness * change * change);
+      EXPECT_NEAR(model.energy(moved(model.lattice.rest(), map)), expected, 1e-10 * expected);
+    }
   }
 }
 
@@ -73,19 +79,20 @@ TEST(LatticeEnergy, WeighsPiecesByWhatIsInside) {
 
 TEST(LatticeEnergy, HasTheGradientOfCentralDifferences) {
   Random random(8);
-  for (const MeshData& mesh : {cylinder(12, 6), grid(5, Faces::kTriangles), bumpy_sphere(1)}) {
-    Model model(mesh, 0.35);
-    const Positions& rest = model.lattice.rest();
-    const Positions pose = rest + random.noise(static_cast<int>(rest.rows()), .1);
-    const Positions gradient = model.gradient(pose);
-    for (int k = 0; k < 5; ++k) {
-      const Positions direction = random.noise(static_cast<int>(rest.rows()), 1);
-      constexpr double kStep = 1e-4;
-      const double difference =
-          (model.energy(pose + kStep * direction) - model.energy(pose - kStep * direction)) / (2 * kStep);
-      EXPECT_NEAR(gradient.cwiseProduct(direction).sum(), difference, 1e-6 * gradient.norm() * direction.norm());
+  for (const MeshData& mesh : {cylinder(12, 6), grid(5, Faces::kTriangles), bumpy_sphere(1)})
+    for (const double volume_stiffness : {0.0, 2.0}) {
+      Model model(mesh, 0.35, volume_stiffness);
+      const Positions& rest = model.lattice.rest();
+      const Positions pose = rest + random.noise(static_cast<int>(rest.rows()), .1);
+      const Positions gradient = model.gradient(pose);
+      for (int k = 0; k < 5; ++k) {
+        const Positions direction = random.noise(static_cast<int>(rest.rows()), 1);
+        constexpr double kStep = 1e-5;
+        const double difference =
+            (model.energy(pose + kStep * direction) - model.energy(pose - kStep * direction)) / (2 * kStep);
+        EXPECT_NEAR(gradient.cwiseProduct(direction).sum(), difference, 1e-7 * gradient.norm() * direction.norm());
+      }
     }
-  }
 }
 
 }  // namespace
