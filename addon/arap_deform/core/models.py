@@ -66,7 +66,10 @@ def _surface(native: Any, settings: SessionSettings) -> tuple[Any, Any]:
 
 def _solid(native: Any, settings: SessionSettings) -> tuple[Any, Any]:
     return native.LatticeArap.begin_bind, native.LatticeOptions(
-        cube_size=settings.cube_size, threads=settings.threads, join_seams=settings.join_seams
+        cube_size=settings.cube_size,
+        keep_volume=settings.keep_volume,
+        threads=settings.threads,
+        join_seams=settings.join_seams,
     )
 
 

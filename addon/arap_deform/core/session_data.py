@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from .arrays import Floats, Ints
 
-OF_BIND = "Model, cube size, bending, rigidity, weights, threads, Weld Seams and Loose Pieces Follow"
+OF_BIND = "Model, cube size, Keep Volume, bending, rigidity, weights, threads, Weld Seams and Loose Pieces Follow"
 """The settings that only a new session can take, see SessionSettings.of_bind."""
 
 
@@ -33,6 +33,7 @@ class SessionSettings:
 
     model: str = "surface"  # or "solid"
     cube_size: float = 0.0  # of a solid's lattice, a fraction of the mesh's diagonal as seen; 0: from the shape
+    keep_volume: float = 0.0  # of a solid, in [0, 1]
     energy: str = "rotation_nodes"
     rigidity_radius: float = 0.02  # a fraction of the mesh's diagonal as seen
     weights: str = "cotangent"
@@ -48,7 +49,8 @@ class SessionSettings:
     def of_bind(self) -> tuple[object, ...]:
         """The settings that only a new session can take."""
         radius = self.rigidity_radius if self.has_radius else None
-        of_model = (self.cube_size,) if self.model == "solid" else (self.energy, radius, self.weights)
+        of_solid = (self.cube_size, self.keep_volume)
+        of_model = of_solid if self.model == "solid" else (self.energy, radius, self.weights)
         return self.model, *of_model, self.threads, self.join_seams, self.loose_follow
 
     @property

@@ -35,8 +35,10 @@ MODELS = (
     (
         "solid",
         "Solid",
-        "The mesh has an inside, so limbs that twist or bend keep their volume. Holes do no harm, but a thin sheet is "
-        "stiffer than as a surface",
+        (
+            "The mesh has an inside, so limbs that twist or bend keep their volume. Holes do no harm, but a thin sheet "
+            "is stiffer than as a surface"
+        ),
         "NONE",
         1,
     ),
@@ -229,6 +231,18 @@ class ArapObject(bpy.types.PropertyGroup):
         precision=1,
         step=10,
         subtype="PERCENTAGE",
+    )
+    keep_volume: FloatProperty(
+        name="Keep Volume",
+        description=(
+            "How firmly each place inside a solid keeps its volume. 0: as the shape makes it. 1: limbs hardly get "
+            "thinner, but a pose takes up to twice the time"
+        ),
+        default=0.0,
+        min=0.0,
+        max=1.0,
+        precision=2,
+        subtype="FACTOR",
     )
     energy: EnumProperty(
         name="Bending",

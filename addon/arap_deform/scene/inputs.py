@@ -33,6 +33,7 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
     return SessionSettings(
         model=bounded(settings, "model"),
         cube_size=cube_size / 100.0,
+        keep_volume=bounded(settings, "keep_volume"),
         energy=bounded(settings, "energy"),
         rigidity_radius=bounded(settings, "rigidity") / 100.0,
         weights=bounded(settings, "weights"),

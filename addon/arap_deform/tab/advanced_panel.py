@@ -35,6 +35,7 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         column.row().prop(settings, "model", expand=True)
         if settings.model == "solid":
             column.prop(settings, "cube_size")
+            column.prop(settings, "keep_volume", slider=True)
         else:
             _draw_surface(context, column, obj)
         column = split_column(layout)

@@ -108,8 +108,8 @@ class LiveTest(SceneTest):
         obj.arap.energy = "spokes"
         self.check_ended(
             obj,
-            "Model, cube size, bending, rigidity, weights, threads, Weld Seams or Loose Pieces Follow of 'Tube' have "
-            "changed",
+            "Model, cube size, Keep Volume, bending, rigidity, weights, threads, "
+            "Weld Seams or Loose Pieces Follow of 'Tube' have changed",
         )
         self.api.add_stiffness_group(obj, "Head")
         self.check_ended(obj, "The stiffness of 'Tube' has changed")

@@ -33,12 +33,13 @@ class ModelTest(SceneTest):
     def test_settings_have_their_defaults_and_survive_a_save(self):
         obj = posable()
         settings = module("scene.inputs").settings_of
-        self.assertEqual((settings(obj).model, settings(obj).cube_size), ("surface", 0.0))
+        of_obj = settings(obj)
+        self.assertEqual((of_obj.model, of_obj.cube_size, of_obj.keep_volume), ("surface", 0.0, 0.0))
         numbers = {item.identifier: item.value for item in obj.arap.bl_rna.properties["model"].enum_items}
         self.assertEqual(numbers, {"surface": 0, "solid": 1}, "files have the numbers")
-        obj.arap.model, obj.arap.cube_size = "solid", 3.5
+        obj.arap.model, obj.arap.cube_size, obj.arap.keep_volume = "solid", 3.5, 0.5
         obj = opened_again()
-        self.assertEqual((obj.arap.model, obj.arap.cube_size), ("solid", 3.5))
+        self.assertEqual((obj.arap.model, obj.arap.cube_size, obj.arap.keep_volume), ("solid", 3.5, 0.5))
         obj.arap.cube_size = 0.001
         self.assertAlmostEqual(settings(obj).cube_size, 1e-3, msg="the least that the solver takes")
 

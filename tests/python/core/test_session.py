@@ -263,7 +263,8 @@ def test_a_solid_is_bound_again_for_its_own_settings_alone():
     solid = SessionSettings(model="solid")
     assert dataclasses.replace(solid, energy="spokes", rigidity_radius=0.1).of_bind == solid.of_bind
     assert dataclasses.replace(solid, cube_size=0.1).of_bind != solid.of_bind
-    assert SessionSettings(cube_size=0.1).of_bind == SessionSettings().of_bind
+    assert dataclasses.replace(solid, keep_volume=1.0).of_bind != solid.of_bind
+    assert SessionSettings(cube_size=0.1, keep_volume=1.0).of_bind == SessionSettings().of_bind
 
 
 def test_a_solid_keeps_its_girth_under_a_twist():

@@ -47,8 +47,8 @@ def pushed():
 
 MESH_CHANGED = "The mesh of 'Creature' has changed (96 vertices and 90 faces, now 97 and 91)"
 BIND_CHANGED = (
-    "Model, cube size, bending, rigidity, weights, threads, Weld Seams or Loose Pieces Follow of 'Creature' have "
-    "changed"
+    "Model, cube size, Keep Volume, bending, rigidity, weights, threads, "
+    "Weld Seams or Loose Pieces Follow of 'Creature' have changed"
 )
 CHANGES = [
     ({"counts": (97, 184, 368, 91)}, MESH_CHANGED),
