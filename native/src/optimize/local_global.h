@@ -21,7 +21,7 @@ struct Pose {
 [[nodiscard]] double longest_row(const Positions& x, const Workers& workers);
 
 /// The two halves of an iteration: the local step (best rotations for the positions) and the global step (best
-/// positions for the rotations); neither raises the energy. [SA07] Sec. 2.
+/// positions for the rotations); neither raises the energy, unless it keeps volumes. [SA07] Sec. 2.
 class LocalGlobal {
  public:
   LocalGlobal(const PreparedModel& model, const PreparedConstraints& constraints);

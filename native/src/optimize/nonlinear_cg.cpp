@@ -157,7 +157,7 @@ double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration
     slope_ = z_r_;
     reached = try_direction(pose, length, 0);
   }
-  // The plain step raises nothing but where the factor is far from the matrix, or numbers are at their end.
+  // The plain step raises nothing but where volumes are kept, the factor is far from the matrix, or numbers end.
   for (int halvings = 0; is_worse() && halvings < kMostHalvings; ++halvings) {
     length = halvings + 1 < kMostHalvings ? 0.5 * length : 0;
     reached = try_length(pose, length);

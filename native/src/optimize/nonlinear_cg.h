@@ -14,9 +14,10 @@
 namespace arap {
 
 /// Nonlinear conjugate gradients on E(p') = min_R E(p', R), preconditioned by the factorized matrix. The preconditioned
-/// residual is the global step. With beta = 0 and length 1 an iteration is plain local/global, which never raises the
-/// energy: it is the first step, and the fallback if a longer one raises it. beta by Polak and Ribiere, not
-/// below 0; the length by the secant of the slope at 0 and at the last length.
+/// residual is the global step. With beta = 0 and length 1 an iteration is plain local/global: it is the first step,
+/// and the fallback if a longer one raises the energy. It never raises it but where a term keeps volumes, which K does
+/// not bound; then the length is halved until it falls. beta by Polak and Ribiere, not below 0; the length by the
+/// secant of the slope at 0 and at the last length.
 class NonlinearCg {
  public:
   explicit NonlinearCg(LocalGlobal& steps) : steps_(steps) {}
