@@ -124,7 +124,7 @@ Engine::Start Engine::plan(const Positions& targets, const SolveOptions& options
   start.rotations =
       handle_rotations_->of_start(options.initial_guess, last_targets_, pose_.positions, targets, rotations);
   if (start.goes_on) start.step = targets - last_targets_;
-  if (start.rotations.rows() == 0) start.ahead = predictor_.share(start.step);
+  if (start.rotations.rows() == 0 && !keeps_volumes()) start.ahead = predictor_.share(start.step);
   return start;
 }
 
@@ -156,7 +156,7 @@ std::optional<double> Engine::apply_guess(const Positions& targets, InitialGuess
 void Engine::learn(const Positions& targets, const Start& start) {
   last_targets_ = targets;
   // If the targets were at rest there is nothing to learn.
-  if (start.is_drag())
+  if (start.is_drag() && !keeps_volumes())
     predictor_.learn(start.step, model_.workers);
   else if (!start.goes_on || start.rotations.rows() > 0)
     predictor_.forget();
@@ -175,7 +175,7 @@ IterationReport Engine::solve(const Positions& targets, const SolveOptions& opti
     const std::optional<double> step = apply_guess(targets, options.initial_guess, start);
     if (step || !start.goes_on_there) search_->restart();
     report = minimize(*steps_, *search_, pose_, options, progress, time, step, [&] {
-      if (start.is_drag()) steps_->show_forces_to(predictor_, start.ahead);
+      if (start.is_drag() && !keeps_volumes()) steps_->show_forces_to(predictor_, start.ahead);
     });
     const bool is_cancelled = report.stop_reason == StopReason::kCancelled;
     if (is_cancelled) restore_pose();

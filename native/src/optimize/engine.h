@@ -66,6 +66,8 @@ class Engine {
     [[nodiscard]] bool is_drag() const { return rotations.rows() == 0 && (step.array() != 0).any(); }
   };
 
+  /// Then nothing is predicted: stresses grow with the fifth power of a torn pose, and from frame to frame.
+  [[nodiscard]] bool keeps_volumes() const { return model_.energy.volume_stiffness > 0; }
   [[nodiscard]] Start plan(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations);
   [[nodiscard]] Precision first_precision(const Positions& targets, const SolveOptions& options,
                                           bool goes_on_there) const;

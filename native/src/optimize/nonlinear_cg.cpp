@@ -130,7 +130,8 @@ double NonlinearCg::try_direction(Pose& pose, double length, double beta) {
 double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration) {
   constexpr double kLongest = 4;
   constexpr double kShortest = 0.25;
-  constexpr int kMostHalvings = 8;
+  constexpr int kMostShorter = 8;
+  constexpr double kLeastShare = 1e-3;
   constexpr double kSecondLook = 0.3;  // relative change of the length that is worth another fit
   if (acceleration == Acceleration::kNone) is_fresh_ = true;
   steps_.find_correction(pose, correction_);
@@ -158,8 +159,13 @@ double NonlinearCg::iterate(Pose& pose, double energy, Acceleration acceleration
     reached = try_direction(pose, length, 0);
   }
   // The plain step raises nothing but where volumes are kept, the factor is far from the matrix, or numbers end.
-  for (int halvings = 0; is_worse() && halvings < kMostHalvings; ++halvings) {
-    length = halvings + 1 < kMostHalvings ? 0.5 * length : 0;
+  for (int shorter = 0; is_worse() && shorter < kMostShorter; ++shorter) {
+    // To the lowest point of the parabola through the slope and what was reached: half of it, or far less where
+    // volumes are torn.
+    const double promised = length * slope_;
+    const double share = promised / (2 * (reached - energy + promised));
+    length *= share > kLeastShare ? std::min(share, 0.5) : kLeastShare;
+    if (shorter + 1 == kMostShorter) length = 0;
     reached = try_length(pose, length);
   }
   // A fit turns rigid regions, which no direction says.

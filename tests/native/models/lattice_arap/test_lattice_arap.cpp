@@ -151,6 +151,28 @@ TEST(LatticeArap, ATwistedRodKeepsItsVolume) {
   EXPECT_GT(thinnest(mesh, kept.positions), .99);
 }
 
+/// The forces of a torn pose must not be carried from step to step.
+TEST(LatticeArap, ABentRodKeepsItsVolume) {
+  const MeshData mesh = rod();
+  LatticeOptions options;
+  options.cube_size = .25 / mesh.diagonal();
+  options.keep_volume = 1;
+  const SolveResult result = pose_rod(
+      mesh,
+      [](double part) {
+        // The middle line becomes an arc of the same length.
+        const double angle = part * 2.0944;
+        const double radius = 5.2 / angle;
+        const Matrix3 turn = rotation_about(Vector3(1, 0, 0), -angle);
+        const Vector3 end(0, radius * (1 - std::cos(angle)), radius * std::sin(angle) - 2.6);
+        return RigidMotion{turn, end - turn * Vector3(0, 0, 2.6)};
+      },
+      options);
+  EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
+  EXPECT_GT(volume(mesh, result.positions) / volume(mesh, mesh.positions()), .996);
+  EXPECT_GT(thinnest(mesh, result.positions), .994);
+}
+
 TEST(LatticeArap, StartsWithTheTurnsOfItsHandles) {
   const MeshData mesh = rod();
   Task held;
