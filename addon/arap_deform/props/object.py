@@ -236,7 +236,7 @@ class ArapObject(bpy.types.PropertyGroup):
         name="Keep Volume",
         description=(
             "How firmly each place inside a solid keeps its volume. 0: as the shape makes it. 1: limbs hardly get "
-            "thinner, but a pose takes up to twice the time"
+            "thinner, but a pose takes about twice the time"
         ),
         default=0.0,
         min=0.0,

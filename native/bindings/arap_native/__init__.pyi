@@ -92,7 +92,7 @@ class LatticeOptions:
     across a limb of the median thickness. Coarser is faster and stiffer."""
     keep_volume: float
     """In [0, 1]: how firmly each place inside keeps its volume. 0: as the shape makes it; 1: limbs hardly get thinner,
-    at up to twice the iterations."""
+    at about twice the iterations."""
     threads: int
     """Threads of bind and solve; 0 is as many as pay at this size."""
     join_seams: bool

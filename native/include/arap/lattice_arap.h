@@ -22,7 +22,7 @@ struct LatticeOptions {
   double cube_size = 0;
 
   /// In [0, 1]: how firmly each place inside keeps its volume. 0: as the shape makes it; 1: limbs hardly get thinner,
-  /// at up to twice the iterations.
+  /// at about twice the iterations.
   double keep_volume = 0;
 
   /// Threads of bind and solve; 0 = as many as pay at this size.
