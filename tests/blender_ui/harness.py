@@ -268,7 +268,7 @@ class Ui:
         """To its end."""
         region = self.region("UI")
         yield from self.move_mouse(region.x + region.width // 3, region.y + region.height // 2)
-        for _ in range(12):
+        for _ in range(60):
             self.event("WHEELDOWNMOUSE")
             yield
 
