@@ -23,7 +23,7 @@ MODULES = {
     "props": ("pull", "preferences", "handles", "poses", "object"),
     "scene": ("remembered", "redraw"),
     "ui": ("panels", "edit_mode", "waiting"),
-    "setup": ("handles", "rows", "list_operators", "select_operators", "group_operators", "panels"),
+    "setup": ("handles", "rows", "list_operators", "bone_operators", "select_operators", "group_operators", "panels"),
     "live": ("runs", "operators"),
     "show": ("overlay", "panel"),
     "pose": ("undo", "starts", "operators"),

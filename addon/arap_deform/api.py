@@ -15,6 +15,7 @@ What stays, what moves, what is stiff:
 
 - add_pin(), add_pin_group(), remove_pin(): vertices, or a vertex group, that stay where they are.
 - add_handle(), add_handle_for(), remove_handle(): vertices that follow a new empty, or an object or bone.
+- add_bones(): bones of an armature move what they pass through inside the mesh, without vertex groups.
 - copy_handles(): gives a copied mesh handles of its own, instead of those of the original.
 - add_stiffness(), add_stiffness_group(), add_rigid(), remove_stiffness(): vertices that bend less, or not at all.
 - soften_group(): gives a vertex group a soft edge.
@@ -61,6 +62,7 @@ from .pose.solve import begin_solve, solve
 from .poses.keys import poses_to_keys
 from .poses.library import NOW, REST, apply_pose, blend_poses, delete_pose, mirror_pose, store_pose
 from .scene.placing import reset_handles
+from .setup.bones import add_bones
 from .setup.handle_copies import copy_handles
 from .setup.handles import add_handle, add_handle_for, remove_handle
 from .setup.pins import add_pin, add_pin_group, remove_pin
@@ -70,6 +72,7 @@ __all__ = [
     "NOW",
     "REST",
     "Cancelled",
+    "add_bones",
     "add_handle",
     "add_handle_for",
     "add_pin",

@@ -26,8 +26,9 @@ class BoundModel::SolveInput {
              const py::object& rotations, const py::object& out) {
     // Without constraints the library says so; any number of rows is as good then.
     const int n_targets = model.n_targets;
-    const Extent rows = n_targets > 0 ? Extent(n_targets) : Extent("k + n_patches");
-    targets_ = positions_from(targets, "targets", rows, "one row per constrained vertex, then one per patch");
+    const Extent rows = n_targets > 0 ? Extent(n_targets) : Extent("k + n_patches + 4 n_segments");
+    targets_ = positions_from(targets, "targets", rows,
+                              "one row per constrained vertex, then one per patch, then four per segment");
     if (options != nullptr) options_ = *options;
     rotations_ = rotations_from(rotations, rows);
     out_ = out_from(out, model.n_vertices());
@@ -105,18 +106,19 @@ void bind_model(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
   py::class_<BoundModel>(m, "Model", docstrings::Model)
       .def(
           "set_constraints",
-          [](BoundModel& model, Object vertices, Object strengths, Object patches, py::object progress) {
-            model.set_constraints(constraints_from(vertices, strengths, patches), std::move(progress));
+          [](BoundModel& model, Object vertices, Object strengths, Object patches, Object segments,
+             py::object progress) {
+            model.set_constraints(constraints_from(vertices, strengths, patches, segments), std::move(progress));
           },
           docstrings::Model_set_constraints, py::arg("vertices"), py::arg("strengths") = none,
-          py::arg("patches") = none, py::kw_only(), py::arg("progress") = none)
+          py::arg("patches") = none, py::arg("segments") = none, py::kw_only(), py::arg("progress") = none)
       .def(
           "begin_set_constraints",
-          [jobs](BoundModel& model, Object vertices, Object strengths, Object patches) {
-            return model.begin_set_constraints(*jobs, constraints_from(vertices, strengths, patches));
+          [jobs](BoundModel& model, Object vertices, Object strengths, Object patches, Object segments) {
+            return model.begin_set_constraints(*jobs, constraints_from(vertices, strengths, patches, segments));
           },
           docstrings::Model_begin_set_constraints, py::arg("vertices"), py::arg("strengths") = none,
-          py::arg("patches") = none)
+          py::arg("patches") = none, py::arg("segments") = none)
       .def("solve", &BoundModel::solve, docstrings::Model_solve, py::arg("targets"), py::arg("options") = none,
            py::kw_only(), py::arg("rotations") = none, py::arg("progress") = none, py::arg("out") = none)
       .def(

@@ -59,14 +59,25 @@ arap::VertexProperties properties_from(const py::object& stiffness, const py::ob
   return properties;
 }
 
-arap::ConstraintSet constraints_from(const py::object& vertices, const py::object& strengths,
-                                     const py::object& patches) {
+std::vector<arap::Segment> segments_from(const py::object& object) {
+  if (object.is_none()) return {};
+  const std::vector<double> values =
+      to_vector<double>(require_array<double>(object, "segments", {"s", 2, 3}, "head and tail of each segment"));
+  std::vector<arap::Segment> segments(values.size() / 6);
+  for (size_t s = 0; s < segments.size(); ++s)
+    segments[s] = {arap::Vector3::Map(&values[6 * s]), arap::Vector3::Map(&values[6 * s + 3])};
+  return segments;
+}
+
+arap::ConstraintSet constraints_from(const py::object& vertices, const py::object& strengths, const py::object& patches,
+                                     const py::object& segments) {
   arap::ConstraintSet set;
   set.vertices = vector_from<int>(vertices, "vertices", "k", "one entry per constrained vertex");
   if (!strengths.is_none())
     set.strengths = vector_from<double>(strengths, "strengths", static_cast<py::ssize_t>(set.vertices.size()),
                                         "one entry per constrained vertex");
   set.patches = patches_from(patches);
+  set.segments = segments_from(segments);
   return set;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "arap/constraints.h"
 #include "arap/mesh.h"
 #include "arap/types.h"
 #include "arap/vertex_properties.h"
@@ -50,8 +51,10 @@ struct BindInput {
   }
 };
 
-arap::ConstraintSet constraints_from(const py::object& vertices, const py::object& strengths,
-                                     const py::object& patches);
+std::vector<arap::Segment> segments_from(const py::object& object);
+
+arap::ConstraintSet constraints_from(const py::object& vertices, const py::object& strengths, const py::object& patches,
+                                     const py::object& segments);
 
 std::vector<arap::Matrix3> rotations_from(const py::object& object, const Extent& rows);
 

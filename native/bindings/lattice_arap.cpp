@@ -10,6 +10,12 @@ void bind_lattice_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
   using Bound = BoundAs<arap::LatticeArap>;
   bind_class<arap::LatticeArap>(m, jobs, docstrings::LatticeArap, docstrings::LatticeArap_init,
                                 docstrings::LatticeArap_begin_bind)
+      .def(
+          "segments_outside",
+          [](const Bound& model, const py::object& segments) {
+            return to_array(model.native().segments_outside(segments_from(segments)));
+          },
+          docstrings::LatticeArap_segments_outside, py::arg("segments"))
       .def_property_readonly(
           "n_control_points", [](const Bound& model) { return model.native().n_control_points(); },
           docstrings::LatticeArap_n_control_points)

@@ -66,7 +66,7 @@ class ModelOf final : public Model {
 
   void set_constraints(const arap::ConstraintSet& set, const arap::Progress& progress) override {
     native.set_constraints(set, progress);
-    n_targets = set.size();
+    n_targets = set.n_targets();
   }
   arap::SolveResult solve(const arap::Positions& targets, const arap::SolveOptions& options,
                           std::span<const arap::Matrix3> rotations, const arap::Progress& progress,

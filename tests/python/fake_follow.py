@@ -14,7 +14,7 @@ from arap_deform.core.session_data import Readout
 def readout(stop_reason: str = "max_iterations", iterations: int = 4) -> Readout:
     return Readout(
         vertices=8, free_vertices=4, last_ms=1.0, iterations=iterations, energy=0.0, energy_before=0.0, step=0.0,
-        stop_reason=stop_reason, parts_at_rest=0, loose_vertices=0, bind_ms=0.0, factor_ms=0.0,
+        stop_reason=stop_reason, parts_at_rest=0, loose_vertices=0, outside=(), bind_ms=0.0, factor_ms=0.0,
     )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ So vertices on a mirror plane stay on it, the surface is smooth across it, and t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .arrays import Floats, Ints
 from .patches import surface_diagonal
 from .session_data import SessionMesh
-from .targets import HandleSpec
+from .targets import HandleSpec, Segment
 from .transforms import nearest_rotations, transformed
 
 # Single precision moves the same plane by less, and a vertex on it, as a fraction of the coordinates' size.
@@ -154,14 +154,20 @@ class Whole:
         result, copies = [], []
         for i, spec in enumerate(specs):
             base = None if spec.base is None else self.lifted(spec.base)
-            hard = spec.vertices[spec.weights >= 1.0]
-            cosets = self._cosets(hard)
-            own = self._images[list(cosets[0])][:, spec.vertices]
-            centre = self.mesh.rest_positions[own].reshape(-1, 3).mean(axis=0) if own.size else np.zeros(3)
+            if spec.segment is None:
+                cosets = self._cosets(spec.vertices[spec.weights >= 1.0])
+                own = self._images[list(cosets[0])][:, spec.vertices]
+                centre = self.mesh.rest_positions[own].reshape(-1, 3).mean(axis=0) if own.size else np.zeros(3)
+            else:
+                cosets = self._cosets_of_segment(spec.segment)
+                centre = spec.segment.ends.mean(axis=0)
             for coset in cosets:
                 vertices, first = np.unique(self._images[list(coset)][:, spec.vertices], return_index=True)
                 weights = np.tile(spec.weights, len(coset))[first]
-                result.append(replace(spec, vertices=vertices.astype(np.int32), weights=weights, base=base))
+                segment = None if spec.segment is None else self._image_of(spec.segment, coset[0])
+                result.append(
+                    replace(spec, vertices=vertices.astype(np.int32), weights=weights, base=base, segment=segment)
+                )
                 copies.append(Copy(i, coset[0], cosets[0], centre))
         return result, copies
 
@@ -175,11 +181,25 @@ class Whole:
 
     def _cosets(self, vertices: NDArray[np.integer]) -> list[tuple[int, ...]]:
         """Images that touch each other at these vertices, by numbers; the own vertices come first."""
+        return self._cosets_with(lambda image: bool((self._images[image, vertices] == vertices).any()))
+
+    def _cosets_of_segment(self, segment: Segment) -> list[tuple[int, ...]]:
+        """The same of a bone: it is one with its image if it lies on the plane."""
+        near = ON_PLANE * max(1.0, float(np.abs(self.mesh.rest_positions).max()))
+        return self._cosets_with(
+            lambda image: bool(np.abs(self._image_of(segment, image).ends - segment.ends).max() <= near)
+        )
+
+    def _cosets_with(self, belongs: Callable[[int], bool]) -> list[tuple[int, ...]]:
         own = {0}
         for image in range(1, len(self._images)):
-            if (self._images[image, vertices] == vertices).any():
+            if belongs(image):
                 own |= {image ^ other for other in own}
         return sorted({tuple(sorted(image ^ other for other in own)) for image in range(len(self._images))})
+
+    def _image_of(self, segment: Segment, image: int) -> Segment:
+        flip = self._matrices[image]
+        return Segment(transformed(flip, segment.ends), flip @ segment.motion @ flip)
 
     def _symmetric(self, motion: Floats, copy: Copy) -> Floats:
         """The motion near ``motion`` that keeps the piece on its planes: means of rotation, stretch and way."""

@@ -54,6 +54,18 @@ def begin_bind(native: Any, inputs: ModelInput) -> arap_native.Job[Model]:
     return job
 
 
+def segments_outside(model: Model, segments: Floats) -> Ints:
+    """Indices of those that can hold nothing: all, if the model has no inside.
+
+    Args:
+        segments: (s, 2, 3) float64, solver space.
+    """
+    of_model = getattr(model, "segments_outside", None)
+    if of_model is None:
+        return np.arange(len(segments), dtype=np.int32)
+    return np.asarray(of_model(np.ascontiguousarray(segments)), dtype=np.int32)
+
+
 def _surface(native: Any, settings: SessionSettings) -> tuple[Any, Any]:
     return native.SurfaceArap.begin_bind, native.Options(
         energy=settings.energy,

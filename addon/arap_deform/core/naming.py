@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
 from itertools import count
 
 NAME_BYTES = 63  # Blender cuts names here
@@ -30,3 +30,9 @@ def numbered(name: str, taken: Container[str]) -> str:
 def counted(n: int, noun: str) -> str:
     """'1 key' or '2 keys'."""
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
+
+
+def listed(names: Sequence[str], most: int = 3) -> str:
+    """'a, b, c and 4 more'."""
+    shown = ", ".join(names[:most])
+    return shown if len(names) <= most else f"{shown} and {len(names) - most} more"

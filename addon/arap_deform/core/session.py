@@ -20,6 +20,7 @@ from .arrays import Floats, Ints
 from .background import Cancelled, Progress, Result, Steps, part, stage
 from .loose.parts import LooseParts
 from .mirror import Copy, Mirror, completed
+from .naming import listed
 from .patches import Surface, begin_patches, held_by_themselves, patches_from, points_of, surface_diagonal, without
 from .session_data import OF_BIND, Readout, SessionMesh, SessionSettings
 from .targets import NO_PATCHES, HandleMap, HandleSpec, Patch, Patches, check_specs, checked_matrices
@@ -102,6 +103,7 @@ class Session:
         self._held: Sequence[HandleSpec] = ()  # of the whole
         self._copies: Sequence[Copy] = ()
         self._point_patches: Patches = NO_PATCHES
+        self._outside: tuple[str, ...] = ()
         self._positions = self._rest.astype(np.float32)
         self._own_positions = self._positions[: self._n_own]
         # The solver writes single precision into memory that is there already: a frame allocates nothing.
@@ -168,7 +170,8 @@ class Session:
         """
         if self._map is not None and _are_same(self._specs, specs):
             if not all(spec.has_base_of(former) for spec, former in zip(specs, self._specs, strict=True)):
-                self._held, self._copies = self._completed(specs)
+                held, self._copies = self._completed(specs)
+                self._held, _ = self._without_outside(held)
                 self._point_patches = self._based(self._held, self._point_patches)
                 self._map = HandleMap(self._held, self._rest, self._stretch, self._point_patches)
             self._specs = tuple(specs)
@@ -177,18 +180,20 @@ class Session:
         start = time.perf_counter()
         check_specs(specs, self.n_vertices)
         held, copies = self._completed(specs)
+        held, outside = self._without_outside(held)
         patches = yield from part(self._patches_of(held), 0.0, PATCHES_SHARE)
         handle_map = HandleMap(held, self._rest, self._stretch, patches)
-        job = self._model.begin_set_constraints(handle_map.vertices, handle_map.strengths, handle_map.patches)
+        job = self._model.begin_set_constraints(*handle_map.constraints)
         try:
             yield from part(self._stage(job, HANDLES_CANCELLED), PATCHES_SHARE, 1.0)
         except GeneratorExit:
             if self._map is not None:  # the job may have ended before it heard of that; else this does nothing
-                self._model.set_constraints(self._map.vertices, self._map.strengths, self._map.patches)
+                self._model.set_constraints(*self._map.constraints)
             raise
         self._factor_ms = _ms_since(start)
         self._held, self._copies = held, copies
         self._map = handle_map
+        self._outside = outside
         self._specs = tuple(specs)
         self._point_patches = patches
         self._start_loose(shown)
@@ -200,6 +205,23 @@ class Session:
     def _lifted(self, positions: NDArray[np.floating]) -> Floats:
         """(m, 3) of the whole."""
         return positions.astype(np.float64) if self._whole is None else self._whole.lifted(positions)
+
+    def _without_outside(self, specs: Sequence[HandleSpec]) -> tuple[Sequence[HandleSpec], tuple[str, ...]]:
+        """The handles without the bones that pass through nothing, and the names of these. ``specs``: of the whole.
+
+        Raises:
+            ValueError: there is nothing else.
+        """
+        bones = [(i, spec.segment) for i, spec in enumerate(specs) if spec.segment is not None]
+        if not bones:
+            return specs, ()
+        segments = np.array([segment.ends for _, segment in bones]) @ self._stretch.T
+        outside = {bones[k][0] for k in models.segments_outside(self._model, segments)}
+        names = tuple(dict.fromkeys(specs[i].name for i in sorted(outside)))
+        left = [replace(spec, segment=None) if i in outside else spec for i, spec in enumerate(specs)]
+        if not any(spec.segment is not None or len(spec.vertices) for spec in left):
+            raise ValueError(f"No bone passes through the mesh ({listed(names)}): move the armature into it")
+        return left, names
 
     def _completed(self, specs: Sequence[HandleSpec]) -> tuple[Sequence[HandleSpec], Sequence[Copy]]:
         """The handles of the whole."""
@@ -328,6 +350,7 @@ class Session:
             stop_reason=result.stop_reason,
             parts_at_rest=len(at_rest),
             loose_vertices=int((result.loose_vertices < self.n_vertices).sum()),
+            outside=self._outside,
             bind_ms=self._bind_ms,
             factor_ms=self._factor_ms,
         )

@@ -69,6 +69,7 @@ class Readout:
         stop_reason: "converged", "max_iterations" or "time_limit".
         last_ms, bind_ms, factor_ms: milliseconds of this solve, of the bind and of the last factorization.
         parts_at_rest: number of connected parts that nothing holds or moves, and that follow nothing.
+        outside: names of the bones that pass through nothing, so they move nothing.
     """
 
     vertices: int
@@ -81,6 +82,7 @@ class Readout:
     stop_reason: str
     parts_at_rest: int
     loose_vertices: int
+    outside: tuple[str, ...]
     bind_ms: float
     factor_ms: float
 

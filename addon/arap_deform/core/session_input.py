@@ -37,7 +37,19 @@ class GroupHold:
     shape_id: int = 0
 
 
-Hold = GroupHold
+@dataclass(frozen=True)
+class BoneHold:
+    """A handle that holds what its bone passes through.
+
+    Attributes:
+        ends: head and tail at rest, object space.
+    """
+
+    name: str
+    ends: tuple[float, ...]
+
+
+Hold = GroupHold | BoneHold
 """What a pin or handle holds. Another kind is another class here, and a branch in scene.inputs.spec_of()."""
 
 

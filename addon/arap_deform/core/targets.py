@@ -8,20 +8,37 @@ target is S T x = A x + b. What does not depend on T is computed once for a set 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .arrays import Floats, Ints
-from .transforms import map_points, nearest_rotations
+from .transforms import map_points, nearest_rotations, transformed
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A bone in the mesh: what is around it moves with the bone.
+
+    Attributes:
+        ends: (2, 3) float64 head and tail at rest, object space.
+        motion: (4, 4) object-space motion since rest, while the handle has not moved.
+    """
+
+    ends: Floats
+    motion: Floats = field(default_factory=lambda: np.eye(4))
+
+    def is_same_as(self, other: Segment | None) -> bool:
+        return other is not None and np.array_equal(self.ends, other.ends)
 
 
 @dataclass(frozen=True)
 class HandleSpec:
-    """A group of vertices that follows one matrix. A pin is a handle that never moves.
+    """A group of vertices, or a bone without one, that follows one matrix. A pin is a handle that never moves.
 
     Attributes:
         name: for messages.
@@ -30,6 +47,7 @@ class HandleSpec:
         is_exact: holds its vertices, however few. Else it may be a point handle, see patches.
         base: (n, 3) the whole mesh while the handle has not moved; None: at rest.
         reach: of the patch of a point handle, in rigidity radii; 0: as far as other handles let it reach.
+        segment: holds this, for models with an inside; then without vertices.
     """
 
     name: str
@@ -38,12 +56,14 @@ class HandleSpec:
     is_exact: bool = True
     base: NDArray[np.floating] | None = None
     reach: float = 0.0
+    segment: Segment | None = None
 
     def is_same_as(self, other: HandleSpec) -> bool:
-        """Whether both hold the same vertices in the same way, from whatever place."""
+        """Whether both hold the same in the same way, from whatever place."""
         return (
             self.is_exact == other.is_exact
             and self.reach == other.reach
+            and (other.segment is None if self.segment is None else self.segment.is_same_as(other.segment))
             and np.array_equal(self.vertices, other.vertices)
             and np.array_equal(self.weights, other.weights)
         )
@@ -53,7 +73,9 @@ class HandleSpec:
         return rest if self.base is None else self.base
 
     def has_base_of(self, other: HandleSpec) -> bool:
-        """Whether both hold the mesh from the same place."""
+        """Whether both hold the mesh from the same place. Of handles that are the same."""
+        if self.segment is not None and other.segment is not None:
+            return np.array_equal(self.segment.motion, other.segment.motion)
         if self.base is None or other.base is None:
             return self.base is other.base
         return self.base is other.base or np.array_equal(self.base, other.base)
@@ -78,6 +100,9 @@ class Patch:
 
 Patches = Mapping[int, Sequence[Patch]]
 """What point handles hold, by index of the handle: a patch for each of its pieces."""
+
+CORNERS = 4
+"""Rows of targets that a segment has."""
 
 NO_PATCHES: Patches = MappingProxyType({})
 
@@ -110,12 +135,13 @@ def checked_matrices(matrices: Floats, specs: Sequence[HandleSpec]) -> Floats:
 class HandleMap:
     """Rows of targets for a set of handles.
 
-    First the vertices of a single handle, ordered by handle, then the shared ones, then the patches.
+    First the vertices of a single handle, ordered by handle, then the shared ones, then the patches, then the segments.
 
     Attributes:
         vertices: (k,) int32 constrained vertices, each once.
         strengths: (k,) float64 in (0, 1]: the largest weight of each vertex.
         patches: (offsets, vertices, weights) of the p patches, one after the other; None without any.
+        segments: (s, 2, 3) float64 head and tail of each, solver space; None without any.
     """
 
     def __init__(
@@ -140,6 +166,7 @@ class HandleMap:
         self._specs = tuple(specs)
         self._stretch = stretch
         self._set_patches(patches)
+        self._set_segments()
         handle, vertex, weight = self._entries(patches)
         n_entries = np.bincount(vertex, minlength=len(rest_positions))
         is_shared = n_entries[vertex] > 1
@@ -167,7 +194,13 @@ class HandleMap:
         self._shared_shares = weight[shared] / np.repeat(totals, counts)
 
         self._matrices: Floats = np.full((len(self._specs), 4, 4), np.nan)
-        self._targets = np.empty((len(self.vertices) + len(self._patch_handles), 3))
+        n_rows = len(self.vertices) + len(self._patch_handles) + len(self._corner_handles)
+        self._targets = np.empty((n_rows, 3))
+
+    @property
+    def constraints(self) -> tuple[Any, ...]:
+        """What a model's set_constraints() is called with."""
+        return self.vertices, self.strengths, self.patches, self.segments
 
     def _set_patches(self, patches: Patches) -> None:
         by_handle = [(handle, patch) for handle in sorted(patches) for patch in patches[handle]]
@@ -182,6 +215,21 @@ class HandleMap:
                 np.concatenate([patch.weights for patch in ordered]).astype(np.float64),
             )
 
+    def _set_segments(self) -> None:
+        held = [(i, spec.segment) for i, spec in enumerate(self._specs) if spec.segment is not None]
+        self.segments: Floats | None = None
+        self._corner_handles = np.repeat(np.array([i for i, _ in held], dtype=np.intp), CORNERS)
+        self._corners: Floats = np.empty((0, 3))
+        if not held:
+            return
+        self.segments = np.array([segment.ends @ self._stretch.T for _, segment in held])
+        heads, ways = self.segments[:, 0], self.segments[:, 1] - self.segments[:, 0]
+        lengths = np.linalg.norm(ways, axis=1)[:, None, None]
+        corners = heads[:, None, :] + lengths * np.concatenate([np.zeros((1, 3)), np.eye(3)])
+        at_rest = corners @ np.linalg.inv(self._stretch).T
+        motions = [segment.motion for _, segment in held]
+        self._corners = np.concatenate([transformed(m, rest) for m, rest in zip(motions, at_rest, strict=True)])
+
     def _entries(self, patches: Patches) -> tuple[NDArray[np.intp], Ints, Floats]:
         """Handle, vertex and weight of every weight above 0, ordered by handle; without what patches hold."""
         nothing = np.empty(0, np.intp), np.empty(0, np.int32), np.empty(0)
@@ -194,7 +242,7 @@ class HandleMap:
                 used &= ~np.isin(vertices, np.concatenate([patch.sources for patch in patches[i]]))
             parts.append((np.full(used.sum(), i), vertices[used], np.minimum(weights[used], 1.0)))
         handle, vertex, weight = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-        if not len(vertex) and not patches:
+        if not len(vertex) and not patches and self.segments is None:
             raise ValueError("No vertex is pinned or has a handle: add a pin or a handle, or give its group weight")
         return handle, vertex, weight
 
@@ -212,7 +260,10 @@ class HandleMap:
         return len(self._specs)
 
     def targets(self, matrices: Floats) -> Floats:
-        """(k + p, 3) float64 targets in solver space, a row for each vertex and patch; valid until the next call.
+        """(k + p + 4 s, 3) float64 targets in solver space; valid until the next call.
+
+        A row for each vertex and patch, and four for each segment: its head, and as far from it as the segment is long
+        along each axis.
 
         Args:
             matrices: (h, 4, 4) float64 object-space motion of each handle.
@@ -234,8 +285,9 @@ class HandleMap:
         n_single, n_vertices = len(self._single_base), len(self.vertices)
         if len(self._shared_starts) and moved[self._shared_handles].any():
             self._targets[n_single:n_vertices] = self._shared_targets(linear, offset)
-        of_patch = self._patch_handles
-        self._targets[n_vertices:] = np.matmul(linear[of_patch], self._centres[:, :, None])[:, :, 0] + offset[of_patch]
+        of_point = np.concatenate([self._patch_handles, self._corner_handles])
+        points = np.concatenate([self._centres, self._corners])
+        self._targets[n_vertices:] = np.matmul(linear[of_point], points[:, :, None])[:, :, 0] + offset[of_point]
         self._matrices = matrices.copy()
         return self._targets
 
@@ -246,7 +298,7 @@ class HandleMap:
         return np.asarray(np.add.reduceat(moved, self._shared_starts, axis=0))
 
     def rotations(self, matrices: Floats) -> Floats:
-        """(k + p, 3, 3) float64 rotation of the handle of each vertex and patch in solver space.
+        """(k + p + 4 s, 3, 3) float64 rotation of the handle of each target in solver space.
 
         Shared vertices take the mean.
         """
@@ -259,5 +311,5 @@ class HandleMap:
         if len(self._shared_starts):
             weighted = rotations[self._shared_handles] * self._shared_shares[:, None, None]
             result[n_single:n_vertices] = nearest_rotations(np.add.reduceat(weighted, self._shared_starts, axis=0))
-        result[n_vertices:] = rotations[self._patch_handles]
+        result[n_vertices:] = rotations[np.concatenate([self._patch_handles, self._corner_handles])]
         return result

@@ -56,7 +56,7 @@ class ArapPin(HeldShape, bpy.types.PropertyGroup):
 
 
 class ArapHandle(HeldShape, bpy.types.PropertyGroup):
-    """A vertex group that follows an object or a bone."""
+    """A vertex group that follows an object or a bone; or, without a group, what its bone passes through."""
 
     name: StringProperty(name="Name", description="Name of the handle")
     is_enabled: BoolProperty(name="Enabled", description="The group follows. Off: its vertices are free", default=True)
@@ -72,7 +72,10 @@ class ArapHandle(HeldShape, bpy.types.PropertyGroup):
     )
     vertex_group: StringProperty(
         name="Vertex Group",
-        description="Vertices that follow. Weight 1 follows exactly, less pulls, 0 is free",
+        description=(
+            "Vertices that follow. Weight 1 follows exactly, less pulls, 0 is free. "
+            "Empty, with a bone and Model: Solid: what the bone passes through follows"
+        ),
         update=_on_group_changed,
     )
     is_exact: BoolProperty(
@@ -110,6 +113,11 @@ class ArapHandle(HeldShape, bpy.types.PropertyGroup):
     def forget_shape(self) -> None:
         super().forget_shape()
         self.reach = 0.0
+
+    @property
+    def is_bone_alone(self) -> bool:
+        """Whether it moves what its bone passes through."""
+        return bool(self.bone) and not self.vertex_group
 
     @property
     def rest(self) -> Matrix:

@@ -110,13 +110,23 @@ def begin_pull(
         joint = joint_of(fine, grabs[0])
         added.append(rest)
     holds = (*inputs.holds, *(GroupHold(spec.name, spec.is_exact) for spec in added))
-    based = tuple(replace(spec, base=shown) for spec in (*inputs.specs, *added))
+    motions = handle_motion.handle_matrices(obj, depsgraph) if inputs.specs else ()
+    based = (
+        *(_held_as_shown(spec, shown, motion) for spec, motion in zip(inputs.specs, motions, strict=True)),
+        *(replace(spec, base=shown) for spec in added),
+    )
     to_seen = begun.to_seen if begun else _to_seen(obj, depsgraph, grabs[0], shown)
     return Pull(replace(inputs, specs=based, holds=holds, shown=shown), grabs, rest, joint, shown, to_seen)
 
 
 def _spec_of(name: str, grab: Grab) -> HandleSpec:
     return HandleSpec(name, grab.vertices, np.ones(len(grab.vertices)), is_exact=False)
+
+
+def _held_as_shown(spec: HandleSpec, shown: Float32s, motion: Floats) -> HandleSpec:
+    if spec.segment is None:
+        return replace(spec, base=shown)
+    return replace(spec, segment=replace(spec.segment, motion=motion))
 
 
 def _without(grabs: Sequence[Grab], vertices: Ints) -> tuple[Grab, ...]:

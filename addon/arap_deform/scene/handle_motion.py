@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.arrays import Floats
+from ..core.transforms import transformed
 from . import meshes, pose_key, versions
 
 if TYPE_CHECKING:
@@ -91,6 +92,10 @@ def problem_of(
         return f"{whose}its rest place is not a finite one; choose '{handle.target.name}' again"
     if abs(handle.rest.determinant()) < SMALLEST_VOLUME:
         return f"{whose}'{handle.target.name}' was scaled to nothing at rest; give it a scale and choose it again"
+    if handle.is_bone_alone:
+        if obj.arap.model == "solid":
+            return ""
+        return f"{whose}a bone without a vertex group moves what is inside; choose Model: Solid, or choose a group"
     if handle.vertex_group not in obj.vertex_groups:
         return f"{whose}there is no vertex group '{handle.vertex_group}'; choose one or remove the handle"
     return ""
@@ -174,6 +179,22 @@ def target_matrix(target: bpy.types.Object, bone: str, depsgraph: bpy.types.Deps
     if bone:
         matrix = matrix @ np.array(target.evaluated_get(depsgraph).pose.bones[bone].matrix, dtype=np.float64)
     return matrix
+
+
+def bone_ends(handle: ArapHandle) -> Floats:
+    """(2, 3) head and tail of its bone at rest, object space; zeros if the bone is missing, see problem_of()."""
+    is_armature = handle.target is not None and handle.target.type == "ARMATURE"
+    bone = handle.target.data.bones.get(handle.bone) if is_armature else None
+    if bone is None:
+        return np.zeros((2, 3))
+    along = np.array([[0.0, 0.0, 0.0], [0.0, bone.length, 0.0]])
+    return transformed(np.array(handle.rest, dtype=np.float64), along)
+
+
+def bone_rest_matrix(armature: bpy.types.Object, bone: str, depsgraph: bpy.types.Depsgraph) -> Floats:
+    """(4, 4) world matrix of a bone in the rest position of its armature, where that stands now."""
+    in_armature = np.array(armature.data.bones[bone].matrix_local, dtype=np.float64)
+    return np.asarray(meshes.read_matrix(armature, depsgraph) @ in_armature)
 
 
 def pose_key_of(obj: bpy.types.Object) -> bpy.types.ShapeKey | None:

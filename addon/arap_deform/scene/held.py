@@ -20,7 +20,7 @@ from ..core.targets import HandleSpec, Patch
 from ..core.transforms import best_rigid_fit
 from ..core.unbound import local_patch, neighbourhood
 from . import handle_motion, meshes
-from .inputs import enabled_entries, hold_of, settings_of, spec_of
+from .inputs import enabled_entries, groups_of, has_group, hold_of, settings_of, spec_of
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle, ArapPin
@@ -62,10 +62,10 @@ class HeldMesh:
 
     def specs_of(self, entries: Sequence[Entry]) -> list[HandleSpec]:
         """Of entries whose groups are there."""
-        names = [hold_of(entry).group for entry in entries]
-        weights = meshes.read_weights(self._obj, sorted(set(names)), use_nodes=self._use_nodes)
+        names = sorted(groups_of(hold_of(entry) for entry in entries))
+        weights = meshes.read_weights(self._obj, names, use_nodes=self._use_nodes)
         rest = self.mesh.rest_positions[: self.n_own]
-        return [spec_of(entry, weights[name], rest) for entry, name in zip(entries, names, strict=True)]
+        return [spec_of(entry, weights, rest) for entry in entries]
 
     def others(self, entry: Entry | None) -> list[HandleSpec]:
         """Of the enabled pins and handles but ``entry``."""
@@ -73,7 +73,7 @@ class HeldMesh:
 
     @cached_property
     def _enabled(self) -> list[tuple[Entry, HandleSpec]]:
-        entries = [e for e in enabled_entries(self._obj) if hold_of(e).group in self._obj.vertex_groups]
+        entries = [e for e in enabled_entries(self._obj) if has_group(self._obj, e)]
         return list(zip(entries, self.specs_of(entries), strict=True))
 
     def completed(self, positions: NDArray[np.floating]) -> Floats:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import bpy
@@ -10,9 +11,9 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..core.session_data import SessionSettings
-from ..core.session_input import Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
+from ..core.session_input import BoneHold, Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
 from ..core.stiffness import StiffGroup, regions_of, stiffness_of
-from ..core.targets import HandleSpec
+from ..core.targets import HandleSpec, Segment
 from ..props import preferences
 from ..props.bounds import bounded
 from . import handle_motion, meshes, pose_key, shape_keys
@@ -47,22 +48,26 @@ def settings_of(obj: bpy.types.Object) -> SessionSettings:
     )
 
 
-def spec_of(entry: ArapPin | ArapHandle, weights: Floats, rest: Floats) -> HandleSpec:
-    """What a pin or handle means for the vertices.
+def spec_of(entry: ArapPin | ArapHandle, weights: Mapping[str, Floats], rest: Floats) -> HandleSpec:
+    """What a pin or handle means for the vertices, or for what is inside.
 
     Args:
         entry: of the lists.
-        weights: (n,) of its group.
+        weights: (n,) of each group, by name.
         rest: (n, 3).
     """
     hold = hold_of(entry)
-    vertices = np.flatnonzero(weights > 0.0).astype(np.int32)
+    if isinstance(hold, BoneHold):
+        ends = np.array(hold.ends).reshape(2, 3)
+        return HandleSpec(hold.name, np.empty(0, dtype=np.int32), np.empty(0), segment=Segment(ends))
+    of_vertices = weights[hold.group]
+    vertices = np.flatnonzero(of_vertices > 0.0).astype(np.int32)
     moved, offsets, n = entry.shape
     base = None
     if n == len(rest):
         base = rest.astype(np.float32)
         base[moved] += offsets
-    return HandleSpec(hold.group, vertices, weights[vertices], hold.is_exact, base, hold.reach)
+    return HandleSpec(hold.group, vertices, of_vertices[vertices], hold.is_exact, base, hold.reach)
 
 
 def read_state(
@@ -121,10 +126,10 @@ def read_input(
     if needs_holds and not state.holds:
         raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
     check_stiffness(obj)
-    wanted = sorted({*(hold.group for hold in state.holds), *(entry.group for entry in state.stiff_groups)})
+    wanted = sorted({*groups_of(state.holds), *(entry.group for entry in state.stiff_groups)})
     weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
     _check_handle_weights(obj, weights)
-    specs = tuple(spec_of(entry, weights[hold_of(entry).group], mesh.rest_positions) for entry in enabled_entries(obj))
+    specs = tuple(spec_of(entry, weights, mesh.rest_positions) for entry in enabled_entries(obj))
     stiffness = stiffness_of(state.stiff_groups, weights)
     regions = regions_of(state.stiff_groups, weights, mesh)
     return SessionInput(
@@ -139,7 +144,7 @@ def read_input(
 
 def _check_handle_weights(obj: bpy.types.Object, weights: dict[str, Floats]) -> None:
     for handle in obj.arap.handles:
-        if handle.is_enabled and not weights[handle.vertex_group].any():
+        if handle.is_enabled and not handle.is_bone_alone and not weights[handle.vertex_group].any():
             raise ValueError(handle_motion.no_weights(obj, handle))
 
 
@@ -157,7 +162,20 @@ def enabled_entries(obj: bpy.types.Object) -> list[ArapPin | ArapHandle]:
 def hold_of(entry: ArapPin | ArapHandle) -> Hold:
     if not hasattr(entry, "vertex_group"):
         return GroupHold(entry.name, shape_id=entry.shape_id)
+    if entry.is_bone_alone:
+        return BoneHold(entry.name, tuple(handle_motion.bone_ends(entry).ravel().tolist()))
     return GroupHold(entry.vertex_group, entry.is_exact, bounded(entry, "reach"), entry.shape_id)
+
+
+def groups_of(holds: Iterable[Hold]) -> set[str]:
+    """The vertex groups of those that have one."""
+    return {hold.group for hold in holds if isinstance(hold, GroupHold)}
+
+
+def has_group(obj: bpy.types.Object, entry: ArapPin | ArapHandle) -> bool:
+    """Whether what an entry holds is there: its vertex group, or its bone without one."""
+    hold = hold_of(entry)
+    return isinstance(hold, BoneHold) or hold.group in obj.vertex_groups
 
 
 def enabled_holds(obj: bpy.types.Object) -> tuple[Hold, ...]:

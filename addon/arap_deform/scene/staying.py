@@ -17,7 +17,7 @@ from ..core.transforms import transformed
 from ..core.unbound import Pulls
 from . import handle_motion, meshes
 from .held import HeldMesh
-from .inputs import hold_of
+from .inputs import has_group
 
 if TYPE_CHECKING:
     from .held import Entry
@@ -82,7 +82,7 @@ def restore_shapes(obj: bpy.types.Object, shapes: Shapes) -> list[Entry]:
 def _places(obj: bpy.types.Object) -> dict[tuple[str, ...], Entry]:
     """By what says which entry it is: another one of the same name, or with another group or object, is new."""
     return {
-        (items, entry.name, hold_of(entry).group, *_mover_of(entry)): entry
+        (items, entry.name, getattr(entry, "vertex_group", ""), *_mover_of(entry)): entry
         for items in ("pins", "handles")
         for entry in getattr(obj.arap, items)
     }
@@ -99,7 +99,7 @@ def _entries(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, held: HeldMe
         entry
         for entry in (*obj.arap.pins, *obj.arap.handles)
         if (entry.is_enabled or entry in added)
-        and hold_of(entry).group in obj.vertex_groups
+        and has_group(obj, entry)
         and not (hasattr(entry, "target") and handle_motion.problem_of(obj, entry, depsgraph, made))
     ]
     specs, copies = held.completed_specs(held.specs_of(entries))

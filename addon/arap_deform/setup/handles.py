@@ -21,7 +21,7 @@ from ..props.bounds import bounded
 from ..scene import groups, handle_motion, meshes, remembered, staying
 from ..scene.groups import VertexIndices
 from ..scene.held import HeldMesh, fit
-from ..scene.inputs import hold_of
+from ..scene.inputs import has_group
 from .pins import GroupList, count_rows
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def add_handle(
     at_rest[:3, 3] = centre
 
     with making():
-        handle = _new_handle(obj, groups.new(obj, indices, name), name)
+        handle = new_handle(obj, groups.new(obj, indices, name), name)
         handle.is_exact = is_exact
         handle.target = _new_empty(obj, name, world, motion @ at_rest)
         handle.has_made_group = handle.has_made_target = True  # last: setting group and target clears these
@@ -115,18 +115,25 @@ def add_handles_for(
     world = handle_motion.object_matrix(obj, depsgraph)
     shown = transformed(world, handle_motion.shown_positions(obj, meshes.read_rest(obj)))
     places = [handle_motion.target_matrix(target, bone, depsgraph)[:3, 3] for target, bone in targets]
-    first, active, shapes = len(obj.arap.handles), obj.arap.active_handle_index, staying.capture_shapes(obj)
-    try:
+    with all_or_none(obj) as first:
         for (target, bone), place in zip(targets, places, strict=True):
             _add_around(obj, target, bone, _vertices_around(shown, place, radius))
         take_over(obj, *obj.arap.handles[first:])
+    return list(obj.arap.handles[first:])
+
+
+@contextmanager
+def all_or_none(obj: bpy.types.Object) -> Iterator[int]:
+    """While handles are added, from the index that it yields on: if one cannot be, none is."""
+    first, active, shapes = len(obj.arap.handles), obj.arap.active_handle_index, staying.capture_shapes(obj)
+    try:
+        yield first
     except BaseException:
         for index in reversed(range(first, len(obj.arap.handles))):
             remove_handle(obj, index)
         obj.arap.active_handle_index = active
         staying.restore_shapes(obj, shapes)
         raise
-    return list(obj.arap.handles[first:])
 
 
 def _vertices_around(shown: Floats, place: Floats, radius: float | None) -> Ints:
@@ -138,7 +145,7 @@ def _vertices_around(shown: Floats, place: Floats, radius: float | None) -> Ints
 def _add_around(obj: bpy.types.Object, target: bpy.types.Object, bone: str, vertices: Ints) -> None:
     name = bone or target.name
     with making():
-        handle = _new_handle(obj, groups.new(obj, vertices, name), name)
+        handle = new_handle(obj, groups.new(obj, vertices, name), name)
         handle.has_made_group = True
         handle.target = target
         handle.bone = bone
@@ -168,6 +175,8 @@ def remove_handle(obj: bpy.types.Object, index: int) -> None:
 def take_over(obj: bpy.types.Object, *entries: Entry) -> None:
     """Lets pins and handles hold the pose shown now, wherever the objects of handles are: the mesh must not jump.
 
+    But bones without a vertex group: the mesh at rest has their armature at rest.
+
     Called after a change of a handle's target, bone or group. Passes over entries of which one of these is missing.
     """
     if obj.type != "MESH":
@@ -183,7 +192,7 @@ def _lack_of(obj: bpy.types.Object, entry: Entry, depsgraph: bpy.types.Depsgraph
     """Whether its group or its object is missing."""
     if hasattr(entry, "target") and handle_motion.target_problem(obj, entry.target, entry.bone, depsgraph):
         return True
-    return hold_of(entry).group not in obj.vertex_groups
+    return not has_group(obj, entry)
 
 
 def _set_rests(
@@ -200,7 +209,10 @@ def _set_rests(
             if len(spec.vertices):
                 motions[i] = fit(held, spec, handle).motion
     for handle, motion in zip(handles, motions, strict=True):
-        matrix = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
+        if handle.is_bone_alone:
+            matrix = handle_motion.bone_rest_matrix(handle.target, handle.bone, depsgraph)
+        else:
+            matrix = handle_motion.target_matrix(handle.target, handle.bone, depsgraph)
         handle.rest = Matrix(np.linalg.inv(motion) @ inverse @ matrix)
 
 
@@ -237,7 +249,7 @@ def making() -> Iterator[None]:
         _is_making = False
 
 
-def _new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
+def new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
     handles = obj.arap.handles
     unique_name = naming.unique(name, {handle.name for handle in handles})
     handle: ArapHandle = handles.add()

@@ -94,7 +94,9 @@ class ARAP_PT_entry(ArapSubPanel, bpy.types.Panel):
             pin = obj.arap.pins[index]
             split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
             _draw_group_buttons(layout, obj, pin.name)
-        layout.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")
+        column = layout.column(align=True)
+        column.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")
+        column.operator("arap.bones_add", icon="BONE_DATA")
 
 
 class ARAP_UL_stiffness(_List, bpy.types.UIList):
@@ -145,6 +147,8 @@ def _draw_handle(layout: bpy.types.UILayout, obj: bpy.types.Object, handle: Any)
     if handle.target is not None and handle.target.type == "ARMATURE":
         column.prop_search(handle, "bone", handle.target.data, "bones")
     column.prop_search(handle, "vertex_group", obj, "vertex_groups", text="Group")
+    if handle.is_bone_alone:
+        return
     if settings_of(obj).has_radius:
         column.prop(handle, "is_exact")
     _draw_group_buttons(layout, obj, handle.vertex_group)

@@ -41,6 +41,7 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.edit_mesh", icon="EDITMODE_HLT")
         layout.operator("arap.handle_add", icon="EMPTY_AXIS")
         layout.operator("arap.handle_add_from_empties")
+        layout.operator("arap.bones_add", icon="BONE_DATA")
         layout.operator("arap.handles_copy")
         layout.operator("arap.handle_remove")
         layout.operator("arap.pin_add", icon="PINNED")
@@ -84,6 +85,7 @@ class ARAP_MT_context(bpy.types.Menu):
             layout.operator("arap.bake_pose", icon="SHAPEKEY_DATA")
             layout.separator()
             layout.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")
+            layout.operator("arap.bones_add", icon="BONE_DATA")
             layout.operator("arap.reset_handles", icon="LOOP_BACK")
             layout.operator("arap.reset_pose")
 

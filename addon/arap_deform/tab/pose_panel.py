@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..core import sessions
+from ..core.naming import listed
 from ..live import runs
 from ..pose.starts import has_start
 from ..pose.unheld_text import unheld_text
@@ -80,6 +81,9 @@ def _draw_notes(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy
     if obj.arap.is_live and runs.render_notice():
         draw_text(context, layout, runs.render_notice(), "ERROR")
     readout = sessions.readout(obj.name_full)
+    if readout is not None and readout.outside:
+        text = f"Outside of the mesh, so they move nothing: {listed(readout.outside)}"
+        draw_text(context, layout, text, "INFO")
     if readout is not None and (readout.parts_at_rest or readout.loose_vertices):
         box = layout.box()
         draw_text(context, box, unheld_text(readout), "INFO")

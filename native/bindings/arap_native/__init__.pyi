@@ -165,6 +165,7 @@ class Model:
         vertices: NDArray[np.int32],
         strengths: NDArray[np.float64] | None = None,
         patches: tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]] | None = None,
+        segments: NDArray[np.float64] | None = None,
         *,
         progress: Progress | None = None,
     ) -> None:
@@ -177,6 +178,8 @@ class Model:
                 the target pulls at a vertex as strongly as its neighbours do.
             patches: (offsets, vertices, weights): weighted averages held exactly; patch p is the entries
                 offsets[p]:offsets[p + 1].
+            segments: (s, 2, 3) float64, head and tail of bones at rest, for models with an inside. What is around one
+                moves as one body, but for some of it at each end, where bones meet.
             progress: may stop the work by returning False.
 
         Raises:
@@ -189,6 +192,7 @@ class Model:
         vertices: NDArray[np.int32],
         strengths: NDArray[np.float64] | None = None,
         patches: tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]] | None = None,
+        segments: NDArray[np.float64] | None = None,
     ) -> Job[None]:
         """set_constraints() as a job."""
 
@@ -204,10 +208,12 @@ class Model:
         """Moves the mesh towards the targets.
 
         Args:
-            targets: (k + n_patches, 3) float64, one row per constrained vertex, then one per patch.
+            targets: (k + n_patches + 4 n_segments, 3) float64, one row per constrained vertex, then one per patch, then
+                four per segment: where its head goes, and head + l x, head + l y and head + l z, with its length l and
+                the axes x, y, z.
             options: see SolveOptions.
-            rotations: (k + n_patches, 3, 3) float64, the rotation of each target's handle, for the initial guess
-                "handle_rotations"; None: estimated from the targets.
+            rotations: (k + n_patches + 4 n_segments, 3, 3) float64, the rotation of each target's handle, for the initial
+                guess "handle_rotations"; None: estimated from the targets.
             progress: may stop by returning False: then nothing has changed and stop_reason is "cancelled".
             out: (n, 3) float32, takes the positions in place of a new array: for every frame of a drag the same.
 
@@ -375,6 +381,12 @@ class LatticeArap(Model):
     ) -> Job[LatticeArap]:
         """Begins to bind a mesh: the constructor as a job."""
 
+    def segments_outside(self, segments: NDArray[np.float64]) -> NDArray[np.int32]:
+        """Indices of the segments that can hold nothing, as they pass through nothing that is inside.
+
+        Args:
+            segments: (s, 2, 3) float64, as for set_constraints(), which refuses them.
+        """
     @property
     def n_control_points(self) -> int:
         """Number of control points of the lattice: the unknowns of a solve."""

@@ -28,8 +28,24 @@ struct Patches {
   bool operator==(const Patches&) const = default;
 };
 
-/// The set of constraints: which vertices (each at most once), how strongly, and which averages. Targets are not part
-/// of it: they come with every solve, one row per entry of `vertices`, then one per patch.
+/// A bone: a straight line through the inside of a mesh, from head to tail at rest, in the mesh's space. What is around
+/// it moves as one body, but for some of it at each end, where bones meet: as long as it is from there to the surface.
+///
+/// It has four targets, which say where it goes and how it turns: of its head, and of head + l x, head + l y and
+/// head + l z, with l = |tail - head| and x, y, z the axes of the mesh's space.
+struct Segment {
+  Vector3 head;
+  Vector3 tail;
+
+  static constexpr int kTargets = 4;
+  /// The four places at rest, row by row: the targets that move nothing.
+  [[nodiscard]] Positions rest_targets() const;
+  bool operator==(const Segment&) const = default;
+};
+
+/// The set of constraints: which vertices (each at most once), how strongly, which averages and which bones. Targets
+/// are not part of it: they come with every solve, one row per entry of `vertices`, then one per patch, then four per
+/// segment.
 struct ConstraintSet {
   std::vector<int> vertices;
   /// Of each vertex, in (0, 1]; empty: all hard. 1 is hard. s < 1 is soft: it adds omega_i |p'_i - target|^2 to the
@@ -38,12 +54,18 @@ struct ConstraintSet {
   std::vector<double> strengths;
   /// Held exactly. If more than half of a patch's weight lies in one rigid region, the whole patch is attached to it.
   Patches patches;
+  /// Only models with an inside take them: LatticeArap.
+  std::vector<Segment> segments{};
 
-  [[nodiscard]] int size() const { return static_cast<int>(vertices.size()) + patches.size(); }
+  /// Rows of targets.
+  [[nodiscard]] int n_targets() const {
+    return static_cast<int>(vertices.size()) + patches.size() + Segment::kTargets * static_cast<int>(segments.size());
+  }
   bool operator==(const ConstraintSet&) const = default;
 
   /// Throws InvalidInput naming the entry: index out of [0, n_vertices), twice the same vertex, strength out of (0, 1],
-  /// lengths that do not fit, a patch without weight, or nothing constrained at all.
+  /// lengths that do not fit, a patch without weight, a segment that is not finite or has no length, or nothing
+  /// constrained at all.
   void validate(int n_vertices) const;
 };
 

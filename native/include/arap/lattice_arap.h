@@ -57,11 +57,17 @@ class LatticeArap {
 
   /// As SurfaceArap::set_constraints. The lattice follows constrained vertices as well as it can; what it leaves of
   /// hard ones is spread over two cubes around them, so these are exactly at their targets.
+  /// Segments are held softly: a tug of war between bones and hard vertices is a compromise. Throws InvalidInput for a
+  /// segment outside, too: see segments_outside().
   void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});
 
   /// As SurfaceArap::solve.
   SolveResult solve(const Positions& targets, const SolveOptions& options = {}, std::span<const Matrix3> rotations = {},
                     const Progress& progress = {}, std::span<float> out = {});
+
+  /// Indices of those segments that pass through nothing that is inside, so they can hold nothing. A place is inside to
+  /// a quarter of a cube.
+  [[nodiscard]] std::vector<int> segments_outside(const std::vector<Segment>& segments) const;
 
   /// Back to the rest positions; constraints stay.
   void reset();

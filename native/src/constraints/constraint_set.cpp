@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "arap/constraints.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <iterator>
@@ -70,7 +71,27 @@ void validate_patches(const Patches& patches, int n_vertices) {
   }
 }
 
+void validate_segments(const std::vector<Segment>& segments) {
+  constexpr double kLargest = 1e100;
+  for (std::ptrdiff_t s = 0; s < std::ssize(segments); ++s) {
+    const auto& [head, tail] = segments[s];
+    const double largest = std::max(head.cwiseAbs().maxCoeff(), tail.cwiseAbs().maxCoeff());
+    if (!head.allFinite() || !tail.allFinite() || largest > kLargest)
+      throw InvalidInput(text("segment ", s, ": head and tail must be finite and below 1e100"));
+    if (!((tail - head).norm() > 1e-14 * largest))
+      throw InvalidInput(text("segment ", s, " has no length; move its head or its tail"));
+  }
+}
+
 }  // namespace
+
+Positions Segment::rest_targets() const {
+  Positions result(kTargets, 3);
+  result.row(0) = head.transpose();
+  for (int axis = 0; axis < 3; ++axis)
+    result.row(1 + axis) = head.transpose() + (tail - head).norm() * Eigen::RowVector3d::Unit(axis);
+  return result;
+}
 
 void Patches::add(const Patch& patch) {
   if (offsets.empty()) offsets.push_back(0);
@@ -82,7 +103,8 @@ void Patches::add(const Patch& patch) {
 void ConstraintSet::validate(int n_vertices) const {
   validate_vertices(*this, n_vertices);
   validate_patches(patches, n_vertices);
-  if (size() == 0) throw InvalidInput("nothing is constrained; constrain at least one vertex or patch");
+  validate_segments(segments);
+  if (n_targets() == 0) throw InvalidInput("nothing is constrained; constrain at least one vertex, patch or segment");
 }
 
 }  // namespace arap

@@ -39,14 +39,14 @@ constexpr int kMostEntries = 64;
 PreparedConstraints::PreparedConstraints(const PreparedModel& model, const ModelConstraints& constraints,
                                          const Progress& progress)
     : regions(model.regions),
-      vertex_of_target(constraints.size()),
-      target_sums(Eigen::VectorXd::Ones(constraints.size())),
+      vertex_of_target(constraints.n_targets()),
+      target_sums(Eigen::VectorXd::Ones(constraints.n_targets())),
       stiffness_(model.energy.K.diagonal()) {
   const auto n = static_cast<int>(model.rest.rows());
   constraints.rows.validate(n);
   read_entries(constraints.set);
   for (int p = 0; p < constraints.set.patches.size(); ++p) read_patch(model, constraints.set, p);
-  read_rows(model, constraints.rows, constraints.set.size());
+  read_rows(model, constraints.rows, constraints.set.n_targets());
   merge_entries();
   for (Rows* group : {&soft_rows, &stiff_rows}) group->matrix = RowMatrix(group->rows, n);
   held_rows_ = patch_rows_;
@@ -66,9 +66,9 @@ void PreparedConstraints::require_movable(const ConstraintSet& set, const std::v
     if (std::any_of(held.indices.begin(), held.indices.end(),
                     [&](int v) { return is_fixed[regions.unknown_of(v)] == 0; }))
       return;
-    const bool is_row = target >= set.size();
+    const bool is_row = target >= set.n_targets();
     throw InvalidInput(text(is_row ? "row " : "patch ",
-                            target - (is_row ? set.size() : static_cast<int>(set.vertices.size())),
+                            target - (is_row ? set.n_targets() : static_cast<int>(set.vertices.size())),
                             " consists of hard vertices only; take it or them out of the constraints"));
   };
   for (size_t p = 0; p < patches.size(); ++p) require(patches[p], patch_rows_[p]);

@@ -18,7 +18,7 @@ struct ModelConstraints {
   ConstraintSet set;  ///< a vertex may have several entries
   LinearRows rows;
 
-  [[nodiscard]] int size() const { return set.size() + rows.size(); }
+  [[nodiscard]] int n_targets() const { return set.n_targets() + rows.size(); }
 };
 
 /// A set of constraints, prepared for a model: entries on the same vertex are merged, each unknown is fixed or free,

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "base/union_find.h"
-#include "lattice/inside_samples.h"
 #include "lattice/triangle_cubes.h"
 
 namespace arap {
@@ -247,7 +246,7 @@ class Inside {
 };
 
 /// Things that are joined are a piece. Pieces are in the order of their cubes.
-CubePieces collect(Things& things, int n_vertices, int first_sample) {
+CubePieces collect(Things& things, int n_vertices, int first_sample, const InsideSamples& inside) {
   const int n = things.size();
   UnionFind& sets = things.joined;
   std::vector<int> roots;
@@ -261,9 +260,11 @@ CubePieces collect(Things& things, int n_vertices, int first_sample) {
     pieces.cubes.push_back(things.cubes[root]);
   }
   for (int i = 0; i < n; ++i) piece_of[i] = piece_of[sets.find(i)];
-  pieces.inside.assign(pieces.cubes.size(), 0);
-  constexpr double kShare = 1.0 / (kSamplesAlong * kSamplesAlong * kSamplesAlong);
-  for (int i = first_sample; i < n; ++i) pieces.inside[piece_of[i]] += kShare;
+  pieces.samples.assign(pieces.cubes.size(), 0);
+  int sample = first_sample;
+  for (const SampleBits bits : inside.bits)
+    for (SampleBits left = bits; left != 0; left &= left - 1)
+      pieces.samples[piece_of[sample++]] |= left & (~left + 1);  // the lowest of those left
   for (auto& [a, b] : things.touching) {
     const auto [first, second] = std::minmax(piece_of[a], piece_of[b]);
     a = first;
@@ -286,7 +287,7 @@ CubePieces find_pieces(const Positions& points, const std::vector<Triangle>& tri
   const InsideSamples inside(points, triangles, grid, meter.part(0.5));
   const int first_sample = things.size();
   Inside(inside, grid, things).connect(surface);
-  CubePieces pieces = collect(things, static_cast<int>(points.rows()), first_sample);
+  CubePieces pieces = collect(things, static_cast<int>(points.rows()), first_sample, inside);
   meter.add(0.1);
   return pieces;
 }

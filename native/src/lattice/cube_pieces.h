@@ -7,6 +7,7 @@
 
 #include "arap/types.h"
 #include "lattice/cube_grid.h"
+#include "lattice/inside_samples.h"
 #include "parallel/meter.h"
 
 namespace arap {
@@ -15,7 +16,7 @@ namespace arap {
 /// fingers are: each moves by itself.
 struct CubePieces {
   std::vector<int> cubes;                   ///< of each piece, its index in the grid
-  std::vector<double> inside;               ///< of each piece, the share of the cube that is inside
+  std::vector<SampleBits> samples;          ///< of each piece, which samples of its cube are inside of it
   std::vector<std::pair<int, int>> beside;  ///< pieces of cubes side by side that hang together; each pair once
   std::vector<int> piece_of_vertex;         ///< (n,)
 

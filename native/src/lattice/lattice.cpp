@@ -26,13 +26,6 @@ constexpr int kMostPieces = 300'000;
 
 }  // namespace
 
-struct Lattice::Draft {
-  std::vector<CubeGrid> grids;  ///< of each part
-  std::vector<int> cubes;       ///< of each piece, in its part's grid
-  std::vector<int> part_of_piece;
-  std::vector<Pair> beside;
-};
-
 Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& meter)
     : cube_size_(cube_size),
       piece_of_vertex_(mesh.n_vertices(), -1),
@@ -46,7 +39,7 @@ Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& met
     for (int f = 0; f < mesh.n_faces(); ++f) add(part_of[mesh.face(f)[0]], f);
   });
   std::vector<int> local(mesh.n_vertices(), -1);
-  Draft draft;
+  std::vector<Pair> beside;
   EarCutter ears;
   for (int part = 0; part < mesh.n_parts(); ++part) {
     const std::span<const int> own = vertices.of(part);
@@ -59,27 +52,28 @@ Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& met
     for (const int f : faces.of(part)) ears.cut(mesh.positions(), mesh.face(f), triangles);
     for (std::array<int, 3>& triangle : triangles)
       for (int& v : triangle) v = local[v];
-    add_part(points, triangles, own, meter.part(static_cast<double>(own.size()) / mesh.n_vertices()), draft);
+    add_part(points, triangles, own, meter.part(static_cast<double>(own.size()) / mesh.n_vertices()), beside);
     if (n_pieces() > kMostPieces)
       throw InvalidInput(
           text("the mesh has more than ", kMostPieces, " pieces in cubes of ", cube_size,
                " of its size, which is the most that can be posed; join its seams or take larger cubes"));
   }
-  name_control_points(draft);
+  name_control_points(beside);
 }
 
 void Lattice::add_part(const Positions& points, const Triangles& triangles, std::span<const int> vertices,
-                       const MeterPart& meter, Draft& draft) {
+                       const MeterPart& meter, std::vector<Pair>& beside) {
   const CubeGrid grid =
       grid_around(Eigen::AlignedBox3d(points.colwise().minCoeff().transpose(), points.colwise().maxCoeff().transpose()),
                   cube_size_);
   const CubePieces pieces = find_pieces(points, triangles, grid, meter);
   const int first = n_pieces();
-  inside_.insert(inside_.end(), pieces.inside.begin(), pieces.inside.end());
-  draft.cubes.insert(draft.cubes.end(), pieces.cubes.begin(), pieces.cubes.end());
-  draft.part_of_piece.resize(draft.cubes.size(), static_cast<int>(draft.grids.size()));
-  draft.grids.push_back(grid);
-  for (const auto& [a, b] : pieces.beside) draft.beside.emplace_back(first + a, first + b);
+  cubes_.insert(cubes_.end(), pieces.cubes.begin(), pieces.cubes.end());
+  samples_.insert(samples_.end(), pieces.samples.begin(), pieces.samples.end());
+  part_of_piece_.resize(cubes_.size(), n_parts());
+  grids_.push_back(grid);
+  first_pieces_.push_back(n_pieces());
+  for (const auto& [a, b] : pieces.beside) beside.emplace_back(first + a, first + b);
   for (size_t k = 0; k < vertices.size(); ++k) {
     const int piece = pieces.piece_of_vertex[k];
     piece_of_vertex_[vertices[k]] = first + piece;
@@ -88,20 +82,20 @@ void Lattice::add_part(const Positions& points, const Triangles& triangles, std:
   }
 }
 
-void Lattice::name_control_points(const Draft& draft) {
+void Lattice::name_control_points(const std::vector<Pair>& beside) {
   UnionFind same(kControlPoints * n_pieces());
-  for (const auto& [a, b] : draft.beside) {
-    const CubeGrid& grid = draft.grids[draft.part_of_piece[a]];
-    const CubeGrid::Cube from = grid.cube(draft.cubes[a]);
-    const CubeGrid::Cube to = grid.cube(draft.cubes[b]);
+  for (const auto& [a, b] : beside) {
+    const CubeGrid& grid = grids_[part_of_piece_[a]];
+    const CubeGrid::Cube from = grid.cube(cubes_[a]);
+    const CubeGrid::Cube to = grid.cube(cubes_[b]);
     for (int k = 0; k < kControlPoints; ++k) {
       const std::array<int, 3> seen{k / 9 + from[0] - to[0], k / 3 % 3 + from[1] - to[1], k % 3 + from[2] - to[2]};
       if (std::all_of(seen.begin(), seen.end(), [](int i) { return i >= 0 && i < 3; }))
         same.join(kControlPoints * a + k, kControlPoints * b + 9 * seen[0] + 3 * seen[1] + seen[2]);
     }
   }
-  std::vector<int> number(static_cast<size_t>(kControlPoints) * inside_.size(), -1);
-  control_points_.resize(inside_.size());
+  std::vector<int> number(static_cast<size_t>(kControlPoints) * cubes_.size(), -1);
+  control_points_.resize(cubes_.size());
   std::vector<Eigen::RowVector3d> rest;
   for (int piece = 0; piece < n_pieces(); ++piece)
     for (int k = 0; k < kControlPoints; ++k) {
@@ -109,10 +103,10 @@ void Lattice::name_control_points(const Draft& draft) {
       if (of_set < 0) {
         of_set = static_cast<int>(rest.size());
         const CubeGrid::Cube steps{k / 9, k / 3 % 3, k % 3};
-        const CubeGrid& grid = draft.grids[draft.part_of_piece[piece]];
-        rest.emplace_back(grid.corner(grid.cube(draft.cubes[piece])) +
+        const CubeGrid& grid = grids_[part_of_piece_[piece]];
+        rest.emplace_back(grid.corner(grid.cube(cubes_[piece])) +
                           grid.size * (Eigen::RowVector3d(steps[0], steps[1], steps[2]).array() - 0.5).matrix());
-        parts_.push_back(draft.part_of_piece[piece]);
+        parts_.push_back(part_of_piece_[piece]);
       }
       control_points_[piece][k] = of_set;
     }
@@ -120,13 +114,34 @@ void Lattice::name_control_points(const Draft& draft) {
   for (size_t c = 0; c < rest.size(); ++c) rest_.row(static_cast<Eigen::Index>(c)) = rest[c];
 }
 
-Lattice::AxisWeights Lattice::axis_weights(int vertex) const {
-  const Eigen::Vector3d place = places_[vertex].cast<double>();
+std::span<const int> Lattice::cubes_of(int part) const {
+  const std::span<const int> cubes(cubes_);
+  return cubes.subspan(first_pieces_[part], first_pieces_[part + 1] - first_pieces_[part]);
+}
+
+int Lattice::piece_around(const Eigen::RowVector3d& point, int part) const {
+  const CubeGrid& grid = grids_[part];
+  const Eigen::RowVector3d place = (point - grid.origin) / grid.size;
+  std::array<int, 3> sample{};
+  for (int k = 0; k < 3; ++k) {
+    if (!(place[k] >= 0 && place[k] < grid.counts[k])) return -1;
+    sample[k] = static_cast<int>(kSamplesAlong * place[k]);
+  }
+  const auto [begin, end] = std::ranges::equal_range(cubes_of(part), grid.index(cube_of(sample)));
+  const auto first = static_cast<int>(begin - cubes_of(part).begin()) + first_pieces_[part];
+  for (int piece = first; piece < first + static_cast<int>(end - begin); ++piece)
+    if ((samples_[piece] >> bit_of(sample) & 1) != 0) return piece;
+  return -1;
+}
+
+Lattice::AxisWeights Lattice::axis_weights(const Eigen::Vector3d& place) {
   return {spline_weights(place[0]), spline_weights(place[1]), spline_weights(place[2])};
 }
 
-Lattice::Weights Lattice::weights(int vertex) const {
-  const auto [x, y, z] = axis_weights(vertex);
+Lattice::Weights Lattice::weights(int vertex) const { return weights_at(places_[vertex].cast<double>()); }
+
+Lattice::Weights Lattice::weights_at(const Eigen::Vector3d& place) {
+  const auto [x, y, z] = axis_weights(place);
   Weights result;
   double* next = result.data();
   for (const double of_x : x)
@@ -160,7 +175,7 @@ void Lattice::embed(const Positions& control_points, const Workers& workers, Pos
     for (int v = begin; v < end; ++v) {
       if (piece_of_vertex_[v] < 0) continue;
       const ControlPoints& of_piece = control_points_[piece_of_vertex_[v]];
-      const auto [x, y, z] = axis_weights(v);
+      const auto [x, y, z] = axis_weights(places_[v].cast<double>());
       const int* c = of_piece.data();
       Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
       for (const double of_x : x) {

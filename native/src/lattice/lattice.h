@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <span>
 #include <vector>
 
 #include "arap/mesh.h"
 #include "constraints/linear_rows.h"
 #include "lattice/cube_grid.h"
+#include "lattice/inside_samples.h"
 #include "lattice/spline.h"
 #include "parallel/meter.h"
 #include "parallel/workers.h"
@@ -28,7 +30,7 @@ class Lattice {
   Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& meter = {});
 
   [[nodiscard]] double cube_size() const { return cube_size_; }
-  [[nodiscard]] int n_pieces() const { return static_cast<int>(inside_.size()); }
+  [[nodiscard]] int n_pieces() const { return static_cast<int>(samples_.size()); }
   [[nodiscard]] int n_control_points() const { return static_cast<int>(rest_.rows()); }
 
   /// (n_control_points, 3)
@@ -36,14 +38,24 @@ class Lattice {
   [[nodiscard]] const std::vector<int>& part_of_control_point() const { return parts_; }
   [[nodiscard]] const ControlPoints& control_points(int piece) const { return control_points_[piece]; }
   /// The share of its cube that is inside.
-  [[nodiscard]] double inside(int piece) const { return inside_[piece]; }
+  [[nodiscard]] double inside(int piece) const {
+    return std::popcount(samples_[piece]) / (1.0 * kSamplesAlong * kSamplesAlong * kSamplesAlong);
+  }
   /// Of each vertex, -1: it is loose.
   [[nodiscard]] const std::vector<int>& piece_of_vertex() const { return piece_of_vertex_; }
 
   /// phi of a vertex that is in a piece, by number of control point.
   [[nodiscard]] Weights weights(int vertex) const;
-  /// The same as a row over all control points.
+  /// phi of a place in a cube, each coordinate in [0, 1].
+  [[nodiscard]] static Weights weights_at(const Eigen::Vector3d& place);
+  /// The same of a vertex as a row over all control points.
   [[nodiscard]] LinearRow row(int vertex) const;
+
+  /// The piece of one part that has a point inside, to a quarter of a cube; -1: none has.
+  [[nodiscard]] int piece_around(const Eigen::RowVector3d& point, int part) const;
+  /// The cubes of a part.
+  [[nodiscard]] const CubeGrid& grid(int part) const { return grids_[part]; }
+  [[nodiscard]] int n_parts() const { return static_cast<int>(grids_.size()); }
 
   /// Numbers the control points anew.
   void renumber(const std::vector<int>& new_of_old);
@@ -56,17 +68,21 @@ class Lattice {
   /// Of the three control points along each axis.
   using AxisWeights = std::array<std::array<double, 3>, 3>;
 
-  [[nodiscard]] AxisWeights axis_weights(int vertex) const;
-
-  /// What a lattice is made of before its control points have numbers.
-  struct Draft;
+  [[nodiscard]] static AxisWeights axis_weights(const Eigen::Vector3d& place);
 
   void add_part(const Positions& points, const std::vector<std::array<int, 3>>& triangles,
-                std::span<const int> vertices, const MeterPart& meter, Draft& draft);
-  void name_control_points(const Draft& draft);
+                std::span<const int> vertices, const MeterPart& meter, std::vector<std::pair<int, int>>& beside);
+  /// @param beside  pieces that hang together
+  void name_control_points(const std::vector<std::pair<int, int>>& beside);
+
+  [[nodiscard]] std::span<const int> cubes_of(int part) const;
 
   double cube_size_;
-  std::vector<double> inside_;
+  std::vector<CubeGrid> grids_;       ///< of each part
+  std::vector<int> first_pieces_{0};  ///< (n_parts + 1)
+  std::vector<int> cubes_;            ///< of each piece, in its part's grid; in ascending order within a part
+  std::vector<SampleBits> samples_;   ///< of each piece, which are inside
+  std::vector<int> part_of_piece_;
   std::vector<ControlPoints> control_points_;
   std::vector<int> parts_;
   Positions rest_;

@@ -12,8 +12,11 @@ namespace {
 /// What row k of the targets belongs to.
 std::string target_name(const ConstraintSet& set, int k) {
   const int n_vertices = static_cast<int>(set.vertices.size());
-  return k < n_vertices ? text("row ", k, ", vertex ", set.vertices[k], ",")
-                        : text("row ", k, ", patch ", k - n_vertices, ",");
+  const int of_patch = k - n_vertices;
+  if (of_patch < 0) return text("row ", k, ", vertex ", set.vertices[k], ",");
+  const int of_segment = of_patch - set.patches.size();
+  if (of_segment < 0) return text("row ", k, ", patch ", of_patch, ",");
+  return text("row ", k, ", segment ", of_segment / Segment::kTargets, ",");
 }
 
 }  // namespace
@@ -30,10 +33,15 @@ void require_movable_patches(const Patches& patches, const std::vector<int>& par
                                 ", which nothing can move; leave it out"));
 }
 
+void require_no_segments(const ConstraintSet& set) {
+  if (!set.segments.empty())
+    throw InvalidInput("segments need a model with an inside, which this one has not; use LatticeArap");
+}
+
 void require_targets(const ConstraintSet& set, const Positions& targets, std::span<const Matrix3> rotations) {
-  require_rows("targets", targets.rows(), set.size());
+  require_rows("targets", targets.rows(), set.n_targets());
   require_finite("targets", targets, [&](int k) { return target_name(set, k); });
-  if (!rotations.empty()) require_rows("rotations", rotations.size(), set.size());
+  if (!rotations.empty()) require_rows("rotations", rotations.size(), set.n_targets());
   for (size_t k = 0; k < rotations.size(); ++k)
     if (!rotations[k].allFinite()) throw InvalidInput(text("rotations[", k, "] is not finite"));
 }

@@ -32,6 +32,9 @@ void require_finite(const char* what, const Positions& positions, const Name& na
 /// @param part_of_vertex  (n,) -1 = isolated
 void require_movable_patches(const Patches& patches, const std::vector<int>& part_of_vertex);
 
+/// For models without an inside.
+void require_no_segments(const ConstraintSet& set);
+
 /// Targets of a set, and rotations of each or none.
 void require_targets(const ConstraintSet& set, const Positions& targets, std::span<const Matrix3> rotations);
 

@@ -147,9 +147,14 @@ PolygonMesh ModelSpace::make_model(const PolygonMesh& mesh) {
   return {to_model(mesh.positions(), Workers(1)), std::move(corners), std::move(sizes)};
 }
 
+Segment ModelSpace::to_model(const Segment& of_input) const {
+  return {(of_input.head - center_.transpose()) / size_, (of_input.tail - center_.transpose()) / size_};
+}
+
 ConstraintSet ModelSpace::to_model(ConstraintSet of_input) const {
   for (std::vector<int>* vertices : {&of_input.vertices, &of_input.patches.vertices})
     for (int& v : *vertices) v = model_vertex_[v];
+  for (Segment& segment : of_input.segments) segment = to_model(segment);
   return of_input;
 }
 

@@ -35,7 +35,7 @@ class ModelSpace {
   [[nodiscard]] Positions points_to_model(const Positions& points) const {
     return (points.rowwise() - center_) / size_;
   }
-  /// One target a constraint: of each vertex, then of each patch.
+  /// The targets of a set.
   [[nodiscard]] Positions targets_to_model(const Positions& targets, const ConstraintSet& of_input) const;
 
   [[nodiscard]] Positions to_model(const Positions& of_input, const Workers& workers) const;
@@ -47,6 +47,7 @@ class ModelSpace {
   [[nodiscard]] std::vector<int> regions_to_model(const std::vector<int>& of_input) const;
   /// The mesh given to the constructor, after join() and before anything else.
   [[nodiscard]] PolygonMesh make_model(const PolygonMesh& mesh);
+  [[nodiscard]] Segment to_model(const Segment& of_input) const;
   [[nodiscard]] ConstraintSet to_model(ConstraintSet of_input) const;
 
   [[nodiscard]] Eigen::RowVector3d to_input(const Eigen::RowVector3d& point) const { return point * size_ + center_; }

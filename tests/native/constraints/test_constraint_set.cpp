@@ -23,7 +23,7 @@ TEST(ConstraintSet, HardSoftAndPatchesTogetherAndPatchesAloneAreValid) {
   const ConstraintSet set{{4, 0, 2}, {1, .5, 1e-6}, {{0, 2, 3}, {1, 2, 3}, {1, 0, 4}}};
   EXPECT_NO_THROW(set.validate(kVertices));
   EXPECT_EQ(set.patches.size(), 2);
-  EXPECT_EQ(set.size(), 5);
+  EXPECT_EQ(set.n_targets(), 5);
   EXPECT_NO_THROW((ConstraintSet{{}, {}, set.patches}.validate(kVertices)));
 }
 

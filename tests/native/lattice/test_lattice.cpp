@@ -47,20 +47,6 @@ MeshData inside_out(MeshData mesh) {
   return mesh;
 }
 
-/// Two fingers of a hand, 0.5 x 0.5 x 2, with a gap in between. The first has x < 0.
-MeshData hand(double gap) {
-  MeshData fingers = box({5, 5, 20}, {.5, .5, 2}, Faces::kQuads);
-  const MeshData first =
-      transformed(fingers, [&](const Vector3& x) { return Vector3(x - Vector3(.25 + gap / 2, 0, 0)); });
-  const MeshData second =
-      transformed(fingers, [&](const Vector3& x) { return Vector3(x + Vector3(.25 + gap / 2, 0, 0)); });
-  MeshData mesh = join(first, second);
-  // A palm: a strip between their lower ends, which makes them one part.
-  const auto corner = [&](double x, double y) { return mesh.vertex_at(Vector3(x, y, -1)); };
-  mesh.faces.push_back({corner(-gap / 2, -.25), corner(gap / 2, -.25), corner(gap / 2, .25), corner(-gap / 2, .25)});
-  return mesh;
-}
-
 TEST(Lattices, HangTogetherAsThePartsOfTheMeshDo) {
   for (const MeshData& mesh : all_small_meshes())
     for (const double size : {0.07, 0.31}) {

@@ -70,7 +70,7 @@ RigidMotion default_bend(const MeshData& mesh) {
 }
 
 Positions values_of(const arap::ConstraintSet& constraints, const Positions& positions) {
-  Positions values(constraints.size(), 3);
+  Positions values(constraints.n_targets(), 3);
   const auto n = static_cast<Eigen::Index>(constraints.vertices.size());
   values.topRows(n) = rows(positions, constraints.vertices);
   const auto& [offsets, vertices, weights] = constraints.patches;

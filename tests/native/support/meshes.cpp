@@ -281,6 +281,19 @@ MeshData two_spheres(int levels) {
   return mesh;
 }
 
+MeshData hand(double gap) {
+  MeshData fingers = box({5, 5, 20}, {.5, .5, 2}, Faces::kQuads);
+  const MeshData first =
+      transformed(fingers, [&](const Vector3& x) { return Vector3(x - Vector3(.25 + gap / 2, 0, 0)); });
+  const MeshData second =
+      transformed(fingers, [&](const Vector3& x) { return Vector3(x + Vector3(.25 + gap / 2, 0, 0)); });
+  MeshData mesh = join(first, second);
+  // A palm: a strip between their lower ends, which makes them one part.
+  const auto corner = [&](double x, double y) { return mesh.vertex_at(Vector3(x, y, -1)); };
+  mesh.faces.push_back({corner(-gap / 2, -.25), corner(gap / 2, -.25), corner(gap / 2, .25), corner(-gap / 2, .25)});
+  return mesh;
+}
+
 MeshData bow_tie() {
   return {"bow_tie",
           {{0, 0, 0}, {1, .1, 0}, {1.2, 1, 0}, {.9, .4, 1}, {-1, 0, .1}, {-1.1, -1, 0}, {-.8, -.5, -1}},

@@ -72,6 +72,8 @@ MeshData quad_sphere(int n);
 MeshData moebius_strip(int n_around, int n_across);
 /// Two bumpy spheres that do not touch; the second one has the higher vertices.
 MeshData two_spheres(int levels);
+/// Two fingers of a hand, .5 x .5 x 2, with a gap in between, as one part. The first has x < 0.
+MeshData hand(double gap);
 /// Two tetrahedra that share one vertex: not a manifold there.
 MeshData bow_tie();
 /// Three bumpy sheets that meet in one row of edges, as the pages of a book.

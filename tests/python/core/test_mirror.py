@@ -11,7 +11,7 @@ from arap_deform.core.graph import face_edges
 from arap_deform.core.mirror import Mirror, Whole, are_same, used_mirrors
 from arap_deform.core.session import Session
 from arap_deform.core.session_data import SessionMesh, SessionSettings
-from arap_deform.core.targets import HandleSpec
+from arap_deform.core.targets import HandleSpec, Segment
 from sample_meshes import motion, rotation_z, tube
 
 TUBE = tube(rings=40, segments=24)
@@ -253,3 +253,19 @@ def test_a_part_at_rest_is_counted_without_its_image():
     )
     session, _ = posed(parts, [hold(ring(half, 0.0))], [np.eye(4)], mirrors(0))
     assert session.update(np.eye(4)[None]).parts_at_rest == 2
+
+
+def test_a_bone_on_one_side_has_an_image_and_one_on_the_plane_has_none():
+    half, _ = part_of(WHOLE_MESH, [0])
+    whole = Whole(half, mirrors(0), np.eye(4)[:3, :3])
+    nothing = np.empty(0, np.int32), np.empty(0)
+    beside = HandleSpec("Beside", *nothing, segment=Segment(np.array([[0.2, 0.0, 1.0], [0.3, 0.0, 2.0]])))
+    on_plane = HandleSpec("Middle", *nothing, segment=Segment(np.array([[0.0, 0.1, 1.0], [0.0, 0.0, 2.0]])))
+    specs, copies = whole.specs([beside, on_plane])
+    assert [(copy.handle, copy.image) for copy in copies] == [(0, 0), (0, 1), (1, 0)]
+    assert specs[1].segment is not None
+    np.testing.assert_allclose(specs[1].segment.ends, [[-0.2, 0.0, 1.0], [-0.3, 0.0, 2.0]], atol=1e-12)
+    turn = motion(rotation_z(0.4), (0.1, 0.2, 0.3))
+    of_copies = whole.matrices(np.array([turn, turn]), copies)
+    np.testing.assert_allclose(of_copies[1], flip(0) @ turn @ flip(0), atol=1e-12)
+    np.testing.assert_allclose(of_copies[2], flip(0) @ of_copies[2] @ flip(0), atol=1e-12)

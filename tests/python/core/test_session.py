@@ -12,7 +12,7 @@ from arap_deform.core.background import Background, Cancelled, run
 from arap_deform.core.session import Session
 from arap_deform.core.session_data import SessionMesh, SessionSettings, readout_of_whole
 from arap_deform.core.stiffness import StiffGroup, regions_of, stiffness_of
-from arap_deform.core.targets import HandleSpec
+from arap_deform.core.targets import HandleSpec, Segment
 from arap_deform.core.transforms import best_rigid_fit, stretch_of
 from sample_meshes import motion, rotation_z, tube
 
@@ -277,6 +277,36 @@ def test_a_solid_keeps_its_girth_under_a_twist():
         return np.linalg.norm(session.positions[middle, :2], axis=1).mean()
 
     assert girth(model="solid") > girth() + 0.02
+
+
+def bone(low, high, name="Bone"):
+    ends = np.array([[0.0, 0.0, low], [0.0, 0.0, high]])
+    return HandleSpec(name, np.empty(0, np.int32), np.empty(0), segment=Segment(ends))
+
+
+def test_bones_move_a_solid_without_vertices():
+    specs = [bone(0.1, 2.0), bone(2.0, 3.9, "Upper"), bone(8.0, 9.0, "Far")]
+    session = run(Session.bind(arap_native, MESH, np.eye(3), SessionSettings(model="solid")))
+    run(session.set_handles(specs))
+    readout = session.update(np.array([NO_MOTION, BEND, NO_MOTION]), to_convergence=True)
+    assert (readout.outside, readout.parts_at_rest) == (("Far",), 0)
+    np.testing.assert_allclose(session.positions[TOP], apply(BEND, TUBE.positions[TOP]), atol=0.05)
+    np.testing.assert_allclose(session.positions[BOTTOM], TUBE.positions[BOTTOM], atol=0.05)
+    n = session.n_factorizations
+    run(session.set_handles([bone(0.1, 2.0), bone(2.0, 3.9, "Upper"), bone(8.0, 9.0, "Far")]))
+    assert session.n_factorizations == n
+    run(session.set_handles(specs[:1]))
+    assert session.n_factorizations == n + 1
+
+
+def test_bones_outside_alone_are_refused_and_a_surface_has_no_inside():
+    solid = run(Session.bind(arap_native, MESH, np.eye(3), SessionSettings(model="solid")))
+    message = r"^No bone passes through the mesh \(A, B, C and 1 more\): move the armature into it$"
+    with pytest.raises(ValueError, match=message):
+        run(solid.set_handles([bone(8.0, 9.0, name) for name in "ABCD"]))
+    surface = run(Session.bind(arap_native, MESH, np.eye(3), SessionSettings()))
+    with pytest.raises(ValueError, match=r"^No bone passes through the mesh"):
+        run(surface.set_handles([bone(0.1, 2.0)]))
 
 
 @pytest.mark.parametrize("energy", ["spokes", "spokes_and_rims"])

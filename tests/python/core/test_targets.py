@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from arap_deform.core.targets import HandleMap, HandleSpec
+from arap_deform.core.targets import HandleMap, HandleSpec, Segment
 from arap_deform.core.transforms import nearest_rotations
 from sample_meshes import motion, rotation_z
 
@@ -134,3 +134,20 @@ def test_vertices_are_at_their_base_while_their_handle_has_not_moved():
     turn = motion(rotation_z(0.7), (1.0, 0.0, 0.0))
     targets = dict(zip(handle_map.vertices.tolist(), handle_map.targets(np.array([NONE, turn])), strict=True))
     np.testing.assert_allclose(targets[2], STRETCH @ (turn[:3, :3] @ base[2] + turn[:3, 3]), atol=1e-14)
+
+
+def test_a_bone_has_four_places_that_go_with_it():
+    ends = np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 5.0]])
+    turn, before = motion(rotation_z(0.7), (0.3, 0.0, 1.0)), motion(shift=(0.0, 0.0, 2.0))
+    bone = HandleSpec("Bone", np.empty(0, np.int32), np.empty(0), segment=Segment(ends, before))
+    handle_map = HandleMap([spec([3]), bone], REST, STRETCH)
+    in_solver = ends @ STRETCH.T
+    np.testing.assert_allclose(handle_map.segments, in_solver[None], atol=1e-14)
+    length = np.linalg.norm(in_solver[1] - in_solver[0])
+    corners = in_solver[0] + length * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    whole = turn @ before
+    expected = (corners @ np.linalg.inv(STRETCH).T @ whole[:3, :3].T + whole[:3, 3]) @ STRETCH.T
+    targets = handle_map.targets(np.array([NONE, turn]))
+    np.testing.assert_allclose(targets[1:], expected, atol=1e-13)
+    np.testing.assert_allclose(targets[:1], moved(NONE, [3]), atol=1e-14)
+    assert handle_map.rotations(np.array([NONE, turn])).shape == (5, 3, 3)

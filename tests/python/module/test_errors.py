@@ -165,7 +165,8 @@ def test_shapes_of_patches(solver, patches, error, expected):
 def test_shapes_of_targets_and_positions(solver):
     solver.set_constraints(VERTICES[:4], STRENGTHS[:4], PATCH)
     assert message(ValueError, solver.solve, np.zeros((3, 2))) == (
-        "targets has shape (3, 2), expected (5, 3): one row per constrained vertex, then one per patch"
+        "targets has shape (3, 2), expected (5, 3): one row per constrained vertex, then one per patch, "
+        "then four per segment"
     )
     assert message(ValueError, solver.solve, np.zeros((5, 3)), rotations=np.zeros((4, 3, 3))) == (
         "rotations has shape (4, 3, 3), expected (5, 3, 3): one matrix per row of targets"
@@ -276,7 +277,8 @@ def test_empty_arrays_are_refused_with_what_is_missing(solver):
     )
     assert "nothing is constrained" in message(ValueError, solver.set_constraints, no_indices, np.zeros(0))
     assert message(ValueError, solver.solve, no_positions) == (
-        "targets has shape (0, 3), expected (16, 3): one row per constrained vertex, then one per patch"
+        "targets has shape (0, 3), expected (16, 3): one row per constrained vertex, then one per patch, "
+        "then four per segment"
     )
 
 

@@ -105,3 +105,30 @@ def test_its_messages_name_it():
         model.reset()
     job.cancel()
     assert job.result().stop_reason == "cancelled"
+
+
+def test_bones_move_what_is_around_them():
+    mesh = tube(60, 24)
+    model = arap_native.LatticeArap(*mesh)
+    bones = np.array([[[0.0, 0.0, 0.2], [0.0, 0.0, 2.0]], [[0.0, 0.0, 2.0], [0.0, 0.0, 3.8]]])
+    beside = np.array([[[2.0, 0.0, 0.0], [2.0, 0.0, 1.0]]])
+    assert model.segments_outside(np.concatenate([beside, bones])).tolist() == [0]
+    none = np.empty(0, np.int32)
+    model.set_constraints(none, segments=bones)
+    lengths = np.linalg.norm(bones[:, 1] - bones[:, 0], axis=1)[:, None, None]
+    targets = bones[:, :1] + lengths * np.concatenate([np.zeros((1, 3)), np.eye(3)])
+    targets[1] += [0.0, 0.4, 0.0]
+    posed = model.solve(targets.reshape(-1, 3)).positions
+    top, bottom = mesh.positions[:, 2] > 3.5, mesh.positions[:, 2] < 0.5
+    np.testing.assert_allclose(posed[top], mesh.positions[top] + [0.0, 0.4, 0.0], atol=0.05)
+    np.testing.assert_allclose(posed[bottom], mesh.positions[bottom], atol=0.05)
+    assert model.begin_set_constraints(none, None, None, bones).result() is None
+
+
+def test_bones_have_two_ends_and_need_an_inside():
+    mesh = tube()
+    none = np.empty(0, np.int32)
+    with pytest.raises(ValueError, match=r"^segments has shape \(2, 3\), expected \(s, 2, 3\): head and tail of each"):
+        arap_native.LatticeArap(*mesh).set_constraints(none, segments=np.zeros((2, 3)))
+    with pytest.raises(ValueError, match=r"^segments need a model with an inside, .*use LatticeArap$"):
+        arap_native.SurfaceArap(*mesh).set_constraints(none, segments=np.eye(2, 3)[None])

@@ -10,9 +10,6 @@ namespace arap {
 
 namespace {
 
-/// Strength of a hard vertex: what it leaves is a thousandth of the diagonal at the most, and the system stays easy.
-constexpr double kHardStrength = 100;
-
 double strength_of(const ConstraintSet& set, size_t k) {
   const double s = set.strengths.empty() ? 1.0 : set.strengths[k];
   return s < 1 ? std::min(kHardStrength, s / (1 - s)) : kHardStrength;

@@ -11,6 +11,9 @@
 
 namespace arap {
 
+/// Strength of what is hard: what it leaves is a thousandth of the diagonal at the most, and the system stays easy.
+inline constexpr double kHardStrength = 100;
+
 /// What constrained vertices mean for a lattice: sum_v omega_v |phi_v c - t_v|^2 with omega_v = strength times area_v /
 /// cube size, so that a region is held as firmly at every density of the mesh. If the areas in a piece sum to less than
 /// the side of a cube, each vertex gets as much more that they do: a single one holds as a small region does. Of the

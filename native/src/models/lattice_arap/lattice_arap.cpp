@@ -9,8 +9,10 @@
 #include "arap/error.h"
 #include "base/format_message.h"
 #include "lattice/lattice.h"
+#include "lattice/segment_core.h"
 #include "models/input_checks.h"
 #include "models/lattice_arap/exact_vertices.h"
+#include "models/lattice_arap/held_segments.h"
 #include "models/lattice_arap/held_vertices.h"
 #include "models/lattice_arap/lattice_energy.h"
 #include "models/lattice_arap/lattice_fit.h"
@@ -49,6 +51,37 @@ bool write_single(const Positions& positions, const Workers& workers, std::span<
     return rows.allFinite();
   });
 }
+
+/// What all constraints of a set mean for a lattice.
+class Held {
+ public:
+  Held(const Lattice& lattice, const std::vector<double>& areas, const ConstraintSet& set)
+      : vertices_(lattice, areas, set),
+        segments_(lattice, set.segments, static_cast<int>(set.vertices.size()) + set.patches.size()) {}
+
+  [[nodiscard]] LinearRows rows() const {
+    LinearRows result = vertices_.rows();
+    const auto& [rows, weights] = segments_.rows();
+    result.rows.insert(result.rows.end(), rows.begin(), rows.end());
+    result.weights.insert(result.weights.end(), weights.begin(), weights.end());
+    return result;
+  }
+  [[nodiscard]] Positions targets(const Positions& of_set) const {
+    Positions result(vertices_.rows().size() + segments_.rows().size(), 3);
+    result << vertices_.targets(of_set), segments_.targets(of_set);
+    return result;
+  }
+  [[nodiscard]] std::vector<int> sources() const {
+    std::vector<int> result = vertices_.sources();
+    const std::vector<int> of_segments = segments_.sources();
+    result.insert(result.end(), of_segments.begin(), of_segments.end());
+    return result;
+  }
+
+ private:
+  HeldVertices vertices_;
+  HeldSegments segments_;
+};
 
 void require_inside(const PolygonMesh& mesh) {
   if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
@@ -141,7 +174,7 @@ struct LatticeArap::Impl {
   PreparedModel model;
   Engine engine;
   ConstraintSet constraints;
-  std::unique_ptr<HeldVertices> held;
+  std::unique_ptr<Held> held;
   std::unique_ptr<ExactVertices> exact;
   std::unique_ptr<LatticeFit> fit;  ///< made when first needed
   Positions shown;                  ///< the input's positions that were handed over last
@@ -166,7 +199,11 @@ void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progre
   const ConstraintSet of_model = impl_->space.to_model(constraints);
   require_movable_patches(of_model.patches, impl_->mesh.part_of_vertex());
   if (impl_->engine.has_constraints() && constraints == impl_->constraints) return;
-  auto held = std::make_unique<HeldVertices>(*impl_->lattice, impl_->areas, of_model);
+  if (const std::vector<int> outside = segments_outside(constraints.segments); !outside.empty())
+    throw InvalidInput(
+        text("segment ", outside.front(),
+             " passes through nothing that is inside of the mesh; move it into the mesh or leave it out"));
+  auto held = std::make_unique<Held>(*impl_->lattice, impl_->areas, of_model);
   auto exact = std::make_unique<ExactVertices>(impl_->mesh, of_model, impl_->properties.rigid_regions,
                                                kReach * impl_->lattice->cube_size());
   ConstraintSet copy = constraints;
@@ -238,6 +275,13 @@ void LatticeArap::set_positions(const Positions& positions) {
 }
 
 const Positions& LatticeArap::positions() const { return impl_->shown; }
+
+std::vector<int> LatticeArap::segments_outside(const std::vector<Segment>& segments) const {
+  std::vector<int> result;
+  for (size_t s = 0; s < segments.size(); ++s)
+    if (!is_inside_anywhere(*impl_->lattice, impl_->space.to_model(segments[s]))) result.push_back(static_cast<int>(s));
+  return result;
+}
 
 int LatticeArap::n_vertices() const { return impl_->space.n_input_vertices(); }
 int LatticeArap::n_parts() const { return impl_->mesh.n_parts(); }

@@ -98,6 +98,7 @@ SurfaceArap& SurfaceArap::operator=(SurfaceArap&&) noexcept = default;
 
 void SurfaceArap::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
   constraints.validate(n_vertices());
+  require_no_segments(constraints);
   require_movable_patches(constraints.patches, impl_->part_of_vertex);
   if (impl_->engine.has_constraints() && constraints == impl_->constraints) return;
   ConstraintSet copy = constraints;

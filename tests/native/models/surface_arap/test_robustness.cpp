@@ -526,7 +526,7 @@ TEST(Robustness, BothSidesOfAJoinedSeamMayBeConstrained) {
   const arap::Options options{.join_seams = true};
   const auto& held = task.constraints.vertices;
   const auto entry = std::find(held.begin(), held.end(), 0) - held.begin();
-  ASSERT_LT(entry, task.constraints.size());
+  ASSERT_LT(entry, task.constraints.n_targets());
   Task both = task;
   both.add(70, task.targets.row(entry).transpose());
   for (const InitialGuess guess :

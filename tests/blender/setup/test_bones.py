@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bones that move what they pass through inside the mesh, without vertex groups."""
+
+import numpy as np
+from looks import key_positions, rest_positions, shown_positions
+from mathutils import Matrix
+from support import SceneTest, bpy, module
+from tubes import BOTTOM, TOP, mesh_object
+
+HALF = 2.0
+
+
+def arm(obj, names=("Lower", "Upper"), x=0.0):
+    """An armature with a chain of two bones along the tube, in the space of the object."""
+    data = bpy.data.armatures.new("Arm")
+    armature = bpy.data.objects.new("Arm", data)
+    bpy.context.scene.collection.objects.link(armature)
+    armature.matrix_world = obj.matrix_world
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    for i, name in enumerate(names):
+        bone = data.edit_bones.new(name)
+        bone.head, bone.tail = (x, 0.0, 0.1 + 1.9 * i), (x, 0.0, 2.0 + 1.9 * i)
+        if i:
+            bone.parent = data.edit_bones[names[i - 1]]
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.context.view_layer.update()
+    return armature
+
+
+def bend(armature, name, angle):
+    bone = armature.pose.bones[name]
+    bone.rotation_mode = "XYZ"
+    bone.rotation_euler = (angle, 0.0, 0.0)
+    bpy.context.view_layer.update()
+
+
+def bent(points, angle):
+    """About the x axis through the joint: as a bone along z turns by its own x, which is that of the armature."""
+    turn = np.array(Matrix.Rotation(angle, 3, "X"))
+    joint = np.array([0.0, 0.0, HALF])
+    return (points - joint) @ turn.T + joint
+
+
+class BonesTest(SceneTest):
+    def assert_bent(self, obj, positions, angle):
+        rest = rest_positions(obj)
+        self.assert_close(positions[BOTTOM], rest[BOTTOM], 0.06)
+        self.assert_close(positions[TOP], bent(rest[TOP], angle), 0.06)
+
+    def test_bones_move_the_mesh_and_make_it_solid(self):
+        obj = mesh_object()
+        armature = arm(obj)
+        handles = self.api.add_bones(obj, armature)
+        self.assertEqual([handle.name for handle in handles], ["Lower", "Upper"])
+        self.assertEqual((obj.arap.model, len(obj.vertex_groups)), ("solid", 0))
+        bend(armature, "Upper", 1.0)
+        self.api.solve(obj)
+        self.assert_bent(obj, key_positions(obj), 1.0)
+
+    def test_the_mesh_at_rest_has_the_armature_in_its_rest_position(self):
+        obj = mesh_object()
+        armature = arm(obj)
+        bend(armature, "Upper", 0.8)
+        self.api.add_bones(obj, armature)
+        self.api.solve(obj)
+        self.assert_bent(obj, key_positions(obj), 0.8)
+        self.assertEqual(self.api.reset_handles(obj), [])
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), rest_positions(obj), 1e-4)
+
+    def test_they_work_in_follow_playback_and_bakes_with_handles_and_pins_beside(self):
+        obj = mesh_object()
+        armature = arm(obj)
+        self.api.add_pin(obj, BOTTOM, name="Feet")
+        self.api.add_bones(obj, armature, ["Upper"])
+        obj.arap.is_live = True
+        bpy.context.view_layer.update()
+        bend(armature, "Upper", 0.6)
+        self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
+        rest = rest_positions(obj)
+        self.assert_close(shown_positions(obj)[TOP], bent(rest[TOP], 0.6), 0.06)
+        self.assert_close(shown_positions(obj)[BOTTOM], rest[BOTTOM], 1e-5)
+        obj.arap.is_live = False
+        bone = armature.pose.bones["Upper"]
+        for frame, angle in ((1, 0.0), (11, 1.0)):
+            bone.rotation_euler = (angle, 0.0, 0.0)
+            bone.keyframe_insert("rotation_euler", frame=frame)
+        for name, angle in zip(self.api.bake_animation(obj, 1, 11, 10), (0.0, 1.0), strict=True):
+            self.assert_close(key_positions(obj, name)[TOP], bent(rest[TOP], angle), 0.06)
+            self.assert_close(key_positions(obj, name)[BOTTOM], rest[BOTTOM], 1e-5)
+
+    def test_stretched_and_turned_objects(self):
+        obj = mesh_object(matrix=Matrix.Translation((3.0, -2.0, 1.0)) @ Matrix.Diagonal((1.0, 1.0, 2.0, 1.0)))
+        armature = arm(obj)
+        self.api.add_bones(obj, armature)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), rest_positions(obj), 1e-4)
+
+    def test_a_bone_outside_moves_nothing_and_is_told(self):
+        obj = mesh_object()
+        armature = arm(obj)
+        far = arm(obj, ("Far",), x=3.0)
+        self.api.add_bones(obj, armature)
+        self.api.add_bones(obj, far)
+        bend(far, "Far", 1.0)
+        readout = self.api.solve(obj)
+        self.assertEqual(readout.outside, ("Far",))
+        self.assert_close(key_positions(obj), rest_positions(obj), 1e-4)
+        for index in (0, 1):
+            obj.arap.handles[index].is_enabled = False
+        self.assert_error(
+            ValueError,
+            "No bone passes through the mesh (Far): move the armature into it",
+            self.api.solve,
+            obj,
+        )
+
+    def test_what_cannot_be_is_refused_and_nothing_changes(self):
+        obj = mesh_object()
+        armature = arm(obj)
+        add = self.api.add_bones
+        self.assert_error(ValueError, "'Tube' cannot take the bones: choose an armature", add, obj, obj)
+        self.assert_error(
+            ValueError,
+            "'Tube' cannot take the bones: armature 'Arm' has no bone 'Hand'; choose another bone",
+            add,
+            obj,
+            armature,
+            ["Lower", "Hand"],
+        )
+        modifier = obj.modifiers.new("Armature", "ARMATURE")
+        modifier.object = armature
+        self.assert_error(
+            ValueError,
+            "Modifier 'Armature' of 'Tube' moves the mesh with the same armature: remove it, or switch it off",
+            add,
+            obj,
+            armature,
+        )
+        self.assertEqual((len(obj.arap.handles), obj.arap.model), (0, "surface"))
+        modifier.show_viewport = False
+        add(obj, armature)
+        self.assert_error(
+            ValueError, "'Arm' has no other bones that deform: its bones move 'Tube' already", add, obj, armature
+        )
+        obj.arap.model = "surface"
+        self.assert_error(
+            ValueError,
+            "Handle 'Lower' of 'Tube': a bone without a vertex group moves what is inside; choose Model: Solid, "
+            "or choose a group",
+            self.api.solve,
+            obj,
+        )
+
+    def test_the_operator_takes_the_selected_armature_or_the_selected_bones(self):
+        obj = mesh_object()
+        armature = arm(obj)
+        bpy.ops.object.select_all(action="DESELECT")
+        self.assertFalse(bpy.ops.arap.bones_add.poll())
+        obj.select_set(True)
+        armature.select_set(True)
+        bpy.context.view_layer.objects.active = armature
+        bpy.ops.object.mode_set(mode="POSE")
+        bpy.ops.pose.select_all(action="DESELECT")
+        self.assertFalse(bpy.ops.arap.bones_add.poll())
+        module("scene.versions").select_bone(armature, "Upper")
+        bpy.ops.arap.bones_add()
+        self.assertEqual([handle.bone for handle in obj.arap.handles], ["Upper"])
+        bpy.ops.object.mode_set(mode="OBJECT")
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.arap.bones_add()
+        self.assertEqual([handle.bone for handle in obj.arap.handles], ["Upper", "Lower"])
+        self.assertTrue(obj.arap.is_live)
+
+    def test_a_pull_beside_posed_bones_leaves_them_where_they_are(self):
+        obj = mesh_object()
+        armature = arm(obj)
+        self.api.add_bones(obj, armature)
+        bend(armature, "Upper", 0.7)
+        self.api.solve(obj)
+        posed = key_positions(obj)
+        region = module("pull.region")
+        grab = region.Grab(np.array(TOP[:1], dtype=np.int32), 0.0)
+        pull = module("pull.hold").begin_pull(obj, bpy.context.evaluated_depsgraph_get(), [grab])
+        run, session = module("core.background").run, module("core.session").Session
+        bound = run(
+            session.bind(module("core.native").load(), pull.inputs.mesh, pull.inputs.stretch, pull.inputs.settings)
+        )
+        run(bound.set_handles(pull.inputs.specs))
+        bound.set_positions(posed)
+        bound.update(pull.matrices(np.eye(4), np.eye(4)), to_convergence=True)
+        self.assert_close(bound.positions, posed, 0.02)
