@@ -16,6 +16,12 @@ void bind_lattice_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
             return to_array(model.native().segments_outside(segments_from(segments)));
           },
           docstrings::LatticeArap_segments_outside, py::arg("segments"))
+      .def(
+          "cube_corners",
+          [](const Bound& model) {
+            return to_array(model.exclusively([](arap::LatticeArap& lattice) { return lattice.cube_corners(); }));
+          },
+          docstrings::LatticeArap_cube_corners)
       .def_property_readonly(
           "n_control_points", [](const Bound& model) { return model.native().n_control_points(); },
           docstrings::LatticeArap_n_control_points)

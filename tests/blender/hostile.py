@@ -41,7 +41,7 @@ def numbers_that_are_none(obj: bpy.types.Object) -> None:
     """NaN and infinity spread to every vertex and every picture."""
     write(obj, accuracy=NAN, rigidity=NAN, handle_size=INF, max_iterations=-5, iterations_per_update=-1)
     overlay = obj.arap.overlay
-    overlay.show_pins = overlay.show_handles = overlay.show_strain = True
+    overlay.show_pins = overlay.show_handles = overlay.show_strain = overlay.show_cubes = True
     raw(obj)["overlay"]["strain_limit"] = NAN
     raw(obj)["handles"][0]["group_radius"] = NAN
 

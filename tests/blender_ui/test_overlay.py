@@ -67,6 +67,20 @@ def test_overlay_shows_what_it_should(ui: Ui) -> Steps:
     bar.hide_set(False)
 
 
+def test_the_cubes_of_a_solid_are_drawn_as_they_are_bent(ui: Ui) -> Steps:
+    bar = bent_bar(ui)
+    bar.arap.model = "solid"
+    bar.arap.overlay.show_cubes = True
+    ui.api.solve(bar)
+    yield from redraw(ui)
+    assert drawn(ui)["Bar"].cubes is not None
+    yield from ui.screenshot("cubes")
+    bar.arap.model = "surface"
+    ui.api.solve(bar)
+    yield from redraw(ui)
+    assert drawn(ui)["Bar"].cubes is None
+
+
 def test_overlay_builds_only_what_changed(ui: Ui) -> Steps:
     bar = bent_bar(ui)
     show_all(bar)

@@ -66,6 +66,16 @@ def segments_outside(model: Model, segments: Floats) -> Ints:
     return np.asarray(of_model(np.ascontiguousarray(segments)), dtype=np.int32)
 
 
+def cube_corners(model: Model) -> Floats | None:
+    """(8 n, 3) float64 corners of the cubes of its lattice, solver space, see LatticeArap; None if it has none.
+
+    Raises:
+        RuntimeError: the model is at work.
+    """
+    of_model = getattr(model, "cube_corners", None)
+    return None if of_model is None else np.asarray(of_model(), dtype=np.float64)
+
+
 def _surface(native: Any, settings: SessionSettings) -> tuple[Any, Any]:
     return native.SurfaceArap.begin_bind, native.Options(
         energy=settings.energy,

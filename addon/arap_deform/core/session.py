@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import models
-from .arrays import Floats, Ints
+from .arrays import Float32s, Floats, Ints
 from .background import Cancelled, Progress, Result, Steps, part, stage
 from .loose.parts import LooseParts
 from .mirror import Copy, Mirror, completed
@@ -156,6 +156,20 @@ class Session:
     def patches(self) -> Patches:
         """What the point handles hold; of a completed mesh see mirror.Whole.specs()."""
         return self._point_patches
+
+    def cube_edges(self) -> Float32s:
+        """(2 e, 3) float32 ends of the edges of a solid's cubes where they are now, object space; none of a surface.
+
+        Raises:
+            RuntimeError: the solver is at work.
+        """
+        corners = models.cube_corners(self._model)
+        if corners is None:
+            return np.empty((0, 3), dtype=np.float32)
+        edges = np.array([(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit]).ravel()
+        return np.ascontiguousarray(
+            (corners @ self._unstretch.T).reshape(-1, 8, 3)[:, edges].reshape(-1, 3), np.float32
+        )
 
     def set_handles(self, specs: Sequence[HandleSpec], shown: NDArray[np.floating] | None = None) -> Steps[None]:
         """Makes ``specs`` the handles; factorizes only if vertices or strengths have changed.

@@ -139,6 +139,11 @@ class ArapOverlay(bpy.types.PropertyGroup):
         description="Color the mesh by the length of its edges: red is longer than at rest, blue is shorter",
         update=_on_overlay_changed,
     )
+    show_cubes: BoolProperty(
+        name="Cubes",
+        description="Draw the cubes that carry a solid mesh, as its last solve has bent them",
+        update=_on_overlay_changed,
+    )
     strain_limit: FloatProperty(
         name="Full Color At",
         description="Stretch of the full color, in percent of the length at rest",

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import sessions
 from ..core.arrays import Float32s
 from ..props.bounds import bounded
 from ..scene import handle_motion, meshes, versions
@@ -66,6 +67,16 @@ def strain_colors(obj: bpy.types.Object, surface: Surface) -> Float32s:
     """(n, 4) float32 RGBA, of the pose without other shape keys and modifiers."""
     shown = handle_motion.shown_positions(obj, surface.rest)
     return colors_of(surface.strain.of(shown), bounded(obj.arap.overlay, "strain_limit") / 100.0)
+
+
+def cube_edges(obj: bpy.types.Object) -> Float32s:
+    """(2 e, 3) float32, object space: of its live session's lattice; none without one, or while it is at work."""
+    bound = sessions.get(obj.name_full)
+    try:
+        edges = None if bound is None else bound.session.cube_edges()
+    except RuntimeError:
+        edges = None
+    return np.empty((0, 3), dtype=np.float32) if edges is None else edges
 
 
 def handle_lines(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Float32s:

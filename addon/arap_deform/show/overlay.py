@@ -43,6 +43,7 @@ class Drawn:
         self.pins: gpu.types.GPUBatch | None = None
         self.lines: gpu.types.GPUBatch | None = None
         self.rests: gpu.types.GPUBatch | None = None
+        self.cubes: gpu.types.GPUBatch | None = None
         self.ends: Float32s = np.empty((0, 3), dtype=np.float32)
 
     def update(self, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
@@ -51,11 +52,14 @@ class Drawn:
         settings = obj.arap.overlay
         if settings.show_pins and not self.has_pinned and not versions.is_painting():
             self.pinned, self.has_pinned, self._stamp = data.read_pinned(obj), True, ()
-        stamp = (_changes, settings.show_strain, settings.show_pins, bounded(settings, "strain_limit"))
+        shows = (settings.show_strain, settings.show_pins, settings.show_cubes)
+        stamp = (_changes, *shows, bounded(settings, "strain_limit"))
         if stamp == self._stamp and self.is_of(obj):
             return
         self._stamp, self._readout = stamp, sessions.readout(obj.name_full)
-        self.heat = self.pins = None
+        self.heat = self.pins = self.cubes = None
+        if settings.show_cubes and len(edges := data.cube_edges(obj)):
+            self.cubes = batches.plain_batch("LINES", edges)
         surface = self.surface
         if settings.show_strain or settings.show_pins:
             positions = data.positions_now(obj, surface, depsgraph)
@@ -83,6 +87,8 @@ class Drawn:
         if self.pins is not None:
             color = batches.color_of_pins()
             batches.draw_points(self.pins, matrix, color, PIN_SIZE, is_hidden_behind=True)
+        if self.cubes is not None:
+            batches.draw_thin_lines(self.cubes, matrix, batches.color_of_cubes())
         if self.lines is not None and self.rests is not None:
             color = batches.color_of_handles()
             batches.draw_lines(self.lines, color, LINE_WIDTH)
@@ -106,7 +112,7 @@ def _shows_anything(obj: bpy.types.Object) -> bool:
     overlay = obj.arap.overlay
     if not (obj.arap.pins or obj.arap.handles) and pose_key.find(obj) is None:  # ARAP Pull needs neither
         return False
-    return bool(overlay.show_pins or overlay.show_handles or overlay.show_strain)
+    return bool(overlay.show_pins or overlay.show_handles or overlay.show_strain or overlay.show_cubes)
 
 
 def _draw_in_space() -> None:

@@ -21,6 +21,8 @@ class ARAP_PT_display(ArapSubPanel, bpy.types.Panel):
         column.prop(settings, "show_pins", icon="PINNED")
         column.prop(settings, "show_handles", icon="EMPTY_AXIS")
         column.prop(settings, "show_strain", icon="MOD_MESHDEFORM")
+        if posed_object(context).arap.model == "solid":
+            column.prop(settings, "show_cubes", icon="MOD_LATTICE")
         split_column(layout).prop(posed_object(context).arap, "handle_size", text="Handle Size")
         limit = split_column(layout)
         limit.active = settings.show_strain

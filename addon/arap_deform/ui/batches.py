@@ -79,6 +79,15 @@ def draw_lines(batch: gpu.types.GPUBatch, color: Color, width: float) -> None:
         batch.draw(shader)
 
 
+def draw_thin_lines(batch: gpu.types.GPUBatch, matrix: Matrix, color: Color) -> None:
+    """Object space, over everything: many lines of a pixel."""
+    shader = versions.gpu_shader("UNIFORM_COLOR")
+    with _On(matrix, is_hidden_behind=False):
+        shader.bind()
+        shader.uniform_float("color", color)
+        batch.draw(shader)
+
+
 def draw_pixels(kind: str, pixels: Floats, color: Color) -> None:
     """Over the finished picture: (k, 2) corners of TRIS or points of a LINE_STRIP. All must be finite, else nothing."""
     if not len(pixels) or not np.isfinite(pixels).all():
@@ -129,6 +138,11 @@ def color_of_pins() -> Color:
 def color_of_handles() -> Color:
     """As selected vertices."""
     return _opaque(_theme().view_3d.vertex_select)
+
+
+def color_of_cubes() -> Color:
+    """As lattices, faint: hundreds of lines lie over each other."""
+    return (*_opaque(_theme().view_3d.wire_edit)[:3], 0.08)
 
 
 def color_of_pull() -> Color:

@@ -387,6 +387,12 @@ class LatticeArap(Model):
         Args:
             segments: (s, 2, 3) float64, as for set_constraints(), which refuses them.
         """
+    def cube_corners(self) -> NDArray[np.float64]:
+        """(8 n_cubes, 3) float64 where the corners of the cubes are now, in the space of the rest positions.
+
+        Corner 4 x + 2 y + z of a cube is at its low (0) or high (1) end along each axis. Cubes in which several pieces
+        move by themselves are there as often.
+        """
     @property
     def n_control_points(self) -> int:
         """Number of control points of the lattice: the unknowns of a solve."""

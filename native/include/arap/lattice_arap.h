@@ -86,7 +86,10 @@ class LatticeArap {
   [[nodiscard]] int n_factorizations() const;                    ///< numeric factorizations since bind
   [[nodiscard]] int n_control_points() const;
   [[nodiscard]] double cube_size() const;  ///< in the input's unit
-  [[nodiscard]] int threads() const;       ///< threads in use
+  /// (8 n_cubes, 3) where the corners of the cubes are now, in the input's space. Corner 4 x + 2 y + z of a cube is at
+  /// its low (0) or high (1) end along each axis. Cubes in which several pieces move by themselves are there as often.
+  [[nodiscard]] Positions cube_corners() const;
+  [[nodiscard]] int threads() const;  ///< threads in use
 
  private:
   struct Impl;

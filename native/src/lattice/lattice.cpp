@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "arap/error.h"
+#include "base/eigen_compat.h"
 #include "base/format_message.h"
 #include "base/grouped.h"
 #include "base/union_find.h"
@@ -154,6 +155,17 @@ LinearRow Lattice::row(int vertex) const {
   const ControlPoints& points = control_points_[piece_of_vertex_[vertex]];
   const auto phi = weights(vertex);
   return {{points.begin(), points.end()}, {phi.begin(), phi.end()}};
+}
+
+Positions Lattice::corners(const Positions& control_points) const {
+  constexpr int kCorners = 8;
+  Eigen::Matrix<double, kCorners, kControlPoints> weights;
+  for (int k = 0; k < kCorners; ++k)
+    weights.row(k) = weights_at(Eigen::Vector3d(k >> 2, k >> 1 & 1, k & 1)).transpose();
+  Positions result(Eigen::Index{kCorners} * n_pieces(), 3);
+  for (int piece = 0; piece < n_pieces(); ++piece)
+    result.middleRows<kCorners>(Eigen::Index{kCorners} * piece) = weights * control_points(control_points_[piece], all);
+  return result;
 }
 
 void Lattice::renumber(const std::vector<int>& new_of_old) {

@@ -57,6 +57,10 @@ class Lattice {
   [[nodiscard]] const CubeGrid& grid(int part) const { return grids_[part]; }
   [[nodiscard]] int n_parts() const { return static_cast<int>(grids_.size()); }
 
+  /// (8 n_pieces, 3) the corners of each piece's cube, by number 4 x + 2 y + z.
+  /// @param control_points  (n_control_points, 3)
+  [[nodiscard]] Positions corners(const Positions& control_points) const;
+
   /// Numbers the control points anew.
   void renumber(const std::vector<int>& new_of_old);
 

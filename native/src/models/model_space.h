@@ -35,6 +35,9 @@ class ModelSpace {
   [[nodiscard]] Positions points_to_model(const Positions& points) const {
     return (points.rowwise() - center_) / size_;
   }
+  [[nodiscard]] Positions points_to_input(const Positions& points) const {
+    return (points * size_).rowwise() + center_;
+  }
   /// The targets of a set.
   [[nodiscard]] Positions targets_to_model(const Positions& targets, const ConstraintSet& of_input) const;
 

@@ -290,6 +290,9 @@ const std::vector<int>& LatticeArap::loose_vertices() const { return impl_->loos
 int LatticeArap::n_factorizations() const { return impl_->engine.n_factorizations(); }
 int LatticeArap::n_control_points() const { return impl_->lattice->n_control_points(); }
 double LatticeArap::cube_size() const { return impl_->lattice->cube_size() * impl_->space.size(); }
+Positions LatticeArap::cube_corners() const {
+  return impl_->space.points_to_input(impl_->lattice->corners(impl_->engine.positions()));
+}
 int LatticeArap::threads() const { return impl_->model.workers.threads(); }
 
 }  // namespace arap

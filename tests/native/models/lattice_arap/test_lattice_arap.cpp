@@ -202,6 +202,23 @@ TEST(LatticeArap, PartsWithoutConstraintsStayAtRestEvenIfTheyOverlap) {
   EXPECT_LT(furthest(result.positions.bottomRows(n), mesh.positions().bottomRows(n)), 1e-6);
 }
 
+TEST(LatticeArap, CubesGoWithTheMesh) {
+  const MeshData mesh = rod(12, 36);
+  const Task held = hold(mesh, extreme_vertices(mesh.positions(), 2, .2));
+  const RigidMotion motion = Random(4).rigid_motion(1, 5);
+  const Task task = rigid_task(mesh, held.constraints, motion);
+  LatticeArap solver(mesh.mesh(), coarse());
+  const Positions rest = solver.cube_corners();
+  EXPECT_NEAR((rest.row(7) - rest.row(0)).norm(), std::sqrt(3.0) * solver.cube_size(), 1e-9);
+  EXPECT_NEAR((rest.row(1) - rest.row(0))[2], solver.cube_size(), 1e-9);
+  solver.set_constraints(task.constraints);
+  solver.solve(task.targets, to_accuracy(1e-7));
+  const Positions moved = solver.cube_corners();
+  ASSERT_EQ(moved.rows(), rest.rows());
+  for (int k = 0; k < static_cast<int>(rest.rows()); ++k)
+    EXPECT_LT((moved.row(k).transpose() - motion.apply(Vector3(rest.row(k)))).norm(), 1e-4 * mesh.diagonal());
+}
+
 TEST(LatticeArap, ASoftVertexGivesWay) {
   const MeshData mesh = bumpy_sphere(2);
   const Vector3 pull(0, 0, 1);
