@@ -65,12 +65,17 @@ class Fuzzer:
         """A mesh, bound, and some calls on it."""
         self.case += 1
         mesh = self.mesh()
-        options = self.call("Options", self.options).value
-        solver = self.bound(mesh, options)
+        solver = self.bound(mesh, *self.random.choice([self.surface, self.lattice])())
         if solver is not None:
             Session(self, solver).run()
 
-    def bound(self, mesh: zoo.Mesh, options: arap_native.Options | None) -> arap_native.SurfaceArap | None:
+    def surface(self) -> tuple[type[arap_native.Model], Any]:
+        return arap_native.SurfaceArap, self.call("Options", self.options).value
+
+    def lattice(self) -> tuple[type[arap_native.Model], Any]:
+        return arap_native.LatticeArap, self.call("LatticeOptions", self.lattice_options).value
+
+    def bound(self, mesh: zoo.Mesh, model: Any, options: Any) -> arap_native.Model | None:
         n = len(mesh.positions)
         keywords: dict[str, Any] = {}
         if self.chance(0.3):
@@ -81,7 +86,7 @@ class Fuzzer:
         if self.chance(0.2):
             keywords["progress"] = self.progress()
         arrays = (self.maybe_wrong(array) for array in mesh)
-        return self.call("SurfaceArap", arap_native.SurfaceArap, *arrays, options, **keywords).value
+        return self.call(model.__name__, model, *arrays, options, **keywords).value
 
     # --------------------------------------------------------------------------------------------- random things
 
@@ -104,6 +109,16 @@ class Fuzzer:
         }
         wrong = {"energy": ["x", 3, None], "rigidity_radius": [0, -1, NAN, 2, 1e300], "threads": [-1, 2**31, "a", 1.5]}
         return arap_native.Options(**self.some(choices, wrong))
+
+    def lattice_options(self) -> arap_native.LatticeOptions:
+        choices: dict[str, list[Any]] = {
+            "cube_size": [0, 0.05, 0.2, 1],
+            "keep_volume": [0, 0.5, 1],
+            "threads": [0, 1, 2, 3, 7],
+            "join_seams": [True, False],
+        }
+        wrong = {"cube_size": [-1, NAN, 2, 1e-9], "keep_volume": [-1, NAN, 1.5, 1e300], "threads": [-1, "a"]}
+        return arap_native.LatticeOptions(**self.some(choices, wrong))
 
     def solve_options(self) -> arap_native.SolveOptions:
         choices: dict[str, list[Any]] = {
@@ -202,19 +217,24 @@ class Fuzzer:
 class Session:
     """Random calls on one bound mesh."""
 
-    def __init__(self, fuzzer: Fuzzer, solver: arap_native.SurfaceArap) -> None:
+    def __init__(self, fuzzer: Fuzzer, solver: Any) -> None:
         self.fuzzer = fuzzer
         self.random, self.rng = fuzzer.random, fuzzer.rng
         self.solver = solver
         self.n = solver.n_vertices
         self.vertices = np.zeros(0, np.int32)
         self.n_patches = 0
+        self.segments: np.ndarray | None = None
         self.before = solver.positions
 
     def run(self) -> None:
         repr(self.solver)
         acts = [self.set_constraints] * 3 + [self.solve] * 5 + [self.solve_in_job] * 2
-        acts += [self.energy, self.start_elsewhere, self.patch_around, self.patches_in_job]
+        acts += [self.start_elsewhere]
+        if isinstance(self.solver, arap_native.SurfaceArap):
+            acts += [self.energy, self.patch_around, self.patches_in_job]
+        else:
+            acts += [self.bones_outside, self.cube_corners]
         for act in (self.set_constraints, *(self.random.choice(acts) for _ in range(self.random.randint(1, 8)))):
             self.before = self.solver.positions
             if not np.isfinite(self.before).all():
@@ -230,10 +250,33 @@ class Session:
         )
         patches, n_patches = self.patches() if self.fuzzer.chance(0.4) else (None, 0)
         wrong = self.fuzzer.maybe_wrong
-        arguments = (wrong(vertices), wrong(strengths), patches)
+        segments = self.some_segments() if self.fuzzer.chance(0.4) else None
+        arguments = (wrong(vertices), wrong(strengths), patches, None if segments is None else wrong(segments))
         outcome = self.fuzzer.call("set_constraints", self.solver.set_constraints, *arguments, progress=self.progress())
         if outcome.error is None:
-            self.vertices, self.n_patches = vertices, n_patches
+            self.vertices, self.n_patches, self.segments = vertices, n_patches, segments
+
+    def some_segments(self) -> np.ndarray:
+        """From a vertex to another one, or beyond."""
+        ends = self.before[self.rng.integers(0, self.n, (self.random.randint(1, 3), 2))]
+        return ends * self.random.choice([1, 1, 1, 0.9, 3, 1e6])
+
+    def bones_outside(self) -> None:
+        self.fuzzer.call(
+            "segments_outside", self.solver.segments_outside, self.fuzzer.maybe_wrong(self.some_segments())
+        )
+
+    def cube_corners(self) -> None:
+        corners = self.fuzzer.call("cube_corners", self.solver.cube_corners).value
+        if corners is not None and not np.isfinite(corners).all():
+            self.fuzzer.found("corners of cubes are not finite")
+
+    def targets_at_rest(self) -> np.ndarray:
+        """Nearly, and of patches anywhere."""
+        rows = [self.before[self.vertices], self.rng.normal(size=(self.n_patches, 3))]
+        for head, tail in () if self.segments is None else self.segments:
+            rows += [head[None], head + np.linalg.norm(tail - head) * np.eye(3)]
+        return np.concatenate(rows)
 
     def patches(self) -> tuple[tuple[Any, ...], int]:
         sizes = self.rng.integers(1, 6, self.random.randint(1, 3))
@@ -243,8 +286,8 @@ class Session:
         return tuple(self.fuzzer.maybe_wrong(array) for array in arrays), len(sizes)
 
     def solve(self) -> None:
-        rows = len(self.vertices) + self.n_patches
-        targets = np.concatenate([self.before[self.vertices], self.rng.normal(size=(self.n_patches, 3))])
+        targets = self.targets_at_rest()
+        rows = len(targets)
         targets = targets + self.rng.normal(size=targets.shape) * self.random.choice(
             [0, 1e-3, 1, 10, 1e6, 1e30, 1e90, 1e-30]
         )
@@ -295,7 +338,7 @@ class Session:
             self.fuzzer.call("set_positions", self.solver.set_positions, self.fuzzer.maybe_wrong(moved))
 
     def solve_in_job(self) -> None:
-        targets = np.concatenate([self.before[self.vertices], self.rng.normal(size=(self.n_patches, 3))])
+        targets = self.targets_at_rest()
         options = self.fuzzer.call("SolveOptions", self.fuzzer.solve_options).value
         out = self.fuzzer.maybe_wrong(np.zeros((self.n, 3), np.float32)) if self.fuzzer.chance(0.4) else None
         begin = functools.partial(self.solver.begin_solve, out=out)

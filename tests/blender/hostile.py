@@ -42,13 +42,14 @@ def numbers_that_are_none(obj: bpy.types.Object) -> None:
     write(obj, accuracy=NAN, rigidity=NAN, handle_size=INF, max_iterations=-5, iterations_per_update=-1)
     overlay = obj.arap.overlay
     overlay.show_pins = overlay.show_handles = overlay.show_strain = overlay.show_cubes = True
+    write(obj, model=1, cube_size=NAN, keep_volume=NAN)
     raw(obj)["overlay"]["strain_limit"] = NAN
     raw(obj)["handles"][0]["group_radius"] = NAN
 
 
 def choices_that_are_none(obj: bpy.types.Object) -> None:
     """Items that no list has, and entries that are not there."""
-    write(obj, energy=999, weights=-7, initial_guess=55, active_pin_index=-1, active_handle_index=BIGGEST)
+    write(obj, model=999, energy=999, weights=-7, initial_guess=55, active_pin_index=-1, active_handle_index=BIGGEST)
 
 
 def other_types(obj: bpy.types.Object) -> None:

@@ -7,6 +7,7 @@
 tests/python must be on the path.
 """
 
+import itertools
 import os
 import sys
 import time
@@ -17,6 +18,7 @@ import sample_meshes
 
 TOLERANCE = 1e-6
 # The first is solved in double precision; the others bind and solve in single and end in double, on several threads.
+MODELS = (arap_native.SurfaceArap, arap_native.LatticeArap)
 TUBES = {"small": (12, 8), "middle": (60, 40), "large": (240, 110)}
 
 
@@ -33,8 +35,8 @@ def isas() -> list[str]:
     return found
 
 
-def pose(mesh: sample_meshes.Mesh) -> np.ndarray:
-    solver = arap_native.SurfaceArap(*mesh)
+def pose(mesh: sample_meshes.Mesh, model: type[arap_native.Model] = arap_native.SurfaceArap) -> np.ndarray:
+    solver = model(*mesh)
     solver.set_constraints(sample_meshes.ends(mesh))
     return solver.solve(sample_meshes.twisted_ends(mesh)).positions
 
@@ -45,14 +47,14 @@ def main() -> int:
     poses, worst = {}, 0.0
     for isa in isas():
         os.environ["ARAP_ISA"] = isa
-        for name, size in TUBES.items():
-            mesh = sample_meshes.tube(*size)
+        for model, (tube, size) in itertools.product(MODELS, TUBES.items()):
+            mesh, name = sample_meshes.tube(*size), f"{model.__name__} {tube}"
             start = time.perf_counter()
-            poses[name] = pose(mesh)
+            poses[name] = pose(mesh, model)
             seconds = time.perf_counter() - start
             error = np.abs(poses[name] - expected[name]).max() / mesh.diagonal if expected else 0.0
             worst = max(worst, error)
-            print(f"{isa:9} {name:7} {len(mesh.positions):6} vertices, {seconds:6.3f} s, differs by {error:.1e}")
+            print(f"{isa:9} {name:18} {len(mesh.positions):6} vertices, {seconds:6.3f} s, differs by {error:.1e}")
     if act == "write":
         np.savez(path, **poses)
     print(f"{'1 passed, 0' if worst <= TOLERANCE else '0 passed, 1'} failed")

@@ -256,7 +256,7 @@ def test_a_part_at_rest_is_counted_without_its_image():
 
 
 def test_a_bone_on_one_side_has_an_image_and_one_on_the_plane_has_none():
-    half, _ = part_of(WHOLE_MESH, [0])
+    half, _ = part_of(OPEN, [0])
     whole = Whole(half, mirrors(0), np.eye(4)[:3, :3])
     nothing = np.empty(0, np.int32), np.empty(0)
     beside = HandleSpec("Beside", *nothing, segment=Segment(np.array([[0.2, 0.0, 1.0], [0.3, 0.0, 2.0]])))
