@@ -42,7 +42,7 @@ def add_bones(obj: bpy.types.Object, armature: bpy.types.Object, bones: Sequence
     twice = [m.name for m in obj.modifiers if m.type == "ARMATURE" and m.object == armature and m.show_viewport]
     if twice:
         raise ValueError(
-            f"Modifier '{twice[0]}' of '{obj.name}' has the same armature and moves the mesh too: remove it"
+            f"Modifier '{twice[0]}' of '{obj.name}' moves the mesh with the same armature: remove it, or switch it off"
         )
     former = obj.arap.model
     try:
