@@ -26,6 +26,9 @@ void bind_lattice_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
           "n_control_points", [](const Bound& model) { return model.native().n_control_points(); },
           docstrings::LatticeArap_n_control_points)
       .def_property_readonly(
+          "has_inside", [](const Bound& model) { return model.native().has_inside(); },
+          docstrings::LatticeArap_has_inside)
+      .def_property_readonly(
           "cube_size", [](const Bound& model) { return model.native().cube_size(); },
           docstrings::LatticeArap_cube_size);
 }

@@ -343,7 +343,7 @@ class LatticeArap(Model):
     A limb that is twisted or bent keeps its volume, which a surface alone does not. The unknowns are the control points
     of a lattice around the mesh, so an iteration costs the same at every density of the mesh. Constrained vertices pull
     the lattice; what it leaves of hard ones is spread over two cubes around them, so these are exactly at their
-    targets.
+    targets. Parts without an inside, as sheets, are posed as surfaces beside the others.
     """
 
     def __init__(
@@ -396,6 +396,9 @@ class LatticeArap(Model):
     @property
     def n_control_points(self) -> int:
         """Number of control points of the lattice: the unknowns of a solve."""
+    @property
+    def has_inside(self) -> bool:
+        """Whether any part has an inside. If none has, a surface model bends the mesh better."""
     @property
     def cube_size(self) -> float:
         """Edge of a cube of the lattice, in the unit of the rest positions."""

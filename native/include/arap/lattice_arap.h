@@ -40,7 +40,8 @@ struct LatticeOptions {
 /// B-splines around the mesh, so an iteration costs the same at every density of the mesh.
 ///
 /// The same three acts as SurfaceArap, with the same rules. Any mesh serves: open, not manifold, of several parts,
-/// turned inside out. Where a part has no inside, as a sheet, the cubes that it passes through deform with it.
+/// turned inside out. Parts without an inside, as sheets, are posed as surfaces beside the others, with default
+/// options. If no part has an inside, the cubes that they pass through carry them: see has_inside().
 class LatticeArap {
  public:
   /// Binds. Throws InvalidInput for bad options or properties, or a mesh without faces or size; Cancelled when
@@ -85,6 +86,7 @@ class LatticeArap {
   [[nodiscard]] const std::vector<int>& loose_vertices() const;  ///< vertices in no face
   [[nodiscard]] int n_factorizations() const;                    ///< numeric factorizations since bind
   [[nodiscard]] int n_control_points() const;
+  [[nodiscard]] bool has_inside() const;   ///< false: a surface model bends this mesh better
   [[nodiscard]] double cube_size() const;  ///< in the input's unit
   /// (8 n_cubes, 3) where the corners of the cubes are now, in the input's space. Corner 4 x + 2 y + z of a cube is at
   /// its low (0) or high (1) end along each axis. Cubes in which several pieces move by themselves are there as often.

@@ -27,7 +27,7 @@ constexpr int kMostPieces = 300'000;
 
 }  // namespace
 
-Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& meter)
+Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& meter, int most_hollow)
     : cube_size_(cube_size),
       piece_of_vertex_(mesh.n_vertices(), -1),
       places_(mesh.n_vertices(), Eigen::Vector3f::Zero()) {
@@ -53,7 +53,16 @@ Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& met
     for (const int f : faces.of(part)) ears.cut(mesh.positions(), mesh.face(f), triangles);
     for (std::array<int, 3>& triangle : triangles)
       for (int& v : triangle) v = local[v];
-    add_part(points, triangles, own, meter.part(static_cast<double>(own.size()) / mesh.n_vertices()), beside);
+    const CubeGrid grid = grid_around(
+        Eigen::AlignedBox3d(points.colwise().minCoeff().transpose(), points.colwise().maxCoeff().transpose()),
+        cube_size_);
+    const CubePieces pieces =
+        find_pieces(points, triangles, grid, meter.part(static_cast<double>(own.size()) / mesh.n_vertices()));
+    const bool is_hollow = std::ranges::all_of(pieces.samples, [](SampleBits bits) { return bits == 0; });
+    if (is_hollow && pieces.size() > most_hollow)
+      add_part(grid, {}, points, {}, beside);
+    else
+      add_part(grid, pieces, points, own, beside);
     if (n_pieces() > kMostPieces)
       throw InvalidInput(
           text("the mesh has more than ", kMostPieces, " pieces in cubes of ", cube_size,
@@ -62,12 +71,8 @@ Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& met
   name_control_points(beside);
 }
 
-void Lattice::add_part(const Positions& points, const Triangles& triangles, std::span<const int> vertices,
-                       const MeterPart& meter, std::vector<Pair>& beside) {
-  const CubeGrid grid =
-      grid_around(Eigen::AlignedBox3d(points.colwise().minCoeff().transpose(), points.colwise().maxCoeff().transpose()),
-                  cube_size_);
-  const CubePieces pieces = find_pieces(points, triangles, grid, meter);
+void Lattice::add_part(const CubeGrid& grid, const CubePieces& pieces, const Positions& points,
+                       std::span<const int> vertices, std::vector<Pair>& beside) {
   const int first = n_pieces();
   cubes_.insert(cubes_.end(), pieces.cubes.begin(), pieces.cubes.end());
   samples_.insert(samples_.end(), pieces.samples.begin(), pieces.samples.end());

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -16,6 +18,8 @@
 
 namespace arap {
 
+struct CubePieces;
+
 /// A sparse lattice around a mesh: the cubes that its surface touches or fills, in pieces (see CubePieces), and on them
 /// quadratic B-splines. A point x of a piece is sum_k phi_k(x) c_k over the piece's 27 control points: C1 from cube to
 /// cube, and affine maps of the control points are met exactly. Each connected part of the mesh has cubes of its own,
@@ -25,9 +29,11 @@ class Lattice {
   using ControlPoints = std::array<int, kControlPoints>;
   using Weights = Eigen::Matrix<double, kControlPoints, 1>;
 
-  /// @param mesh       with faces; a loose vertex is in no piece
-  /// @param cube_size  > 0
-  Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& meter = {});
+  /// @param mesh         with faces; a loose vertex is in no piece
+  /// @param cube_size    > 0
+  /// @param most_hollow  a part without an inside that would have more pieces than this has none, as if it were loose
+  Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& meter = {},
+          int most_hollow = std::numeric_limits<int>::max());
 
   [[nodiscard]] double cube_size() const { return cube_size_; }
   [[nodiscard]] int n_pieces() const { return static_cast<int>(samples_.size()); }
@@ -53,6 +59,10 @@ class Lattice {
 
   /// The piece of one part that has a point inside, to a quarter of a cube; -1: none has.
   [[nodiscard]] int piece_around(const Eigen::RowVector3d& point, int part) const;
+  /// Whether any piece has an inside.
+  [[nodiscard]] bool has_inside() const {
+    return std::ranges::any_of(samples_, [](SampleBits bits) { return bits != 0; });
+  }
   /// The cubes of a part.
   [[nodiscard]] const CubeGrid& grid(int part) const { return grids_[part]; }
   [[nodiscard]] int n_parts() const { return static_cast<int>(grids_.size()); }
@@ -74,8 +84,8 @@ class Lattice {
 
   [[nodiscard]] static AxisWeights axis_weights(const Eigen::Vector3d& place);
 
-  void add_part(const Positions& points, const std::vector<std::array<int, 3>>& triangles,
-                std::span<const int> vertices, const MeterPart& meter, std::vector<std::pair<int, int>>& beside);
+  void add_part(const CubeGrid& grid, const CubePieces& pieces, const Positions& points, std::span<const int> vertices,
+                std::vector<std::pair<int, int>>& beside);
   /// @param beside  pieces that hang together
   void name_control_points(const std::vector<std::pair<int, int>>& beside);
 

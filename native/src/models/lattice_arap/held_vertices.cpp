@@ -58,11 +58,13 @@ void HeldVertices::add_patch(const ConstraintSet& set, int p) {
   std::map<int, double> row;
   double sum = 0;
   for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
-    if (!(set.patches.weights[k] > 0)) continue;
-    const auto [indices, coefficients] = lattice_->row(set.patches.vertices[k]);
+    const int vertex = set.patches.vertices[k];
+    if (!(set.patches.weights[k] > 0) || lattice_->piece_of_vertex()[vertex] < 0) continue;
+    const auto [indices, coefficients] = lattice_->row(vertex);
     for (size_t i = 0; i < indices.size(); ++i) row[indices[i]] += set.patches.weights[k] * coefficients[i];
     sum += set.patches.weights[k];
   }
+  if (!(sum > 0)) return;  // all of it is on sheets
   LinearRow average;
   for (const auto& [index, coefficient] : row) {
     average.indices.push_back(index);

@@ -2,11 +2,13 @@
 #include "arap/lattice_arap.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <optional>
 #include <utility>
 
 #include "arap/error.h"
+#include "base/eigen_compat.h"
 #include "base/format_message.h"
 #include "lattice/lattice.h"
 #include "lattice/segment_core.h"
@@ -17,6 +19,7 @@
 #include "models/lattice_arap/lattice_energy.h"
 #include "models/lattice_arap/lattice_fit.h"
 #include "models/lattice_arap/piece_stiffness.h"
+#include "models/lattice_arap/sheets.h"
 #include "models/model_space.h"
 #include "optimize/engine.h"
 #include "parallel/meter.h"
@@ -32,6 +35,12 @@ constexpr double kReach = 2;
 
 /// Of keep_volume = 1. A stiffer one keeps hardly more and takes far more iterations.
 constexpr double kVolumeStiffness = 2;
+
+/// Pieces of a part without an inside that is carried by cubes all the same: as small as it is, nobody sees it bend.
+constexpr int kMostHollow = 8;
+
+/// Of the progress of a solve, the part of the sheets.
+constexpr double kShareOfSheets = 0.3;
 
 /// Beyond this ratio of the stiffest piece to the softest, rounded forces of the one would bend the other.
 constexpr double kSinglePrecisionContrast = 1e4;
@@ -83,6 +92,15 @@ class Held {
   HeldSegments segments_;
 };
 
+Progress part_of(const Progress& whole, double begin, double end) {
+  if (!whole) return {};
+  return [&whole, begin, end](double done) { return whole(begin + (end - begin) * done); };
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 void require_inside(const PolygonMesh& mesh) {
   if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
     throw InvalidInput("the mesh has no faces or no size, so it has no inside; give it faces");
@@ -106,6 +124,7 @@ struct LatticeArap::Impl {
         areas(vertex_areas(mesh)),
         properties{space.to_model(of_input.stiffness), space.regions_to_model(of_input.rigid_regions)},
         engine(prepare(options, progress)),
+        sheets(mesh, *lattice, properties, options.threads, part_of(progress, 1, 1)),
         shown(input.positions()) {
     for (int v = 0; v < input.n_vertices(); ++v) {
       part_of_vertex.push_back(mesh.part_of_vertex()[space.model_vertices()[v]]);
@@ -124,7 +143,7 @@ struct LatticeArap::Impl {
     meter.tell();
     const double size = choose_cube_size(mesh, options.cube_size, threads, {&meter, 0});
     meter.tell();
-    lattice.emplace(mesh, size, MeterPart{&meter, 0.6});
+    make_lattice(size, {&meter, 0.6});
     if (options.cube_size == 0) coarsen(size, meter);
     meter.tell();
     // A control point has about as many incidences as five vertices of a surface.
@@ -155,6 +174,12 @@ struct LatticeArap::Impl {
     return model;
   }
 
+  /// Sheets have cubes only if there is nothing else.
+  void make_lattice(double size, const MeterPart& meter) {
+    lattice.emplace(mesh, size, meter, kMostHollow);
+    if (lattice->n_pieces() == 0) lattice.emplace(mesh, size);
+  }
+
   /// Makes the cubes larger until there are not too many pieces. If much of a mesh crosses itself, they are far more
   /// than the cubes; only the lattice knows how many.
   void coarsen(double size, Meter& meter) {
@@ -162,8 +187,38 @@ struct LatticeArap::Impl {
     while (lattice->n_pieces() > kManyPieces && size < 1) {
       // Crossed cubes fall with the square of the size.
       size = std::min(1.0, size * std::max(1.1, std::sqrt(lattice->n_pieces() / kManyPieces)));
-      lattice.emplace(mesh, size, MeterPart{&meter, 0});
+      make_lattice(size, {&meter, 0});
     }
+  }
+
+  /// Where the vertices are, in the input's space.
+  [[nodiscard]] Positions embedded(const Positions& control_points, const Positions& targets) const {
+    Positions points = mesh.positions();
+    lattice->embed(control_points, model.workers, points);
+    sheets.write(points);
+    exact->apply(targets, points);
+    return space.to_input(points, model.workers);
+  }
+
+  /// Of each row of the engine's targets, from those of the set's.
+  [[nodiscard]] std::vector<Matrix3> of_rows(std::span<const Matrix3> rotations) const {
+    std::vector<Matrix3> result;
+    if (!rotations.empty())
+      for (const int source : held->sources()) result.push_back(rotations[source]);
+    return result;
+  }
+
+  /// Adds what the engine did to what the sheets did. Energies are those of what has an inside.
+  void add(const IterationReport& report, SolveResult& result) const {
+    const double unit = space.size() * space.size() * space.size();
+    result.energy_before = report.energy_before * unit;
+    result.energy_after = report.energy_after * unit;
+    result.iterations = std::max(result.iterations, report.iterations);
+    result.step = std::max(result.step, report.step);
+    if (report.stop_reason != StopReason::kConverged) result.stop_reason = report.stop_reason;
+    for (const int part : engine.parts_at_rest())
+      if (!std::binary_search(sheets.parts().begin(), sheets.parts().end(), part)) result.parts_at_rest.push_back(part);
+    std::sort(result.parts_at_rest.begin(), result.parts_at_rest.end());
   }
 
   ModelSpace space;
@@ -173,7 +228,9 @@ struct LatticeArap::Impl {
   std::optional<Lattice> lattice;
   PreparedModel model;
   Engine engine;
+  Sheets sheets;
   ConstraintSet constraints;
+  ConstraintSet of_model;  ///< the same of mesh
   std::unique_ptr<Held> held;
   std::unique_ptr<ExactVertices> exact;
   std::unique_ptr<LatticeFit> fit;  ///< made when first needed
@@ -207,7 +264,14 @@ void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progre
   auto exact = std::make_unique<ExactVertices>(impl_->mesh, of_model, impl_->properties.rigid_regions,
                                                kReach * impl_->lattice->cube_size());
   ConstraintSet copy = constraints;
-  impl_->engine.set_constraints({{}, held->rows()}, progress);
+  impl_->sheets.set_constraints(of_model, progress);
+  try {
+    impl_->engine.set_constraints({{}, held->rows()}, progress);
+  } catch (...) {
+    if (impl_->engine.has_constraints()) impl_->sheets.set_constraints(impl_->of_model, {});
+    throw;
+  }
+  impl_->of_model = of_model;
   impl_->held = std::move(held);
   impl_->exact = std::move(exact);
   impl_->constraints = std::move(copy);
@@ -219,47 +283,46 @@ SolveResult LatticeArap::solve(const Positions& targets, const SolveOptions& opt
   require_constrained(impl_->engine.has_constraints());
   require_targets(impl_->constraints, targets, rotations);
   require_out(out, n_vertices());
-  const ModelSpace& space = impl_->space;
-  const Positions of_model = space.targets_to_model(targets, impl_->constraints);
-  std::vector<Matrix3> of_rows;
-  if (!rotations.empty())
-    for (const int source : impl_->held->sources()) of_rows.push_back(rotations[source]);
-  SolveResult result;
-  Positions positions;
-  const auto hand_over = [&](const Positions& control_points) {
-    Positions points = impl_->mesh.positions();
-    impl_->lattice->embed(control_points, impl_->model.workers, points);
-    impl_->exact->apply(of_model, points);
-    positions = space.to_input(points, impl_->model.workers);
-    return all_finite(positions, impl_->model.workers) &&
-           (out.empty() || write_single(positions, impl_->model.workers, out));
-  };
-  IterationReport report;
-  try {
-    report = impl_->engine.solve(impl_->held->targets(of_model), options, of_rows, progress, hand_over);
-  } catch (...) {
-    if (!out.empty()) static_cast<void>(write_single(impl_->shown, impl_->model.workers, out));
-    throw;
+  const Positions of_model = impl_->space.targets_to_model(targets, impl_->constraints);
+  const Positions before = impl_->sheets.positions();
+  const double share = impl_->sheets.empty() ? 0 : kShareOfSheets;
+  const auto start = std::chrono::steady_clock::now();
+  SolveResult result = impl_->sheets.solve(of_model, options, rotations, part_of(progress, 0, share));
+  if (result.stop_reason != StopReason::kCancelled) {
+    SolveOptions left = options;
+    left.time_limit_s = std::max(1e-9, left.time_limit_s - seconds_since(start));
+    Positions positions;
+    const auto hand_over = [&](const Positions& control_points) {
+      positions = impl_->embedded(control_points, of_model);
+      return all_finite(positions, impl_->model.workers) &&
+             (out.empty() || write_single(positions, impl_->model.workers, out));
+    };
+    try {
+      const IterationReport report = impl_->engine.solve(
+          impl_->held->targets(of_model), left, impl_->of_rows(rotations), part_of(progress, share, 1), hand_over);
+      impl_->add(report, result);
+    } catch (...) {
+      impl_->sheets.set_positions(before);
+      if (!out.empty()) static_cast<void>(write_single(impl_->shown, impl_->model.workers, out));
+      throw;
+    }
+    // The engine handed over the control points of the former pose, but what was spread around its targets is gone.
+    if (result.stop_reason == StopReason::kCancelled)
+      impl_->sheets.set_positions(before);
+    else
+      impl_->shown = std::move(positions);
   }
-  // The engine handed over the control points of the former pose, but what was spread around its targets is gone.
-  if (report.stop_reason != StopReason::kCancelled) impl_->shown = std::move(positions);
   if (out.empty())
     result.positions = impl_->shown;
   else
     static_cast<void>(write_single(impl_->shown, impl_->model.workers, out));
-  const double unit = space.size() * space.size() * space.size();
-  result.energy_before = report.energy_before * unit;
-  result.energy_after = report.energy_after * unit;
-  result.iterations = report.iterations;
-  result.step = report.step;
-  result.stop_reason = report.stop_reason;
-  result.parts_at_rest = impl_->engine.parts_at_rest();
   result.loose_vertices = impl_->loose_vertices;
   return result;
 }
 
 void LatticeArap::reset() {
   impl_->engine.reset();
+  impl_->sheets.reset();
   impl_->shown = impl_->space.to_input(impl_->mesh.positions(), impl_->model.workers);
 }
 
@@ -270,7 +333,9 @@ void LatticeArap::set_positions(const Positions& positions) {
     impl_->fit =
         std::make_unique<LatticeFit>(*impl_->lattice, impl_->areas, impl_->mesh.positions(), impl_->model.energy.K);
   const Workers& workers = impl_->model.workers;
-  impl_->engine.set_positions(impl_->fit->fit(impl_->space.to_model(positions, workers), workers));
+  const Positions of_model = impl_->space.to_model(positions, workers);
+  impl_->engine.set_positions(impl_->fit->fit(of_model, workers));
+  impl_->sheets.set_positions(of_model(impl_->sheets.vertices(), all));
   impl_->shown = positions;
 }
 
@@ -287,8 +352,11 @@ int LatticeArap::n_vertices() const { return impl_->space.n_input_vertices(); }
 int LatticeArap::n_parts() const { return impl_->mesh.n_parts(); }
 const std::vector<int>& LatticeArap::part_of_vertex() const { return impl_->part_of_vertex; }
 const std::vector<int>& LatticeArap::loose_vertices() const { return impl_->loose_vertices; }
-int LatticeArap::n_factorizations() const { return impl_->engine.n_factorizations(); }
+int LatticeArap::n_factorizations() const {
+  return impl_->engine.n_factorizations() + impl_->sheets.n_factorizations();
+}
 int LatticeArap::n_control_points() const { return impl_->lattice->n_control_points(); }
+bool LatticeArap::has_inside() const { return impl_->lattice->has_inside(); }
 double LatticeArap::cube_size() const { return impl_->lattice->cube_size() * impl_->space.size(); }
 Positions LatticeArap::cube_corners() const {
   return impl_->space.points_to_input(impl_->lattice->corners(impl_->engine.positions()));

@@ -18,6 +18,13 @@ inline arap::LatticeOptions coarse() {
   return options;
 }
 
+inline arap::SolveResult solve_once(const MeshData& mesh, const Task& task,
+                                    const arap::LatticeOptions& options = coarse()) {
+  arap::LatticeArap solver(mesh.mesh(), options);
+  solver.set_constraints(task.constraints);
+  return solver.solve(task.targets, to_accuracy(1e-6));
+}
+
 inline double furthest(const Positions& a, const Positions& b) { return (a - b).rowwise().norm().maxCoeff(); }
 
 inline double volume(const MeshData& mesh, const Positions& points) {

@@ -20,12 +20,6 @@ using arap::LatticeOptions;
 using arap::SolveOptions;
 using arap::SolveResult;
 
-SolveResult solve_once(const MeshData& mesh, const Task& task, const LatticeOptions& options = coarse()) {
-  LatticeArap solver(mesh.mesh(), options);
-  solver.set_constraints(task.constraints);
-  return solver.solve(task.targets, to_accuracy(1e-6));
-}
-
 /// Both ends held; the upper one is moved by `motion` in `n_steps`.
 SolveResult pose_rod(const MeshData& mesh, const std::function<RigidMotion(double)>& motion,
                      const LatticeOptions& options, int n_steps = 6) {
