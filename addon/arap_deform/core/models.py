@@ -66,6 +66,11 @@ def segments_outside(model: Model, segments: Floats) -> Ints:
     return np.asarray(of_model(np.ascontiguousarray(segments)), dtype=np.int32)
 
 
+def has_inside(model: Model) -> bool:
+    """False if the model is one with an inside, and the mesh has none."""
+    return bool(getattr(model, "has_inside", True))
+
+
 def cube_corners(model: Model) -> Floats | None:
     """(8 n, 3) float64 corners of the cubes of its lattice, solver space, see LatticeArap; None if it has none.
 

@@ -157,6 +157,11 @@ class Session:
         """What the point handles hold; of a completed mesh see mirror.Whole.specs()."""
         return self._point_patches
 
+    @property
+    def has_inside(self) -> bool:
+        """False if it is a solid of a mesh without an inside."""
+        return models.has_inside(self._model)
+
     def cube_edges(self) -> Float32s:
         """(2 e, 3) float32 ends of the edges of a solid's cubes where they are now, object space; none of a surface.
 

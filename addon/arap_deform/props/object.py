@@ -36,8 +36,8 @@ MODELS = (
         "solid",
         "Solid",
         (
-            "The mesh has an inside, so limbs that twist or bend keep their volume. Holes do no harm, but a thin sheet "
-            "is stiffer than as a surface"
+            "The mesh has an inside, so limbs that twist or bend keep their volume. Holes do no harm. "
+            "Parts without an inside, as clothes, stay surfaces"
         ),
         "NONE",
         1,

@@ -9,7 +9,7 @@ from ..core import sessions
 from ..scene import meshes, remembered, versions
 from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
-from ..ui.panels import ArapPanel, ArapSubPanel, draw_table, split_column
+from ..ui.panels import ArapPanel, ArapSubPanel, draw_table, draw_text, split_column
 
 SHOWN_ENERGIES = ("rotation_nodes", "spokes_and_rims")  # scripts may set others, too
 STOP_REASONS = {
@@ -36,6 +36,9 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         if settings.model == "solid":
             column.prop(settings, "cube_size")
             column.prop(settings, "keep_volume", slider=True)
+            bound = sessions.get(obj.name_full)
+            if bound is not None and not bound.session.has_inside:
+                draw_text(context, layout, "This mesh has no inside: Surface bends it better", "INFO")
         else:
             _draw_surface(context, column, obj)
         column = split_column(layout)

@@ -14,7 +14,7 @@ from arap_deform.core.session_data import SessionMesh, SessionSettings, readout_
 from arap_deform.core.stiffness import StiffGroup, regions_of, stiffness_of
 from arap_deform.core.targets import HandleSpec, Segment
 from arap_deform.core.transforms import best_rigid_fit, stretch_of
-from sample_meshes import motion, rotation_z, tube
+from sample_meshes import motion, rotation_z, sheet, tube
 
 TUBE = tube()
 MESH = SessionMesh(TUBE.positions, TUBE.corner_vertices, TUBE.face_sizes)
@@ -277,6 +277,13 @@ def test_a_solid_keeps_its_girth_under_a_twist():
         return np.linalg.norm(session.positions[middle, :2], axis=1).mean()
 
     assert girth(model="solid") > girth() + 0.02
+
+
+def test_a_solid_of_a_sheet_says_that_it_has_no_inside():
+    flat = sheet(6)
+    for mesh, expected in ((MESH, True), (SessionMesh(flat.positions, flat.corner_vertices, flat.face_sizes), False)):
+        assert run(Session.bind(arap_native, mesh, np.eye(3), SessionSettings(model="solid"))).has_inside is expected
+        assert run(Session.bind(arap_native, mesh, np.eye(3), SessionSettings())).has_inside
 
 
 def bone(low, high, name="Bone"):
