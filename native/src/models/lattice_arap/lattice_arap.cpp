@@ -50,11 +50,6 @@ bool write_single(const Positions& positions, const Workers& workers, std::span<
   });
 }
 
-void require_inside(const PolygonMesh& mesh) {
-  if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
-    throw InvalidInput("the mesh has no faces or no size, so it has no inside; give it faces");
-}
-
 }  // namespace
 
 void LatticeOptions::validate() const {
