@@ -1,120 +1,36 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "lattice/lattice.h"
 
-#include <algorithm>
-#include <cmath>
-#include <numeric>
 #include <utility>
 
-#include "arap/error.h"
-#include "base/format_message.h"
-#include "base/grouped.h"
-#include "base/union_find.h"
-#include "lattice/cube_pieces.h"
-#include "mesh/polygon_ears.h"
 #include "parallel/parallel.h"
 
 namespace arap {
 
-namespace {
-
-using Pair = std::pair<int, int>;
-using Triangles = std::vector<std::array<int, 3>>;
-
-/// More take more memory than the mesh that they are for could be worth.
-constexpr int kMostPieces = 300'000;
-
-}  // namespace
-
-struct Lattice::Draft {
-  std::vector<CubeGrid> grids;  ///< of each part
-  std::vector<int> cubes;       ///< of each piece, in its part's grid
-  std::vector<int> part_of_piece;
-  std::vector<Pair> beside;
-};
-
 Lattice::Lattice(const PolygonMesh& mesh, double cube_size, const MeterPart& meter)
-    : cube_size_(cube_size),
-      piece_of_vertex_(mesh.n_vertices(), -1),
-      places_(mesh.n_vertices(), Eigen::Vector3f::Zero()) {
-  const std::vector<int>& part_of = mesh.part_of_vertex();
-  const Grouped vertices(mesh.n_parts(), [&](const auto& add) {
-    for (int v = 0; v < mesh.n_vertices(); ++v)
-      if (part_of[v] >= 0) add(part_of[v], v);
-  });
-  const Grouped faces(mesh.n_parts(), [&](const auto& add) {
-    for (int f = 0; f < mesh.n_faces(); ++f) add(part_of[mesh.face(f)[0]], f);
-  });
-  std::vector<int> local(mesh.n_vertices(), -1);
-  Draft draft;
-  EarCutter ears;
-  for (int part = 0; part < mesh.n_parts(); ++part) {
-    const std::span<const int> own = vertices.of(part);
-    Positions points(own.size(), 3);
-    for (size_t k = 0; k < own.size(); ++k) {
-      local[own[k]] = static_cast<int>(k);
-      points.row(static_cast<Eigen::Index>(k)) = mesh.positions().row(own[k]);
-    }
-    Triangles triangles;
-    for (const int f : faces.of(part)) ears.cut(mesh.positions(), mesh.face(f), triangles);
-    for (std::array<int, 3>& triangle : triangles)
-      for (int& v : triangle) v = local[v];
-    add_part(points, triangles, own, meter.part(static_cast<double>(own.size()) / mesh.n_vertices()), draft);
-    if (n_pieces() > kMostPieces)
-      throw InvalidInput(
-          text("the mesh has more than ", kMostPieces, " pieces in cubes of ", cube_size,
-               " of its size, which is the most that can be posed; join its seams or take larger cubes"));
-  }
-  name_control_points(draft);
+    : cube_size_(cube_size), places_(mesh.n_vertices(), Eigen::Vector3f::Zero()) {
+  const MeshPieces pieces(mesh, cube_size, meter);
+  inside_ = pieces.inside();
+  piece_of_vertex_ = pieces.piece_of_vertex();
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (const int piece = piece_of_vertex_[v]; piece >= 0)
+      places_[v] = ((mesh.positions().row(v) - pieces.lowest_corner(piece)) / cube_size).transpose().cast<float>();
+  name_control_points(pieces);
 }
 
-void Lattice::add_part(const Positions& points, const Triangles& triangles, std::span<const int> vertices,
-                       const MeterPart& meter, Draft& draft) {
-  const CubeGrid grid =
-      grid_around(Eigen::AlignedBox3d(points.colwise().minCoeff().transpose(), points.colwise().maxCoeff().transpose()),
-                  cube_size_);
-  const CubePieces pieces = find_pieces(points, triangles, grid, meter);
-  const int first = n_pieces();
-  inside_.insert(inside_.end(), pieces.inside.begin(), pieces.inside.end());
-  draft.cubes.insert(draft.cubes.end(), pieces.cubes.begin(), pieces.cubes.end());
-  draft.part_of_piece.resize(draft.cubes.size(), static_cast<int>(draft.grids.size()));
-  draft.grids.push_back(grid);
-  for (const auto& [a, b] : pieces.beside) draft.beside.emplace_back(first + a, first + b);
-  for (size_t k = 0; k < vertices.size(); ++k) {
-    const int piece = pieces.piece_of_vertex[k];
-    piece_of_vertex_[vertices[k]] = first + piece;
-    const Eigen::RowVector3d corner = grid.corner(grid.cube(pieces.cubes[piece]));
-    places_[vertices[k]] = ((points.row(static_cast<Eigen::Index>(k)) - corner) / grid.size).transpose().cast<float>();
-  }
-}
-
-void Lattice::name_control_points(const Draft& draft) {
-  UnionFind same(kControlPoints * n_pieces());
-  for (const auto& [a, b] : draft.beside) {
-    const CubeGrid& grid = draft.grids[draft.part_of_piece[a]];
-    const CubeGrid::Cube from = grid.cube(draft.cubes[a]);
-    const CubeGrid::Cube to = grid.cube(draft.cubes[b]);
-    for (int k = 0; k < kControlPoints; ++k) {
-      const std::array<int, 3> seen{k / 9 + from[0] - to[0], k / 3 % 3 + from[1] - to[1], k % 3 + from[2] - to[2]};
-      if (std::all_of(seen.begin(), seen.end(), [](int i) { return i >= 0 && i < 3; }))
-        same.join(kControlPoints * a + k, kControlPoints * b + 9 * seen[0] + 3 * seen[1] + seen[2]);
-    }
-  }
-  std::vector<int> number(static_cast<size_t>(kControlPoints) * inside_.size(), -1);
+void Lattice::name_control_points(const MeshPieces& pieces) {
+  const std::vector<int> numbers = pieces.shared_points(3);
   control_points_.resize(inside_.size());
   std::vector<Eigen::RowVector3d> rest;
   for (int piece = 0; piece < n_pieces(); ++piece)
     for (int k = 0; k < kControlPoints; ++k) {
-      int& of_set = number[same.find(kControlPoints * piece + k)];
-      if (of_set < 0) {
-        of_set = static_cast<int>(rest.size());
-        const CubeGrid::Cube steps{k / 9, k / 3 % 3, k % 3};
-        const CubeGrid& grid = draft.grids[draft.part_of_piece[piece]];
-        rest.emplace_back(grid.corner(grid.cube(draft.cubes[piece])) +
-                          grid.size * (Eigen::RowVector3d(steps[0], steps[1], steps[2]).array() - 0.5).matrix());
-        parts_.push_back(draft.part_of_piece[piece]);
-      }
-      control_points_[piece][k] = of_set;
+      const int c = numbers[kControlPoints * piece + k];
+      control_points_[piece][k] = c;
+      if (c < static_cast<int>(rest.size())) continue;
+      const CubeGrid::Cube steps{k / 9, k / 3 % 3, k % 3};
+      rest.emplace_back(pieces.lowest_corner(piece) +
+                        cube_size_ * (Eigen::RowVector3d(steps[0], steps[1], steps[2]).array() - 0.5).matrix());
+      parts_.push_back(pieces.part(piece));
     }
   rest_.resize(static_cast<Eigen::Index>(rest.size()), 3);
   for (size_t c = 0; c < rest.size(); ++c) rest_.row(static_cast<Eigen::Index>(c)) = rest[c];

@@ -2,22 +2,21 @@
 #pragma once
 
 #include <array>
-#include <span>
 #include <vector>
 
 #include "arap/mesh.h"
 #include "constraints/linear_rows.h"
-#include "lattice/cube_grid.h"
+#include "lattice/mesh_pieces.h"
 #include "lattice/spline.h"
 #include "parallel/meter.h"
 #include "parallel/workers.h"
 
 namespace arap {
 
-/// A sparse lattice around a mesh: the cubes that its surface touches or fills, in pieces (see CubePieces), and on them
+/// A sparse lattice around a mesh: the cubes that its surface touches or fills, in pieces (see MeshPieces), and on them
 /// quadratic B-splines. A point x of a piece is sum_k phi_k(x) c_k over the piece's 27 control points: C1 from cube to
-/// cube, and affine maps of the control points are met exactly. Each connected part of the mesh has cubes of its own,
-/// around its middle: a part smaller than a cube has one, so 27 control points.
+/// cube, and affine maps of the control points are met exactly. A part of the mesh that is smaller than a cube has 27
+/// control points.
 class Lattice {
  public:
   using ControlPoints = std::array<int, kControlPoints>;
@@ -58,12 +57,7 @@ class Lattice {
 
   [[nodiscard]] AxisWeights axis_weights(int vertex) const;
 
-  /// What a lattice is made of before its control points have numbers.
-  struct Draft;
-
-  void add_part(const Positions& points, const std::vector<std::array<int, 3>>& triangles,
-                std::span<const int> vertices, const MeterPart& meter, Draft& draft);
-  void name_control_points(const Draft& draft);
+  void name_control_points(const MeshPieces& pieces);
 
   double cube_size_;
   std::vector<double> inside_;
