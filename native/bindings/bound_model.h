@@ -103,31 +103,61 @@ class BoundAs : public BoundModel {
 };
 
 /// Adds a model's class to the module, with the two ways to bind one.
-template <typename Native>
+/// @param arrays_from  makes its mesh's arrays of the first arguments
+/// @param arguments    names these
+template <typename Native, typename... Given, typename... Arguments>
 py::class_<BoundAs<Native>, BoundModel> bind_class(py::module_& m, const std::shared_ptr<Jobs>& jobs, const char* doc,
-                                                   const char* init_doc, const char* begin_bind_doc) {
+                                                   const char* init_doc, const char* begin_bind_doc,
+                                                   typename BindInput<Native>::Arrays (*arrays_from)(Given...),
+                                                   const Arguments&... arguments) {
   const py::object none = py::none();
   using Object = const py::object&;
   using Options = typename ClassOf<Native>::Options;
   py::class_<BoundAs<Native>, BoundModel> type(m, ClassOf<Native>::kName, doc);
-  type.def(py::init([](Object rest_positions, Object corner_vertices, Object face_sizes, const Options* options,
-                       Object stiffness, Object rigid_regions, py::object progress) {
-             return BoundAs<Native>::bind(
-                 {rest_positions, corner_vertices, face_sizes, options, stiffness, rigid_regions}, std::move(progress));
-           }),
-           init_doc, py::arg("rest_positions"), py::arg("corner_vertices"), py::arg("face_sizes") = none,
-           py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none, py::arg("rigid_regions") = none,
-           py::arg("progress") = none);
+  type.def(
+      py::init([arrays_from](Given... mesh, const Options* options, Object stiffness, Object rigid_regions,
+                             py::object progress) {
+        return BoundAs<Native>::bind({arrays_from(mesh...), options, stiffness, rigid_regions}, std::move(progress));
+      }),
+      init_doc, arguments..., py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
+      py::arg("rigid_regions") = none, py::arg("progress") = none);
   type.def_static(
       "begin_bind",
-      [jobs](Object rest_positions, Object corner_vertices, Object face_sizes, const Options* options, Object stiffness,
-             Object rigid_regions) {
-        return BoundAs<Native>::begin_bind(
-            *jobs, {rest_positions, corner_vertices, face_sizes, options, stiffness, rigid_regions});
+      [jobs, arrays_from](Given... mesh, const Options* options, Object stiffness, Object rigid_regions) {
+        return BoundAs<Native>::begin_bind(*jobs, {arrays_from(mesh...), options, stiffness, rigid_regions});
       },
-      begin_bind_doc, py::arg("rest_positions"), py::arg("corner_vertices"), py::arg("face_sizes") = none,
-      py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none, py::arg("rigid_regions") = none);
+      begin_bind_doc, arguments..., py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
+      py::arg("rigid_regions") = none);
   return type;
+}
+
+/// The same for a model of polygons.
+template <typename Native>
+py::class_<BoundAs<Native>, BoundModel> bind_polygon_class(py::module_& m, const std::shared_ptr<Jobs>& jobs,
+                                                           const char* doc, const char* init_doc,
+                                                           const char* begin_bind_doc) {
+  return bind_class<Native>(m, jobs, doc, init_doc, begin_bind_doc, &mesh_from, py::arg("rest_positions"),
+                            py::arg("corner_vertices"), py::arg("face_sizes") = py::none());
+}
+
+/// Adds the energy of a model that tells it.
+template <typename Native>
+void def_energy(py::class_<BoundAs<Native>, BoundModel>& type, const char* energy_doc, const char* gradient_doc) {
+  using Bound = BoundAs<Native>;
+  type.def(
+      "energy",
+      [](const Bound& model, const py::object& positions) {
+        const arap::Positions points = model.points_from(positions);
+        return model.exclusively([&](Native& native) { return native.energy(points); });
+      },
+      energy_doc, py::arg("positions"));
+  type.def(
+      "energy_gradient",
+      [](const Bound& model, const py::object& positions) {
+        const arap::Positions points = model.points_from(positions);
+        return to_array(model.exclusively([&](Native& native) { return native.energy_gradient(points); }));
+      },
+      gradient_doc, py::arg("positions"));
 }
 
 /// Adds Model, what all classes of models have in common.
@@ -136,5 +166,6 @@ void bind_model(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 /// Each adds its class.
 void bind_surface_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 void bind_lattice_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
+void bind_tet_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 
 }  // namespace arap_native

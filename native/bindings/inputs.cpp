@@ -50,6 +50,17 @@ arap::PolygonMesh mesh_of(MeshArrays arrays) {
   return {std::move(arrays.positions), std::move(arrays.corner_vertices), std::move(arrays.face_sizes)};
 }
 
+TetArrays tets_from(const py::object& rest_positions, const py::object& tets) {
+  TetArrays mesh{positions_from(rest_positions, "rest_positions", "n", "one row per vertex"), {}};
+  const std::vector<int> vertices =
+      to_vector<int>(require_array<int>(tets, "tets", {"m", 4}, "one row per tetrahedron"));
+  mesh.tets.resize(vertices.size() / 4);
+  for (size_t k = 0; k < vertices.size(); ++k) mesh.tets[k / 4][k % 4] = vertices[k];
+  return mesh;
+}
+
+arap::TetMesh mesh_of(TetArrays arrays) { return {std::move(arrays.positions), std::move(arrays.tets)}; }
+
 arap::VertexProperties properties_from(const py::object& stiffness, const py::object& rigid_regions, const Extent& n) {
   arap::VertexProperties properties;
   if (!stiffness.is_none())

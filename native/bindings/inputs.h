@@ -5,11 +5,13 @@
 #include <pybind11/pybind11.h>
 
 #include <memory>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "arap/constraints.h"
 #include "arap/mesh.h"
+#include "arap/tet_mesh.h"
 #include "arap/types.h"
 #include "arap/vertex_properties.h"
 #include "arrays.h"
@@ -29,19 +31,32 @@ struct MeshArrays {
 MeshArrays mesh_from(const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes);
 arap::PolygonMesh mesh_of(MeshArrays arrays);
 
+/// What a TetMesh is made of.
+struct TetArrays {
+  arap::Positions positions;
+  std::vector<arap::TetMesh::Tet> tets;
+};
+
+TetArrays tets_from(const py::object& rest_positions, const py::object& tets);
+arap::TetMesh mesh_of(TetArrays arrays);
+
+/// The arrays of a kind of mesh.
+template <typename Mesh>
+using ArraysOf = std::conditional_t<std::is_same_v<Mesh, arap::TetMesh>, TetArrays, MeshArrays>;
+
 arap::VertexProperties properties_from(const py::object& stiffness, const py::object& rigid_regions, const Extent& n);
 
 /// What a model is bound to.
 template <typename Native>
 struct BindInput {
   using Options = typename ClassOf<Native>::Options;
-  MeshArrays mesh;
+  using Arrays = ArraysOf<typename ClassOf<Native>::Mesh>;
+  Arrays mesh;
   Options options;
   arap::VertexProperties properties;
 
-  BindInput(const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes,
-            const Options* given, const py::object& stiffness, const py::object& rigid_regions)
-      : mesh(mesh_from(rest_positions, corner_vertices, face_sizes)),
+  BindInput(Arrays arrays, const Options* given, const py::object& stiffness, const py::object& rigid_regions)
+      : mesh(std::move(arrays)),
         options(given != nullptr ? *given : Options{}),
         properties(properties_from(stiffness, rigid_regions, mesh.positions.rows())) {}
 

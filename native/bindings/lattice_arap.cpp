@@ -8,8 +8,8 @@ namespace arap_native {
 
 void bind_lattice_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
   using Bound = BoundAs<arap::LatticeArap>;
-  bind_class<arap::LatticeArap>(m, jobs, docstrings::LatticeArap, docstrings::LatticeArap_init,
-                                docstrings::LatticeArap_begin_bind)
+  bind_polygon_class<arap::LatticeArap>(m, jobs, docstrings::LatticeArap, docstrings::LatticeArap_init,
+                                        docstrings::LatticeArap_begin_bind)
       .def(
           "segments_outside",
           [](const Bound& model, const py::object& segments) {

@@ -11,6 +11,7 @@
 
 #include "arap/lattice_arap.h"
 #include "arap/surface_arap.h"
+#include "arap/tet_arap.h"
 
 namespace arap_native {
 
@@ -19,13 +20,21 @@ template <typename Native>
 struct ClassOf;
 template <>
 struct ClassOf<arap::SurfaceArap> {
+  using Mesh = arap::PolygonMesh;
   using Options = arap::Options;
   static constexpr const char* kName = "SurfaceArap";
 };
 template <>
 struct ClassOf<arap::LatticeArap> {
+  using Mesh = arap::PolygonMesh;
   using Options = arap::LatticeOptions;
   static constexpr const char* kName = "LatticeArap";
+};
+template <>
+struct ClassOf<arap::TetArap> {
+  using Mesh = arap::TetMesh;
+  using Options = arap::TetOptions;
+  static constexpr const char* kName = "TetArap";
 };
 
 /// A bound model of any class, and whether it is at work.

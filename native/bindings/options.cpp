@@ -8,6 +8,7 @@
 
 #include "arap/lattice_arap.h"
 #include "arap/options.h"
+#include "arap/tet_arap.h"
 #include "arrays.h"
 #include "docstrings.h"
 #include "enum_names.h"
@@ -103,6 +104,15 @@ void bind_lattice_options(py::module_& m) {
   def_field(type, "threads", &LatticeOptions::threads, docstrings::LatticeOptions_threads);
   def_field(type, "join_seams", &LatticeOptions::join_seams, docstrings::LatticeOptions_join_seams);
   def_construction(type, docstrings::LatticeOptions_init, {"cube_size", "keep_volume", "threads", "join_seams"});
+}
+
+void bind_tet_options(py::module_& m) {
+  using arap::TetOptions;
+  py::class_<TetOptions> type(m, "TetOptions", docstrings::TetOptions);
+  def_field(type, "threads", &TetOptions::threads, docstrings::TetOptions_threads);
+  def_enum<TetOptions, arap::LinearSolverKind>(type, "linear_solver", &TetOptions::linear_solver, kLinearSolvers,
+                                               docstrings::TetOptions_linear_solver);
+  def_construction(type, docstrings::TetOptions_init, {"threads", "linear_solver"});
 }
 
 void bind_solve_options(py::module_& m) {

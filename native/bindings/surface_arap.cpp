@@ -51,31 +51,20 @@ std::unique_ptr<JobHandle> begin_patches(const Bound& model, Jobs& jobs, const p
       });
 }
 
-double energy(const Bound& model, const py::object& positions) {
-  const arap::Positions points = model.points_from(positions);
-  return model.exclusively([&](arap::SurfaceArap& surface) { return surface.energy(points); });
-}
-
-py::array energy_gradient(const Bound& model, const py::object& positions) {
-  const arap::Positions points = model.points_from(positions);
-  return to_array(model.exclusively([&](arap::SurfaceArap& surface) { return surface.energy_gradient(points); }));
-}
-
 }  // namespace
 
 void bind_surface_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
-  bind_class<arap::SurfaceArap>(m, jobs, docstrings::SurfaceArap, docstrings::SurfaceArap_init,
-                                docstrings::SurfaceArap_begin_bind)
-      .def("patch_around", &patch_around, docstrings::SurfaceArap_patch_around, py::arg("vertices"),
+  auto type = bind_polygon_class<arap::SurfaceArap>(m, jobs, docstrings::SurfaceArap, docstrings::SurfaceArap_init,
+                                                    docstrings::SurfaceArap_begin_bind);
+  type.def("patch_around", &patch_around, docstrings::SurfaceArap_patch_around, py::arg("vertices"),
            py::arg("radius") = 0.0)
       .def(
           "begin_patches",
           [jobs](const Bound& model, const py::object& around, const py::object& radii) {
             return begin_patches(model, *jobs, around, radii);
           },
-          docstrings::SurfaceArap_begin_patches, py::arg("around"), py::arg("radii"))
-      .def("energy", &energy, docstrings::SurfaceArap_energy, py::arg("positions"))
-      .def("energy_gradient", &energy_gradient, docstrings::SurfaceArap_energy_gradient, py::arg("positions"));
+          docstrings::SurfaceArap_begin_patches, py::arg("around"), py::arg("radii"));
+  def_energy(type, docstrings::SurfaceArap_energy, docstrings::SurfaceArap_energy_gradient);
 }
 
 }  // namespace arap_native

@@ -14,6 +14,8 @@ from ._native import (
     SolveOptions,
     SolveResult,
     SurfaceArap,
+    TetArap,
+    TetOptions,
     __version__,
     same_places,
 )
@@ -33,6 +35,8 @@ __all__ = [
     "SolveOptions",
     "SolveResult",
     "SurfaceArap",
+    "TetArap",
+    "TetOptions",
     "__version__",
     "same_places",
 ]

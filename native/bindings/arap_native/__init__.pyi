@@ -101,6 +101,20 @@ class LatticeOptions:
         self, *, cube_size: float = 0.0, keep_volume: float = 0.0, threads: int = 0, join_seams: bool = False
     ) -> None: ...
 
+class TetOptions:
+    """Options of a TetArap, fixed at bind. A value that is not allowed raises ValueError when it is set."""
+
+    threads: int
+    """Threads of bind and solve; 0 is as many as pay at this size."""
+    linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"]
+    """For comparisons only: see Options.linear_solver."""
+    def __init__(
+        self,
+        *,
+        threads: int = 0,
+        linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"] = "block_ldlt",
+    ) -> None: ...
+
 class SolveOptions:
     """Options of one solve. A value that is not allowed raises ValueError when it is set."""
 
@@ -130,7 +144,10 @@ class SolveOptions:
     ) -> None: ...
 
 class SolveResult:
-    """What a solve did. Energies are in the square of the input's unit and include soft constraints' terms."""
+    """What a solve did. Energies include soft constraints' terms.
+
+    They are in the square of the input's unit, those of LatticeArap and TetArap in its cube.
+    """
 
     @property
     def positions(self) -> NDArray[Any]:
@@ -155,10 +172,10 @@ class SolveResult:
         """Connected parts without any constraint, left at rest; see Model.part_of_vertex."""
     @property
     def loose_vertices(self) -> NDArray[np.int32]:
-        """Vertices in no face, left at rest unless constrained."""
+        """Vertices in no face or tetrahedron, left at rest unless constrained."""
 
 class Model:
-    """A mesh bound to a model of deformation: what SurfaceArap and LatticeArap have in common."""
+    """A mesh bound to a model of deformation: what SurfaceArap, LatticeArap and TetArap have in common."""
 
     def set_constraints(
         self,
@@ -251,7 +268,7 @@ class Model:
         """(n,) int32, connected part of each vertex, -1 for loose ones."""
     @property
     def loose_vertices(self) -> NDArray[np.int32]:
-        """Vertices in no face."""
+        """Vertices in no face or tetrahedron."""
     @property
     def n_factorizations(self) -> int:
         """Numeric factorizations since bind; new targets never add one."""
@@ -402,6 +419,59 @@ class LatticeArap(Model):
     @property
     def cube_size(self) -> float:
         """Edge of a cube of the lattice, in the unit of the rest positions."""
+
+class TetArap(Model):
+    """As-rigid-as-possible deformation of tetrahedra. Construction binds the mesh.
+
+    The energy is the sum over the tetrahedra of volume times stiffness times |F - R|^2, with F the deformation gradient
+    and R the rotation nearest to it. A point inside of a tetrahedron is constrained as a patch: its four vertices with
+    the point's barycentric coordinates as weights.
+    """
+
+    def __init__(
+        self,
+        rest_positions: NDArray[np.float64],
+        tets: NDArray[np.int32],
+        options: TetOptions | None = None,
+        *,
+        stiffness: NDArray[np.float64] | None = None,
+        rigid_regions: NDArray[np.int32] | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds a mesh.
+
+        Args:
+            rest_positions: (n, 3) float64.
+            tets: (m, 4) int32, the vertices of each tetrahedron; either orientation serves.
+            options: see TetOptions.
+            stiffness: (n,) float64, 1e-12 to 1e12; a tetrahedron has the geometric mean of its vertices'. 1 is normal.
+            rigid_regions, progress: as for SurfaceArap.
+
+        Raises:
+            ValueError: bad shape, dtype or position; or a tetrahedron that names a vertex that is not there or
+                one twice, or has no volume (names the tetrahedron).
+            Cancelled: ``progress`` returned False.
+        """
+
+    @staticmethod
+    def begin_bind(
+        rest_positions: NDArray[np.float64],
+        tets: NDArray[np.int32],
+        options: TetOptions | None = None,
+        *,
+        stiffness: NDArray[np.float64] | None = None,
+        rigid_regions: NDArray[np.int32] | None = None,
+    ) -> Job[TetArap]:
+        """Begins to bind a mesh: the constructor as a job."""
+
+    def energy(self, positions: NDArray[np.float64]) -> float:
+        """Energy that a solve minimizes, at ``positions``, (n, 3) float64, without constraint terms.
+
+        Rotations are the best for these positions; each rigid region uses the best-fit rotation of its vertices.
+        """
+
+    def energy_gradient(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n, 3) float64 gradient of energy() at ``positions``."""
 
 def same_places(
     rest_positions: NDArray[np.float64],

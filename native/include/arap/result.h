@@ -8,9 +8,10 @@
 
 namespace arap {
 
-/// What a solve did. Energies are as docs/formulation.md defines them, in the square of the input's unit, and
-/// include the soft constraints' terms. If a solve ends in single precision, before it has come near the minimum,
-/// they are known to about 1e-7 of the rest energy. An energy beyond the range of numbers is the largest of them.
+/// What a solve did. Energies are as docs/formulation.md defines them, in the square of the input's unit, those of
+/// solids (LatticeArap, TetArap) in its cube, and include the soft constraints' terms. If a solve ends in single
+/// precision, before it has come near the minimum, they are known to about 1e-7 of the rest energy. An energy beyond
+/// the range of numbers is the largest of them.
 struct SolveResult {
   Positions positions;       ///< (n, 3), in the space and unit of the rest positions; empty if `out` was given
   double energy_before = 0;  ///< at the start of the iteration, after the initial guess
@@ -19,7 +20,7 @@ struct SolveResult {
   double step = 0;           ///< last iteration's largest movement / rest diagonal
   StopReason stop_reason = StopReason::kMaxIterations;
   std::vector<int> parts_at_rest;   ///< connected parts without any constraint: left at rest
-  std::vector<int> loose_vertices;  ///< vertices in no face: left at rest unless constrained
+  std::vector<int> loose_vertices;  ///< vertices in no face or tetrahedron: left at rest unless constrained
 };
 
 }  // namespace arap

@@ -2,6 +2,7 @@
 #include "constraints/prepared_model.h"
 
 #include <future>
+#include <numeric>
 
 #include "base/eigen_compat.h"
 #include "base/permutation.h"
@@ -16,7 +17,19 @@ std::unique_ptr<LinearSolver> PreparedModel::make_solver(const MeterPart& meter)
   return make_linear_solver(system_matrix(), linear_solver, workers, TileFormat::kHalf, meter);
 }
 
+void PreparedModel::choose_precision() {
+  // In a sum over few cells single precision shows, and there is no time to win.
+  constexpr int kFewVertices = 2000;
+  fits_single = energy.n_vertices() >= kFewVertices && fits_single_precision(energy, rest);
+}
+
 std::vector<int> PreparedModel::take_solver_numbers(const MeterPart& meter) {
+  if (solver->ordering() == nullptr) {
+    keep_numbers();
+    std::vector<int> unchanged(rest.rows());
+    std::iota(unchanged.begin(), unchanged.end(), 0);
+    return unchanged;
+  }
   const std::vector<int> order = *solver->ordering();
   std::vector<int> new_of_old = inverse_permutation(order);
   regions.renumber(new_of_old);

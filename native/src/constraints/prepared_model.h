@@ -41,8 +41,11 @@ struct PreparedModel {
   /// other work.
   [[nodiscard]] std::unique_ptr<LinearSolver> make_solver(const MeterPart& meter = {});
 
+  /// Lets single precision serve if the energy is such that it can, and large enough for it to be faster.
+  void choose_precision();
+
   /// For an energy and rest positions whose vertices have the solver's numbers already: regions, parts and the solver
-  /// take them too. Returns the new number of each vertex.
+  /// take them too. Where the solver has no numbers of its own, all keep theirs. Returns the new number of each vertex.
   std::vector<int> take_solver_numbers(const MeterPart& meter = {});
   /// For an energy whose vertices keep their numbers.
   void keep_numbers();

@@ -19,6 +19,14 @@ Vector3 twist(const Matrix3& A) { return {A(1, 2) - A(2, 1), A(2, 0) - A(0, 2), 
 
 }  // namespace
 
+std::vector<int> without_single_vertices(std::vector<int> region_of_vertex) {
+  std::map<int, int> n_members;
+  for (const int region : region_of_vertex) ++n_members[region];
+  for (int& region : region_of_vertex)
+    if (n_members[region] == 1) region = -1;
+  return region_of_vertex;
+}
+
 RigidRegions::RigidRegions(const std::vector<int>& region_of_vertex, const CellEnergy& energy, const Positions& rest)
     : energy_(&energy), rest_(&rest) {
   std::map<int, std::vector<int>> members_of_label;

@@ -28,6 +28,10 @@ struct RegionPoint {
   Vector3 rest;
 };
 
+/// The regions but for those of one vertex: that is no more rigid than it is alone.
+/// @param region_of_vertex  (n,) any label >= 0, < 0 = in no region; or empty
+[[nodiscard]] std::vector<int> without_single_vertices(std::vector<int> region_of_vertex);
+
 /// Vertices that move as one body each. Rotation and translation are eliminated from the system: the members of a
 /// region share the unknown of their first vertex (the translation), and the cells at home in it share its rotation.
 ///

@@ -1,29 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <bit>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include "arap/mesh.h"
 #include "constraints/linear_rows.h"
-#include "lattice/cube_grid.h"
-#include "lattice/inside_samples.h"
+#include "lattice/mesh_pieces.h"
 #include "lattice/spline.h"
 #include "parallel/meter.h"
 #include "parallel/workers.h"
 
 namespace arap {
 
-struct CubePieces;
-
-/// A sparse lattice around a mesh: the cubes that its surface touches or fills, in pieces (see CubePieces), and on them
+/// A sparse lattice around a mesh: the cubes that its surface touches or fills, in pieces (see MeshPieces), and on them
 /// quadratic B-splines. A point x of a piece is sum_k phi_k(x) c_k over the piece's 27 control points: C1 from cube to
-/// cube, and affine maps of the control points are met exactly. Each connected part of the mesh has cubes of its own,
-/// around its middle: a part smaller than a cube has one, so 27 control points.
+/// cube, and affine maps of the control points are met exactly. A part of the mesh that is smaller than a cube has 27
+/// control points.
 class Lattice {
  public:
   using ControlPoints = std::array<int, kControlPoints>;
@@ -36,19 +30,16 @@ class Lattice {
           int most_hollow = std::numeric_limits<int>::max());
 
   [[nodiscard]] double cube_size() const { return cube_size_; }
-  [[nodiscard]] int n_pieces() const { return static_cast<int>(samples_.size()); }
+  [[nodiscard]] int n_pieces() const { return pieces_.size(); }
   [[nodiscard]] int n_control_points() const { return static_cast<int>(rest_.rows()); }
 
   /// (n_control_points, 3)
   [[nodiscard]] const Positions& rest() const { return rest_; }
   [[nodiscard]] const std::vector<int>& part_of_control_point() const { return parts_; }
   [[nodiscard]] const ControlPoints& control_points(int piece) const { return control_points_[piece]; }
-  /// The share of its cube that is inside.
-  [[nodiscard]] double inside(int piece) const {
-    return std::popcount(samples_[piece]) / (1.0 * kSamplesAlong * kSamplesAlong * kSamplesAlong);
-  }
+  [[nodiscard]] const MeshPieces& pieces() const { return pieces_; }
   /// Of each vertex, -1: it is loose.
-  [[nodiscard]] const std::vector<int>& piece_of_vertex() const { return piece_of_vertex_; }
+  [[nodiscard]] const std::vector<int>& piece_of_vertex() const { return pieces_.piece_of_vertex(); }
 
   /// phi of a vertex that is in a piece, by number of control point.
   [[nodiscard]] Weights weights(int vertex) const;
@@ -56,16 +47,6 @@ class Lattice {
   [[nodiscard]] static Weights weights_at(const Eigen::Vector3d& place);
   /// The same of a vertex as a row over all control points.
   [[nodiscard]] LinearRow row(int vertex) const;
-
-  /// The piece of one part that has a point inside, to a quarter of a cube; -1: none has.
-  [[nodiscard]] int piece_around(const Eigen::RowVector3d& point, int part) const;
-  /// Whether any piece has an inside.
-  [[nodiscard]] bool has_inside() const {
-    return std::ranges::any_of(samples_, [](SampleBits bits) { return bits != 0; });
-  }
-  /// The cubes of a part.
-  [[nodiscard]] const CubeGrid& grid(int part) const { return grids_[part]; }
-  [[nodiscard]] int n_parts() const { return static_cast<int>(grids_.size()); }
 
   /// (8 n_pieces, 3) the corners of each piece's cube, by number 4 x + 2 y + z.
   /// @param control_points  (n_control_points, 3)
@@ -84,23 +65,13 @@ class Lattice {
 
   [[nodiscard]] static AxisWeights axis_weights(const Eigen::Vector3d& place);
 
-  void add_part(const CubeGrid& grid, const CubePieces& pieces, const Positions& points, std::span<const int> vertices,
-                std::vector<std::pair<int, int>>& beside);
-  /// @param beside  pieces that hang together
-  void name_control_points(const std::vector<std::pair<int, int>>& beside);
-
-  [[nodiscard]] std::span<const int> cubes_of(int part) const;
+  void name_control_points();
 
   double cube_size_;
-  std::vector<CubeGrid> grids_;       ///< of each part
-  std::vector<int> first_pieces_{0};  ///< (n_parts + 1)
-  std::vector<int> cubes_;            ///< of each piece, in its part's grid; in ascending order within a part
-  std::vector<SampleBits> samples_;   ///< of each piece, which are inside
-  std::vector<int> part_of_piece_;
+  MeshPieces pieces_;
   std::vector<ControlPoints> control_points_;
   std::vector<int> parts_;
   Positions rest_;
-  std::vector<int> piece_of_vertex_;
   std::vector<Eigen::Vector3f> places_;  ///< of each vertex in its cube, 0 to 1
 };
 

@@ -36,14 +36,14 @@ template <class Use>
 void for_inside(const Lattice& lattice, const Places& places, const Use& use) {
   const Row head = places[0];
   const Row tail = places[places.size() - 1];
-  for (int part = 0; part < lattice.n_parts(); ++part) {
-    const CubeGrid& grid = lattice.grid(part);
+  for (int part = 0; part < lattice.pieces().n_parts(); ++part) {
+    const CubeGrid& grid = lattice.pieces().grid_of(part);
     const Row far_corner = grid.corner(grid.counts);
     if ((head.cwiseMax(tail).array() < grid.origin.array()).any() ||
         (head.cwiseMin(tail).array() > far_corner.array()).any())
       continue;
     for (int k = 0; k < places.size(); ++k)
-      if (const int piece = lattice.piece_around(places[k], part); piece >= 0 && !use(part, k, piece)) return;
+      if (const int piece = lattice.pieces().around(places[k], part); piece >= 0 && !use(part, k, piece)) return;
   }
 }
 
@@ -55,7 +55,7 @@ double depth(const Lattice& lattice, const Row& place, int part) {
     const Row along = Row(direction / 9, direction / 3 % 3, direction % 3).array() - 1;
     if (direction == 13) continue;  // none
     double reached = 0;
-    while (reached < least && lattice.piece_around(place + reached * along.normalized(), part) >= 0) reached += step;
+    while (reached < least && lattice.pieces().around(place + reached * along.normalized(), part) >= 0) reached += step;
     least = std::min(least, reached);
   }
   return least;

@@ -2,19 +2,27 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <span>
+#include <vector>
 
 #include "arap/mesh.h"
 
 namespace arap {
 
-/// Bounding box of the vertices in faces, or of all if there are no faces. Isolated vertices neither hide a symmetry
-/// nor make the object larger.
-[[nodiscard]] inline Eigen::AlignedBox3d surface_box(const PolygonMesh& mesh) {
+/// Bounding box of the vertices that are in a part, or of all if none is. Isolated vertices neither hide a symmetry nor
+/// make the object larger.
+[[nodiscard]] inline Eigen::AlignedBox3d box_of_parts(const Positions& positions,
+                                                      const std::vector<int>& part_of_vertex) {
+  const bool has_parts = std::any_of(part_of_vertex.begin(), part_of_vertex.end(), [](int part) { return part >= 0; });
   Eigen::AlignedBox3d box;
-  for (int v = 0; v < mesh.n_vertices(); ++v)
-    if (mesh.n_parts() == 0 || mesh.part_of_vertex()[v] >= 0) box.extend(mesh.positions().row(v).transpose());
+  for (Eigen::Index v = 0; v < positions.rows(); ++v)
+    if (!has_parts || part_of_vertex[v] >= 0) box.extend(positions.row(v).transpose());
   return box;
+}
+
+[[nodiscard]] inline Eigen::AlignedBox3d surface_box(const PolygonMesh& mesh) {
+  return box_of_parts(mesh.positions(), mesh.part_of_vertex());
 }
 
 /// Twice the vector area of a face: along its normal, as long as twice the area of its projection along the normal.

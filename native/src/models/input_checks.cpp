@@ -21,6 +21,17 @@ std::string target_name(const ConstraintSet& set, int k) {
 
 }  // namespace
 
+void require_threads(int threads) {
+  constexpr int kMostThreads = 1024;
+  if (threads < 0 || threads > kMostThreads)
+    throw InvalidInput(text("threads = ", threads, ", must be 0 (as many as pay) to ", kMostThreads));
+}
+
+void require_inside(const PolygonMesh& mesh) {
+  if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
+    throw InvalidInput("the mesh has no faces or no size, so it has no inside; give it faces");
+}
+
 void require_rows(const char* what, Eigen::Index rows, Eigen::Index expected) {
   if (rows != expected) throw InvalidInput(text(what, " has ", rows, " rows, expected ", expected));
 }

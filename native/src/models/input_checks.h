@@ -7,6 +7,7 @@
 
 #include "arap/constraints.h"
 #include "arap/error.h"
+#include "arap/mesh.h"
 #include "arap/types.h"
 #include "base/format_message.h"
 #include "parallel/workers.h"
@@ -14,6 +15,12 @@
 namespace arap {
 
 /// What every face checks before it hands something to the engine. All throw InvalidInput.
+
+/// An option.
+void require_threads(int threads);
+
+/// What is about to be cut into cubes.
+void require_inside(const PolygonMesh& mesh);
 
 void require_rows(const char* what, Eigen::Index rows, Eigen::Index expected);
 

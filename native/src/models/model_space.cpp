@@ -22,13 +22,16 @@ constexpr int kRowsAhead = 24;
 
 }  // namespace
 
-ModelSpace::ModelSpace(const PolygonMesh& mesh) : model_vertex_(mesh.n_vertices()), input_vertex_(mesh.n_vertices()) {
-  const Eigen::AlignedBox3d box = surface_box(mesh);
+ModelSpace::ModelSpace(const Positions& rest, const std::vector<int>& part_of_vertex)
+    : model_vertex_(part_of_vertex.size()), input_vertex_(part_of_vertex.size()) {
+  const Eigen::AlignedBox3d box = box_of_parts(rest, part_of_vertex);
   center_ = box.center().transpose();
   const double diagonal = box.diagonal().norm();
   if (diagonal > 0) size_ = diagonal;
   std::iota(model_vertex_.begin(), model_vertex_.end(), 0);
   std::iota(input_vertex_.begin(), input_vertex_.end(), 0);
+  for (int v = 0; v < n_input_vertices(); ++v)
+    if (part_of_vertex[v] < 0) loose_.push_back({v, rest.row(v) - center_});
 }
 
 void ModelSpace::join(const std::vector<int>& same_as) {
@@ -42,6 +45,11 @@ void ModelSpace::join(const std::vector<int>& same_as) {
       model_vertex_[v] = model_vertex_[first];
     }
   }
+  // What is joined to a vertex of a part is not loose.
+  std::vector<int> n_others(input_vertex_.size(), 0);
+  for (const int m : model_vertex_) ++n_others[m];
+  for (const Loose& loose : loose_) --n_others[model_vertex_[loose.vertex]];
+  std::erase_if(loose_, [&](const Loose& loose) { return n_others[model_vertex_[loose.vertex]] > 0; });
 }
 
 void ModelSpace::renumber(const std::vector<int>& new_of_old) {
@@ -106,9 +114,15 @@ bool ModelSpace::write_to_input(const Positions& of_model, const Workers& worker
          });
 }
 
-Positions ModelSpace::gradient_to_input(const Positions& of_model) const {
+double ModelSpace::energy_to_input(double energy, int dimension) const {
+  for (int k = 0; k < dimension; ++k) energy *= size_;
+  return energy;
+}
+
+Positions ModelSpace::gradient_to_input(const Positions& of_model, int dimension) const {
+  const double scale = energy_to_input(1, dimension - 1);
   Positions result = Positions::Zero(n_input_vertices(), 3);
-  for (int m = 0; m < n_model_vertices(); ++m) result.row(input_vertex_[m]) = of_model.row(m) * size_;
+  for (int m = 0; m < n_model_vertices(); ++m) result.row(input_vertex_[m]) = of_model.row(m) * scale;
   return result;
 }
 
@@ -129,21 +143,15 @@ std::vector<int> ModelSpace::regions_to_model(const std::vector<int>& of_input) 
   return result;
 }
 
-PolygonMesh ModelSpace::make_model(const PolygonMesh& mesh) {
+PolygonMesh ModelSpace::make_model(const PolygonMesh& mesh) const {
   std::vector<int> corners;
   std::vector<int> sizes;
   corners.reserve(mesh.n_corners());
   sizes.reserve(mesh.n_faces());
-  std::vector<char> is_in_face(n_model_vertices(), 0);
   for (int f = 0; f < mesh.n_faces(); ++f) {
-    for (const int v : mesh.face(f)) {
-      corners.push_back(model_vertex_[v]);
-      is_in_face[model_vertex_[v]] = 1;
-    }
+    for (const int v : mesh.face(f)) corners.push_back(model_vertex_[v]);
     sizes.push_back(static_cast<int>(mesh.face(f).size()));
   }
-  for (int v = 0; v < n_input_vertices(); ++v)
-    if (is_in_face[model_vertex_[v]] == 0) loose_.push_back({v, mesh.positions().row(v) - center_});
   return {to_model(mesh.positions(), Workers(1)), std::move(corners), std::move(sizes)};
 }
 

@@ -6,18 +6,20 @@
 
 #include "arap/constraints.h"
 #include "arap/mesh.h"
+#include "arap/tet_mesh.h"
 #include "arap/types.h"
 #include "parallel/workers.h"
 
 namespace arap {
 
-/// Between the user's mesh and the model's: the model is centred at the box of its surface, has diagonal 1 there, has
-/// one vertex where open seams are joined, and numbers its vertices as its linear solver wants them. A loose vertex
-/// rests at its center: nothing hangs on it, and far away it would take the digits of single precision from all others.
+/// Between the user's mesh and the model's: the model is centred at the box of its parts, has diagonal 1 there, has one
+/// vertex where open seams are joined, and numbers its vertices as its linear solver wants them. A loose vertex rests
+/// at its center: nothing hangs on it, and far away it would take the digits of single precision from all others.
 class ModelSpace {
  public:
   /// @param mesh  the user's, at rest
-  explicit ModelSpace(const PolygonMesh& mesh);
+  explicit ModelSpace(const PolygonMesh& mesh) : ModelSpace(mesh.positions(), mesh.part_of_vertex()) {}
+  explicit ModelSpace(const TetMesh& mesh) : ModelSpace(mesh.positions(), mesh.part_of_vertex()) {}
 
   /// Makes vertices one: same_as[v] is the first vertex at the place of v.
   void join(const std::vector<int>& same_as);
@@ -48,17 +50,18 @@ class ModelSpace {
   [[nodiscard]] std::vector<double> to_model(const std::vector<double>& of_input) const;
   /// A vertex belongs to the region of any of its copies; of several, to the lowest.
   [[nodiscard]] std::vector<int> regions_to_model(const std::vector<int>& of_input) const;
-  /// The mesh given to the constructor, after join() and before anything else.
-  [[nodiscard]] PolygonMesh make_model(const PolygonMesh& mesh);
+  /// The mesh given to the constructor.
+  [[nodiscard]] PolygonMesh make_model(const PolygonMesh& mesh) const;
   [[nodiscard]] Segment to_model(const Segment& of_input) const;
   [[nodiscard]] ConstraintSet to_model(ConstraintSet of_input) const;
 
   [[nodiscard]] Eigen::RowVector3d to_input(const Eigen::RowVector3d& point) const { return point * size_ + center_; }
 
   [[nodiscard]] double size() const { return size_; }
-  [[nodiscard]] double energy_to_input(double energy) const { return energy * size_ * size_; }
+  /// @param dimension  of what has the energy: 2, a surface; 3, a solid
+  [[nodiscard]] double energy_to_input(double energy, int dimension) const;
   /// Gradient of energy_to_input() of to_model() of positions: 0 at the vertices that this does not read.
-  [[nodiscard]] Positions gradient_to_input(const Positions& of_model) const;
+  [[nodiscard]] Positions gradient_to_input(const Positions& of_model, int dimension) const;
 
  private:
   /// A loose vertex of the user's, and where it is at rest from the center.
@@ -66,6 +69,8 @@ class ModelSpace {
     int vertex;
     Eigen::RowVector3d shift;
   };
+
+  ModelSpace(const Positions& rest, const std::vector<int>& part_of_vertex);
 
   Eigen::RowVector3d center_;
   double size_ = 1;

@@ -5,6 +5,7 @@
 
 #include "arap/error.h"
 #include "base/format_message.h"
+#include "models/input_checks.h"
 
 namespace arap {
 
@@ -13,9 +14,7 @@ void Options::validate() const {
   constexpr double kSmallestRadius = 1e-6;
   if (!(rigidity_radius >= kSmallestRadius && rigidity_radius <= 1))
     throw InvalidInput(text("rigidity_radius = ", rigidity_radius, ", must be >= 1e-6 and <= 1"));
-  constexpr int kMostThreads = 1024;
-  if (threads < 0 || threads > kMostThreads)
-    throw InvalidInput(text("threads = ", threads, ", must be 0 (as many as pay) to ", kMostThreads));
+  require_threads(threads);
 }
 
 void SolveOptions::validate() const {

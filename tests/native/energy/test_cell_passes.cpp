@@ -183,11 +183,11 @@ TEST_P(CellPassesOf, VolumesAddTheirTermAndStresses) {
   Random random(61);
   constexpr double kStiffness = 1.5;
   for (const int n_cubes : {1, 4}) {
-    const TetMesh mesh = TetMesh::blocks(n_cubes, n_cubes, n_cubes);
+    const TetMesh mesh = tet_blocks(n_cubes, n_cubes, n_cubes);
     arap::PreparedModel model;
     CellEnergy& energy = assemble(model, mesh).energy;
     energy.volume_stiffness = kStiffness;
-    const Positions& rest = mesh.positions;
+    const Positions& rest = mesh.positions();
     const auto n = static_cast<int>(rest.rows());
     const Positions p = rest * (Matrix3::Identity() + random.noise(3, .2)) + random.noise(n, .01);
     const auto tested = passes(energy, rest);
@@ -204,7 +204,7 @@ TEST_P(CellPassesOf, VolumesAddTheirTermAndStresses) {
     Positions of_rotations = -(energy.K * p);
     Positions expected = of_rotations;
     for (int c = 0; c < energy.n_cells(); ++c) {
-      const double volume = mesh.volume(c);
+      const double volume = tet_volume(mesh, c);
       const Matrix3 F = covariance(energy, c, p) / (2 * volume);
       const double change = F.determinant() - 1;
       const Matrix3 cofactors = F.determinant() * F.inverse().transpose();

@@ -22,7 +22,7 @@ using arap::Workers;
 
 double inside_volume(const Lattice& lattice) {
   double volume = 0;
-  for (int piece = 0; piece < lattice.n_pieces(); ++piece) volume += lattice.inside(piece);
+  for (int piece = 0; piece < lattice.n_pieces(); ++piece) volume += lattice.pieces().inside(piece);
   return volume * std::pow(lattice.cube_size(), 3);
 }
 

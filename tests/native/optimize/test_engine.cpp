@@ -24,15 +24,15 @@ struct DenseTets {
 
   [[nodiscard]] Matrix3 gradient(const Positions& p, int t) const {
     Matrix3 F = Matrix3::Zero();
-    const Eigen::Matrix<double, 4, 3> g = mesh.gradients(t);
-    for (int j = 0; j < 4; ++j) F += p.row(mesh.tets[t][j]).transpose() * g.row(j);
+    const Eigen::Matrix<double, 4, 3> g = gradients(mesh, t);
+    for (int j = 0; j < 4; ++j) F += p.row(mesh.tets()[t][j]).transpose() * g.row(j);
     return F;
   }
   [[nodiscard]] double energy(const Positions& p) const {
     double sum = 0;
-    for (int t = 0; t < static_cast<int>(mesh.tets.size()); ++t) {
+    for (int t = 0; t < static_cast<int>(mesh.tets().size()); ++t) {
       const Matrix3 F = gradient(p, t);
-      sum += mesh.volume(t) * (F - best_rotation(F)).squaredNorm();
+      sum += tet_volume(mesh, t) * (F - best_rotation(F)).squaredNorm();
     }
     return sum;
   }
@@ -45,14 +45,15 @@ struct DenseTets {
   }
   /// Local/global until nothing moves: hard rows by multipliers, soft ones in the matrix.
   [[nodiscard]] Positions solve(const LinearRows& rows, const Positions& targets) const {
-    const auto n = mesh.positions.rows();
+    const auto n = mesh.positions().rows();
     Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n, n);
     Positions soft = Positions::Zero(n, 3);
     std::vector<int> hard;
-    for (int t = 0; t < static_cast<int>(mesh.tets.size()); ++t) {
-      const Eigen::Matrix<double, 4, 3> g = mesh.gradients(t);
+    for (int t = 0; t < static_cast<int>(mesh.tets().size()); ++t) {
+      const Eigen::Matrix<double, 4, 3> g = gradients(mesh, t);
       for (int j = 0; j < 4; ++j)
-        for (int k = 0; k < 4; ++k) K(mesh.tets[t][j], mesh.tets[t][k]) += 2 * mesh.volume(t) * g.row(j).dot(g.row(k));
+        for (int k = 0; k < 4; ++k)
+          K(mesh.tets()[t][j], mesh.tets()[t][k]) += 2 * tet_volume(mesh, t) * g.row(j).dot(g.row(k));
     }
     for (int r = 0; r < rows.size(); ++r) {
       if (std::isinf(rows.weights[r])) {
@@ -77,14 +78,14 @@ struct DenseTets {
     }
     saddle.topRightCorner(n, m) = saddle.bottomLeftCorner(m, n).transpose();
     const Eigen::FullPivLU<Eigen::MatrixXd> factor(saddle);
-    Positions p = mesh.positions;
+    Positions p = mesh.positions();
     for (int k = 0; k < 20000; ++k) {
       right.topRows(n) = soft;
-      for (int t = 0; t < static_cast<int>(mesh.tets.size()); ++t) {
+      for (int t = 0; t < static_cast<int>(mesh.tets().size()); ++t) {
         const Matrix3 R = best_rotation(gradient(p, t));
-        const Eigen::Matrix<double, 4, 3> g = mesh.gradients(t);
+        const Eigen::Matrix<double, 4, 3> g = gradients(mesh, t);
         for (int j = 0; j < 4; ++j)
-          right.row(mesh.tets[t][j]) += 2 * mesh.volume(t) * (R * g.row(j).transpose()).transpose();
+          right.row(mesh.tets()[t][j]) += 2 * tet_volume(mesh, t) * (R * g.row(j).transpose()).transpose();
       }
       const Positions next = factor.solve(right).topRows(n);
       const double step = max_distance(next, p);
@@ -104,13 +105,13 @@ struct Pull {
   Pull(const TetMesh& mesh, int n, double weight, const RigidMotion& motion) {
     Random random(5);
     std::vector<Eigen::RowVector3d> places;
-    const double end = mesh.positions.col(0).maxCoeff();
+    const double end = mesh.positions().col(0).maxCoeff();
     for (const bool is_far : {false, true})
-      for (int found = 0, t = 0; found < n; t = (t + 1) % static_cast<int>(mesh.tets.size())) {
+      for (int found = 0, t = 0; found < n; t = (t + 1) % static_cast<int>(mesh.tets().size())) {
         Eigen::Vector4d coordinates = random.noise(2, 1).reshaped<Eigen::RowMajor>().head<4>().array().abs() + .01;
         coordinates /= coordinates.sum();
-        const LinearRow row = mesh.point_in(t, coordinates);
-        const Vector3 place = row.of(mesh.positions).transpose();
+        const LinearRow row = point_in(mesh, t, coordinates);
+        const Vector3 place = row.of(mesh.positions()).transpose();
         if (is_far ? place.x() < .75 * end : place.x() > .25 * end) continue;
         rows.add(row, weight);
         places.emplace_back((is_far ? motion.apply(place) : place).transpose());
@@ -133,20 +134,20 @@ RigidMotion bend() { return {rotation_about({.2, 1, .3}, .7), {-.05, .1, .2}}; }
 arap::SolveOptions converged() { return to_accuracy(1e-9, arap::InitialGuess::kRest); }
 
 TEST(Engine, EnergyIsTheSumOverTetrahedra) {
-  const TetMesh mesh = TetMesh::blocks(3, 2, 2);
-  TetArap model(mesh);
+  const TetMesh mesh = tet_blocks(3, 2, 2);
+  TetEngine model(mesh);
   const DenseTets dense{mesh};
-  const Positions p = mesh.positions + Random(2).noise(static_cast<int>(mesh.positions.rows()), .05);
+  const Positions p = mesh.positions() + Random(2).noise(static_cast<int>(mesh.positions().rows()), .05);
   Positions gradient;
   EXPECT_NEAR(model.engine().evaluate(p, gradient), dense.energy(p), 1e-12);
   EXPECT_LT(max_distance(gradient, differences([&](const Positions& at) { return dense.energy(at); }, p, 1e-5)), 1e-8);
 }
 
 TEST(Engine, RowsEndWhereTheDenseReferenceDoesWithItsEnergy) {
-  const TetMesh mesh = TetMesh::blocks(4, 2, 2);
+  const TetMesh mesh = tet_blocks(4, 2, 2);
   for (const double weight : {.05, 1.0, LinearRows::kHard}) {
     const Pull pull(mesh, 5, weight, bend());
-    TetArap model(mesh);
+    TetEngine model(mesh);
     model.set_constraints(pull.constraints());
     const double energy = model.solve(pull.targets, converged()).energy_after;
     const DenseTets dense{mesh};
@@ -157,10 +158,10 @@ TEST(Engine, RowsEndWhereTheDenseReferenceDoesWithItsEnergy) {
 }
 
 TEST(Engine, ManyHardRowsAreMet) {
-  const TetMesh mesh = TetMesh::blocks(8, 4, 4);
+  const TetMesh mesh = tet_blocks(8, 4, 4);
   const Pull pull(mesh, 60, LinearRows::kHard, bend());
   for (const auto solver : {arap::LinearSolverKind::kBlockLdlt, arap::LinearSolverKind::kSimplicialLdlt}) {
-    TetArap model(mesh, 2, {}, solver);
+    TetEngine model(mesh, 2, {}, solver);
     model.set_constraints(pull.constraints());
     model.solve(pull.targets, converged());
     EXPECT_LT(pull.gap(model.positions()), 1e-8);
@@ -175,7 +176,7 @@ TEST(Engine, ManyHardRowsAreMet) {
       }
       with_averages.rows.add(row, LinearRows::kHard);
     }
-    TetArap other(mesh, 1, {}, solver);
+    TetEngine other(mesh, 1, {}, solver);
     other.set_constraints(with_averages.constraints());
     other.solve(pull.targets, converged());
     EXPECT_LT(max_distance(model.positions(), other.positions()), 1e-6);
@@ -183,11 +184,11 @@ TEST(Engine, ManyHardRowsAreMet) {
 }
 
 TEST(Engine, EnergyNeverRises) {
-  const TetMesh mesh = TetMesh::blocks(6, 3, 3);
+  const TetMesh mesh = tet_blocks(6, 3, 3);
   for (const double weight : {.01, 1.0, 1e3, LinearRows::kHard})
     for (const int n : {8, 60}) {
       const Pull pull(mesh, n, weight, bend());
-      TetArap model(mesh);
+      TetEngine model(mesh);
       model.set_constraints(pull.constraints());
       double last = std::numeric_limits<double>::infinity();
       for (int k = 1; k <= 12; ++k) {
@@ -199,13 +200,13 @@ TEST(Engine, EnergyNeverRises) {
 }
 
 TEST(Engine, RowOfOneUnknownIsAVertex) {
-  const TetMesh mesh = TetMesh::blocks(4, 2, 2);
-  const auto n = static_cast<int>(mesh.positions.rows());
-  Positions targets = mesh.positions(std::vector<int>{0, 1, 2, n - 1}, arap::all);
+  const TetMesh mesh = tet_blocks(4, 2, 2);
+  const auto n = static_cast<int>(mesh.positions().rows());
+  Positions targets = mesh.positions()(std::vector<int>{0, 1, 2, n - 1}, arap::all);
   targets.row(3) += Eigen::RowVector3d(.1, .2, 0);
   for (const bool is_hard : {true, false}) {
     const double strength = is_hard ? 1 : .4;
-    TetArap by_vertex(mesh);
+    TetEngine by_vertex(mesh);
     by_vertex.set_constraints({{{0, 1, 2, n - 1}, {1, 1, 1, strength}, {}}, {}});
     arap::PreparedModel plain;
     const double stiffness = assemble(plain, mesh).energy.K.coeff(n - 1, n - 1);
@@ -213,7 +214,7 @@ TEST(Engine, RowOfOneUnknownIsAVertex) {
     constraints.rows.add({{n - 1}, {2}}, is_hard ? LinearRows::kHard : .5 * stiffness * .4 / .6);
     Positions of_row = targets;
     of_row.row(3) *= 2;
-    TetArap by_row(mesh);
+    TetEngine by_row(mesh);
     by_row.set_constraints(constraints);
     for (int k = 0; k < 3; ++k) {
       by_vertex.solve(targets, iterations(4));
@@ -227,15 +228,15 @@ TEST(Engine, RowOfOneUnknownIsAVertex) {
 }
 
 TEST(Engine, HardRowOfSumOneIsAPatch) {
-  const TetMesh mesh = TetMesh::blocks(4, 2, 2);
-  const auto n = static_cast<int>(mesh.positions.rows());
+  const TetMesh mesh = tet_blocks(4, 2, 2);
+  const auto n = static_cast<int>(mesh.positions().rows());
   const ModelConstraints by_patch{{{0, 1, 2}, {}, {{0, 3}, {n - 3, n - 2, n - 1}, {.25, .25, .5}}}, {}};
   ModelConstraints by_row{{{0, 1, 2}, {}, {}}, {}};
   by_row.rows.add({{n - 3, n - 2, n - 1}, {.25, .25, .5}}, LinearRows::kHard);
-  Positions targets = mesh.positions(std::vector<int>{0, 1, 2, n - 1}, arap::all);
+  Positions targets = mesh.positions()(std::vector<int>{0, 1, 2, n - 1}, arap::all);
   targets.row(3) += Eigen::RowVector3d(.1, .2, 0);
-  TetArap patch(mesh);
-  TetArap row(mesh);
+  TetEngine patch(mesh);
+  TetEngine row(mesh);
   patch.set_constraints(by_patch);
   row.set_constraints(by_row);
   patch.solve(targets, iterations(5));
@@ -244,7 +245,7 @@ TEST(Engine, HardRowOfSumOneIsAPatch) {
 }
 
 TEST(Engine, RowsMovedByOneRigidMotionMoveAllByIt) {
-  const TetMesh mesh = TetMesh::blocks(6, 3, 3);
+  const TetMesh mesh = tet_blocks(6, 3, 3);
   const RigidMotion motion = Random(8).rigid_motion(2, .5);
   for (const double weight : {.1, LinearRows::kHard})
     for (const int n : {8, 60}) {
@@ -253,26 +254,26 @@ TEST(Engine, RowsMovedByOneRigidMotionMoveAllByIt) {
       for (const auto guess : {arap::InitialGuess::kPrevious, arap::InitialGuess::kHandleRotations}) {
         // Few hard rows are as patches: a drag does not ask them how far they rotate.
         if (std::isinf(weight) && n == 8 && guess == arap::InitialGuess::kPrevious) continue;
-        TetArap model(mesh);
+        TetEngine model(mesh);
         model.set_constraints(pull.constraints());
         model.solve(pull.targets, iterations(1, guess));
-        EXPECT_LT(max_distance(model.positions(), motion.apply(mesh.positions)), 1e-6) << weight << " " << n;
+        EXPECT_LT(max_distance(model.positions(), motion.apply(mesh.positions())), 1e-6) << weight << " " << n;
       }
     }
 }
 
 TEST(Engine, DragOfRowsFollowsThem) {
-  const TetMesh mesh = TetMesh::blocks(6, 3, 3);
+  const TetMesh mesh = tet_blocks(6, 3, 3);
   for (const double weight : {.3, LinearRows::kHard})
     for (const int n : {8, 60}) {
       const Pull there(mesh, n, weight, bend());
       const Pull rest(mesh, n, weight, {});
-      TetArap model(mesh);
+      TetEngine model(mesh);
       model.set_constraints(there.constraints());
       for (int frame = 1; frame <= 10; ++frame)
         model.solve(rest.targets + frame / 10. * (there.targets - rest.targets), iterations(3));
       model.solve(there.targets, to_accuracy(1e-9));
-      TetArap at_once(mesh);
+      TetEngine at_once(mesh);
       at_once.set_constraints(there.constraints());
       at_once.solve(there.targets, converged());
       EXPECT_LT(max_distance(model.positions(), at_once.positions()), 1e-6) << weight << " " << n;
@@ -282,11 +283,11 @@ TEST(Engine, DragOfRowsFollowsThem) {
 /// Rows of this weight pull at a region beyond `border`, a part of the length; the rows nearest to it name others too.
 void expect_that_rows_rotate_a_region(double border, double weight, bool is_anchored) {
   SCOPED_TRACE(testing::Message() << border << " " << weight << " " << is_anchored);
-  const TetMesh mesh = TetMesh::blocks(6, 3, 3);
-  std::vector<int> regions(static_cast<size_t>(mesh.positions.rows()), -1);
+  const TetMesh mesh = tet_blocks(6, 3, 3);
+  std::vector<int> regions(static_cast<size_t>(mesh.positions().rows()), -1);
   std::vector<int> members;
-  for (int v = 0; v < static_cast<int>(mesh.positions.rows()); ++v)
-    if (mesh.positions(v, 0) > border * mesh.positions.col(0).maxCoeff()) {
+  for (int v = 0; v < static_cast<int>(mesh.positions().rows()); ++v)
+    if (mesh.positions()(v, 0) > border * mesh.positions().col(0).maxCoeff()) {
       regions[v] = 0;
       members.push_back(v);
     }
@@ -296,13 +297,13 @@ void expect_that_rows_rotate_a_region(double border, double weight, bool is_anch
   if (is_anchored) {
     constraints.set.vertices = {members.back()};
     targets.resize(pull.targets.rows() + 1, 3);
-    targets << mesh.positions.row(members.back()), pull.targets;
+    targets << mesh.positions().row(members.back()), pull.targets;
   }
-  TetArap model(mesh, 1, regions);
+  TetEngine model(mesh, 1, regions);
   model.set_constraints(constraints);
   model.solve(targets, to_accuracy(1e-10, arap::InitialGuess::kRest));
   const Positions& p = model.positions();
-  EXPECT_LT(off_rigid(mesh.positions, p, members), 1e-12);
+  EXPECT_LT(off_rigid(mesh.positions(), p, members), 1e-12);
   // At the minimum no motion of the region lowers the energy.
   Positions gradient;
   const auto energy = [&](const Positions& at) {
@@ -331,7 +332,7 @@ TEST(Engine, RowsOfAnyWeightRotateARegion) {
 }
 
 TEST(Engine, RefusesRowsThatNameNothing) {
-  TetArap model(TetMesh::blocks(2, 1, 1));
+  TetEngine model(tet_blocks(2, 1, 1));
   ModelConstraints constraints;
   constraints.rows.add({{0, 99}, {1, 1}}, 1);
   expect_error<arap::InvalidInput>([&] { model.set_constraints(constraints); }, {"row 0", "unknown 99"});

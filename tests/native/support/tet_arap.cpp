@@ -1,86 +1,81 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "support/tet_arap.h"
 
+#include <array>
 #include <utility>
 
-#include "support/helpers.h"
+#include "models/tet_arap/tet_model.h"
 
 namespace arap_test {
 
-TetMesh TetMesh::blocks(int nx, int ny, int nz) {
-  TetMesh mesh;
+namespace {
+
+/// Edges from the first vertex, as columns.
+Matrix3 edges(const TetMesh& mesh, int tet) {
+  Matrix3 result;
+  for (int k = 0; k < 3; ++k)
+    result.col(k) =
+        (mesh.positions().row(mesh.tets()[tet][k + 1]) - mesh.positions().row(mesh.tets()[tet][0])).transpose();
+  return result;
+}
+
+}  // namespace
+
+TetMesh tet_blocks(int nx, int ny, int nz) {
   const auto index = [&](int x, int y, int z) { return x + (nx + 1) * (y + (ny + 1) * z); };
-  mesh.positions.resize((nx + 1) * (ny + 1) * (nz + 1), 3);
+  Positions positions((nx + 1) * (ny + 1) * (nz + 1), 3);
   const double size = Vector3(nx, ny, nz).norm();
   for (int z = 0; z <= nz; ++z)
     for (int y = 0; y <= ny; ++y)
-      for (int x = 0; x <= nx; ++x) mesh.positions.row(index(x, y, z)) = Eigen::RowVector3d(x, y, z) / size;
+      for (int x = 0; x <= nx; ++x) positions.row(index(x, y, z)) = Eigen::RowVector3d(x, y, z) / size;
   // The paths along the edges from one corner of a cube to the opposite one.
   constexpr int kPaths[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {1, 0, 2}, {0, 2, 1}, {2, 1, 0}};
+  std::vector<TetMesh::Tet> tets;
   for (int z = 0; z < nz; ++z)
     for (int y = 0; y < ny; ++y)
       for (int x = 0; x < nx; ++x)
-        for (int p = 0; p < 6; ++p) {
+        for (const auto& path : kPaths) {
           std::array<int, 3> at{x, y, z};
-          std::array<int, 4> tet{index(x, y, z)};
+          TetMesh::Tet tet{index(x, y, z)};
           for (int k = 0; k < 3; ++k) {
-            ++at[kPaths[p][k]];
+            ++at[path[k]];
             tet[k + 1] = index(at[0], at[1], at[2]);
           }
-          if (p >= 3) std::swap(tet[2], tet[3]);
-          mesh.tets.push_back(tet);
+          tets.push_back(tet);
         }
-  return mesh;
+  return {std::move(positions), std::move(tets)};
 }
 
-Eigen::Matrix<double, 4, 3> TetMesh::gradients(int tet) const {
-  Matrix3 edges;
-  for (int k = 0; k < 3; ++k)
-    edges.col(k) = (positions.row(tets[tet][k + 1]) - positions.row(tets[tet][0])).transpose();
+TetMesh transformed(const TetMesh& mesh, const std::function<Vector3(const Vector3&)>& map) {
+  Positions positions = mesh.positions();
+  for (auto row : positions.rowwise()) row = map(row.transpose()).transpose();
+  return {std::move(positions), mesh.tets()};
+}
+
+Eigen::Matrix<double, 4, 3> gradients(const TetMesh& mesh, int tet) {
   Eigen::Matrix<double, 4, 3> result;
-  result.bottomRows<3>() = edges.inverse();
+  result.bottomRows<3>() = edges(mesh, tet).inverse();
   result.row(0) = -result.bottomRows<3>().colwise().sum();
   return result;
 }
 
-double TetMesh::volume(int tet) const {
-  Matrix3 edges;
-  for (int k = 0; k < 3; ++k)
-    edges.col(k) = (positions.row(tets[tet][k + 1]) - positions.row(tets[tet][0])).transpose();
-  return edges.determinant() / 6;
+double tet_volume(const TetMesh& mesh, int tet) { return edges(mesh, tet).determinant() / 6; }
+
+arap::LinearRow point_in(const TetMesh& mesh, int tet, const Eigen::Vector4d& coordinates) {
+  const TetMesh::Tet& vertices = mesh.tets()[tet];
+  return {{vertices.begin(), vertices.end()}, {coordinates.begin(), coordinates.end()}};
 }
 
-arap::LinearRow TetMesh::point_in(int tet, const Eigen::Vector4d& coordinates) const {
-  return {{tets[tet].begin(), tets[tet].end()}, {coordinates.begin(), coordinates.end()}};
-}
-
-// V |F - R|^2 = V |F|^2 - <R, 2 V F> + 3 V with F = sum_j x_j g_j^T: K_jk = 2 V <g_j, g_k>, q_j = 2 V g_j.
 arap::PreparedModel& assemble(arap::PreparedModel& model, const TetMesh& mesh, int threads,
                               const std::vector<int>& region_of_vertex, arap::LinearSolverKind solver) {
-  arap::CellEnergy& energy = model.energy;
-  const auto n = static_cast<int>(mesh.positions.rows());
-  const auto n_tets = static_cast<int>(mesh.tets.size());
-  std::vector<Eigen::Triplet<double>> entries;
-  std::vector<std::vector<CellEntry>> cells(mesh.tets.size());
-  for (int t = 0; t < n_tets; ++t) {
-    const Eigen::Matrix<double, 4, 3> g = mesh.gradients(t);
-    const double volume = mesh.volume(t);
-    for (int j = 0; j < 4; ++j) {
-      cells[t].push_back({mesh.tets[t][j], 2 * volume * g.row(j).transpose()});
-      for (int k = 0; k < 4; ++k)
-        entries.emplace_back(mesh.tets[t][j], mesh.tets[t][k], 2 * volume * g.row(j).dot(g.row(k)));
-    }
-    energy.rest_energy += 3 * volume;
-  }
-  energy.K.resize(n, n);
-  energy.K.setFromTriplets(entries.begin(), entries.end());
-  energy.cells = make_cells(n, cells);
-  model.rest = mesh.positions;
-  model.part_of_vertex.assign(static_cast<size_t>(n), 0);
-  model.n_parts = 1;
+  arap::assemble_tet_energy(model.energy, mesh.positions(), mesh.tets(), {}, region_of_vertex, threads, {},
+                            [] { return nullptr; });
+  model.rest = mesh.positions();
+  model.part_of_vertex = mesh.part_of_vertex();
+  model.n_parts = mesh.n_parts();
   model.workers = arap::Workers(threads);
   model.linear_solver = solver;
-  model.regions = arap::RigidRegions(region_of_vertex, energy, model.rest);
+  model.regions = arap::RigidRegions(region_of_vertex, model.energy, model.rest);
   model.solver = model.make_solver();
   model.keep_numbers();
   return model;

@@ -1,38 +1,38 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
+#include <functional>
 #include <vector>
 
+#include "arap/tet_mesh.h"
 #include "optimize/engine.h"
 #include "support/meshes.h"
 
 namespace arap_test {
 
-struct TetMesh {
-  Positions positions;                   ///< (n, 3), of size 1
-  std::vector<std::array<int, 4>> tets;  ///< of positive volume
+using arap::TetMesh;
 
-  /// Cubes of the same size, nx ny nz of them, six tetrahedra each.
-  static TetMesh blocks(int nx, int ny, int nz);
+/// Cubes of the same size, nx ny nz of them, six tetrahedra each; of size 1.
+TetMesh tet_blocks(int nx, int ny, int nz);
+/// The same tetrahedra at other places.
+TetMesh transformed(const TetMesh& mesh, const std::function<Vector3(const Vector3&)>& map);
 
-  /// Gradients of a tetrahedron's linear basis functions, row by row.
-  [[nodiscard]] Eigen::Matrix<double, 4, 3> gradients(int tet) const;
-  [[nodiscard]] double volume(int tet) const;
-  /// A point as a row over the vertices of a tetrahedron, by barycentric coordinates.
-  [[nodiscard]] arap::LinearRow point_in(int tet, const Eigen::Vector4d& coordinates) const;
-};
+/// Gradients of a tetrahedron's linear basis functions, row by row.
+Eigen::Matrix<double, 4, 3> gradients(const TetMesh& mesh, int tet);
+double tet_volume(const TetMesh& mesh, int tet);
+/// A point as a row over the vertices of a tetrahedron, by barycentric coordinates.
+arap::LinearRow point_in(const TetMesh& mesh, int tet, const Eigen::Vector4d& coordinates);
 
-/// ARAP on tetrahedra, E = sum_t V_t |F_t - R_t|^2: how small a model over the engine is. An assembler,
+/// The model of a mesh that is of size 1 already, its vertices numbered as they are.
 arap::PreparedModel& assemble(arap::PreparedModel& model, const TetMesh& mesh, int threads = 1,
                               const std::vector<int>& region_of_vertex = {},
                               arap::LinearSolverKind solver = arap::LinearSolverKind::kBlockLdlt);
 
-/// and a face. The vertices are the unknowns.
-class TetArap {
+/// The engine over tetrahedra, for what no face hands to it: rows. How little a model needs.
+class TetEngine {
  public:
-  explicit TetArap(const TetMesh& mesh, int threads = 1, const std::vector<int>& region_of_vertex = {},
-                   arap::LinearSolverKind solver = arap::LinearSolverKind::kBlockLdlt)
+  explicit TetEngine(const TetMesh& mesh, int threads = 1, const std::vector<int>& region_of_vertex = {},
+                     arap::LinearSolverKind solver = arap::LinearSolverKind::kBlockLdlt)
       : engine_(assemble(model_, mesh, threads, region_of_vertex, solver)) {}
 
   void set_constraints(const arap::ModelConstraints& constraints) { engine_.set_constraints(constraints, {}); }

@@ -25,6 +25,8 @@ CLASSES = [
     "SolveOptions",
     "SolveResult",
     "SurfaceArap",
+    "TetArap",
+    "TetOptions",
 ]
 
 
@@ -81,7 +83,12 @@ def test_help_shows_names_and_arguments():
 
 
 def test_signatures_have_the_defaults_in_use():
-    for options in (arap_native.Options, arap_native.LatticeOptions, arap_native.SolveOptions):
+    for options in (
+        arap_native.Options,
+        arap_native.LatticeOptions,
+        arap_native.TetOptions,
+        arap_native.SolveOptions,
+    ):
         made = options()
         for name, parameter in inspect.signature(options).parameters.items():
             assert parameter.default == getattr(made, name)
@@ -95,6 +102,15 @@ def test_signatures_have_the_defaults_in_use():
             "rigid_regions",
             "progress",
         ]
+
+    assert list(inspect.signature(arap_native.TetArap).parameters) == [
+        "rest_positions",
+        "tets",
+        "options",
+        "stiffness",
+        "rigid_regions",
+        "progress",
+    ]
 
 
 def test_names_are_public_ones():

@@ -101,11 +101,6 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void require_inside(const PolygonMesh& mesh) {
-  if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
-    throw InvalidInput("the mesh has no faces or no size, so it has no inside; give it faces");
-}
-
 }  // namespace
 
 void LatticeOptions::validate() const {
@@ -356,7 +351,7 @@ int LatticeArap::n_factorizations() const {
   return impl_->engine.n_factorizations() + impl_->sheets.n_factorizations();
 }
 int LatticeArap::n_control_points() const { return impl_->lattice->n_control_points(); }
-bool LatticeArap::has_inside() const { return impl_->lattice->has_inside(); }
+bool LatticeArap::has_inside() const { return impl_->lattice->pieces().has_inside(); }
 double LatticeArap::cube_size() const { return impl_->lattice->cube_size() * impl_->space.size(); }
 Positions LatticeArap::cube_corners() const {
   return impl_->space.points_to_input(impl_->lattice->corners(impl_->engine.positions()));

@@ -109,7 +109,7 @@ class LatticeAssembler {
   /// Its volume times its stiffness.
   [[nodiscard]] double weight(int piece) const {
     const double h = lattice_.cube_size();
-    const double volume = h * h * h * std::max(kLeastInside, lattice_.inside(piece));
+    const double volume = h * h * h * std::max(kLeastInside, lattice_.pieces().inside(piece));
     return piece_stiffness_.empty() ? volume : volume * piece_stiffness_[piece];
   }
 

@@ -2,15 +2,11 @@
 #include "arap/surface_arap.h"
 
 #include <algorithm>
-#include <cmath>
-#include <utility>
 
 #include "base/available_memory.h"
-#include "base/format_message.h"
-#include "models/input_checks.h"
 #include "models/model_space.h"
 #include "models/surface_arap/surface_model.h"
-#include "optimize/engine.h"
+#include "models/vertex_model.h"
 #include "parallel/parallel.h"
 #include "sampling/surface_patch.h"
 
@@ -39,14 +35,8 @@ double bytes_to_bind(const PolygonMesh& mesh, Energy energy) {
 struct SurfaceArap::Impl {
   Impl(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties, const Progress& progress)
       : space(mesh),
-        part_of_vertex(mesh.n_vertices()),
         patch_radius(kPatchRadius * options.rigidity_radius),
-        engine(prepare(mesh, options, properties, progress)) {
-    for (size_t v = 0; v < part_of_vertex.size(); ++v) {
-      part_of_vertex[v] = model.prepared.part_of_vertex[space.model_vertices()[v]];
-      if (part_of_vertex[v] < 0) loose_vertices.push_back(static_cast<int>(v));
-    }
-  }
+        posed(space, prepare(mesh, options, properties, progress), 2) {}
 
   const PreparedModel& prepare(const PolygonMesh& mesh, const Options& options, const VertexProperties& properties,
                                const Progress& progress) {
@@ -56,30 +46,10 @@ struct SurfaceArap::Impl {
     return model.prepared;
   }
 
-  [[nodiscard]] const Workers& workers() const { return model.prepared.workers; }
-
-  [[nodiscard]] Positions checked_to_model(const Positions& positions) const {
-    require_rows("positions", positions.rows(), space.n_input_vertices());
-    require_finite("positions", positions, [](int v) { return text("vertex ", v); });
-    return space.to_model(positions, workers());
-  }
-
-  /// Energy of the input and gradient of the model.
-  double evaluate(const Positions& positions, Positions& gradient) {
-    const double energy = space.energy_to_input(engine.evaluate(checked_to_model(positions), gradient));
-    if (!std::isfinite(energy) || !(gradient * space.size()).allFinite())
-      throw SolverError(text("the energy at these positions is too large for a number: they are up to ",
-                             space.points_to_model(positions).cwiseAbs().maxCoeff(), " sizes of the mesh away"));
-    return energy;
-  }
-
   ModelSpace space;
   SurfaceModel model;
-  std::vector<int> part_of_vertex;  ///< of each vertex of the user's, -1 = loose
-  std::vector<int> loose_vertices;
   double patch_radius;  ///< of patches without one
-  ConstraintSet constraints;
-  Engine engine;                     ///< over model
+  VertexModel posed;
   std::unique_ptr<EdgeGraph> graph;  ///< of the model; made when first needed
 };
 
@@ -97,53 +67,20 @@ SurfaceArap::SurfaceArap(SurfaceArap&&) noexcept = default;
 SurfaceArap& SurfaceArap::operator=(SurfaceArap&&) noexcept = default;
 
 void SurfaceArap::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
-  constraints.validate(n_vertices());
-  require_no_segments(constraints);
-  require_movable_patches(constraints.patches, impl_->part_of_vertex);
-  if (impl_->engine.has_constraints() && constraints == impl_->constraints) return;
-  ConstraintSet copy = constraints;
-  impl_->engine.set_constraints({impl_->space.to_model(constraints), {}}, progress);
-  impl_->constraints = std::move(copy);
+  impl_->posed.set_constraints(constraints, progress);
 }
 
 SolveResult SurfaceArap::solve(const Positions& targets, const SolveOptions& options,
                                std::span<const Matrix3> rotations, const Progress& progress, std::span<float> out) {
-  options.validate();
-  require_constrained(impl_->engine.has_constraints());
-  require_targets(impl_->constraints, targets, rotations);
-  require_out(out, n_vertices());
-  const ModelSpace& space = impl_->space;
-  SolveResult result;
-  const auto hand_over = [&](const Positions& positions) {
-    if (!out.empty()) return space.write_to_input(positions, impl_->workers(), out);
-    result.positions = space.to_input(positions, impl_->workers());
-    return all_finite(positions, impl_->workers());
-  };
-  IterationReport report;
-  try {
-    report = impl_->engine.solve(space.targets_to_model(targets, impl_->constraints), options, rotations, progress,
-                                 hand_over);
-  } catch (...) {
-    if (!out.empty()) static_cast<void>(space.write_to_input(impl_->engine.positions(), impl_->workers(), out));
-    throw;
-  }
-  result.energy_before = space.energy_to_input(report.energy_before);
-  result.energy_after = space.energy_to_input(report.energy_after);
-  result.iterations = report.iterations;
-  result.step = report.step;
-  result.stop_reason = report.stop_reason;
-  result.parts_at_rest = impl_->engine.parts_at_rest();
-  result.loose_vertices = impl_->loose_vertices;
-  return result;
+  return impl_->posed.solve(targets, options, rotations, progress, out);
 }
 
 Patch SurfaceArap::patch_around(const std::vector<int>& vertices, double radius) {
-  require_patch_sources(vertices, radius, impl_->part_of_vertex);
+  require_patch_sources(vertices, radius, impl_->posed.part_of_vertex());
   const SurfaceModel& model = impl_->model;
   const ModelSpace& space = impl_->space;
   if (impl_->graph == nullptr)
-    impl_->graph =
-        std::make_unique<EdgeGraph>(model.prepared.energy.K, model.prepared.rest, impl_->workers().threads());
+    impl_->graph = std::make_unique<EdgeGraph>(model.prepared.energy.K, model.prepared.rest, threads());
   std::vector<int> sources;
   sources.reserve(vertices.size());
   for (const int v : vertices) sources.push_back(space.model_vertices()[v]);
@@ -154,30 +91,21 @@ Patch SurfaceArap::patch_around(const std::vector<int>& vertices, double radius)
   return patch;
 }
 
-void SurfaceArap::reset() { impl_->engine.reset(); }
+void SurfaceArap::reset() { impl_->posed.reset(); }
 
-void SurfaceArap::set_positions(const Positions& positions) {
-  impl_->engine.set_positions(impl_->checked_to_model(positions));
-}
+void SurfaceArap::set_positions(const Positions& positions) { impl_->posed.set_positions(positions); }
 
-Positions SurfaceArap::positions() const { return impl_->space.to_input(impl_->engine.positions(), impl_->workers()); }
+Positions SurfaceArap::positions() const { return impl_->posed.positions(); }
 
-double SurfaceArap::energy(const Positions& positions) {
-  Positions gradient;
-  return impl_->evaluate(positions, gradient);
-}
+double SurfaceArap::energy(const Positions& positions) { return impl_->posed.energy(positions); }
 
-Positions SurfaceArap::energy_gradient(const Positions& positions) {
-  Positions gradient;
-  impl_->evaluate(positions, gradient);
-  return impl_->space.gradient_to_input(gradient);
-}
+Positions SurfaceArap::energy_gradient(const Positions& positions) { return impl_->posed.energy_gradient(positions); }
 
 int SurfaceArap::n_vertices() const { return impl_->space.n_input_vertices(); }
 int SurfaceArap::n_parts() const { return impl_->model.prepared.n_parts; }
-const std::vector<int>& SurfaceArap::part_of_vertex() const { return impl_->part_of_vertex; }
-const std::vector<int>& SurfaceArap::loose_vertices() const { return impl_->loose_vertices; }
-int SurfaceArap::n_factorizations() const { return impl_->engine.n_factorizations(); }
-int SurfaceArap::threads() const { return impl_->workers().threads(); }
+const std::vector<int>& SurfaceArap::part_of_vertex() const { return impl_->posed.part_of_vertex(); }
+const std::vector<int>& SurfaceArap::loose_vertices() const { return impl_->posed.loose_vertices(); }
+int SurfaceArap::n_factorizations() const { return impl_->posed.n_factorizations(); }
+int SurfaceArap::threads() const { return impl_->model.prepared.workers.threads(); }
 
 }  // namespace arap

@@ -2,9 +2,7 @@
 #include "models/surface_arap/surface_model.h"
 
 #include <future>
-#include <map>
 #include <memory>
-#include <numeric>
 
 #include "base/permutation.h"
 #include "mesh/mirror_symmetry.h"
@@ -18,15 +16,6 @@
 namespace arap {
 
 namespace {
-
-/// The regions but for those of one vertex: that is no more rigid than it is alone, and wants no node of its own.
-std::vector<int> without_single_vertices(std::vector<int> region_of_vertex) {
-  std::map<int, int> n_members;
-  for (const int region : region_of_vertex) ++n_members[region];
-  for (int& region : region_of_vertex)
-    if (n_members[region] == 1) region = -1;
-  return region_of_vertex;
-}
 
 /// Which vertices are nodes, and the weights of all with them.
 RotationNodes choose_nodes(const SurfaceModel& model, const PolygonMesh& mesh, double radius,
@@ -66,23 +55,15 @@ std::vector<int> prepare_surface(SurfaceModel& model, const PolygonMesh& mesh, c
                : node_at_each_vertex(mesh.n_vertices());
   };
   const auto find_order = [&] {
-    // In a sum over few cells single precision shows, and there is no time to win.
-    constexpr int kFewVertices = 2000;
-    prepared.fits_single = mesh.n_vertices() >= kFewVertices && fits_single_precision(prepared.energy, prepared.rest);
+    prepared.choose_precision();
     meter.wait_for(solver);
     prepared.solver = solver.get();
     return prepared.solver->ordering();
   };
   assemble_surface_energy(prepared.energy, mesh, options, stiffness, prepared.workers.threads(), {&meter, 1},
                           with_matrix, find_order);
-  if (prepared.solver->ordering() == nullptr) {
-    prepared.keep_numbers();
-    std::vector<int> unchanged(mesh.n_vertices());
-    std::iota(unchanged.begin(), unchanged.end(), 0);
-    return unchanged;
-  }
-  const std::vector<int> order = *prepared.solver->ordering();
-  model.areas = permuted(model.areas, order);
+  if (const std::vector<int>* order = prepared.solver->ordering(); order != nullptr)
+    model.areas = permuted(model.areas, *order);
   std::vector<int> new_numbers = prepared.take_solver_numbers({&meter, 0});
   meter.reach(1);
   return new_numbers;

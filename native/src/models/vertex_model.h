@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "arap/constraints.h"
+#include "arap/result.h"
+#include "arap/types.h"
+#include "models/model_space.h"
+#include "optimize/engine.h"
+
+namespace arap {
+
+/// The face of a model whose unknowns are the user's vertices: all acts after the bind, in the user's space.
+/// SurfaceArap and TetArap say what each does.
+class VertexModel {
+ public:
+  /// @param space      numbered as the model is; it and the model must outlive this
+  /// @param model      whole
+  /// @param dimension  of what has the energy: 2, a surface; 3, a solid
+  VertexModel(const ModelSpace& space, const PreparedModel& model, int dimension);
+
+  void set_constraints(const ConstraintSet& constraints, const Progress& progress);
+  SolveResult solve(const Positions& targets, const SolveOptions& options, std::span<const Matrix3> rotations,
+                    const Progress& progress, std::span<float> out);
+  void reset() { engine_.reset(); }
+  void set_positions(const Positions& positions);
+  [[nodiscard]] Positions positions() const;
+  [[nodiscard]] double energy(const Positions& positions);
+  [[nodiscard]] Positions energy_gradient(const Positions& positions);
+
+  /// Of each vertex of the user's, -1 = loose.
+  [[nodiscard]] const std::vector<int>& part_of_vertex() const { return part_of_vertex_; }
+  [[nodiscard]] const std::vector<int>& loose_vertices() const { return loose_vertices_; }
+  [[nodiscard]] int n_factorizations() const { return engine_.n_factorizations(); }
+
+ private:
+  [[nodiscard]] Positions checked_to_model(const Positions& positions) const;
+  /// Energy of the input and gradient of the model.
+  double evaluate(const Positions& positions, Positions& gradient);
+
+  const ModelSpace& space_;
+  const Workers& workers_;
+  int dimension_;
+  std::vector<int> part_of_vertex_;
+  std::vector<int> loose_vertices_;
+  ConstraintSet constraints_;
+  Engine engine_;
+};
+
+}  // namespace arap
