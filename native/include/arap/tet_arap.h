@@ -33,9 +33,12 @@ struct TetOptions {
 ///
 /// The same three acts as SurfaceArap, with the same rules. A point inside of a tetrahedron is constrained as a patch:
 /// its four vertices with the point's barycentric coordinates as weights.
+///
+/// Tetrahedra may be flat, down to a millionth of their width; of far flatter ones set_constraints throws SolverError.
 class TetArap {
  public:
-  /// Binds. Throws InvalidInput for bad options or properties, Cancelled when `progress` returns false.
+  /// Binds. Throws InvalidInput for bad options or properties, or a tetrahedron so small that it vanishes beside the
+  /// mesh; Cancelled when `progress` returns false.
   /// @param properties  the stiffness s_t of a tetrahedron is the geometric mean of its vertices'. One whose vertices
   ///                    are all in rigid regions turns with the region that has most of them
   explicit TetArap(const TetMesh& mesh, const TetOptions& options = {}, const VertexProperties& properties = {},

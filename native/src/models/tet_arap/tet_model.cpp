@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "arap/error.h"
+#include "base/format_message.h"
 #include "base/grouped.h"
 #include "base/permutation.h"
 #include "mesh/tet_shape.h"
@@ -17,8 +19,8 @@ namespace arap {
 
 namespace {
 
-/// q_j = 2 V s g_j of the vertices of a tetrahedron, row by row.
-using RestVectors = Eigen::Matrix<double, 4, 3>;
+/// Of the vertices of a tetrahedron, row by row.
+using Vectors = Eigen::Matrix<double, 4, 3>;
 
 class TetAssembler {
  public:
@@ -26,7 +28,13 @@ class TetAssembler {
       : rest_(rest), tets_(tets), stiffness_(stiffness), slots_(n(), [&](const auto& add) {
           for (size_t t = 0; t < tets.size(); ++t)
             for (int k = 0; k < 4; ++k) add(tets[t][k], static_cast<int>(4 * t) + k);
-        }) {}
+        }) {
+    for (int t = 0; t < n_tets(); ++t)
+      if (weight(t) == 0 || !rest_vectors(t).allFinite())
+        throw InvalidInput(text("tetrahedron ", t,
+                                " is so small beside the mesh that nothing is left of it in rounding; enlarge or "
+                                "remove it"));
+  }
 
   /// Its volume times its stiffness.
   [[nodiscard]] double weight(int t) const {
@@ -39,8 +47,7 @@ class TetAssembler {
       double diagonal = 0;
       for (const int slot : slots_.of(i)) {
         const TetMesh::Tet& tet = tets_[slot / 4];
-        const RestVectors g = gradients(slot / 4);
-        const Eigen::Vector4d products = 2 * weight(slot / 4) * (g * g.row(slot % 4).transpose());
+        const Eigen::Vector4d products = rest_vectors(slot / 4) * gradients(slot / 4).row(slot % 4).transpose();
         for (int k = 0; k < 4; ++k) {
           if (k == slot % 4) continue;
           column[tet[k]] += products[k];
@@ -56,8 +63,7 @@ class TetAssembler {
     return {n(), n_tets(), threads,
             [&] {
               return [&](int j, RowAccumulator<Vector3>& row) {
-                for (const int slot : slots_.of(j))
-                  row[slot / 4] += 2 * weight(slot / 4) * gradients(slot / 4).row(slot % 4).transpose();
+                for (const int slot : slots_.of(j)) row[slot / 4] += rest_vectors(slot / 4).row(slot % 4).transpose();
               };
             },
             meter};
@@ -73,9 +79,12 @@ class TetAssembler {
     return std::exp(sum / 4);
   }
 
-  /// g_j, row by row.
-  [[nodiscard]] RestVectors gradients(int t) const {
-    RestVectors result;
+  /// q_j = 2 V s g_j.
+  [[nodiscard]] Vectors rest_vectors(int t) const { return 2 * weight(t) * gradients(t); }
+
+  /// g_j.
+  [[nodiscard]] Vectors gradients(int t) const {
+    Vectors result;
     result.bottomRows<3>() = tet_edges(rest_, tets_[t]).inverse();
     result.row(0) = -result.bottomRows<3>().colwise().sum();
     return result;

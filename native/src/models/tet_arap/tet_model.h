@@ -16,7 +16,7 @@ namespace arap {
 ///     V |F - R|^2 = V |F|^2 - 2 V <R, F> + 3 V:  K_jk = 2 V s <g_j, g_k>, q_j = 2 V s g_j, E_0 = 3 V s.
 ///
 /// @param rest              (n, 3)
-/// @param tets              not flat
+/// @param tets              not flat; throws InvalidInput that names one of which rounding leaves nothing
 /// @param stiffness         (n,) of vertices, or empty: all 1; s_t is the geometric mean
 /// @param region_of_vertex  (n,) rigid region or -1, or empty: who is the home of a cell
 /// @param find_order        as for assemble_lattice_energy()

@@ -278,6 +278,18 @@ TEST(TetArap, LosesNoDigitsFarFromTheOrigin) {
   EXPECT_LT(max_distance(moved.rowwise() - away.transpose(), expected), 2e-9);
 }
 
+TEST(TetArap, FlatTetrahedraServe) {
+  for (const double height : {1e-3, 1e-6}) {
+    const TetMesh mesh =
+        transformed(tet_blocks(6, 3, 3), [&](const Vector3& x) { return Vector3(x[0], x[1], height * x[2]); });
+    const Task task = bend(mesh, {rotation_about({0, 0, 1}, .5), {0, .1, 0}});
+    const SolveResult result = solve(mesh, task, 1e-6);
+    EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged) << height;
+    EXPECT_LE(result.energy_after, result.energy_before) << height;
+    EXPECT_LT(max_distance(values_of(task.constraints, result.positions), task.targets), 1e-14) << height;
+  }
+}
+
 TEST(TetArap, IsTheSameOnEveryNumberOfThreads) {
   const TetMesh mesh = uneven_bar(24, 10);  // single precision serves it
   const Task task = bend(mesh, some_motion());
@@ -377,6 +389,12 @@ TEST(TetArapErrors, SayWhatIsWrong) {
   TetArap stiff(huge, {}, {std::vector<double>(n, 1e12), {}});
   expect_error<arap::SolverError>([&] { static_cast<void>(stiff.energy(5 * huge.positions())); },
                                   {"too large", "sizes of the mesh away"});
+  Positions with_dust(mesh.n_vertices() + 4, 3);
+  with_dust << mesh.positions(), Eigen::RowVector3d::Zero(), 1e-20 * Matrix3::Identity();
+  std::vector<TetMesh::Tet> tets = mesh.tets();
+  tets.push_back({12, 13, 14, 15});
+  expect_error<InvalidInput>([&] { const TetArap dust(TetMesh(with_dust, tets)); },
+                             {"tetrahedron 12", "so small beside the mesh", "enlarge or remove"});
   Positions with_loose(mesh.n_vertices() + 1, 3);
   with_loose << mesh.positions(), 9, 9, 9;
   TetArap loose(TetMesh(with_loose, mesh.tets()));
