@@ -229,8 +229,8 @@ class Model:
                 four per segment: where its head goes, and head + l x, head + l y and head + l z, with its length l and
                 the axes x, y, z.
             options: see SolveOptions.
-            rotations: (k + n_patches + 4 n_segments, 3, 3) float64, the rotation of each target's handle, for the initial
-                guess "handle_rotations"; None: estimated from the targets.
+            rotations: (k + n_patches + 4 n_segments, 3, 3) float64, the rotation of each target's handle, for the
+                initial guess "handle_rotations"; None: estimated from the targets.
             progress: may stop by returning False: then nothing has changed and stop_reason is "cancelled".
             out: (n, 3) float32, takes the positions in place of a new array: for every frame of a drag the same.
 
