@@ -104,6 +104,7 @@ class Session:
         self._copies: Sequence[Copy] = ()
         self._point_patches: Patches = NO_PATCHES
         self._outside: tuple[str, ...] = ()
+        self._at_rest: Ints = np.empty(0, dtype=np.int32)  # own parts, in the last solve
         self._positions = self._rest.astype(np.float32)
         self._own_positions = self._positions[: self._n_own]
         # The solver writes single precision into memory that is there already: a frame allocates nothing.
@@ -146,6 +147,12 @@ class Session:
     def positions(self) -> NDArray[np.float32]:
         """(n, 3) float32, contiguous, object space: where the mesh is now. Written over by the next update."""
         return self._own_positions
+
+    @property
+    def at_rest(self) -> tuple[Ints, int]:
+        """The own vertices of parts that the last solve left at rest, (k,) int32 ascending, and how many parts."""
+        parts = self._model.part_of_vertex[: self._n_own]
+        return np.flatnonzero(np.isin(parts, self._at_rest)).astype(np.int32), len(self._at_rest)
 
     @property
     def n_factorizations(self) -> int:
@@ -357,6 +364,7 @@ class Session:
         at_rest = self._own_parts[np.isin(self._own_parts, result.parts_at_rest)]
         if self._loose is not None:
             at_rest = np.setdiff1d(at_rest, self._loose.move(self._solved, result.parts_at_rest))
+        self._at_rest = at_rest
         self._show_solved()
         return Readout(
             vertices=self.n_vertices,

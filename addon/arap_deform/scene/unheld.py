@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..core import native
+from ..core import native, sessions
 from ..core.arrays import Ints
 from ..core.graph import connected_labels, face_edges
 from ..core.loose.pieces import joined_by_regions, numbered
@@ -23,6 +23,8 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
         RuntimeError: the native module cannot be used.
     """
     inputs = read_input(obj, depsgraph)
+    if any(spec.segment is not None for spec in inputs.specs):
+        return _beside_bones(obj)
     mesh, whole = completed(inputs.mesh, inputs.mirrors, inputs.stretch)
     n, n_own = len(mesh.rest_positions), len(inputs.mesh.rest_positions)
     first, second = face_edges(mesh.corner_vertices, mesh.face_sizes)
@@ -50,3 +52,11 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
             is_free[riders.vertices] = False
     n_parts = len(np.unique(labels[:n_own][(is_free & is_in_face)[:n_own]]))
     return np.flatnonzero(is_free[:n_own]).astype(np.int32), n_parts
+
+
+def _beside_bones(obj: bpy.types.Object) -> tuple[Ints, int]:
+    """As find(). Only a bound model knows what bones pass through."""
+    bound = sessions.get(obj.name_full)
+    if bound is None or sessions.readout(obj.name_full) is None:
+        raise ValueError(f"What bones move of '{obj.name}' is known once it was posed: tick Follow, or press Solve")
+    return bound.session.at_rest

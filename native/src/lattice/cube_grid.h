@@ -31,6 +31,12 @@ struct CubeGrid {
   [[nodiscard]] int along(int axis, double coordinate) const {
     return static_cast<int>(std::clamp(std::floor((coordinate - origin[axis]) / size), 0.0, counts[axis] - 1.0));
   }
+  /// Whether a point is in a cube or on its walls, but for rounding.
+  [[nodiscard]] bool touches(const Cube& cube, const Eigen::RowVector3d& point) const {
+    constexpr double kWall = 1e-9;
+    const Eigen::Array<double, 1, 3> place = (point - corner(cube)).array() / size;
+    return (place >= -kWall && place <= 1 + kWall).all();
+  }
   [[nodiscard]] Eigen::RowVector3d corner(const Cube& cube) const {
     return origin + size * Eigen::RowVector3d(cube[0], cube[1], cube[2]);
   }

@@ -62,8 +62,11 @@ class CutSurface {
   /// What a triangle has at a point of it; -1 if rounding puts the point into a cube beside.
   [[nodiscard]] int thing_at(int triangle, const Eigen::RowVector3d& point) const {
     if (offsets_[triangle] == offsets_[triangle + 1]) return triangles_[triangle][0];
-    return find(static_cast<size_t>(offsets_[triangle]), static_cast<size_t>(offsets_[triangle + 1]),
-                grid_.index(grid_.cube_at(point)));
+    return thing_in_cube(triangle, grid_.index(grid_.cube_at(point)));
+  }
+  /// What a triangle has in a cube; -1: nothing.
+  [[nodiscard]] int thing_in_cube(int triangle, int cube) const {
+    return find(static_cast<size_t>(offsets_[triangle]), static_cast<size_t>(offsets_[triangle + 1]), cube);
   }
 
  private:
@@ -72,7 +75,7 @@ class CutSurface {
     int cube;
     int thing;
   };
-  /// The same where one of its edges passes through a cube that has neither end of it.
+  /// The same where one of its edges passes through a cube that has neither end of it; or a corner, a = b, touches one.
   struct EdgeCut {
     int a;
     int b;
@@ -101,7 +104,16 @@ class CutSurface {
           things_.touching.emplace_back(cut_[first + k].thing,
                                         cut_[first + static_cast<size_t>(found - cubes_.begin())].thing);
       }
+    for (const int v : triangle) touch(v, first);
     for (int k = 0; k < 3; ++k) cut_edge(triangle[k], triangle[(k + 1) % 3], first);
+  }
+
+  /// A corner on a wall is in one of the cubes beside, and touches the others. What triangles have there hangs together
+  /// at the corner.
+  void touch(int v, size_t first) {
+    for (size_t k = first; k < cut_.size(); ++k)
+      if (cut_[k].cube != things_.cubes[v] && grid_.touches(grid_.cube(cut_[k].cube), points_.row(v)))
+        edges_.push_back({v, v, cut_[k].cube, cut_[k].thing});
   }
 
   /// A corner if the cube has one, else a new thing.
@@ -237,6 +249,10 @@ class Inside {
     place[axis] = crossing.place;
     const int of_surface = surface.thing_at(crossing.triangle, place);
     if (of_surface >= 0) things_.connect(of_sample, of_surface);
+    // A place on a wall is in both cubes.
+    const CubeGrid::Cube cube = cube_of(sample);
+    const int beside = grid_.touches(cube, place) ? surface.thing_in_cube(crossing.triangle, grid_.index(cube)) : -1;
+    if (beside >= 0) things_.connect(of_sample, beside);
   }
 
   const InsideSamples& inside_;

@@ -141,7 +141,9 @@ double choose_cube_size(const PolygonMesh& mesh, double wanted, int threads, con
   if (wanted > 0 && size > wanted)
     throw InvalidInput(
         text("cube_size = ", wanted, ", must be at least ", size, " for this mesh: smaller cubes would be too many"));
-  return size;
+  // Walls of round sizes would pass through vertices of even meshes, and rounding would decide on which side each is.
+  constexpr double kBesideVertices = 1.0001;
+  return kBesideVertices * size;
 }
 
 }  // namespace arap

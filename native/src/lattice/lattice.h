@@ -78,7 +78,8 @@ class Lattice {
 /// The size of cubes for a mesh of diagonal 1. By itself: four across a limb of the median thickness, a fiftieth at the
 /// most, and so large that the cubes that are crossed or inside are 25,000 at the most, or two a part. It depends on
 /// the shape alone, not on how finely it is meshed. Pieces of one cube are not counted.
-/// @param wanted  0: none; otherwise the result. Throws InvalidInput if cubes of this size are too many.
+/// @param wanted  0: none; otherwise the result, but for a ten-thousandth. Throws InvalidInput if cubes of this size
+/// are too many.
 [[nodiscard]] double choose_cube_size(const PolygonMesh& mesh, double wanted, int threads, const MeterPart& meter = {});
 
 }  // namespace arap

@@ -5,7 +5,7 @@ import numpy as np
 from looks import key_positions, rest_positions, shown_positions
 from mathutils import Matrix
 from support import SceneTest, bpy, module
-from tubes import BOTTOM, TOP, mesh_object
+from tubes import BALL, BOTTOM, TOP, mesh_object, with_balls
 
 HALF = 2.0
 
@@ -115,6 +115,20 @@ class BonesTest(SceneTest):
             self.api.solve,
             obj,
         )
+
+    def test_parts_that_no_bone_passes_through_are_selected_as_unheld(self):
+        obj = with_balls((5.0, 0.0, 2.0))
+        obj.arap.loose_follow = False
+        self.api.remove_handle(obj, 0)
+        self.api.remove_pin(obj, 0)
+        self.api.add_bones(obj, arm(obj))
+        find = module("scene.unheld").find
+        with self.assertRaisesRegex(ValueError, "is known once it was posed"):
+            find(obj, bpy.context.evaluated_depsgraph_get())
+        self.api.prepare_session(obj)
+        self.api.update_pose(obj)
+        vertices, n_parts = find(obj, bpy.context.evaluated_depsgraph_get())
+        self.assertEqual((n_parts, len(vertices)), (1, BALL))
 
     def test_what_cannot_be_is_refused_and_nothing_changes(self):
         obj = mesh_object()
