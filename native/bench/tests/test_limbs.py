@@ -13,6 +13,7 @@ from measure.inputs.limbs import (
     second_bone_targets,
 )
 from measure.inputs.solids import rod
+from measure.runs.cost import medians, ratio
 from measure.runs.limb_models import skinned
 from measure.runs.sections import section_area, thinnest_section, volume
 from measure.runs.steady import turned_pose
@@ -62,7 +63,7 @@ def test_linear_skinning_closes_a_rod_that_is_twisted_by_180():
 
 def test_the_second_bone_has_four_targets_that_move():
     bones = np.array([[[0, 0, -2.0], [0, 0, 0]], [[0, 0, 0], [0, 0, 2.0]]])
-    targets = second_bone_targets(bones, lambda points, share: points + [0.0, share, 0.0], 0.5)
+    targets = second_bone_targets(bones, lambda points, share: np.add(points, [0.0, share, 0.0]), 0.5)
     np.testing.assert_allclose(targets[:4], [[0, 0, -2], [2, 0, -2], [0, 2, -2], [0, 0, 0]])
     np.testing.assert_allclose(targets[4:], [[0, 0.5, 0], [2, 0.5, 0], [0, 2.5, 0], [0, 0.5, 2]])
 
@@ -108,3 +109,12 @@ def test_a_turned_pose_is_the_same_pose_elsewhere(limb):
     shift = np.array([1.0, 2.0, 3.0])
     pose, moved = limb.pose, turned_pose(limb.pose, turn, shift)
     np.testing.assert_allclose((moved.task(0.5).targets - shift) @ turn, pose.task(0.5).targets, atol=1e-12)
+
+
+def test_a_cost_is_the_median_of_its_rounds_and_its_ratio_that_of_each_round():
+    ours, surface = ([{"frame_s": s} for s in times] for times in ([1.0, 4.0, 3.0], [2.0, 4.0, 12.0]))
+    assert medians(ours) == {"frame_s": 3.0}
+    assert ratio(ours, surface) == 0.5  # of .5, 1, .25
+    failed = {"not_run": "no memory"}
+    assert medians([*ours, failed]) == failed
+    assert ratio(ours, [*surface[:2], failed]) is None

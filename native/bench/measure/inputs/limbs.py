@@ -63,7 +63,7 @@ def rods() -> Iterator[Limb]:
     yield rod_by_ends("bend by 120", mesh, width, along_arc(length, np.radians(120)))
     yield rod_by_bones("two bones, twist by 180", mesh, width, twist)._replace(tilt_deg=45.0)
     elbow = rod_by_bones("two bones, elbow of 120", mesh, width, turned(Y, np.zeros(3), np.radians(120)))
-    view = View((0.0, -1.0, 0.0), (0.0, 0.0, -1.2 * width), 0.6 * length)
+    view = View((0.0, -1.0, 0.0), (0.0, 0.0, -1.2 * width), 0.68 * length)
     yield elbow._replace(tilt_deg=30.0, pose=elbow.pose._replace(view=view))
 
 

@@ -13,6 +13,7 @@ import json
 import re
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -31,28 +32,52 @@ SIZES = (100_000, 1_000_000, 5_000_000)
 MOST_OF_SURFACE = 1_500_000
 CONTROL_POINTS = 10_000
 FRAMES, FRAME_ITERATIONS = 16, 4
+ROUNDS = 3
 LIFT = 0.1  # of the ears, a share of the diagonal
 TIMEOUT_S = 300.0
 
 
 def measure_cost(most: int) -> list[dict[str, Any]]:
-    """A row for each size and model; the lattice is the same at all sizes."""
+    """A row for each size and model; the lattice is the same at all sizes.
+
+    Models take turns, so that a busy machine delays all alike; a row has the medians of the rounds.
+    """
     cube_size = size_for(CONTROL_POINTS, creature(10_000))
     rows: list[dict[str, Any]] = []
     for size in (size for size in SIZES if size <= most):
-        for model in LIMB_MODELS:
-            if model == "surface" and size > MOST_OF_SURFACE:
-                continue
-            row: dict[str, Any] = {"model": model, "asked": size}
-            command = [sys.executable, "-m", "measure.runs.cost", str(size), model, str(cube_size)]
-            try:
-                with Worker(command, timeout_s=TIMEOUT_S) as worker:
-                    row |= worker.ask("measure")
-            except NotRun as reason:
-                row["not_run"] = str(reason)
+        is_large = size > MOST_OF_SURFACE
+        models = [model for model in LIMB_MODELS if not (is_large and model == "surface")]
+        rounds = [[measured(size, model, cube_size) for model in models] for _ in range(1 if is_large else ROUNDS)]
+        for model, found in zip(models, zip(*rounds, strict=True), strict=True):
+            row = {"model": model, **medians(found)}
+            if not is_large and "not_run" not in row:
+                row["to_surface"] = ratio(found, [in_round[0] for in_round in rounds])
             rows.append(row)
             print(f"cost: {row}", file=sys.stderr, flush=True)
     return rows
+
+
+def measured(size: int, model: LimbModel, cube_size: float) -> dict[str, Any]:
+    """What ``measure_one`` finds in a process of its own, or why it finds nothing."""
+    command = [sys.executable, "-m", "measure.runs.cost", str(size), model, str(cube_size)]
+    try:
+        with Worker(command, timeout_s=TIMEOUT_S) as worker:
+            return worker.ask("measure")
+    except NotRun as reason:
+        return {"not_run": str(reason)}
+
+
+def medians(found: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Of each figure of several rounds; the first round that failed says why."""
+    failed = [row for row in found if "not_run" in row]
+    return failed[0] if failed else {key: median(row[key] for row in found) for key in found[0]}
+
+
+def ratio(found: Sequence[dict[str, Any]], surface: Sequence[dict[str, Any]]) -> float | None:
+    """The median of the rounds' ratios of a frame to that of the surface."""
+    if any("not_run" in row for row in surface):
+        return None
+    return median(row["frame_s"] / of["frame_s"] for row, of in zip(found, surface, strict=True))
 
 
 def size_for(control_points: int, mesh: Mesh) -> float:
@@ -85,7 +110,7 @@ def measure_one(size: int, model: LimbModel, cube_size: float) -> dict[str, Any]
     frames = drag(bound, mesh.positions[held], mesh.positions[moved], out)
     return {
         "n_vertices": n,
-        "control_points": getattr(bound, "n_control_points", None),
+        "control_points": getattr(bound, "n_control_points", 0),
         "bind_s": bind_s,
         "constraints_s": constraints_s,
         "frame_s": median(frames),
