@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from measure.inputs.limbs import (
+    ROD_HELD,
     ROD_LENGTH,
     creature_legs,
     fingers,
@@ -82,11 +83,12 @@ def test_handles_do_not_overlap_and_what_is_measured_is_free():
             assert not limb.is_measured[np.concatenate([pose.held, pose.moved])].any()
 
 
-def test_a_bend_keeps_the_length_of_the_rods_axis():
+def test_a_bend_keeps_the_length_of_the_free_axis():
     _, bend, *_ = rods()
     _, width = rod_mesh()
-    top = 0.5 * ROD_LENGTH * width * np.array([[0.0, 0.0, 1.0]])
-    radius = ROD_LENGTH * width / np.radians(120)
+    free = (ROD_LENGTH - 2 * ROD_HELD) * width
+    top = 0.5 * free * np.array([[0.0, 0.0, 1.0]])
+    radius = free / np.radians(120)
     chord = np.linalg.norm(bend.pose.motion(top, 1.0) + top)
     assert chord == pytest.approx(2 * radius * np.sin(np.radians(60)))
 

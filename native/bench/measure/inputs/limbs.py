@@ -60,7 +60,7 @@ def rods() -> Iterator[Limb]:
     length = ROD_LENGTH * width
     twist = turned(Z, np.zeros(3), np.pi)
     yield rod_by_ends("twist by 180", mesh, width, twist)
-    yield rod_by_ends("bend by 120", mesh, width, along_arc(length, np.radians(120)))
+    yield rod_by_ends("bend by 120", mesh, width, along_arc(length - 2 * ROD_HELD * width, np.radians(120)))
     yield rod_by_bones("two bones, twist by 180", mesh, width, twist)._replace(tilt_deg=45.0)
     elbow = rod_by_bones("two bones, elbow of 120", mesh, width, turned(Y, np.zeros(3), np.radians(120)))
     view = View((0.0, -1.0, 0.0), (0.0, 0.0, -1.2 * width), 0.68 * length)
@@ -75,7 +75,7 @@ def rod_mesh() -> tuple[Mesh, float]:
 
 
 def along_arc(length: float, angle_rad: float) -> Motion:
-    """The upper end of a rod about the origin goes where an arc of its length takes it."""
+    """What is above a free length about the origin goes where an arc of that length takes it."""
     end = 0.5 * length * Z
 
     def motion(points: Floats, share: float) -> Floats:

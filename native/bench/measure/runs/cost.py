@@ -77,7 +77,7 @@ def ratio(found: Sequence[dict[str, Any]], surface: Sequence[dict[str, Any]]) ->
     """The median of the rounds' ratios of a frame to that of the surface."""
     if any("not_run" in row for row in surface):
         return None
-    return median(row["frame_s"] / of["frame_s"] for row, of in zip(found, surface, strict=True))
+    return float(median(row["frame_s"] / of["frame_s"] for row, of in zip(found, surface, strict=True)))
 
 
 def size_for(control_points: int, mesh: Mesh) -> float:
