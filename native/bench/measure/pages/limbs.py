@@ -62,8 +62,8 @@ def densities(rows: Sequence[Row]) -> str:
 
 
 def turned(rows: Sequence[Row]) -> str:
-    lines = [(f"{row['mesh']}: {row['pose']}", *gaps(row)) for row in rows]
-    return markdown(("mesh turned three ways", "off, max, %", "off, rms, %"), lines)
+    lines = [(f"{row['mesh']}: {row['pose']}", *gaps(row), number(100 * row["pairs"]["rms"], 2)) for row in rows]
+    return markdown(("mesh turned three ways", "off, max, %", "off, rms, %", "two of them, rms, %"), lines)
 
 
 def gaps(row: Row) -> tuple[str, ...]:

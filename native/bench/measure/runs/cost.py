@@ -47,7 +47,7 @@ def measure_cost(most: int) -> list[dict[str, Any]]:
     for size in (size for size in SIZES if size <= most):
         is_large = size > MOST_OF_SURFACE
         models = [model for model in LIMB_MODELS if not (is_large and model == "surface")]
-        rounds = [[measured(size, model, cube_size) for model in models] for _ in range(1 if is_large else ROUNDS)]
+        rounds = [[measured(size, model, cube_size) for model in models] for _ in range(ROUNDS)]
         for model, found in zip(models, zip(*rounds, strict=True), strict=True):
             row = {"model": model, **medians(found)}
             if not is_large and "not_run" not in row:

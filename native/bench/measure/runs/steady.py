@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from itertools import combinations
 from typing import Any
 
 import arap_native
@@ -46,7 +47,10 @@ def measure_densities() -> list[dict[str, Any]]:
 
 
 def measure_turned() -> list[dict[str, Any]]:
-    """How far a pose is at most from the same pose of the mesh turned and moved, then put back; cubes of one size."""
+    """How far a pose is from the same pose of the mesh turned and moved, then put back; cubes of one size.
+
+    "pairs" is the same of two turned meshes, where they differ most.
+    """
     rows: list[dict[str, Any]] = []
     twisted = next(rods())
     for pose, cube_size in (*((pose, 0.0) for pose in poses()), (twisted.pose, twisted.cube_size)):
@@ -54,13 +58,15 @@ def measure_turned() -> list[dict[str, Any]]:
         assert isinstance(straight, arap_native.LatticeArap)
         size = straight.cube_size
         reference = pose_vertices(pose, straight).positions
-        gaps = []
+        found: list[Floats] = []
         for axis, degrees in TURNS:
             turn, shift = rotation(np.array(axis), np.radians(degrees)), size * np.array([0.37, 0.55, 0.21])
             moved = turned_pose(pose, turn, shift)
             bound = bind(moved.mesh, "solid", size / diagonal(moved.mesh))
-            gaps.append(_gap((pose_vertices(moved, bound).positions - shift) @ turn, reference))
-        rows.append({"mesh": pose.mesh.name, "pose": pose.name, "gaps": gaps})
+            found.append((pose_vertices(moved, bound).positions - shift) @ turn)
+        gaps = [_gap(positions, reference) for positions in found]
+        pairs = max((_gap(a, b) for a, b in combinations(found, 2)), key=lambda gap: gap["rms"])
+        rows.append({"mesh": pose.mesh.name, "pose": pose.name, "gaps": gaps, "pairs": pairs})
         print(f"turned: {rows[-1]}", file=sys.stderr, flush=True)
     return rows
 
