@@ -3,7 +3,7 @@
 
 export CCACHE_DIR ?= $(CURDIR)/build/ccache
 
-.PHONY: help demo pictures test test-all attack bench bench-test bench-peers bench-report bench-quality performance wheel zip zips lint format asan tsan clang clean
+.PHONY: help demo pictures test test-all attack bench bench-test bench-peers bench-report bench-quality bench-limbs performance wheel zip zips lint format asan tsan clang clean
 
 help:
 	@echo "make demo    poses and bakes the sample creature in a real Blender; pictures in build/demo"
@@ -14,6 +14,7 @@ help:
 	@echo "make bench   times of bind, set_constraints, iteration and of a frame in Blender; build/bench/results.json"
 	@echo "make bench-peers    ours beside libigl, Open3D and CGAL       make bench-report   a student report's tables"
 	@echo "make bench-quality  how poses look at three densities, plain beside rotation nodes; build/bench/quality.json"
+	@echo "make bench-limbs    twisted and bent limbs, a surface beside a solid; build/bench/limbs.json"
 	@echo "             all take OPTIONS=..., and meshes from ARAP_BENCH_MESHES: OFF files and folders, with colons between"
 	@echo "make bench-test     tests of what measures          make performance    writes what was measured into docs/performance.md and docs/quality.md"
 	@echo "make wheel   wheels of arap-native for the Pythons found; build/dist/wheels"
@@ -42,7 +43,7 @@ attack:
 bench:
 	@.ci/bench $(OPTIONS)
 
-bench-peers bench-report bench-quality:
+bench-peers bench-report bench-quality bench-limbs:
 	@.ci/bench-run $(@:bench-%=%) $(OPTIONS)
 
 bench-test:

@@ -2,6 +2,7 @@
 """Results as Markdown, and where they go in the document."""
 
 import pytest
+from measure.pages.limbs import cost, limb_cells
 from measure.pages.markdown import markdown, not_run_lines, number, replace_section
 from measure.pages.peers import near_ms, round_ratio
 from measure.pages.quality import together
@@ -59,3 +60,15 @@ def test_a_section_is_replaced_between_its_markers_alone():
 def test_a_document_without_the_section_is_refused(document):
     with pytest.raises(ValueError, match="must have one"):
         replace_section(document, "x", "new")
+
+
+def test_skinning_has_no_iterations_and_no_seconds():
+    row = {"volume": 0.9, "section": 0.0, "max_deg": 177.0, "iterations": 0, "s": 0.0}
+    assert limb_cells(row) == ("0.900", "0.000", "177", "-", "-")
+    assert limb_cells(row | {"iterations": 57, "s": 0.34})[3:] == ("57", "0.34")
+
+
+def test_a_cost_that_was_not_measured_has_no_row():
+    row = {"model": "solid", "n_vertices": 2_000_000, "bind_s": 1.0, "constraints_s": 0.5, "frame_s": 0.05}
+    table = cost([row | {"bytes_a_vertex": 150.0}, {"model": "firm", "not_run": "no memory"}])
+    assert table.splitlines()[2:] == ["| 2000000 | Solid | 1.0 | 0.50 | 50 | - | 300 | 150 |"]

@@ -94,3 +94,27 @@ def finer_where(mesh: Mesh, is_chosen: Mask) -> Mesh:
     number = np.full(len(fine.positions), -1)
     number[used] = np.arange(len(used))
     return unscaled(mesh.name, fine.positions[used], number[np.concatenate(faces)])
+
+
+def rod(length: float, around: int, along: int, cap_rings: int = 6) -> Surface:
+    """A closed cylinder of diameter 1 about z, its middle at the origin; diagonals go to and fro, so it has no hand."""
+    angles = 2 * np.pi * np.arange(around) / around
+    circle = 0.5 * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    heights = length * (np.arange(along + 1) / along - 0.5)
+    inner = np.arange(1, cap_rings) / cap_rings
+    up, side = np.array([0.0, 0.0, 0.5 * length]), np.array([1.0, 1.0, 0.0])
+    low = [circle * share * side - up for share in inner]
+    rings = low + [circle + np.array([0.0, 0.0, z]) for z in heights] + [ring * side + up for ring in low[::-1]]
+    n, first = len(rings), np.arange(around)
+    at = np.arange(n * around).reshape(n, around)
+    a, b = at[:-1], np.roll(at[:-1], -1, axis=1)
+    quads = np.stack([a, b, b + around, a + around], axis=-1)
+    is_odd = (np.add.outer(np.arange(n - 1), first) % 2).astype(bool)
+    quads[is_odd] = np.roll(quads[is_odd], 1, axis=1)
+    ends, bottom, top = np.stack([-up, up]), n * around, n * around + 1
+    fans = [
+        np.stack([np.roll(at[0], -1), at[0], np.full(around, bottom)], axis=1),
+        np.stack([at[-1], np.roll(at[-1], -1), np.full(around, top)], axis=1),
+    ]
+    faces = np.concatenate([cut_quads(quads.reshape(-1, 4)), *fans]).astype(np.int32)
+    return np.concatenate([*rings, ends]), faces

@@ -4,7 +4,7 @@
     python -m measure.pages.render RESULTS_DIR DOCS_DIR
 
 RESULTS_DIR holds results.json (native, frame, drag and overlay), peers.json and report.json for performance.md, and
-quality.json for quality.md. A section without results stays as it is.
+quality.json and limbs.json for quality.md. A section without results stays as it is.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from . import native, peers, plots, quality, report
+from . import limbs, native, peers, plots, quality, report
 from .markdown import joined, replace_section
 
 PICTURES = {
@@ -62,6 +62,16 @@ def quality_sections(folder: Path, images: Path) -> dict[str, str]:
     return quality.sections(results)
 
 
+def limb_sections(folder: Path, images: Path) -> dict[str, str]:
+    """The sections of quality.md about a solid beside a surface, with their pictures."""
+    results = read_json(folder / "limbs.json")
+    for mesh in limbs.PICTURES:
+        rows = limbs.panels(results.get("limbs", {}), mesh, folder / "limbs")
+        if rows:
+            plots.plot_panels(rows, images / limbs.picture_file(mesh))
+    return limbs.sections(results) if results else {}
+
+
 def read_json(path: Path) -> dict[str, Any]:
     return json.loads(path.read_text()) if path.exists() else {}
 
@@ -79,7 +89,7 @@ def main() -> None:
     images = docs / "images"
     images.mkdir(parents=True, exist_ok=True)
     write_sections(docs / "performance.md", performance(folder, images))
-    write_sections(docs / "quality.md", quality_sections(folder, images))
+    write_sections(docs / "quality.md", quality_sections(folder, images) | limb_sections(folder, images))
 
 
 if __name__ == "__main__":
