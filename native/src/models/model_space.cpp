@@ -82,12 +82,17 @@ Positions ModelSpace::targets_to_model(const Positions& targets, const Constrain
 }
 
 Positions ModelSpace::to_input(const Positions& of_model, const Workers& workers) const {
-  Positions result(n_input_vertices(), 3);
+  Positions result;
+  to_input(of_model, workers, result);
+  return result;
+}
+
+void ModelSpace::to_input(const Positions& of_model, const Workers& workers, Positions& result) const {
+  result.resize(n_input_vertices(), 3);
   parallel_for<kRows>(workers, n_input_vertices(), [&](int begin, int end) {
     for (int v = begin; v < end; ++v) result.row(v) = of_model.row(model_vertex_[v]) * size_ + center_;
   });
   for (const Loose& loose : loose_) result.row(loose.vertex) += loose.shift;
-  return result;
 }
 
 bool ModelSpace::write_to_input(const Positions& of_model, const Workers& workers, std::span<float> of_input) const {

@@ -45,6 +45,8 @@ class ModelSpace {
 
   [[nodiscard]] Positions to_model(const Positions& of_input, const Workers& workers) const;
   [[nodiscard]] Positions to_input(const Positions& of_model, const Workers& workers) const;
+  /// The same into memory that may be there already.
+  void to_input(const Positions& of_model, const Workers& workers, Positions& result) const;
   /// The same in single precision, row by row; false where a number is not finite, or too large for it.
   [[nodiscard]] bool write_to_input(const Positions& of_model, const Workers& workers, std::span<float> of_input) const;
   [[nodiscard]] std::vector<double> to_model(const std::vector<double>& of_input) const;

@@ -186,13 +186,13 @@ struct LatticeArap::Impl {
     }
   }
 
-  /// Where the vertices are, in the input's space.
-  [[nodiscard]] Positions embedded(const Positions& control_points, const Positions& targets) const {
-    Positions points = mesh.positions();
+  /// Writes where the vertices are to `next`.
+  void embed(const Positions& control_points, const Positions& targets) {
+    if (points.rows() == 0) points = mesh.positions();  // loose ones stay there
     lattice->embed(control_points, model.workers, points);
     sheets.write(points);
     exact->apply(targets, points);
-    return space.to_input(points, model.workers);
+    space.to_input(points, model.workers, next);
   }
 
   /// Of each row of the engine's targets, from those of the set's.
@@ -230,6 +230,9 @@ struct LatticeArap::Impl {
   std::unique_ptr<ExactVertices> exact;
   std::unique_ptr<LatticeFit> fit;  ///< made when first needed
   Positions shown;                  ///< the input's positions that were handed over last
+  // Their memory lives on between solves: a frame of a large mesh would spend its time on new pages.
+  Positions points;                 ///< of mesh
+  Positions next;                   ///< in the input's space
   std::vector<int> part_of_vertex;  ///< of each vertex of the input, -1 = loose
   std::vector<int> loose_vertices;
 };
@@ -267,6 +270,7 @@ void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progre
     throw;
   }
   impl_->of_model = of_model;
+  impl_->points.resize(0, 3);  // a loose vertex that was held goes back
   impl_->held = std::move(held);
   impl_->exact = std::move(exact);
   impl_->constraints = std::move(copy);
@@ -286,11 +290,10 @@ SolveResult LatticeArap::solve(const Positions& targets, const SolveOptions& opt
   if (result.stop_reason != StopReason::kCancelled) {
     SolveOptions left = options;
     left.time_limit_s = std::max(1e-9, left.time_limit_s - seconds_since(start));
-    Positions positions;
     const auto hand_over = [&](const Positions& control_points) {
-      positions = impl_->embedded(control_points, of_model);
-      return all_finite(positions, impl_->model.workers) &&
-             (out.empty() || write_single(positions, impl_->model.workers, out));
+      impl_->embed(control_points, of_model);
+      return out.empty() ? all_finite(impl_->next, impl_->model.workers)
+                         : write_single(impl_->next, impl_->model.workers, out);
     };
     try {
       const IterationReport report = impl_->engine.solve(
@@ -301,15 +304,14 @@ SolveResult LatticeArap::solve(const Positions& targets, const SolveOptions& opt
       if (!out.empty()) static_cast<void>(write_single(impl_->shown, impl_->model.workers, out));
       throw;
     }
-    // The engine handed over the control points of the former pose, but what was spread around its targets is gone.
     if (result.stop_reason == StopReason::kCancelled)
       impl_->sheets.set_positions(before);
     else
-      impl_->shown = std::move(positions);
+      impl_->shown.swap(impl_->next);
   }
   if (out.empty())
     result.positions = impl_->shown;
-  else
+  else if (result.stop_reason == StopReason::kCancelled)  // what was spread around the former targets is in no other
     static_cast<void>(write_single(impl_->shown, impl_->model.workers, out));
   result.loose_vertices = impl_->loose_vertices;
   return result;
