@@ -4,6 +4,7 @@
 #include "kernels/cell_kernels.h"
 #include "kernels/front_kernels.h"
 #include "kernels/isa.h"
+#include "kernels/lattice_kernels.h"
 #include "kernels/tile_kernels.h"
 
 namespace arap {
@@ -15,6 +16,7 @@ struct Kernels {
   TileKernels half_tile;  ///< all null if the instruction set cannot convert halves
   CellKernels<float> single_cell;
   CellKernels<double> double_cell;
+  LatticeKernels lattice;
 };
 
 [[nodiscard]] const Kernels& kernels(Isa isa);

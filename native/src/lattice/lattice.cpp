@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/eigen_compat.h"
+#include "kernels/kernels.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -83,26 +84,12 @@ void Lattice::renumber(const std::vector<int>& new_of_old) {
 }
 
 void Lattice::embed(const Positions& control_points, const Workers& workers, Positions& points) const {
-  const auto n = static_cast<int>(piece_of_vertex().size());
-  parallel_for<1024>(workers, n, [&](int begin, int end) {
-    for (int v = begin; v < end; ++v) {
-      if (piece_of_vertex()[v] < 0) continue;
-      const ControlPoints& of_piece = control_points_[piece_of_vertex()[v]];
-      const auto [x, y, z] = axis_weights(places_[v].cast<double>());
-      const int* c = of_piece.data();
-      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-      for (const double of_x : x) {
-        Eigen::RowVector3d along_y = Eigen::RowVector3d::Zero();
-        for (const double of_y : y) {
-          along_y += of_y * (z[0] * control_points.row(c[0]) + z[1] * control_points.row(c[1]) +
-                             z[2] * control_points.row(c[2]));
-          c += 3;
-        }
-        sum += of_x * along_y;
-      }
-      points.row(v) = sum;
-    }
-  });
+  Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> padded(control_points.rows(), 4);
+  padded << control_points, Eigen::VectorXd::Zero(control_points.rows());
+  const EmbeddingView vertices{piece_of_vertex().data(), places_.data()->data(), control_points_.data()->data()};
+  const LatticeKernels& kernel = kernels(isa_).lattice;
+  parallel_for<1024>(workers, static_cast<int>(places_.size()),
+                     [&](int begin, int end) { kernel.embed(vertices, padded.data(), points.data(), begin, end); });
 }
 
 }  // namespace arap

@@ -7,6 +7,7 @@
 
 #include "arap/mesh.h"
 #include "constraints/linear_rows.h"
+#include "kernels/isa.h"
 #include "lattice/mesh_pieces.h"
 #include "lattice/spline.h"
 #include "parallel/meter.h"
@@ -68,6 +69,7 @@ class Lattice {
   void name_control_points();
 
   double cube_size_;
+  Isa isa_ = choose_isa();
   MeshPieces pieces_;
   std::vector<ControlPoints> control_points_;
   std::vector<int> parts_;
