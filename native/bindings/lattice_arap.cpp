@@ -29,6 +29,9 @@ void bind_lattice_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
           "has_inside", [](const Bound& model) { return model.native().has_inside(); },
           docstrings::LatticeArap_has_inside)
       .def_property_readonly(
+          "sheets", [](const Bound& model) { return to_array(model.native().sheets()); },
+          docstrings::LatticeArap_sheets)
+      .def_property_readonly(
           "cube_size", [](const Bound& model) { return model.native().cube_size(); },
           docstrings::LatticeArap_cube_size);
 }

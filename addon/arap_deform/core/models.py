@@ -71,6 +71,11 @@ def has_inside(model: Model) -> bool:
     return bool(getattr(model, "has_inside", True))
 
 
+def sheets(model: Model) -> Ints:
+    """The parts that a model with an inside poses as surfaces."""
+    return np.asarray(getattr(model, "sheets", ()), dtype=np.int32)
+
+
 def cube_corners(model: Model) -> Floats | None:
     """(8 n, 3) float64 corners of the cubes of its lattice, solver space, see LatticeArap; None if it has none.
 

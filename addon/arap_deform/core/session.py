@@ -169,6 +169,11 @@ class Session:
         """False if it is a solid of a mesh without an inside."""
         return models.has_inside(self._model)
 
+    @property
+    def n_sheets(self) -> int:
+        """Own parts of a solid that have no inside, so they are posed as surfaces."""
+        return int(np.isin(self._own_parts, models.sheets(self._model)).sum())
+
     def cube_edges(self) -> Float32s:
         """(2 e, 3) float32 ends of the edges of a solid's cubes where they are now, object space; none of a surface.
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..core import sessions
+from ..core.naming import counted
 from ..scene import meshes, remembered, versions
 from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
@@ -36,9 +37,7 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         if settings.model == "solid":
             column.prop(settings, "cube_size")
             column.prop(settings, "keep_volume", slider=True)
-            bound = sessions.get(obj.name_full)
-            if bound is not None and not bound.session.has_inside:
-                draw_text(context, layout, "This mesh has no inside: Surface bends it better", "INFO")
+            _draw_inside(context, layout, obj)
         else:
             _draw_surface(context, column, obj)
         column = split_column(layout)
@@ -71,6 +70,18 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
             ("Stopped", STOP_REASONS.get(readout.stop_reason, readout.stop_reason)),
         ]
         draw_table(self.layout, rows)
+
+
+def _draw_inside(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
+    """What a solid makes of parts that are open or thin, once that is known."""
+    bound = sessions.get(obj.name_full)
+    if bound is None:
+        return
+    if not bound.session.has_inside:
+        draw_text(context, layout, "This mesh has no inside: Surface bends it better", "INFO")
+    elif n := bound.session.n_sheets:
+        verb = "stays a surface" if n == 1 else "stay surfaces"
+        draw_text(context, layout, f"{counted(n, 'part')} without an inside {verb}", "INFO")
 
 
 def _draw_surface(context: bpy.types.Context, column: bpy.types.UILayout, obj: bpy.types.Object) -> None:

@@ -417,6 +417,9 @@ class LatticeArap(Model):
     def has_inside(self) -> bool:
         """Whether any part has an inside. If none has, a surface model bends the mesh better."""
     @property
+    def sheets(self) -> NDArray[np.int32]:
+        """Parts without an inside, which are posed as surfaces; ascending. None, if no part has an inside."""
+    @property
     def cube_size(self) -> float:
         """Edge of a cube of the lattice, in the unit of the rest positions."""
 

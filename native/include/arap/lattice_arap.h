@@ -86,8 +86,9 @@ class LatticeArap {
   [[nodiscard]] const std::vector<int>& loose_vertices() const;  ///< vertices in no face
   [[nodiscard]] int n_factorizations() const;                    ///< numeric factorizations since bind
   [[nodiscard]] int n_control_points() const;
-  [[nodiscard]] bool has_inside() const;   ///< false: a surface model bends this mesh better
-  [[nodiscard]] double cube_size() const;  ///< in the input's unit
+  [[nodiscard]] bool has_inside() const;                 ///< false: a surface model bends this mesh better
+  [[nodiscard]] const std::vector<int>& sheets() const;  ///< parts that are posed as surfaces, ascending
+  [[nodiscard]] double cube_size() const;                ///< in the input's unit
   /// (8 n_cubes, 3) where the corners of the cubes are now, in the input's space. Corner 4 x + 2 y + z of a cube is at
   /// its low (0) or high (1) end along each axis. Cubes in which several pieces move by themselves are there as often.
   [[nodiscard]] Positions cube_corners() const;

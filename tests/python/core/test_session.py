@@ -286,6 +286,19 @@ def test_a_solid_of_a_sheet_says_that_it_has_no_inside():
         assert run(Session.bind(arap_native, mesh, np.eye(3), SessionSettings())).has_inside
 
 
+def test_a_cloth_beside_a_body_stays_a_surface():
+    flat = sheet(6)
+    n = len(TUBE.positions)
+    both = SessionMesh(
+        np.concatenate([TUBE.positions, flat.positions + np.array((4.0, 0.0, 0.0))]),
+        np.concatenate([TUBE.corner_vertices, flat.corner_vertices + n]).astype(np.int32),
+        np.concatenate([TUBE.face_sizes, flat.face_sizes]),
+    )
+    session = run(Session.bind(arap_native, both, np.eye(3), SessionSettings(model="solid", cube_size=0.05)))
+    assert (session.has_inside, session.n_sheets) == (True, 1)
+    assert run(Session.bind(arap_native, both, np.eye(3), SessionSettings())).n_sheets == 0
+
+
 def bone(low, high, name="Bone"):
     ends = np.array([[0.0, 0.0, low], [0.0, 0.0, high]])
     return HandleSpec(name, np.empty(0, np.int32), np.empty(0), segment=Segment(ends))

@@ -354,6 +354,7 @@ int LatticeArap::n_factorizations() const {
 }
 int LatticeArap::n_control_points() const { return impl_->lattice->n_control_points(); }
 bool LatticeArap::has_inside() const { return impl_->lattice->pieces().has_inside(); }
+const std::vector<int>& LatticeArap::sheets() const { return impl_->sheets.parts(); }
 double LatticeArap::cube_size() const { return impl_->lattice->cube_size() * impl_->space.size(); }
 Positions LatticeArap::cube_corners() const {
   return impl_->space.points_to_input(impl_->lattice->corners(impl_->engine.positions()));

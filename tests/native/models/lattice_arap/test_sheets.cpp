@@ -67,6 +67,7 @@ TEST(Sheets, StayAtRestWithoutConstraintsAndSoDoesTheBody) {
   const Dressed dressed;
   const SolveResult body = solve_once(dressed.mesh, dressed.task(true, false), coarse());
   EXPECT_EQ(body.parts_at_rest, std::vector<int>{1});
+  EXPECT_EQ(LatticeArap(dressed.mesh.mesh(), coarse()).sheets(), std::vector<int>{1});
   EXPECT_LT(furthest(dressed.of_cloth(body.positions), dressed.cloth.positions()), 1e-12);
   const SolveResult cloth = solve_once(dressed.mesh, dressed.task(false, true), coarse());
   EXPECT_EQ(cloth.parts_at_rest, std::vector<int>{0});
