@@ -55,7 +55,7 @@ struct ConstraintSet {
   /// Held exactly. If more than half of a patch's weight lies in one rigid region, the whole patch is attached to it.
   Patches patches;
   /// Only models with an inside take them: LatticeArap.
-  std::vector<Segment> segments{};
+  std::vector<Segment> segments{};  // NOLINT(readability-redundant-member-init): so that a braced list may leave it out
 
   /// Rows of targets.
   [[nodiscard]] int n_targets() const {

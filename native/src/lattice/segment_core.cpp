@@ -52,7 +52,7 @@ double depth(const Lattice& lattice, const Row& place, int part) {
   const double step = lattice.cube_size() / kSamplesAlong;
   double least = std::numeric_limits<double>::infinity();
   for (int direction = 0; direction < 27; ++direction) {
-    const Row along = Row(direction / 9, direction / 3 % 3, direction % 3).array() - 1;
+    const Row along = Eigen::RowVector3i(direction / 9 - 1, direction / 3 % 3 - 1, direction % 3 - 1).cast<double>();
     if (direction == 13) continue;  // none
     double reached = 0;
     while (reached < least && lattice.pieces().around(place + reached * along.normalized(), part) >= 0) reached += step;

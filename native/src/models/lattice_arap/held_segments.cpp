@@ -14,7 +14,8 @@ HeldSegments::HeldSegments(const Lattice& lattice, const std::vector<Segment>& s
     for (const int piece : segment_core(lattice, segment)) {
       const Lattice::ControlPoints& points = lattice.control_points(piece);
       for (int octant = 0; octant < kOctants; ++octant) {
-        const Eigen::Vector3d in_cube(octant / 4 * 0.5 + 0.25, octant / 2 % 2 * 0.5 + 0.25, octant % 2 * 0.5 + 0.25);
+        const Eigen::Vector3i side(octant >> 2, octant >> 1 & 1, octant & 1);
+        const Eigen::Vector3d in_cube = 0.5 * side.cast<double>() + Eigen::Vector3d::Constant(0.25);
         const Lattice::Weights phi = Lattice::weights_at(in_cube);
         rows_.add({{points.begin(), points.end()}, {phi.begin(), phi.end()}}, weight);
         // B-splines meet positions, so this is where the control points at rest say that the octant is.
@@ -38,6 +39,7 @@ Positions HeldSegments::targets(const Positions& of_set) const {
 
 std::vector<int> HeldSegments::sources() const {
   std::vector<int> result;
+  result.reserve(held_.size());
   for (const Held& held : held_) result.push_back(held.first_target);
   return result;
 }
