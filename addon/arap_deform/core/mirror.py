@@ -100,6 +100,8 @@ class Whole:
         corners, sizes = mesh.corner_vertices, mesh.face_sizes
         self.n_own = len(positions)
         self._stretch, self._unstretch = stretch, np.asarray(np.linalg.inv(stretch), dtype=np.float64)
+        self._mirrors = tuple(mirrors)
+        self._own_sides = [float(np.sign(mirror.sides(positions).sum())) for mirror in mirrors]
         self._matrices = np.eye(4)[None]
         self._images = np.arange(self.n_own)[None]  # of each own vertex; bits of the row number are mirrors
         for mirror in mirrors:
@@ -150,7 +152,10 @@ class Whole:
         return result
 
     def specs(self, specs: Sequence[HandleSpec]) -> tuple[list[HandleSpec], list[Copy]]:
-        """The handles and their images. A handle that touches a plane is one with its image."""
+        """The handles and their images. A handle that touches a plane is one with its image.
+
+        A bone of another half holds nothing: there it would fight with the image of its twin.
+        """
         result, copies = [], []
         for i, spec in enumerate(specs):
             base = None if spec.base is None else self.lifted(spec.base)
@@ -164,7 +169,8 @@ class Whole:
             for coset in cosets:
                 vertices, first = np.unique(self._images[list(coset)][:, spec.vertices], return_index=True)
                 weights = np.tile(spec.weights, len(coset))[first]
-                segment = None if spec.segment is None else self._image_of(spec.segment, coset[0])
+                is_held = spec.segment is not None and self._is_own(spec.segment)
+                segment = self._image_of(spec.segment, coset[0]) if spec.segment is not None and is_held else None
                 result.append(
                     replace(spec, vertices=vertices.astype(np.int32), weights=weights, base=base, segment=segment)
                 )
@@ -196,6 +202,12 @@ class Whole:
             if belongs(image):
                 own |= {image ^ other for other in own}
         return sorted({tuple(sorted(image ^ other for other in own)) for image in range(len(self._images))})
+
+    def _is_own(self, segment: Segment) -> bool:
+        """Whether its middle is in the mesh's own half."""
+        middle = segment.ends.mean(axis=0)[None]
+        sides = (mirror.sides(middle)[0] for mirror in self._mirrors)
+        return all(side in (0.0, own) for side, own in zip(sides, self._own_sides, strict=True))
 
     def _image_of(self, segment: Segment, image: int) -> Segment:
         flip = self._matrices[image]

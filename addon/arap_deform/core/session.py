@@ -202,7 +202,7 @@ class Session:
         if self._map is not None and _are_same(self._specs, specs):
             if not all(spec.has_base_of(former) for spec, former in zip(specs, self._specs, strict=True)):
                 held, self._copies = self._completed(specs)
-                self._held, _ = self._without_outside(held)
+                self._held, _ = self._without_outside(specs, held, self._copies)
                 self._point_patches = self._based(self._held, self._point_patches)
                 self._map = HandleMap(self._held, self._rest, self._stretch, self._point_patches)
             self._specs = tuple(specs)
@@ -211,7 +211,7 @@ class Session:
         start = time.perf_counter()
         check_specs(specs, self.n_vertices)
         held, copies = self._completed(specs)
-        held, outside = self._without_outside(held)
+        held, outside = self._without_outside(specs, held, copies)
         patches = yield from part(self._patches_of(held), 0.0, PATCHES_SHARE)
         handle_map = HandleMap(held, self._rest, self._stretch, patches)
         job = self._model.begin_set_constraints(*handle_map.constraints)
@@ -237,21 +237,32 @@ class Session:
         """(m, 3) of the whole."""
         return positions.astype(np.float64) if self._whole is None else self._whole.lifted(positions)
 
-    def _without_outside(self, specs: Sequence[HandleSpec]) -> tuple[Sequence[HandleSpec], tuple[str, ...]]:
-        """The handles without the bones that pass through nothing, and the names of these. ``specs``: of the whole.
+    def _without_outside(
+        self, specs: Sequence[HandleSpec], held: Sequence[HandleSpec], copies: Sequence[Copy]
+    ) -> tuple[Sequence[HandleSpec], tuple[str, ...]]:
+        """What is held without the bones that pass through nothing, and the names of these.
+
+        Args:
+            specs: the handles.
+            held, copies: of the whole, see _completed().
 
         Raises:
             ValueError: there is nothing else.
         """
-        bones = [(i, spec.segment) for i, spec in enumerate(specs) if spec.segment is not None]
-        if not bones:
-            return specs, ()
-        segments = np.array([segment.ends for _, segment in bones]) @ self._stretch.T
+        if all(spec.segment is None for spec in specs):
+            return held, ()
+        bones = [(i, spec.segment) for i, spec in enumerate(held) if spec.segment is not None]
+        segments = np.array([segment.ends for _, segment in bones]).reshape(-1, 2, 3) @ self._stretch.T
         outside = {bones[k][0] for k in models.segments_outside(self._model, segments)}
-        names = tuple(dict.fromkeys(specs[i].name for i in sorted(outside)))
-        left = [replace(spec, segment=None) if i in outside else spec for i, spec in enumerate(specs)]
+        left = [replace(spec, segment=None) if i in outside else spec for i, spec in enumerate(held)]
+        handles = [copy.handle for copy in copies] or range(len(specs))
+        inside = {handle for handle, spec in zip(handles, left, strict=True) if spec.segment is not None}
+        names = tuple(s.name for i, s in enumerate(specs) if s.segment is not None and i not in inside)
         if not any(spec.segment is not None or len(spec.vertices) for spec in left):
-            raise ValueError(f"No bone passes through the mesh ({listed(names)}): move the armature into it")
+            raise ValueError(
+                f"No bone passes through the mesh ({listed(names)}): "
+                "move the armature into it, then press Add Bones again"
+            )
         return left, names
 
     def _completed(self, specs: Sequence[HandleSpec]) -> tuple[Sequence[HandleSpec], Sequence[Copy]]:

@@ -19,6 +19,7 @@ from ..ui.checks import (
     posed_object,
     reports_errors,
     why_not_idle,
+    why_not_object_mode,
     why_not_pullable,
 )
 from ..ui.modal import ModalOperator
@@ -223,6 +224,8 @@ def why_not_in_view(context: bpy.types.Context) -> str:
     """As why_not_pullable(). There must be a 3D view."""
     if not isinstance(context.space_data, bpy.types.SpaceView3D):
         return "Take the tool in a 3D view"
+    if context.mode != "OBJECT" and context.object is not None and find_posed_object(context) != context.object:
+        return why_not_object_mode(context.object)  # of an armature: tools belong to modes
     return why_not_pullable(context)
 
 

@@ -18,43 +18,54 @@ if TYPE_CHECKING:
 def add_bones(obj: bpy.types.Object, armature: bpy.types.Object, bones: Sequence[str] = ()) -> list[ArapHandle]:
     """Makes a handle without a vertex group for each bone, and the model of the mesh solid: it needs an inside.
 
-    The mesh at rest has the armature in its rest position, where that stands now. Bones that are handles without a
-    group already are passed over; those outside of the mesh move nothing.
+    The mesh at rest has the armature in its rest position, where that stands now. Bones outside of the mesh move
+    nothing. For bones that are handles without a group already, the rest position is read again, as after a change of
+    the armature or of its place.
 
     Args:
         armature: an object of that type.
         bones: names; none: those that deform.
+
+    Returns:
+        The handles of the bones.
     """
     meshes.check_mesh(obj)
     meshes.check_local(obj)
     if armature is None or armature.type != "ARMATURE":
         raise ValueError(f"'{obj.name}' cannot take the bones: choose an armature")
-    wanted = list(bones) or [bone.name for bone in armature.data.bones if bone.use_deform]
-    taken = {handle.bone for handle in obj.arap.handles if handle.target == armature and handle.is_bone_alone}
-    wanted = [name for name in wanted if name not in taken]
+    wanted = list(dict.fromkeys(bones)) or [bone.name for bone in armature.data.bones if bone.use_deform]
     if not wanted:
-        raise ValueError(f"'{armature.name}' has no other bones that deform: its bones move '{obj.name}' already")
+        raise ValueError(f"'{armature.name}' has no bones that deform: select the bones in Pose Mode")
     depsgraph = bpy.context.evaluated_depsgraph_get()
     for name in wanted:
         reason = handle_motion.target_problem(obj, armature, name, depsgraph)
         if reason:
             raise ValueError(f"'{obj.name}' cannot take the bones: {reason}")
-    twice = [m.name for m in obj.modifiers if m.type == "ARMATURE" and m.object == armature and m.show_viewport]
-    if twice:
-        raise ValueError(
-            f"Modifier '{twice[0]}' of '{obj.name}' moves the mesh with the same armature: remove it, or switch it off"
-        )
+    if other := _other_mover(obj, armature):
+        raise ValueError(f"{other} of '{obj.name}' moves the mesh with the same armature: remove it, or switch it off")
     former = obj.arap.model
     try:
-        with all_or_none(obj) as first:
+        with all_or_none(obj):
             obj.arap.model = "solid"
+            taken = {h.bone for h in obj.arap.handles if h.target == armature and h.is_bone_alone}
             for name in wanted:
-                with making():
-                    handle = new_handle(obj, "", name)
-                    handle.target = armature
-                    handle.bone = name
-            take_over(obj, *obj.arap.handles[first:])
+                if name not in taken:
+                    with making():
+                        handle = new_handle(obj, "", name)
+                        handle.target = armature
+                        handle.bone = name
+            handles = [h for h in obj.arap.handles if h.target == armature and h.is_bone_alone and h.bone in wanted]
+            take_over(obj, *handles)
     except BaseException:
         obj.arap.model = former
         raise
-    return list(obj.arap.handles[first:])
+    return handles
+
+
+def _other_mover(obj: bpy.types.Object, armature: bpy.types.Object) -> str:
+    """What else moves the mesh with the armature, '' if nothing does."""
+    for modifier in obj.modifiers:
+        if modifier.type == "ARMATURE" and modifier.object == armature and modifier.show_viewport:
+            return f"Modifier '{modifier.name}'"
+    is_deformed = obj.parent == armature and obj.parent_type == "ARMATURE"
+    return "The parent (Armature Deform)" if is_deformed else ""

@@ -27,6 +27,8 @@ def next_step(context: bpy.types.Context) -> Step:
     obj = find_posed_object(context)
     if obj is None:
         active = getattr(context, "object", None)  # in other modes a click does not select the mesh
+        if active is not None and active.type == "ARMATURE" and active.mode == "OBJECT":
+            return Step("Shift-click the mesh too. Then Add Bones lets the armature move it.")
         return Step((active and why_not_object_mode(active)) or "Click the mesh to pose in the view.")
     if problem := why_no_mesh(context):
         return Step(problem, "ERROR")
@@ -40,7 +42,7 @@ def next_step(context: bpy.types.Context) -> Step:
         return Step(reason)
     if why_baked(obj):
         return Step("Edit Again shows the pose in place of the bake.")
-    return _with_handles(context, obj) if obj.arap.handles else Step(_without_handles(obj))
+    return _with_handles(context, obj) if obj.arap.handles else Step(_without_handles(context, obj))
 
 
 def _while_posing(obj: bpy.types.Object) -> Step:
@@ -57,7 +59,9 @@ def _in_edit_mode(obj: bpy.types.Object) -> str:
     return "Select a part. Add Handle moves it, Add Pin holds it."
 
 
-def _without_handles(obj: bpy.types.Object) -> str:
+def _without_handles(context: bpy.types.Context, obj: bpy.types.Object) -> str:
+    if any(other.type == "ARMATURE" for other in context.selected_objects):
+        return "Add Bones: the armature moves the mesh, without weights."
     if tool.is_on():
         return "Drag the mesh to pull it. Click it to pin a spot."
     if obj.arap.pins:
@@ -77,7 +81,10 @@ def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
         return Step("Preparing", fraction=run.bind_fraction)
     if len(obj.arap.handles) == 1 and not obj.arap.pins:
         return Step("Nothing holds the mesh. Add Pin in Edit Mode does.")
-    if context.object is not None and any(handle.target == context.object for handle in obj.arap.handles):
+    moving = [handle for handle in obj.arap.handles if context.object is not None and handle.target == context.object]
+    if moving and all(handle.bone for handle in moving) and context.mode == "OBJECT":
+        return Step("Ctrl Tab goes to Pose Mode. There G and R move and turn the bones.")
+    if moving:
         return Step("Move, turn or scale the handle: G, R, S.", "REC")
     if obj.select_get():
         return Step("Click a handle in the list. Now G would move the whole object.")

@@ -57,6 +57,8 @@ def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
     pair = _pair(context, column)
     pair.operator("arap.handle_add", icon="EMPTY_AXIS")
     pair.operator("arap.pin_add", icon="PINNED")
+    if any(other.type == "ARMATURE" for other in context.selected_objects):
+        column.operator("arap.bones_add", icon="BONE_DATA")
     if remembered.has_foreign_handles(obj):
         column.operator("arap.handles_copy", icon="DUPLICATE")
 

@@ -30,6 +30,25 @@ struct Surface {
   std::vector<double> volumes;
   std::vector<Eigen::AlignedBox3d> boxes;
 
+  /// Parts are left out of what is counted.
+  void leave_out(const std::vector<char>& is_left_out) {
+    size_t n = 0;
+    for (size_t t = 0; t < triangles.size(); ++t) {
+      if (is_left_out[parts[t]] != 0) {
+        area -= areas[t];
+        continue;
+      }
+      triangles[n] = triangles[t];
+      parts[n] = parts[t];
+      areas[n++] = areas[t];
+    }
+    triangles.resize(n);
+    parts.resize(n);
+    areas.resize(n);
+    for (size_t part = 0; part < volumes.size(); ++part)
+      if (is_left_out[part] != 0) volumes[part] = 0;
+  }
+
   /// Without signs.
   [[nodiscard]] double volume() const {
     double sum = 0;
@@ -66,11 +85,12 @@ Surface read_surface(const PolygonMesh& mesh) {
   return surface;
 }
 
-/// Median over the surface of how far it is straight through to the opposite wall; 1 if there is mostly none.
-double median_thickness(const Positions& points, const Surface& surface, int threads) {
+/// Leaves out parts that have mostly no opposite wall, as sheets have none, if there are others: they tell nothing of
+/// limbs. Returns the median over the others of how far it is straight through to that; 1 if there is mostly none.
+double median_thickness(const Positions& points, Surface& surface, int threads) {
   constexpr int kRays = 2000;
   const TriangleGrid grid(points, surface.triangles, 0.02, threads);
-  std::vector<double> thickness;
+  std::vector<std::vector<double>> of_parts(surface.volumes.size());
   double passed = 0;
   for (size_t t = 0; t < surface.triangles.size(); ++t) {
     const double before = std::floor(passed / surface.area * kRays);
@@ -81,9 +101,19 @@ double median_thickness(const Positions& points, const Surface& surface, int thr
     const Row normal = Row(points.row(b) - points.row(a)).cross(Row(points.row(c) - points.row(a)));
     const auto hit = grid.first_exit((points.row(a) + points.row(b) + points.row(c)) / 3, -normal.normalized(), 1e-6, 1,
                                      [](const TriangleGrid::Triangle&) { return true; });
-    thickness.insert(thickness.end(), n_rays, hit.distance);
+    of_parts[surface.parts[t]].insert(of_parts[surface.parts[t]].end(), n_rays, hit.distance);
+  }
+  std::vector<double> thickness;
+  std::vector<char> is_left_out(of_parts.size(), 0);
+  for (size_t part = 0; part < of_parts.size(); ++part) {
+    const auto n_through = std::ranges::count_if(of_parts[part], [](double distance) { return distance < 1; });
+    if (2 * n_through < std::ssize(of_parts[part]))
+      is_left_out[part] = 1;
+    else
+      thickness.insert(thickness.end(), of_parts[part].begin(), of_parts[part].end());
   }
   if (thickness.empty()) return 1;
+  surface.leave_out(is_left_out);
   std::nth_element(thickness.begin(), thickness.begin() + std::ssize(thickness) / 2, thickness.end());
   return thickness[thickness.size() / 2];
 }
@@ -122,7 +152,7 @@ double choose_cube_size(const PolygonMesh& mesh, double wanted, int threads, con
   constexpr double kLargest = 0.02;
   constexpr double kSmallest = 1e-3;
   constexpr double kAcross = 4;
-  const Surface surface = read_surface(mesh);
+  Surface surface = read_surface(mesh);
   meter.tell();
   const Positions& points = mesh.positions();
   double size = wanted;

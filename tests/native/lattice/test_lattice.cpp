@@ -240,6 +240,21 @@ TEST(CubeSize, DependsOnTheThicknessNotOnTheNumberOfVertices) {
   EXPECT_NEAR(size_of(icosphere(3)), .02, 1e-5);
 }
 
+/// A large sheet beside a rod has no limbs.
+TEST(CubeSize, IsThatOfWhatHasAnInside) {
+  const MeshData rod =
+      transformed(cylinder(24, 40), [](const Vector3& x) { return Vector3(.1 * x[0], .1 * x[1], x[2]); });
+  const MeshData ground =
+      transformed(grid(20, Faces::kQuads), [](const Vector3& x) { return Vector3(4 * x[0], 4 * x[1], -1.5); });
+  const MeshData both = join(rod, ground);
+  const auto size_of = [](const MeshData& mesh) {
+    return mesh.diagonal() *
+           arap::choose_cube_size(
+               transformed(mesh, [&](const Vector3& x) { return Vector3(x / mesh.diagonal()); }).mesh(), 0, 1);
+  };
+  EXPECT_NEAR(size_of(both), size_of(rod), .1 * size_of(rod));
+}
+
 MeshData in_unit_size(const MeshData& mesh) {
   return transformed(mesh, [&](const Vector3& x) { return Vector3(x / mesh.diagonal()); });
 }

@@ -321,8 +321,7 @@ def test_bones_move_a_solid_without_vertices():
 
 def test_bones_outside_alone_are_refused_and_a_surface_has_no_inside():
     solid = run(Session.bind(arap_native, MESH, np.eye(3), SessionSettings(model="solid")))
-    message = r"^No bone passes through the mesh \(A, B, C and 1 more\): move the armature into it$"
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ValueError, match=r"^No bone passes through the mesh \(A, B, C and 1 more\): move the armature"):
         run(solid.set_handles([bone(8.0, 9.0, name) for name in "ABCD"]))
     surface = run(Session.bind(arap_native, MESH, np.eye(3), SessionSettings()))
     with pytest.raises(ValueError, match=r"^No bone passes through the mesh"):

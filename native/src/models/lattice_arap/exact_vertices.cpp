@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "models/lattice_arap/exact_vertices.h"
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <queue>
@@ -63,13 +64,40 @@ void ExactVertices::find_places(const PolygonMesh& mesh, const ConstraintSet& se
       members[rigid_regions[v]].push_back(static_cast<int>(v));
   for (auto& [number, of_region] : members) {
     if (of_region.size() == 1) continue;  // it is no more rigid than it is alone
-    Region region{mesh.positions()(of_region, all), of_region, {}};
+    Region region{mesh.positions()(of_region, all), of_region, {}, {}, {}};
+    for (const int v : of_region) region.parts.push_back(mesh.part_of_vertex()[v]);
+    if (std::ranges::adjacent_find(region.parts, std::ranges::not_equal_to()) != region.parts.end())
+      find_parts(mesh, region);
     for (size_t k = 0; k < of_region.size(); ++k)
       if (const auto found = place_of_vertex.find(of_region[k]); found != place_of_vertex.end())
         region.hard.emplace_back(static_cast<int>(k), found->second);
     vertices_.insert(vertices_.end(), of_region.begin(), of_region.end());
     regions_.push_back(std::move(region));
   }
+}
+
+void ExactVertices::find_parts(const PolygonMesh& mesh, Region& region) {
+  std::map<int, std::vector<int>> vertices;
+  for (const int part : region.parts) vertices[part];
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (const auto found = vertices.find(mesh.part_of_vertex()[v]); found != vertices.end()) found->second.push_back(v);
+  for (auto& [number, of_part] : vertices) region.others.push_back({number, of_part, mesh.positions()(of_part, all)});
+}
+
+std::vector<int> ExactVertices::Region::moved(const std::vector<char>& at_rest) const {
+  std::vector<int> result;
+  for (size_t k = 0; k < parts.size(); ++k)
+    if (at_rest[parts[k]] == 0) result.push_back(static_cast<int>(k));
+  if (result.empty())
+    for (size_t k = 0; k < parts.size(); ++k) result.push_back(static_cast<int>(k));
+  return result;
+}
+
+bool ExactVertices::is_carried(int part, const std::vector<char>& at_rest) const {
+  return at_rest[part] != 0 && std::ranges::any_of(regions_, [&](const Region& region) {
+           return std::ranges::any_of(region.others, [&](const Part& other) { return other.number == part; }) &&
+                  std::ranges::any_of(region.others, [&](const Part& other) { return at_rest[other.number] == 0; });
+         });
 }
 
 void ExactVertices::find_followers(const PolygonMesh& mesh, double reach) {
@@ -104,7 +132,7 @@ void ExactVertices::find_followers(const PolygonMesh& mesh, double reach) {
   }
 }
 
-void ExactVertices::apply(const Positions& targets, Positions& points) const {
+void ExactVertices::apply(const Positions& targets, const std::vector<char>& at_rest, Positions& points) const {
   Positions places(vertices_.size(), 3);
   for (size_t k = 0; k < hard_.size(); ++k) {
     Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
@@ -113,10 +141,14 @@ void ExactVertices::apply(const Positions& targets, Positions& points) const {
   }
   auto next = static_cast<Eigen::Index>(hard_.size());
   for (const Region& region : regions_) {
-    const Positions reached = points(region.members, all);
-    Eigen::RowVector3d from = region.rest.colwise().mean();
+    const std::vector<int> moved = region.moved(at_rest);
+    const Positions rest = region.rest(moved, all);
+    Positions reached(rest.rows(), 3);
+    for (size_t k = 0; k < moved.size(); ++k)
+      reached.row(static_cast<Eigen::Index>(k)) = points.row(region.members[moved[k]]);
+    Eigen::RowVector3d from = rest.colwise().mean();
     Eigen::RowVector3d to = reached.colwise().mean();
-    Matrix3 turns = covariance(region.rest, reached);
+    Matrix3 turns = covariance(rest, reached);
     if (!region.hard.empty()) {
       constexpr double kShareOfLattice = 1e-9;
       Positions rest_of_hard(region.hard.size(), 3);
@@ -132,6 +164,10 @@ void ExactVertices::apply(const Positions& targets, Positions& points) const {
     const Matrix3 turn = nearest_rotation(turns, Matrix3::Identity());
     const auto n = static_cast<Eigen::Index>(region.members.size());
     places.middleRows(next, n) = ((region.rest.rowwise() - from) * turn.transpose()).rowwise() + to;
+    for (const Part& other : region.others)
+      if (at_rest[other.number] != 0)
+        for (size_t k = 0; k < other.vertices.size(); ++k)
+          points.row(other.vertices[k]) = (other.rest.row(static_cast<Eigen::Index>(k)) - from) * turn.transpose() + to;
     // A hard vertex is where its region is.
     for (const auto& [member, place] : region.hard) places.row(place) = places.row(next + member);
     next += n;

@@ -11,7 +11,7 @@
 namespace arap {
 
 /// Hard vertices are exactly at their targets, and rigid regions exactly rigid: what the lattice leaves is spread
-/// around them, along edges.
+/// around them, along edges. A part that nothing constrains goes with its region, if that is of other parts, too.
 class ExactVertices {
  public:
   ExactVertices() = default;
@@ -20,19 +20,33 @@ class ExactVertices {
   ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, const std::vector<int>& rigid_regions, double reach);
 
   /// @param targets  of the set
+  /// @param at_rest  (n_parts,) whether nothing constrains a part
   /// @param points   (n, 3) where the lattice brings the vertices
-  void apply(const Positions& targets, Positions& points) const;
+  void apply(const Positions& targets, const std::vector<char>& at_rest, Positions& points) const;
+
+  /// Whether a part at rest goes with a region.
+  [[nodiscard]] bool is_carried(int part, const std::vector<char>& at_rest) const;
 
  private:
   struct Hard {
     int vertex;
     std::vector<int> targets;  ///< rows; it takes their mean
   };
+  struct Part {
+    int number;
+    std::vector<int> vertices;
+    Positions rest;
+  };
   /// Moves as its hard members say. What they leave open, as one or two do, is as the lattice turns all of them.
   struct Region {
     Positions rest;
     std::vector<int> members;
     std::vector<std::pair<int, int>> hard;  ///< member, and index of its place
+    std::vector<int> parts;                 ///< of each member
+    std::vector<Part> others;               ///< if they are several
+
+    /// Members of parts that something moves; all, if there are none.
+    [[nodiscard]] std::vector<int> moved(const std::vector<char>& at_rest) const;
   };
   struct Follower {
     int vertex;
@@ -41,6 +55,7 @@ class ExactVertices {
   };
 
   void find_places(const PolygonMesh& mesh, const ConstraintSet& set, const std::vector<int>& rigid_regions);
+  static void find_parts(const PolygonMesh& mesh, Region& region);
   void find_followers(const PolygonMesh& mesh, double reach);
 
   std::vector<Hard> hard_;

@@ -39,7 +39,7 @@ constexpr double kVolumeStiffness = 2;
 /// Pieces of a part without an inside that is carried by cubes all the same: as small as it is, nobody sees it bend.
 constexpr int kMostHollow = 8;
 
-/// Of the progress of a solve, the part of the sheets.
+/// Of the progress of an act, the part of the sheets.
 constexpr double kShareOfSheets = 0.3;
 
 /// Beyond this ratio of the stiffest piece to the softest, rounded forces of the one would bend the other.
@@ -118,8 +118,8 @@ struct LatticeArap::Impl {
         mesh(make_model(input, options)),
         areas(vertex_areas(mesh)),
         properties{space.to_model(of_input.stiffness), space.regions_to_model(of_input.rigid_regions)},
-        engine(prepare(options, progress)),
-        sheets(mesh, *lattice, properties, options.threads, part_of(progress, 1, 1)),
+        engine(prepare(options, part_of(progress, 0, 1 - kShareOfSheets))),
+        sheets(mesh, *lattice, properties, options.threads, part_of(progress, 1 - kShareOfSheets, 1)),
         shown(input.positions()) {
     for (int v = 0; v < input.n_vertices(); ++v) {
       part_of_vertex.push_back(mesh.part_of_vertex()[space.model_vertices()[v]]);
@@ -145,7 +145,8 @@ struct LatticeArap::Impl {
     threads = choose_threads(options.threads, 5 * lattice->n_control_points());
     model.workers = Workers(threads);
     const std::vector<double> stiffness = piece_stiffness(*lattice, properties);
-    model.energy.volume_stiffness = kVolumeStiffness * options.keep_volume;
+    // The cubes of sheets have no volume to keep.
+    model.energy.volume_stiffness = lattice->pieces().has_inside() ? kVolumeStiffness * options.keep_volume : 0;
     assemble_lattice_energy(model.energy, *lattice, stiffness, threads, {&meter, 0.2}, [&] {
       model.rest = lattice->rest();
       model.part_of_vertex = lattice->part_of_control_point();
@@ -191,8 +192,14 @@ struct LatticeArap::Impl {
     if (points.rows() == 0) points = mesh.positions();  // loose ones stay there
     lattice->embed(control_points, model.workers, points);
     sheets.write(points);
-    exact->apply(targets, points);
+    exact->apply(targets, at_rest, points);
     space.to_input(points, model.workers, next);
+  }
+
+  void find_parts_at_rest() {
+    at_rest.assign(mesh.n_parts(), 0);
+    for (const int part : engine.parts_at_rest()) at_rest[part] = 1;
+    for (const int part : sheets.parts()) at_rest[part] = sheets.is_constrained(part) ? 0 : 1;
   }
 
   /// Of each row of the engine's targets, from those of the set's.
@@ -211,9 +218,9 @@ struct LatticeArap::Impl {
     result.iterations = std::max(result.iterations, report.iterations);
     result.step = std::max(result.step, report.step);
     if (report.stop_reason != StopReason::kConverged) result.stop_reason = report.stop_reason;
-    for (const int part : engine.parts_at_rest())
-      if (!std::binary_search(sheets.parts().begin(), sheets.parts().end(), part)) result.parts_at_rest.push_back(part);
-    std::sort(result.parts_at_rest.begin(), result.parts_at_rest.end());
+    result.parts_at_rest.clear();
+    for (int part = 0; part < mesh.n_parts(); ++part)
+      if (at_rest[part] != 0 && !exact->is_carried(part, at_rest)) result.parts_at_rest.push_back(part);
   }
 
   ModelSpace space;
@@ -228,6 +235,7 @@ struct LatticeArap::Impl {
   ConstraintSet of_model;  ///< the same of mesh
   std::unique_ptr<Held> held;
   std::unique_ptr<ExactVertices> exact;
+  std::vector<char> at_rest;        ///< (n_parts,) whether nothing constrains a part
   std::unique_ptr<LatticeFit> fit;  ///< made when first needed
   Positions shown;                  ///< the input's positions that were handed over last
   // Their memory lives on between solves: a frame of a large mesh would spend its time on new pages.
@@ -243,6 +251,7 @@ LatticeArap::LatticeArap(const PolygonMesh& mesh, const LatticeOptions& options,
   properties.validate(mesh.n_vertices());
   require_inside(mesh);
   impl_ = std::make_unique<Impl>(mesh, options, properties, progress);
+  Meter(progress, "binding was cancelled").reach(1);
 }
 
 LatticeArap::~LatticeArap() = default;
@@ -262,9 +271,10 @@ void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progre
   auto exact = std::make_unique<ExactVertices>(impl_->mesh, of_model, impl_->properties.rigid_regions,
                                                kReach * impl_->lattice->cube_size());
   ConstraintSet copy = constraints;
-  impl_->sheets.set_constraints(of_model, progress);
+  const double share = impl_->sheets.empty() ? 0 : kShareOfSheets;
+  impl_->sheets.set_constraints(of_model, part_of(progress, 0, share));
   try {
-    impl_->engine.set_constraints({{}, held->rows()}, progress);
+    impl_->engine.set_constraints({{}, held->rows()}, part_of(progress, share, 1));
   } catch (...) {
     if (impl_->engine.has_constraints()) impl_->sheets.set_constraints(impl_->of_model, {});
     throw;
@@ -273,6 +283,7 @@ void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progre
   impl_->points.resize(0, 3);  // a loose vertex that was held goes back
   impl_->held = std::move(held);
   impl_->exact = std::move(exact);
+  impl_->find_parts_at_rest();
   impl_->constraints = std::move(copy);
 }
 
@@ -353,7 +364,7 @@ int LatticeArap::n_factorizations() const {
   return impl_->engine.n_factorizations() + impl_->sheets.n_factorizations();
 }
 int LatticeArap::n_control_points() const { return impl_->lattice->n_control_points(); }
-bool LatticeArap::has_inside() const { return impl_->lattice->pieces().has_inside(); }
+bool LatticeArap::has_inside() const { return impl_->lattice->pieces().has_inside() || !impl_->sheets.empty(); }
 const std::vector<int>& LatticeArap::sheets() const { return impl_->sheets.parts(); }
 double LatticeArap::cube_size() const { return impl_->lattice->cube_size() * impl_->space.size(); }
 Positions LatticeArap::cube_corners() const {

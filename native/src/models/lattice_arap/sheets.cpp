@@ -62,19 +62,23 @@ void Sheets::set_constraints(const ConstraintSet& of_mesh, const Progress& progr
   }
   for (int p = 0; p < of_mesh.patches.size(); ++p) {
     Patch patch;
-    for (int k = of_mesh.patches.offsets[p]; k < of_mesh.patches.offsets[p + 1]; ++k)
-      if (const int number = number_[of_mesh.patches.vertices[k]]; number >= 0 && of_mesh.patches.weights[k] > 0) {
-        patch.vertices.push_back(number);
-        patch.weights.push_back(of_mesh.patches.weights[k]);
-      }
-    if (patch.vertices.empty()) continue;
+    bool is_whole = true;
+    for (int k = of_mesh.patches.offsets[p]; k < of_mesh.patches.offsets[p + 1]; ++k) {
+      if (!(of_mesh.patches.weights[k] > 0)) continue;
+      patch.vertices.push_back(number_[of_mesh.patches.vertices[k]]);
+      patch.weights.push_back(of_mesh.patches.weights[k]);
+      is_whole = is_whole && patch.vertices.back() >= 0;
+    }
+    // One that is partly on what has cubes is held there.
+    if (!is_whole) continue;
     set.patches.add(patch);
     targets.push_back(static_cast<int>(of_mesh.vertices.size()) + p);
   }
-  if (!targets.empty())
-    surface_->set_constraints(set, progress);
-  else
-    surface_->reset();
+  if (!targets.empty()) surface_->set_constraints(set, progress);
+  constrained_.clear();
+  for (const std::vector<int>* held : {&set.vertices, &set.patches.vertices})
+    for (const int number : *held) constrained_.push_back(parts_[surface_->part_of_vertex()[number]]);
+  std::sort(constrained_.begin(), constrained_.end());
   targets_ = std::move(targets);
 }
 
@@ -82,15 +86,16 @@ SolveResult Sheets::solve(const Positions& targets, SolveOptions options, std::s
                           const Progress& progress) {
   SolveResult result;
   result.stop_reason = StopReason::kConverged;
-  result.parts_at_rest = parts_;
-  if (targets_.empty()) return result;
+  if (targets_.empty()) {
+    reset();
+    return result;
+  }
   options.accuracy /= size_;
   std::vector<Matrix3> of_targets;
   if (!rotations.empty())
     for (const int t : targets_) of_targets.push_back(rotations[t]);
   result = surface_->solve(targets(targets_, all), options, of_targets, progress);
   result.step *= size_;
-  for (int& part : result.parts_at_rest) part = parts_[part];
   return result;
 }
 
@@ -101,6 +106,10 @@ void Sheets::write(Positions& points) const {
 
 void Sheets::set_positions(const Positions& positions) {
   if (!empty()) surface_->set_positions(positions);
+}
+
+bool Sheets::is_constrained(int part) const {
+  return std::binary_search(constrained_.begin(), constrained_.end(), part);
 }
 
 void Sheets::reset() {

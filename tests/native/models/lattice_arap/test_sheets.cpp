@@ -136,6 +136,46 @@ TEST(Sheets, ARigidRegionMayJoinThemToABody) {
                 1e-9);
 }
 
+/// As if the whole were one body, although the lattice does not know that parts belong together.
+TEST(Sheets, APartWithoutConstraintsGoesWithItsRigidRegion) {
+  const Dressed dressed;
+  const int n = dressed.body.n_vertices();
+  arap::VertexProperties properties;
+  properties.rigid_regions.assign(dressed.mesh.n_vertices(), -1);
+  for (int v = 0; v < dressed.mesh.n_vertices(); ++v)
+    if (dressed.mesh.vertices[v][2] > (v < n ? 2.4 : .6)) properties.rigid_regions[v] = 0;
+  const Task held = hold(dressed.mesh, extreme_vertices(dressed.body.positions(), 2, .1));
+  const RigidMotion motion = Random(5).rigid_motion(1, 3);
+  const Task task = rigid_task(dressed.mesh, held.constraints, motion);
+  LatticeArap solver(dressed.mesh.mesh(), coarse(), properties);
+  solver.set_constraints(task.constraints);
+  const SolveResult result = solver.solve(task.targets, to_accuracy(1e-7));
+  EXPECT_TRUE(result.parts_at_rest.empty());
+  for (int v = 0; v < dressed.mesh.n_vertices(); ++v)
+    EXPECT_LT((result.positions.row(v).transpose() - motion.apply(dressed.mesh.vertices[v])).norm(), 1e-4);
+}
+
+/// Also one of another set of constraints, which the sheet would go back to rest for.
+TEST(Sheets, ACancelledChangeOfConstraintsKeepsThePose) {
+  const Dressed dressed;
+  const Task task = dressed.task();
+  LatticeArap solver(dressed.mesh.mesh(), coarse());
+  solver.set_constraints(task.constraints);
+  const Positions posed = solver.solve(task.targets, to_accuracy(1e-6)).positions;
+  EXPECT_THROW(solver.set_constraints(dressed.task(true, false).constraints, [](double) { return false; }),
+               arap::Cancelled);
+  const Positions next = solver.solve(task.targets, iterations(1)).positions;
+  EXPECT_LT(furthest(dressed.of_cloth(next), dressed.of_cloth(posed)), 1e-4 * dressed.mesh.diagonal());
+}
+
+TEST(Sheets, APatchMayHoldABodyAndAHardVertexOfASheet) {
+  const Dressed dressed;
+  const int n = dressed.body.n_vertices();
+  Task task = hold(dressed.mesh, {0, n});
+  task.add_patch({100, n}, {.5, .5}, (dressed.mesh.vertices[100] + dressed.mesh.vertices[n]) / 2);
+  EXPECT_TRUE(solve_once(dressed.mesh, task, coarse()).positions.allFinite());
+}
+
 TEST(Sheets, TakePatches) {
   const Dressed dressed;
   const int n = dressed.body.n_vertices();
