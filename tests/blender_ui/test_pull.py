@@ -583,14 +583,19 @@ def test_pull_beside_the_mesh(ui: Ui) -> Steps:
         yield from release(ui)
         assert state() == before, f"a drag from {start} with {modifiers} changed the scene"
         assert region.view_rotation.rotation_difference(rotation).angle > 0.02
+        turned = region.view_rotation.copy()
+        yield from ui.move_mouse_to_view()
+        assert region.view_rotation == turned, "the end of the drag ends the turn"
         region.view_rotation = rotation
         yield
 
+    perspective = region.view_perspective
     for start in ((0.0, 0.8, 0.0), (1.2, 0.0, 0.0)):  # on nothing, on another mesh
         for modifiers in ({}, {"shift": True}, {"ctrl": True}):
             before = state()
             yield from click(ui, start, **modifiers)
             assert state() == before
+            assert region.view_perspective == perspective, "a click leaves an axis view as it is"
             yield from turns_only(start, **modifiers)
     sheet().select_set(False)
     bpy.context.view_layer.objects.active = None

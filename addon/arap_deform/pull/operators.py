@@ -74,13 +74,9 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         shape_keys.check_writable(obj)
         pins.forget_stale(obj)
         grip = find_grip(context, obj, self._mouse)
-        if grip is None:
-            if not self._is_held:
-                raise ValueError(f"'{obj.name}' is not under the mouse: point at the mesh")
-            # As in Sculpt Mode. Passed on, the press would let Blender select and move objects.
-            bpy.ops.view3d.rotate("INVOKE_DEFAULT")
-            return {"CANCELLED"}
-        self._grip = grip
+        if grip is None and not self._is_held:
+            raise ValueError(f"'{obj.name}' is not under the mouse: point at the mesh")
+        self._grip = grip  # none: passed on, the press would let Blender select and move objects
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -104,15 +100,19 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         if event.type in CANCEL and event.value == "PRESS":
             return {"CANCELLED"}
         if event.type == "LEFTMOUSE" and event.value == ("RELEASE" if self._is_held else "PRESS"):
-            return self._click(context)
+            return {"CANCELLED"} if self._grip is None else self._click(context)
         threshold = context.preferences.inputs.drag_threshold_mouse
         is_drag = max(abs(mouse[0] - self._mouse[0]), abs(mouse[1] - self._mouse[1])) >= threshold
         if event.type != "MOUSEMOVE" or not is_drag:
             return {"RUNNING_MODAL"}
+        if self._grip is None:
+            bpy.ops.view3d.rotate("INVOKE_DEFAULT")  # as in Sculpt Mode; at the press it would end an axis view
+            return {"CANCELLED"}
         return self._begin_drag(context, event, mouse)
 
     @reports_errors
     def _begin_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
+        assert self._grip is not None
         obj = bpy.data.objects.get(self._grip.object_name)
         if obj is None:
             raise ValueError(f"'{self._grip.object_name}' was deleted or renamed: the pull has ended")
@@ -124,6 +124,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
     @reports_errors
     def _click(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
+        assert self._grip is not None
         pick = self._grip.pick
         if self._is_ctrl:
             if not remove_pins_at(obj, pick):

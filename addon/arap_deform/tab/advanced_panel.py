@@ -36,7 +36,9 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         column.row().prop(settings, "model", expand=True)
         if settings.model == "solid":
             column.prop(settings, "cube_size")
-            column.prop(settings, "keep_volume", slider=True)
+            volume = column.row()
+            volume.use_property_split = False  # its name is too long for half a row
+            volume.prop(settings, "keep_volume", slider=True)
             _draw_inside(context, layout, obj)
         else:
             _draw_surface(context, column, obj)
