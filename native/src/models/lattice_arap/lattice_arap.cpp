@@ -297,7 +297,9 @@ SolveResult LatticeArap::solve(const Positions& targets, const SolveOptions& opt
   const Positions before = impl_->sheets.positions();
   const double share = impl_->sheets.empty() ? 0 : kShareOfSheets;
   const auto start = std::chrono::steady_clock::now();
-  SolveResult result = impl_->sheets.solve(of_model, options, rotations, part_of(progress, 0, share));
+  SolveOptions of_sheets = options;
+  of_sheets.time_limit_s *= kShareOfSheets;
+  SolveResult result = impl_->sheets.solve(of_model, of_sheets, rotations, part_of(progress, 0, share));
   if (result.stop_reason != StopReason::kCancelled) {
     SolveOptions left = options;
     left.time_limit_s = std::max(1e-9, left.time_limit_s - seconds_since(start));
