@@ -83,7 +83,7 @@ def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
         return Step("Nothing holds the mesh. Add Pin in Edit Mode does.")
     moving = [handle for handle in obj.arap.handles if context.object is not None and handle.target == context.object]
     if moving and all(handle.bone for handle in moving) and context.mode == "OBJECT":
-        return Step("Ctrl Tab goes to Pose Mode. There G and R move and turn the bones.")
+        return Step("Ctrl Tab: Pose Mode. There G and R move the bones.")
     if moving:
         return Step("Move, turn or scale the handle: G, R, S.", "REC")
     if obj.select_get():
