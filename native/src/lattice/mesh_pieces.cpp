@@ -77,7 +77,7 @@ int MeshPieces::around(const Eigen::RowVector3d& point, int part) const {
     sample[k] = static_cast<int>(kSamplesAlong * place[k]);
   }
   const auto cubes = std::span(cubes_).subspan(first_[part], first_[part + 1] - first_[part]);
-  const auto [begin, end] = std::ranges::equal_range(cubes, grid.index(cube_of(sample)));
+  const auto [begin, end] = std::equal_range(cubes.begin(), cubes.end(), grid.index(cube_of(sample)));
   for (auto found = begin; found != end; ++found) {
     const int piece = first_[part] + static_cast<int>(found - cubes.begin());
     if ((samples_[piece] >> bit_of(sample) & 1) != 0) return piece;
