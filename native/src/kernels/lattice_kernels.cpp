@@ -23,9 +23,9 @@ void embed(const EmbeddingView& vertices, const double* control_points, double* 
     double x[3];  // NOLINT: no std::array here, see simd.h
     double y[3];  // NOLINT
     double z[3];  // NOLINT
-    weights_at(vertices.places[3 * v], x);
-    weights_at(vertices.places[3 * v + 1], y);
-    weights_at(vertices.places[3 * v + 2], z);
+    weights_at(static_cast<double>(vertices.places[3 * v]), x);
+    weights_at(static_cast<double>(vertices.places[3 * v + 1]), y);
+    weights_at(static_cast<double>(vertices.places[3 * v + 2]), z);
     Point sum{};
     for (const double of_x : x) {
       Point along_y{};
