@@ -8,6 +8,7 @@
 
 #include "arap/error.h"
 #include "base/format_message.h"
+#include "mesh/mesh_vertices.h"
 
 namespace arap {
 
@@ -72,12 +73,11 @@ void validate_patches(const Patches& patches, int n_vertices) {
 }
 
 void validate_segments(const std::vector<Segment>& segments) {
-  constexpr double kLargest = 1e100;
   for (std::ptrdiff_t s = 0; s < std::ssize(segments); ++s) {
     const auto& [head, tail] = segments[s];
-    const double largest = std::max(head.cwiseAbs().maxCoeff(), tail.cwiseAbs().maxCoeff());
-    if (!head.allFinite() || !tail.allFinite() || largest > kLargest)
+    if (!is_within_range(head.transpose()) || !is_within_range(tail.transpose()))
       throw InvalidInput(text("segment ", s, ": head and tail must be finite and below 1e100"));
+    const double largest = std::max(head.cwiseAbs().maxCoeff(), tail.cwiseAbs().maxCoeff());
     if (!((tail - head).norm() > 1e-14 * largest))
       throw InvalidInput(text("segment ", s, " has no length; move its head or its tail"));
   }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <vector>
+
 #include "energy/cells.h"
+#include "parallel/meter.h"
 #include "sparse/sparse.h"
 
 namespace arap {
@@ -24,5 +27,12 @@ struct CellEnergy {
   [[nodiscard]] int n_vertices() const { return static_cast<int>(K.rows()); }
   [[nodiscard]] int n_cells() const { return cells.size(); }
 };
+
+/// Gives an energy, whose K is there, its cells, and numbers both as a solver wants them.
+/// @param rows   q_cj by vertex j and cell c
+/// @param homes  of the cells
+/// @param order  order[new] = old; null: all keep their numbers
+void take_cells(CellEnergy& energy, Cells::Rows rows, const std::vector<int>& homes, const std::vector<int>* order,
+                int threads, const MeterPart& meter);
 
 }  // namespace arap

@@ -13,6 +13,8 @@ namespace arap {
 /// A box of equal cubes.
 struct CubeGrid {
   using Cube = std::array<int, 3>;
+  /// What is nearer to a wall than this is on it, as a fraction of a cube.
+  static constexpr double kWall = 1e-9;
 
   Eigen::RowVector3d origin = Eigen::RowVector3d::Zero();  ///< lowest corner
   double size = 1;                                         ///< of a cube
@@ -33,7 +35,6 @@ struct CubeGrid {
   }
   /// Whether a point is in a cube or on its walls, but for rounding.
   [[nodiscard]] bool touches(const Cube& cube, const Eigen::RowVector3d& point) const {
-    constexpr double kWall = 1e-9;
     const Eigen::Array<double, 1, 3> place = (point - corner(cube)).array() / size;
     return (place >= -kWall && place <= 1 + kWall).all();
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <unordered_set>
 #include <utility>
@@ -85,9 +86,8 @@ Surface read_surface(const PolygonMesh& mesh) {
   return surface;
 }
 
-/// Leaves out parts that have mostly no opposite wall, as sheets have none, if there are others: they tell nothing of
-/// limbs. Returns the median over the others of how far it is straight through to that; 1 if there is mostly none.
-double median_thickness(const Positions& points, Surface& surface, int threads) {
+/// How far it is straight through to the opposite wall, by part, at places all over the surface; 1 if there is none.
+std::vector<std::vector<double>> thickness_of_parts(const Positions& points, const Surface& surface, int threads) {
   constexpr int kRays = 2000;
   const TriangleGrid grid(points, surface.triangles, 0.02, threads);
   std::vector<std::vector<double>> of_parts(surface.volumes.size());
@@ -103,17 +103,26 @@ double median_thickness(const Positions& points, Surface& surface, int threads) 
                                      [](const TriangleGrid::Triangle&) { return true; });
     of_parts[surface.parts[t]].insert(of_parts[surface.parts[t]].end(), n_rays, hit.distance);
   }
-  std::vector<double> thickness;
-  std::vector<char> is_left_out(of_parts.size(), 0);
-  for (size_t part = 0; part < of_parts.size(); ++part) {
-    const auto n_through = std::ranges::count_if(of_parts[part], [](double distance) { return distance < 1; });
-    if (2 * n_through < std::ssize(of_parts[part]))
-      is_left_out[part] = 1;
-    else
-      thickness.insert(thickness.end(), of_parts[part].begin(), of_parts[part].end());
+  return of_parts;
+}
+
+/// Parts that have mostly no opposite wall, as sheets have none.
+std::vector<char> find_sheets(const std::vector<std::vector<double>>& thickness) {
+  std::vector<char> is_sheet;
+  for (const std::vector<double>& of_part : thickness) {
+    const auto n_through = std::ranges::count_if(of_part, [](double distance) { return distance < 1; });
+    is_sheet.push_back(2 * n_through < std::ssize(of_part) ? 1 : 0);
   }
-  if (thickness.empty()) return 1;
-  surface.leave_out(is_left_out);
+  return is_sheet;
+}
+
+/// Median thickness of what is no sheet, if there is any.
+std::optional<double> median_thickness(const std::vector<std::vector<double>>& of_parts,
+                                       const std::vector<char>& is_sheet) {
+  std::vector<double> thickness;
+  for (size_t part = 0; part < of_parts.size(); ++part)
+    if (is_sheet[part] == 0) thickness.insert(thickness.end(), of_parts[part].begin(), of_parts[part].end());
+  if (thickness.empty()) return std::nullopt;
   std::nth_element(thickness.begin(), thickness.begin() + std::ssize(thickness) / 2, thickness.end());
   return thickness[thickness.size() / 2];
 }
@@ -157,8 +166,15 @@ double choose_cube_size(const PolygonMesh& mesh, double wanted, int threads, con
   const Positions& points = mesh.positions();
   double size = wanted;
   if (!(wanted > 0)) {
-    const double thickness = surface.area > 0 ? median_thickness(points, surface, threads) : 1;
-    size = std::clamp(thickness / kAcross, kSmallest, kLargest);
+    size = kLargest;
+    if (surface.area > 0) {
+      const auto thickness = thickness_of_parts(points, surface, threads);
+      const std::vector<char> is_sheet = find_sheets(thickness);
+      if (const std::optional<double> median = median_thickness(thickness, is_sheet)) {
+        size = std::clamp(*median / kAcross, kSmallest, kLargest);
+        surface.leave_out(is_sheet);  // they have cubes only if there is nothing else
+      }
+    }
   }
   // Each part fits into one cube of size 1.
   while (size < 1) {

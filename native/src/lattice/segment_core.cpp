@@ -31,20 +31,18 @@ class Places {
   int n_;
 };
 
-/// Calls use(part, k, piece) for each place inside of a part, until it returns false.
-template <class Use>
-void for_inside(const Lattice& lattice, const Places& places, const Use& use) {
+/// The piece that has each place inside, of one part; -1: none has.
+std::vector<int> pieces_along(const Lattice& lattice, const Places& places, int part) {
+  const CubeGrid& grid = lattice.pieces().grid_of(part);
   const Row head = places[0];
   const Row tail = places[places.size() - 1];
-  for (int part = 0; part < lattice.pieces().n_parts(); ++part) {
-    const CubeGrid& grid = lattice.pieces().grid_of(part);
-    const Row far_corner = grid.corner(grid.counts);
-    if ((head.cwiseMax(tail).array() < grid.origin.array()).any() ||
-        (head.cwiseMin(tail).array() > far_corner.array()).any())
-      continue;
-    for (int k = 0; k < places.size(); ++k)
-      if (const int piece = lattice.pieces().around(places[k], part); piece >= 0 && !use(part, k, piece)) return;
-  }
+  const Row far_corner = grid.corner(grid.counts);
+  if ((head.cwiseMax(tail).array() < grid.origin.array()).any() ||
+      (head.cwiseMin(tail).array() > far_corner.array()).any())
+    return {};
+  std::vector<int> pieces(places.size());
+  for (int k = 0; k < places.size(); ++k) pieces[k] = lattice.pieces().around(places[k], part);
+  return pieces;
 }
 
 /// How far a place is from the surface of a part, as seen along 26 directions; 0: it is outside.
@@ -61,47 +59,32 @@ double depth(const Lattice& lattice, const Row& place, int part) {
   return least;
 }
 
-}  // namespace
-
-bool is_inside_anywhere(const Lattice& lattice, const Segment& segment) {
-  bool result = false;
-  for_inside(lattice, Places(lattice, segment), [&](int, int, int) {
-    result = true;
-    return false;
-  });
-  return result;
-}
-
-std::vector<int> segment_core(const Lattice& lattice, const Segment& segment) {
+/// Adds the core of one part.
+void add_core(const Lattice& lattice, const Places& places, int part, std::vector<int>& core) {
   constexpr double kFree = 1.2;
   constexpr double kMostFree = 0.4;
-  const Places places(lattice, segment);
-  std::vector<int> core;
-  std::vector<int> of_ends;  // of the part at hand
-  int part_at_hand = -1;
-  size_t n_before = 0;
-  double begin = 0;
-  double end = 1;
-  const auto finish_part = [&] {
-    if (core.size() == n_before) core.insert(core.end(), of_ends.begin(), of_ends.end());
-    of_ends.clear();
-    n_before = core.size();
-  };
-  const auto free_share = [&](int k, int part) {
+  const std::vector<int> pieces = pieces_along(lattice, places, part);
+  if (std::ranges::all_of(pieces, [](int piece) { return piece < 0; })) return;
+  const auto free_share = [&](int k) {
     return std::min(kMostFree, kFree * depth(lattice, places[k], part) / places.length());
   };
-  for_inside(lattice, places, [&](int part, int k, int piece) {
-    if (part != part_at_hand) {
-      finish_part();
-      part_at_hand = part;
-      begin = free_share(0, part);
-      end = 1 - free_share(places.size() - 1, part);
-    }
-    std::vector<int>& pieces = places.share(k) >= begin && places.share(k) <= end ? core : of_ends;
-    pieces.push_back(piece);
-    return true;
-  });
-  finish_part();
+  const double begin = free_share(0);
+  const double end = 1 - free_share(places.size() - 1);
+  const auto add = [&](double low, double high) {
+    for (int k = 0; k < places.size(); ++k)
+      if (pieces[k] >= 0 && places.share(k) >= low && places.share(k) <= high) core.push_back(pieces[k]);
+  };
+  const size_t n_before = core.size();
+  add(begin, end);
+  if (core.size() == n_before) add(0, 1);  // inside at its ends alone
+}
+
+}  // namespace
+
+std::vector<int> segment_core(const Lattice& lattice, const Segment& segment) {
+  const Places places(lattice, segment);
+  std::vector<int> core;
+  for (int part = 0; part < lattice.pieces().n_parts(); ++part) add_core(lattice, places, part, core);
   std::sort(core.begin(), core.end());
   core.erase(std::unique(core.begin(), core.end()), core.end());
   return core;

@@ -32,8 +32,8 @@ bool meets(const std::array<Row, 3>& corners, const Row& normal, double half) {
 
 /// Cubes between two coordinates, walls included.
 std::array<int, 2> range(const CubeGrid& grid, int axis, double least, double most) {
-  constexpr double kWall = 1e-9;
-  return {grid.along(axis, least - kWall * grid.size), grid.along(axis, most + kWall * grid.size)};
+  const double wall = CubeGrid::kWall * grid.size;
+  return {grid.along(axis, least - wall), grid.along(axis, most + wall)};
 }
 
 /// Adds the cubes of a triangle or a short line.
@@ -50,7 +50,7 @@ void add_cubes(const CubeGrid& grid, const std::array<Row, 3>& corners, std::vec
   const auto rows = range(grid, across[0], low[across[0]], high[across[0]]);
   const auto columns = range(grid, across[1], low[across[1]], high[across[1]]);
   // A little larger, so that rounding leaves no gap at walls.
-  const double half = grid.size * (0.5 + 1e-9);
+  const double half = grid.size * (0.5 + CubeGrid::kWall);
   CubeGrid::Cube cube{};
   for (int i = rows[0]; i <= rows[1]; ++i)
     for (int j = columns[0]; j <= columns[1]; ++j) {

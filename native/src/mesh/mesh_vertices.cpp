@@ -8,11 +8,9 @@ namespace arap {
 
 void require_rest_positions(const Positions& positions) {
   if (positions.rows() == 0) throw InvalidInput("rest_positions is empty; the mesh needs at least one vertex");
-  // Squares of larger lengths overflow.
-  constexpr double kLargest = 1e100;
   for (Eigen::Index v = 0; v < positions.rows(); ++v) {
     const auto row = positions.row(v);
-    if (row.allFinite() && row.cwiseAbs().maxCoeff() <= kLargest) continue;
+    if (is_within_range(row)) continue;
     throw InvalidInput(text("rest_positions: vertex ", v, " is at (", row[0], ", ", row[1], ", ", row[2],
                             "), must be finite and below 1e100; repair or remove the vertex"));
   }

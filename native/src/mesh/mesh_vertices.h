@@ -13,6 +13,12 @@ namespace arap {
 inline constexpr Eigen::Index kMostVertices = 100'000'000;
 inline constexpr size_t kMostCorners = 500'000'000;
 
+/// Whether a place can be used: finite, and so near that squares of lengths do not overflow.
+[[nodiscard]] inline bool is_within_range(const Eigen::RowVector3d& place) {
+  constexpr double kLargest = 1e100;
+  return place.allFinite() && place.cwiseAbs().maxCoeff() <= kLargest;
+}
+
 /// Throws InvalidInput if there are none, or one is not finite or beyond 1e100.
 void require_rest_positions(const Positions& positions);
 

@@ -10,6 +10,7 @@
 #include "arap/mesh.h"
 #include "arap/types.h"
 #include "base/format_message.h"
+#include "mesh/mesh_vertices.h"
 #include "parallel/workers.h"
 
 namespace arap {
@@ -28,9 +29,8 @@ void require_rows(const char* what, Eigen::Index rows, Eigen::Index expected);
 /// @param name  name(row) for the message
 template <class Name>
 void require_finite(const char* what, const Positions& positions, const Name& name) {
-  constexpr double kLargest = 1e100;
   for (Eigen::Index k = 0; k < positions.rows(); ++k)
-    if (!positions.row(k).allFinite() || positions.row(k).cwiseAbs().maxCoeff() > kLargest)
+    if (!is_within_range(positions.row(k)))
       throw InvalidInput(text(what, ": ", name(static_cast<int>(k)), " is (", positions(k, 0), ", ", positions(k, 1),
                               ", ", positions(k, 2), "), must be finite and below 1e100"));
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "models/lattice_arap/exact_vertices.h"
 
-#include <algorithm>
 #include <functional>
 #include <map>
+#include <numeric>
 #include <queue>
+#include <set>
 #include <span>
 #include <tuple>
 
@@ -43,13 +44,18 @@ Matrix3 covariance(const Positions& from, const Positions& to) {
 }  // namespace
 
 ExactVertices::ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, const std::vector<int>& rigid_regions,
-                             double reach) {
-  find_places(mesh, set, rigid_regions);
+                             const std::vector<char>& at_rest, double reach) {
+  find_places(mesh, set, rigid_regions, at_rest);
   find_followers(mesh, reach);
+  std::vector<char> stays = at_rest;
+  for (const Region& region : regions_)
+    for (const int v : region.carried) stays[mesh.part_of_vertex()[v]] = 0;
+  for (int part = 0; part < mesh.n_parts(); ++part)
+    if (stays[part] != 0) parts_at_rest_.push_back(part);
 }
 
 void ExactVertices::find_places(const PolygonMesh& mesh, const ConstraintSet& set,
-                                const std::vector<int>& rigid_regions) {
+                                const std::vector<int>& rigid_regions, const std::vector<char>& at_rest) {
   std::map<int, int> place_of_vertex;
   for (size_t k = 0; k < set.vertices.size(); ++k) {
     if (!is_exact(mesh, set, k)) continue;
@@ -64,10 +70,8 @@ void ExactVertices::find_places(const PolygonMesh& mesh, const ConstraintSet& se
       members[rigid_regions[v]].push_back(static_cast<int>(v));
   for (auto& [number, of_region] : members) {
     if (of_region.size() == 1) continue;  // it is no more rigid than it is alone
-    Region region{mesh.positions()(of_region, all), of_region, {}, {}, {}};
-    for (const int v : of_region) region.parts.push_back(mesh.part_of_vertex()[v]);
-    if (std::ranges::adjacent_find(region.parts, std::ranges::not_equal_to()) != region.parts.end())
-      find_parts(mesh, region);
+    Region region{mesh.positions()(of_region, all), of_region, {}, {}, {}, {}};
+    find_parts(mesh, at_rest, region);
     for (size_t k = 0; k < of_region.size(); ++k)
       if (const auto found = place_of_vertex.find(of_region[k]); found != place_of_vertex.end())
         region.hard.emplace_back(static_cast<int>(k), found->second);
@@ -76,28 +80,22 @@ void ExactVertices::find_places(const PolygonMesh& mesh, const ConstraintSet& se
   }
 }
 
-void ExactVertices::find_parts(const PolygonMesh& mesh, Region& region) {
-  std::map<int, std::vector<int>> vertices;
-  for (const int part : region.parts) vertices[part];
+void ExactVertices::find_parts(const PolygonMesh& mesh, const std::vector<char>& at_rest, Region& region) {
+  std::set<int> carried;
+  for (size_t k = 0; k < region.members.size(); ++k)
+    if (const int part = mesh.part_of_vertex()[region.members[k]]; at_rest[part] != 0)
+      carried.insert(part);
+    else
+      region.moved.push_back(static_cast<int>(k));
+  if (region.moved.empty()) {
+    region.moved.resize(region.members.size());
+    std::iota(region.moved.begin(), region.moved.end(), 0);
+    return;
+  }
+  if (carried.empty()) return;
   for (int v = 0; v < mesh.n_vertices(); ++v)
-    if (const auto found = vertices.find(mesh.part_of_vertex()[v]); found != vertices.end()) found->second.push_back(v);
-  for (auto& [number, of_part] : vertices) region.others.push_back({number, of_part, mesh.positions()(of_part, all)});
-}
-
-std::vector<int> ExactVertices::Region::moved(const std::vector<char>& at_rest) const {
-  std::vector<int> result;
-  for (size_t k = 0; k < parts.size(); ++k)
-    if (at_rest[parts[k]] == 0) result.push_back(static_cast<int>(k));
-  if (result.empty())
-    for (size_t k = 0; k < parts.size(); ++k) result.push_back(static_cast<int>(k));
-  return result;
-}
-
-bool ExactVertices::is_carried(int part, const std::vector<char>& at_rest) const {
-  return at_rest[part] != 0 && std::ranges::any_of(regions_, [&](const Region& region) {
-           return std::ranges::any_of(region.others, [&](const Part& other) { return other.number == part; }) &&
-                  std::ranges::any_of(region.others, [&](const Part& other) { return at_rest[other.number] == 0; });
-         });
+    if (carried.contains(mesh.part_of_vertex()[v])) region.carried.push_back(v);
+  region.rest_of_carried = mesh.positions()(region.carried, all);
 }
 
 void ExactVertices::find_followers(const PolygonMesh& mesh, double reach) {
@@ -132,7 +130,7 @@ void ExactVertices::find_followers(const PolygonMesh& mesh, double reach) {
   }
 }
 
-void ExactVertices::apply(const Positions& targets, const std::vector<char>& at_rest, Positions& points) const {
+void ExactVertices::apply(const Positions& targets, Positions& points) const {
   Positions places(vertices_.size(), 3);
   for (size_t k = 0; k < hard_.size(); ++k) {
     Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
@@ -141,11 +139,10 @@ void ExactVertices::apply(const Positions& targets, const std::vector<char>& at_
   }
   auto next = static_cast<Eigen::Index>(hard_.size());
   for (const Region& region : regions_) {
-    const std::vector<int> moved = region.moved(at_rest);
-    const Positions rest = region.rest(moved, all);
+    const Positions rest = region.rest(region.moved, all);
     Positions reached(rest.rows(), 3);
-    for (size_t k = 0; k < moved.size(); ++k)
-      reached.row(static_cast<Eigen::Index>(k)) = points.row(region.members[moved[k]]);
+    for (size_t k = 0; k < region.moved.size(); ++k)
+      reached.row(static_cast<Eigen::Index>(k)) = points.row(region.members[region.moved[k]]);
     Eigen::RowVector3d from = rest.colwise().mean();
     Eigen::RowVector3d to = reached.colwise().mean();
     Matrix3 turns = covariance(rest, reached);
@@ -164,10 +161,7 @@ void ExactVertices::apply(const Positions& targets, const std::vector<char>& at_
     const Matrix3 turn = nearest_rotation(turns, Matrix3::Identity());
     const auto n = static_cast<Eigen::Index>(region.members.size());
     places.middleRows(next, n) = ((region.rest.rowwise() - from) * turn.transpose()).rowwise() + to;
-    for (const Part& other : region.others)
-      if (at_rest[other.number] != 0)
-        for (size_t k = 0; k < other.vertices.size(); ++k)
-          points.row(other.vertices[k]) = (other.rest.row(static_cast<Eigen::Index>(k)) - from) * turn.transpose() + to;
+    points(region.carried, all) = ((region.rest_of_carried.rowwise() - from) * turn.transpose()).rowwise() + to;
     // A hard vertex is where its region is.
     for (const auto& [member, place] : region.hard) places.row(place) = places.row(next + member);
     next += n;

@@ -16,37 +16,32 @@ class ExactVertices {
  public:
   ExactVertices() = default;
   /// @param rigid_regions  (n,) of each vertex, < 0 = none; or empty
+  /// @param at_rest        (n_parts,) whether nothing constrains a part
   /// @param reach          along edges; from there on nothing moves
-  ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, const std::vector<int>& rigid_regions, double reach);
+  ExactVertices(const PolygonMesh& mesh, const ConstraintSet& set, const std::vector<int>& rigid_regions,
+                const std::vector<char>& at_rest, double reach);
 
   /// @param targets  of the set
-  /// @param at_rest  (n_parts,) whether nothing constrains a part
   /// @param points   (n, 3) where the lattice brings the vertices
-  void apply(const Positions& targets, const std::vector<char>& at_rest, Positions& points) const;
+  void apply(const Positions& targets, Positions& points) const;
 
-  /// Whether a part at rest goes with a region.
-  [[nodiscard]] bool is_carried(int part, const std::vector<char>& at_rest) const;
+  /// Parts that nothing constrains and that go with no region, ascending.
+  [[nodiscard]] const std::vector<int>& parts_at_rest() const { return parts_at_rest_; }
 
  private:
   struct Hard {
     int vertex;
     std::vector<int> targets;  ///< rows; it takes their mean
   };
-  struct Part {
-    int number;
-    std::vector<int> vertices;
-    Positions rest;
-  };
   /// Moves as its hard members say. What they leave open, as one or two do, is as the lattice turns all of them.
   struct Region {
     Positions rest;
     std::vector<int> members;
     std::vector<std::pair<int, int>> hard;  ///< member, and index of its place
-    std::vector<int> parts;                 ///< of each member
-    std::vector<Part> others;               ///< if they are several
-
-    /// Members of parts that something moves; all, if there are none.
-    [[nodiscard]] std::vector<int> moved(const std::vector<char>& at_rest) const;
+    std::vector<int> moved;                 ///< members of parts that something constrains; all, if there are none
+    // Vertices of the parts that go with it, and where they rest.
+    std::vector<int> carried;
+    Positions rest_of_carried;
   };
   struct Follower {
     int vertex;
@@ -54,14 +49,17 @@ class ExactVertices {
     double share;
   };
 
-  void find_places(const PolygonMesh& mesh, const ConstraintSet& set, const std::vector<int>& rigid_regions);
-  static void find_parts(const PolygonMesh& mesh, Region& region);
+  void find_places(const PolygonMesh& mesh, const ConstraintSet& set, const std::vector<int>& rigid_regions,
+                   const std::vector<char>& at_rest);
+  /// What moves the region, and what goes with it.
+  static void find_parts(const PolygonMesh& mesh, const std::vector<char>& at_rest, Region& region);
   void find_followers(const PolygonMesh& mesh, double reach);
 
   std::vector<Hard> hard_;
   std::vector<Region> regions_;
   std::vector<int> vertices_;  ///< that are brought to a place: first the hard ones, then the members of regions
   std::vector<Follower> followers_;
+  std::vector<int> parts_at_rest_;
 };
 
 }  // namespace arap

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "models/lattice_arap/held_segments.h"
 
+#include "arap/error.h"
+#include "base/format_message.h"
 #include "lattice/segment_core.h"
 #include "models/lattice_arap/held_vertices.h"
 
@@ -9,9 +11,14 @@ namespace arap {
 HeldSegments::HeldSegments(const Lattice& lattice, const std::vector<Segment>& segments, int first_target) {
   constexpr int kOctants = 8;
   const double weight = 2 * kHardStrength * lattice.cube_size() / kOctants;
-  for (const Segment& segment : segments) {
+  for (size_t s = 0; s < segments.size(); ++s) {
+    const Segment& segment = segments[s];
     const double length = (segment.tail - segment.head).norm();
-    for (const int piece : segment_core(lattice, segment)) {
+    const std::vector<int> core = segment_core(lattice, segment);
+    if (core.empty())
+      throw InvalidInput(text(
+          "segment ", s, " passes through nothing that is inside of the mesh; move it into the mesh or leave it out"));
+    for (const int piece : core) {
       const Lattice::ControlPoints& points = lattice.control_points(piece);
       for (int octant = 0; octant < kOctants; ++octant) {
         const Eigen::Vector3i side(octant >> 2, octant >> 1 & 1, octant & 1);

@@ -14,6 +14,7 @@ namespace arap {
 class HeldSegments {
  public:
   HeldSegments() = default;
+  /// Throws InvalidInput for a segment that passes through nothing.
   /// @param first_target  row of the set's targets where those of the segments begin
   HeldSegments(const Lattice& lattice, const std::vector<Segment>& segments, int first_target);
 

@@ -160,12 +160,7 @@ struct LatticeArap::Impl {
           lattice->n_control_points() >= kFewControlPoints && contrast(stiffness) <= kSinglePrecisionContrast;
       return model.solver->ordering();
     });
-    if (const std::vector<int>* order = model.solver->ordering(); order != nullptr) {
-      const std::vector<int> new_numbers = model.take_solver_numbers();
-      lattice->renumber(new_numbers);
-    } else {
-      model.keep_numbers();
-    }
+    lattice->renumber(model.take_solver_numbers());
     meter.reach(1);
     return model;
   }
@@ -192,14 +187,17 @@ struct LatticeArap::Impl {
     if (points.rows() == 0) points = mesh.positions();  // loose ones stay there
     lattice->embed(control_points, model.workers, points);
     sheets.write(points);
-    exact->apply(targets, at_rest, points);
+    exact->apply(targets, points);
     space.to_input(points, model.workers, next);
   }
 
-  void find_parts_at_rest() {
-    at_rest.assign(mesh.n_parts(), 0);
-    for (const int part : engine.parts_at_rest()) at_rest[part] = 1;
-    for (const int part : sheets.parts()) at_rest[part] = sheets.is_constrained(part) ? 0 : 1;
+  /// (n_parts,) whether nothing constrains a part. The rows are those of the engine, the sheets have their constraints.
+  [[nodiscard]] std::vector<char> parts_at_rest(const LinearRows& rows) const {
+    std::vector<char> result(mesh.n_parts(), 1);
+    for (const LinearRow& row : rows.rows)
+      for (const int c : row.indices) result[lattice->part_of_control_point()[c]] = 0;
+    for (const int part : sheets.constrained_parts()) result[part] = 0;
+    return result;
   }
 
   /// Of each row of the engine's targets, from those of the set's.
@@ -218,9 +216,7 @@ struct LatticeArap::Impl {
     result.iterations = std::max(result.iterations, report.iterations);
     result.step = std::max(result.step, report.step);
     if (report.stop_reason != StopReason::kConverged) result.stop_reason = report.stop_reason;
-    result.parts_at_rest.clear();
-    for (int part = 0; part < mesh.n_parts(); ++part)
-      if (at_rest[part] != 0 && !exact->is_carried(part, at_rest)) result.parts_at_rest.push_back(part);
+    result.parts_at_rest = exact->parts_at_rest();
   }
 
   ModelSpace space;
@@ -235,7 +231,6 @@ struct LatticeArap::Impl {
   ConstraintSet of_model;  ///< the same of mesh
   std::unique_ptr<Held> held;
   std::unique_ptr<ExactVertices> exact;
-  std::vector<char> at_rest;        ///< (n_parts,) whether nothing constrains a part
   std::unique_ptr<LatticeFit> fit;  ///< made when first needed
   Positions shown;                  ///< the input's positions that were handed over last
   // Their memory lives on between solves: a frame of a large mesh would spend its time on new pages.
@@ -260,30 +255,27 @@ LatticeArap& LatticeArap::operator=(LatticeArap&&) noexcept = default;
 
 void LatticeArap::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
   constraints.validate(n_vertices());
-  const ConstraintSet of_model = impl_->space.to_model(constraints);
+  ConstraintSet of_model = impl_->space.to_model(constraints);
   require_movable_patches(of_model.patches, impl_->mesh.part_of_vertex());
   if (impl_->engine.has_constraints() && constraints == impl_->constraints) return;
-  if (const std::vector<int> outside = segments_outside(constraints.segments); !outside.empty())
-    throw InvalidInput(
-        text("segment ", outside.front(),
-             " passes through nothing that is inside of the mesh; move it into the mesh or leave it out"));
   auto held = std::make_unique<Held>(*impl_->lattice, impl_->areas, of_model);
-  auto exact = std::make_unique<ExactVertices>(impl_->mesh, of_model, impl_->properties.rigid_regions,
-                                               kReach * impl_->lattice->cube_size());
   ConstraintSet copy = constraints;
   const double share = impl_->sheets.empty() ? 0 : kShareOfSheets;
+  std::unique_ptr<ExactVertices> exact;
   impl_->sheets.set_constraints(of_model, part_of(progress, 0, share));
   try {
-    impl_->engine.set_constraints({{}, held->rows()}, part_of(progress, share, 1));
+    const LinearRows rows = held->rows();
+    exact = std::make_unique<ExactVertices>(impl_->mesh, of_model, impl_->properties.rigid_regions,
+                                            impl_->parts_at_rest(rows), kReach * impl_->lattice->cube_size());
+    impl_->engine.set_constraints({{}, rows}, part_of(progress, share, 1));
   } catch (...) {
     if (impl_->engine.has_constraints()) impl_->sheets.set_constraints(impl_->of_model, {});
     throw;
   }
-  impl_->of_model = of_model;
+  impl_->of_model = std::move(of_model);
   impl_->points.resize(0, 3);  // a loose vertex that was held goes back
   impl_->held = std::move(held);
   impl_->exact = std::move(exact);
-  impl_->find_parts_at_rest();
   impl_->constraints = std::move(copy);
 }
 
@@ -354,7 +346,8 @@ const Positions& LatticeArap::positions() const { return impl_->shown; }
 std::vector<int> LatticeArap::segments_outside(const std::vector<Segment>& segments) const {
   std::vector<int> result;
   for (size_t s = 0; s < segments.size(); ++s)
-    if (!is_inside_anywhere(*impl_->lattice, impl_->space.to_model(segments[s]))) result.push_back(static_cast<int>(s));
+    if (segment_core(*impl_->lattice, impl_->space.to_model(segments[s])).empty())
+      result.push_back(static_cast<int>(s));
   return result;
 }
 

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "base/grouped.h"
-#include "base/permutation.h"
 #include "sparse/matrix_assembly.h"
 
 namespace arap {
@@ -158,12 +157,9 @@ void assemble_lattice_energy(CellEnergy& energy, const Lattice& lattice, const s
   for (int piece = 0; piece < lattice.n_pieces(); ++piece) energy.rest_energy += 3 * assembler.weight(piece);
   energy.K = assembler.system(threads, meter.part(0.3));
   Cells::Rows cells = assembler.cells(threads, meter.part(0.5));
-  const std::vector<int>* order = find_order();
-  const std::vector<int> new_of_old = order == nullptr ? std::vector<int>() : inverse_permutation(*order);
   std::vector<int> homes(lattice.n_control_points());
   std::iota(homes.begin(), homes.end(), 0);
-  energy.cells = Cells(std::move(cells), homes, new_of_old, meter.part(0.2));
-  if (order != nullptr) energy.K = renumbered(energy.K, *order, new_of_old, threads);
+  take_cells(energy, std::move(cells), homes, find_order(), threads, meter.part(0.2));
 }
 
 }  // namespace arap

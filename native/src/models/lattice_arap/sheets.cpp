@@ -2,6 +2,7 @@
 #include "models/lattice_arap/sheets.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "base/eigen_compat.h"
@@ -75,10 +76,10 @@ void Sheets::set_constraints(const ConstraintSet& of_mesh, const Progress& progr
     targets.push_back(static_cast<int>(of_mesh.vertices.size()) + p);
   }
   if (!targets.empty()) surface_->set_constraints(set, progress);
-  constrained_.clear();
+  std::set<int> constrained;
   for (const std::vector<int>* held : {&set.vertices, &set.patches.vertices})
-    for (const int number : *held) constrained_.push_back(parts_[surface_->part_of_vertex()[number]]);
-  std::sort(constrained_.begin(), constrained_.end());
+    for (const int number : *held) constrained.insert(parts_[surface_->part_of_vertex()[number]]);
+  constrained_.assign(constrained.begin(), constrained.end());
   targets_ = std::move(targets);
 }
 
@@ -106,10 +107,6 @@ void Sheets::write(Positions& points) const {
 
 void Sheets::set_positions(const Positions& positions) {
   if (!empty()) surface_->set_positions(positions);
-}
-
-bool Sheets::is_constrained(int part) const {
-  return std::binary_search(constrained_.begin(), constrained_.end(), part);
 }
 
 void Sheets::reset() {

@@ -36,8 +36,8 @@ class Sheets {
   [[nodiscard]] Positions positions() const { return empty() ? Positions(0, 3) : surface_->positions(); }
   void set_positions(const Positions& positions);
 
-  /// Whether the constraints hold something of a part of the mesh.
-  [[nodiscard]] bool is_constrained(int part) const;
+  /// Of the mesh: those that the constraints hold something of.
+  [[nodiscard]] const std::vector<int>& constrained_parts() const { return constrained_; }
   /// Of the mesh, ascending, as the parts are.
   [[nodiscard]] const std::vector<int>& vertices() const { return vertices_; }
   [[nodiscard]] const std::vector<int>& parts() const { return parts_; }
@@ -49,7 +49,7 @@ class Sheets {
   std::vector<int> vertices_;           ///< of the mesh, by vertex of the surface
   std::vector<int> number_;             ///< of the surface, by vertex of the mesh; -1: on no sheet
   std::vector<int> parts_;              ///< of the mesh, by part of the surface
-  std::vector<int> constrained_;        ///< parts of the mesh, ascending
+  std::vector<int> constrained_;        ///< parts of the mesh
   double size_ = 1;                     ///< the surface's diagonal
   std::optional<SurfaceArap> surface_;  ///< none: all parts have cubes
   std::vector<int> targets_;            ///< rows of the whole set's targets, by target of the surface

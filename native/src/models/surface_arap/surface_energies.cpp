@@ -8,7 +8,6 @@
 #include "arap/error.h"
 #include "base/available_memory.h"
 #include "base/grouped.h"
-#include "base/permutation.h"
 #include "mesh/triangulation.h"
 #include "parallel/parallel.h"
 #include "sparse/matrix_assembly.h"
@@ -183,9 +182,7 @@ void assemble_surface_energy(CellEnergy& energy, const PolygonMesh& mesh, const 
   meter.tell();
   const std::vector<int>* order = find_order ? find_order() : nullptr;
   if (Cells::is_large(cells.offsets().back())) return_freed_memory();  // from here a bind needs the most
-  const std::vector<int> new_of_old = order == nullptr ? std::vector<int>() : inverse_permutation(*order);
-  energy.cells = Cells(std::move(cells), homes, new_of_old, meter.part(0.05));
-  if (order != nullptr) energy.K = renumbered(energy.K, *order, new_of_old, threads);
+  take_cells(energy, std::move(cells), homes, order, threads, meter.part(0.05));
   meter.add(0.05);
   meter.tell();
 }

@@ -10,7 +10,6 @@
 #include "arap/error.h"
 #include "base/format_message.h"
 #include "base/grouped.h"
-#include "base/permutation.h"
 #include "mesh/tet_shape.h"
 #include "parallel/parallel.h"
 #include "sparse/matrix_assembly.h"
@@ -124,10 +123,7 @@ void assemble_tet_energy(CellEnergy& energy, const Positions& rest, const std::v
   std::vector<int> homes;
   homes.reserve(tets.size());
   for (const TetMesh::Tet& tet : tets) homes.push_back(choose_home(tet, region_of_vertex));
-  const std::vector<int>* order = find_order();
-  const std::vector<int> new_of_old = order == nullptr ? std::vector<int>() : inverse_permutation(*order);
-  energy.cells = Cells(std::move(cells), homes, new_of_old, meter.part(0.2));
-  if (order != nullptr) energy.K = renumbered(energy.K, *order, new_of_old, threads);
+  take_cells(energy, std::move(cells), homes, find_order(), threads, meter.part(0.2));
 }
 
 std::vector<int> prepare_tets(PreparedModel& model, const TetMesh& mesh, const TetOptions& options,

@@ -39,6 +39,14 @@ struct Dressed {
     }
     return task;
   }
+  /// The tops of both as one rigid region.
+  [[nodiscard]] arap::VertexProperties rigid_tops() const {
+    arap::VertexProperties properties;
+    properties.rigid_regions.assign(mesh.n_vertices(), -1);
+    for (int v = 0; v < mesh.n_vertices(); ++v)
+      if (mesh.vertices[v][2] > (v < body.n_vertices() ? 2.4 : .6)) properties.rigid_regions[v] = 0;
+    return properties;
+  }
   [[nodiscard]] Positions of_body(const Positions& all) const { return all.topRows(body.n_vertices()); }
   [[nodiscard]] Positions of_cloth(const Positions& all) const { return all.bottomRows(cloth.n_vertices()); }
 };
@@ -117,15 +125,10 @@ TEST(Sheets, GoOnFromGivenPositionsAndBackToRest) {
 
 TEST(Sheets, ARigidRegionMayJoinThemToABody) {
   const Dressed dressed;
-  const int n = dressed.body.n_vertices();
-  arap::VertexProperties properties;
-  properties.rigid_regions.assign(dressed.mesh.n_vertices(), -1);
+  const arap::VertexProperties properties = dressed.rigid_tops();
   std::vector<int> region;
   for (int v = 0; v < dressed.mesh.n_vertices(); ++v)
-    if (v < n ? dressed.mesh.vertices[v][2] > 2.4 : dressed.mesh.vertices[v][2] > .6) {
-      properties.rigid_regions[v] = 0;
-      region.push_back(v);
-    }
+    if (properties.rigid_regions[v] == 0) region.push_back(v);
   const Task task = dressed.task(true, false);
   LatticeArap solver(dressed.mesh.mesh(), coarse(), properties);
   solver.set_constraints(task.constraints);
@@ -139,15 +142,10 @@ TEST(Sheets, ARigidRegionMayJoinThemToABody) {
 /// As if the whole were one body, although the lattice does not know that parts belong together.
 TEST(Sheets, APartWithoutConstraintsGoesWithItsRigidRegion) {
   const Dressed dressed;
-  const int n = dressed.body.n_vertices();
-  arap::VertexProperties properties;
-  properties.rigid_regions.assign(dressed.mesh.n_vertices(), -1);
-  for (int v = 0; v < dressed.mesh.n_vertices(); ++v)
-    if (dressed.mesh.vertices[v][2] > (v < n ? 2.4 : .6)) properties.rigid_regions[v] = 0;
   const Task held = hold(dressed.mesh, extreme_vertices(dressed.body.positions(), 2, .1));
   const RigidMotion motion = Random(5).rigid_motion(1, 3);
   const Task task = rigid_task(dressed.mesh, held.constraints, motion);
-  LatticeArap solver(dressed.mesh.mesh(), coarse(), properties);
+  LatticeArap solver(dressed.mesh.mesh(), coarse(), dressed.rigid_tops());
   solver.set_constraints(task.constraints);
   const SolveResult result = solver.solve(task.targets, to_accuracy(1e-7));
   EXPECT_TRUE(result.parts_at_rest.empty());

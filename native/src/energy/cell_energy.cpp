@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "energy/cell_energy.h"
+
+#include <utility>
+
+#include "base/permutation.h"
+
+namespace arap {
+
+void take_cells(CellEnergy& energy, Cells::Rows rows, const std::vector<int>& homes, const std::vector<int>* order,
+                int threads, const MeterPart& meter) {
+  const std::vector<int> new_of_old = order == nullptr ? std::vector<int>() : inverse_permutation(*order);
+  energy.cells = Cells(std::move(rows), homes, new_of_old, meter);
+  if (order != nullptr) energy.K = renumbered(energy.K, *order, new_of_old, threads);
+}
+
+}  // namespace arap
