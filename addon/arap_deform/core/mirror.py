@@ -159,6 +159,7 @@ class Whole:
         result, copies = [], []
         for i, spec in enumerate(specs):
             base = None if spec.base is None else self.lifted(spec.base)
+            bone = spec.segment if spec.segment is not None and self._is_own(spec.segment) else None
             if spec.segment is None:
                 cosets = self._cosets(spec.vertices[spec.weights >= 1.0])
                 own = self._images[list(cosets[0])][:, spec.vertices]
@@ -169,8 +170,7 @@ class Whole:
             for coset in cosets:
                 vertices, first = np.unique(self._images[list(coset)][:, spec.vertices], return_index=True)
                 weights = np.tile(spec.weights, len(coset))[first]
-                is_held = spec.segment is not None and self._is_own(spec.segment)
-                segment = self._image_of(spec.segment, coset[0]) if spec.segment is not None and is_held else None
+                segment = None if bone is None else self._image_of(bone, coset[0])
                 result.append(
                     replace(spec, vertices=vertices.astype(np.int32), weights=weights, base=base, segment=segment)
                 )

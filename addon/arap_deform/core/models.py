@@ -54,36 +54,9 @@ def begin_bind(native: Any, inputs: ModelInput) -> arap_native.Job[Model]:
     return job
 
 
-def segments_outside(model: Model, segments: Floats) -> Ints:
-    """Indices of those that can hold nothing: all, if the model has no inside.
-
-    Args:
-        segments: (s, 2, 3) float64, solver space.
-    """
-    of_model = getattr(model, "segments_outside", None)
-    if of_model is None:
-        return np.arange(len(segments), dtype=np.int32)
-    return np.asarray(of_model(np.ascontiguousarray(segments)), dtype=np.int32)
-
-
-def has_inside(model: Model) -> bool:
-    """False if the model is one with an inside, and the mesh has none."""
-    return bool(getattr(model, "has_inside", True))
-
-
-def sheets(model: Model) -> Ints:
-    """The parts that a model with an inside poses as surfaces."""
-    return np.asarray(getattr(model, "sheets", ()), dtype=np.int32)
-
-
-def cube_corners(model: Model) -> Floats | None:
-    """(8 n, 3) float64 corners of the cubes of its lattice, solver space, see LatticeArap; None if it has none.
-
-    Raises:
-        RuntimeError: the model is at work.
-    """
-    of_model = getattr(model, "cube_corners", None)
-    return None if of_model is None else np.asarray(of_model(), dtype=np.float64)
+def solid_of(native: Any, model: Model) -> arap_native.LatticeArap | None:
+    """The model, if it is one with an inside."""
+    return model if isinstance(model, native.LatticeArap) else None
 
 
 def _surface(native: Any, settings: SessionSettings) -> tuple[Any, Any]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +30,8 @@ from .transforms import map_points
 if TYPE_CHECKING:
     import arap_native
 
+CUBE_EDGES = [corner for bit in (1, 2, 4) for i in range(8) if not i & bit for corner in (i, i | bit)]
+"""Corners at the ends of the edges of a cube, two by two."""
 PATCHES_SHARE = 0.1  # of the progress of new handles
 HANDLES_CANCELLED = "Preparing the handles was cancelled; nothing has changed"
 SOLVE_CANCELLED = "Solving was cancelled; the pose is as it was"
@@ -167,12 +170,16 @@ class Session:
     @property
     def has_inside(self) -> bool:
         """False if it is a solid of a mesh without an inside."""
-        return models.has_inside(self._model)
+        return self._solid is None or self._solid.has_inside
+
+    @cached_property
+    def n_sheets(self) -> int:
+        """Own parts of a solid that have no inside, so they are posed as surfaces. Panels ask at each redraw."""
+        return 0 if self._solid is None else int(np.isin(self._own_parts, self._solid.sheets).sum())
 
     @property
-    def n_sheets(self) -> int:
-        """Own parts of a solid that have no inside, so they are posed as surfaces."""
-        return int(np.isin(self._own_parts, models.sheets(self._model)).sum())
+    def _solid(self) -> arap_native.LatticeArap | None:
+        return models.solid_of(self._native, self._model)
 
     def cube_edges(self) -> Float32s:
         """(2 e, 3) float32 ends of the edges of a solid's cubes where they are now, object space; none of a surface.
@@ -180,13 +187,10 @@ class Session:
         Raises:
             RuntimeError: the solver is at work.
         """
-        corners = models.cube_corners(self._model)
-        if corners is None:
+        if self._solid is None:
             return np.empty((0, 3), dtype=np.float32)
-        edges = np.array([(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit]).ravel()
-        return np.ascontiguousarray(
-            (corners @ self._unstretch.T).reshape(-1, 8, 3)[:, edges].reshape(-1, 3), np.float32
-        )
+        corners = (self._solid.cube_corners() @ self._unstretch.T).reshape(-1, 8, 3)
+        return np.ascontiguousarray(corners[:, CUBE_EDGES].reshape(-1, 3), np.float32)
 
     def set_handles(self, specs: Sequence[HandleSpec], shown: NDArray[np.floating] | None = None) -> Steps[None]:
         """Makes ``specs`` the handles; factorizes only if vertices or strengths have changed.
@@ -253,7 +257,8 @@ class Session:
             return held, ()
         bones = [(i, spec.segment) for i, spec in enumerate(held) if spec.segment is not None]
         segments = np.array([segment.ends for _, segment in bones]).reshape(-1, 2, 3) @ self._stretch.T
-        outside = {bones[k][0] for k in models.segments_outside(self._model, segments)}
+        solid = self._solid
+        outside = {bones[k][0] for k in (range(len(bones)) if solid is None else solid.segments_outside(segments))}
         left = [replace(spec, segment=None) if i in outside else spec for i, spec in enumerate(held)]
         handles = [copy.handle for copy in copies] or range(len(specs))
         inside = {handle for handle, spec in zip(handles, left, strict=True) if spec.segment is not None}

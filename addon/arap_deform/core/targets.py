@@ -165,8 +165,8 @@ class HandleMap:
         check_specs(specs, len(rest_positions))
         self._specs = tuple(specs)
         self._stretch = stretch
-        self._set_patches(patches)
-        self._set_segments()
+        of_patches, of_segments = self._set_patches(patches), self._set_segments()
+        self._point_handles, self._points = map(np.concatenate, zip(of_patches, of_segments, strict=True))
         handle, vertex, weight = self._entries(patches)
         n_entries = np.bincount(vertex, minlength=len(rest_positions))
         is_shared = n_entries[vertex] > 1
@@ -194,19 +194,17 @@ class HandleMap:
         self._shared_shares = weight[shared] / np.repeat(totals, counts)
 
         self._matrices: Floats = np.full((len(self._specs), 4, 4), np.nan)
-        n_rows = len(self.vertices) + len(self._patch_handles) + len(self._corner_handles)
-        self._targets = np.empty((n_rows, 3))
+        self._targets = np.empty((len(self.vertices) + len(self._points), 3))
 
     @property
     def constraints(self) -> tuple[Any, ...]:
         """What a model's set_constraints() is called with."""
         return self.vertices, self.strengths, self.patches, self.segments
 
-    def _set_patches(self, patches: Patches) -> None:
+    def _set_patches(self, patches: Patches) -> tuple[NDArray[np.intp], Floats]:
+        """Returns the handle and the centre of each."""
         by_handle = [(handle, patch) for handle in sorted(patches) for patch in patches[handle]]
-        self._patch_handles = np.array([handle for handle, _ in by_handle], dtype=np.intp)
         ordered = [patch for _, patch in by_handle]
-        self._centres = np.array([patch.centre for patch in ordered]).reshape(-1, 3)
         self.patches: tuple[Ints, Ints, Floats] | None = None
         if ordered:
             self.patches = (
@@ -214,21 +212,23 @@ class HandleMap:
                 np.concatenate([patch.vertices for patch in ordered]).astype(np.int32),
                 np.concatenate([patch.weights for patch in ordered]).astype(np.float64),
             )
+        centres = np.array([patch.centre for patch in ordered]).reshape(-1, 3)
+        return np.array([handle for handle, _ in by_handle], dtype=np.intp), centres
 
-    def _set_segments(self) -> None:
+    def _set_segments(self) -> tuple[NDArray[np.intp], Floats]:
+        """Returns the handle and the place of each of their corners, four a segment."""
         held = [(i, spec.segment) for i, spec in enumerate(self._specs) if spec.segment is not None]
         self.segments: Floats | None = None
-        self._corner_handles = np.repeat(np.array([i for i, _ in held], dtype=np.intp), CORNERS)
-        self._corners: Floats = np.empty((0, 3))
         if not held:
-            return
+            return np.empty(0, dtype=np.intp), np.empty((0, 3))
         self.segments = np.array([segment.ends @ self._stretch.T for _, segment in held])
         heads, ways = self.segments[:, 0], self.segments[:, 1] - self.segments[:, 0]
         lengths = np.linalg.norm(ways, axis=1)[:, None, None]
         corners = heads[:, None, :] + lengths * np.concatenate([np.zeros((1, 3)), np.eye(3)])
         at_rest = corners @ np.linalg.inv(self._stretch).T
         motions = [segment.motion for _, segment in held]
-        self._corners = np.concatenate([transformed(m, rest) for m, rest in zip(motions, at_rest, strict=True)])
+        places = [transformed(motion, rest) for motion, rest in zip(motions, at_rest, strict=True)]
+        return np.repeat(np.array([i for i, _ in held], dtype=np.intp), CORNERS), np.concatenate(places)
 
     def _entries(self, patches: Patches) -> tuple[NDArray[np.intp], Ints, Floats]:
         """Handle, vertex and weight of every weight above 0, ordered by handle; without what patches hold."""
@@ -285,9 +285,8 @@ class HandleMap:
         n_single, n_vertices = len(self._single_base), len(self.vertices)
         if len(self._shared_starts) and moved[self._shared_handles].any():
             self._targets[n_single:n_vertices] = self._shared_targets(linear, offset)
-        of_point = np.concatenate([self._patch_handles, self._corner_handles])
-        points = np.concatenate([self._centres, self._corners])
-        self._targets[n_vertices:] = np.matmul(linear[of_point], points[:, :, None])[:, :, 0] + offset[of_point]
+        of_point = self._point_handles
+        self._targets[n_vertices:] = np.matmul(linear[of_point], self._points[:, :, None])[:, :, 0] + offset[of_point]
         self._matrices = matrices.copy()
         return self._targets
 
@@ -311,5 +310,5 @@ class HandleMap:
         if len(self._shared_starts):
             weighted = rotations[self._shared_handles] * self._shared_shares[:, None, None]
             result[n_single:n_vertices] = nearest_rotations(np.add.reduceat(weighted, self._shared_starts, axis=0))
-        result[n_vertices:] = rotations[np.concatenate([self._patch_handles, self._corner_handles])]
+        result[n_vertices:] = rotations[self._point_handles]
         return result

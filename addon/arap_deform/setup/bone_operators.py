@@ -11,12 +11,16 @@ from .bones import add_bones
 from .handles import following_first_handle
 
 
+def selected_armatures(context: bpy.types.Context) -> list[bpy.types.Object]:
+    return [other for other in context.selected_objects if other.type == "ARMATURE"]
+
+
 def _chosen_bones(context: bpy.types.Context) -> tuple[bpy.types.Object | None, list[str]]:
     """In Pose Mode the active armature and its selected bones, else the selected armature and no bones."""
     if context.mode == "POSE":
         armature = context.object
         return armature, [bone.name for bone in context.selected_pose_bones if bone.id_data == armature]
-    armatures = [other for other in context.selected_objects if other.type == "ARMATURE"]
+    armatures = selected_armatures(context)
     return (armatures[0], []) if len(armatures) == 1 else (None, [])
 
 

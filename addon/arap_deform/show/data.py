@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import bpy
@@ -72,11 +73,10 @@ def strain_colors(obj: bpy.types.Object, surface: Surface) -> Float32s:
 def cube_edges(obj: bpy.types.Object) -> Float32s:
     """(2 e, 3) float32, object space: of its live session's lattice; none without one, or while it is at work."""
     bound = sessions.get(obj.name_full)
-    try:
-        edges = None if bound is None else bound.session.cube_edges()
-    except RuntimeError:
-        edges = None
-    return np.empty((0, 3), dtype=np.float32) if edges is None else edges
+    if bound is not None:
+        with suppress(RuntimeError):
+            return bound.session.cube_edges()
+    return np.empty((0, 3), dtype=np.float32)
 
 
 def handle_lines(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Float32s:

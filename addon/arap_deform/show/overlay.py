@@ -88,7 +88,7 @@ class Drawn:
             color = batches.color_of_pins()
             batches.draw_points(self.pins, matrix, color, PIN_SIZE, is_hidden_behind=True)
         if self.cubes is not None:
-            batches.draw_thin_lines(self.cubes, matrix, batches.color_of_cubes())
+            batches.draw_plain(self.cubes, matrix, batches.color_of_cubes(), is_hidden_behind=False)
         if self.lines is not None and self.rests is not None:
             color = batches.color_of_handles()
             batches.draw_lines(self.lines, color, LINE_WIDTH)

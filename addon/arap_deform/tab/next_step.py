@@ -11,6 +11,7 @@ from ..core import sessions
 from ..follow.act import Phase, PoseAct
 from ..live import runs
 from ..pull import tool
+from ..setup.bone_operators import selected_armatures
 from ..ui.checks import find_posed_object, is_posed, why_baked, why_no_mesh, why_not_object_mode
 
 
@@ -60,7 +61,7 @@ def _in_edit_mode(obj: bpy.types.Object) -> str:
 
 
 def _without_handles(context: bpy.types.Context, obj: bpy.types.Object) -> str:
-    if any(other.type == "ARMATURE" for other in context.selected_objects):
+    if selected_armatures(context):
         return "Add Bones: the armature moves the mesh, without weights."
     if tool.is_on():
         return "Drag the mesh to pull it. Click it to pin a spot."

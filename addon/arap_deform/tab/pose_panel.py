@@ -11,6 +11,7 @@ from ..live import runs
 from ..pose.starts import has_start
 from ..pose.unheld_text import unheld_text
 from ..scene import baked, remembered, versions
+from ..setup.bone_operators import selected_armatures
 from ..setup.panels import draw_rows
 from ..ui.checks import find_posed_object, is_posed, why_not_live
 from ..ui.panels import ArapPanel, draw_text, is_narrow
@@ -57,7 +58,7 @@ def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
     pair = _pair(context, column)
     pair.operator("arap.handle_add", icon="EMPTY_AXIS")
     pair.operator("arap.pin_add", icon="PINNED")
-    if any(other.type == "ARMATURE" for other in context.selected_objects):
+    if selected_armatures(context):
         column.operator("arap.bones_add", icon="BONE_DATA")
     if remembered.has_foreign_handles(obj):
         column.operator("arap.handles_copy", icon="DUPLICATE")

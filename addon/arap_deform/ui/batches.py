@@ -59,13 +59,19 @@ def draw_points(
         gpu.state.point_size_set(1.0)
 
 
-def draw_faces(corners: Floats, color: Color, *, is_hidden_behind: bool) -> None:
-    """World space: (k, 3) corners of TRIS of one colour."""
+def draw_plain(batch: gpu.types.GPUBatch, matrix: Matrix, color: Color, *, is_hidden_behind: bool) -> None:
+    """A plain_batch() of lines, a pixel wide, or of triangles. ``matrix``: of its space."""
     shader = versions.gpu_shader("UNIFORM_COLOR")
-    with _On(Matrix(), is_hidden_behind=is_hidden_behind):
+    with _On(matrix, is_hidden_behind=is_hidden_behind):
         shader.bind()
         shader.uniform_float("color", color)
-        plain_batch("TRIS", np.ascontiguousarray(corners, dtype=np.float32)).draw(shader)
+        batch.draw(shader)
+
+
+def draw_faces(corners: Floats, color: Color, *, is_hidden_behind: bool) -> None:
+    """World space: (k, 3) corners of TRIS of one colour."""
+    batch = plain_batch("TRIS", np.ascontiguousarray(corners, dtype=np.float32))
+    draw_plain(batch, Matrix(), color, is_hidden_behind=is_hidden_behind)
 
 
 def draw_lines(batch: gpu.types.GPUBatch, color: Color, width: float) -> None:
@@ -76,15 +82,6 @@ def draw_lines(batch: gpu.types.GPUBatch, color: Color, width: float) -> None:
         shader.uniform_float("color", color)
         shader.uniform_float("lineWidth", width)
         shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
-        batch.draw(shader)
-
-
-def draw_thin_lines(batch: gpu.types.GPUBatch, matrix: Matrix, color: Color) -> None:
-    """Object space, over everything: many lines of a pixel."""
-    shader = versions.gpu_shader("UNIFORM_COLOR")
-    with _On(matrix, is_hidden_behind=False):
-        shader.bind()
-        shader.uniform_float("color", color)
         batch.draw(shader)
 
 
