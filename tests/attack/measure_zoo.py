@@ -36,8 +36,9 @@ import zoo
 # By the clock a mesh may take this many times its limit: other programs have their turns.
 HANGS = 30
 # Of the mesh's size, at rest. A sliver that is held at one corner turns freely about it: single precision leaves its
-# angle open by some 1e-6. A lattice around a line, which turns freely about it, takes its vertices along a little.
-DRIFT = {"surface": 3e-6, "lattice": 1e-4}
+# angle open by some 1e-6. A lattice has far more unknowns than these meshes have vertices: crumpled 120,000 for 64. So few
+# held vertices leave it soft as a whole, and single precision shows up to 5e-5.
+DRIFT = {"surface": 3e-6, "lattice": 5e-4}
 # The classes of arap_native, and of their options.
 MODELS = {"surface": ("SurfaceArap", "Options"), "lattice": ("LatticeArap", "LatticeOptions")}
 PARTS = ("bind", "set", "solve")
@@ -138,7 +139,7 @@ def attack(model: str, name: str, size: int, threads: int) -> dict[str, Any]:
         model_type, options_type = (getattr(arap_native, of_model) for of_model in MODELS[model])
         solver = model_type(*mesh, options_type(threads=threads))
         lap("bind")
-        held = np.unique(np.linspace(0, len(mesh.positions) - 1, max(2, len(mesh.positions) // 100)).astype(np.int32))
+        held = np.unique(np.linspace(0, len(mesh.positions) - 1, max(3, len(mesh.positions) // 100)).astype(np.int32))
         solver.set_constraints(held, np.ones(len(held)))
         lap("set")
         targets = mesh.positions[held]
