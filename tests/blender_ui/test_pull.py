@@ -310,7 +310,7 @@ def test_pull_becomes_handles(ui: Ui) -> Steps:
     settings = sheet().arap
     assert len(settings.pull_pins) == 0
     assert [handle.name for handle in settings.handles] == ["Middle"]
-    assert [pin.name for pin in settings.pins] == ["Rest"]
+    assert [pin.name for pin in settings.pins] == ["Everything Else"]
     yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "the mesh follows")
     np.testing.assert_allclose(scenes.shown_positions(sheet()), posed, atol=1e-4)
     yield from ui.screenshot("handles")

@@ -217,7 +217,7 @@ class DragTest(PullTest):
         self.pull(obj, self.grab(MIDDLE), RIGHT)
         posed = shown_positions(obj)
         begun = self.pull(obj, self.grab(TOP), (0.0, 0.0, 0.0))
-        self.assertEqual(self.names_of_holds(begun), ["Pull Pin 1", "Pull 1", "Rest"])
+        self.assertEqual(self.names_of_holds(begun), ["Pull Pin 1", "Pull 1", "Everything Else"])
         self.assert_close(shown_positions(obj)[MIDDLE], posed[MIDDLE], 1e-5)
         self.pull(obj, self.grab(TOP), (0.0, 0.4, 0.0))
         self.assert_close(shown_positions(obj)[MIDDLE], posed[MIDDLE], 1e-4)
@@ -357,6 +357,7 @@ class PinsTest(PullTest):
         posed = shown_positions(obj)
         self.assertEqual(self.make_real(obj), (1, 1))
         self.assertEqual(len(obj.arap.pull_pins), 0)
+        self.assertEqual([pin.name for pin in obj.arap.pins], ["Everything Else"])
         self.assert_close(shown_positions(obj), posed, 1e-6)
         handle = obj.arap.handles[0]
         self.assert_close(handle.target.matrix_world.translation, posed[MIDDLE].mean(axis=0), 1e-4)
