@@ -137,11 +137,10 @@ class NamesTest(SceneTest):
 
     def test_of_a_turned_object_as_it_is_seen(self):
         """Its parent stands it up, as of a file whose up is Y: along its own axes, the top would be the back."""
-        obj = mesh_object()
-        for other, angles in ((obj, (0.0, 0.0, np.pi / 2)), (bpy.data.objects.new("Root", None), (-np.pi / 2, 0.0, 0.0))):
-            other.rotation_euler = angles
-        obj.parent = other
-        bpy.context.scene.collection.objects.link(other)
+        obj, root = mesh_object(), bpy.data.objects.new("Root", None)
+        obj.rotation_euler.z, root.rotation_euler.x = np.pi / 2, -np.pi / 2
+        obj.parent = root
+        bpy.context.scene.collection.objects.link(root)
         bpy.context.view_layer.objects.active = obj
         half = 8 * SEGMENTS
         for vertices, name in ((TOP, "Back"), ([half], "Bottom"), ([half + SEGMENTS // 4], "Middle.R")):
