@@ -150,7 +150,8 @@ class ARAP_OT_edit_again(ArapOperator, bpy.types.Operator):
     ends_itself = True
 
     is_removing: BoolProperty(
-        name="Remove Bake", description="Remove the baked shape keys. Off: mute them until the next bake replaces them"
+        name="Remove Bake",
+        description="Remove the shape keys of all bakes of this mesh. Off: mute them until the next bake replaces them",
     )
 
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:

@@ -204,6 +204,14 @@ class EditAgainTest(SceneTest):
         self.assertEqual(key_names(self.obj), ["Basis", "ARAP"])
         self.assert_close(shown_positions(self.obj), self.posed, 1e-6)
 
+    def test_all_bakes_are_removed_and_nothing_else(self):
+        other = self.api.bake_pose(self.obj, name="Mine_0001").name
+        for prefix in ("One_", "Two_", "One_", "Three_"):
+            self.api.bake_animation(self.obj, 1, 21, 10, prefix=prefix)
+        bpy.ops.arap.edit_again(is_removing=True)
+        self.assertEqual(key_names(self.obj), ["Basis", "ARAP", other])
+        self.assertEqual(len(self.obj.arap.former_bakes), 0)
+
     def test_a_bake_without_a_pose_leads_back_too(self):
         obj = mesh_object("New")
         self.api.add_handle(obj, TOP)
