@@ -12,7 +12,7 @@ def animate(ui: Ui, n_frames: int) -> None:
     """The top of the bar goes one unit along x."""
     scenes.add_bar_with_handle(ui.api)
     scene = bpy.context.scene
-    scene.frame_start, scene.frame_end = 1, n_frames
+    scene.frame_start, scene.frame_end = 1, 250  # the dialog proposes the frames of the keys
     handle().keyframe_insert("location", frame=1)
     handle().location.x += 1.0
     handle().keyframe_insert("location", frame=n_frames)

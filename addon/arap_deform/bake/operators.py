@@ -18,6 +18,7 @@ from ..ui.panels import split_column
 from .cache import MeshCacheJob
 from .cache_file import FORMATS
 from .estimate import BYTES_PER_VERTEX, LAST_FRAME, BakeEstimate, check_range, check_search, n_frames, size_text
+from .frame_range import proposed_range
 from .keys import BakeJob
 
 FORMAT_ITEMS = (
@@ -54,12 +55,13 @@ class FramesOperator(JobOperator):
     properties: Any  # of the operator
     layout: Any
 
-    def take_range_of_scene(self, scene: bpy.types.Scene) -> None:
+    def propose_range(self, context: bpy.types.Context) -> None:
         """Fills in the frames that the caller has not set."""
+        start, end = proposed_range(posed_object(context), context.scene)
         if not self.properties.is_property_set("frame_start"):
-            self.frame_start = scene.frame_start
+            self.frame_start = start
         if not self.properties.is_property_set("frame_end"):
-            self.frame_end = scene.frame_end
+            self.frame_end = end
 
     @property
     def frame_range(self) -> tuple[int, int, int]:
@@ -103,7 +105,7 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        self.take_range_of_scene(context.scene)
+        self.propose_range(context)
         return set(context.window_manager.invoke_props_dialog(self))
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -175,7 +177,7 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        self.take_range_of_scene(context.scene)
+        self.propose_range(context)
         if not self.filepath:
             folder = Path(bpy.data.filepath).parent if bpy.data.filepath else Path.home()
             self.filepath = str(folder / bpy.path.clean_name(posed_object(context).name))
