@@ -371,10 +371,7 @@ class RefusalTest(SceneTest):
         )
         target.hide_viewport = False
         self.scene.collection.objects.unlink(target)  # what Delete does: the handle still has it
-        check(
-            "'Head' is not in the scene any more; press Copy Handles if it was deleted, "
-            "choose another object or remove the handle"
-        )
+        check("its empty is not in the scene; press Copy Handles or remove the handle")
         self.scene.collection.objects.link(target)
         obj.vertex_groups.remove(obj.vertex_groups["Head"])
         check("there is no vertex group 'Head'; choose one or remove the handle")
