@@ -13,7 +13,7 @@ from ..pose.unheld_text import unheld_text
 from ..scene import baked, remembered, versions
 from ..setup.bone_operators import selected_armatures
 from ..setup.panels import draw_rows
-from ..ui.checks import find_posed_object, is_posed, why_not_live
+from ..ui.checks import find_posed_object, is_posed, why_baked, why_not_live
 from ..ui.panels import ArapPanel, draw_text, is_narrow
 from .next_step import next_step
 
@@ -66,17 +66,22 @@ def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
 
 def _draw_following(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     column = layout.column(align=True)
-    toggle = column.row()
-    toggle.enabled = obj.arap.is_live or not why_not_live(context)
-    toggle.prop(obj.arap, "is_live")
+    draw_follow(context, column, obj)
     pair = _pair(context, column)
-    pair.enabled = obj.arap.is_live or is_posed(obj)
+    pair.enabled = (obj.arap.is_live or is_posed(obj)) and not why_baked(obj)
     end = "arap.pose_end" if is_posed(obj) else "arap.follow_end"
     pair.operator(end, text="Keep", icon="CHECKMARK").is_kept = True
     cancel = pair.row(align=True)
     cancel.enabled = is_posed(obj) or has_start(obj)
     cancel.operator(end, text="Cancel", icon="X").is_kept = False
     layout.menu("ARAP_MT_reset", icon="LOOP_BACK")
+
+
+def draw_follow(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
+    """The toggle. It can always be switched off, but not while it waits for Edit Again."""
+    toggle = layout.row()
+    toggle.enabled = not why_baked(obj) and (obj.arap.is_live or not why_not_live(context))
+    toggle.prop(obj.arap, "is_live")
 
 
 def _draw_notes(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
