@@ -35,10 +35,10 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         key_name.prop(settings, "key_name")
         column.row().prop(settings, "model", expand=True)
         if settings.model == "solid":
-            column.prop(settings, "cube_size")
             volume = column.row()
             volume.use_property_split = False  # its name is too long for half a row
             volume.prop(settings, "keep_volume", slider=True)
+            column.prop(settings, "cube_size")
             _draw_inside(context, layout, obj)
         else:
             _draw_surface(context, column, obj)
