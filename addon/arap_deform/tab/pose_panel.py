@@ -104,7 +104,7 @@ def _pair(context: bpy.types.Context, layout: bpy.types.UILayout) -> bpy.types.U
 
 
 class ARAP_MT_reset(bpy.types.Menu):
-    bl_label = "Reset"
+    bl_label = "Reset or Apply"
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout
