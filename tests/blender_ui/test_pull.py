@@ -593,8 +593,9 @@ def test_pull_beside_the_mesh(ui: Ui) -> Steps:
     for start in ((0.0, 0.8, 0.0), (1.2, 0.0, 0.0)):  # on nothing, on another mesh
         for modifiers in ({}, {"shift": True}, {"ctrl": True}):
             before = state()
-            yield from click(ui, start, **modifiers)
-            assert state() == before
+            if start == (0.0, 0.8, 0.0) or "ctrl" in modifiers:  # else a click takes the other mesh in hand
+                yield from click(ui, start, **modifiers)
+                assert state() == before
             assert region.view_perspective == perspective, "a click leaves an axis view as it is"
             yield from turns_only(start, **modifiers)
     sheet().select_set(False)
@@ -602,6 +603,44 @@ def test_pull_beside_the_mesh(ui: Ui) -> Steps:
     yield from turns_only((1.2, 0.0, 0.0))
     yield from click(ui, (1.2, 0.0, 0.0))
     assert bpy.context.object == cube, "with no mesh in hand a click takes one"
+
+
+def test_pull_takes_another_mesh(ui: Ui) -> Steps:
+    """A click on a mesh in front takes it in hand, also if the former one cannot be pulled. A drag pulls the former."""
+    yield from begin(ui)
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.3, location=(0.3, 0.0, 0.5))
+    ball = bpy.context.object
+    ui.select(sheet())
+    bpy.ops.ed.undo_push(message="ball")
+    place = (0.3, 0.0, 0.0)
+
+    def in_hand() -> tuple[object, list[object]]:
+        return bpy.context.object, [obj for obj in bpy.data.objects if obj.select_get()]
+
+    yield from pull(ui, place, (0.3, 0.2, 0.0))
+    assert in_hand() == (sheet(), [sheet()])
+    assert np.abs(scenes.shown_positions(sheet())[:, 2]).max() < NEAR, "the mesh in hand goes along the view"
+    assert (len(sheet().arap.pull_pins), len(ball.arap.pull_pins)) == (1, 0)
+    yield from click(ui, place)
+    assert in_hand() == (ball, [ball])
+    yield from ui.screenshot("taken")
+    yield from click(ui, place)
+    assert (len(sheet().arap.pull_pins), len(ball.arap.pull_pins)) == (1, 1), "the next click pins"
+    yield from click(ui, (-0.5, 0.0, 0.0))
+    assert in_hand() == (sheet(), [sheet()])
+    yield from ui.undo()
+    assert bpy.context.object.name == "Sphere", "a click is one step of undo"
+    yield from ui.redo()
+    ball = bpy.data.objects["Sphere"]
+    for name, value in (("hide_select", True), ("display_type", "WIRE")):
+        before = getattr(ball, name)
+        setattr(ball, name, value)
+        yield from click(ui, place)
+        assert bpy.context.object == sheet(), f"{name} keeps it out of hand"
+        setattr(ball, name, before)
+    sheet().data.shape_keys.use_relative = False
+    yield from click(ui, place)
+    assert bpy.context.object == ball
 
 
 def test_pull_bad_cases(ui: Ui) -> Steps:
