@@ -67,7 +67,8 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._mouse = (event.mouse_region_x, event.mouse_region_y)
         self._is_ctrl = event.ctrl
-        self._is_held = (event.type, event.value) == ("LEFTMOUSE", "PRESS")  # else a key or a menu has called it, and a click ends it
+        # Else a key, a menu or a script has called it, and a click ends it.
+        self._is_held = (event.type, event.value) == ("LEFTMOUSE", "PRESS")
         return self._begin(context)
 
     @reports_errors
