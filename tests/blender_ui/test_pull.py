@@ -382,24 +382,25 @@ def test_pull_esc_while_it_binds(ui: Ui) -> Steps:
 
 def test_pull_keys_are_told_before_a_drag(ui: Ui) -> Steps:
     """The status bar has the tool's keys as long as nothing else is under way."""
-
-    def told() -> str:
-        header = Mock()
-        with ui.override():
-            ui.pull_tool.draw_keys(header, bpy.context)
-        return str(header.layout.label.call_args)
-
     yield from begin(ui, 21)
-    assert "Shift: turn" in told()
+    assert tells_keys(ui)
     yield from ui.screenshot("hover")
     yield from press(ui, (0.3, 0.0, 0.0))
-    assert "Shift: turn" in told()
+    assert tells_keys(ui)
     yield from drag_to(ui, (0.3, 0.2, 0.0))
-    assert told() == "None", "the drag has a text of its own"
+    assert not tells_keys(ui), "the drag has a text of its own"
     yield from release(ui)
-    assert "Shift: turn" in told()
+    assert tells_keys(ui)
     ui.call(bpy.ops.wm.tool_set_by_id, "EXEC_DEFAULT", name="builtin.select_box")
-    assert told() == "None"
+    assert not tells_keys(ui)
+
+
+def tells_keys(ui: Ui) -> bool:
+    """Whether the status bar has the tool's keys."""
+    header = Mock()
+    with ui.override():
+        ui.pull_tool.draw_keys(header, bpy.context)
+    return header.layout.label.called
 
 
 def test_pull_undone_while_it_binds(ui: Ui) -> Steps:

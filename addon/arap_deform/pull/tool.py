@@ -10,11 +10,11 @@ import bl_ui.space_toolsystem_common
 import bpy
 from bpy.app.handlers import persistent
 
+from ..core import sessions
 from ..props import preferences
 from ..scene import versions
 from ..ui.checks import find_posed_object
 from . import draw, pins
-from .run import runs
 
 IDNAME = "arap.pull"
 LOOK_S = 0.25  # while there are temporary pins, a timer looks this often whether the tool is still on
@@ -93,8 +93,8 @@ def _is_on_in(window: bpy.types.Window) -> bool:
 
 
 def draw_keys(self: Any, context: bpy.types.Context) -> None:
-    """In the status bar before a drag. A drag, and other operators, have texts of their own there."""
-    if context.mode != "OBJECT" or runs or not _is_on_in(context.window):
+    """In the status bar before a drag. A drag, a bake and other operators have texts of their own there."""
+    if context.mode != "OBJECT" or sessions.acts or not _is_on_in(context.window):
         return
     if all(name == "ARAP_OT_pull" for name in versions.modal_operators(context.window)):
         self.layout.label(text=KEYS)
