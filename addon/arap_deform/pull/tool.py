@@ -63,12 +63,15 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
     def draw_settings(context: bpy.types.Context, layout: bpy.types.UILayout, _tool: Any) -> None:
         settings = preferences.pull()
         layout.prop(settings, "radius")
-        row = layout.row(align=True)
-        row.prop(settings, "is_reach_auto", toggle=True)
-        if not settings.is_reach_auto:
-            row.prop(settings, "reach")
-        layout.prop(settings, "turns_along", toggle=True)
         obj = find_posed_object(context)
+        if obj is not None and pins.has_set_pins(obj):
+            layout.label(text="Reach: to pins")  # Auto Reach and Reach have no effect
+        else:
+            row = layout.row(align=True)
+            row.prop(settings, "is_reach_auto", toggle=True)
+            if not settings.is_reach_auto:
+                row.prop(settings, "reach")
+        layout.prop(settings, "turns_along", toggle=True)
         if obj is not None:
             row = layout.row(align=True)
             row.label(text="Mirror")

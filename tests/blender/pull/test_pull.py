@@ -418,6 +418,20 @@ class PinsTest(PullTest):
         self.assertEqual(self.make_real(obj), (0, 1))
 
 
+class SettingsTest(PullTest):
+    def test_reach_is_offered_only_where_it_has_an_effect(self):
+        obj = mesh_object()
+        bpy.context.view_layer.objects.active = obj
+        for reach, is_offered in ((None, True), (1.0, True), (0.0, False)):  # nothing, pulled, pinned by a click
+            if reach is not None:
+                self.pins.add(obj, [self.grab(TOP, reach)])
+            layout = mock.Mock()
+            module("pull.tool").ArapPullTool.draw_settings(bpy.context, layout, None)
+            row = layout.row.return_value
+            offered = any(call.args[1:] == ("is_reach_auto",) for call in row.prop.call_args_list)
+            self.assertEqual((offered, layout.label.called), (is_offered, not is_offered))
+
+
 class ReasonTest(SceneTest):
     def test_why_a_mesh_cannot_be_pulled(self):
         obj = posable()
