@@ -14,7 +14,7 @@ from ..pose.job_operator import JobOperator
 from ..pose.result import bake_pose
 from ..scene import baked, meshes, remembered, versions
 from ..ui.checks import ArapOperator, posed_object, why_baked, why_no_pose, why_not_idle, why_not_solvable
-from ..ui.panels import split_column
+from ..ui.panels import draw_text_in_dialog, split_column
 from .cache import MeshCacheJob
 from .cache_file import FORMATS
 from .estimate import BYTES_PER_VERTEX, LAST_FRAME, BakeEstimate, check_range, check_search, n_frames, size_text
@@ -72,13 +72,12 @@ class FramesOperator(JobOperator):
         for name in ("frame_start", "frame_end", "frame_step"):
             column.prop(self, name)
 
-    def draw_size(self, size: Callable[[], str], icon: str) -> None:
+    def draw_size(self, context: bpy.types.Context, size: Callable[[], str], icon: str) -> None:
         """A line with the text of ``size``, or with the error that it raises."""
         try:
-            text = size()
+            self.layout.label(text=size(), translate=False, icon=icon)
         except native.ERRORS as error:
-            text, icon = native.sentence_of(error), "ERROR"
-        self.layout.label(text=text, translate=False, icon=icon)
+            draw_text_in_dialog(context, self.layout, native.sentence_of(error), "ERROR")
 
 
 class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
@@ -117,8 +116,8 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         within.active = self.use_fewest_keys
         within.prop(self, "fewest_keys_percent")
         if self.use_fewest_keys:
-            self.draw_size(lambda: f"Largest error {self._tolerance_text(context)}", "DRIVER_DISTANCE")
-        self.draw_size(lambda: self._size_text(posed_object(context)), "SHAPEKEY_DATA")
+            self.draw_size(context, lambda: f"Largest error {self._tolerance_text(context)}", "DRIVER_DISTANCE")
+        self.draw_size(context, lambda: self._size_text(posed_object(context)), "SHAPEKEY_DATA")
 
     def _size_text(self, obj: bpy.types.Object) -> str:
         n = n_frames(*self.frame_range)
@@ -201,7 +200,7 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
         layout.prop(self, "cache_format")
         self.draw_range(layout)
         layout.prop(self, "add_modifier")
-        self.draw_size(lambda: self._size_text(posed_object(context)), "FILE_CACHE")
+        self.draw_size(context, lambda: self._size_text(posed_object(context)), "FILE_CACHE")
 
     def _size_text(self, obj: bpy.types.Object) -> str:
         check_range(*self.frame_range)

@@ -43,7 +43,7 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         else:
             _draw_surface(context, column, obj)
         column = split_column(layout)
-        column.prop(settings, "max_iterations")
+        column.prop(settings, "max_iterations", text="Iterations")  # the whole name is too long for half a row
         column.prop(settings, "accuracy")
         column = layout.column()  # the whole width, for the names
         column.prop(settings, "join_seams")
