@@ -61,6 +61,9 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
 
     @staticmethod
     def draw_settings(context: bpy.types.Context, layout: bpy.types.UILayout, _tool: Any) -> None:
+        # First: Blender cuts the end of a header off in a narrow view, and the tab names Make Handles.
+        layout.operator("arap.pull_make_real", text="Make Handles")
+        layout.operator("arap.pull_release", text="Release")
         settings = preferences.pull()
         layout.prop(settings, "radius")
         obj = find_posed_object(context)
@@ -77,8 +80,6 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
             row.label(text="Mirror")
             for axis in "xyz":
                 row.prop(obj.data, f"use_mirror_{axis}", text=axis.upper(), toggle=True)
-        layout.operator("arap.pull_make_real", text="Make Handles")
-        layout.operator("arap.pull_release", text="Release")
 
     @staticmethod
     def draw_cursor(context: bpy.types.Context, _tool: Any, xy: tuple[int, int]) -> None:
