@@ -118,6 +118,8 @@ class FollowTest(SceneTest):
     def test_cancel_after_a_file_was_opened_says_why_it_cannot(self):
         obj = opened_again()
         self.assertTrue(obj.arap.is_live)
-        with self.assertRaisesRegex(RuntimeError, "'Tube' followed when the file was opened: use Reset Handles, or Keep"):
+        with self.assertRaisesRegex(
+            RuntimeError, "'Tube' followed when the file was opened: use Reset Handles, or Keep"
+        ):
             bpy.ops.arap.follow_end(is_kept=False)
         self.assertTrue(obj.arap.is_live)
