@@ -75,10 +75,10 @@ def remove_unused(obj: bpy.types.Object, name: str) -> None:
 def rename(obj: bpy.types.Object, name: str, wanted: str) -> str:
     """Renames a group unless several users know it by its name; the name that it has then.
 
-    Blender numbers a name that another group has.
+    Blender numbers a name that another group has. Objects that share a mesh share the names of its groups.
     """
     group = obj.vertex_groups.get(name)
-    if group is None or sum(used == name for used in _used_names(obj)) > 1:
+    if group is None or obj.data.users > 1 or sum(used == name for used in _used_names(obj)) > 1:
         return name
     group.name = wanted
     return str(group.name)

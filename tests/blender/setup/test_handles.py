@@ -326,6 +326,10 @@ class HandleTest(SceneTest):
         chosen.name = "Belly"
         self.assertEqual((mine.name, chosen.vertex_group), ("Mine", "Waist"), "the artist's, and used elsewhere")
         self.api.remove_pin(obj, 0)
+        twin = bpy.data.objects.new("Twin", obj.data)
+        chosen.name = "Belly"
+        self.assertEqual(chosen.vertex_group, "Waist", "another object has the mesh")
+        bpy.data.objects.remove(twin)
         chosen.name = "Hips"
         self.assertEqual((mine.name, chosen.vertex_group, chosen.target), ("Mine", "Hips", mine))
         self.assertTrue(made.has_made_group and made.has_made_target and chosen.has_made_group)
