@@ -6,13 +6,14 @@ import numpy as np
 import scenes
 from harness import Steps, Ui
 from test_pose import NEAR, bar, handle, key_names
+from test_pull import tells_keys
 
 
 def animate(ui: Ui, n_frames: int) -> None:
     """The top of the bar goes one unit along x."""
     scenes.add_bar_with_handle(ui.api)
     scene = bpy.context.scene
-    scene.frame_start, scene.frame_end = 1, n_frames
+    scene.frame_start, scene.frame_end = 1, 250  # the dialog proposes the frames of the keys
     handle().keyframe_insert("location", frame=1)
     handle().location.x += 1.0
     handle().keyframe_insert("location", frame=n_frames)
@@ -42,9 +43,11 @@ def test_bake_animation_dialog(ui: Ui) -> Steps:
 
 
 def test_bake_animation_esc(ui: Ui) -> Steps:
-    """Esc in the dialog does nothing; Esc while it binds or bakes leaves everything as it was."""
+    """Esc in the dialog does nothing; Esc while it binds or bakes leaves everything as it was. Pull's keys give way."""
     animate(ui, 9)
     yield from ui.move_mouse_to_view()
+    ui.call(bpy.ops.arap.pull_tool)
+    assert tells_keys(ui)
     ui.call(bpy.ops.arap.bake_animation)
     yield
     yield from ui.key("ESC")
@@ -58,6 +61,7 @@ def test_bake_animation_esc(ui: Ui) -> Steps:
             yield from ui.until_held()
             assert (bpy.context.scene.frame_current != 3) == is_baking
             yield from ui.until_bar("Bake: frame " if is_baking else "Bake: preparing the mesh, ")
+            assert not tells_keys(ui)
             yield from ui.screenshot("baking" if is_baking else "binding")
             yield from ui.key("ESC")
             yield from ui.until_free()

@@ -310,7 +310,7 @@ def test_pull_becomes_handles(ui: Ui) -> Steps:
     settings = sheet().arap
     assert len(settings.pull_pins) == 0
     assert [handle.name for handle in settings.handles] == ["Middle"]
-    assert [pin.name for pin in settings.pins] == ["Rest"]
+    assert [pin.name for pin in settings.pins] == ["Everything Else"]
     yield from ui.until(lambda: ui.live.run_of(sheet()).is_settled, "the mesh follows")
     np.testing.assert_allclose(scenes.shown_positions(sheet()), posed, atol=1e-4)
     yield from ui.screenshot("handles")
@@ -382,24 +382,25 @@ def test_pull_esc_while_it_binds(ui: Ui) -> Steps:
 
 def test_pull_keys_are_told_before_a_drag(ui: Ui) -> Steps:
     """The status bar has the tool's keys as long as nothing else is under way."""
-
-    def told() -> str:
-        header = Mock()
-        with ui.override():
-            ui.pull_tool.draw_keys(header, bpy.context)
-        return str(header.layout.label.call_args)
-
     yield from begin(ui, 21)
-    assert "Shift: turn" in told()
+    assert tells_keys(ui)
     yield from ui.screenshot("hover")
     yield from press(ui, (0.3, 0.0, 0.0))
-    assert "Shift: turn" in told()
+    assert tells_keys(ui)
     yield from drag_to(ui, (0.3, 0.2, 0.0))
-    assert told() == "None", "the drag has a text of its own"
+    assert not tells_keys(ui), "the drag has a text of its own"
     yield from release(ui)
-    assert "Shift: turn" in told()
+    assert tells_keys(ui)
     ui.call(bpy.ops.wm.tool_set_by_id, "EXEC_DEFAULT", name="builtin.select_box")
-    assert told() == "None"
+    assert not tells_keys(ui)
+
+
+def tells_keys(ui: Ui) -> bool:
+    """Whether the status bar has the tool's keys."""
+    header = Mock()
+    with ui.override():
+        ui.pull_tool.draw_keys(header, bpy.context)
+    return header.layout.label.called
 
 
 def test_pull_undone_while_it_binds(ui: Ui) -> Steps:
@@ -593,8 +594,9 @@ def test_pull_beside_the_mesh(ui: Ui) -> Steps:
     for start in ((0.0, 0.8, 0.0), (1.2, 0.0, 0.0)):  # on nothing, on another mesh
         for modifiers in ({}, {"shift": True}, {"ctrl": True}):
             before = state()
-            yield from click(ui, start, **modifiers)
-            assert state() == before
+            if start == (0.0, 0.8, 0.0) or "ctrl" in modifiers:  # else a click takes the other mesh in hand
+                yield from click(ui, start, **modifiers)
+                assert state() == before
             assert region.view_perspective == perspective, "a click leaves an axis view as it is"
             yield from turns_only(start, **modifiers)
     sheet().select_set(False)
@@ -602,6 +604,44 @@ def test_pull_beside_the_mesh(ui: Ui) -> Steps:
     yield from turns_only((1.2, 0.0, 0.0))
     yield from click(ui, (1.2, 0.0, 0.0))
     assert bpy.context.object == cube, "with no mesh in hand a click takes one"
+
+
+def test_pull_takes_another_mesh(ui: Ui) -> Steps:
+    """A click on a mesh in front takes it in hand, also if the former one cannot be pulled. A drag pulls the former."""
+    yield from begin(ui)
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.3, location=(0.3, 0.0, 0.5))
+    ball = bpy.context.object
+    ui.select(sheet())
+    bpy.ops.ed.undo_push(message="ball")
+    place = (0.3, 0.0, 0.0)
+
+    def in_hand() -> tuple[object, list[object]]:
+        return bpy.context.object, [obj for obj in bpy.data.objects if obj.select_get()]
+
+    yield from pull(ui, place, (0.3, 0.2, 0.0))
+    assert in_hand() == (sheet(), [sheet()])
+    assert np.abs(scenes.shown_positions(sheet())[:, 2]).max() < NEAR, "the mesh in hand goes along the view"
+    assert (len(sheet().arap.pull_pins), len(ball.arap.pull_pins)) == (1, 0)
+    yield from click(ui, place)
+    assert in_hand() == (ball, [ball])
+    yield from ui.screenshot("taken")
+    yield from click(ui, place)
+    assert (len(sheet().arap.pull_pins), len(ball.arap.pull_pins)) == (1, 1), "the next click pins"
+    yield from click(ui, (-0.5, 0.0, 0.0))
+    assert in_hand() == (sheet(), [sheet()])
+    yield from ui.undo()
+    assert bpy.context.object.name == "Sphere", "a click is one step of undo"
+    yield from ui.redo()
+    ball = bpy.data.objects["Sphere"]
+    for name, value in (("hide_select", True), ("display_type", "WIRE")):
+        before = getattr(ball, name)
+        setattr(ball, name, value)
+        yield from click(ui, place)
+        assert bpy.context.object == sheet(), f"{name} keeps it out of hand"
+        setattr(ball, name, before)
+    sheet().data.shape_keys.use_relative = False
+    yield from click(ui, place)
+    assert bpy.context.object == ball
 
 
 def test_pull_bad_cases(ui: Ui) -> Steps:

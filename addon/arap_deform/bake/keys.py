@@ -93,9 +93,7 @@ class BakeJob(FramesJob[list[str]]):
             obj, self._prefix, [self._frames[i] for i in kept], (self._shapes[i] for i in kept)
         )
         self._shapes.close()
-        if obj.arap.bake_prefix != self._prefix:
-            baked.mute(obj)  # else the former bake would add to this one
-        obj.arap.bake_prefix = self._prefix
+        baked.show(obj, self._prefix)
         pose_key.keep_name(obj)  # so that the next bake replaces this one
         key = pose_key.find(obj)
         if key is not None:

@@ -14,10 +14,11 @@ from ..pose.job_operator import JobOperator
 from ..pose.result import bake_pose
 from ..scene import baked, meshes, remembered, versions
 from ..ui.checks import ArapOperator, posed_object, why_baked, why_no_pose, why_not_idle, why_not_solvable
-from ..ui.panels import split_column
+from ..ui.panels import draw_text_in_dialog, split_column
 from .cache import MeshCacheJob
 from .cache_file import FORMATS
 from .estimate import BYTES_PER_VERTEX, LAST_FRAME, BakeEstimate, check_range, check_search, n_frames, size_text
+from .frame_range import proposed_range
 from .keys import BakeJob
 
 FORMAT_ITEMS = (
@@ -54,12 +55,13 @@ class FramesOperator(JobOperator):
     properties: Any  # of the operator
     layout: Any
 
-    def take_range_of_scene(self, scene: bpy.types.Scene) -> None:
+    def propose_range(self, context: bpy.types.Context) -> None:
         """Fills in the frames that the caller has not set."""
+        start, end = proposed_range(posed_object(context), context.scene)
         if not self.properties.is_property_set("frame_start"):
-            self.frame_start = scene.frame_start
+            self.frame_start = start
         if not self.properties.is_property_set("frame_end"):
-            self.frame_end = scene.frame_end
+            self.frame_end = end
 
     @property
     def frame_range(self) -> tuple[int, int, int]:
@@ -70,13 +72,12 @@ class FramesOperator(JobOperator):
         for name in ("frame_start", "frame_end", "frame_step"):
             column.prop(self, name)
 
-    def draw_size(self, size: Callable[[], str], icon: str) -> None:
+    def draw_size(self, context: bpy.types.Context, size: Callable[[], str], icon: str) -> None:
         """A line with the text of ``size``, or with the error that it raises."""
         try:
-            text = size()
+            self.layout.label(text=size(), translate=False, icon=icon)
         except native.ERRORS as error:
-            text, icon = native.sentence_of(error), "ERROR"
-        self.layout.label(text=text, translate=False, icon=icon)
+            draw_text_in_dialog(context, self.layout, native.sentence_of(error), "ERROR")
 
 
 class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
@@ -103,7 +104,7 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        self.take_range_of_scene(context.scene)
+        self.propose_range(context)
         return set(context.window_manager.invoke_props_dialog(self))
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -115,8 +116,8 @@ class ARAP_OT_bake_animation(FramesOperator, bpy.types.Operator):
         within.active = self.use_fewest_keys
         within.prop(self, "fewest_keys_percent")
         if self.use_fewest_keys:
-            self.draw_size(lambda: f"Largest error {self._tolerance_text(context)}", "DRIVER_DISTANCE")
-        self.draw_size(lambda: self._size_text(posed_object(context)), "SHAPEKEY_DATA")
+            self.draw_size(context, lambda: f"Largest error {self._tolerance_text(context)}", "DRIVER_DISTANCE")
+        self.draw_size(context, lambda: self._size_text(posed_object(context)), "SHAPEKEY_DATA")
 
     def _size_text(self, obj: bpy.types.Object) -> str:
         n = n_frames(*self.frame_range)
@@ -150,7 +151,8 @@ class ARAP_OT_edit_again(ArapOperator, bpy.types.Operator):
     ends_itself = True
 
     is_removing: BoolProperty(
-        name="Remove Bake", description="Remove the baked shape keys. Off: mute them until the next bake replaces them"
+        name="Remove Bake",
+        description="Remove the shape keys of all bakes of this mesh. Off: mute them until the next bake replaces them",
     )
 
     def act(self, _context: bpy.types.Context, obj: bpy.types.Object) -> None:
@@ -174,7 +176,7 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        self.take_range_of_scene(context.scene)
+        self.propose_range(context)
         if not self.filepath:
             folder = Path(bpy.data.filepath).parent if bpy.data.filepath else Path.home()
             self.filepath = str(folder / bpy.path.clean_name(posed_object(context).name))
@@ -198,7 +200,7 @@ class ARAP_OT_export_mesh_cache(FramesOperator, bpy.types.Operator):
         layout.prop(self, "cache_format")
         self.draw_range(layout)
         layout.prop(self, "add_modifier")
-        self.draw_size(lambda: self._size_text(posed_object(context)), "FILE_CACHE")
+        self.draw_size(context, lambda: self._size_text(posed_object(context)), "FILE_CACHE")
 
     def _size_text(self, obj: bpy.types.Object) -> str:
         check_range(*self.frame_range)

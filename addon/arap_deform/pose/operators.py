@@ -21,6 +21,7 @@ from ..ui.checks import (
     is_posed,
     posed_object,
     reports_errors,
+    why_baked,
     why_busy,
     why_no_mesh,
     why_no_pose,
@@ -130,12 +131,13 @@ class ARAP_OT_pose_end(bpy.types.Operator):
 
 
 def why_not_following(context: bpy.types.Context) -> str:
-    """As why_no_mesh(). Follow must be on, and no act may be using the mesh."""
+    """As why_no_mesh(). Follow must be on, no act may be using the mesh, and no bake may show in place of the pose."""
     reason = why_no_mesh(context)
     if reason:
         return reason
     obj = posed_object(context)
-    return why_busy(obj) or ("" if obj.arap.is_live else "Tick Follow first: this mesh does not follow its handles")
+    lack = "" if obj.arap.is_live else "Tick Follow first: this mesh does not follow its handles"
+    return why_busy(obj) or why_baked(obj) or lack
 
 
 class ARAP_OT_follow_end(ArapOperator, bpy.types.Operator):

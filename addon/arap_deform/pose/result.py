@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import bpy
@@ -28,12 +29,14 @@ class PoseState:
     Attributes:
         key: values and slider of the live key.
         transforms: of every object and bone that moves a handle.
+        empties: names of the empties that were made for handles, by the numbers of these.
         shapes: that pins and handles hold.
     """
 
     object_name: str
     key: pose_key.KeyState
     transforms: Transforms
+    empties: dict[int, str]
     shapes: staying.Shapes
 
 
@@ -123,7 +126,8 @@ def _rest_matrices(obj: bpy.types.Object) -> dict[int, Floats]:
 
 def capture_state(obj: bpy.types.Object) -> PoseState:
     """The state that restore_state() restores."""
-    return PoseState(obj.name, pose_key.capture(obj), capture_transforms(obj), staying.capture_shapes(obj))
+    key, transforms, shapes = pose_key.capture(obj), capture_transforms(obj), staying.capture_shapes(obj)
+    return PoseState(obj.name, key, transforms, _empties_of(obj), shapes)
 
 
 def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
@@ -136,7 +140,8 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
         RuntimeError: an act uses the mesh; then nothing goes back.
     """
     sessions.check_free(obj.name)
-    restore_transforms(state.transforms)
+    empties = _empties_of(obj)  # they may have been renamed since then
+    restore_transforms(state.transforms, {name: empties.get(i, name) for i, name in state.empties.items()})
     added = staying.restore_shapes(obj, state.shapes)
     pose_key.restore(obj, state.key)
     bound = sessions.get(obj.name)
@@ -154,10 +159,14 @@ def capture_transforms(obj: bpy.types.Object) -> Transforms:
     return {place: _channels(item) for place, item in _movers(obj)}
 
 
-def restore_transforms(transforms: Transforms) -> None:
-    """Restores what capture_transforms() returned. Skips objects and bones that are gone."""
+def restore_transforms(transforms: Transforms, names: Mapping[str, str] = MappingProxyType({})) -> None:
+    """Restores what capture_transforms() returned. Skips objects and bones that are gone.
+
+    Args:
+        names: present names of objects that have been renamed, by their former ones.
+    """
     for (object_name, bone), channels in transforms.items():
-        item = _item_at(object_name, bone)
+        item = _item_at(names.get(object_name, object_name), bone)
         if item is not None:
             _set_channels(item, channels)
 
@@ -170,6 +179,11 @@ def _live_key(obj: bpy.types.Object) -> bpy.types.ShapeKey:
     if key is None:
         raise ValueError(f"'{obj.name}' has no pose yet: pose it first")
     return key
+
+
+def _empties_of(obj: bpy.types.Object) -> dict[int, str]:
+    """Names of the empties that were made for handles, by the numbers of the handles."""
+    return {h.number: h.target.name for h in obj.arap.handles if h.has_made_target and h.target is not None}
 
 
 def _movers(obj: bpy.types.Object) -> Iterator[tuple[tuple[str, str], Any]]:

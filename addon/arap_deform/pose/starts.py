@@ -34,7 +34,7 @@ def end_following(obj: bpy.types.Object, *, is_kept: bool) -> None:
     """
     start = _start_of(obj)
     if not is_kept and start is None:
-        raise ValueError(f"'{obj.name}' followed when the file was opened: use Reset, or Keep")
+        raise ValueError(f"'{obj.name}' followed when the file was opened: use Reset Handles, or Keep")
     sessions.check_free(obj.name)
     obj.arap.is_live = False
     if not is_kept and start is not None:

@@ -8,7 +8,6 @@ gets when it is first stored, so it may be renamed. If it was deleted, a new han
 
 from __future__ import annotations
 
-import secrets
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
@@ -201,11 +200,9 @@ def _write(obj: bpy.types.Object, pose: ArapStoredPose, name: str, motions: Moti
     pose.motions.clear()
     for index, motion in motions.items():
         handle = obj.arap.handles[index]
-        if not handle.pose_id:
-            handle.pose_id = 1 + secrets.randbelow(2**31 - 2)
         item = pose.motions.add()
         item.name = handle.name
-        item.handle_id = handle.pose_id
+        item.handle_id = handle.number
         item.motion = motion.ravel().tolist()
     if pose.name != name:
         pose.name = naming.cut(name)

@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 
 from ..ui.checks import posed_object
-from ..ui.panels import ArapSubPanel, draw_text
+from ..ui.panels import NARROW_FOR_THREE, ArapSubPanel, button_row, draw_text
 
 
 class ARAP_UL_poses(bpy.types.UIList):
@@ -51,7 +51,7 @@ class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
         replace.operator("arap.poses_store", text="", icon="FILE_REFRESH").is_replacing = True
         if not settings.poses:
             draw_text(context, layout, "Press + to store the places of the handles.", "INFO")
-        row = layout.row(align=True)
+        row = button_row(context, layout, NARROW_FOR_THREE)
         row.operator("arap.poses_apply", text="Apply")
         row.operator("arap.poses_blend", text="Blend")
         row.operator("arap.poses_mirror", text="Mirror")

@@ -2,6 +2,8 @@
 # mypy: disable-error-code="valid-type"
 """A pin, a handle and an entry of the list Stiffness, as saved."""
 
+import secrets
+
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -25,6 +27,11 @@ def _is_other_object(settings: bpy.types.PropertyGroup, candidate: bpy.types.Obj
 def _on_handle_changed(handle: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     for changed in hooks.handle_changed:
         changed(handle.id_data, handle)
+
+
+def _on_handle_renamed(handle: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    for renamed in hooks.handle_renamed:
+        renamed(handle.id_data, handle)
 
 
 def _on_target_changed(handle: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
@@ -58,7 +65,11 @@ class ArapPin(HeldShape, bpy.types.PropertyGroup):
 class ArapHandle(HeldShape, bpy.types.PropertyGroup):
     """A vertex group that follows an object or a bone; or, without a group, what its bone passes through."""
 
-    name: StringProperty(name="Name", description="Name of the handle")
+    name: StringProperty(
+        name="Name",
+        description="Name of the handle, and of the empty and the vertex group that were made for it",
+        update=_on_handle_renamed,
+    )
     is_enabled: BoolProperty(name="Enabled", description="The group follows. Off: its vertices are free", default=True)
     target: PointerProperty(
         type=bpy.types.Object,
@@ -108,7 +119,14 @@ class ArapHandle(HeldShape, bpy.types.PropertyGroup):
         options={"HIDDEN"},
         description="How far a point handle reaches until it is reset, in rigidity radii; 0: up to other handles",
     )
-    pose_id: IntProperty(options={"HIDDEN"}, description="Number of the handle in stored poses; 0: in none")
+    pose_id: IntProperty(options={"HIDDEN"}, description="Its number; 0: nobody has asked for it yet")
+
+    @property
+    def number(self) -> int:
+        """By which it is known, whatever its name; made when it is first asked for."""
+        if not self.pose_id:
+            self.pose_id = 1 + secrets.randbelow(2**31 - 2)
+        return int(self.pose_id)
 
     def forget_shape(self) -> None:
         super().forget_shape()

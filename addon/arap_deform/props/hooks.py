@@ -14,6 +14,9 @@ import bpy
 handle_changed: list[Callable[[bpy.types.Object, Any], None]] = []
 """A handle has another object, bone or vertex group: the object and the ArapHandle."""
 
+handle_renamed: list[Callable[[bpy.types.Object, Any], None]] = []
+"""A handle has another name: the object and the ArapHandle."""
+
 row_chosen: list[Callable[[bpy.types.Object, int], None]] = []
 """A row of the list of handles and pins was clicked: the object and its number."""
 

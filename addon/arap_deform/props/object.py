@@ -164,6 +164,12 @@ class ArapMadeKey(bpy.types.PropertyGroup):
     name: StringProperty(name="Name", description="Name of the shape key")
 
 
+class ArapFormerBake(bpy.types.PropertyGroup):
+    """A bake before the last one, with another prefix: its keys are still there, muted."""
+
+    name: StringProperty(name="Prefix", description="The names of its shape keys begin so")
+
+
 class ArapObject(bpy.types.PropertyGroup):
     """Pins, handles and settings of one mesh object."""
 
@@ -336,6 +342,10 @@ class ArapObject(bpy.types.PropertyGroup):
 
     bake_prefix: StringProperty(
         options={"HIDDEN"}, description="The names of the last bake's shape keys begin so. Empty: there was none"
+    )
+
+    former_bakes: CollectionProperty(
+        type=ArapFormerBake, name="Former Bakes", description="Bakes with other prefixes", options={"HIDDEN"}
     )
 
     handle_size: FloatProperty(

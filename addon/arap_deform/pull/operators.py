@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # mypy: disable-error-code="valid-type"
-"""ARAP Pull: drag the surface itself. A click pins, Ctrl-click removes the pin."""
+"""ARAP Pull: drag the surface itself. A click pins, Ctrl-click removes the pin; on another mesh it takes that."""
 
 from dataclasses import replace
 
@@ -8,6 +8,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..core.naming import counted
+from ..core.native import ERRORS, sentence_of
 from ..follow.act import End, Ending, Phase
 from ..props import preferences
 from ..scene import redraw, shape_keys
@@ -18,6 +19,7 @@ from ..ui.checks import (
     find_posed_object,
     posed_object,
     reports_errors,
+    select_alone,
     why_not_idle,
     why_not_object_mode,
     why_not_pullable,
@@ -25,8 +27,9 @@ from ..ui.checks import (
 from ..ui.modal import ModalOperator
 from . import pins, tool
 from .drag import Mode
+from .other_mesh import mesh_at
 from .region import Grab
-from .run import PullRun, find_grip, grabs_at, remove_pins_at, runs
+from .run import Grip, PullRun, find_grip, grabs_at, remove_pins_at, runs
 
 CONFIRM = {"LEFTMOUSE", "RET", "NUMPAD_ENTER"}
 CANCEL = {"ESC", "RIGHTMOUSE"}
@@ -50,6 +53,8 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     _run: PullRun | None = None
+    _grip: Grip | None = None
+    _problem = ""  # why the mesh in hand cannot be pulled: told by a drag, and by a click unless it takes another mesh
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -62,21 +67,20 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._mouse = (event.mouse_region_x, event.mouse_region_y)
         self._is_ctrl = event.ctrl
-        self._is_held = event.type == "LEFTMOUSE"  # else a key or a menu has called it, and a click ends it
+        # Else a key, a menu or a script has called it, and a click ends it.
+        self._is_held = (event.type, event.value) == ("LEFTMOUSE", "PRESS")
         return self._begin(context)
 
     @reports_errors
     def _begin(self, context: bpy.types.Context) -> set[str]:
-        obj = posed_object(context)
-        reason = why_not_pullable(context)
-        if reason:  # not in poll(): if poll() fails, Blender shows no message and passes the key on
-            raise ValueError(reason)
-        shape_keys.check_writable(obj)
-        pins.forget_stale(obj)
-        grip = find_grip(context, obj, self._mouse)
-        if grip is None and not self._is_held:
-            raise ValueError(f"'{obj.name}' is not under the mouse: point at the mesh")
-        self._grip = grip  # none: passed on, the press would let Blender select and move objects
+        # A press always begins: passed on, it would let Blender select and move objects.
+        try:
+            self._grip = _grip_at(context, self._mouse)
+        except ERRORS as error:
+            self._problem = sentence_of(error)
+        if not self._is_held and self._grip is None:
+            lack = f"'{posed_object(context).name}' is not under the mouse: point at the mesh"
+            raise ValueError(self._problem or lack)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -100,18 +104,19 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         if event.type in CANCEL and event.value == "PRESS":
             return {"CANCELLED"}
         if event.type == "LEFTMOUSE" and event.value == ("RELEASE" if self._is_held else "PRESS"):
-            return {"CANCELLED"} if self._grip is None else self._click(context)
+            return self._click(context)
         threshold = context.preferences.inputs.drag_threshold_mouse
         is_drag = max(abs(mouse[0] - self._mouse[0]), abs(mouse[1] - self._mouse[1])) >= threshold
         if event.type != "MOUSEMOVE" or not is_drag:
             return {"RUNNING_MODAL"}
-        if self._grip is None:
+        if self._grip is None and not self._problem:
             bpy.ops.view3d.rotate("INVOKE_DEFAULT")  # as in Sculpt Mode; at the press it would end an axis view
             return {"CANCELLED"}
         return self._begin_drag(context, event, mouse)
 
     @reports_errors
     def _begin_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
+        self._check()
         assert self._grip is not None
         obj = bpy.data.objects.get(self._grip.object_name)
         if obj is None:
@@ -124,7 +129,14 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
     @reports_errors
     def _click(self, context: bpy.types.Context) -> set[str]:
         obj = posed_object(context)
-        assert self._grip is not None
+        other = None if self._is_ctrl else mesh_at(context, self._mouse)
+        if other is not None and other != obj:
+            select_alone(context, other)
+            self.report({"INFO"}, f"'{other.name}' is in hand: drag it to pull it, click it again to pin a spot")
+            return {"FINISHED"}
+        self._check()
+        if self._grip is None:
+            return {"CANCELLED"}
         pick = self._grip.pick
         if self._is_ctrl:
             if not remove_pins_at(obj, pick):
@@ -134,6 +146,11 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
             tool.watch()
         redraw.tag_views()
         return {"FINISHED"}
+
+    def _check(self) -> None:
+        """Raises ValueError if the mesh in hand cannot be pulled."""
+        if self._problem:
+            raise ValueError(self._problem)
 
     def _dragging(self, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
         run = self._run
@@ -179,6 +196,17 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
             self.report({_severity(end)}, end.message)
         # A step of undo after an undo would remove the redo steps.
         return {"CANCELLED"} if end.how is Ending.RESTORE or self._run.is_undone else {"FINISHED"}
+
+
+def _grip_at(context: bpy.types.Context, mouse: tuple[int, int]) -> Grip | None:
+    """As find_grip(), on the mesh in hand. Raises ValueError too if that cannot be pulled."""
+    obj = posed_object(context)
+    reason = why_not_pullable(context)
+    if reason:  # not in poll(): if poll() fails, Blender shows no message and passes the key on
+        raise ValueError(reason)
+    shape_keys.check_writable(obj)
+    pins.forget_stale(obj)
+    return find_grip(context, obj, mouse)
 
 
 def _severity(end: End) -> str:

@@ -111,7 +111,7 @@ def make_real(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[in
         else:
             add_pin(obj, grab.vertices, name=name_for(obj, grab.vertices))
     if hold is not None and len(hold.vertices):
-        pin = add_pin(obj, hold.vertices, name="Rest")
+        pin = add_pin(obj, hold.vertices, name=hold.name)
         groups.write(obj, pin.name, hold.vertices, hold.weights)
     # All at once: each of them was added beside the ones before, but in the pull all of them held the mesh.
     made = [*obj.arap.pins[first_pin:], *obj.arap.handles[first_handle:]]

@@ -198,7 +198,8 @@ def hold_of_rest(fine: Fine, grabs: Sequence[Grab], *, loose_follow: bool) -> Ha
     is_soft = weights < 1.0
     weights[is_soft] = np.minimum(np.rint(weights[is_soft] / LEAST_HOLD) * LEAST_HOLD, 1.0 - LEAST_HOLD)
     held = np.flatnonzero(weights > 0.0).astype(np.int32)
-    return HandleSpec("Rest", held, weights[held])
+    # Make Handles calls its pin so. "Rest" would be taken for the mesh at rest.
+    return HandleSpec("Everything Else", held, weights[held])
 
 
 def _ball_of(points: Floats, vertices: Ints) -> tuple[Floats, float]:

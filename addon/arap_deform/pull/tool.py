@@ -10,11 +10,11 @@ import bl_ui.space_toolsystem_common
 import bpy
 from bpy.app.handlers import persistent
 
+from ..core import sessions
 from ..props import preferences
 from ..scene import versions
 from ..ui.checks import find_posed_object
 from . import draw, pins
-from .run import runs
 
 IDNAME = "arap.pull"
 LOOK_S = 0.25  # while there are temporary pins, a timer looks this often whether the tool is still on
@@ -61,21 +61,25 @@ class ArapPullTool(bpy.types.WorkSpaceTool):
 
     @staticmethod
     def draw_settings(context: bpy.types.Context, layout: bpy.types.UILayout, _tool: Any) -> None:
+        # First: Blender cuts the end of a header off in a narrow view, and the tab names Make Handles.
+        layout.operator("arap.pull_make_real", text="Make Handles")
+        layout.operator("arap.pull_release", text="Release")
         settings = preferences.pull()
         layout.prop(settings, "radius")
-        row = layout.row(align=True)
-        row.prop(settings, "is_reach_auto", toggle=True)
-        if not settings.is_reach_auto:
-            row.prop(settings, "reach")
-        layout.prop(settings, "turns_along", toggle=True)
         obj = find_posed_object(context)
+        if obj is not None and pins.has_set_pins(obj):
+            layout.label(text="Reach: to pins")  # Auto Reach and Reach have no effect
+        else:
+            row = layout.row(align=True)
+            row.prop(settings, "is_reach_auto", toggle=True)
+            if not settings.is_reach_auto:
+                row.prop(settings, "reach")
+        layout.prop(settings, "turns_along", toggle=True)
         if obj is not None:
             row = layout.row(align=True)
             row.label(text="Mirror")
             for axis in "xyz":
                 row.prop(obj.data, f"use_mirror_{axis}", text=axis.upper(), toggle=True)
-        layout.operator("arap.pull_make_real", text="Make Handles")
-        layout.operator("arap.pull_release", text="Release")
 
     @staticmethod
     def draw_cursor(context: bpy.types.Context, _tool: Any, xy: tuple[int, int]) -> None:
@@ -93,8 +97,8 @@ def _is_on_in(window: bpy.types.Window) -> bool:
 
 
 def draw_keys(self: Any, context: bpy.types.Context) -> None:
-    """In the status bar before a drag. A drag, and other operators, have texts of their own there."""
-    if context.mode != "OBJECT" or runs or not _is_on_in(context.window):
+    """In the status bar before a drag. A drag, a bake and other operators have texts of their own there."""
+    if context.mode != "OBJECT" or sessions.acts or not _is_on_in(context.window):
         return
     if all(name == "ARAP_OT_pull" for name in versions.modal_operators(context.window)):
         self.layout.label(text=KEYS)

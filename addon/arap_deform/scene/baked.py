@@ -39,9 +39,8 @@ def edit_again(obj: bpy.types.Object, *, is_removing: bool = False) -> None:
         if shape_keys.hides_keys(modifier):
             modifier.show_viewport = False
     if is_removing:
-        for name in list(_names(obj)):
-            shape_keys.remove(obj, name)
-    mute(obj)
+        _remove_all(obj)
+    _mute(obj)
     pose = pose_key.find(obj)
     if pose is not None:
         pose.mute = False
@@ -49,10 +48,30 @@ def edit_again(obj: bpy.types.Object, *, is_removing: bool = False) -> None:
     obj.data.update_tag()
 
 
-def mute(obj: bpy.types.Object) -> None:
+def show(obj: bpy.types.Object, prefix: str) -> None:
+    """Notes that the keys of this bake show, and mutes those of one with another prefix: they would add to these."""
+    settings = obj.arap
+    former = settings.bake_prefix
+    if former == prefix:
+        return
+    _mute(obj)
+    if former and former not in settings.former_bakes:
+        settings.former_bakes.add().name = former
+    settings.bake_prefix = prefix
+
+
+def _mute(obj: bpy.types.Object) -> None:
     """Mutes the keys of the last bake."""
     for name in list(_names(obj)):
         obj.data.shape_keys.key_blocks[name].mute = True
+
+
+def _remove_all(obj: bpy.types.Object) -> None:
+    """Removes the keys of the last bake and of former ones."""
+    former = [name for bake in obj.arap.former_bakes if bake.name for name in shape_keys.frame_keys(obj, bake.name)]
+    for name in (*_names(obj), *former):
+        shape_keys.remove(obj, name)
+    obj.arap.former_bakes.clear()
 
 
 def _names(obj: bpy.types.Object) -> Iterator[str]:

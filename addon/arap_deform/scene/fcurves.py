@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -41,6 +42,22 @@ def _fcurves_in(action: bpy.types.Action | None, slot: Any) -> Any:
             if channelbag is not None:
                 return channelbag.fcurves
     return None
+
+
+def spans_of(data: bpy.types.ID) -> Iterator[tuple[float, float]]:
+    """First and last frame of each F-curve and each NLA strip that animates ``data``.
+
+    Infinite ones of a driver, and of an F-curve with modifiers such as Cycles: their keys do not say when they end.
+    """
+    animation = data.animation_data
+    if animation is None:
+        return
+    for fcurve in fcurves_of(data) or ():
+        yield (-math.inf, math.inf) if fcurve.modifiers else tuple(fcurve.range())
+    for track in animation.nla_tracks:
+        yield from ((s.frame_start, s.frame_end) for s in track.strips if not (track.mute or s.mute))
+    if animation.drivers:
+        yield -math.inf, math.inf
 
 
 def has_fcurve(data: bpy.types.ID, data_path: str) -> bool:

@@ -68,16 +68,30 @@ def write(obj: bpy.types.Object, name: str, vertices: Ints, weights: Floats) -> 
 def remove_unused(obj: bpy.types.Object, name: str) -> None:
     """Removes a group if nothing of the object uses it any more. Does nothing for ''."""
     group = obj.vertex_groups.get(name) if name else None
-    if group is None:
-        return
-    settings = obj.arap
-    keys = obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()
-    used = {pin.name for pin in settings.pins} | {handle.vertex_group for handle in settings.handles}
-    used |= {entry.name for entry in settings.stiffness} | {key.vertex_group for key in keys}
-    for modifier in obj.modifiers:
-        used.update(_groups_of_modifier(modifier))
-    if name not in used:
+    if group is not None and name not in _used_names(obj):
         obj.vertex_groups.remove(group)
+
+
+def rename(obj: bpy.types.Object, name: str, wanted: str) -> str:
+    """Renames a group unless several users know it by its name; the name that it has then.
+
+    Blender numbers a name that another group has. Objects that share a mesh share the names of its groups.
+    """
+    group = obj.vertex_groups.get(name)
+    if group is None or obj.data.users > 1 or sum(used == name for used in _used_names(obj)) > 1:
+        return name
+    group.name = wanted
+    return str(group.name)
+
+
+def _used_names(obj: bpy.types.Object) -> Iterator[str]:
+    """Names of the groups that the object uses, once for each use."""
+    settings = obj.arap
+    yield from (entry.name for entry in (*settings.pins, *settings.stiffness))
+    yield from (handle.vertex_group for handle in settings.handles)
+    yield from (key.vertex_group for key in (obj.data.shape_keys.key_blocks if obj.data.shape_keys else ()))
+    for modifier in obj.modifiers:
+        yield from _groups_of_modifier(modifier)
 
 
 def _groups_of_modifier(modifier: bpy.types.Modifier) -> Iterator[str]:

@@ -154,8 +154,9 @@ def target_problem(
         return f"'{target.name}' is the mesh itself; choose another object"
     if not meshes.is_evaluated(target, depsgraph):
         if depsgraph.scene.objects.get(target.name) != target:
-            back = "press Copy Handles if it was deleted, " if is_made else ""
-            return f"'{target.name}' is not in the scene any more; {back}choose another object or remove the handle"
+            if is_made:
+                return "its empty is not in the scene; press Copy Handles or remove the handle"
+            return f"'{target.name}' is not in the scene; choose another object or remove the handle"
         return (
             f"'{target.name}' is disabled in viewports or excluded from the view layer, so it does not move; "
             "enable it, or hide it with the eye"

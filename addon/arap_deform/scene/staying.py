@@ -20,10 +20,11 @@ from .held import HeldMesh
 from .inputs import has_group
 
 if TYPE_CHECKING:
+    from ..props.handles import ArapHandle
     from .held import Entry
 
-Shapes = dict[tuple[str, ...], tuple[str, int, float]]
-"""What pins and handles hold, as saved: text and number of the shape, and reach; by the list and the name."""
+Shapes = dict[tuple[str | int, ...], tuple[str, int, float]]
+"""What pins and handles hold, as saved: text and number of the shape, and reach; by the name or number."""
 
 AT_PLACE = 1e-5  # a shape that is this near to that at rest is the one at rest, as a fraction of the diagonal
 
@@ -79,18 +80,17 @@ def restore_shapes(obj: bpy.types.Object, shapes: Shapes) -> list[Entry]:
     return [entry for place, entry in places.items() if place not in shapes]
 
 
-def _places(obj: bpy.types.Object) -> dict[tuple[str, ...], Entry]:
+def _places(obj: bpy.types.Object) -> dict[tuple[str | int, ...], Entry]:
     """By what says which entry it is: another one of the same name, or with another group or object, is new."""
-    return {
-        (items, entry.name, getattr(entry, "vertex_group", ""), *_mover_of(entry)): entry
-        for items in ("pins", "handles")
-        for entry in getattr(obj.arap, items)
-    }
+    pins = {("pin", pin.name): pin for pin in obj.arap.pins}
+    return pins | {("handle", handle.number, *_choices_of(handle)): handle for handle in obj.arap.handles}
 
 
-def _mover_of(entry: Entry) -> tuple[str, ...]:
-    target = getattr(entry, "target", None)
-    return () if target is None else (target.name_full, entry.bone)
+def _choices_of(handle: ArapHandle) -> tuple[str, ...]:
+    """Names of the group and the object that the artist has chosen. What was made for the handle may be renamed."""
+    group = "" if handle.has_made_group else handle.vertex_group
+    target = None if handle.has_made_target else handle.target
+    return (group, "", "") if target is None else (group, target.name_full, handle.bone)
 
 
 def _entries(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, held: HeldMesh, added: set[Entry]) -> list[_Entry]:

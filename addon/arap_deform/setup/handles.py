@@ -297,4 +297,19 @@ def _on_changed(obj: bpy.types.Object, handle: ArapHandle) -> None:
         handle.rest_matrix = (0.0,) * 16  # the rest place is unknown, which handle_problem() reports
 
 
-CALLBACKS = ((hooks.handle_changed, _on_changed), (hooks.display_changed, resize_empties))
+def _on_renamed(obj: bpy.types.Object, handle: ArapHandle) -> None:
+    """Gives the empty and the vertex group that were made for a handle its new name."""
+    name = naming.cut(handle.name)
+    if name and handle.has_made_group:
+        with making():
+            handle.vertex_group = groups.rename(obj, handle.vertex_group, name)
+            handle.has_made_group = True  # last: setting the group clears it
+    if name and handle.has_made_target and handle.target and not handle_motion.other_owner(obj, handle):
+        handle.target.name = name
+
+
+CALLBACKS = (
+    (hooks.handle_changed, _on_changed),
+    (hooks.handle_renamed, _on_renamed),
+    (hooks.display_changed, resize_empties),
+)

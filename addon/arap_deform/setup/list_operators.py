@@ -194,7 +194,7 @@ class ARAP_OT_handle_add(_Add, bpy.types.Operator):
 
 class ARAP_OT_handle_add_from_empties(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.handle_add_from_empties"
-    bl_label = "Add from Selected Empties"
+    bl_label = "Add from Empties"
     bl_description = "Each selected empty (in Pose Mode: each selected bone) becomes a handle of the vertices around it"
     why_not = staticmethod(why_no_new_targets)
 
@@ -282,7 +282,7 @@ class ARAP_OT_stiffness_add(_Add, bpy.types.Operator):
 
 class ARAP_OT_rigid_add(_Add, bpy.types.Operator):
     bl_idname = "arap.rigid_add"
-    bl_label = "Make Selected Rigid"
+    bl_label = "Make Rigid"
     bl_description = "The selected vertices keep their shape, like a helmet. Each connected piece moves as one piece"
     purpose = "make rigid"
     why_not = staticmethod(why_not_rigid)

@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 
 from ..core.arrays import Floats, Ints
+from ..core.transforms import transformed
 from ..scene import meshes
 
 MOST_WEIGHTS = 20_000_000  # vertices times groups: to read more takes too long
@@ -19,8 +20,9 @@ ENDS = ((1, ("Front", "Back")), (2, ("Bottom", "Top")))
 
 
 def name_for(obj: bpy.types.Object, vertices: Ints) -> str:
-    """Hand.L for example. Two pieces may get one name."""
-    rest = meshes.read_rest(obj).astype(np.float64)
+    """Hand.L for example. Two pieces may get one name. Sides are those of the world: the object may be turned."""
+    world = meshes.read_matrix(obj, bpy.context.evaluated_depsgraph_get())
+    rest = transformed(world, meshes.read_rest(obj).astype(np.float64))
     return _group_of(obj, vertices) or place_name(rest[vertices], rest.min(axis=0), rest.max(axis=0))
 
 
@@ -41,7 +43,7 @@ def place_name(points: Floats, low: Floats, high: Floats) -> str:
     """Top, Bottom, Front, Back or Middle, with .L or .R beside the middle.
 
     Args:
-        points: (k, 3) of the piece, in the axes of the object.
+        points: (k, 3) of the piece, in the axes of the world.
         low, high: (3,) corners of the box of the mesh.
     """
     half = (high - low) / 2.0

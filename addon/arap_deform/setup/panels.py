@@ -10,7 +10,7 @@ import bpy
 from ..scene import remembered
 from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
-from ..ui.panels import ArapSubPanel, draw_text, is_following, split_column
+from ..ui.panels import NARROW_FOR_THREE, ArapSubPanel, button_row, draw_text, is_following, split_column
 from .group_operators import is_painted
 from .handles import HANDLES, handle_problem
 from .pins import PINS
@@ -86,14 +86,14 @@ class ARAP_PT_entry(ArapSubPanel, bpy.types.Panel):
         obj = posed_object(context)
         kind, index = chosen(obj) or (None, 0)
         if kind is HANDLES:
-            _draw_handle(layout, obj, obj.arap.handles[index])
+            _draw_handle(context, layout, obj, obj.arap.handles[index])
             problem = _handle_problem(obj, index)
             if problem:
                 draw_text(context, layout, problem, "ERROR")
         elif kind is PINS:
             pin = obj.arap.pins[index]
             split_column(layout).prop_search(pin, "name", obj, "vertex_groups", text="Group")
-            _draw_group_buttons(layout, obj, pin.name)
+            _draw_group_buttons(context, layout, obj, pin.name)
         column = layout.column(align=True)
         column.operator("arap.handle_add_from_empties", icon="EMPTY_AXIS")
         column.operator("arap.bones_add", icon="BONE_DATA")
@@ -135,13 +135,13 @@ class ARAP_PT_stiffness(ArapSubPanel, bpy.types.Panel):
             column.prop(entry, "is_rigid")
             if entry.is_rigid:
                 column.prop(entry, "is_one_body")
-            _draw_group_buttons(layout, obj, entry.name)
+            _draw_group_buttons(context, layout, obj, entry.name)
         column = layout.column(align=True)
         column.operator("arap.rigid_add", icon="MESH_ICOSPHERE")
         column.operator("arap.stiffness_add", icon="MOD_ARMATURE")
 
 
-def _draw_handle(layout: bpy.types.UILayout, obj: bpy.types.Object, handle: Any) -> None:
+def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object, handle: Any) -> None:
     column = split_column(layout)
     column.prop(handle, "target")
     if handle.target is not None and handle.target.type == "ARMATURE":
@@ -151,7 +151,7 @@ def _draw_handle(layout: bpy.types.UILayout, obj: bpy.types.Object, handle: Any)
         return
     if settings_of(obj).has_radius:
         column.prop(handle, "is_exact")
-    _draw_group_buttons(layout, obj, handle.vertex_group)
+    _draw_group_buttons(context, layout, obj, handle.vertex_group)
 
 
 def _handle_problem(obj: bpy.types.Object, index: int) -> str:
@@ -176,9 +176,11 @@ def lack_of_group(obj: bpy.types.Object, group: str) -> str:
     return "no weights" if not is_following(obj) and remembered.is_empty_group(obj, group) else ""
 
 
-def _draw_group_buttons(layout: bpy.types.UILayout, obj: bpy.types.Object, vertex_group: str) -> None:
+def _draw_group_buttons(
+    context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object, vertex_group: str
+) -> None:
     """Paint, select, soften the group of the chosen entry."""
-    row = layout.row(align=True)
+    row = button_row(context, layout, NARROW_FOR_THREE)
     row.enabled = vertex_group in obj.vertex_groups
     for operator, text, is_pressed in (
         ("arap.group_paint", "Paint", is_painted(obj, vertex_group)),

@@ -10,6 +10,7 @@ from bpy.app.handlers import persistent
 
 from ..props import hooks
 from ..scene import meshes, redraw, versions
+from ..ui.checks import select_alone
 from .handles import HANDLES
 from .pins import PINS, GroupList, count_rows
 
@@ -43,10 +44,7 @@ def take_in_hand(context: bpy.types.Context, handle: Any) -> None:
         versions.select_bone(target, handle.bone)
     if context.mode != "OBJECT":
         return
-    for other in context.selected_objects:
-        other.select_set(False)
-    target.select_set(True)
-    context.view_layer.objects.active = target
+    select_alone(context, target)
     if handle.bone and target.type == "ARMATURE":
         target.data.bones.active = target.data.bones.get(handle.bone)
 

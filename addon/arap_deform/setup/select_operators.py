@@ -9,7 +9,7 @@ import bpy
 
 from ..core.arrays import Ints
 from ..scene import meshes, unheld
-from ..ui.checks import ArapOperator, check_visible, posed_object, why_busy, why_no_mesh
+from ..ui.checks import ArapOperator, check_visible, posed_object, select_alone, why_busy, why_no_mesh
 from ..ui.edit_mode import object_mode
 
 
@@ -50,10 +50,7 @@ def _take_alone(context: bpy.types.Context, obj: bpy.types.Object) -> None:
     check_visible(obj)
     if context.object is not None and context.object.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
-    for other in context.selected_objects:
-        other.select_set(other == obj)
-    obj.select_set(True)
-    context.view_layer.objects.active = obj
+    select_alone(context, obj)
 
 
 def why_not_editable(context: bpy.types.Context) -> str:

@@ -35,15 +35,13 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         key_name.prop(settings, "key_name")
         column.row().prop(settings, "model", expand=True)
         if settings.model == "solid":
+            _whole_row(column).prop(settings, "keep_volume", slider=True)
             column.prop(settings, "cube_size")
-            volume = column.row()
-            volume.use_property_split = False  # its name is too long for half a row
-            volume.prop(settings, "keep_volume", slider=True)
             _draw_inside(context, layout, obj)
         else:
             _draw_surface(context, column, obj)
         column = split_column(layout)
-        column.prop(settings, "max_iterations")
+        _whole_row(column).prop(settings, "max_iterations")
         column.prop(settings, "accuracy")
         column = layout.column()  # the whole width, for the names
         column.prop(settings, "join_seams")
@@ -103,6 +101,13 @@ def _draw_radius(context: bpy.types.Context, column: bpy.types.UILayout, obj: bp
         return
     radius = versions.length_text(context.scene, size * obj.arap.rigidity / 100.0)
     _labelled(column, "Radius").label(text=radius, translate=False)
+
+
+def _whole_row(column: bpy.types.UILayout) -> bpy.types.UILayout:
+    """For a property whose name is too long for half a row."""
+    row = column.row()
+    row.use_property_split = False
+    return row
 
 
 def _labelled(column: bpy.types.UILayout, text: str) -> bpy.types.UILayout:

@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 
 from ..ui.checks import find_posed_object
+from .pose_panel import draw_follow
 
 PARENTS = ("VIEW3D_MT_object", "VIEW3D_MT_edit_mesh", "VIEW3D_MT_pose", "VIEW3D_MT_paint_weight")
 CONTEXT_PARENTS = (
@@ -28,7 +29,7 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.pose", icon="PLAY")
         obj = find_posed_object(context)
         if obj is not None:
-            layout.prop(obj.arap, "is_live")
+            draw_follow(context, layout, obj)
         layout.operator("arap.follow_end", text="Keep", icon="CHECKMARK").is_kept = True
         layout.operator("arap.follow_end", text="Cancel", icon="X").is_kept = False
         layout.operator("arap.solve", icon="FILE_REFRESH")

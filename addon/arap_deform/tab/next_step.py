@@ -11,6 +11,7 @@ from ..core import sessions
 from ..follow.act import Phase, PoseAct
 from ..live import runs
 from ..pull import tool
+from ..scene import remembered
 from ..setup.bone_operators import selected_armatures
 from ..ui.checks import find_posed_object, is_posed, why_baked, why_no_mesh, why_not_object_mode
 
@@ -35,6 +36,8 @@ def next_step(context: bpy.types.Context) -> Step:
         return Step(problem, "ERROR")
     if is_posed(obj):
         return _while_posing(obj)
+    if remembered.has_foreign_handles(obj):  # first: it stays when a pull forgets the problem of Follow
+        return Step("A handle has no empty of its own: press Copy Handles, or remove it.", "ERROR")
     if obj.arap.live_problem:
         return Step(obj.arap.live_problem, "ERROR")
     if obj.mode == "EDIT":
@@ -63,6 +66,8 @@ def _in_edit_mode(obj: bpy.types.Object) -> str:
 def _without_handles(context: bpy.types.Context, obj: bpy.types.Object) -> str:
     if selected_armatures(context):
         return "Add Bones: the armature moves the mesh, without weights."
+    if any(pin.reach > 0.0 for pin in obj.arap.pull_pins):  # pulled, not only pinned
+        return "Pull on, or animate: Make Handles (Ctrl H) turns dots into handles and pins."
     if tool.is_on():
         return "Drag the mesh to pull it. Click it to pin a spot."
     if obj.arap.pins:

@@ -13,8 +13,8 @@ from ..pose.unheld_text import unheld_text
 from ..scene import baked, remembered, versions
 from ..setup.bone_operators import selected_armatures
 from ..setup.panels import draw_rows
-from ..ui.checks import find_posed_object, is_posed, why_not_live
-from ..ui.panels import ArapPanel, draw_text, is_narrow
+from ..ui.checks import find_posed_object, is_posed, why_baked, why_not_live
+from ..ui.panels import ArapPanel, button_row, draw_text
 from .next_step import next_step
 
 LINES = 3  # kept free for the next step, so that nothing below it jumps
@@ -55,7 +55,7 @@ def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
         first.operator("arap.pull_tool", icon="VIEW_PAN")
     column = layout.column(align=True)
     column.operator("arap.edit_mesh", icon="EDITMODE_HLT", depress=obj.mode == "EDIT")
-    pair = _pair(context, column)
+    pair = button_row(context, column)
     pair.operator("arap.handle_add", icon="EMPTY_AXIS")
     pair.operator("arap.pin_add", icon="PINNED")
     if selected_armatures(context):
@@ -66,17 +66,22 @@ def _draw_beginning(context: bpy.types.Context, layout: bpy.types.UILayout, obj:
 
 def _draw_following(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     column = layout.column(align=True)
-    toggle = column.row()
-    toggle.enabled = obj.arap.is_live or not why_not_live(context)
-    toggle.prop(obj.arap, "is_live")
-    pair = _pair(context, column)
-    pair.enabled = obj.arap.is_live or is_posed(obj)
+    draw_follow(context, column, obj)
+    pair = button_row(context, column)
+    pair.enabled = (obj.arap.is_live or is_posed(obj)) and not why_baked(obj)
     end = "arap.pose_end" if is_posed(obj) else "arap.follow_end"
     pair.operator(end, text="Keep", icon="CHECKMARK").is_kept = True
     cancel = pair.row(align=True)
     cancel.enabled = is_posed(obj) or has_start(obj)
     cancel.operator(end, text="Cancel", icon="X").is_kept = False
     layout.menu("ARAP_MT_reset", icon="LOOP_BACK")
+
+
+def draw_follow(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
+    """The toggle. It can always be switched off, but not while it waits for Edit Again."""
+    toggle = layout.row()
+    toggle.enabled = not why_baked(obj) and (obj.arap.is_live or not why_not_live(context))
+    toggle.prop(obj.arap, "is_live")
 
 
 def _draw_notes(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
@@ -93,13 +98,8 @@ def _draw_notes(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy
         box.operator("arap.select_unheld", icon="RESTRICT_SELECT_OFF")
 
 
-def _pair(context: bpy.types.Context, layout: bpy.types.UILayout) -> bpy.types.UILayout:
-    """Two buttons side by side, one below the other where the sidebar is too narrow for their texts."""
-    return layout.column(align=True) if is_narrow(context) else layout.row(align=True)
-
-
 class ARAP_MT_reset(bpy.types.Menu):
-    bl_label = "Reset"
+    bl_label = "Reset or Apply"
 
     def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout

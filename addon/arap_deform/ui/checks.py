@@ -200,6 +200,14 @@ def check_visible(obj: bpy.types.Object) -> None:
         raise ValueError(f"'{obj.name}' is hidden: show it first (Alt H, its collection, or leave Local View)")
 
 
+def select_alone(context: bpy.types.Context, obj: bpy.types.Object) -> None:
+    """Makes it active and the only selected object, in Object Mode."""
+    for other in context.selected_objects:
+        other.select_set(False)
+    obj.select_set(True)
+    context.view_layer.objects.active = obj
+
+
 def is_last(context: bpy.types.Context, cls: Any) -> bool:
     """Whether an operator was the last act. Adjust Last Operation asks its poll() before the act is taken back."""
     operators = context.window_manager.operators

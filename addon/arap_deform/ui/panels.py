@@ -17,7 +17,9 @@ from .wrapping import wrap
 
 FONT = 0
 BESIDE_TEXT = 100.0  # pixels at scale 1 of the sidebar's width: tabs, edges of panels and boxes, the icon
-NARROW = 250.0  # pixels at scale 1
+NARROW = 250.0  # pixels at scale 1: in a narrower sidebar two buttons with icons do not fit side by side
+NARROW_FOR_THREE = 210.0  # the same of three without
+DIALOG = 300.0  # pixels at scale 1 of a dialog's width: Blender's default
 
 
 class ArapPanel:
@@ -70,23 +72,32 @@ def draw_text(
     context: bpy.types.Context, layout: bpy.types.UILayout, text: str, icon: str, least_lines: int = 1
 ) -> None:
     """A sentence wrapped to the width of the sidebar: Blender's labels do not wrap. ``least_lines``: its height."""
+    _draw_lines(layout, _lines(context, text, context.region.width), icon, least_lines)
+
+
+def draw_text_in_dialog(context: bpy.types.Context, layout: bpy.types.UILayout, text: str, icon: str) -> None:
+    """The same in a dialog, whose context has the region where it was called."""
+    _draw_lines(layout, _lines(context, text, DIALOG * context.preferences.system.ui_scale), icon)
+
+
+def _draw_lines(layout: bpy.types.UILayout, lines: list[str], icon: str, least_lines: int = 1) -> None:
     column = layout.column(align=True)
     column.scale_y = 0.8
-    lines = _lines(context, text)
     for i, line in enumerate(lines + [""] * (least_lines - len(lines))):
         column.label(text=line, translate=False, icon=icon if i == 0 else "BLANK1")
 
 
-def is_narrow(context: bpy.types.Context) -> bool:
-    """Whether two buttons with icons do not fit side by side."""
-    return bool(context.region.width < NARROW * context.preferences.system.ui_scale)
+def button_row(context: bpy.types.Context, layout: bpy.types.UILayout, narrow: float = NARROW) -> bpy.types.UILayout:
+    """A row of buttons; a column where the sidebar is too narrow for their texts."""
+    is_narrow = context.region.width < narrow * context.preferences.system.ui_scale
+    return layout.column(align=True) if is_narrow else layout.row(align=True)
 
 
-def _lines(context: bpy.types.Context, text: str) -> list[str]:
-    """Lines that fit into a label of the sidebar beside its icon."""
+def _lines(context: bpy.types.Context, text: str, width: float) -> list[str]:
+    """Lines that fit into a label beside its icon. ``width``: in pixels of the sidebar or dialog."""
     scale = context.preferences.system.ui_scale
     versions.set_text_size(FONT, context.preferences.ui_styles[0].widget.points * scale)
-    return wrap(text, context.region.width - BESIDE_TEXT * scale, lambda line: float(blf.dimensions(FONT, line)[0]))
+    return wrap(text, width - BESIDE_TEXT * scale, lambda line: float(blf.dimensions(FONT, line)[0]))
 
 
 def draw_table(layout: bpy.types.UILayout, rows: list[tuple[str, str]]) -> None:

@@ -4,7 +4,7 @@
 import numpy as np
 from looks import data_of, key_names, key_positions, rest_positions, shown_positions
 from support import SceneTest, bpy, module
-from tubes import TOP, animated, empty_at, mesh_object, own_key, posable
+from tubes import TOP, animated, armature, empty_at, mesh_object, own_key, posable
 
 CANCELLED = "The bake of 'Tube' was cancelled; nothing has changed"
 IN_THE_TAB = "(in the tab: Advanced > Shape Key)"
@@ -181,6 +181,16 @@ class EditAgainTest(SceneTest):
         self.assertFalse(any(obj.data.shape_keys.key_blocks[name].mute for name in names))
         self.assert_posable(False)
 
+    def test_nothing_is_kept_or_cancelled_while_the_bake_shows(self):
+        self.obj.arap.is_live = True
+        self.assertTrue(bpy.ops.arap.follow_end.poll())
+        self.api.bake_animation(self.obj, 1, 2)
+        self.assertFalse(bpy.ops.arap.follow_end.poll())
+        with self.assertRaisesRegex(RuntimeError, "press Edit Again to pose the mesh"):
+            bpy.ops.arap.follow_end()
+        bpy.ops.arap.edit_again()
+        self.assertTrue(bpy.ops.arap.follow_end.poll())
+
     def test_a_bake_with_another_prefix_mutes_the_former(self):
         first = self.api.bake_animation(self.obj, 1, 21, 10, prefix="One_")
         self.scene.frame_set(21)
@@ -204,6 +214,14 @@ class EditAgainTest(SceneTest):
         self.assertEqual(key_names(self.obj), ["Basis", "ARAP"])
         self.assert_close(shown_positions(self.obj), self.posed, 1e-6)
 
+    def test_all_bakes_are_removed_and_nothing_else(self):
+        other = self.api.bake_pose(self.obj, name="Mine_0001").name
+        for prefix in ("One_", "Two_", "One_", "Three_"):
+            self.api.bake_animation(self.obj, 1, 21, 10, prefix=prefix)
+        bpy.ops.arap.edit_again(is_removing=True)
+        self.assertEqual(key_names(self.obj), ["Basis", "ARAP", other])
+        self.assertEqual(len(self.obj.arap.former_bakes), 0)
+
     def test_a_bake_without_a_pose_leads_back_too(self):
         obj = mesh_object("New")
         self.api.add_handle(obj, TOP)
@@ -221,6 +239,56 @@ class EditAgainTest(SceneTest):
             bpy.ops.arap.edit_again()
             self.assert_posable(True)
         self.assertEqual(len(self.obj.modifiers), 1)
+
+
+class RangeTest(SceneTest):
+    """The frames that the dialogs propose."""
+
+    def setUp(self):
+        super().setUp()
+        self.obj = posable()
+        self.empty = self.obj.arap.handles[0].target
+        self.scene.frame_start, self.scene.frame_end = 1, 250
+
+    def assert_range(self, start, end):
+        self.assertEqual(module("bake.frame_range").proposed_range(self.obj, self.scene), (start, end))
+
+    def key(self, item, *frames):
+        for frame in frames:
+            item.keyframe_insert("location", frame=frame)
+
+    def test_of_the_keys_of_what_moves_the_handles(self):
+        self.assert_range(1, 250)
+        self.key(self.obj, 1, 500)
+        self.assert_range(1, 250)
+        self.key(self.empty, 7)
+        self.assert_range(1, 250)
+        self.key(self.empty, 20.5)
+        self.assert_range(7, 21)
+        rig = armature()
+        self.empty.constraints.new("COPY_LOCATION").target = rig
+        self.key(rig.pose.bones["Upper"], 30, 40)
+        self.assert_range(7, 40)
+
+    def test_of_strips(self):
+        self.key(self.empty, 7, 20)
+        animation = self.empty.animation_data
+        track = animation.nla_tracks.new()
+        track.strips.new("Move", 100, animation.action)
+        animation.action = None
+        self.assert_range(100, 113)
+        track.mute = True
+        self.assert_range(1, 250)
+
+    def test_of_the_scene_where_keys_do_not_say_when_it_ends(self):
+        self.key(self.empty, 7, 20)
+        curve = module("scene.fcurves").fcurves_of(self.empty)[0]
+        cycles = curve.modifiers.new("CYCLES")
+        self.assert_range(1, 250)
+        curve.modifiers.remove(cycles)
+        self.assert_range(7, 20)
+        self.empty.driver_add("scale", 0)
+        self.assert_range(1, 250)
 
 
 class CancelTest(SceneTest):

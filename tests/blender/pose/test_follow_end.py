@@ -67,6 +67,26 @@ class FollowTest(SceneTest):
         bpy.ops.arap.follow_end(is_kept=False)
         self.assert_close(shown_positions(self.obj), rest, 1e-6)
 
+    def test_cancel_finds_what_was_renamed(self):
+        """By the list, which renames the empty and the group too, and by hand."""
+        rest = shown_positions(self.obj)
+        self.add(MIDDLE)
+        handles = self.obj.arap.handles
+        self.obj.arap.is_live = False
+        self.obj.arap.is_live = True
+        for handle in handles:
+            handle.target.location.x += 1.0
+        bpy.context.view_layer.update()
+        handles[0].name = "Head"
+        handles[1].target.name = "Belly"
+        bpy.context.view_layer.update()
+        self.assertEqual((self.obj.arap.is_live, self.obj.arap.live_problem), (True, ""))
+        bpy.ops.arap.follow_end(is_kept=False)
+        self.assert_close([handle.target.location.x for handle in handles], [0.0, 0.0])
+        self.assert_close(shown_positions(self.obj), rest, 1e-6)
+        self.api.solve(self.obj)
+        self.assert_close(shown_positions(self.obj), rest)
+
     def test_cancel_after_an_undo_goes_back_to_the_start_of_that_step(self):
         """Undo brings the object's number of that step."""
         number = self.obj.arap.follow_start
@@ -98,6 +118,8 @@ class FollowTest(SceneTest):
     def test_cancel_after_a_file_was_opened_says_why_it_cannot(self):
         obj = opened_again()
         self.assertTrue(obj.arap.is_live)
-        with self.assertRaisesRegex(RuntimeError, "'Tube' followed when the file was opened: use Reset, or Keep"):
+        with self.assertRaisesRegex(
+            RuntimeError, "'Tube' followed when the file was opened: use Reset Handles, or Keep"
+        ):
             bpy.ops.arap.follow_end(is_kept=False)
         self.assertTrue(obj.arap.is_live)

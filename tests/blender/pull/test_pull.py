@@ -217,7 +217,7 @@ class DragTest(PullTest):
         self.pull(obj, self.grab(MIDDLE), RIGHT)
         posed = shown_positions(obj)
         begun = self.pull(obj, self.grab(TOP), (0.0, 0.0, 0.0))
-        self.assertEqual(self.names_of_holds(begun), ["Pull Pin 1", "Pull 1", "Rest"])
+        self.assertEqual(self.names_of_holds(begun), ["Pull Pin 1", "Pull 1", "Everything Else"])
         self.assert_close(shown_positions(obj)[MIDDLE], posed[MIDDLE], 1e-5)
         self.pull(obj, self.grab(TOP), (0.0, 0.4, 0.0))
         self.assert_close(shown_positions(obj)[MIDDLE], posed[MIDDLE], 1e-4)
@@ -357,6 +357,7 @@ class PinsTest(PullTest):
         posed = shown_positions(obj)
         self.assertEqual(self.make_real(obj), (1, 1))
         self.assertEqual(len(obj.arap.pull_pins), 0)
+        self.assertEqual([pin.name for pin in obj.arap.pins], ["Everything Else"])
         self.assert_close(shown_positions(obj), posed, 1e-6)
         handle = obj.arap.handles[0]
         self.assert_close(handle.target.matrix_world.translation, posed[MIDDLE].mean(axis=0), 1e-4)
@@ -415,6 +416,20 @@ class PinsTest(PullTest):
         self.pins.add(obj, [self.grab([0], 0.0)])
         self.assertEqual(len(obj.arap.pull_pins), 2)
         self.assertEqual(self.make_real(obj), (0, 1))
+
+
+class SettingsTest(PullTest):
+    def test_reach_is_offered_only_where_it_has_an_effect(self):
+        obj = mesh_object()
+        bpy.context.view_layer.objects.active = obj
+        for reach, is_offered in ((None, True), (1.0, True), (0.0, False)):  # nothing, pulled, pinned by a click
+            if reach is not None:
+                self.pins.add(obj, [self.grab(TOP, reach)])
+            layout = mock.Mock()
+            module("pull.tool").ArapPullTool.draw_settings(bpy.context, layout, None)
+            row = layout.row.return_value
+            offered = any(call.args[1:] == ("is_reach_auto",) for call in row.prop.call_args_list)
+            self.assertEqual((offered, layout.label.called), (is_offered, not is_offered))
 
 
 class ReasonTest(SceneTest):

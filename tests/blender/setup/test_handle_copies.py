@@ -45,10 +45,7 @@ class HandleCopiesTest(SceneTest):
         self.assertFalse(bpy.ops.arap.handles_copy.poll())
         self.scene.collection.objects.unlink(head)  # what Delete does
         bpy.context.view_layer.update()
-        reason = (
-            "Handle 'Head' of 'Tube': 'Head' is not in the scene any more; press Copy Handles if it was deleted, "
-            "choose another object or remove the handle"
-        )
+        reason = "Handle 'Head' of 'Tube': its empty is not in the scene; press Copy Handles or remove the handle"
         self.assert_error(ValueError, reason, self.api.solve, obj)
         self.assertEqual(bpy.ops.arap.handles_copy(), {"FINISHED"})
         self.assertEqual((obj.arap.handles[0].target, head.users_scene), (head, (self.scene,)))

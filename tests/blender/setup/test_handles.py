@@ -311,6 +311,29 @@ class HandleTest(SceneTest):
                 self.assertEqual(len(obj.arap.handles), 0)
         self.assertIn("Control", bpy.data.objects)
 
+    def test_a_new_name_is_that_of_what_was_made_for_the_handle_too(self):
+        obj = mesh_object()
+        made, chosen = self.api.add_handle(obj, TOP, name="Top"), self.api.add_handle(obj, MIDDLE, name="Waist")
+        mine = bpy.data.objects.new("Mine", None)
+        self.scene.collection.objects.link(mine)
+        chosen.target = mine
+        obj.vertex_groups.new(name="Head")
+        made.name = "Head"
+        self.assertEqual((made.target.name, made.vertex_group), ("Head", "Head.001"))
+        made.name = ""
+        self.assertEqual((made.target.name, made.vertex_group), ("Head", "Head.001"))
+        self.api.add_pin_group(obj, chosen.vertex_group)
+        chosen.name = "Belly"
+        self.assertEqual((mine.name, chosen.vertex_group), ("Mine", "Waist"), "the artist's, and used elsewhere")
+        self.api.remove_pin(obj, 0)
+        twin = bpy.data.objects.new("Twin", obj.data)
+        chosen.name = "Belly"
+        self.assertEqual(chosen.vertex_group, "Waist", "another object has the mesh")
+        bpy.data.objects.remove(twin)
+        chosen.name = "Hips"
+        self.assertEqual((mine.name, chosen.vertex_group, chosen.target), ("Mine", "Hips", mine))
+        self.assertTrue(made.has_made_group and made.has_made_target and chosen.has_made_group)
+
     def test_names_of_handles_are_unique(self):
         obj = mesh_object()
         self.assertEqual([self.api.add_handle(obj, [i], name="Paw").name for i in range(2)], ["Paw", "Paw.001"])
@@ -352,10 +375,7 @@ class RefusalTest(SceneTest):
         )
         target.hide_viewport = False
         self.scene.collection.objects.unlink(target)  # what Delete does: the handle still has it
-        check(
-            "'Head' is not in the scene any more; press Copy Handles if it was deleted, "
-            "choose another object or remove the handle"
-        )
+        check("its empty is not in the scene; press Copy Handles or remove the handle")
         self.scene.collection.objects.link(target)
         obj.vertex_groups.remove(obj.vertex_groups["Head"])
         check("there is no vertex group 'Head'; choose one or remove the handle")

@@ -135,6 +135,17 @@ class NamesTest(SceneTest):
             self.assertEqual((handle.name, handle.target.name.partition(".00")[0]), (name, name.partition(".00")[0]))
         self.assertEqual(self.add(obj, BOTTOM, "pin").name, "Bottom")
 
+    def test_of_a_turned_object_as_it_is_seen(self):
+        """Its parent stands it up, as of a file whose up is Y: along its own axes, the top would be the back."""
+        obj, root = mesh_object(), bpy.data.objects.new("Root", None)
+        obj.rotation_euler.z, root.rotation_euler.x = np.pi / 2, -np.pi / 2
+        obj.parent = root
+        bpy.context.scene.collection.objects.link(root)
+        bpy.context.view_layer.objects.active = obj
+        half = 8 * SEGMENTS
+        for vertices, name in ((TOP, "Back"), ([half], "Bottom"), ([half + SEGMENTS // 4], "Middle.R")):
+            self.assertEqual(self.add(obj, vertices).name, name)
+
     def test_by_the_group_of_the_artist(self):
         obj = posable()
         bpy.context.view_layer.objects.active = obj

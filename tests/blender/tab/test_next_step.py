@@ -32,6 +32,12 @@ class NextStepTest(SceneTest):
         self.assert_step("Press Pull and drag the mesh. A click on it pins a spot.")
         with mock.patch.object(self.next_step.tool, "is_on", return_value=True):
             self.assert_step("Drag the mesh to pull it. Click it to pin a spot.")
+            grab = module("pull.region").Grab
+            module("pull.pins").add(obj, [grab(np.array(BOTTOM, dtype=np.int32), 0.0)])
+            self.assert_step("Drag the mesh to pull it. Click it to pin a spot.")
+            module("pull.pins").add(obj, [grab(np.array(MIDDLE, dtype=np.int32), 1.0)])
+            self.assert_step("Pull on, or animate: Make Handles (Ctrl H) turns dots into handles and pins.")
+            obj.arap.pull_pins.clear()
         bpy.ops.arap.edit_mesh()
         bpy.ops.mesh.select_all(action="SELECT")
         self.assert_step("All is selected. Drag a box around a part to move or to hold.")
@@ -98,6 +104,21 @@ class NextStepTest(SceneTest):
         obj.arap.is_live = False
         obj.arap.live_problem = "Broken"
         self.assert_step("Broken", "ERROR")
+
+    def test_a_deleted_empty_is_told_of_until_it_is_back(self):
+        """In the same words while Follow has a problem, and after a pull has forgotten that."""
+        obj = self.active_mesh(is_ready=True)
+        obj.arap.is_live = True
+        text = "A handle has no empty of its own: press Copy Handles, or remove it."
+        bpy.context.scene.collection.objects.unlink(obj.arap.handles[0].target)
+        bpy.context.view_layer.update()
+        self.assertFalse(obj.arap.is_live)
+        self.assert_step(text, "ERROR")
+        obj.arap.live_problem = ""
+        self.assert_step(text, "ERROR")
+        bpy.ops.arap.handles_copy()
+        bpy.context.view_layer.update()
+        self.assert_step("Tick Follow, then move a handle: the mesh follows.")
 
     def test_a_linked_mesh(self):
         (obj,) = linked_back(mesh_object(), "Tube")

@@ -49,9 +49,10 @@ class ErrorTest(SceneTest):
             with mock.patch.object(module(where), name, side_effect=MemoryError):
                 self.assertEqual(act(operator), {"CANCELLED"})
             operator.report.assert_called_once_with({"ERROR"}, text)
-        operator = mock.Mock()
-        module("bake.operators").FramesOperator.draw_size(operator, mock.Mock(side_effect=MemoryError), "INFO")
-        self.assertEqual(operator.layout.label.call_args.kwargs["text"], text)
+        operator, bake = mock.Mock(), module("bake.operators")
+        with mock.patch.object(bake, "draw_text_in_dialog") as draw_text:
+            bake.FramesOperator.draw_size(operator, bpy.context, mock.Mock(side_effect=MemoryError), "INFO")
+        draw_text.assert_called_once_with(bpy.context, operator.layout, text, "ERROR")
         run = mock.Mock(_name=obj.name, _follower=None)
         run.restore_handles.side_effect = MemoryError
         self.assertEqual(module("poses.blend_run").BlendRun.restore(run), text)

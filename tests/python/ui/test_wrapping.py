@@ -16,8 +16,10 @@ def test_lines_are_as_long_as_they_may_be(width: int) -> None:
     assert all(len(f"{line} {word}") > width for line, word in zip(lines, following, strict=False))
 
 
-def test_a_word_that_is_too_wide_has_a_line_of_its_own() -> None:
-    assert wrap("an extraordinarily long one", 5, len) == ["an", "extraordinarily", "long", "one"]
+def test_a_word_that_is_too_wide_is_broken() -> None:
+    """As a long name: Blender would cut its middle out."""
+    assert wrap("an extraordinarily long one", 5, len) == ["an", "extra", "ordin", "arily", "long", "one"]
+    assert wrap("no room", 0, len) == [*"noroom"]
 
 
 def test_widths_are_those_of_the_letters() -> None:
