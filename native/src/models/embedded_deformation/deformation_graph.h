@@ -17,6 +17,14 @@ namespace arap {
 /// of a point is linear in the rows, with the same coefficients for x, y and z.
 inline constexpr int kNodeRows = 4;
 
+/// The rows of a node.
+[[nodiscard]] inline auto rows_of(Positions& state, int node) {
+  return state.middleRows<kNodeRows>(Eigen::Index{kNodeRows} * node);
+}
+[[nodiscard]] inline auto rows_of(const Positions& state, int node) {
+  return state.middleRows<kNodeRows>(Eigen::Index{kNodeRows} * node);
+}
+
 /// Nodes on a mesh, and which of them move a vertex. In model space.
 struct DeformationGraph {
   Positions rest;                          ///< (n, 3) of the mesh

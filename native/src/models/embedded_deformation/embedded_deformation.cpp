@@ -95,7 +95,7 @@ struct EmbeddedDeformation::Impl {
       if (is_held[part] == 0) parts_at_rest.push_back(part);
     const Positions at_rest = graph.rest_state();
     for (int j = 0; j < graph.size(); ++j)
-      if (node_is_held[j] == 0) state_of(state, j) = state_of(at_rest, j);
+      if (node_is_held[j] == 0) rows_of(state, j) = rows_of(at_rest, j);
   }
 
   SolveResult solve(const Positions& targets, const SolveOptions& with, const Progress& progress,
@@ -140,8 +140,8 @@ struct EmbeddedDeformation::Impl {
     reset();
     for (int j = 0; j < graph.size(); ++j) {
       const Matrix3 R = nearest_rotation(covariances[j], Matrix3::Identity());
-      state_of(state, j).topRows<3>() = R.transpose();
-      state_of(state, j).row(3) =
+      rows_of(state, j).topRows<3>() = R.transpose();
+      rows_of(state, j).row(3) =
           moments[j].to - moments[j].from + (moments[j].from - graph.node(j)) * (Matrix3::Identity() - R.transpose());
     }
     for (const int v : loose_vertices) held_loose.emplace_back(v, to.row(v));
@@ -175,11 +175,6 @@ struct EmbeddedDeformation::Impl {
     Eigen::RowVector3d from = Eigen::RowVector3d::Zero();
     Eigen::RowVector3d to = Eigen::RowVector3d::Zero();
   };
-
-  template <class Rows>
-  static auto state_of(Rows& rows, int node) {
-    return rows.template middleRows<kNodeRows>(Eigen::Index{kNodeRows} * node);
-  }
 
   template <class Use>
   void for_entries(const Use& use) const {
