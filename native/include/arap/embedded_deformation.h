@@ -55,13 +55,14 @@ struct EmbeddedOptions {
 /// A vertex v goes to sum_j w_j(v) (A_j (v - g_j) + g_j + t_j) over its nodes j at g_j. The energy is
 /// w_rot E_rot + w_reg E_reg + w_con E_con, minimized by Gauss-Newton steps. Departures: lengths are fractions of the
 /// bounding-box diagonal, so that the result does not depend on the unit; distances are along the surface and straight
-/// through thin limbs, so that limbs that touch stay apart; hard constraints are met, by multipliers; the weights of all
-/// constraints sum to w_con times the number of nodes, so that a denser mesh is not held more strongly.
+/// through thin limbs, so that limbs that touch stay apart; hard constraints are met, by multipliers; the weights of
+/// all constraints sum to w_con times the number of nodes, so that a denser mesh is not held more strongly.
 ///
 /// The same three acts as SurfaceArap. The cost of a frame hangs on the number of nodes, and little on the mesh.
 class EmbeddedDeformation {
  public:
-  /// Binds. Throws InvalidInput for bad options or a mesh without faces or size, Cancelled when `progress` returns false.
+  /// Binds. Throws InvalidInput for bad options or a mesh without faces or size, Cancelled when `progress` returns
+  /// false.
   explicit EmbeddedDeformation(const PolygonMesh& mesh, const EmbeddedOptions& options = {},
                                const Progress& progress = {});
   ~EmbeddedDeformation();
@@ -74,8 +75,8 @@ class EmbeddedDeformation {
   /// vertices and patches are met as well as the nodes can: a few of them exactly.
   void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});
 
-  /// As SurfaceArap::solve; energies are pure numbers. An iteration is a Gauss-Newton step. Of the guesses,
-  /// kPrevious starts where the nodes are, the others at rest.
+  /// As SurfaceArap::solve; energies are pure numbers. An iteration is a Gauss-Newton step. kHandleRotations starts
+  /// from one rigid motion of the whole mesh that fits the targets best, kNaiveLaplacian at rest.
   /// @param rotations  not used: a graph finds them
   SolveResult solve(const Positions& targets, const SolveOptions& options = {}, std::span<const Matrix3> rotations = {},
                     const Progress& progress = {}, std::span<float> out = {});
@@ -83,7 +84,8 @@ class EmbeddedDeformation {
   /// Back to the rest positions; constraints stay.
   void reset();
 
-  /// Starts the next solve from the nodes' motions that are nearest to `positions`, (n, 3), finite. Throws InvalidInput.
+  /// Starts the next solve from the nodes' motions that are nearest to `positions`, (n, 3), finite. Throws
+  /// InvalidInput.
   void set_positions(const Positions& positions);
 
   /// (n, 3) where the mesh is now, in the input's space.

@@ -60,8 +60,7 @@ void take_nearest(DeformationGraph& graph, const std::vector<std::vector<Reached
   };
   std::vector<std::vector<Near>> near(n);
   for (size_t j = 0; j < supports.size(); ++j)
-    for (const Reached& reached : supports[j])
-      near[reached.vertex].push_back({reached.distance, static_cast<int>(j)});
+    for (const Reached& reached : supports[j]) near[reached.vertex].push_back({reached.distance, static_cast<int>(j)});
   graph.offsets.assign(1, 0);
   for (std::vector<Near>& of_vertex : near) {
     std::sort(of_vertex.begin(), of_vertex.end());
@@ -187,8 +186,7 @@ DeformationGraph make_graph(const PolygonMesh& mesh, const EmbeddedOptions& opti
   } else {
     // Within it there are a dozen nodes on a surface.
     const auto support = static_cast<float>(4 * distance);
-    graph.vertices =
-        sample_poisson_disk(surface, graph.rest, areas, distance, mirrors, {}, meter.part(0.3)).vertices;
+    graph.vertices = sample_poisson_disk(surface, graph.rest, areas, distance, mirrors, {}, meter.part(0.3)).vertices;
     take_nearest(graph, find_supports(surface, graph.vertices, support, threads, meter.part(0.3)), support);
   }
   normalize(graph);

@@ -13,8 +13,8 @@
 
 namespace arap {
 
-/// The state of m nodes, (4 m, 3): rows 4 j to 4 j + 2 are the columns of A_j, row 4 j + 3 is t_j. So what the nodes make
-/// of a point is linear in the rows, with the same coefficients for x, y and z.
+/// The state of m nodes, (4 m, 3): rows 4 j to 4 j + 2 are the columns of A_j, row 4 j + 3 is t_j. So what the nodes
+/// make of a point is linear in the rows, with the same coefficients for x, y and z.
 inline constexpr int kNodeRows = 4;
 
 /// The rows of a node.

@@ -16,8 +16,7 @@ namespace arap {
 namespace {
 
 void require_weight(const char* name, double weight) {
-  if (!(weight > 0) || std::isinf(weight))
-    throw InvalidInput(text(name, " = ", weight, ", must be finite and > 0"));
+  if (!(weight > 0) || std::isinf(weight)) throw InvalidInput(text(name, " = ", weight, ", must be finite and > 0"));
 }
 
 /// In model space.
@@ -101,7 +100,7 @@ struct EmbeddedDeformation::Impl {
   SolveResult solve(const Positions& targets, const SolveOptions& with, const Progress& progress,
                     std::span<float> out) {
     const Positions of_model = space.targets_to_model(targets, constraints);
-    Positions next = with.initial_guess == InitialGuess::kPrevious ? state : graph.rest_state();
+    Positions next = start(with.initial_guess, of_model);
     const GaussNewton::Report report = solver->solve(of_model, with, progress, next);
     SolveResult result;
     if (report.stop_reason != StopReason::kCancelled) take(next, of_model);
@@ -134,8 +133,7 @@ struct EmbeddedDeformation::Impl {
       of_node.to /= of_node.weight;
     }
     for_entries([&](int v, int j, double weight) {
-      covariances[j] +=
-          weight * (to.row(v) - moments[j].to).transpose() * (graph.rest.row(v) - moments[j].from);
+      covariances[j] += weight * (to.row(v) - moments[j].to).transpose() * (graph.rest.row(v) - moments[j].from);
     });
     reset();
     for (int j = 0; j < graph.size(); ++j) {
@@ -189,6 +187,17 @@ struct EmbeddedDeformation::Impl {
     for (size_t k = 0; k < set.patches.vertices.size(); ++k)
       if (set.patches.weights[k] > 0) is_held[part_of_vertex[set.patches.vertices[k]]] = 1;
     return is_held;
+  }
+
+  [[nodiscard]] Positions start(InitialGuess guess, const Positions& targets) const {
+    switch (guess) {
+      case InitialGuess::kPrevious:
+        return state;
+      case InitialGuess::kHandleRotations:
+        return solver->turned(targets, graph.rest_state());
+      default:
+        return graph.rest_state();
+    }
   }
 
   void take(Positions& next, const Positions& targets) {

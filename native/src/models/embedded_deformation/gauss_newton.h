@@ -40,6 +40,9 @@ class GaussNewton {
   /// Moves `state` towards the targets, (n_constraints, 3). Throws SolverError; the state is then any.
   Report solve(const Positions& targets, const SolveOptions& options, const Progress& progress, Positions& state);
 
+  /// Where a solve may start: all nodes moved as one body, as the targets fit best.
+  [[nodiscard]] Positions turned(const Positions& targets, const Positions& rest_state) const;
+
   /// Forgets what hard constraints have learned of the pose.
   void forget() { learned_.setZero(); }
 
@@ -50,26 +53,29 @@ class GaussNewton {
  private:
   /// (n_rows, 3): what edges want, then the targets without what does not move with the nodes.
   [[nodiscard]] Positions wanted(const Positions& targets) const;
-  /// What is minimized: hard rows count with their weight, too.
-  [[nodiscard]] double merit(const Positions& wanted, const Positions& state) const;
-  /// A state with less merit, or the same one.
-  [[nodiscard]] Positions stepped(const Positions& wanted, const Positions& state);
-  /// The largest gap of a hard row, and how far all are learned from.
-  double learn(const Positions& goals, const Positions& state);
+  /// One step to less energy, hard rows counted with their weight. Returns how far it moves.
+  double step(const Positions& goals, Positions& state);
+  [[nodiscard]] double largest_gap(const Positions& goals, const Positions& state) const;
+  /// Moves the targets of hard constraints by the gaps that are left.
+  void learn(const Positions& goals, const Positions& state);
   [[nodiscard]] double movement(const Positions& from, const Positions& to) const;
 
   const Workers& workers_;
   double node_distance_;
+  Positions nodes_;  ///< (m, 3) at rest
   Eigen::Index n_edge_rows_ = 0;
   Positions edge_goals_;
-  Positions constants_;         ///< (n_constraints, 3) of the combinations
-  std::vector<char> is_hard_;   ///< (n_constraints,)
-  RowMatrix rows_;              ///< edges, then constraints
-  Eigen::VectorXd weights_;     ///< of the rows
+  Positions constants_;        ///< (n_constraints, 3) of the combinations
+  std::vector<char> is_hard_;  ///< (n_constraints,)
+  RowMatrix rows_;             ///< edges, then constraints
+  Eigen::VectorXd weights_;    ///< of the rows
   std::unique_ptr<NodeUnknowns> unknowns_;
   std::vector<char> is_erased_;
   std::unique_ptr<LinearSolver> solver_;
-  Positions learned_;           ///< (n_constraints, 3) multipliers, as moves of the targets
+  /// At a former state, as long as steps get small quickly: in a drag it costs far more than the rest of a step.
+  std::unique_ptr<Factorization> factor_;
+  bool is_stale_ = true;  ///< the next step is to make another one
+  Positions learned_;     ///< (n_constraints, 3) multipliers, as moves of the targets
   int n_factorizations_ = 0;
 };
 

@@ -32,7 +32,8 @@ int slot_of(const SparseMatrix& matrix, int row, int column) {
 /// Affine nodes: the unknowns are all numbers of the state, row by row.
 class AffineNodes final : public NodeUnknowns {
  public:
-  AffineNodes(double weight, const SparseMatrix& K) : weight_(weight), n_nodes_(static_cast<int>(K.cols()) / kNodeRows) {
+  AffineNodes(double weight, const SparseMatrix& K)
+      : weight_(weight), n_nodes_(static_cast<int>(K.cols()) / kNodeRows) {
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(3 * K.nonZeros() + Eigen::Index{kSquares} * n_nodes_);
     for (int column = 0; column < K.cols(); ++column)
@@ -127,7 +128,8 @@ class AffineNodes final : public NodeUnknowns {
 /// Rigid nodes: three unknowns turn a node, A <- exp([w]) A, and three move it.
 class RigidNodes final : public NodeUnknowns {
  public:
-  explicit RigidNodes(const SparseMatrix& K) : damping_(damping_of(K)), n_nodes_(static_cast<int>(K.cols()) / kNodeRows) {
+  explicit RigidNodes(const SparseMatrix& K)
+      : damping_(damping_of(K)), n_nodes_(static_cast<int>(K.cols()) / kNodeRows) {
     std::vector<Eigen::Triplet<double>> entries;
     for_blocks(K, [&](int row_node, int column_node, const Eigen::Matrix4d& block) {
       for (int column = 0; column < kUnknowns; ++column)

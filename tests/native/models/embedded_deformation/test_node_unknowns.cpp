@@ -55,7 +55,8 @@ TEST_P(NodesOfEachKind, GradientAgreesWithDifferences) {
   const Eigen::VectorXd gradient = gradient_at(state);
   for (Eigen::Index k = 0; k < n; ++k) {
     const Eigen::VectorXd step = h * Eigen::VectorXd::Unit(n, k);
-    const double slope = (energy_at(unknowns->stepped(state, step)) - energy_at(unknowns->stepped(state, -step))) / h / 2;
+    const double slope =
+        (energy_at(unknowns->stepped(state, step)) - energy_at(unknowns->stepped(state, -step))) / h / 2;
     EXPECT_NEAR(2 * gradient[k], slope, 1e-7 * gradient.norm()) << k;
   }
 }
@@ -71,8 +72,7 @@ TEST_P(NodesOfEachKind, MatrixIsTheSquareOfTheChangeOfTheErrors) {
   }
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(state.size(), state.size());
   for (Eigen::Index p = 0; p < K.rows(); ++p)
-    for (Eigen::Index q = 0; q < K.cols(); ++q)
-      spread.block<3, 3>(3 * p, 3 * q) = K(p, q) * Matrix3::Identity();
+    for (Eigen::Index q = 0; q < K.cols(); ++q) spread.block<3, 3>(3 * p, 3 * q) = K(p, q) * Matrix3::Identity();
   Eigen::MatrixXd expected = changes.transpose() * spread * changes;
   const Eigen::MatrixXd matrix = unknowns->matrix(state);
   EXPECT_LT((matrix - matrix.transpose()).norm(), 1e-12 * matrix.norm());
@@ -98,7 +98,9 @@ TEST_P(NodesOfEachKind, MatrixIsTheSquareOfTheChangeOfTheErrors) {
 
 TEST_P(NodesOfEachKind, RotationsCostNothing) {
   EXPECT_NEAR(unknowns->energy(some_state(GraphNodes::kRigid)), 0, 1e-20);
-  if (GetParam() == GraphNodes::kAffine) EXPECT_GT(unknowns->energy(state), 0.1);
+  if (GetParam() == GraphNodes::kAffine) {
+    EXPECT_GT(unknowns->energy(state), 0.1);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Embedded, NodesOfEachKind, testing::Values(GraphNodes::kAffine, GraphNodes::kRigid));
