@@ -65,7 +65,7 @@ void take_nearest(DeformationGraph& graph, const std::vector<std::vector<Reached
   for (std::vector<Near>& of_vertex : near) {
     std::sort(of_vertex.begin(), of_vertex.end());
     const size_t taken = std::min<size_t>(kTaken, of_vertex.size());
-    const double farthest = static_cast<double>(of_vertex.size() > taken ? of_vertex[taken].distance : support);
+    const auto farthest = static_cast<double>(of_vertex.size() > taken ? of_vertex[taken].distance : support);
     for (size_t k = 0; k < taken; ++k) {
       const double rest = 1 - static_cast<double>(of_vertex[k].distance) / farthest;
       graph.nodes.push_back(of_vertex[k].node);
@@ -131,7 +131,7 @@ std::vector<std::pair<int, int>> find_edges(const DeformationGraph& graph, const
 
 Positions DeformationGraph::rest_state() const {
   Positions state = Positions::Zero(Eigen::Index{kNodeRows} * size(), 3);
-  for (int j = 0; j < size(); ++j) state.middleRows<3>(kNodeRows * j).setIdentity();
+  for (int j = 0; j < size(); ++j) rows_of(state, j).topRows<3>().setIdentity();
   return state;
 }
 

@@ -82,6 +82,7 @@ struct EmbeddedDeformation::Impl {
     ConstraintSet copy = set;
     const std::vector<char> is_held = held_parts(set);
     std::vector<char> node_is_held;
+    node_is_held.reserve(graph.size());
     for (const int v : graph.vertices) node_is_held.push_back(is_held[part_of_vertex[v]]);
     auto next = std::make_unique<GaussNewton>(graph, options, constraints_on(graph, space.to_model(set)), node_is_held,
                                               workers, MeterPart{&meter, 1});
@@ -167,7 +168,6 @@ struct EmbeddedDeformation::Impl {
   ConstraintSet constraints;
   std::unique_ptr<GaussNewton> solver;
 
- private:
   struct Moments {
     double weight = 0;
     Eigen::RowVector3d from = Eigen::RowVector3d::Zero();

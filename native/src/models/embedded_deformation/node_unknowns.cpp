@@ -73,7 +73,7 @@ class AffineNodes final : public NodeUnknowns {
     Eigen::VectorXd result = of_state.reshaped<Eigen::RowMajor>();
     for (int j = 0; j < n_nodes_; ++j) {
       const Linear columns = linear_part(state, j);
-      result.segment<kOwn>(Eigen::Index{per_node_} * j) += weight_ * jacobian(columns).transpose() * errors(columns);
+      result.segment<kOwn>(Eigen::Index{kPerNode} * j) += weight_ * jacobian(columns).transpose() * errors(columns);
     }
     return result;
   }
@@ -83,7 +83,7 @@ class AffineNodes final : public NodeUnknowns {
   }
 
  private:
-  static constexpr int per_node_ = 3 * kNodeRows;
+  static constexpr int kPerNode = 3 * kNodeRows;
   static constexpr int kOwn = 9;  ///< unknowns of A
   static constexpr int kSquares = kOwn * kOwn;
   static constexpr int kErrors = 6;
@@ -105,8 +105,8 @@ class AffineNodes final : public NodeUnknowns {
     Jacobian J = Jacobian::Zero();
     for (int k = 0; k < kErrors; ++k) {
       const auto [a, b] = kPairs[k];
-      J.block<1, 3>(k, 3 * a) += columns.row(b);
-      J.block<1, 3>(k, 3 * b) += columns.row(a);
+      J.block<1, 3>(k, Eigen::Index{3} * a) += columns.row(b);
+      J.block<1, 3>(k, Eigen::Index{3} * b) += columns.row(a);
     }
     return J;
   }
@@ -115,7 +115,7 @@ class AffineNodes final : public NodeUnknowns {
   template <class Use>
   void for_own(const Use& use) const {
     for (int j = 0; j < n_nodes_; ++j)
-      for (int k = 0; k < kSquares; ++k) use(per_node_ * j + k % kOwn, per_node_ * j + k / kOwn);
+      for (int k = 0; k < kSquares; ++k) use(kPerNode * j + k % kOwn, kPerNode * j + k / kOwn);
   }
 
   double weight_;

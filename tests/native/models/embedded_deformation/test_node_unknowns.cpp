@@ -30,8 +30,8 @@ Positions some_state(GraphNodes kind) {
   Random random(7);
   Positions state(arap::kNodeRows * kNodes, 3);
   for (int j = 0; j < kNodes; ++j) {
-    state.middleRows<3>(arap::kNodeRows * j) = random.rigid_motion(2, 0).rotation;
-    state.row(arap::kNodeRows * j + 3) = random.vector(1).transpose();
+    arap::rows_of(state, j).topRows<3>() = random.rigid_motion(2, 0).rotation;
+    arap::rows_of(state, j).row(3) = random.vector(1).transpose();
   }
   if (kind == GraphNodes::kAffine) state += random.noise(static_cast<int>(state.rows()), .2);
   return state;
@@ -51,23 +51,23 @@ class NodesOfEachKind : public testing::TestWithParam<GraphNodes> {
 };
 
 TEST_P(NodesOfEachKind, GradientAgreesWithDifferences) {
-  constexpr double h = 1e-5;
+  constexpr double kStep = 1e-5;
   const Eigen::VectorXd gradient = gradient_at(state);
   for (Eigen::Index k = 0; k < n; ++k) {
-    const Eigen::VectorXd step = h * Eigen::VectorXd::Unit(n, k);
+    const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(n, k);
     const double slope =
-        (energy_at(unknowns->stepped(state, step)) - energy_at(unknowns->stepped(state, -step))) / h / 2;
+        (energy_at(unknowns->stepped(state, step)) - energy_at(unknowns->stepped(state, -step))) / kStep / 2;
     EXPECT_NEAR(2 * gradient[k], slope, 1e-7 * gradient.norm()) << k;
   }
 }
 
 TEST_P(NodesOfEachKind, MatrixIsTheSquareOfTheChangeOfTheErrors) {
   // Without the errors' own curvature: of all terms that are linear in the state, the change of the state.
-  constexpr double h = 1e-6;
+  constexpr double kStep = 1e-6;
   Eigen::MatrixXd changes(state.size(), n);
   for (Eigen::Index k = 0; k < n; ++k) {
-    const Eigen::VectorXd step = h * Eigen::VectorXd::Unit(n, k);
-    const Positions change = (unknowns->stepped(state, step) - unknowns->stepped(state, -step)) / (2 * h);
+    const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(n, k);
+    const Positions change = (unknowns->stepped(state, step) - unknowns->stepped(state, -step)) / (2 * kStep);
     changes.col(k) = change.reshaped<Eigen::RowMajor>();
   }
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(state.size(), state.size());
@@ -79,15 +79,15 @@ TEST_P(NodesOfEachKind, MatrixIsTheSquareOfTheChangeOfTheErrors) {
   if (GetParam() == GraphNodes::kAffine) {
     // The errors of a rotation: products of columns.
     for (int j = 0; j < kNodes; ++j) {
-      const Matrix3 columns = state.middleRows<3>(arap::kNodeRows * j);
+      const Matrix3 columns = arap::rows_of(state, j).topRows<3>();
       const auto products = [&](const Matrix3& of) { return Matrix3(of * of.transpose()); };
       for (int a = 0; a < 3; ++a)
         for (int b = a; b < 3; ++b) {
           Eigen::VectorXd row = Eigen::VectorXd::Zero(n);
           for (int k = 0; k < 9; ++k) {
             Matrix3 moved = columns;
-            moved(k / 3, k % 3) += h;
-            row[12 * j + k] = (products(moved) - products(columns))(a, b) / h;
+            moved(k / 3, k % 3) += kStep;
+            row[12 * j + k] = (products(moved) - products(columns))(a, b) / kStep;
           }
           expected += kWeight * row * row.transpose();
         }
