@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "models/poisson_editing/poisson_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/eigen_compat.h"
+#include "optimize/harmonic_field.h"
+#include "parallel/meter.h"
+#include "sparse/sparse.h"
+
+namespace arap {
+
+namespace {
+
+/// Of turns, scales and positions, as a part of what they differ by.
+constexpr double kAccuracy = 1e-12;
+
+/// Progress of a part of the work.
+Progress part_of(const Progress& progress, double begin, double end) {
+  if (!progress) return {};
+  return [&progress, begin, end](double fraction) { return progress(begin + fraction * (end - begin)); };
+}
+
+/// (n_targets, 3) logarithms of the scales in the first column; no rows where all scales are 1.
+Positions log_scales_of(std::span<const Matrix3> rotations) {
+  constexpr double kRounding = 1e-12;
+  Positions result = Positions::Zero(rotations.size(), 3);
+  for (size_t k = 0; k < rotations.size(); ++k) {
+    const double log_scale = std::log(rotations[k].determinant()) / 3;
+    if (std::abs(log_scale) > kRounding) result(static_cast<Eigen::Index>(k), 0) = log_scale;
+  }
+  return result.isZero(0) ? Positions(0, 3) : result;
+}
+
+}  // namespace
+
+void PoissonSolver::set_constraints(const ConstraintSet& set, const Progress& progress) {
+  const bool is_geodesic = propagation_ == Propagation::kGeodesic;
+  const double kMatrix = is_geodesic ? 0.5 : 1.0;
+  auto constraints = std::make_unique<PreparedConstraints>(model_.prepared, ModelConstraints{set, {}},
+                                                           part_of(progress, 0, kMatrix));
+  auto handle_rotations = std::make_unique<HandleRotations>(model_.prepared, *constraints);
+  GeodesicWeights weights;
+  if (is_geodesic)
+    find_geodesic_weights(set, *constraints, *handle_rotations, part_of(progress, kMatrix, 1), weights);
+  handle_rotations_ = std::move(handle_rotations);
+  constraints_ = std::move(constraints);
+  weights_ = std::move(weights);
+}
+
+void PoissonSolver::find_geodesic_weights(const ConstraintSet& set, const PreparedConstraints& constraints,
+                                          const HandleRotations& handle_rotations, const Progress& progress,
+                                          GeodesicWeights& weights) {
+  Meter meter(progress, "the change of constraints was cancelled");
+  const int threads = model_.prepared.workers.threads();
+  if (graph_ == nullptr)
+    graph_ = std::make_unique<EdgeGraph>(model_.prepared.energy.K, model_.prepared.rest, threads);
+  meter.tell();
+  const std::vector<int>& groups = handle_rotations.group_of_row();
+  const int n_groups = 1 + *std::max_element(groups.begin(), groups.end());
+  std::vector<std::vector<HandleVertex>> handles(static_cast<size_t>(n_groups) + set.patches.size());
+  for (const PreparedConstraints::Entry& entry : constraints.entries)
+    handles[groups[entry.row]].push_back({entry.vertex, entry.row});
+  for (int p = 0; p < set.patches.size(); ++p)
+    for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k)
+      if (set.patches.weights[k] > 0)
+        handles[n_groups + p].push_back({set.patches.vertices[k], static_cast<int>(set.vertices.size()) + p});
+  weights = GeodesicWeights(*graph_, handles, threads, {&meter, 1});
+}
+
+Positions PoissonSolver::spread(const Positions& of_rows) const {
+  if (propagation_ == Propagation::kGeodesic) return weights_.blend(of_rows, model_.prepared.workers);
+  return interpolate_harmonically(model_.prepared, *constraints_, of_rows, kAccuracy).values;
+}
+
+Positions PoissonSolver::driven(const Positions& forces, const Positions& targets) const {
+  const PreparedModel& model = model_.prepared;
+  Positions of_vertex = Positions::Zero(model.rest.rows(), 3);
+  constraints_->write_vertex_targets(targets, of_vertex);
+  Positions shift = Positions::Zero(model.rest.rows(), 3);
+  for (const int v : constraints_->hard_vertices) shift.row(v) = of_vertex.row(v) - model.rest.row(v);
+  Positions residual;
+  constraints_->system().multiply(shift, residual);
+  residual = forces - residual;
+  for (const int v : constraints_->soft_vertices)
+    residual.row(v) += constraints_->soft_diagonal[v] * (of_vertex.row(v) - model.rest.row(v));
+  Positions positions = model.rest + shift;
+  const Positions gaps = constraints_->held_gaps(constraints_->held_targets(targets), positions, model.workers);
+  constraints_->system().correct_to(kAccuracy, residual, gaps);
+  positions += residual;
+  for (const int v : constraints_->hard_vertices) positions.row(v) = of_vertex.row(v);
+  return positions;
+}
+
+std::optional<PoissonSolver::Pose> PoissonSolver::solve(const Positions& targets, std::span<const Matrix3> rotations,
+                                                        const Positions& last_turns, const Progress& progress) const {
+  constexpr double kTurns = 0.5;  // of the time
+  const auto is_stopped = [&](double fraction) { return progress && !progress(fraction); };
+  if (is_stopped(0)) return std::nullopt;
+  Positions last(0, 3);
+  if (last_turns.rows() > 0) last = last_turns(constraints_->vertex_of_target, all);
+  Pose pose;
+  pose.turns = spread(handle_rotations_->from_rest(targets, rotations, last));
+  const Positions of_rows = log_scales_of(rotations);
+  const Positions log_scales = of_rows.rows() > 0 ? spread(of_rows) : of_rows;
+  if (is_stopped(kTurns)) return std::nullopt;
+  pose.positions = driven(model_.forces.find(pose.turns, log_scales, model_.prepared.workers), targets);
+  return pose;
+}
+
+}  // namespace arap
