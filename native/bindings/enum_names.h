@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "arap/options.h"
+#include "arap/poisson_editing.h"
 #include "arap/surface_arap.h"
 
 namespace arap_native {
@@ -41,6 +42,8 @@ constexpr std::pair<const char*, arap::InitialGuess> kInitialGuesses[] = {
 };
 constexpr std::pair<const char*, arap::Acceleration> kAccelerations[] = {
     {"conjugate_gradients", arap::Acceleration::kConjugateGradients}, {"none", arap::Acceleration::kNone}};
+constexpr std::pair<const char*, arap::Propagation> kPropagations[] = {
+    {"harmonic", arap::Propagation::kHarmonic}, {"geodesic", arap::Propagation::kGeodesic}};
 constexpr std::pair<const char*, arap::StopReason> kStopReasons[] = {
     {"converged", arap::StopReason::kConverged},
     {"max_iterations", arap::StopReason::kMaxIterations},

@@ -8,6 +8,7 @@
 
 #include "arap/lattice_arap.h"
 #include "arap/options.h"
+#include "arap/poisson_editing.h"
 #include "arap/tet_arap.h"
 #include "arrays.h"
 #include "docstrings.h"
@@ -104,6 +105,15 @@ void bind_lattice_options(py::module_& m) {
   def_field(type, "threads", &LatticeOptions::threads, docstrings::LatticeOptions_threads);
   def_field(type, "join_seams", &LatticeOptions::join_seams, docstrings::LatticeOptions_join_seams);
   def_construction(type, docstrings::LatticeOptions_init, {"cube_size", "keep_volume", "threads", "join_seams"});
+}
+
+void bind_poisson_options(py::module_& m) {
+  using arap::PoissonOptions;
+  py::class_<PoissonOptions> type(m, "PoissonOptions", docstrings::PoissonOptions);
+  def_enum<PoissonOptions, arap::Propagation>(type, "propagation", &PoissonOptions::propagation, kPropagations,
+                                              docstrings::PoissonOptions_propagation);
+  def_field(type, "threads", &PoissonOptions::threads, docstrings::PoissonOptions_threads);
+  def_construction(type, docstrings::PoissonOptions_init, {"propagation", "threads"});
 }
 
 void bind_tet_options(py::module_& m) {

@@ -22,6 +22,8 @@ CLASSES = [
     "LatticeOptions",
     "Model",
     "Options",
+    "PoissonEditing",
+    "PoissonOptions",
     "SolveOptions",
     "SolveResult",
     "SurfaceArap",
@@ -86,6 +88,7 @@ def test_signatures_have_the_defaults_in_use():
     for options in (
         arap_native.Options,
         arap_native.LatticeOptions,
+        arap_native.PoissonOptions,
         arap_native.TetOptions,
         arap_native.SolveOptions,
     ):
@@ -103,6 +106,13 @@ def test_signatures_have_the_defaults_in_use():
             "progress",
         ]
 
+    assert list(inspect.signature(arap_native.PoissonEditing).parameters) == [
+        "rest_positions",
+        "corner_vertices",
+        "face_sizes",
+        "options",
+        "progress",
+    ]
     assert list(inspect.signature(arap_native.TetArap).parameters) == [
         "rest_positions",
         "tets",

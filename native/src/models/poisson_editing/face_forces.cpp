@@ -17,28 +17,30 @@ class FaceForces::Reader {
 
   void read(int f, std::span<const int> face) {
     for (size_t k = 0; k < face.size(); ++k) corner_of_[face[k]] = forces_.offsets_[f] + static_cast<int>(k);
-    for (; next_triangle_ < triangulation_.triangles.size(); ++next_triangle_) {
-      const Triangle& triangle = triangulation_.triangles[next_triangle_];
-      if (triangle.face != f) break;
-      for (size_t edge = 0; edge < 3; ++edge) {
-        const int a = triangle.vertices[(edge + 1) % 3];
-        const int b = triangle.vertices[(edge + 2) % 3];
-        const Eigen::RowVector3d pull = 2 * triangle.half_cotangents[edge] * (rest_.row(a) - rest_.row(b));
-        rest_vector(a) += pull;
-        rest_vector(b) -= pull;
-      }
-    }
-    for (; next_tie_ < triangulation_.ties.size(); ++next_tie_) {
-      const Tie& tie = triangulation_.ties[next_tie_];
-      if (tie.face != f) break;
-      Eigen::RowVector3d u = Eigen::RowVector3d::Zero();
-      for (size_t k = 0; k < 3; ++k) u += tie.coefficients[k] * rest_.row(tie.vertices[k]);
-      for (size_t k = 0; k < 3; ++k) rest_vector(tie.vertices[k]) += 2 * tie.weight * tie.coefficients[k] * u;
-    }
+    const std::vector<Triangle>& triangles = triangulation_.triangles;
+    const std::vector<Tie>& ties = triangulation_.ties;
+    while (next_triangle_ < triangles.size() && triangles[next_triangle_].face == f) add(triangles[next_triangle_++]);
+    while (next_tie_ < ties.size() && ties[next_tie_].face == f) add(ties[next_tie_++]);
   }
 
  private:
-  auto rest_vector(int vertex) { return forces_.rest_vectors_.row(corner_of_[vertex]); }
+  void add(const Triangle& triangle) {
+    for (size_t edge = 0; edge < 3; ++edge) {
+      const int a = triangle.vertices[(edge + 1) % 3];
+      const int b = triangle.vertices[(edge + 2) % 3];
+      const Eigen::RowVector3d pull = 2 * triangle.half_cotangents[edge] * (rest_.row(a) - rest_.row(b));
+      add(a, pull);
+      add(b, -pull);
+    }
+  }
+
+  void add(const Tie& tie) {
+    Eigen::RowVector3d u = Eigen::RowVector3d::Zero();
+    for (size_t k = 0; k < 3; ++k) u += tie.coefficients[k] * rest_.row(tie.vertices[k]);
+    for (size_t k = 0; k < 3; ++k) add(tie.vertices[k], 2 * tie.weight * tie.coefficients[k] * u);
+  }
+
+  void add(int vertex, const Eigen::RowVector3d& q) { forces_.rest_vectors_.row(corner_of_[vertex]) += q; }
 
   FaceForces& forces_;
   const Positions& rest_;
