@@ -22,6 +22,10 @@ Positions rotation_vectors(std::span<const Matrix3> rotations) {
   Positions result(rotations.size(), 3);
   std::optional<Vector3> way;
   for (size_t k = 0; k < rotations.size(); ++k) {
+    if (k > 0 && rotations[k] == rotations[k - 1]) {  // as in the rows of a handle, of which there may be thousands
+      result.row(k) = result.row(k - 1);
+      continue;
+    }
     const Eigen::AngleAxisd turn(nearest_rotation(rotations[k], Matrix3::Identity()));
     double angle = turn.angle();
     if (angle > kNearlyHalf) {

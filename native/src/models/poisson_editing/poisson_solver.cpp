@@ -15,7 +15,7 @@ namespace arap {
 namespace {
 
 /// Of turns, scales and positions, as a part of what they differ by.
-constexpr double kAccuracy = 1e-12;
+constexpr double kAccuracy = 1e-11;
 
 /// Progress of a part of the work.
 Progress part_of(const Progress& progress, double begin, double end) {
@@ -37,41 +37,61 @@ Positions log_scales_of(std::span<const Matrix3> rotations) {
 }  // namespace
 
 void PoissonSolver::set_constraints(const ConstraintSet& set, const Progress& progress) {
-  const bool is_geodesic = propagation_ == Propagation::kGeodesic;
-  const double kMatrix = is_geodesic ? 0.5 : 1.0;
+  const double matrix = propagation_ == Propagation::kGeodesic ? 0.5 : 0.95;  // of the time
   auto constraints = std::make_unique<PreparedConstraints>(model_.prepared, ModelConstraints{set, {}},
-                                                           part_of(progress, 0, kMatrix));
+                                                           part_of(progress, 0, matrix));
   auto handle_rotations = std::make_unique<HandleRotations>(model_.prepared, *constraints);
-  GeodesicWeights weights;
-  if (is_geodesic)
-    find_geodesic_weights(set, *constraints, *handle_rotations, part_of(progress, kMatrix, 1), weights);
+  Handles handles;
+  handles.of_row = handle_rotations->group_of_row();
+  handles.count = 1 + *std::max_element(handles.of_row.begin(), handles.of_row.end());
+  for (int& handle : handles.of_row)
+    if (handle < 0) handle = handles.count++;
+  find_weights(set, *constraints, part_of(progress, matrix, 1), handles);
   handle_rotations_ = std::move(handle_rotations);
   constraints_ = std::move(constraints);
-  weights_ = std::move(weights);
+  handles_ = std::move(handles);
 }
 
-void PoissonSolver::find_geodesic_weights(const ConstraintSet& set, const PreparedConstraints& constraints,
-                                          const HandleRotations& handle_rotations, const Progress& progress,
-                                          GeodesicWeights& weights) {
+void PoissonSolver::find_weights(const ConstraintSet& set, const PreparedConstraints& constraints,
+                                 const Progress& progress, Handles& handles) {
+  // Of more handles the weights would take longer than a solve a frame does.
+  constexpr int kMostHarmonic = 12;
   Meter meter(progress, "the change of constraints was cancelled");
+  meter.reach(0);
+  if (propagation_ == Propagation::kHarmonic) {
+    if (handles.count <= kMostHarmonic)
+      handles.weights =
+          find_harmonic_weights(model_.prepared, constraints, handles.of_row, handles.count, kAccuracy);
+    return;
+  }
   const int threads = model_.prepared.workers.threads();
   if (graph_ == nullptr)
     graph_ = std::make_unique<EdgeGraph>(model_.prepared.energy.K, model_.prepared.rest, threads);
-  meter.tell();
-  const std::vector<int>& groups = handle_rotations.group_of_row();
-  const int n_groups = 1 + *std::max_element(groups.begin(), groups.end());
-  std::vector<std::vector<HandleVertex>> handles(static_cast<size_t>(n_groups) + set.patches.size());
+  HandleVertices vertices(handles.count);
   for (const PreparedConstraints::Entry& entry : constraints.entries)
-    handles[groups[entry.row]].push_back({entry.vertex, entry.row});
-  for (int p = 0; p < set.patches.size(); ++p)
+    vertices[handles.of_row[entry.row]].push_back({entry.vertex, entry.row});
+  for (int p = 0; p < set.patches.size(); ++p) {
+    const int row = static_cast<int>(set.vertices.size()) + p;
     for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k)
-      if (set.patches.weights[k] > 0)
-        handles[n_groups + p].push_back({set.patches.vertices[k], static_cast<int>(set.vertices.size()) + p});
-  weights = GeodesicWeights(*graph_, handles, threads, {&meter, 1});
+      if (set.patches.weights[k] > 0) vertices[handles.of_row[row]].push_back({set.patches.vertices[k], row});
+  }
+  handles.weights = find_geodesic_weights(*graph_, vertices, threads, {&meter, 1});
+}
+
+bool PoissonSolver::are_alike(const Positions& of_rows) const {
+  std::vector<int> first(handles_.count, -1);
+  for (Eigen::Index k = 0; k < of_rows.rows(); ++k) {
+    int& example = first[handles_.of_row[k]];
+    if (example < 0) example = static_cast<int>(k);
+    if (of_rows.row(k) != of_rows.row(example)) return false;
+  }
+  return true;
 }
 
 Positions PoissonSolver::spread(const Positions& of_rows) const {
-  if (propagation_ == Propagation::kGeodesic) return weights_.blend(of_rows, model_.prepared.workers);
+  const bool is_by_weights =
+      propagation_ == Propagation::kGeodesic || (!handles_.weights.empty() && are_alike(of_rows));
+  if (is_by_weights) return handles_.weights.blend(of_rows, model_.prepared.workers);
   return interpolate_harmonically(model_.prepared, *constraints_, of_rows, kAccuracy).values;
 }
 

@@ -8,7 +8,7 @@
 
 #include "constraints/handle_rotations.h"
 #include "constraints/prepared_constraints.h"
-#include "models/poisson_editing/geodesic_weights.h"
+#include "models/poisson_editing/handle_weights.h"
 #include "models/poisson_editing/poisson_model.h"
 #include "sampling/edge_graph.h"
 
@@ -38,10 +38,18 @@ class PoissonSolver {
                                           const Positions& last_turns, const Progress& progress) const;
 
  private:
-  void find_geodesic_weights(const ConstraintSet& set, const PreparedConstraints& constraints,
-                             const HandleRotations& handle_rotations, const Progress& progress,
-                             GeodesicWeights& weights);
-  /// Of what the targets' rows have, over the surface.
+  /// Connected groups of constrained vertices, and patches.
+  struct Handles {
+    std::vector<int> of_row;  ///< (n_targets,) counted from 0
+    int count = 0;
+    HandleWeights weights;  ///< none of many harmonic ones: each solve spreads what the rows have
+  };
+
+  void find_weights(const ConstraintSet& set, const PreparedConstraints& constraints, const Progress& progress,
+                    Handles& handles);
+  /// Whether all rows of a handle have the same.
+  [[nodiscard]] bool are_alike(const Positions& of_rows) const;
+  /// What the targets' rows have, over the surface.
   [[nodiscard]] Positions spread(const Positions& of_rows) const;
   /// The surface that its faces drive, with the constraints at the targets.
   [[nodiscard]] Positions driven(const Positions& forces, const Positions& targets) const;
@@ -51,7 +59,7 @@ class PoissonSolver {
   std::unique_ptr<EdgeGraph> graph_;  ///< made when first needed
   std::unique_ptr<PreparedConstraints> constraints_;
   std::unique_ptr<HandleRotations> handle_rotations_;  ///< refers to constraints_
-  GeodesicWeights weights_;
+  Handles handles_;
 };
 
 }  // namespace arap

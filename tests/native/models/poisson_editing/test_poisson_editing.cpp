@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -156,6 +157,28 @@ TEST(PoissonEditing, AgreesWithTheDenseReference) {
                 1e-6 * mesh.diagonal())
           << mesh.name;
     }
+}
+
+/// Handles that are many, or touch with turns of their own, are spread in another way.
+TEST(PoissonEditing, AgreesWithTheDenseReferenceForManyHandles) {
+  const MeshData mesh = bumpy_sphere(2);
+  const DensePoisson dense(mesh);
+  Random random(6);
+  for (const int step : {7, 40}) {
+    Handles handles;
+    for (int v = 0; v + 1 < mesh.n_vertices(); v += step)
+      handles.push_back(moved(mesh, {v, v + 1}, random.vector(1), random.vector(.3), random.uniform(.8, 1.3)));
+    EXPECT_LT(max_distance(solve(mesh, PoissonTask(handles)).positions,
+                           dense.solve(handles, dense.harmonic_weights(handles))),
+              1e-9);
+  }
+  const std::vector<int> tip = end_of(mesh, -.2);
+  const auto middle = tip.begin() + std::ssize(tip) / 2;
+  Handles touching{moved(mesh, end_of(mesh, .2)), moved(mesh, {tip.begin(), middle}, Vector3(.5, 0, 0)),
+                   moved(mesh, {middle, tip.end()}, Vector3(0, -.4, .3), Vector3(0, .2, 0))};
+  EXPECT_LT(max_distance(solve(mesh, PoissonTask(touching)).positions,
+                         dense.solve(touching, dense.harmonic_weights(touching))),
+            1e-9);
 }
 
 TEST(PoissonEditing, MeetsConstraints) {
@@ -366,7 +389,7 @@ TEST(PoissonEditing, ACancelledChangeOfConstraintsChangesNothing) {
     PoissonEditing solver(mesh.mesh(), by(propagation));
     solver.set_constraints(given.task.constraints);
     const Positions expected = solver.solve(given.task.targets, {}, given.rotations).positions;
-    for (const double stop : {.0, .6, .95})
+    for (const double stop : {.0, .3})
       expect_error<arap::Cancelled>(
           [&] { solver.set_constraints({{0, 1}, {}, {}}, [&](double done) { return done < stop; }); },
           {"the change of constraints was cancelled"});
