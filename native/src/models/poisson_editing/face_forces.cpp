@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "models/poisson_editing/face_forces.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <span>
+#include <utility>
 
 #include "geometry/rotation_vectors.h"
 #include "parallel/parallel.h"
@@ -64,10 +67,29 @@ FaceForces::FaceForces(const PolygonMesh& mesh, const Triangulation& triangulati
 }
 
 void FaceForces::renumber(const std::vector<int>& new_of_old) {
+  const auto n_vertices = static_cast<int>(new_of_old.size());
   for (int& v : vertices_) v = new_of_old[v];
-  corners_ = Grouped(static_cast<int>(new_of_old.size()), [&](const auto& add) {
-    for (size_t k = 0; k < vertices_.size(); ++k) add(vertices_[k], static_cast<int>(k));
+  // In the order of their vertices, faces find what they read near what the last one has read.
+  const Grouped by_lowest(n_vertices, [&](const auto& add) {
+    for (int f = 0; f < n_faces(); ++f)
+      add(*std::min_element(vertices_.begin() + offsets_[f], vertices_.begin() + offsets_[f + 1]), f);
   });
+  FaceForces sorted;
+  sorted.offsets_.reserve(offsets_.size());
+  sorted.vertices_.reserve(vertices_.size());
+  sorted.rest_vectors_.resize(rest_vectors_.rows(), 3);
+  for (int v = 0; v < n_vertices; ++v)
+    for (const int f : by_lowest.of(v)) {
+      for (int k = offsets_[f]; k < offsets_[f + 1]; ++k) {
+        sorted.rest_vectors_.row(std::ssize(sorted.vertices_)) = rest_vectors_.row(k);
+        sorted.vertices_.push_back(vertices_[k]);
+      }
+      sorted.offsets_.push_back(static_cast<int>(sorted.vertices_.size()));
+    }
+  sorted.corners_ = Grouped(n_vertices, [&](const auto& add) {
+    for (size_t k = 0; k < sorted.vertices_.size(); ++k) add(sorted.vertices_[k], static_cast<int>(k));
+  });
+  *this = std::move(sorted);
 }
 
 Matrix3 FaceForces::change_of(int f, const Positions& turns, const Positions& log_scales) const {
@@ -86,7 +108,7 @@ Matrix3 FaceForces::change_of(int f, const Positions& turns, const Positions& lo
 
 Positions FaceForces::find(const Positions& turns, const Positions& log_scales, const Workers& workers) const {
   Positions of_corners(rest_vectors_.rows(), 3);
-  parallel_for(workers, static_cast<int>(offsets_.size()) - 1, [&](int begin, int end) {
+  parallel_for(workers, n_faces(), [&](int begin, int end) {
     for (int f = begin; f < end; ++f) {
       const Matrix3 change = change_of(f, turns, log_scales);
       for (int k = offsets_[f]; k < offsets_[f + 1]; ++k)

@@ -34,6 +34,7 @@ class FaceForces {
  private:
   /// Adds the triangles and ties of face f to its corners' rest vectors.
   class Reader;
+  [[nodiscard]] int n_faces() const { return static_cast<int>(offsets_.size()) - 1; }
   /// s_f R_f - I.
   [[nodiscard]] Matrix3 change_of(int f, const Positions& turns, const Positions& log_scales) const;
 
