@@ -42,8 +42,8 @@ constexpr std::pair<const char*, arap::InitialGuess> kInitialGuesses[] = {
 };
 constexpr std::pair<const char*, arap::Acceleration> kAccelerations[] = {
     {"conjugate_gradients", arap::Acceleration::kConjugateGradients}, {"none", arap::Acceleration::kNone}};
-constexpr std::pair<const char*, arap::Propagation> kPropagations[] = {
-    {"harmonic", arap::Propagation::kHarmonic}, {"geodesic", arap::Propagation::kGeodesic}};
+constexpr std::pair<const char*, arap::Propagation> kPropagations[] = {{"harmonic", arap::Propagation::kHarmonic},
+                                                                       {"geodesic", arap::Propagation::kGeodesic}};
 constexpr std::pair<const char*, arap::StopReason> kStopReasons[] = {
     {"converged", arap::StopReason::kConverged},
     {"max_iterations", arap::StopReason::kMaxIterations},

@@ -32,10 +32,10 @@ struct PoissonOptions {
   void validate() const;
 };
 
-/// Poisson mesh editing: each face takes a turn and a scale from the handles, and the surface is the one whose gradients
-/// are nearest to those of the faces. The model is linear in positions, so a solve is one step, the cheapest of all
-/// models. It is as good as the turns: handles that are moved without a turn pull cones. Single vertices and patches
-/// tell no turn by their targets; give it.
+/// Poisson mesh editing: each face takes a turn and a scale from the handles, and the surface is the one whose
+/// gradients are nearest to those of the faces. The model is linear in positions, so a solve is one step, the cheapest
+/// of all models. It is as good as the turns: handles that are moved without a turn pull cones. Single vertices and
+/// patches tell no turn by their targets; give it.
 ///
 /// [YZX04]  Yu, Zhou, Xu, Shi, Bao, Guo, Shum: Mesh Editing with Poisson-Based Gradient Field Manipulation,
 ///          SIGGRAPH 2004.
@@ -58,8 +58,8 @@ class PoissonEditing {
   /// 100,000 vertices.
   void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});
 
-  /// Moves the mesh to `targets`, in double precision. The result follows from the targets alone, but for whole turns: a
-  /// handle turns on from the last solve by less than half a turn, so that in steps it may turn as far as it likes.
+  /// Moves the mesh to `targets`, in double precision. The result follows from the targets alone, but for whole turns:
+  /// a handle turns on from the last solve by less than half a turn, so that in steps it may turn as far as it likes.
   /// @param targets    as for SurfaceArap::solve
   /// @param options    only the initial guess counts: all but InitialGuess::kPrevious turn the short way from rest
   /// @param rotations  of each target's handle: the linear part of its motion since rest, a rotation times a uniform

@@ -41,8 +41,8 @@ void go_on_from(const Positions& last, Positions& turns) {
   constexpr double kNone = 1e-9;  // radian: a rotation without an axis of its own
   for (Eigen::Index k = 0; k < turns.rows(); ++k) {
     const double angle = turns.row(k).norm();
-    const Eigen::RowVector3d axis = angle > kNone ? Eigen::RowVector3d(turns.row(k) / angle)
-                                                  : Eigen::RowVector3d(last.row(k).normalized());
+    const Eigen::RowVector3d axis =
+        angle > kNone ? Eigen::RowVector3d(turns.row(k) / angle) : Eigen::RowVector3d(last.row(k).normalized());
     const double way = last.row(k).dot(axis) - angle;
     // What is about as near as the nearest one keeps the way that several have in common.
     if (std::abs(way) > kWholeTurn - kNearlyHalf) turns.row(k) += kWholeTurn * std::round(way / kWholeTurn) * axis;

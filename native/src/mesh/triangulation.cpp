@@ -153,7 +153,7 @@ class Triangulator {
   const PolygonMesh& mesh_;
   EdgeWeights weights_;
   Triangulation result_;
-  int face_ = 0;  ///< the one at hand
+  int face_ = 0;              ///< the one at hand
   std::vector<size_t> caps_;  ///< ties of triangle faces whose middle vertex is on the longest edge
 };
 

@@ -12,7 +12,7 @@ namespace arap {
 /// A triangle of the surface. Edge k is opposite to corner k: it joins corners k + 1 and k + 2 (mod 3).
 struct Triangle {
   std::array<int, 3> vertices;
-  int face;  ///< of the mesh
+  int face;                               ///< of the mesh
   std::array<double, 3> half_cotangents;  ///< 1/2 cot of the angle at corner k = weight of edge k, times the share of
                                           ///< the triangle in its face; may be negative
 };

@@ -42,7 +42,9 @@ SolveResult VertexModel::solve(const Positions& targets, const SolveOptions& opt
   return result;
 }
 
-void VertexModel::set_positions(const Positions& positions) { engine_.set_positions(user_.checked_to_model(positions)); }
+void VertexModel::set_positions(const Positions& positions) {
+  engine_.set_positions(user_.checked_to_model(positions));
+}
 
 Positions VertexModel::positions() const { return space_.to_input(engine_.positions(), workers_); }
 
@@ -58,7 +60,8 @@ Positions VertexModel::energy_gradient(const Positions& positions) {
 }
 
 double VertexModel::evaluate(const Positions& positions, Positions& gradient) {
-  const double energy = space_.energy_to_input(engine_.evaluate(user_.checked_to_model(positions), gradient), dimension_);
+  const double energy =
+      space_.energy_to_input(engine_.evaluate(user_.checked_to_model(positions), gradient), dimension_);
   if (!std::isfinite(energy) || !(gradient * space_.energy_to_input(1, dimension_ - 1)).allFinite())
     throw SolverError(text("the energy at these positions is too large for a number: they are up to ",
                            space_.points_to_model(positions).cwiseAbs().maxCoeff(), " sizes of the mesh away"));

@@ -38,9 +38,9 @@ class FaceForces {
   /// s_f R_f - I.
   [[nodiscard]] Matrix3 change_of(int f, const Positions& turns, const Positions& log_scales) const;
 
-  std::vector<int> offsets_{0};  ///< (n_faces + 1,) first corner of each face
-  std::vector<int> vertices_;    ///< (n_corners,)
-  Positions rest_vectors_;       ///< (n_corners, 3); where a face names a vertex twice, at one of both
+  std::vector<int> offsets_{0};             ///< (n_faces + 1,) first corner of each face
+  std::vector<int> vertices_;               ///< (n_corners,)
+  Positions rest_vectors_;                  ///< (n_corners, 3); where a face names a vertex twice, at one of both
   Grouped corners_{0, [](const auto&) {}};  ///< by vertex
 };
 

@@ -50,7 +50,8 @@ Nearest find_nearest(const EdgeGraph& graph, const std::vector<HandleVertex>& ha
 
 HandleWeights::HandleWeights(int n_vertices, int n_handles) : n_(n_vertices), n_handles_(n_handles) {
   const size_t size = static_cast<size_t>(n_) * n_handles_;
-  require_memory(static_cast<double>(size) * (sizeof(double) + sizeof(int)), "the weight of each handle at each vertex");
+  require_memory(static_cast<double>(size) * (sizeof(double) + sizeof(int)),
+                 "the weight of each handle at each vertex");
   weights_.resize(size);
   rows_.resize(size);
 }

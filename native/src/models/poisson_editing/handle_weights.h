@@ -49,9 +49,9 @@ class HandleWeights {
   std::vector<int> rows_;        ///< (n, n_handles)
 };
 
-/// Weights 1 / d_h, scaled to sum 1, with d_h the distance along edges to the nearest vertex of handle h; its row is the
-/// one that counts, should those of a handle differ. Between two handles this falls off evenly. Vertices that no handle
-/// reaches have weights 0.
+/// Weights 1 / d_h, scaled to sum 1, with d_h the distance along edges to the nearest vertex of handle h; its row is
+/// the one that counts, should those of a handle differ. Between two handles this falls off evenly. Vertices that no
+/// handle reaches have weights 0.
 [[nodiscard]] HandleWeights find_geodesic_weights(const EdgeGraph& graph, const HandleVertices& handles, int threads,
                                                   const MeterPart& meter);
 

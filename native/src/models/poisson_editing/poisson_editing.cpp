@@ -24,8 +24,8 @@ double bytes_to_bind(const PolygonMesh& mesh) {
 void require_orientation(std::span<const Matrix3> rotations) {
   for (size_t k = 0; k < rotations.size(); ++k)
     if (const double determinant = rotations[k].determinant(); !(determinant > 0))
-      throw InvalidInput(text("rotations[", k, "] has determinant ", determinant,
-                              ", must be above 0: a rotation times a scale"));
+      throw InvalidInput(
+          text("rotations[", k, "] has determinant ", determinant, ", must be above 0: a rotation times a scale"));
 }
 
 }  // namespace

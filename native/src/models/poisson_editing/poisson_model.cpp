@@ -30,8 +30,9 @@ std::vector<int> prepare_poisson(PoissonModel& model, const PolygonMesh& mesh, c
   const auto fill = [&](int i, RowAccumulator<double>& column) { assembler.system_column(i, column); };
   prepared.energy.K = assemble_matrix(mesh.n_vertices(), threads, fill, {&meter, 0.2});
   // The order of the unknowns takes most of a bind: the rest vectors are made beside it.
-  std::future<std::unique_ptr<LinearSolver>> solver =
-      beside(prepared.workers, [&] { return prepared.make_solver({&meter, 0.6}); });
+  std::future<std::unique_ptr<LinearSolver>> solver = beside(prepared.workers, [&] {
+    return prepared.make_solver({&meter, 0.6});
+  });
   model.forces = FaceForces(mesh, assembler.triangulation());
   meter.wait_for(solver);
   prepared.solver = solver.get();

@@ -10,8 +10,8 @@
 
 namespace arap {
 
-/// A surface for Poisson editing. The prepared model has no cells: only its matrix counts, K = 2 L, with L the Laplacian
-/// of cotangents.
+/// A surface for Poisson editing. The prepared model has no cells: only its matrix counts, K = 2 L, with L the
+/// Laplacian of cotangents.
 struct PoissonModel {
   PreparedModel prepared;
   FaceForces forces;

@@ -38,8 +38,8 @@ Positions log_scales_of(std::span<const Matrix3> rotations) {
 
 void PoissonSolver::set_constraints(const ConstraintSet& set, const Progress& progress) {
   const double matrix = propagation_ == Propagation::kGeodesic ? 0.5 : 0.95;  // of the time
-  auto constraints = std::make_unique<PreparedConstraints>(model_.prepared, ModelConstraints{set, {}},
-                                                           part_of(progress, 0, matrix));
+  auto constraints =
+      std::make_unique<PreparedConstraints>(model_.prepared, ModelConstraints{set, {}}, part_of(progress, 0, matrix));
   auto handle_rotations = std::make_unique<HandleRotations>(model_.prepared, *constraints);
   Handles handles;
   handles.of_row = handle_rotations->group_of_row();
@@ -60,13 +60,11 @@ void PoissonSolver::find_weights(const ConstraintSet& set, const PreparedConstra
   meter.reach(0);
   if (propagation_ == Propagation::kHarmonic) {
     if (handles.count <= kMostHarmonic)
-      handles.weights =
-          find_harmonic_weights(model_.prepared, constraints, handles.of_row, handles.count, kAccuracy);
+      handles.weights = find_harmonic_weights(model_.prepared, constraints, handles.of_row, handles.count, kAccuracy);
     return;
   }
   const int threads = model_.prepared.workers.threads();
-  if (graph_ == nullptr)
-    graph_ = std::make_unique<EdgeGraph>(model_.prepared.energy.K, model_.prepared.rest, threads);
+  if (graph_ == nullptr) graph_ = std::make_unique<EdgeGraph>(model_.prepared.energy.K, model_.prepared.rest, threads);
   HandleVertices vertices(handles.count);
   for (const PreparedConstraints::Entry& entry : constraints.entries)
     vertices[handles.of_row[entry.row]].push_back({entry.vertex, entry.row});

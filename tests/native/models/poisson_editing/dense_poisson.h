@@ -10,8 +10,8 @@ namespace arap_test {
 /// Vertices that turn and grow as one, and where they go.
 struct PoissonHandle {
   std::vector<int> vertices;
-  Positions targets;                ///< of each vertex
-  Vector3 turn = Vector3::Zero();   ///< rotation vector
+  Positions targets;               ///< of each vertex
+  Vector3 turn = Vector3::Zero();  ///< rotation vector
   double scale = 1;
 
   [[nodiscard]] Matrix3 rotation() const;

@@ -63,9 +63,18 @@ Handles some_bend(const MeshData& mesh, double scale = 1) {
 
 /// All of them in pieces that are farther apart than an edge.
 std::vector<MeshData> meshes() {
-  return {bar(3, Faces::kQuads),   bar(2, Faces::kTriangles), cylinder(8, 8),       open_cylinder(9, 8, Faces::kTriangles),
-          bumpy_sphere(2),         quad_sphere(4),            l_prism(6),           star_prism(5, 6),
-          moebius_strip(20, 2),    sheared_cylinder(12, 8),   book(5, Faces::kQuads), two_spheres(1)};
+  return {bar(3, Faces::kQuads),
+          bar(2, Faces::kTriangles),
+          cylinder(8, 8),
+          open_cylinder(9, 8, Faces::kTriangles),
+          bumpy_sphere(2),
+          quad_sphere(4),
+          l_prism(6),
+          star_prism(5, 6),
+          moebius_strip(20, 2),
+          sheared_cylinder(12, 8),
+          book(5, Faces::kQuads),
+          two_spheres(1)};
 }
 
 const std::vector<Propagation> kPropagations = {Propagation::kHarmonic, Propagation::kGeodesic};
@@ -89,9 +98,7 @@ TEST(PoissonEditing, RestsAndMovesWithOneSimilarity) {
     for (const Propagation propagation : kPropagations)
       for (const double scale : {1.0, 1.7, .3}) {
         const RigidMotion motion = random.rigid_motion(3, mesh.diagonal());
-        const auto apply = [&](const Positions& p) {
-          return Positions(scale * motion.apply(p));
-        };
+        const auto apply = [&](const Positions& p) { return Positions(scale * motion.apply(p)); };
         Task task = hold(mesh, end_of(mesh, .2));
         PoissonEditing solver(mesh.mesh(), by(propagation));
         solver.set_constraints(task.constraints);
@@ -227,8 +234,7 @@ TEST(PoissonEditing, TwistsBeyondHalfATurnInSteps) {
     solver.set_constraints(PoissonTask(twisted(mesh, 0)).task.constraints);
     const auto solve_to = [&](double degrees, arap::InitialGuess guess) {
       const PoissonTask given(twisted(mesh, degrees));
-      return solver
-          .solve(given.task.targets, iterations(1, guess), is_given ? given.rotations : std::vector<Matrix3>())
+      return solver.solve(given.task.targets, iterations(1, guess), is_given ? given.rotations : std::vector<Matrix3>())
           .positions;
     };
     const auto off = [&](const Positions& result, double degrees) {
@@ -313,7 +319,7 @@ TEST(PoissonEditing, DegenerateFacesHaveNoSay) {
   for (const Faces faces : {Faces::kTriangles, Faces::kQuads}) {
     const MeshData mesh = grid(8, faces, [](double x, double y) { return .2 * x * y; });
     MeshData with_slivers = mesh;
-    with_slivers.faces.push_back({0, 1, 2});   // in a row
+    with_slivers.faces.push_back({0, 1, 2});  // in a row
     with_slivers.faces.push_back({20, 21, 20});
     with_slivers.faces.push_back({30, 30, 30, 30});
     const PoissonTask given(some_bend(mesh));
@@ -324,7 +330,8 @@ TEST(PoissonEditing, DegenerateFacesHaveNoSay) {
 }
 
 TEST(PoissonEditing, PartsWithoutConstraintsAndLooseVerticesStayAtRest) {
-  MeshData mesh = join(bumpy_sphere(1), transformed(bumpy_sphere(1), [](const Vector3& x) { return Vector3(x[0] + 4, x[1], x[2]); }));
+  MeshData mesh = join(bumpy_sphere(1),
+                       transformed(bumpy_sphere(1), [](const Vector3& x) { return Vector3(x[0] + 4, x[1], x[2]); }));
   const int loose = mesh.add_vertex({40, 50, 60});
   const MeshData sphere = bumpy_sphere(1);
   for (const Propagation propagation : kPropagations) {
@@ -391,7 +398,9 @@ TEST(PoissonEditing, ACancelledChangeOfConstraintsChangesNothing) {
     const Positions expected = solver.solve(given.task.targets, {}, given.rotations).positions;
     for (const double stop : {.0, .3})
       expect_error<arap::Cancelled>(
-          [&] { solver.set_constraints({{0, 1}, {}, {}}, [&](double done) { return done < stop; }); },
+          [&] {
+            solver.set_constraints({{0, 1}, {}, {}}, [&](double done) { return done < stop; });
+          },
           {"the change of constraints was cancelled"});
     EXPECT_EQ(solver.solve(given.task.targets, {}, given.rotations).positions, expected);
   }
@@ -408,8 +417,11 @@ TEST(PoissonEditingErrors, SayWhatIsWrong) {
   PoissonEditing solver(mesh);
   expect_error<InvalidInput>([&] { solver.solve(mesh.positions()); }, {"nothing is constrained", "set_constraints"});
   expect_error<InvalidInput>([&] { solver.set_constraints({{99}, {}, {}}); }, {"99"});
-  expect_error<InvalidInput>([&] { solver.set_constraints({{0}, {}, {}, {{{0, 0, 0}, {1, 0, 0}}}}); },
-                             {"segments need a model with an inside"});
+  expect_error<InvalidInput>(
+      [&] {
+        solver.set_constraints({{0}, {}, {}, {{{0, 0, 0}, {1, 0, 0}}}});
+      },
+      {"segments need a model with an inside"});
   expect_error<InvalidInput>([&] { solver.set_positions(Positions::Zero(3, 3)); }, {"positions", "3", "12"});
   solver.set_constraints({{0, 1}, {}, {}});
   const Positions targets = mesh.positions().topRows(2);
