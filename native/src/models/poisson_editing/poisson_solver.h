@@ -26,7 +26,7 @@ class PoissonSolver {
   PoissonSolver(const PoissonModel& model, Propagation propagation) : model_(model), propagation_(propagation) {}
 
   /// Throws InvalidInput, SolverError or Cancelled, and then the former constraints stay.
-  void set_constraints(const ConstraintSet& constraints, const Progress& progress);
+  void set_constraints(const ConstraintSet& set, const Progress& progress);
   [[nodiscard]] bool has_constraints() const { return constraints_ != nullptr; }
   [[nodiscard]] const std::vector<int>& parts_at_rest() const { return constraints_->parts_at_rest; }
 
