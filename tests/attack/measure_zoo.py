@@ -37,9 +37,13 @@ import zoo
 HANGS = 30
 # Of the mesh's size, at rest. A sliver that is held at one corner turns freely about it: single precision leaves its
 # angle open by some 1e-6. A lattice around a line, which turns freely about it, takes its vertices along a little.
-DRIFT = {"surface": 3e-6, "lattice": 1e-4}
+DRIFT = {"surface": 3e-6, "lattice": 1e-4, "poisson": 1e-9}
 # The classes of arap_native, and of their options.
-MODELS = {"surface": ("SurfaceArap", "Options"), "lattice": ("LatticeArap", "LatticeOptions")}
+MODELS = {
+    "surface": ("SurfaceArap", "Options"),
+    "lattice": ("LatticeArap", "LatticeOptions"),
+    "poisson": ("PoissonEditing", "PoissonOptions"),
+}
 PARTS = ("bind", "set", "solve")
 REFUSALS = ("ValueError", "RuntimeError", "MemoryError")
 HEADER = f"{'kind':32}{'vertices':>9}{'faces':>9}{'bind':>8}{'set':>8}{'solve':>8}{'us/face':>9}{'MB':>7}  what"
