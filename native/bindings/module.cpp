@@ -48,6 +48,8 @@ PYBIND11_MODULE(_native, m) {
   cancelled.attr("__doc__") = docstrings::Cancelled;
   bind_options(m);
   bind_lattice_options(m);
+  bind_poisson_options(m);
+  bind_embedded_options(m);
   bind_tet_options(m);
   bind_solve_options(m);
   bind_result(m);
@@ -56,6 +58,8 @@ PYBIND11_MODULE(_native, m) {
   bind_model(m, jobs);
   bind_surface_arap(m, jobs);
   bind_lattice_arap(m, jobs);
+  bind_poisson_editing(m, jobs);
+  bind_embedded_deformation(m, jobs);
   bind_tet_arap(m, jobs);
   py::module_::import("atexit").attr("register")(py::cpp_function([jobs] { jobs->close(); }));
   m.def(
@@ -72,7 +76,8 @@ PYBIND11_MODULE(_native, m) {
       docstrings::same_places, py::arg("rest_positions"), py::arg("corner_vertices"),
       py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
-  for (const char* name : {"Cancelled", "Job", "LatticeArap", "LatticeOptions", "Model", "Options", "SolveOptions",
+  for (const char* name : {"Cancelled", "EmbeddedDeformation", "EmbeddedOptions", "Job", "LatticeArap",
+                           "LatticeOptions", "Model", "Options", "PoissonEditing", "PoissonOptions", "SolveOptions",
                            "SolveResult", "SurfaceArap", "TetArap", "TetOptions"})
     m.attr(name).attr("__module__") = "arap_native";
 }

@@ -6,11 +6,15 @@ from typing import TypeAlias
 from . import _native
 from ._native import (
     Cancelled,
+    EmbeddedDeformation,
+    EmbeddedOptions,
     Job,
     LatticeArap,
     LatticeOptions,
     Model,
     Options,
+    PoissonEditing,
+    PoissonOptions,
     SolveOptions,
     SolveResult,
     SurfaceArap,
@@ -26,11 +30,15 @@ Progress: TypeAlias = Callable[[float], bool | None]
 
 __all__ = [
     "Cancelled",
+    "EmbeddedDeformation",
+    "EmbeddedOptions",
     "Job",
     "LatticeArap",
     "LatticeOptions",
     "Model",
     "Options",
+    "PoissonEditing",
+    "PoissonOptions",
     "Progress",
     "SolveOptions",
     "SolveResult",

@@ -101,6 +101,48 @@ class LatticeOptions:
         self, *, cube_size: float = 0.0, keep_volume: float = 0.0, threads: int = 0, join_seams: bool = False
     ) -> None: ...
 
+class EmbeddedOptions:
+    """Options of an EmbeddedDeformation, fixed at bind. A value that is not allowed raises ValueError when set."""
+
+    node_distance: float
+    """Distance between nodes, as a fraction of the bounding-box diagonal, in [0.005, 1]. Smaller bends more sharply
+    and is slower: half the distance makes four times as many nodes."""
+    nodes: Literal["affine", "rigid"]
+    """How a node may move: "affine" by any affine map, drawn to a rotation; "rigid" by a rotation and a translation,
+    with half the unknowns."""
+    weights: Literal["smooth", "nearest"]
+    """Which nodes move a vertex: "smooth" all within twice their distance; "nearest" the four nearest, as published,
+    which makes bumps."""
+    rotation_weight: float
+    """Of the term that draws affine nodes to rotations, > 0."""
+    regularization_weight: float
+    """Of the term that keeps neighbours together, > 0."""
+    constraint_weight: float
+    """Of the constraints, > 0."""
+    threads: int
+    """Threads of bind and solve; 0 is as many as pay at this size."""
+    def __init__(
+        self,
+        *,
+        node_distance: float = 0.05,
+        nodes: Literal["affine", "rigid"] = "affine",
+        weights: Literal["smooth", "nearest"] = "smooth",
+        rotation_weight: float = 1.0,
+        regularization_weight: float = 10.0,
+        constraint_weight: float = 100.0,
+        threads: int = 0,
+    ) -> None: ...
+
+class PoissonOptions:
+    """Options of a PoissonEditing, fixed at bind. A value that is not allowed raises ValueError when it is set."""
+
+    propagation: Literal["harmonic", "geodesic"]
+    """How the turns and scales of handles spread over the surface: "harmonic" functions know handles that touch, and
+    strengths; "geodesic", by 1 / distance along the edges, falls off evenly between two handles."""
+    threads: int
+    """Threads of bind and solve; 0 is as many as pay at this size."""
+    def __init__(self, *, propagation: Literal["harmonic", "geodesic"] = "harmonic", threads: int = 0) -> None: ...
+
 class TetOptions:
     """Options of a TetArap, fixed at bind. A value that is not allowed raises ValueError when it is set."""
 
@@ -175,7 +217,7 @@ class SolveResult:
         """Vertices in no face or tetrahedron, left at rest unless constrained."""
 
 class Model:
-    """A mesh bound to a model of deformation: what SurfaceArap, LatticeArap and TetArap have in common."""
+    """A mesh bound to a model of deformation: what all classes of models have in common."""
 
     def set_constraints(
         self,
@@ -422,6 +464,91 @@ class LatticeArap(Model):
     @property
     def cube_size(self) -> float:
         """Edge of a cube of the lattice, in the unit of the rest positions."""
+
+class PoissonEditing(Model):
+    """Poisson mesh editing of a polygon surface. Construction binds the mesh.
+
+    Each face takes a turn and a scale from the handles, and the surface is the one whose gradients are nearest to those
+    of the faces. The model is linear in positions: a solve is one step, in double precision, and its energies are 0. It
+    is as good as the turns: handles that are moved without a turn pull cones.
+
+    In solve(), ``rotations`` are the linear parts of the motions of the targets' handles since rest: a rotation times a
+    uniform scale > 0. Without them rotations are estimated from the targets, and nothing grows. A handle turns on from
+    the last solve by less than half a turn, so in steps it may turn as far as it likes; any initial guess but
+    "previous" turns the short way from rest. The result follows from that alone: set_positions() only shows positions
+    until the next solve.
+    """
+
+    def __init__(
+        self,
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: PoissonOptions | None = None,
+        *,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds a mesh.
+
+        Args:
+            rest_positions, corner_vertices, face_sizes, progress: as for SurfaceArap.
+            options: see PoissonOptions.
+
+        Raises:
+            ValueError: as for SurfaceArap.
+            Cancelled: ``progress`` returned False.
+        """
+
+    @staticmethod
+    def begin_bind(
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: PoissonOptions | None = None,
+    ) -> Job[PoissonEditing]:
+        """Begins to bind a mesh: the constructor as a job."""
+
+class EmbeddedDeformation(Model):
+    """A graph of nodes, each with a map of its own, that moves a polygon surface. Construction binds the mesh.
+
+    In solve() an iteration is a Gauss-Newton step, and energies are pure numbers. Hard constraints are met as well as
+    the nodes can. ``rotations`` are not used: a graph finds them.
+    """
+
+    def __init__(
+        self,
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: EmbeddedOptions | None = None,
+        *,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds a mesh.
+
+        Args:
+            rest_positions, corner_vertices, face_sizes, progress: as for SurfaceArap.
+            options: see EmbeddedOptions.
+
+        Raises:
+            ValueError: as for SurfaceArap, or a mesh without faces or size.
+            Cancelled: ``progress`` returned False.
+        """
+
+    @staticmethod
+    def begin_bind(
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: EmbeddedOptions | None = None,
+    ) -> Job[EmbeddedDeformation]:
+        """Begins to bind a mesh: the constructor as a job."""
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+    @property
+    def nodes(self) -> NDArray[np.float64]:
+        """(n_nodes, 3) float64 where the nodes are at rest."""
 
 class TetArap(Model):
     """As-rigid-as-possible deformation of tetrahedra. Construction binds the mesh.
