@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -54,50 +55,73 @@ class Cage::Builder {
 
   void add_face(std::span<const int> face, int number) {
     const Positions& p = cage_.vertices_;
+    face_ = number;
+    plane_.reset();
     if (face.size() == 3) {
-      add_cut(std::array<Corners, 1>{{{face[0], face[1], face[2]}}}, 1, number);
+      add_cut(std::array<Corners, 1>{{{face[0], face[1], face[2]}}}, 1);
       return;
     }
     const Row of_face = twice_vector_area(p, face);
+    find_plane(face, of_face);
     const std::array<Corners, 2> first = halves(face, 0);
     const std::array<Corners, 2> second = halves(face, 1);
     const bool has_first = is_inside(p, first, of_face);
     const bool has_second = is_inside(p, second, of_face);
-    if (has_first || !has_second) add_cut(first, has_first == has_second ? .5 : 1, number);
-    if (has_second || !has_first) add_cut(second, has_first == has_second ? .5 : 1, number);
+    const double share = has_first == has_second ? .5 : 1;
+    if (has_first || !has_second) add_cut(first, share);
+    if (has_second || !has_first) add_cut(second, share);
   }
 
  private:
-  void add_cut(std::span<const Corners> triangles, double share, int face) {
-    for (const Corners& corners : triangles) add_triangle(corners, share, face);
+  struct Plane {
+    Row normal;
+    Row place;
+  };
+
+  /// The triangles of a flat quad have one plane to the last bit. Near it, how much each cut counts is the ratio of the
+  /// distances to their planes, and with rounding in it, it would be random.
+  void find_plane(std::span<const int> face, const Row& of_face) {
+    constexpr double kFlat = 1e-13;
+    const Positions& p = cage_.vertices_;
+    const Row normal = of_face.normalized();
+    const Row middle = (p.row(face[0]) + p.row(face[1]) + p.row(face[2]) + p.row(face[3])) / 4;
+    if (std::all_of(face.begin(), face.end(), [&](int v) { return std::abs(normal.dot(p.row(v) - middle)) < kFlat; }))
+      plane_ = Plane{normal, middle};
+  }
+
+  void add_cut(std::span<const Corners> triangles, double share) {
+    for (const Corners& corners : triangles) add_triangle(corners, share);
     ++n_cuts_;
   }
 
-  void add_triangle(const Corners& corners, double share, int face) {
+  void add_triangle(const Corners& corners, double share) {
     const Positions& p = cage_.vertices_;
     const Row twice_area = area_vector(p, corners);
     double longest = 0;
     for (int k = 0; k < 3; ++k) longest = std::max(longest, (p.row(corners[k]) - p.row(corners[(k + 1) % 3])).norm());
     if (!(twice_area.norm() > kLeastHeight * longest)) return;
-    const Row normal = twice_area.normalized();
+    Plane plane = plane_.value_or(Plane{twice_area.normalized(), p.row(corners[0])});
+    if (plane.normal.dot(twice_area) < 0) plane.normal = -plane.normal;  // of a face that crosses itself
     CageTriangle triangle{};
     triangle.share = share;
-    set_linear(triangle.depth, -normal, p.row(corners[0]));
+    triangle.twice_area = twice_area.norm();
+    set_linear(triangle.depth, -plane.normal, plane.place);
     std::array<Row, 3> outwards;
     for (int k = 0; k < 3; ++k) {
       const int from = corners[(k + 1) % 3];
       const int to = corners[(k + 2) % 3];
-      const Row along = p.row(to) - p.row(from);
-      outwards[k] = along.cross(normal).normalized();
+      // From the lower vertex to the higher one: triangles of one plane have the same line, turned, to the last bit.
+      const Row along = p.row(std::max(from, to)) - p.row(std::min(from, to));
+      outwards[k] = (from < to ? 1 : -1) * along.cross(plane.normal).normalized();
       triangle.vertices[k] = corners[k];
       triangle.edges[k] = edge(from, to);
       triangle.per_height[k] = along.norm() / twice_area.norm();
-      set_linear(triangle.heights[k], -outwards[k], p.row(from));
+      set_linear(triangle.heights[k], -outwards[k], p.row(std::min(from, to)));
     }
     for (int k = 0; k < 3; ++k) triangle.cosines[k] = outwards[(k + 1) % 3].dot(outwards[(k + 2) % 3]);
     cage_.triangles_.push_back(triangle);
     cage_.cut_of_triangle_.push_back(n_cuts_);
-    cage_.face_of_triangle_.push_back(face);
+    cage_.face_of_triangle_.push_back(face_);
   }
 
   int edge(int from, int to) {
@@ -108,6 +132,8 @@ class Cage::Builder {
       Row::Map(edge.start) = cage_.vertices_.row(from);
       Row::Map(edge.along) = along;
       edge.length = along.norm();
+      edge.ends[0] = from;
+      edge.ends[1] = to;
       cage_.edges_.push_back(edge);
     }
     return place->second;
@@ -116,6 +142,8 @@ class Cage::Builder {
   Cage& cage_;
   std::map<std::pair<int, int>, int> edges_;
   int n_cuts_ = 0;
+  int face_ = 0;                ///< at work
+  std::optional<Plane> plane_;  ///< of that, if it is a flat quad
 };
 
 Cage::Cage(const PolygonMesh& mesh) : n_vertices_(mesh.n_vertices()) {
@@ -139,7 +167,8 @@ Cage::Cage(const PolygonMesh& mesh) : n_vertices_(mesh.n_vertices()) {
 }
 
 CageView Cage::view() const {
-  return {edges_.data(), triangles_.data(), n_vertices_, static_cast<int>(edges_.size()), n_triangles()};
+  return {edges_.data(), triangles_.data(), vertices_.data(), n_vertices_, static_cast<int>(edges_.size()),
+          n_triangles()};
 }
 
 TrianglePlace::TrianglePlace(const CageTriangle& triangle, const Row& point)

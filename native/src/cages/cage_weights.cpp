@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "cages/green.h"
 #include "cages/mean_value.h"
@@ -20,38 +21,44 @@ void put(const Eigen::VectorXd& values, int lane, float* rows) {
   for (Eigen::Index k = 0; k < values.size(); ++k) rows[kCageBlock * k + lane] = static_cast<float>(values[k]);
 }
 
-/// Calls of_block(b, first, n): block b has n points from `first` on.
-template <class OfBlock>
-void for_each_block(const WeightBlocks& weights, int begin, int end, const OfBlock& of_block) {
-  for (int b = begin; b < end; ++b) {
-    const int first = b * kCageBlock;
-    of_block(b, first, std::min(kCageBlock, weights.n_points() - first));
-  }
-}
-
-/// Blocks of mean value coordinates, with what one thread needs for them.
-class MeanValueBlocks {
+/// Computes blocks of weights, with what one thread needs for that.
+class BlockWeights {
  public:
-  MeanValueBlocks(const Cage& cage, const Positions& points, const CageKernels& kernels)
+  BlockWeights(const Cage& cage, CageCoordinates coordinates, const Positions& points, const CageKernels& kernels)
       : cage_(cage),
+        coordinates_(coordinates),
         points_(points),
-        kernels_(kernels),
-        scratch_((cage.edges().size() + static_cast<size_t>(cage.n_vertices())) * kCageBlock) {}
+        compute_(coordinates == CageCoordinates::kGreen ? kernels.green : kernels.mean_values),
+        scratch_(2 * (cage.edges().size() + static_cast<size_t>(cage.n_vertices())) * kCageBlock) {}
 
-  void compute(int first, int n, float* weights) {
+  /// Of n points from `first` on. Calls has_none(point) for those without weights.
+  template <class HasNone>
+  void compute(int first, int n, float* weights, const HasNone& has_none) {
     std::array<double, 3 * kCageBlock> coordinates{};
     for (int lane = 0; lane < kCageBlock; ++lane)  // beyond the last point that once more
       for (int k = 0; k < 3; ++k) coordinates[kCageBlock * k + lane] = points_(first + std::min(lane, n - 1), k);
-    const unsigned unsure = kernels_.mean_values(cage_.view(), coordinates.data(), scratch_.data(), weights);
+    const unsigned unsure = compute_(cage_.view(), coordinates.data(), scratch_.data(), weights);
     for (int lane = 0; lane < n; ++lane)
-      if ((unsure >> static_cast<unsigned>(lane) & 1U) != 0)
-        put(mean_value_coordinates(cage_, points_.row(first + lane)), lane, weights);
+      if ((unsure >> static_cast<unsigned>(lane) & 1U) != 0 && !compute_exactly(first + lane, lane, weights))
+        has_none(first + lane);
   }
 
  private:
+  bool compute_exactly(int point, int lane, float* weights) {
+    if (coordinates_ == CageCoordinates::kMeanValue) {
+      put(mean_value_coordinates(cage_, points_.row(point)), lane, weights);
+      return true;
+    }
+    const GreenCoordinates green = green_coordinates(cage_, points_.row(point));
+    put(green.vertices, lane, weights);
+    put(green.triangles, lane, weights + std::ptrdiff_t{kCageBlock} * cage_.n_vertices());
+    return green.is_inside;
+  }
+
   const Cage& cage_;
+  CageCoordinates coordinates_;
   const Positions& points_;
-  const CageKernels& kernels_;
+  unsigned (*compute_)(const CageView& cage, const double* points, double* scratch, float* weights);
   std::vector<double> scratch_;
 };
 
@@ -63,25 +70,14 @@ int n_weight_rows(const Cage& cage, CageCoordinates coordinates) {
 
 std::vector<int> compute_weights(const Cage& cage, CageCoordinates coordinates, const Positions& points, int threads,
                                  const MeterPart& meter, WeightBlocks& weights, Isa isa) {
-  const CageKernels& own = kernels(isa).cage;
   std::vector<char> has_none(static_cast<size_t>(points.rows()), 0);
-  const auto green = [&](int first, int n, float* rows) {
-    for (int lane = 0; lane < n; ++lane) {
-      const GreenCoordinates of_point = green_coordinates(cage, points.row(first + lane));
-      has_none[first + lane] = of_point.is_inside ? 0 : 1;
-      if (!of_point.is_inside) continue;
-      put(of_point.vertices, lane, rows);
-      put(of_point.triangles, lane, rows + std::ptrdiff_t{kCageBlock} * cage.n_vertices());
-    }
-  };
   parallel_for<kBlocks>(threads, weights.n_blocks(), [&](int begin, int end) {
-    MeanValueBlocks mean_values(cage, points, own);
-    for_each_block(weights, begin, end, [&](int b, int first, int n) {
-      if (coordinates == CageCoordinates::kGreen)
-        green(first, n, weights.block(b));
-      else
-        mean_values.compute(first, n, weights.block(b));
-    });
+    BlockWeights of_block(cage, coordinates, points, kernels(isa).cage);
+    for (int b = begin; b < end; ++b) {
+      const int first = b * kCageBlock;
+      of_block.compute(first, std::min(kCageBlock, weights.n_points() - first), weights.block(b),
+                       [&](int point) { has_none[point] = 1; });
+    }
     meter.add(static_cast<double>(end - begin) / weights.n_blocks());
   });
   std::vector<int> without;

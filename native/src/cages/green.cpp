@@ -2,7 +2,9 @@
 #include "cages/green.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -22,6 +24,21 @@ double seen_logarithm(const CageEdge& edge, const Row& point) {
   const double apart = cosine > 0 ? product + cosine : to_start.cross(along).squaredNorm() / (product - cosine);
   const double sum = to_start.norm() + to_end.norm() + edge.length;
   return std::log(sum * sum / (2 * apart));
+}
+
+/// By the distance from its plane, and within that from the lines of its edges.
+int nearest_triangle(const Cage& cage, const Row& point) {
+  int nearest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (int t = 0; t < cage.n_triangles(); ++t) {
+    const TrianglePlace place(cage.triangle(t), point);
+    const double outside = -*std::min_element(place.heights, place.heights + 3);
+    const double distance = std::max(std::abs(place.depth), outside);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = t;
+  }
+  return nearest;
 }
 
 /// Solid angle of a triangle; > 0 from behind.
@@ -62,8 +79,14 @@ GreenCoordinates green_coordinates(const Cage& cage, const Row& point) {
     result.triangles[t] = factor * (sum - place.depth * omega);
   }
   // The sum is how often the cage winds around the point: 0 outside, a half between both cuts of a bent quad.
-  constexpr double kRounding = 1e-6;
-  result.is_inside = std::abs(result.vertices.sum() - 1) < kRounding;
+  constexpr double kTolerance = 1e-3;
+  const double excess = result.vertices.sum() - 1;
+  result.is_inside = std::abs(excess) < kTolerance;
+  // Near an edge, solid angles are wrong by rounding over the distance. It is the hats of what is near that count
+  // wrongly, and they all give the same place.
+  const CageTriangle& nearest = cage.triangle(nearest_triangle(cage, point));
+  const TrianglePlace place(nearest, point);
+  for (int k = 0; k < 3; ++k) result.vertices[nearest.vertices[k]] -= excess * place.hat(k);
   return result;
 }
 

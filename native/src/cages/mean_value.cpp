@@ -58,23 +58,24 @@ double area_over_depth_outside(const TrianglePlace& place, const std::array<cons
   double of_angles = 0;
   double of_distances = 0;
   for (int k = 0; k < 3; ++k) {
-    const double h = place.heights[k];
-    if (h == 0) continue;  // its two terms cancel
-    const double height = std::abs(h);
-    const double s = std::hypot(height, d);
+    const double side = place.heights[k] < 0 ? -1 : 1;
+    const double h = std::abs(place.heights[k]);
+    const double s = std::hypot(h, d);
     const auto lost = [&](double along) {
-      return std::atan(along * d * d / ((s + height) * (height * s + along * along)));
+      return along == 0 ? 0 : std::atan(along * d * d / ((s + h) * (h * s + along * along)));
     };
-    of_angles += std::copysign(lost(edges[k]->end) - lost(edges[k]->start), h);
-    of_distances += std::copysign(edges[k]->angle_over_distance / (s + height), h);
+    of_angles += side * (lost(edges[k]->end) - lost(edges[k]->start));
+    of_distances += side * edges[k]->angle_over_distance / (s + h);
   }
   return -of_angles / d - d * of_distances;
 }
 
 double area_over_depth(const TrianglePlace& place, const std::array<const SeenEdge*, 3>& edges) {
-  constexpr double kNear = 1e-3;
-  const bool is_outside = std::any_of(place.heights, place.heights + 3, [](double h) { return h < 0; });
-  if (is_outside && std::abs(place.depth) < kNear) return area_over_depth_outside(place, edges);
+  // About how far outside the foot is. Beside the weights of what is so near, rounding is there 1e-16 outside / d in
+  // the sum, and 1e-16 d / outside^2 in the other form.
+  const double outside = -*std::min_element(place.heights, place.heights + 3);
+  if (outside > 0 && place.depth * place.depth < outside * outside * outside)
+    return area_over_depth_outside(place, edges);
   double sum = 0;
   for (int k = 0; k < 3; ++k) sum += place.heights[k] * edges[k]->angle_over_distance;
   return sum / place.depth;

@@ -13,6 +13,7 @@ struct CageEdge {
   double start[3];  // NOLINT: no std::array here, see simd.h
   double along[3];  // NOLINT: to its end
   double length;
+  int ends[2];  // NOLINT: its vertices, start first
 };
 
 /// A triangle of a cage, with its front outwards. Edge k is opposite to corner k.
@@ -24,24 +25,32 @@ struct CageTriangle {
   double per_height[3];  // NOLINT: h_k(x) per_height[k] is 1 at corner k and 0 at the others
   double cosines[3];     // NOLINT: between the edges' normals: of edges 1 and 2, 2 and 0, 0 and 1
   double share;          ///< of its face: a half, if that is cut along both diagonals
+  double twice_area;
 };
 
 /// A cage of diagonal 1.
 struct CageView {
   const CageEdge* edges;
   const CageTriangle* triangles;
+  const double* vertices;  ///< (n_vertices, 3)
   int n_vertices;
   int n_edges;
   int n_triangles;
 };
 
+/// Both compute the weights of a block of points.
 struct CageKernels {
-  /// Mean value coordinates of a block of points, see cages/mean_value.h.
+  /// Mean value coordinates, see cages/mean_value.h.
   /// @param points   (3, kCageBlock)
-  /// @param scratch  (n_edges + n_vertices, kCageBlock)
+  /// @param scratch  (2 n_edges + 2 n_vertices, kCageBlock)
   /// @param weights  (n_vertices, kCageBlock), takes the result
   /// @return  bit k: point k is so near to the plane of a triangle that rounding is seen
   unsigned (*mean_values)(const CageView& cage, const double* points, double* scratch, float* weights);
+
+  /// Green coordinates, see cages/green.h.
+  /// @param weights  (n_vertices + n_triangles, kCageBlock), takes the result
+  /// @return  bit k: point k may be on the cage or outside
+  unsigned (*green)(const CageView& cage, const double* points, double* scratch, float* weights);
 
   /// Sums weights times motions, in double.
   /// @param weights  (n_rows, kCageBlock)

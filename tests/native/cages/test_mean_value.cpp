@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "cages/cage_weights.h"
 #include "support/cages.h"
 #include "support/helpers.h"
 
@@ -39,7 +38,8 @@ TEST(MeanValue, WeightsSumToOneAndGiveThePoint) {
 TEST(MeanValue, IsTheIntegralOfTheHats) {
   for (const MeshData& mesh : all_cages()) {
     const Cage cage(mesh.mesh());
-    for (const auto point : points_inside(mesh, 2).rowwise()) {
+    const Positions points = points_inside(mesh, 2);
+    for (const auto point : points.rowwise()) {
       const Vector3 x = cage.to_cage(point).transpose();
       const auto kernel = [&](const Vector3& y, const Vector3& normal) {
         return (y - x).dot(normal) / std::pow((y - x).squaredNorm(), 2);
@@ -58,7 +58,8 @@ TEST(MeanValue, IsTheIntegralOfTheHats) {
 TEST(MeanValue, IsWhatThePrintedAlgorithmGives) {
   for (const MeshData& mesh : all_cages()) {
     const Cage cage(mesh.mesh());
-    for (const auto point : points_inside(mesh, 20).rowwise()) {
+    const Positions points = points_inside(mesh, 20);
+    for (const auto point : points.rowwise()) {
       const Row x = cage.to_cage(point);
       EXPECT_LT((mean_value_coordinates(cage, x) - printed_mean_values(cage, x.transpose())).cwiseAbs().maxCoeff(),
                 1e-12)
@@ -128,28 +129,6 @@ TEST(MeanValue, IsContinuousAtFacesEdgesAndVertices) {
             EXPECT_LT((w - at_foot).cwiseAbs().maxCoeff(), 100 * off + 1e-11) << mesh.name << " " << off;
           }
         }
-    }
-  }
-}
-
-TEST(MeanValue, EveryInstructionSetAgrees) {
-  for (const MeshData& mesh : all_cages()) {
-    const Cage cage(mesh.mesh());
-    const int n = 45;  // the last block is not full
-    Positions points(n, 3);
-    points << points_inside(mesh, 20), Random(3).noise(20, mesh.diagonal()), mesh.positions().topRows(4),
-        mesh.positions().row(0) * (1 - 1e-7);
-    for (auto point : points.rowwise()) point = cage.to_cage(point);
-    for (const arap::Isa isa : arap::available_isas()) {
-      arap::WeightBlocks weights(n, cage.n_vertices());
-      const auto none = compute_weights(cage, arap::CageCoordinates::kMeanValue, points, 1, {}, weights, isa);
-      EXPECT_TRUE(none.empty());
-      for (int p = 0; p < n; ++p) {
-        const Eigen::VectorXd expected = mean_value_coordinates(cage, points.row(p));
-        for (int v = 0; v < cage.n_vertices(); ++v)
-          EXPECT_NEAR(weights.block(p / 16)[16 * v + p % 16], expected[v], 1e-10 + 6e-8 * std::abs(expected[v]))
-              << mesh.name << " " << name(isa) << ", point " << p;
-      }
     }
   }
 }
