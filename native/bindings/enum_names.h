@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "arap/cage.h"
 #include "arap/options.h"
 #include "arap/surface_arap.h"
 
@@ -41,6 +42,10 @@ constexpr std::pair<const char*, arap::InitialGuess> kInitialGuesses[] = {
 };
 constexpr std::pair<const char*, arap::Acceleration> kAccelerations[] = {
     {"conjugate_gradients", arap::Acceleration::kConjugateGradients}, {"none", arap::Acceleration::kNone}};
+constexpr std::pair<const char*, arap::CageCoordinates> kCageCoordinates[] = {
+    {"mean_value", arap::CageCoordinates::kMeanValue},
+    {"green", arap::CageCoordinates::kGreen},
+};
 constexpr std::pair<const char*, arap::StopReason> kStopReasons[] = {
     {"converged", arap::StopReason::kConverged},
     {"max_iterations", arap::StopReason::kMaxIterations},
