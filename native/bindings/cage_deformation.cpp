@@ -53,13 +53,12 @@ class BoundCage {
     const arap::Positions moved =
         positions_from(cage_positions, "cage_positions", native_->n_vertices(), "one row per vertex of the cage");
     const std::span<float> numbers = out_from(out, native_->n_points(), "one row per point");
-    arap::Positions posed;
+    if (out.is_none()) return to_array(posed(moved));
     {
       const WithoutGil no_gil;
-      posed = native_->deform(moved, numbers);
+      native_->deform(moved, numbers);
     }
-    if (!out.is_none()) return out;
-    return to_array(std::move(posed));
+    return out;
   }
 
   [[nodiscard]] py::tuple weights(int point) const {
@@ -84,6 +83,11 @@ class BoundCage {
 
  private:
   explicit BoundCage(std::shared_ptr<const Native> native) : native_(std::move(native)) {}
+
+  [[nodiscard]] arap::Positions posed(const arap::Positions& moved) const {
+    const WithoutGil no_gil;
+    return native_->deform(moved);
+  }
 
   std::shared_ptr<const Native> native_;
 };

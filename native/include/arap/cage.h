@@ -69,10 +69,11 @@ class CageDeformation {
 
   /// Where the points go, (n, 3).
   /// @param cage_positions  (n_vertices, 3) of the cage, finite
-  /// @param out  (3 n) takes the result in single precision, row by row, so that a frame need not allocate; what is
-  ///             returned is then empty
   /// Throws InvalidInput.
-  Positions deform(const Positions& cage_positions, std::span<float> out = {}) const;
+  [[nodiscard]] Positions deform(const Positions& cage_positions) const;
+  /// The same in single precision, so that a frame need not allocate.
+  /// @param out  (3 n) takes the result, row by row
+  void deform(const Positions& cage_positions, std::span<float> out) const;
 
   /// The weights of a point in double, computed again. Throws InvalidInput for an index out of [0, n_points).
   [[nodiscard]] CageWeights weights(int point) const;

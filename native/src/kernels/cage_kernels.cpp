@@ -2,6 +2,8 @@
 // Compiled once per instruction set, in the namespace ARAP_ISA_NAMESPACE.
 #include "kernels/cage_kernels.h"
 
+#include <numbers>
+
 #include "kernels/lanes.h"
 
 namespace arap {
@@ -53,15 +55,14 @@ constexpr double kNearPlane = 3e-6;
   const auto x_bits = __builtin_bit_cast(Integers, x);
   const Numbers exponent = __builtin_bit_cast(Numbers, (x_bits >> 52) | kShift) - (0x1p52 + 1023);
   const Numbers mantissa = __builtin_bit_cast(Numbers, (x_bits & kMantissa) | kOne);
-  const Mask<double> is_large = mantissa > 1.4142135623730951;
+  const Mask<double> is_large = mantissa > std::numbers::sqrt2;
   const Numbers m = is_large ? 0.5 * mantissa : mantissa;
   const Numbers t = (m - 1) / (m + 1);
   const Numbers w = t * t;
   // 2 atanh(t) = 2 t (1 + w / 3 + w^2 / 5 + ...), |t| <= .172.
   Numbers series{};
   for (int k = 21; k > 1; k -= 2) series = (series + 1.0 / k) * w;
-  constexpr double kLogarithmOf2 = 0.6931471805599453;
-  return (is_large ? exponent + 1 : exponent) * kLogarithmOf2 + 2 * (t + t * series);
+  return (is_large ? exponent + 1 : exponent) * std::numbers::ln2 + 2 * (t + t * series);
 }
 
 /// A linear function of the points.
@@ -118,7 +119,8 @@ struct SeenTriangle {
   }
 
   /// As of_corner() of cages/cage.h, times the share.
-  [[gnu::always_inline]] Numbers of_corner(const CageTriangle& triangle, int k, const Numbers& of_area) const {
+  [[nodiscard, gnu::always_inline]] Numbers of_corner(const CageTriangle& triangle, int k,
+                                                      const Numbers& of_area) const {
     const int next = (k + 1) % 3;
     const int last = (k + 2) % 3;
     const Numbers along =
@@ -178,7 +180,7 @@ struct Corners {
   }
 
   /// > 0 from behind. As a tangent of its half.
-  [[gnu::always_inline]] Numbers solid_angle(const CageTriangle& triangle, const Numbers& depth) const {
+  [[nodiscard, gnu::always_inline]] Numbers solid_angle(const CageTriangle& triangle, const Numbers& depth) const {
     constexpr double kTiny = 1e-200;
     const Numbers under = to_corner[0] * to_corner[1] * to_corner[2] + of_edge[0] * to_corner[0] +
                           of_edge[1] * to_corner[1] + of_edge[2] * to_corner[2];

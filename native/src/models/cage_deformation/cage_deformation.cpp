@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <array>
+#include <string>
 #include <vector>
 
 #include "arap/cage.h"
@@ -18,13 +20,16 @@ namespace arap {
 
 namespace {
 
-using Row = Eigen::RowVector3d;
-
 void require_points(const Positions& points) {
   if (points.rows() == 0) throw InvalidInput("points is empty; give at least one point for the cage to move");
   if (points.rows() > kMostVertices)
     throw InvalidInput(text("points has ", points.rows(), " rows, must have at most ", kMostVertices));
   require_finite("points", points, [](int k) { return text("row ", k); });
+}
+
+void require_moved(const Positions& cage_positions, int n_vertices) {
+  require_rows("cage_positions", cage_positions.rows(), n_vertices);
+  require_finite("cage_positions", cage_positions, [](int v) { return text("vertex ", v); });
 }
 
 /// Tells which points a cage cannot carry.
@@ -112,19 +117,21 @@ CageDeformation::~CageDeformation() = default;
 CageDeformation::CageDeformation(CageDeformation&&) noexcept = default;
 CageDeformation& CageDeformation::operator=(CageDeformation&&) noexcept = default;
 
-Positions CageDeformation::deform(const Positions& cage_positions, std::span<float> out) const {
-  require_rows("cage_positions", cage_positions.rows(), n_vertices());
-  require_finite("cage_positions", cage_positions, [](int v) { return text("vertex ", v); });
-  require_out(out, n_points());
-  if (!out.empty()) {
-    impl_->deform(cage_positions, [&](int p, const Vector3& place) {
-      for (int k = 0; k < 3; ++k) out[3 * static_cast<size_t>(p) + k] = static_cast<float>(place[k]);
-    });
-    return {};
-  }
+Positions CageDeformation::deform(const Positions& cage_positions) const {
+  require_moved(cage_positions, n_vertices());
   Positions result(n_points(), 3);
   impl_->deform(cage_positions, [&](int p, const Vector3& place) { result.row(p) = place.transpose(); });
   return result;
+}
+
+void CageDeformation::deform(const Positions& cage_positions, std::span<float> out) const {
+  require_moved(cage_positions, n_vertices());
+  const size_t n_numbers = 3 * static_cast<size_t>(n_points());
+  if (out.size() != n_numbers)
+    throw InvalidInput(text("out has ", out.size(), " numbers, must have three per point, ", n_numbers));
+  impl_->deform(cage_positions, [&](int p, const Vector3& place) {
+    for (int k = 0; k < 3; ++k) out[3 * static_cast<size_t>(p) + k] = static_cast<float>(place[k]);
+  });
 }
 
 CageWeights CageDeformation::weights(int point) const {

@@ -205,7 +205,7 @@ TEST(CageDeformation, WritesInSinglePrecision) {
   const Positions points = points_inside(mesh, 33);
   const CageDeformation cage(mesh.mesh(), points);
   std::vector<float> out(99);
-  EXPECT_EQ(cage.deform(bent(mesh), out).rows(), 0);
+  cage.deform(bent(mesh), out);
   const Positions expected = cage.deform(bent(mesh));
   for (int k = 0; k < 99; ++k) EXPECT_EQ(out[k], static_cast<float>(expected.data()[k]));
 }
@@ -251,10 +251,10 @@ TEST(CageDeformationErrors, SayWhatIsWrong) {
   open.faces.pop_back();
   expect_error<InvalidInput>([&] { CageDeformation(open.mesh(), points); }, {"cage is not closed"});
   const CageDeformation cage(mesh.mesh(), points);
-  expect_error<InvalidInput>([&] { cage.deform(points); }, {"cage_positions", "3", "8"});
+  expect_error<InvalidInput>([&] { static_cast<void>(cage.deform(points)); }, {"cage_positions", "3", "8"});
   Positions moved = mesh.positions();
   moved(5, 0) = std::numeric_limits<double>::infinity();
-  expect_error<InvalidInput>([&] { cage.deform(moved); }, {"cage_positions", "vertex 5", "finite"});
+  expect_error<InvalidInput>([&] { static_cast<void>(cage.deform(moved)); }, {"cage_positions", "vertex 5", "finite"});
   std::vector<float> few(5);
   expect_error<InvalidInput>([&] { cage.deform(mesh.positions(), few); }, {"out", "5", "9"});
   for (const int point : {-1, 3})
