@@ -45,6 +45,7 @@ constexpr std::pair<const char*, arap::Acceleration> kAccelerations[] = {
 constexpr std::pair<const char*, arap::CageCoordinates> kCageCoordinates[] = {
     {"mean_value", arap::CageCoordinates::kMeanValue},
     {"green", arap::CageCoordinates::kGreen},
+    {"harmonic", arap::CageCoordinates::kHarmonic},
 };
 constexpr std::pair<const char*, arap::StopReason> kStopReasons[] = {
     {"converged", arap::StopReason::kConverged},

@@ -121,8 +121,9 @@ void bind_cage_options(py::module_& m) {
   py::class_<CageOptions> type(m, "CageOptions", docstrings::CageOptions);
   def_enum<CageOptions, arap::CageCoordinates>(type, "coordinates", &CageOptions::coordinates, kCageCoordinates,
                                                docstrings::CageOptions_coordinates);
+  def_field(type, "grid_spacing", &CageOptions::grid_spacing, docstrings::CageOptions_grid_spacing);
   def_field(type, "threads", &CageOptions::threads, docstrings::CageOptions_threads);
-  def_construction(type, docstrings::CageOptions_init, {"coordinates", "threads"});
+  def_construction(type, docstrings::CageOptions_init, {"coordinates", "grid_spacing", "threads"});
 }
 
 void bind_solve_options(py::module_& m) {

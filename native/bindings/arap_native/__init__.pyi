@@ -118,12 +118,22 @@ class TetOptions:
 class CageOptions:
     """Options of a CageDeformation, fixed at bind. A value that is not allowed raises ValueError when it is set."""
 
-    coordinates: Literal["mean_value", "green"]
+    coordinates: Literal["mean_value", "green", "harmonic"]
     """How points hang on the cage: "mean_value" follows it closely and meets affine motions exactly, also outside of
-    it; "green" keeps shapes, meets similarities only (translation, rotation, even scale), and is for points inside."""
+    it; "green" keeps shapes, meets similarities only (translation, rotation, even scale), and is for points inside;
+    "harmonic" is as mean values, but never below 0 (to a thousandth), and a limb follows its own part of the cage."""
+    grid_spacing: float
+    """For "harmonic": distance of the nodes of its grid, as a fraction of the cage's bounding-box diagonal, in [0.005,
+    0.1]. Finer where the cage has narrow places; half of it takes about ten times as long."""
     threads: int
     """Threads of all calls; 0 is as many as pay for so many points."""
-    def __init__(self, *, coordinates: Literal["mean_value", "green"] = "mean_value", threads: int = 0) -> None: ...
+    def __init__(
+        self,
+        *,
+        coordinates: Literal["mean_value", "green", "harmonic"] = "mean_value",
+        grid_spacing: float = 0.015625,
+        threads: int = 0,
+    ) -> None: ...
 
 class SolveOptions:
     """Options of one solve. A value that is not allowed raises ValueError when it is set."""
@@ -514,7 +524,7 @@ class CageDeformation:
 
         Raises:
             ValueError: bad arrays; a cage that is not closed, not oriented alike, or has other faces; with "green"
-                points that are not inside (says how many and which).
+                and "harmonic" points that are not inside (says how many and which).
             Cancelled: ``progress`` returned False.
         """
 
@@ -547,7 +557,7 @@ class CageDeformation:
 
         Returns:
             (n_vertices,) float64 of the cage's vertices, of sum 1, and (n_triangles,) float64 of its triangles, in the
-            unit of the positions; with "mean_value" the latter is empty.
+            unit of the positions; but with "green" the latter is empty.
         """
     @property
     def n_points(self) -> int:

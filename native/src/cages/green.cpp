@@ -14,6 +14,8 @@ namespace {
 
 using Row = Eigen::RowVector3d;
 
+constexpr double kPerSphere = 1 / (4 * std::numbers::pi);
+
 /// L_e. The difference below the fraction is the ends' r_a r_b + a.b over the sum; near the edge that cancels, too.
 double seen_logarithm(const CageEdge& edge, const Row& point) {
   const Row along = Row::Map(edge.along);
@@ -54,7 +56,6 @@ double solid_angle(const Cage& cage, const CageTriangle& triangle, const Row& po
 }  // namespace
 
 GreenCoordinates green_coordinates(const Cage& cage, const Row& point) {
-  constexpr double kPerSphere = 1 / (4 * std::numbers::pi);
   GreenCoordinates result;
   for (const CageTriangle& triangle : cage.triangles())
     if (TrianglePlace(triangle, point).is_on()) return result;
@@ -88,6 +89,13 @@ GreenCoordinates green_coordinates(const Cage& cage, const Row& point) {
   const TrianglePlace place(nearest, point);
   for (int k = 0; k < 3; ++k) result.vertices[nearest.vertices[k]] -= excess * place.hat(k);
   return result;
+}
+
+double winding_number(const Cage& cage, const Row& point) {
+  double sum = 0;
+  for (const CageTriangle& triangle : cage.triangles())
+    sum += triangle.share * solid_angle(cage, triangle, point, TrianglePlace(triangle, point).depth);
+  return kPerSphere * sum;
 }
 
 Positions stretched_normals(const Cage& cage, const Positions& moved) {

@@ -23,6 +23,9 @@ struct GreenCoordinates {
 /// The printed algorithm of [LLC08] divides by zero where a point projects onto an edge's line; this form has no cases.
 [[nodiscard]] GreenCoordinates green_coordinates(const Cage& cage, const Eigen::RowVector3d& point);
 
+/// How often the cage winds around a point that is not on it: 1 inside, 0 outside.
+[[nodiscard]] double winding_number(const Cage& cage, const Eigen::RowVector3d& point);
+
 /// Of each triangle, the vector that its coordinate is of, (n_triangles, 3): the unit normal times the stretch
 /// s = sqrt((|u'|^2 |v|^2 - 2 (u'.v') (u.v) + |v'|^2 |u|^2) / 8) / A [LLC08], u and v two of its edges.
 /// @param moved  (n_vertices, 3) in any unit

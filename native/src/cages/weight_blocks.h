@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 
 #include "base/aligned_buffer.h"
@@ -24,6 +25,17 @@ class WeightBlocks {
   [[nodiscard]] int n_points() const { return n_points_; }
   [[nodiscard]] int n_rows() const { return n_rows_; }
   [[nodiscard]] int n_blocks() const { return n_points_ / kCageBlock + (n_points_ % kCageBlock != 0 ? 1 : 0); }
+  [[nodiscard]] float& at(int point, int row) {
+    return block(point / kCageBlock)[static_cast<std::ptrdiff_t>(kCageBlock) * row + point % kCageBlock];
+  }
+  /// (n_rows,)
+  [[nodiscard]] Eigen::VectorXd of_point(int point) const {
+    const float* first = block(point / kCageBlock) + point % kCageBlock;
+    Eigen::VectorXd values(n_rows_);
+    for (int row = 0; row < n_rows_; ++row)
+      values[row] = static_cast<double>(first[static_cast<std::ptrdiff_t>(kCageBlock) * row]);
+    return values;
+  }
   [[nodiscard]] float* block(int b) { return weights_.data() + offset(b); }
   [[nodiscard]] const float* block(int b) const { return weights_.data() + offset(b); }
 

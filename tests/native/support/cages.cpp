@@ -57,9 +57,9 @@ Vector3 vertex(const arap::Cage& cage, int v) { return cage.vertices().row(v).tr
 
 }  // namespace
 
-MeshData l_cage() {
+MeshData l_cage(double length) {
   // From the inner edge all fans of the caps are within them.
-  MeshData with_caps = prism({{.5, .5}, {.5, 1}, {0, 1}, {0, 0}, {1, 0}, {1, .5}}, 1, 1);
+  MeshData with_caps = prism({{.5, .5}, {.5, length}, {0, length}, {0, 0}, {length, 0}, {length, .5}}, 1, 1);
   for (std::vector<int>& face : with_caps.faces)
     if (face.size() > 4) std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
   MeshData mesh = triangulate(with_caps);
@@ -85,6 +85,14 @@ std::vector<MeshData> all_cages() {
   mixed.vertices[0] += Vector3(.1, -.05, .08);
   cages.push_back(mixed);
   return cages;
+}
+
+bool has_bent_quads(const MeshData& mesh) {
+  return std::any_of(mesh.faces.begin(), mesh.faces.end(), [&](const std::vector<int>& face) {
+    if (face.size() != 4) return false;
+    const auto edge = [&](int k) { return Vector3(mesh.vertices[face[k]] - mesh.vertices[face[0]]); };
+    return std::abs(edge(1).cross(edge(2)).dot(edge(3))) > 1e-9;
+  });
 }
 
 MeshData flipped(const MeshData& mesh) {

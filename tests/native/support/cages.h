@@ -9,10 +9,12 @@
 
 namespace arap_test {
 
-/// A concave cage of triangles: an L, whose inner edge is at (.5, .5) along z.
-MeshData l_cage();
+/// A concave cage of triangles: an L, .5 wide, whose inner edge is at (.5, .5) along z.
+MeshData l_cage(double length = 1);
 /// Closed meshes of triangles, quads or both, convex or not, oriented outwards.
 std::vector<MeshData> all_cages();
+/// Whether some of its quads are not flat.
+bool has_bent_quads(const MeshData& mesh);
 /// With the fronts of all faces inwards.
 MeshData flipped(const MeshData& mesh);
 

@@ -31,7 +31,7 @@ def points_inside(n: int = 20) -> NDArray[np.float64]:
     return np.random.default_rng(1).uniform(-0.9, 0.9, (n, 3))
 
 
-@pytest.mark.parametrize("coordinates", ["mean_value", "green"])
+@pytest.mark.parametrize("coordinates", ["mean_value", "green", "harmonic"])
 def test_points_turn_with_the_cage(coordinates):
     points = points_inside()
     cage = CageDeformation(points, *cube(), CageOptions(coordinates=coordinates))
@@ -86,9 +86,9 @@ def test_progress_may_stop_it():
 
 
 def test_options_are_named_values():
-    assert repr(CageOptions()) == "CageOptions(coordinates='mean_value', threads=0)"
+    assert repr(CageOptions()) == "CageOptions(coordinates='mean_value', grid_spacing=0.015625, threads=0)"
     assert CageDeformation(points_inside(), *cube(), CageOptions(threads=2)).threads == 2
-    with pytest.raises(ValueError, match=r"^coordinates = 'gren', must be one of 'mean_value', 'green'"):
+    with pytest.raises(ValueError, match=r"^coordinates = 'gren', must be one of 'mean_value', 'green', 'harmonic'"):
         CageOptions(coordinates="gren")
     with pytest.raises(ValueError, match=r"^threads = -1, must be "):
         CageOptions(threads=-1)

@@ -10,6 +10,7 @@
 #include "cages/cage_motion.h"
 #include "cages/cage_weights.h"
 #include "cages/green.h"
+#include "cages/harmonic.h"
 #include "cages/weight_blocks.h"
 #include "kernels/kernels.h"
 #include "models/input_checks.h"
@@ -33,20 +34,26 @@ void require_moved(const Positions& cage_positions, int n_vertices) {
 }
 
 /// Tells which points a cage cannot carry.
-void require_none(const std::vector<int>& outside, Eigen::Index n_points) {
+void require_none(const std::vector<int>& outside, Eigen::Index n_points, CageCoordinates coordinates) {
   if (outside.empty()) return;
   constexpr size_t kMostNamed = 5;
   std::string named;
   for (size_t k = 0; k < std::min(outside.size(), kMostNamed); ++k) named += text(k == 0 ? "" : ", ", outside[k]);
   if (outside.size() > kMostNamed) named += ", ...";
-  throw InvalidInput(
-      text(outside.size(), " of ", n_points, " points are not inside of the cage (", named,
-           "), where there are no Green coordinates; make the cage larger or take mean value coordinates"));
+  throw InvalidInput(text(outside.size(), " of ", n_points, " points are not inside of the cage (", named,
+                          "), where there are no ", coordinates == CageCoordinates::kGreen ? "Green" : "harmonic",
+                          " coordinates; make the cage larger or take mean value coordinates"));
 }
 
 }  // namespace
 
-void CageOptions::validate() const { require_threads(threads); }
+void CageOptions::validate() const {
+  constexpr double kFinest = .005;
+  constexpr double kCoarsest = .1;
+  if (!(grid_spacing >= kFinest && grid_spacing <= kCoarsest))
+    throw InvalidInput(text("grid_spacing = ", grid_spacing, ", must be >= ", kFinest, " and <= ", kCoarsest));
+  require_threads(threads);
+}
 
 struct CageDeformation::Impl {
   Impl(const PolygonMesh& mesh, const Positions& points, const CageOptions& options, const Progress& progress)
@@ -57,7 +64,11 @@ struct CageDeformation::Impl {
         weights(static_cast<int>(points.rows()), n_weight_rows(cage, coordinates)) {
     for (Eigen::Index k = 0; k < points.rows(); ++k) rest.row(k) = cage.to_cage(points.row(k));
     Meter meter(progress, "computing the weights of the cage was cancelled");
-    require_none(compute_weights(cage, coordinates, rest, workers.threads(), {&meter, 1}, weights), points.rows());
+    const std::vector<int> outside =
+        coordinates == CageCoordinates::kHarmonic
+            ? harmonic_weights(cage, options.grid_spacing, rest, workers, {&meter, 1}, weights)
+            : compute_weights(cage, coordinates, rest, workers.threads(), {&meter, 1}, weights);
+    require_none(outside, points.rows(), coordinates);
     meter.reach(1);
   }
 
@@ -137,7 +148,11 @@ void CageDeformation::deform(const Positions& cage_positions, std::span<float> o
 CageWeights CageDeformation::weights(int point) const {
   if (point < 0 || point >= n_points())
     throw InvalidInput(text("point ", point, " is not there, there are points 0 to ", n_points() - 1));
-  return weights_of(impl_->cage, impl_->coordinates, impl_->rest.row(point));
+  if (impl_->coordinates != CageCoordinates::kHarmonic)
+    return weights_of(impl_->cage, impl_->coordinates, impl_->rest.row(point));
+  CageWeights stored{impl_->weights.of_point(point), {}};
+  repair_weights(impl_->cage, impl_->rest.row(point), stored.vertices);
+  return stored;
 }
 
 int CageDeformation::n_points() const { return impl_->weights.n_points(); }

@@ -244,6 +244,9 @@ TEST(CageDeformationErrors, SayWhatIsWrong) {
   };
   expect_error<InvalidInput>(make(points, of(CageCoordinates::kGreen, -1)), {"threads = -1", "0", "1024"});
   expect_error<InvalidInput>(make(Positions(0, 3)), {"points is empty", "at least one"});
+  CageOptions options = of(CageCoordinates::kHarmonic);
+  options.grid_spacing = .004;
+  expect_error<InvalidInput>(make(points, options), {"grid_spacing = 0.004", "0.005", "0.1"});
   Positions bad = points;
   bad(1, 2) = std::numeric_limits<double>::quiet_NaN();
   expect_error<InvalidInput>(make(bad), {"points: row 1", "nan", "finite"});
