@@ -54,7 +54,7 @@ def test_weights_say_where_a_point_goes():
 
 def test_triangles_alone_need_no_face_sizes():
     quads = cube().corner_vertices.reshape(-1, 4)
-    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    triangles = np.ascontiguousarray(np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
     cage = CageDeformation(points_inside(), cube().positions, triangles)
     assert (cage.n_points, cage.n_vertices, cage.n_triangles) == (20, 8, 12)
     assert repr(cage) == "<CageDeformation: 20 points, 8 vertices of the cage, 1 thread>"
