@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "arap/cage.h"
 #include "arap/embedded_deformation.h"
 #include "arap/options.h"
 #include "arap/poisson_editing.h"
@@ -49,6 +50,11 @@ constexpr std::pair<const char*, arap::GraphNodes> kGraphNodes[] = {{"affine", a
                                                                     {"rigid", arap::GraphNodes::kRigid}};
 constexpr std::pair<const char*, arap::GraphWeights> kGraphWeights[] = {{"smooth", arap::GraphWeights::kSmooth},
                                                                         {"nearest", arap::GraphWeights::kNearest}};
+constexpr std::pair<const char*, arap::CageCoordinates> kCageCoordinates[] = {
+    {"mean_value", arap::CageCoordinates::kMeanValue},
+    {"green", arap::CageCoordinates::kGreen},
+    {"harmonic", arap::CageCoordinates::kHarmonic},
+};
 constexpr std::pair<const char*, arap::StopReason> kStopReasons[] = {
     {"converged", arap::StopReason::kConverged},
     {"max_iterations", arap::StopReason::kMaxIterations},

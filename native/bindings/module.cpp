@@ -11,6 +11,7 @@
 #include "arap/error.h"
 #include "arrays.h"
 #include "bound_model.h"
+#include "cage_deformation.h"
 #include "docstrings.h"
 #include "gil.h"
 #include "inputs.h"
@@ -51,6 +52,7 @@ PYBIND11_MODULE(_native, m) {
   bind_poisson_options(m);
   bind_embedded_options(m);
   bind_tet_options(m);
+  bind_cage_options(m);
   bind_solve_options(m);
   bind_result(m);
   const auto jobs = std::make_shared<Jobs>();
@@ -61,6 +63,7 @@ PYBIND11_MODULE(_native, m) {
   bind_poisson_editing(m, jobs);
   bind_embedded_deformation(m, jobs);
   bind_tet_arap(m, jobs);
+  bind_cage_deformation(m, jobs);
   py::module_::import("atexit").attr("register")(py::cpp_function([jobs] { jobs->close(); }));
   m.def(
       "same_places",
@@ -76,9 +79,10 @@ PYBIND11_MODULE(_native, m) {
       docstrings::same_places, py::arg("rest_positions"), py::arg("corner_vertices"),
       py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
-  for (const char* name : {"Cancelled", "EmbeddedDeformation", "EmbeddedOptions", "Job", "LatticeArap",
-                           "LatticeOptions", "Model", "Options", "PoissonEditing", "PoissonOptions", "SolveOptions",
-                           "SolveResult", "SurfaceArap", "TetArap", "TetOptions"})
+  for (const char* name :
+       {"CageDeformation", "CageOptions", "Cancelled", "EmbeddedDeformation", "EmbeddedOptions", "Job", "LatticeArap",
+        "LatticeOptions", "Model", "Options", "PoissonEditing", "PoissonOptions", "SolveOptions", "SolveResult",
+        "SurfaceArap", "TetArap", "TetOptions"})
     m.attr(name).attr("__module__") = "arap_native";
 }
 

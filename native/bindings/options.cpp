@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "arap/cage.h"
 #include "arap/embedded_deformation.h"
 #include "arap/lattice_arap.h"
 #include "arap/options.h"
@@ -143,6 +144,16 @@ void bind_tet_options(py::module_& m) {
   def_enum<TetOptions, arap::LinearSolverKind>(type, "linear_solver", &TetOptions::linear_solver, kLinearSolvers,
                                                docstrings::TetOptions_linear_solver);
   def_construction(type, docstrings::TetOptions_init, {"threads", "linear_solver"});
+}
+
+void bind_cage_options(py::module_& m) {
+  using arap::CageOptions;
+  py::class_<CageOptions> type(m, "CageOptions", docstrings::CageOptions);
+  def_enum<CageOptions, arap::CageCoordinates>(type, "coordinates", &CageOptions::coordinates, kCageCoordinates,
+                                               docstrings::CageOptions_coordinates);
+  def_field(type, "grid_spacing", &CageOptions::grid_spacing, docstrings::CageOptions_grid_spacing);
+  def_field(type, "threads", &CageOptions::threads, docstrings::CageOptions_threads);
+  def_construction(type, docstrings::CageOptions_init, {"coordinates", "grid_spacing", "threads"});
 }
 
 void bind_solve_options(py::module_& m) {

@@ -16,6 +16,8 @@ void bind_embedded_options(py::module_& m);
 void bind_poisson_options(py::module_& m);
 /// Adds TetOptions.
 void bind_tet_options(py::module_& m);
+/// Adds CageOptions.
+void bind_cage_options(py::module_& m);
 /// Adds SolveOptions.
 void bind_solve_options(py::module_& m);
 

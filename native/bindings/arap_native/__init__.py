@@ -5,6 +5,8 @@ from typing import TypeAlias
 
 from . import _native
 from ._native import (
+    CageDeformation,
+    CageOptions,
     Cancelled,
     EmbeddedDeformation,
     EmbeddedOptions,
@@ -29,6 +31,8 @@ __doc__ = _native.__doc__
 Progress: TypeAlias = Callable[[float], bool | None]
 
 __all__ = [
+    "CageDeformation",
+    "CageOptions",
     "Cancelled",
     "EmbeddedDeformation",
     "EmbeddedOptions",

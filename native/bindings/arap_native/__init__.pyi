@@ -157,6 +157,26 @@ class TetOptions:
         linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"] = "block_ldlt",
     ) -> None: ...
 
+class CageOptions:
+    """Options of a CageDeformation, fixed at bind. A value that is not allowed raises ValueError when it is set."""
+
+    coordinates: Literal["mean_value", "green", "harmonic"]
+    """How points hang on the cage: "mean_value" follows it closely and meets affine motions exactly, also outside of
+    it; "green" keeps shapes, meets similarities only (translation, rotation, even scale), and is for points inside;
+    "harmonic" is as mean values, but never below 0 (to a thousandth), and a limb follows its own part of the cage."""
+    grid_spacing: float
+    """For "harmonic": distance of the nodes of its grid, as a fraction of the cage's bounding-box diagonal, in [0.005,
+    0.1]. Finer where the cage has narrow places; half of it takes about ten times as long."""
+    threads: int
+    """Threads of all calls; 0 is as many as pay for so many points."""
+    def __init__(
+        self,
+        *,
+        coordinates: Literal["mean_value", "green", "harmonic"] = "mean_value",
+        grid_spacing: float = 0.015625,
+        threads: int = 0,
+    ) -> None: ...
+
 class SolveOptions:
     """Options of one solve. A value that is not allowed raises ValueError when it is set."""
 
@@ -602,6 +622,82 @@ class TetArap(Model):
 
     def energy_gradient(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, 3) float64 gradient of energy() at ``positions``."""
+
+class CageDeformation:
+    """Points that a coarse closed mesh around them carries. Construction computes their weights.
+
+    A point goes to the sum of its weights times the positions of the cage's vertices, with "green" also times the
+    stretched normals of its triangles. Calls may run in several threads at once.
+    """
+
+    def __init__(
+        self,
+        points: NDArray[np.float64],
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: CageOptions | None = None,
+        *,
+        progress: Progress | None = None,
+    ) -> None:
+        """Computes the weights of points in a cage.
+
+        Args:
+            points: (n, 3) float64 at rest, at least one.
+            rest_positions, corner_vertices, face_sizes: the cage, arrays as for SurfaceArap: triangles and quads,
+                closed, oriented alike, outwards or inwards.
+            options: see CageOptions.
+            progress: may stop the work by returning False.
+
+        Raises:
+            ValueError: bad arrays; a cage that is not closed, not oriented alike, or has other faces; with "green"
+                and "harmonic" points that are not inside (says how many and which).
+            Cancelled: ``progress`` returned False.
+        """
+
+    @staticmethod
+    def begin_bind(
+        points: NDArray[np.float64],
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: CageOptions | None = None,
+    ) -> Job[CageDeformation]:
+        """Begins to compute the weights: the constructor as a job."""
+
+    def deform(self, cage_positions: NDArray[np.float64], *, out: NDArray[np.float32] | None = None) -> NDArray[Any]:
+        """Where the points go when the cage's vertices are at these positions.
+
+        Args:
+            cage_positions: (n_vertices, 3) float64.
+            out: (n, 3) float32, takes the result in place of a new array: for every frame of a drag the same.
+
+        Returns:
+            (n, 3) float64; or ``out``.
+
+        Raises:
+            ValueError: bad shape, or a position that is not finite.
+        """
+
+    def weights(self, point: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The weights of a point, in double.
+
+        Returns:
+            (n_vertices,) float64 of the cage's vertices, of sum 1, and (n_triangles,) float64 of its triangles, in the
+            unit of the positions; but with "green" the latter is empty.
+        """
+    @property
+    def n_points(self) -> int:
+        """Number of points."""
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices of the cage."""
+    @property
+    def n_triangles(self) -> int:
+        """Number of triangles of the cage; a convex quad has four, those of both diagonals, with half a weight each."""
+    @property
+    def threads(self) -> int:
+        """Threads in use."""
 
 def same_places(
     rest_positions: NDArray[np.float64],
