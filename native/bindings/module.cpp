@@ -79,10 +79,9 @@ PYBIND11_MODULE(_native, m) {
       docstrings::same_places, py::arg("rest_positions"), py::arg("corner_vertices"),
       py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
-  for (const char* name :
-       {"CageDeformation", "CageOptions", "Cancelled", "EmbeddedDeformation", "EmbeddedOptions", "Job", "LatticeArap",
-        "LatticeOptions", "Model", "Options", "PoissonEditing", "PoissonOptions", "SolveOptions", "SolveResult",
-        "SurfaceArap", "TetArap", "TetOptions"})
+  for (const char* name : {"CageDeformation", "CageOptions", "Cancelled", "EmbeddedDeformation", "EmbeddedOptions",
+                           "Job", "LatticeArap", "LatticeOptions", "Model", "Options", "PoissonEditing",
+                           "PoissonOptions", "SolveOptions", "SolveResult", "SurfaceArap", "TetArap", "TetOptions"})
     m.attr(name).attr("__module__") = "arap_native";
 }
 
