@@ -10,7 +10,7 @@ import numpy as np
 
 from .limbs import Limb, creature_legs, rods
 from .mesh import Floats, make_mesh
-from .poses import X, Y, Z, Pose, View, bar_bend, bar_twist, cub, large_move_of
+from .poses import Pose, View, X, Y, Z, bar_bend, bar_twist, cub, large_move_of
 from .solids import sheet
 from .tasks import Motion
 
