@@ -32,7 +32,7 @@ struct Datum {
   Row place;
   double weight;
   int corner = -1;  ///< of the cell
-  HatValues hats{};
+  HatValues hats;
 };
 
 /// The place of a triangle below a point, cut off at its edges.
