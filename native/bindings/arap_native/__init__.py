@@ -19,6 +19,7 @@ from ._native import (
     TetArap,
     TetOptions,
     __version__,
+    make_cage,
     same_places,
 )
 
@@ -42,5 +43,6 @@ __all__ = [
     "TetArap",
     "TetOptions",
     "__version__",
+    "make_cage",
     "same_places",
 ]
