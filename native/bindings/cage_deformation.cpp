@@ -92,9 +92,32 @@ class BoundCage {
   std::shared_ptr<const Native> native_;
 };
 
+arap::PolygonMesh made_cage(MeshArrays mesh, int cells) {
+  const WithoutGil no_gil;
+  return arap::make_cage(mesh_of(std::move(mesh)), cells);
+}
+
+/// What a mesh is made from: positions, corner_vertices, face_sizes.
+py::tuple arrays_of(const arap::PolygonMesh& mesh) {
+  std::vector<int> corners;
+  std::vector<int> sizes;
+  for (int f = 0; f < mesh.n_faces(); ++f) {
+    corners.insert(corners.end(), mesh.face(f).begin(), mesh.face(f).end());
+    sizes.push_back(static_cast<int>(mesh.face(f).size()));
+  }
+  return py::make_tuple(to_array(mesh.positions()), to_array(std::move(corners)), to_array(std::move(sizes)));
+}
+
 }  // namespace
 
 void bind_cage_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
+  m.def(
+      "make_cage",
+      [](Object rest_positions, Object corner_vertices, Object face_sizes, int cells) {
+        return arrays_of(made_cage(mesh_from(rest_positions, corner_vertices, face_sizes), cells));
+      },
+      docstrings::make_cage, py::arg("rest_positions"), py::arg("corner_vertices"), py::arg("face_sizes") = py::none(),
+      py::arg("cells") = 10);
   const py::object none = py::none();
   using Options = arap::CageOptions;
   py::class_<BoundCage>(m, "CageDeformation", docstrings::CageDeformation)

@@ -23,6 +23,7 @@ from ._native import (
     TetArap,
     TetOptions,
     __version__,
+    make_cage,
     same_places,
 )
 
@@ -50,5 +51,6 @@ __all__ = [
     "TetArap",
     "TetOptions",
     "__version__",
+    "make_cage",
     "same_places",
 ]

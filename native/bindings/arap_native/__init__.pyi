@@ -699,6 +699,28 @@ class CageDeformation:
     def threads(self) -> int:
         """Threads in use."""
 
+def make_cage(
+    rest_positions: NDArray[np.float64],
+    corner_vertices: NDArray[np.int32],
+    face_sizes: NDArray[np.int32] | None = None,
+    cells: int = 10,
+) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]:
+    """A cage of quads around a mesh, for a CageDeformation: the outside of the cubes that it is in or near, smoothed.
+
+    The mesh may be open, or of several parts; holes smaller than a cube are closed. It is nowhere nearer to the cage
+    than a seventh of a cube.
+
+    Args:
+        rest_positions, corner_vertices, face_sizes: the mesh, as for SurfaceArap.
+        cells: cubes along the longest side of its bounding box, 2 to 50.
+
+    Returns:
+        (c, 3) float64 positions, (4 f,) int32 corner vertices, and (f,) int32 face sizes.
+
+    Raises:
+        ValueError: bad arrays or ``cells``, or a mesh without faces or size.
+    """
+
 def same_places(
     rest_positions: NDArray[np.float64],
     corner_vertices: NDArray[np.int32],

@@ -32,7 +32,7 @@ struct Datum {
   Row place;
   double weight;
   int corner = -1;  ///< of the cell
-  HatValues hats{};
+  HatValues hats;
 };
 
 /// The place of a triangle below a point, cut off at its edges.
@@ -160,16 +160,15 @@ void put_columns(const std::vector<Stencil>& stencils, int first, int n_vertices
 }  // namespace
 
 void repair_weights(const Cage& cage, const Row& point, Eigen::VectorXd& weights) {
-  weights = weights.cwiseMax(0);
   Eigen::MatrixX4d H(weights.size(), 4);
   H << Eigen::VectorXd::Ones(weights.size()), cage.vertices().rowwise() - point;
   const Eigen::Vector4d off = Eigen::Vector4d::UnitX() - H.transpose() * weights;
-  const Eigen::Matrix4d products = H.transpose() * weights.asDiagonal() * H;
+  const Eigen::Matrix4d products = H.transpose() * weights.cwiseAbs().asDiagonal() * H;
   // Of a point on a face the matrix is singular, and nothing is off across.
   Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix4d> solver;
   solver.setThreshold(1e-9);
   solver.compute(products);
-  weights += weights.asDiagonal() * (H * solver.solve(off));
+  weights += weights.cwiseAbs().asDiagonal() * (H * solver.solve(off));
 }
 
 std::vector<int> harmonic_weights(const Cage& cage, double spacing, const Positions& points, const Workers& workers,
@@ -191,7 +190,7 @@ std::vector<int> harmonic_weights(const Cage& cage, double spacing, const Positi
   });
   parallel_for(workers, n, [&](int begin, int end) {
     for (int p = begin; p < end; ++p) {
-      Eigen::VectorXd of_point = weights.of_point(p);
+      Eigen::VectorXd of_point = weights.of_point(p).cwiseMax(0);
       repair_weights(cage, points.row(p), of_point);
       for (int v = 0; v < cage.n_vertices(); ++v) weights.at(p, v) = static_cast<float>(of_point[v]);
     }

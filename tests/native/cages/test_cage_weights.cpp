@@ -28,7 +28,7 @@ void expect_rounded(const MeshData& mesh, CageCoordinates coordinates, Positions
       Eigen::VectorXd rows(weights.n_rows());
       rows << expected.vertices, expected.triangles / cage.size();
       for (int row = 0; row < weights.n_rows(); ++row) {
-        const double weight = weights.block(p / 16)[16 * row + p % 16];
+        const auto weight = static_cast<double>(weights.block(p / 16)[16 * row + p % 16]);
         off = std::max(off, std::abs(weight - rows[row]) / (1e-3 + std::abs(rows[row])));
       }
     }

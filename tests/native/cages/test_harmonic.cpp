@@ -127,6 +127,18 @@ TEST(Harmonic, ALimbFollowsItsOwnPart) {
   EXPECT_LT(of_harmonic, of_mean_values / 10);
 }
 
+/// Without a node inside, the cage alone says what a point hangs on.
+TEST(Harmonic, ACageMayBeThinnerThanACell) {
+  const MeshData mesh = box({2, 2, 1}, {1, 1, .01}, Faces::kQuads);
+  const Cage cage(mesh.mesh());
+  Positions points(3, 3);
+  points << 0, 0, 0, .2, .1, .001, -.3, .3, -.002;
+  const Eigen::MatrixXd w = weights_of(cage, points, .1);
+  EXPECT_LT(max_distance(w * cage.vertices(), points), 1e-10);
+  EXPECT_LT((w.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
+  EXPECT_GT(w.minCoeff(), -1e-2);
+}
+
 TEST(Harmonic, TellsWhatIsOutside) {
   const Cage cage(cube().mesh());
   Positions points(3, 3);

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from arap_native import CageDeformation, CageOptions
 from numpy.typing import NDArray
-from sample_meshes import rotation_z
+from sample_meshes import rotation_z, tube
 
 GREEN = CageOptions(coordinates="green")
 
@@ -67,6 +67,16 @@ def test_out_takes_the_result():
     assert out == pytest.approx(2 * points_inside(), abs=1e-6)
     with pytest.raises(ValueError, match=r"^out has shape \(2, 3\), expected \(20, 3\): one row per point"):
         cage.deform(cube().positions, out=np.empty((2, 3), np.float32))
+
+
+def test_a_made_cage_carries_its_mesh():
+    mesh = tube()
+    made = arap_native.make_cage(*mesh, cells=6)
+    assert (made[0].shape[1], len(made[1]), set(made[2])) == (3, 4 * len(made[2]), {4})
+    cage = CageDeformation(mesh.positions, *made, GREEN)
+    assert cage.deform(made[0] + 1.0) == pytest.approx(mesh.positions + 1.0, abs=1e-12)
+    with pytest.raises(ValueError, match=r"^cells = 1, must be >= 2 and <= 50"):
+        arap_native.make_cage(*mesh, cells=1)
 
 
 def test_a_job_does_what_the_constructor_does():

@@ -69,17 +69,21 @@ TEST(CageDeformation, MeanValuesMeetAffineMotionsAndGreenDoesNot) {
 
 /// Single precision in the sum, double in the weights that are told.
 TEST(CageDeformation, IsTheSumOfTheWeights) {
-  for (const MeshData& mesh : all_cages()) {
-    const Positions points = points_inside(mesh, 20);
-    const Positions moved = bent(mesh);
-    const CageDeformation cage(mesh.mesh(), points);
-    const Positions posed = cage.deform(moved);
-    for (int p = 0; p < points.rows(); ++p) {
-      const CageWeights weights = cage.weights(p);
-      EXPECT_EQ(weights.triangles.size(), 0);
-      EXPECT_LT((weights.vertices.transpose() * moved - posed.row(p)).norm(), 1e-8 * mesh.diagonal()) << mesh.name;
+  for (const MeshData& mesh : all_cages())
+    for (const CageCoordinates coordinates : {CageCoordinates::kMeanValue, CageCoordinates::kHarmonic}) {
+      const Positions points = points_inside(mesh, 20);
+      const Positions moved = bent(mesh);
+      CageOptions options = of(coordinates);
+      options.grid_spacing = .05;
+      const CageDeformation cage(mesh.mesh(), points, options);
+      const Positions posed = cage.deform(moved);
+      for (int p = 0; p < points.rows(); ++p) {
+        const CageWeights weights = cage.weights(p);
+        EXPECT_EQ(weights.triangles.size(), 0);
+        EXPECT_LT((weights.vertices.transpose() * mesh.positions() - points.row(p)).norm(), 1e-11 * mesh.diagonal());
+        EXPECT_LT((weights.vertices.transpose() * moved - posed.row(p)).norm(), 1e-7 * mesh.diagonal()) << mesh.name;
+      }
     }
-  }
 }
 
 TEST(CageDeformation, GreensSumHasTheNormalsToo) {
