@@ -30,6 +30,7 @@ TEST(RotationVectors, AreTheAxisTimesTheAngle) {
     EXPECT_LT((rotation - rotation_about(turn.normalized(), turn.norm())).norm(), 1e-14);
     EXPECT_LT((arap::rotation_vectors(std::array{Matrix3(3 * rotation)}).row(0).transpose() - turn).norm(), 1e-13);
   }
+  EXPECT_LT((arap::rotation_by(450 * kDegree * Vector3::UnitZ()).toRotationMatrix() - about_z(90)).norm(), 1e-14);
   EXPECT_EQ(arap::rotation_by(Vector3::Zero()).toRotationMatrix(), Matrix3::Identity());
 }
 

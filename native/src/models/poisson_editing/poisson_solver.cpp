@@ -101,22 +101,21 @@ Positions PoissonSolver::spread(const Positions& of_rows) const {
   return interpolate_harmonically(model_.prepared, *constraints_, of_rows, kAccuracy).values;
 }
 
-Positions PoissonSolver::driven(const Positions& forces, const Positions& targets) const {
+Positions PoissonSolver::driven(Positions forces, const Positions& targets) const {
   const PreparedModel& model = model_.prepared;
   Positions of_vertex = Positions::Zero(model.rest.rows(), 3);
   constraints_->write_vertex_targets(targets, of_vertex);
-  Positions shift = Positions::Zero(model.rest.rows(), 3);
-  for (const int v : constraints_->hard_vertices) shift.row(v) = of_vertex.row(v) - model.rest.row(v);
-  Positions residual;
-  constraints_->system().multiply(shift, residual);
-  residual = forces - residual;
+  Positions positions = model.rest;
+  for (const int v : constraints_->hard_vertices) {
+    const Eigen::RowVector3d shift = of_vertex.row(v) - model.rest.row(v);
+    for (SparseMatrix::InnerIterator it(model.energy.K, v); it; ++it) forces.row(it.row()) -= it.value() * shift;
+    positions.row(v) = of_vertex.row(v);
+  }
   for (const int v : constraints_->soft_vertices)
-    residual.row(v) += constraints_->soft_diagonal[v] * (of_vertex.row(v) - model.rest.row(v));
-  Positions positions = model.rest + shift;
+    forces.row(v) += constraints_->soft_diagonal[v] * (of_vertex.row(v) - model.rest.row(v));
   const Positions gaps = constraints_->held_gaps(constraints_->held_targets(targets), positions, model.workers);
-  constraints_->system().correct_to(kAccuracy, residual, gaps);
-  positions += residual;
-  for (const int v : constraints_->hard_vertices) positions.row(v) = of_vertex.row(v);
+  constraints_->system().correct_to(kAccuracy, forces, gaps);
+  positions += forces;
   return positions;
 }
 

@@ -51,8 +51,8 @@ class PoissonSolver {
   [[nodiscard]] bool are_alike(const Positions& of_rows) const;
   /// What the targets' rows have, over the surface.
   [[nodiscard]] Positions spread(const Positions& of_rows) const;
-  /// The surface that its faces drive, with the constraints at the targets.
-  [[nodiscard]] Positions driven(const Positions& forces, const Positions& targets) const;
+  /// The surface that the forces of its faces drive, with the constraints at the targets.
+  [[nodiscard]] Positions driven(Positions forces, const Positions& targets) const;
 
   const PoissonModel& model_;
   Propagation propagation_;
