@@ -3,7 +3,7 @@
 
 export CCACHE_DIR ?= $(CURDIR)/build/ccache
 
-.PHONY: help demo pictures test test-all attack bench bench-test bench-peers bench-report bench-quality bench-limbs performance wheel zip zips lint format asan tsan clang clean
+.PHONY: help demo pictures test test-all attack bench bench-test bench-peers bench-report bench-quality bench-limbs compare performance wheel zip zips lint format asan tsan clang clean
 
 help:
 	@echo "make demo    poses and bakes the sample creature in a real Blender; pictures in build/demo"
@@ -15,8 +15,9 @@ help:
 	@echo "make bench-peers    ours beside libigl, Open3D and CGAL       make bench-report   a student report's tables"
 	@echo "make bench-quality  how poses look at three densities, plain beside rotation nodes; build/bench/quality.json"
 	@echo "make bench-limbs    twisted and bent limbs, a surface beside a solid; build/bench/limbs.json"
+	@echo "make compare        all models of the library on the same tasks; build/bench/compare.json"
 	@echo "             all take OPTIONS=..., and meshes from ARAP_BENCH_MESHES: OFF files and folders, with colons between"
-	@echo "make bench-test     tests of what measures          make performance    writes what was measured into docs/performance.md and docs/quality.md"
+	@echo "make bench-test     tests of what measures          make performance    writes what was measured into docs"
 	@echo "make wheel   wheels of arap-native for the Pythons found; build/dist/wheels"
 	@echo "make zip     the add-on: legacy zip and extension zip; build/dist"
 	@echo "make zips    a release: zips and wheels for Windows, Linux and macOS; build/dist/release (docs/release.md)"
@@ -45,6 +46,9 @@ bench:
 
 bench-peers bench-report bench-quality bench-limbs:
 	@.ci/bench-run $(@:bench-%=%) $(OPTIONS)
+
+compare:
+	@.ci/bench-run compare $(OPTIONS)
 
 bench-test:
 	@.ci/bench-test

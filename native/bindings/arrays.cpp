@@ -32,9 +32,9 @@ arap::Positions positions_from(const py::object& object, const char* name, const
   return positions;
 }
 
-std::span<float> out_from(const py::object& object, py::ssize_t n_vertices) {
+std::span<float> out_from(const py::object& object, py::ssize_t n_rows, const char* rows_text) {
   if (object.is_none()) return {};
-  py::array array = require_array<float>(object, "out", {n_vertices, 3}, "one row per vertex");
+  py::array array = require_array<float>(object, "out", {n_rows, 3}, rows_text);
   if (!array.writeable()) throw py::value_error("out is read-only, expected an array that can be written to");
   if ((array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) == 0)
     throw py::value_error(

@@ -90,8 +90,8 @@ std::vector<T> vector_from(const py::object& object, const std::string& name, co
 
 arap::Positions positions_from(const py::object& object, const char* name, const Extent& rows, const char* rows_text);
 
-/// The numbers of an array that is written to; none for None. The array must outlive them.
-std::span<float> out_from(const py::object& object, py::ssize_t n_vertices);
+/// The numbers of an array (n_rows, 3) that is written to; none for None. The array must outlive them.
+std::span<float> out_from(const py::object& object, py::ssize_t n_rows, const char* rows_text = "one row per vertex");
 
 template <typename T>
 py::array to_array(std::vector<T> values) {

@@ -114,20 +114,33 @@ py::class_<BoundAs<Native>, BoundModel> bind_class(py::module_& m, const std::sh
   using Object = const py::object&;
   using Options = typename ClassOf<Native>::Options;
   py::class_<BoundAs<Native>, BoundModel> type(m, ClassOf<Native>::kName, doc);
-  type.def(
-      py::init([arrays_from](Given... mesh, const Options* options, Object stiffness, Object rigid_regions,
-                             py::object progress) {
-        return BoundAs<Native>::bind({arrays_from(mesh...), options, stiffness, rigid_regions}, std::move(progress));
-      }),
-      init_doc, arguments..., py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
-      py::arg("rigid_regions") = none, py::arg("progress") = none);
-  type.def_static(
-      "begin_bind",
-      [jobs, arrays_from](Given... mesh, const Options* options, Object stiffness, Object rigid_regions) {
-        return BoundAs<Native>::begin_bind(*jobs, {arrays_from(mesh...), options, stiffness, rigid_regions});
-      },
-      begin_bind_doc, arguments..., py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
-      py::arg("rigid_regions") = none);
+  if constexpr (!kTakesProperties<Native>) {
+    type.def(py::init([arrays_from](Given... mesh, const Options* options, py::object progress) {
+               return BoundAs<Native>::bind({arrays_from(mesh...), options}, std::move(progress));
+             }),
+             init_doc, arguments..., py::arg("options") = none, py::kw_only(), py::arg("progress") = none);
+    type.def_static(
+        "begin_bind",
+        [jobs, arrays_from](Given... mesh, const Options* options) {
+          return BoundAs<Native>::begin_bind(*jobs, {arrays_from(mesh...), options});
+        },
+        begin_bind_doc, arguments..., py::arg("options") = none);
+  } else {
+    type.def(
+        py::init([arrays_from](Given... mesh, const Options* options, Object stiffness, Object rigid_regions,
+                               py::object progress) {
+          return BoundAs<Native>::bind({arrays_from(mesh...), options, stiffness, rigid_regions}, std::move(progress));
+        }),
+        init_doc, arguments..., py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
+        py::arg("rigid_regions") = none, py::arg("progress") = none);
+    type.def_static(
+        "begin_bind",
+        [jobs, arrays_from](Given... mesh, const Options* options, Object stiffness, Object rigid_regions) {
+          return BoundAs<Native>::begin_bind(*jobs, {arrays_from(mesh...), options, stiffness, rigid_regions});
+        },
+        begin_bind_doc, arguments..., py::arg("options") = none, py::kw_only(), py::arg("stiffness") = none,
+        py::arg("rigid_regions") = none);
+  }
   return type;
 }
 
@@ -166,6 +179,8 @@ void bind_model(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 /// Each adds its class.
 void bind_surface_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 void bind_lattice_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
+void bind_poisson_editing(py::module_& m, const std::shared_ptr<Jobs>& jobs);
+void bind_embedded_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 void bind_tet_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 
 }  // namespace arap_native

@@ -9,7 +9,10 @@
 #include <string>
 #include <utility>
 
+#include "arap/cage.h"
+#include "arap/embedded_deformation.h"
 #include "arap/options.h"
+#include "arap/poisson_editing.h"
 #include "arap/surface_arap.h"
 
 namespace arap_native {
@@ -41,6 +44,17 @@ constexpr std::pair<const char*, arap::InitialGuess> kInitialGuesses[] = {
 };
 constexpr std::pair<const char*, arap::Acceleration> kAccelerations[] = {
     {"conjugate_gradients", arap::Acceleration::kConjugateGradients}, {"none", arap::Acceleration::kNone}};
+constexpr std::pair<const char*, arap::Propagation> kPropagations[] = {{"harmonic", arap::Propagation::kHarmonic},
+                                                                       {"geodesic", arap::Propagation::kGeodesic}};
+constexpr std::pair<const char*, arap::GraphNodes> kGraphNodes[] = {{"affine", arap::GraphNodes::kAffine},
+                                                                    {"rigid", arap::GraphNodes::kRigid}};
+constexpr std::pair<const char*, arap::GraphWeights> kGraphWeights[] = {{"smooth", arap::GraphWeights::kSmooth},
+                                                                        {"nearest", arap::GraphWeights::kNearest}};
+constexpr std::pair<const char*, arap::CageCoordinates> kCageCoordinates[] = {
+    {"mean_value", arap::CageCoordinates::kMeanValue},
+    {"green", arap::CageCoordinates::kGreen},
+    {"harmonic", arap::CageCoordinates::kHarmonic},
+};
 constexpr std::pair<const char*, arap::StopReason> kStopReasons[] = {
     {"converged", arap::StopReason::kConverged},
     {"max_iterations", arap::StopReason::kMaxIterations},

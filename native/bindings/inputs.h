@@ -46,6 +46,11 @@ using ArraysOf = std::conditional_t<std::is_same_v<Mesh, arap::TetMesh>, TetArra
 
 arap::VertexProperties properties_from(const py::object& stiffness, const py::object& rigid_regions, const Extent& n);
 
+/// Whether its vertices may have properties.
+template <typename Native>
+constexpr bool kTakesProperties = std::is_constructible_v<Native, typename ClassOf<Native>::Mesh,
+                                                          typename ClassOf<Native>::Options, arap::VertexProperties>;
+
 /// What a model is bound to.
 template <typename Native>
 struct BindInput {
@@ -55,14 +60,18 @@ struct BindInput {
   Options options;
   arap::VertexProperties properties;
 
-  BindInput(Arrays arrays, const Options* given, const py::object& stiffness, const py::object& rigid_regions)
+  BindInput(Arrays arrays, const Options* given, const py::object& stiffness = py::none(),
+            const py::object& rigid_regions = py::none())
       : mesh(std::move(arrays)),
         options(given != nullptr ? *given : Options{}),
         properties(properties_from(stiffness, rigid_regions, mesh.positions.rows())) {}
 
   /// Binds, once: takes the arrays. Needs no GIL.
   std::shared_ptr<ModelOf<Native>> bind(const arap::Progress& progress) {
-    return std::make_shared<ModelOf<Native>>(Native(mesh_of(std::move(mesh)), options, properties, progress));
+    if constexpr (kTakesProperties<Native>)
+      return std::make_shared<ModelOf<Native>>(Native(mesh_of(std::move(mesh)), options, properties, progress));
+    else
+      return std::make_shared<ModelOf<Native>>(Native(mesh_of(std::move(mesh)), options, progress));
   }
 };
 

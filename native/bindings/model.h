@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "arap/embedded_deformation.h"
 #include "arap/lattice_arap.h"
+#include "arap/poisson_editing.h"
 #include "arap/surface_arap.h"
 #include "arap/tet_arap.h"
 
@@ -29,6 +31,18 @@ struct ClassOf<arap::LatticeArap> {
   using Mesh = arap::PolygonMesh;
   using Options = arap::LatticeOptions;
   static constexpr const char* kName = "LatticeArap";
+};
+template <>
+struct ClassOf<arap::PoissonEditing> {
+  using Mesh = arap::PolygonMesh;
+  using Options = arap::PoissonOptions;
+  static constexpr const char* kName = "PoissonEditing";
+};
+template <>
+struct ClassOf<arap::EmbeddedDeformation> {
+  using Mesh = arap::PolygonMesh;
+  using Options = arap::EmbeddedOptions;
+  static constexpr const char* kName = "EmbeddedDeformation";
 };
 template <>
 struct ClassOf<arap::TetArap> {

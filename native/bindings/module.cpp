@@ -11,6 +11,7 @@
 #include "arap/error.h"
 #include "arrays.h"
 #include "bound_model.h"
+#include "cage_deformation.h"
 #include "docstrings.h"
 #include "gil.h"
 #include "inputs.h"
@@ -48,7 +49,10 @@ PYBIND11_MODULE(_native, m) {
   cancelled.attr("__doc__") = docstrings::Cancelled;
   bind_options(m);
   bind_lattice_options(m);
+  bind_poisson_options(m);
+  bind_embedded_options(m);
   bind_tet_options(m);
+  bind_cage_options(m);
   bind_solve_options(m);
   bind_result(m);
   const auto jobs = std::make_shared<Jobs>();
@@ -56,7 +60,10 @@ PYBIND11_MODULE(_native, m) {
   bind_model(m, jobs);
   bind_surface_arap(m, jobs);
   bind_lattice_arap(m, jobs);
+  bind_poisson_editing(m, jobs);
+  bind_embedded_deformation(m, jobs);
   bind_tet_arap(m, jobs);
+  bind_cage_deformation(m, jobs);
   py::module_::import("atexit").attr("register")(py::cpp_function([jobs] { jobs->close(); }));
   m.def(
       "same_places",
@@ -72,8 +79,9 @@ PYBIND11_MODULE(_native, m) {
       docstrings::same_places, py::arg("rest_positions"), py::arg("corner_vertices"),
       py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
-  for (const char* name : {"Cancelled", "Job", "LatticeArap", "LatticeOptions", "Model", "Options", "SolveOptions",
-                           "SolveResult", "SurfaceArap", "TetArap", "TetOptions"})
+  for (const char* name : {"CageDeformation", "CageOptions", "Cancelled", "EmbeddedDeformation", "EmbeddedOptions",
+                           "Job", "LatticeArap", "LatticeOptions", "Model", "Options", "PoissonEditing",
+                           "PoissonOptions", "SolveOptions", "SolveResult", "SurfaceArap", "TetArap", "TetOptions"})
     m.attr(name).attr("__module__") = "arap_native";
 }
 

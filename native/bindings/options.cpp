@@ -6,8 +6,11 @@
 #include <utility>
 #include <vector>
 
+#include "arap/cage.h"
+#include "arap/embedded_deformation.h"
 #include "arap/lattice_arap.h"
 #include "arap/options.h"
+#include "arap/poisson_editing.h"
 #include "arap/tet_arap.h"
 #include "arrays.h"
 #include "docstrings.h"
@@ -106,6 +109,34 @@ void bind_lattice_options(py::module_& m) {
   def_construction(type, docstrings::LatticeOptions_init, {"cube_size", "keep_volume", "threads", "join_seams"});
 }
 
+void bind_embedded_options(py::module_& m) {
+  using arap::EmbeddedOptions;
+  py::class_<EmbeddedOptions> type(m, "EmbeddedOptions", docstrings::EmbeddedOptions);
+  def_field(type, "node_distance", &EmbeddedOptions::node_distance, docstrings::EmbeddedOptions_node_distance);
+  def_enum<EmbeddedOptions, arap::GraphNodes>(type, "nodes", &EmbeddedOptions::nodes, kGraphNodes,
+                                              docstrings::EmbeddedOptions_nodes);
+  def_enum<EmbeddedOptions, arap::GraphWeights>(type, "weights", &EmbeddedOptions::weights, kGraphWeights,
+                                                docstrings::EmbeddedOptions_weights);
+  def_field(type, "rotation_weight", &EmbeddedOptions::rotation_weight, docstrings::EmbeddedOptions_rotation_weight);
+  def_field(type, "regularization_weight", &EmbeddedOptions::regularization_weight,
+            docstrings::EmbeddedOptions_regularization_weight);
+  def_field(type, "constraint_weight", &EmbeddedOptions::constraint_weight,
+            docstrings::EmbeddedOptions_constraint_weight);
+  def_field(type, "threads", &EmbeddedOptions::threads, docstrings::EmbeddedOptions_threads);
+  def_construction(type, docstrings::EmbeddedOptions_init,
+                   {"node_distance", "nodes", "weights", "rotation_weight", "regularization_weight",
+                    "constraint_weight", "threads"});
+}
+
+void bind_poisson_options(py::module_& m) {
+  using arap::PoissonOptions;
+  py::class_<PoissonOptions> type(m, "PoissonOptions", docstrings::PoissonOptions);
+  def_enum<PoissonOptions, arap::Propagation>(type, "propagation", &PoissonOptions::propagation, kPropagations,
+                                              docstrings::PoissonOptions_propagation);
+  def_field(type, "threads", &PoissonOptions::threads, docstrings::PoissonOptions_threads);
+  def_construction(type, docstrings::PoissonOptions_init, {"propagation", "threads"});
+}
+
 void bind_tet_options(py::module_& m) {
   using arap::TetOptions;
   py::class_<TetOptions> type(m, "TetOptions", docstrings::TetOptions);
@@ -113,6 +144,16 @@ void bind_tet_options(py::module_& m) {
   def_enum<TetOptions, arap::LinearSolverKind>(type, "linear_solver", &TetOptions::linear_solver, kLinearSolvers,
                                                docstrings::TetOptions_linear_solver);
   def_construction(type, docstrings::TetOptions_init, {"threads", "linear_solver"});
+}
+
+void bind_cage_options(py::module_& m) {
+  using arap::CageOptions;
+  py::class_<CageOptions> type(m, "CageOptions", docstrings::CageOptions);
+  def_enum<CageOptions, arap::CageCoordinates>(type, "coordinates", &CageOptions::coordinates, kCageCoordinates,
+                                               docstrings::CageOptions_coordinates);
+  def_field(type, "grid_spacing", &CageOptions::grid_spacing, docstrings::CageOptions_grid_spacing);
+  def_field(type, "threads", &CageOptions::threads, docstrings::CageOptions_threads);
+  def_construction(type, docstrings::CageOptions_init, {"coordinates", "grid_spacing", "threads"});
 }
 
 void bind_solve_options(py::module_& m) {

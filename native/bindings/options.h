@@ -11,8 +11,13 @@ namespace py = pybind11;
 void bind_options(py::module_& m);
 /// Adds LatticeOptions.
 void bind_lattice_options(py::module_& m);
+/// Adds PoissonOptions.
+void bind_embedded_options(py::module_& m);
+void bind_poisson_options(py::module_& m);
 /// Adds TetOptions.
 void bind_tet_options(py::module_& m);
+/// Adds CageOptions.
+void bind_cage_options(py::module_& m);
 /// Adds SolveOptions.
 void bind_solve_options(py::module_& m);
 

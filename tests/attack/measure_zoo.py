@@ -38,9 +38,14 @@ HANGS = 30
 # Of the mesh's size, at rest. A sliver that is held at one corner turns freely about it: single precision leaves its
 # angle open by some 1e-6. A lattice has far more unknowns than these meshes have vertices: crumpled 120,000 for 64. So
 # few held vertices leave it soft as a whole, and single precision shows up to 5e-5.
-DRIFT = {"surface": 3e-6, "lattice": 5e-4}
+DRIFT = {"surface": 3e-6, "lattice": 5e-4, "poisson": 1e-9, "embedded": 1e-6}
 # The classes of arap_native, and of their options.
-MODELS = {"surface": ("SurfaceArap", "Options"), "lattice": ("LatticeArap", "LatticeOptions")}
+MODELS = {
+    "surface": ("SurfaceArap", "Options"),
+    "lattice": ("LatticeArap", "LatticeOptions"),
+    "poisson": ("PoissonEditing", "PoissonOptions"),
+    "embedded": ("EmbeddedDeformation", "EmbeddedOptions"),
+}
 PARTS = ("bind", "set", "solve")
 REFUSALS = ("ValueError", "RuntimeError", "MemoryError")
 HEADER = f"{'kind':32}{'vertices':>9}{'faces':>9}{'bind':>8}{'set':>8}{'solve':>8}{'us/face':>9}{'MB':>7}  what"

@@ -5,18 +5,25 @@ from typing import TypeAlias
 
 from . import _native
 from ._native import (
+    CageDeformation,
+    CageOptions,
     Cancelled,
+    EmbeddedDeformation,
+    EmbeddedOptions,
     Job,
     LatticeArap,
     LatticeOptions,
     Model,
     Options,
+    PoissonEditing,
+    PoissonOptions,
     SolveOptions,
     SolveResult,
     SurfaceArap,
     TetArap,
     TetOptions,
     __version__,
+    make_cage,
     same_places,
 )
 
@@ -25,12 +32,18 @@ __doc__ = _native.__doc__
 Progress: TypeAlias = Callable[[float], bool | None]
 
 __all__ = [
+    "CageDeformation",
+    "CageOptions",
     "Cancelled",
+    "EmbeddedDeformation",
+    "EmbeddedOptions",
     "Job",
     "LatticeArap",
     "LatticeOptions",
     "Model",
     "Options",
+    "PoissonEditing",
+    "PoissonOptions",
     "Progress",
     "SolveOptions",
     "SolveResult",
@@ -38,5 +51,6 @@ __all__ = [
     "TetArap",
     "TetOptions",
     "__version__",
+    "make_cage",
     "same_places",
 ]

@@ -101,6 +101,48 @@ class LatticeOptions:
         self, *, cube_size: float = 0.0, keep_volume: float = 0.0, threads: int = 0, join_seams: bool = False
     ) -> None: ...
 
+class EmbeddedOptions:
+    """Options of an EmbeddedDeformation, fixed at bind. A value that is not allowed raises ValueError when set."""
+
+    node_distance: float
+    """Distance between nodes, as a fraction of the bounding-box diagonal, in [0.005, 1]. Smaller bends more sharply
+    and is slower: half the distance makes four times as many nodes."""
+    nodes: Literal["affine", "rigid"]
+    """How a node may move: "affine" by any affine map, drawn to a rotation; "rigid" by a rotation and a translation,
+    with half the unknowns."""
+    weights: Literal["smooth", "nearest"]
+    """Which nodes move a vertex: "smooth" all within twice their distance; "nearest" the four nearest, as published,
+    which makes bumps."""
+    rotation_weight: float
+    """Of the term that draws affine nodes to rotations, > 0."""
+    regularization_weight: float
+    """Of the term that keeps neighbours together, > 0."""
+    constraint_weight: float
+    """Of the constraints, > 0."""
+    threads: int
+    """Threads of bind and solve; 0 is as many as pay at this size."""
+    def __init__(
+        self,
+        *,
+        node_distance: float = 0.05,
+        nodes: Literal["affine", "rigid"] = "affine",
+        weights: Literal["smooth", "nearest"] = "smooth",
+        rotation_weight: float = 1.0,
+        regularization_weight: float = 10.0,
+        constraint_weight: float = 100.0,
+        threads: int = 0,
+    ) -> None: ...
+
+class PoissonOptions:
+    """Options of a PoissonEditing, fixed at bind. A value that is not allowed raises ValueError when it is set."""
+
+    propagation: Literal["harmonic", "geodesic"]
+    """How the turns and scales of handles spread over the surface: "harmonic" functions know handles that touch, and
+    strengths; "geodesic", by 1 / distance along the edges, falls off evenly between two handles."""
+    threads: int
+    """Threads of bind and solve; 0 is as many as pay at this size."""
+    def __init__(self, *, propagation: Literal["harmonic", "geodesic"] = "harmonic", threads: int = 0) -> None: ...
+
 class TetOptions:
     """Options of a TetArap, fixed at bind. A value that is not allowed raises ValueError when it is set."""
 
@@ -113,6 +155,26 @@ class TetOptions:
         *,
         threads: int = 0,
         linear_solver: Literal["block_ldlt", "simplicial_ldlt", "sparse_lu", "sparse_qr", "bicgstab"] = "block_ldlt",
+    ) -> None: ...
+
+class CageOptions:
+    """Options of a CageDeformation, fixed at bind. A value that is not allowed raises ValueError when it is set."""
+
+    coordinates: Literal["mean_value", "green", "harmonic"]
+    """How points hang on the cage: "mean_value" follows it closely and meets affine motions exactly, also outside of
+    it; "green" keeps shapes, meets similarities only (translation, rotation, even scale), and is for points inside;
+    "harmonic" is as mean values, but never below 0 (to a thousandth), and a limb follows its own part of the cage."""
+    grid_spacing: float
+    """For "harmonic": distance of the nodes of its grid, as a fraction of the cage's bounding-box diagonal, in [0.005,
+    0.1]. Finer where the cage has narrow places; half of it takes about ten times as long."""
+    threads: int
+    """Threads of all calls; 0 is as many as pay for so many points."""
+    def __init__(
+        self,
+        *,
+        coordinates: Literal["mean_value", "green", "harmonic"] = "mean_value",
+        grid_spacing: float = 0.015625,
+        threads: int = 0,
     ) -> None: ...
 
 class SolveOptions:
@@ -175,7 +237,7 @@ class SolveResult:
         """Vertices in no face or tetrahedron, left at rest unless constrained."""
 
 class Model:
-    """A mesh bound to a model of deformation: what SurfaceArap, LatticeArap and TetArap have in common."""
+    """A mesh bound to a model of deformation: what all classes of models have in common."""
 
     def set_constraints(
         self,
@@ -423,6 +485,91 @@ class LatticeArap(Model):
     def cube_size(self) -> float:
         """Edge of a cube of the lattice, in the unit of the rest positions."""
 
+class PoissonEditing(Model):
+    """Poisson mesh editing of a polygon surface. Construction binds the mesh.
+
+    Each face takes a turn and a scale from the handles, and the surface is the one whose gradients are nearest to those
+    of the faces. The model is linear in positions: a solve is one step, in double precision, and its energies are 0. It
+    is as good as the turns: handles that are moved without a turn pull cones.
+
+    In solve(), ``rotations`` are the linear parts of the motions of the targets' handles since rest: a rotation times a
+    uniform scale > 0. Without them rotations are estimated from the targets, and nothing grows. A handle turns on from
+    the last solve by less than half a turn, so in steps it may turn as far as it likes; any initial guess but
+    "previous" turns the short way from rest. The result follows from that alone: set_positions() only shows positions
+    until the next solve.
+    """
+
+    def __init__(
+        self,
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: PoissonOptions | None = None,
+        *,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds a mesh.
+
+        Args:
+            rest_positions, corner_vertices, face_sizes, progress: as for SurfaceArap.
+            options: see PoissonOptions.
+
+        Raises:
+            ValueError: as for SurfaceArap.
+            Cancelled: ``progress`` returned False.
+        """
+
+    @staticmethod
+    def begin_bind(
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: PoissonOptions | None = None,
+    ) -> Job[PoissonEditing]:
+        """Begins to bind a mesh: the constructor as a job."""
+
+class EmbeddedDeformation(Model):
+    """A graph of nodes, each with a map of its own, that moves a polygon surface. Construction binds the mesh.
+
+    In solve() an iteration is a Gauss-Newton step, and energies are pure numbers. Hard constraints are met as well as
+    the nodes can. ``rotations`` are not used: a graph finds them.
+    """
+
+    def __init__(
+        self,
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: EmbeddedOptions | None = None,
+        *,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds a mesh.
+
+        Args:
+            rest_positions, corner_vertices, face_sizes, progress: as for SurfaceArap.
+            options: see EmbeddedOptions.
+
+        Raises:
+            ValueError: as for SurfaceArap, or a mesh without faces or size.
+            Cancelled: ``progress`` returned False.
+        """
+
+    @staticmethod
+    def begin_bind(
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: EmbeddedOptions | None = None,
+    ) -> Job[EmbeddedDeformation]:
+        """Begins to bind a mesh: the constructor as a job."""
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+    @property
+    def nodes(self) -> NDArray[np.float64]:
+        """(n_nodes, 3) float64 where the nodes are at rest."""
+
 class TetArap(Model):
     """As-rigid-as-possible deformation of tetrahedra. Construction binds the mesh.
 
@@ -475,6 +622,104 @@ class TetArap(Model):
 
     def energy_gradient(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, 3) float64 gradient of energy() at ``positions``."""
+
+class CageDeformation:
+    """Points that a coarse closed mesh around them carries. Construction computes their weights.
+
+    A point goes to the sum of its weights times the positions of the cage's vertices, with "green" also times the
+    stretched normals of its triangles. Calls may run in several threads at once.
+    """
+
+    def __init__(
+        self,
+        points: NDArray[np.float64],
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: CageOptions | None = None,
+        *,
+        progress: Progress | None = None,
+    ) -> None:
+        """Computes the weights of points in a cage.
+
+        Args:
+            points: (n, 3) float64 at rest, at least one.
+            rest_positions, corner_vertices, face_sizes: the cage, arrays as for SurfaceArap: triangles and quads,
+                closed, oriented alike, outwards or inwards.
+            options: see CageOptions.
+            progress: may stop the work by returning False.
+
+        Raises:
+            ValueError: bad arrays; a cage that is not closed, not oriented alike, or has other faces; with "green"
+                and "harmonic" points that are not inside (says how many and which).
+            Cancelled: ``progress`` returned False.
+        """
+
+    @staticmethod
+    def begin_bind(
+        points: NDArray[np.float64],
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        options: CageOptions | None = None,
+    ) -> Job[CageDeformation]:
+        """Begins to compute the weights: the constructor as a job."""
+
+    def deform(self, cage_positions: NDArray[np.float64], *, out: NDArray[np.float32] | None = None) -> NDArray[Any]:
+        """Where the points go when the cage's vertices are at these positions.
+
+        Args:
+            cage_positions: (n_vertices, 3) float64.
+            out: (n, 3) float32, takes the result in place of a new array: for every frame of a drag the same.
+
+        Returns:
+            (n, 3) float64; or ``out``.
+
+        Raises:
+            ValueError: bad shape, or a position that is not finite.
+        """
+
+    def weights(self, point: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The weights of a point, in double.
+
+        Returns:
+            (n_vertices,) float64 of the cage's vertices, of sum 1, and (n_triangles,) float64 of its triangles, in the
+            unit of the positions; but with "green" the latter is empty.
+        """
+    @property
+    def n_points(self) -> int:
+        """Number of points."""
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices of the cage."""
+    @property
+    def n_triangles(self) -> int:
+        """Number of triangles of the cage; a convex quad has four, those of both diagonals, with half a weight each."""
+    @property
+    def threads(self) -> int:
+        """Threads in use."""
+
+def make_cage(
+    rest_positions: NDArray[np.float64],
+    corner_vertices: NDArray[np.int32],
+    face_sizes: NDArray[np.int32] | None = None,
+    cells: int = 10,
+) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]:
+    """A cage of quads around a mesh, for a CageDeformation: the outside of the cubes that it is in or near, smoothed.
+
+    The mesh may be open, or of several parts; holes smaller than a cube are closed. It is nowhere nearer to the cage
+    than a seventh of a cube.
+
+    Args:
+        rest_positions, corner_vertices, face_sizes: the mesh, as for SurfaceArap.
+        cells: cubes along the longest side of its bounding box, 2 to 50.
+
+    Returns:
+        (c, 3) float64 positions, (4 f,) int32 corner vertices, and (f,) int32 face sizes.
+
+    Raises:
+        ValueError: bad arrays or ``cells``, or a mesh without faces or size.
+    """
 
 def same_places(
     rest_positions: NDArray[np.float64],

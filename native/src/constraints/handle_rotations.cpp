@@ -11,8 +11,10 @@
 #include <numeric>
 #include <optional>
 
+#include "base/eigen_compat.h"
 #include "base/union_find.h"
 #include "geometry/rotation.h"
+#include "geometry/rotation_vectors.h"
 
 namespace arap {
 
@@ -32,24 +34,6 @@ std::vector<int> thinned(const std::vector<int>& rows, const std::vector<double>
   std::vector<int> result;
   result.reserve(count);
   for (size_t k = 0; k < count; ++k) result.push_back(strong[k * strong.size() / count]);
-  return result;
-}
-
-/// (n, 3) rotation vectors of matrices that need not be quite rotations. Where several are nearly half a turn, for
-/// which one way round is as short as the other, all of them go the same way.
-Positions rotation_vectors(std::span<const Matrix3> rotations) {
-  constexpr double kNearlyHalf = 170 * std::numbers::pi / 180;
-  Positions result(rotations.size(), 3);
-  std::optional<Vector3> way;
-  for (size_t k = 0; k < rotations.size(); ++k) {
-    const Eigen::AngleAxisd turn(nearest_rotation(rotations[k], Matrix3::Identity()));
-    double angle = turn.angle();
-    if (angle > kNearlyHalf) {
-      if (!way) way = turn.axis();
-      if (way->dot(turn.axis()) < 0) angle -= 2 * std::numbers::pi;
-    }
-    result.row(k) = angle * turn.axis().transpose();
-  }
   return result;
 }
 
@@ -140,30 +124,50 @@ HandleRotations::Told HandleRotations::ask_groups(const Positions& from, const P
   return told;
 }
 
-Positions HandleRotations::of_rows(const Told& told) const {
-  // Part -1, that of loose vertices, comes first.
-  std::vector<Matrix3> sums(model_.n_parts + 1, Matrix3::Zero());
-  for (size_t g = 0; g < told.size(); ++g)
-    if (told[g]) sums[part_of_row_[rows_of_group_[g].front()] + 1] += *told[g];
+Positions HandleRotations::of_rows(const Told& told, const Positions& last) const {
   std::vector<Matrix3> rotations;
-  rotations.reserve(sums.size() + told.size());
-  for (const Matrix3& sum : sums) rotations.push_back(nearest_rotation(sum, Matrix3::Identity()));
-  for (size_t g = 0; g < told.size(); ++g)
-    rotations.push_back(told[g].value_or(rotations[part_of_row_[rows_of_group_[g].front()] + 1]));
-  const Positions turns = rotation_vectors(rotations);
+  std::vector<int> tellers;  // a row of each group that tells a turn
+  for (size_t g = 0; g < told.size(); ++g) {
+    if (!told[g]) continue;
+    rotations.push_back(*told[g]);
+    tellers.push_back(rows_of_group_[g].front());
+  }
+  Positions turns = rotation_vectors(rotations);
+  if (last.rows() > 0) go_on_from(last(tellers, all), turns);
+  // Part -1, that of loose vertices, comes first.
+  Positions means = Positions::Zero(model_.n_parts + 1, 3);
+  Eigen::VectorXd counts = Eigen::VectorXd::Zero(means.rows());
+  for (size_t t = 0; t < tellers.size(); ++t) {
+    means.row(part_of_row_[tellers[t]] + 1) += turns.row(static_cast<Eigen::Index>(t));
+    ++counts[part_of_row_[tellers[t]] + 1];
+  }
+  means.array().colwise() /= counts.array().max(1);
+  std::vector<int> turn_of_group(told.size(), -1);
+  for (size_t t = 0; t < tellers.size(); ++t) turn_of_group[group_of_row_[tellers[t]]] = static_cast<int>(t);
   Positions result(group_of_row_.size(), 3);
-  for (size_t k = 0; k < group_of_row_.size(); ++k)
-    result.row(k) = turns.row(group_of_row_[k] >= 0 ? model_.n_parts + 1 + group_of_row_[k] : part_of_row_[k] + 1);
+  for (size_t k = 0; k < group_of_row_.size(); ++k) {
+    const int turn = group_of_row_[k] < 0 ? -1 : turn_of_group[group_of_row_[k]];
+    result.row(k) = turn < 0 ? means.row(part_of_row_[k] + 1) : turns.row(turn);
+  }
   return result;
 }
 
-Positions HandleRotations::estimate(const Positions& from, const Positions& to) const {
+Positions HandleRotations::estimate(const Positions& from, const Positions& to, const Positions& last) const {
   const Told told = ask_groups(from, to);
-  if (std::any_of(told.begin(), told.end(), [](const auto& r) { return r.has_value(); })) return of_rows(told);
+  if (std::any_of(told.begin(), told.end(), [](const auto& r) { return r.has_value(); })) return of_rows(told, last);
   std::vector<int> rows(group_of_row_.size());
   std::iota(rows.begin(), rows.end(), 0);
-  const Matrix3 rotation = best_rotation(from, to, rows).value_or(Matrix3::Identity());
-  return rotation_vectors(std::array{rotation}).replicate(from.rows(), 1);
+  Positions turn = rotation_vectors(std::array{best_rotation(from, to, rows).value_or(Matrix3::Identity())});
+  if (last.rows() > 0) go_on_from(last.topRows(1), turn);
+  return turn.replicate(from.rows(), 1);
+}
+
+Positions HandleRotations::from_rest(const Positions& targets, std::span<const Matrix3> rotations,
+                                     const Positions& last) const {
+  if (rotations.empty()) return estimate(constraints_.constrained_points(model_.rest), targets, last);
+  Positions turns = rotation_vectors(rotations);
+  if (last.rows() > 0) go_on_from(last, turns);
+  return turns;
 }
 
 Positions HandleRotations::estimate_beyond(double angle, const Positions& from, const Positions& to) const {
@@ -171,16 +175,14 @@ Positions HandleRotations::estimate_beyond(double angle, const Positions& from, 
   const bool is_beyond = std::any_of(told.begin(), told.end(), [&](const std::optional<Matrix3>& rotation) {
     return rotation && Eigen::AngleAxisd(*rotation).angle() > angle;
   });
-  return is_beyond ? of_rows(told) : Positions(0, 3);
+  return is_beyond ? of_rows(told, {}) : Positions(0, 3);
 }
 
 Positions HandleRotations::of_start(InitialGuess guess, const Positions& last_targets, const Positions& previous,
                                     const Positions& targets, std::span<const Matrix3> rotations) const {
   // Below that a global step with the former rotations starts as well.
   constexpr double kLargeTurn = std::numbers::pi / 8;
-  if (guess == InitialGuess::kHandleRotations)
-    return rotations.empty() ? estimate(constraints_.constrained_points(model_.rest), targets)
-                             : rotation_vectors(rotations);
+  if (guess == InitialGuess::kHandleRotations) return from_rest(targets, rotations);
   // What is held so weakly need not be near its targets: their turn is not its own.
   if (guess != InitialGuess::kPrevious || constraints_.is_weak_hold) return {};
   // What is constrained softly may never be at its target, so targets are compared with targets.

@@ -4,19 +4,20 @@
 namespace arap {
 
 // The sources of the kernels are compiled once for each instruction set, in the namespace of its name.
-#define ARAP_KERNELS_OF(isa)                                                                    \
-  namespace isa {                                                                               \
-  FrontKernels front_kernels();                                                                 \
-  TileKernels tile_kernels();                                                                   \
-  TileKernels half_tile_kernels();                                                              \
-  CellKernels<float> single_cell_kernels();                                                     \
-  CellKernels<double> double_cell_kernels();                                                    \
-  LatticeKernels lattice_kernels();                                                             \
-  static const Kernels& kernels() {                                                             \
-    static const Kernels all{front_kernels(),       tile_kernels(),        half_tile_kernels(), \
-                             single_cell_kernels(), double_cell_kernels(), lattice_kernels()};  \
-    return all;                                                                                 \
-  }                                                                                             \
+#define ARAP_KERNELS_OF(isa)                                                                                       \
+  namespace isa {                                                                                                  \
+  FrontKernels front_kernels();                                                                                    \
+  TileKernels tile_kernels();                                                                                      \
+  TileKernels half_tile_kernels();                                                                                 \
+  CellKernels<float> single_cell_kernels();                                                                        \
+  CellKernels<double> double_cell_kernels();                                                                       \
+  LatticeKernels lattice_kernels();                                                                                \
+  CageKernels cage_kernels();                                                                                      \
+  static const Kernels& kernels() {                                                                                \
+    static const Kernels all{front_kernels(),       tile_kernels(),    half_tile_kernels(), single_cell_kernels(), \
+                             double_cell_kernels(), lattice_kernels(), cage_kernels()};                            \
+    return all;                                                                                                    \
+  }                                                                                                                \
   }
 
 ARAP_KERNELS_OF(baseline)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "kernels/cage_kernels.h"
 #include "kernels/cell_kernels.h"
 #include "kernels/front_kernels.h"
 #include "kernels/isa.h"
@@ -17,6 +18,7 @@ struct Kernels {
   CellKernels<float> single_cell;
   CellKernels<double> double_cell;
   LatticeKernels lattice;
+  CageKernels cage;
 };
 
 [[nodiscard]] const Kernels& kernels(Isa isa);

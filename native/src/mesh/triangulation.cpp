@@ -33,7 +33,7 @@ class Triangulator {
       n_triangles += fans_of(n) * (n - 2);
     }
     result_.triangles.reserve(n_triangles);
-    for (int f = 0; f < mesh_.n_faces(); ++f) add_face(mesh_.face(f));
+    for (face_ = 0; face_ < mesh_.n_faces(); ++face_) add_face(mesh_.face(face_));
     strengthen_glue();
     return std::move(result_);
   }
@@ -62,7 +62,7 @@ class Triangulator {
       return;
     }
     if (weights_ == EdgeWeights::kUniform) {
-      result_.triangles.push_back({v, {0.5 * share, 0.5 * share, 0.5 * share}});
+      result_.triangles.push_back({v, face_, {0.5 * share, 0.5 * share, 0.5 * share}});
       return;
     }
     const std::array<Vector3, 3> p{point(v[0]), point(v[1]), point(v[2])};
@@ -76,7 +76,7 @@ class Triangulator {
     }
     std::array<double, 3> weights = half_cotangents(p[0], p[1], p[2]);
     for (double& weight : weights) weight *= share;
-    result_.triangles.push_back({v, weights});
+    result_.triangles.push_back({v, face_, weights});
   }
 
   /// A triangle with a repeated corner: at most an edge.
@@ -87,8 +87,8 @@ class Triangulator {
 
   /// Half for the rotation of each end, so that the order of the corners does not matter.
   void add_edge(int a, int b, double weight) {
-    result_.ties.push_back({{a, b, b}, {1, -1, 0}, 0.5 * weight});
-    result_.ties.push_back({{b, a, a}, {1, -1, 0}, 0.5 * weight});
+    result_.ties.push_back({{a, b, b}, face_, {1, -1, 0}, 0.5 * weight});
+    result_.ties.push_back({{b, a, a}, face_, {1, -1, 0}, 0.5 * weight});
   }
 
   void add_degenerate(const std::array<int, 3>& v, const std::array<Vector3, 3>& p,
@@ -107,7 +107,7 @@ class Triangulator {
     const Vector3 edge = p[b] - p[a];
     const double t = (p[longest] - p[a]).dot(edge) / edge.squaredNorm();
     if (is_whole_face) caps_.push_back(result_.ties.size());
-    result_.ties.push_back({{v[longest], v[a], v[b]}, {1, t - 1, -t}, kWeakWeight * share});
+    result_.ties.push_back({{v[longest], v[a], v[b]}, face_, {1, t - 1, -t}, kWeakWeight * share});
   }
 
   using Edge = std::pair<int, int>;
@@ -153,6 +153,7 @@ class Triangulator {
   const PolygonMesh& mesh_;
   EdgeWeights weights_;
   Triangulation result_;
+  int face_ = 0;              ///< the one at hand
   std::vector<size_t> caps_;  ///< ties of triangle faces whose middle vertex is on the longest edge
 };
 

@@ -12,6 +12,7 @@ namespace arap {
 /// A triangle of the surface. Edge k is opposite to corner k: it joins corners k + 1 and k + 2 (mod 3).
 struct Triangle {
   std::array<int, 3> vertices;
+  int face;                               ///< of the mesh
   std::array<double, 3> half_cotangents;  ///< 1/2 cot of the angle at corner k = weight of edge k, times the share of
                                           ///< the triangle in its face; may be negative
 };
@@ -20,13 +21,14 @@ struct Triangle {
 /// is the rotation of the cell of vertices[0]. The coefficients sum to 0, so translations cost nothing.
 struct Tie {
   std::array<int, 3> vertices;
+  int face;  ///< of the mesh
   std::array<double, 3> coefficients;
   double weight;
 };
 
 struct Triangulation {
-  std::vector<Triangle> triangles;
-  std::vector<Tie> ties;
+  std::vector<Triangle> triangles;  ///< those of a face one after the other, in the order of the faces
+  std::vector<Tie> ties;            ///< the same
 };
 
 /// Triangles of all faces. A face with n corners becomes the fans of triangles from each of its corners, with the share

@@ -10,18 +10,10 @@
 namespace arap {
 
 VertexModel::VertexModel(const ModelSpace& space, const PreparedModel& model, int dimension)
-    : space_(space), workers_(model.workers), dimension_(dimension), engine_(model) {
-  part_of_vertex_.reserve(space.model_vertices().size());
-  for (const int m : space.model_vertices()) {
-    if (model.part_of_vertex[m] < 0) loose_vertices_.push_back(static_cast<int>(part_of_vertex_.size()));
-    part_of_vertex_.push_back(model.part_of_vertex[m]);
-  }
-}
+    : space_(space), workers_(model.workers), dimension_(dimension), user_(space, model), engine_(model) {}
 
 void VertexModel::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
-  constraints.validate(space_.n_input_vertices());
-  require_no_segments(constraints);
-  require_movable_patches(constraints.patches, part_of_vertex_);
+  user_.require_constraints(constraints);
   if (engine_.has_constraints() && constraints == constraints_) return;
   ConstraintSet copy = constraints;
   engine_.set_constraints({space_.to_model(constraints), {}}, progress);
@@ -33,31 +25,26 @@ SolveResult VertexModel::solve(const Positions& targets, const SolveOptions& opt
   options.validate();
   require_constrained(engine_.has_constraints());
   require_targets(constraints_, targets, rotations);
-  require_out(out, space_.n_input_vertices());
+  require_out(out, user_.size());
   SolveResult result;
-  const auto hand_over = [&](const Positions& positions) {
-    if (!out.empty()) return space_.write_to_input(positions, workers_, out);
-    result.positions = space_.to_input(positions, workers_);
-    return all_finite(result.positions, workers_);
-  };
+  const auto hand_over = [&](const Positions& positions) { return user_.hand_over(positions, out, result); };
   IterationReport report;
-  try {
+  user_.guarded(out, engine_.positions(), [&] {
     report = engine_.solve(space_.targets_to_model(targets, constraints_), options, rotations, progress, hand_over);
-  } catch (...) {
-    if (!out.empty()) static_cast<void>(space_.write_to_input(engine_.positions(), workers_, out));
-    throw;
-  }
+  });
   result.energy_before = space_.energy_to_input(report.energy_before, dimension_);
   result.energy_after = space_.energy_to_input(report.energy_after, dimension_);
   result.iterations = report.iterations;
   result.step = report.step;
   result.stop_reason = report.stop_reason;
   result.parts_at_rest = engine_.parts_at_rest();
-  result.loose_vertices = loose_vertices_;
+  result.loose_vertices = user_.loose_vertices();
   return result;
 }
 
-void VertexModel::set_positions(const Positions& positions) { engine_.set_positions(checked_to_model(positions)); }
+void VertexModel::set_positions(const Positions& positions) {
+  engine_.set_positions(user_.checked_to_model(positions));
+}
 
 Positions VertexModel::positions() const { return space_.to_input(engine_.positions(), workers_); }
 
@@ -72,14 +59,9 @@ Positions VertexModel::energy_gradient(const Positions& positions) {
   return space_.gradient_to_input(gradient, dimension_);
 }
 
-Positions VertexModel::checked_to_model(const Positions& positions) const {
-  require_rows("positions", positions.rows(), space_.n_input_vertices());
-  require_finite("positions", positions, [](int v) { return text("vertex ", v); });
-  return space_.to_model(positions, workers_);
-}
-
 double VertexModel::evaluate(const Positions& positions, Positions& gradient) {
-  const double energy = space_.energy_to_input(engine_.evaluate(checked_to_model(positions), gradient), dimension_);
+  const double energy =
+      space_.energy_to_input(engine_.evaluate(user_.checked_to_model(positions), gradient), dimension_);
   if (!std::isfinite(energy) || !(gradient * space_.energy_to_input(1, dimension_ - 1)).allFinite())
     throw SolverError(text("the energy at these positions is too large for a number: they are up to ",
                            space_.points_to_model(positions).cwiseAbs().maxCoeff(), " sizes of the mesh away"));

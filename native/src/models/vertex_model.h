@@ -8,6 +8,7 @@
 #include "arap/result.h"
 #include "arap/types.h"
 #include "models/model_space.h"
+#include "models/user_vertices.h"
 #include "optimize/engine.h"
 
 namespace arap {
@@ -31,20 +32,18 @@ class VertexModel {
   [[nodiscard]] Positions energy_gradient(const Positions& positions);
 
   /// Of each vertex of the user's, -1 = loose.
-  [[nodiscard]] const std::vector<int>& part_of_vertex() const { return part_of_vertex_; }
-  [[nodiscard]] const std::vector<int>& loose_vertices() const { return loose_vertices_; }
+  [[nodiscard]] const std::vector<int>& part_of_vertex() const { return user_.part_of_vertex(); }
+  [[nodiscard]] const std::vector<int>& loose_vertices() const { return user_.loose_vertices(); }
   [[nodiscard]] int n_factorizations() const { return engine_.n_factorizations(); }
 
  private:
-  [[nodiscard]] Positions checked_to_model(const Positions& positions) const;
   /// Energy of the input and gradient of the model.
   double evaluate(const Positions& positions, Positions& gradient);
 
   const ModelSpace& space_;
   const Workers& workers_;
   int dimension_;
-  std::vector<int> part_of_vertex_;
-  std::vector<int> loose_vertices_;
+  UserVertices user_;
   ConstraintSet constraints_;
   Engine engine_;
 };

@@ -17,11 +17,17 @@ from sample_meshes import ends, tube, twisted_ends
 ROOT = Path(__file__).parents[3]
 PACKAGE = Path(arap_native.__file__).parent
 CLASSES = [
+    "CageDeformation",
+    "CageOptions",
+    "EmbeddedDeformation",
+    "EmbeddedOptions",
     "Job",
     "LatticeArap",
     "LatticeOptions",
     "Model",
     "Options",
+    "PoissonEditing",
+    "PoissonOptions",
     "SolveOptions",
     "SolveResult",
     "SurfaceArap",
@@ -86,7 +92,10 @@ def test_signatures_have_the_defaults_in_use():
     for options in (
         arap_native.Options,
         arap_native.LatticeOptions,
+        arap_native.PoissonOptions,
+        arap_native.EmbeddedOptions,
         arap_native.TetOptions,
+        arap_native.CageOptions,
         arap_native.SolveOptions,
     ):
         made = options()
@@ -103,6 +112,13 @@ def test_signatures_have_the_defaults_in_use():
             "progress",
         ]
 
+    assert list(inspect.signature(arap_native.PoissonEditing).parameters) == [
+        "rest_positions",
+        "corner_vertices",
+        "face_sizes",
+        "options",
+        "progress",
+    ]
     assert list(inspect.signature(arap_native.TetArap).parameters) == [
         "rest_positions",
         "tets",

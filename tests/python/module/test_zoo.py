@@ -13,15 +13,23 @@ import pytest
 import zoo
 
 
+@pytest.mark.parametrize("model", ["surface", "poisson"])
 @pytest.mark.parametrize("kind", zoo.KINDS)
-def test_a_bad_mesh_stays_finite_and_at_rest(kind):
-    row = measure_zoo.attack("surface", kind, 300, threads=1)
+def test_a_bad_mesh_stays_finite_and_at_rest(model, kind):
+    row = measure_zoo.attack(model, kind, 300, threads=1)
     assert row["what"] == "ok"
 
 
 @pytest.mark.parametrize("kind", zoo.KINDS)
 def test_a_lattice_takes_all_but_what_has_no_faces_or_no_size(kind):
     row = measure_zoo.attack("lattice", kind, 60, threads=1)
+    refused = {"nothing_but_loose": "no faces", "one_point": "no size"}
+    assert refused.get(kind, "ok") in row["what"]
+
+
+@pytest.mark.parametrize("kind", zoo.KINDS)
+def test_a_graph_lies_on_all_but_what_has_no_faces_or_no_size(kind):
+    row = measure_zoo.attack("embedded", kind, 300, threads=1)
     refused = {"nothing_but_loose": "no faces", "one_point": "no size"}
     assert refused.get(kind, "ok") in row["what"]
 
@@ -33,7 +41,7 @@ def test_random_calls_find_nothing():
     assert fuzzer.findings == []
 
 
-@pytest.mark.parametrize("bind", [arap_native.SurfaceArap, arap_native.LatticeArap])
+@pytest.mark.parametrize("bind", [arap_native.SurfaceArap, arap_native.LatticeArap, arap_native.PoissonEditing])
 def test_a_model_without_a_mesh_says_so(bind):
     bare = bind.__new__(bind)
     with pytest.raises(TypeError, match="only __new__ was called: call its class with a mesh"):

@@ -4,7 +4,8 @@
     python -m measure.pages.render RESULTS_DIR DOCS_DIR
 
 RESULTS_DIR holds results.json (native, frame, drag and overlay), peers.json and report.json for performance.md, and
-quality.json and limbs.json for quality.md. A section without results stays as it is.
+quality.json and limbs.json for quality.md, and compare.json for comparison.md. A section without results stays as it
+is.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from . import limbs, native, peers, plots, quality, report
+from . import compare, limbs, native, peers, plots, quality, report
 from .markdown import joined, replace_section
 
 PICTURES = {
@@ -72,6 +73,17 @@ def limb_sections(folder: Path, images: Path) -> dict[str, str]:
     return limbs.sections(results) if results else {}
 
 
+def comparison_sections(folder: Path, images: Path) -> dict[str, str]:
+    """The section of comparison.md, with its pictures."""
+    results = read_json(folder / "compare.json")
+    if not results:
+        return {}
+    rows = compare.panels(results["tasks"], folder / "compare")
+    if rows:
+        plots.plot_panels(rows, images / compare.PICTURE)
+    return compare.sections(results)
+
+
 def read_json(path: Path) -> dict[str, Any]:
     return json.loads(path.read_text()) if path.exists() else {}
 
@@ -90,6 +102,7 @@ def main() -> None:
     images.mkdir(parents=True, exist_ok=True)
     write_sections(docs / "performance.md", performance(folder, images))
     write_sections(docs / "quality.md", quality_sections(folder, images) | limb_sections(folder, images))
+    write_sections(docs / "comparison.md", comparison_sections(folder, images))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "arap/cage.h"
+#include "arap/error.h"
+#include "base/format_message.h"
+#include "base/grouped.h"
+#include "lattice/cube_grid.h"
+#include "lattice/triangle_cubes.h"
+#include "mesh/surface_measures.h"
+
+namespace arap {
+
+namespace {
+
+using Row = Eigen::RowVector3d;
+using Cube = CubeGrid::Cube;
+
+/// Distances are in cubes. A cube is solid if the mesh is so near, along each axis.
+constexpr double kMargin = .3;
+/// What smoothing leaves of that.
+constexpr double kLeastDistance = .25;
+constexpr int kSteps = 4;
+/// The farthest that a vertex moves in a step: less than the distance, so that it cannot jump over the mesh.
+constexpr double kLongestStep = .2;
+
+/// Triangles of the fans of all faces.
+template <class Visit>
+void for_each_triangle(const PolygonMesh& mesh, const Visit& visit) {
+  for (int f = 0; f < mesh.n_faces(); ++f)
+    for (size_t k = 1; k + 1 < mesh.face(f).size(); ++k)
+      visit(std::array<Row, 3>{mesh.positions().row(mesh.face(f)[0]), mesh.positions().row(mesh.face(f)[k]),
+                               mesh.positions().row(mesh.face(f)[k + 1])});
+}
+
+/// Solid cubes around and inside of a mesh. The cubes at the ends of the grid are empty.
+class SolidCubes {
+ public:
+  SolidCubes(const PolygonMesh& mesh, double size) {
+    Eigen::AlignedBox3d box = surface_box(mesh);
+    box.min().array() -= 2 * size;
+    box.max().array() += 2 * size;
+    grid_ = grid_around(box, size);
+    is_solid_.assign(static_cast<size_t>(grid_.counts[0]) * grid_.counts[1] * grid_.counts[2], 0);
+    add_surface(mesh);
+    do fill_inside();
+    while (fill_contacts());
+  }
+
+  [[nodiscard]] const CubeGrid& grid() const { return grid_; }
+  [[nodiscard]] bool is_solid(const Cube& cube) const { return is_solid_[grid_.index(cube)] != 0; }
+
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    for (int k = 0; k < static_cast<int>(is_solid_.size()); ++k)
+      if (is_solid_[k] != 0) visit(grid_.cube(k));
+  }
+
+ private:
+  /// A mesh moved by the margin along all axes, in either direction each, meets the cubes that are so near.
+  void add_surface(const PolygonMesh& mesh) {
+    std::vector<Cube> cubes;
+    for_each_triangle(mesh, [&](const std::array<Row, 3>& corners) {
+      for (int way = 0; way < 8; ++way) {
+        const auto side = [&](int axis) { return (way >> axis) % 2 == 0 ? -1.0 : 1.0; };
+        const Row shift = kMargin * grid_.size * Row(side(0), side(1), side(2));
+        find_cubes(grid_, {corners[0] + shift, corners[1] + shift, corners[2] + shift}, cubes);
+        for (const Cube& cube : cubes) is_solid_[grid_.index(cube)] = 1;
+      }
+    });
+  }
+
+  /// All that cannot be reached from the corner of the grid.
+  void fill_inside() {
+    std::vector<char> is_outside(is_solid_.size(), 0);
+    std::vector<int> open{0};
+    is_outside[0] = 1;
+    while (!open.empty()) {
+      const Cube cube = grid_.cube(open.back());
+      open.pop_back();
+      for (int axis = 0; axis < 3; ++axis)
+        for (const int step : {-1, 1}) {
+          Cube next = cube;
+          next[axis] += step;
+          if (next[axis] < 0 || next[axis] >= grid_.counts[axis]) continue;
+          const int k = grid_.index(next);
+          if (is_solid_[k] != 0 || is_outside[k] != 0) continue;
+          is_outside[k] = 1;
+          open.push_back(k);
+        }
+    }
+    for (size_t k = 0; k < is_solid_.size(); ++k) is_solid_[k] = is_outside[k] != 0 ? 0 : 1;
+  }
+
+  /// Fills the blocks of eight cubes whose solid or empty cubes touch at edges or corners alone, all at once. There the
+  /// surface would not be a manifold.
+  bool fill_contacts() {
+    std::vector<Cube> blocks;
+    Cube low{};
+    for (low[0] = 0; low[0] + 1 < grid_.counts[0]; ++low[0])
+      for (low[1] = 0; low[1] + 1 < grid_.counts[1]; ++low[1])
+        for (low[2] = 0; low[2] + 1 < grid_.counts[2]; ++low[2])
+          if (!is_joined(low, true) || !is_joined(low, false)) blocks.push_back(low);
+    for (const Cube& block : blocks)
+      for (int k = 0; k < 8; ++k) is_solid_[grid_.index(in_block(block, k))] = 1;
+    return !blocks.empty();
+  }
+
+  static Cube in_block(const Cube& low, int k) { return {low[0] + k / 4, low[1] + k / 2 % 2, low[2] + k % 2}; }
+
+  /// Whether the cubes of a block that are solid, or those that are not, hang together by faces.
+  [[nodiscard]] bool is_joined(const Cube& low, bool wanted) const {
+    unsigned members = 0;
+    for (int k = 0; k < 8; ++k)
+      if (is_solid(in_block(low, k)) == wanted) members |= 1U << static_cast<unsigned>(k);
+    unsigned reached = members & (~members + 1);
+    for (unsigned before = 0; before != reached;) {
+      before = reached;
+      for (unsigned k = 0; k < 8; ++k)
+        if ((reached >> k & 1U) != 0)
+          for (const unsigned step : {1U, 2U, 4U}) reached |= (1U << (k ^ step)) & members;
+    }
+    return reached == members;
+  }
+
+  CubeGrid grid_;
+  std::vector<char> is_solid_;
+};
+
+/// The faces between solid cubes and others.
+struct Quads {
+  std::vector<Row> places;
+  std::vector<std::array<int, 4>> faces;
+
+  explicit Quads(const SolidCubes& cubes) {
+    std::map<Cube, int> vertices;
+    const auto vertex = [&](const Cube& corner) {
+      const auto [found, is_new] = vertices.try_emplace(corner, static_cast<int>(places.size()));
+      if (is_new) places.push_back(cubes.grid().corner(corner));
+      return found->second;
+    };
+    cubes.for_each([&](const Cube& cube) {
+      for (int axis = 0; axis < 3; ++axis)
+        for (const int side : {0, 1}) {
+          Cube beside = cube;
+          beside[axis] += 2 * side - 1;
+          if (cubes.is_solid(beside)) continue;
+          std::array<int, 4> face{};
+          constexpr std::array<std::array<int, 2>, 4> kAround{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+          for (int k = 0; k < 4; ++k) {
+            Cube corner = cube;
+            corner[axis] += side;
+            const auto& at = kAround[side == 1 ? k : 3 - k];
+            corner[(axis + 1) % 3] += at[0];
+            corner[(axis + 2) % 3] += at[1];
+            face[k] = vertex(corner);
+          }
+          faces.push_back(face);
+        }
+    });
+  }
+};
+
+/// Distance of a point from a triangle.
+double distance(const Row& point, const Row& a, const Row& b, const Row& c) {
+  const Row normal = (b - a).cross(c - a);
+  const auto to_segment = [&](const Row& from, const Row& to) {
+    const Row along = to - from;
+    const double at = std::clamp((point - from).dot(along) / along.squaredNorm(), 0.0, 1.0);
+    return (from + at * along - point).norm();
+  };
+  const bool is_above = (b - a).cross(point - a).dot(normal) >= 0 && (c - b).cross(point - b).dot(normal) >= 0 &&
+                        (a - c).cross(point - c).dot(normal) >= 0;
+  if (is_above) return std::abs((point - a).dot(normal)) / normal.norm();
+  return std::min({to_segment(a, b), to_segment(b, c), to_segment(c, a)});
+}
+
+/// Moves the vertices of a cage towards the middles of their neighbours, as far as the mesh allows.
+class Smoother {
+ public:
+  Smoother(Quads& quads, const PolygonMesh& mesh, const CubeGrid& grid)
+      : quads_(quads),
+        grid_(grid),
+        samples_(samples_of(mesh, grid.size)),
+        samples_of_cube_(grid.counts[0] * grid.counts[1] * grid.counts[2],
+                         [&](const auto& add) {
+                           for (int s = 0; s < static_cast<int>(samples_.size()); ++s)
+                             add(grid.index(grid.cube_at(samples_[s])), s);
+                         }),
+        faces_of_(static_cast<int>(quads.places.size()), [&](const auto& add) {
+          for (int f = 0; f < static_cast<int>(quads.faces.size()); ++f)
+            for (const int v : quads.faces[f]) add(v, f);
+        }) {}
+
+  void step() {
+    std::vector<Row> goals;
+    goals.reserve(quads_.places.size());
+    for (int v = 0; v < static_cast<int>(quads_.places.size()); ++v) goals.push_back(goal(v));
+    for (size_t v = 0; v < goals.size(); ++v) move(static_cast<int>(v), goals[v]);
+  }
+
+ private:
+  /// So near to each other that none of the mesh is farther than a tenth of a cube from one.
+  static std::vector<Row> samples_of(const PolygonMesh& mesh, double cube) {
+    std::vector<Row> samples;
+    for_each_triangle(mesh, [&](const std::array<Row, 3>& c) {
+      const double longest = std::max({(c[1] - c[0]).norm(), (c[2] - c[1]).norm(), (c[0] - c[2]).norm()});
+      const int n = std::max(1, static_cast<int>(std::ceil(longest / (.15 * cube))));
+      for (int i = 0; i <= n; ++i)
+        for (int j = 0; i + j <= n; ++j) samples.emplace_back(c[0] + (i * (c[1] - c[0]) + j * (c[2] - c[0])) / n);
+    });
+    return samples;
+  }
+
+  [[nodiscard]] Row goal(int v) const {
+    Row sum = Row::Zero();
+    for (const int f : faces_of_.of(v))
+      for (const int w : quads_.faces[f]) sum += quads_.places[w];
+    const Row way = sum / (4. * static_cast<double>(faces_of_.of(v).size())) - quads_.places[v];
+    return quads_.places[v] + way * std::min(1.0, kLongestStep * grid_.size / std::max(way.norm(), 1e-300));
+  }
+
+  void move(int v, const Row& goal) {
+    const Row from = quads_.places[v];
+    constexpr int kHalvings = 4;
+    for (int k = 0; k < kHalvings; ++k) {
+      quads_.places[v] = from + std::ldexp(1.0, -k) * (goal - from);
+      if (is_free(v)) return;
+    }
+    quads_.places[v] = from;
+  }
+
+  /// Whether the mesh is far enough from the faces at a vertex, however they are cut.
+  [[nodiscard]] bool is_free(int v) const {
+    Eigen::AlignedBox3d box;
+    for (const int f : faces_of_.of(v))
+      for (const int w : quads_.faces[f]) box.extend(quads_.places[w].transpose());
+    box.min().array() -= kLeastDistance * grid_.size;
+    box.max().array() += kLeastDistance * grid_.size;
+    const Cube low = grid_.cube_at(box.min().transpose());
+    const Cube high = grid_.cube_at(box.max().transpose());
+    Cube cube{};
+    for (cube[0] = low[0]; cube[0] <= high[0]; ++cube[0])
+      for (cube[1] = low[1]; cube[1] <= high[1]; ++cube[1])
+        for (cube[2] = low[2]; cube[2] <= high[2]; ++cube[2])
+          for (const int s : samples_of_cube_.of(grid_.index(cube)))
+            if (box.contains(samples_[s].transpose()) && is_near(samples_[s], v)) return false;
+    return true;
+  }
+
+  [[nodiscard]] bool is_near(const Row& sample, int v) const {
+    for (const int f : faces_of_.of(v)) {
+      const auto corner = [&](int k) -> const Row& { return quads_.places[quads_.faces[f][k % 4]]; };
+      for (int k = 0; k < 4; ++k)
+        if (distance(sample, corner(k), corner(k + 1), corner(k + 2)) < kLeastDistance * grid_.size) return true;
+    }
+    return false;
+  }
+
+  Quads& quads_;
+  const CubeGrid& grid_;
+  std::vector<Row> samples_;
+  Grouped samples_of_cube_;
+  Grouped faces_of_;
+};
+
+}  // namespace
+
+inline namespace ARAP_COMPILED_ALIKE {
+
+PolygonMesh make_cage(const PolygonMesh& mesh, int cells) {
+  constexpr int kFewest = 2;
+  constexpr int kMost = 50;
+  if (cells < kFewest || cells > kMost)
+    throw InvalidInput(text("cells = ", cells, ", must be >= ", kFewest, " and <= ", kMost));
+  if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
+    throw InvalidInput("the mesh has no faces or no size, so no cage fits it; give it faces");
+  const SolidCubes cubes(mesh, surface_box(mesh).sizes().maxCoeff() / cells);
+  Quads quads(cubes);
+  Smoother smoother(quads, mesh, cubes.grid());
+  for (int k = 0; k < kSteps; ++k) smoother.step();
+  Positions positions(static_cast<Eigen::Index>(quads.places.size()), 3);
+  for (size_t v = 0; v < quads.places.size(); ++v) positions.row(static_cast<Eigen::Index>(v)) = quads.places[v];
+  std::vector<int> corners;
+  for (const std::array<int, 4>& face : quads.faces) corners.insert(corners.end(), face.begin(), face.end());
+  return {std::move(positions), std::move(corners), std::vector<int>(quads.faces.size(), 4)};
+}
+
+}  // namespace ARAP_COMPILED_ALIKE
+}  // namespace arap

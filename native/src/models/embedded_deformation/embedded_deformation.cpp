@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "arap/embedded_deformation.h"
+
+#include <cmath>
+#include <utility>
+
+#include "base/format_message.h"
+#include "geometry/rotation.h"
+#include "models/embedded_deformation/gauss_newton.h"
+#include "models/input_checks.h"
+#include "models/model_space.h"
+#include "parallel/parallel.h"
+
+namespace arap {
+
+namespace {
+
+void require_weight(const char* name, double weight) {
+  if (!(weight > 0) || std::isinf(weight)) throw InvalidInput(text(name, " = ", weight, ", must be finite and > 0"));
+}
+
+/// In model space.
+GraphConstraints constraints_on(const DeformationGraph& graph, const ConstraintSet& set) {
+  GraphConstraints result;
+  for (size_t k = 0; k < set.vertices.size(); ++k) {
+    const double strength = set.strengths.empty() ? 1 : set.strengths[k];
+    result.combinations.push_back(graph.of_state({set.vertices[k]}, {1}));
+    result.weights.push_back(strength < 1 ? strength / (1 - strength) : LinearRows::kHard);
+  }
+  const Patches& patches = set.patches;
+  for (int p = 0; p < patches.size(); ++p) {
+    const std::vector<int> vertices(patches.vertices.begin() + patches.offsets[p],
+                                    patches.vertices.begin() + patches.offsets[p + 1]);
+    std::vector<double> factors(patches.weights.begin() + patches.offsets[p],
+                                patches.weights.begin() + patches.offsets[p + 1]);
+    double sum = 0;
+    for (const double factor : factors) sum += factor;
+    for (double& factor : factors) factor /= sum;
+    result.combinations.push_back(graph.of_state(vertices, factors));
+    result.weights.push_back(LinearRows::kHard);
+  }
+  return result;
+}
+
+}  // namespace
+
+void EmbeddedOptions::validate() const {
+  constexpr double kSmallest = 0.005;
+  if (!(node_distance >= kSmallest && node_distance <= 1))
+    throw InvalidInput(text("node_distance = ", node_distance, ", must be >= 0.005 and <= 1"));
+  require_weight("rotation_weight", rotation_weight);
+  require_weight("regularization_weight", regularization_weight);
+  require_weight("constraint_weight", constraint_weight);
+  require_threads(threads);
+}
+
+struct EmbeddedDeformation::Impl {
+  Impl(const PolygonMesh& mesh, const EmbeddedOptions& of_bind, const Progress& progress)
+      : space(mesh),
+        options(of_bind),
+        part_of_vertex(mesh.part_of_vertex()),
+        loose_vertices(mesh.loose_vertices()),
+        n_parts(mesh.n_parts()),
+        workers(choose_threads(of_bind.threads, mesh.n_vertices())) {
+    Meter meter(progress, "binding was cancelled");
+    graph = make_graph(space.make_model(mesh), options, workers.threads(), {&meter, 1});
+    reset();
+  }
+
+  void reset() {
+    state = graph.rest_state();
+    held_loose.clear();
+    if (solver) solver->forget();
+  }
+
+  void set_constraints(const ConstraintSet& set, const Progress& progress) {
+    set.validate(space.n_input_vertices());
+    require_no_segments(set);
+    require_movable_patches(set.patches, part_of_vertex);
+    if (solver && set == constraints) return;
+    Meter meter(progress, "setting constraints was cancelled");
+    ConstraintSet copy = set;
+    const std::vector<char> is_held = held_parts(set);
+    std::vector<char> node_is_held;
+    node_is_held.reserve(graph.size());
+    for (const int v : graph.vertices) node_is_held.push_back(is_held[part_of_vertex[v]]);
+    auto next = std::make_unique<GaussNewton>(graph, options, constraints_on(graph, space.to_model(set)), node_is_held,
+                                              workers, MeterPart{&meter, 1});
+    if (solver) former_factorizations += solver->n_factorizations();
+    solver = std::move(next);
+    constraints = std::move(copy);
+    held_loose.clear();
+    parts_at_rest.clear();
+    for (int part = 0; part < n_parts; ++part)
+      if (is_held[part] == 0) parts_at_rest.push_back(part);
+    const Positions at_rest = graph.rest_state();
+    for (int j = 0; j < graph.size(); ++j)
+      if (node_is_held[j] == 0) rows_of(state, j) = rows_of(at_rest, j);
+  }
+
+  SolveResult solve(const Positions& targets, const SolveOptions& with, const Progress& progress,
+                    std::span<float> out) {
+    const Positions of_model = space.targets_to_model(targets, constraints);
+    Positions next = start(with.initial_guess, of_model);
+    const GaussNewton::Report report = solver->solve(of_model, with, progress, next);
+    SolveResult result;
+    if (report.stop_reason != StopReason::kCancelled) take(next, of_model);
+    if (out.empty())
+      result.positions = positions();
+    else
+      static_cast<void>(space.write_to_input(model_positions(), workers, out));
+    result.energy_before = report.energy_before;
+    result.energy_after = report.energy_after;
+    result.iterations = report.iterations;
+    result.step = report.step;
+    result.stop_reason = report.stop_reason;
+    result.parts_at_rest = parts_at_rest;
+    result.loose_vertices = loose_vertices;
+    return result;
+  }
+
+  /// Each node as its neighbourhood has turned and moved.
+  void fit(const Positions& positions) {
+    const Positions to = space.to_model(positions, workers);
+    std::vector<Matrix3> covariances(graph.size(), Matrix3::Zero());
+    std::vector<Moments> moments(graph.size());
+    for_entries([&](int v, int j, double weight) {
+      moments[j].weight += weight;
+      moments[j].from += weight * graph.rest.row(v);
+      moments[j].to += weight * to.row(v);
+    });
+    for (Moments& of_node : moments) {
+      of_node.from /= of_node.weight;
+      of_node.to /= of_node.weight;
+    }
+    for_entries([&](int v, int j, double weight) {
+      covariances[j] += weight * (to.row(v) - moments[j].to).transpose() * (graph.rest.row(v) - moments[j].from);
+    });
+    reset();
+    for (int j = 0; j < graph.size(); ++j) {
+      const Matrix3 R = nearest_rotation(covariances[j], Matrix3::Identity());
+      rows_of(state, j).topRows<3>() = R.transpose();
+      rows_of(state, j).row(3) =
+          moments[j].to - moments[j].from + (moments[j].from - graph.node(j)) * (Matrix3::Identity() - R.transpose());
+    }
+    for (const int v : loose_vertices) held_loose.emplace_back(v, to.row(v));
+  }
+
+  [[nodiscard]] Positions model_positions() const {
+    Positions result;
+    graph.move(state, workers, result);
+    for (const auto& [v, place] : held_loose) result.row(v) = place;
+    return result;
+  }
+  [[nodiscard]] Positions positions() const { return space.to_input(model_positions(), workers); }
+
+  [[nodiscard]] int n_factorizations() const {
+    return former_factorizations + (solver ? solver->n_factorizations() : 0);
+  }
+
+  ModelSpace space;
+  EmbeddedOptions options;
+  std::vector<int> part_of_vertex;
+  std::vector<int> loose_vertices;
+  int n_parts;
+  Workers workers;
+  DeformationGraph graph;
+  ConstraintSet constraints;
+  std::unique_ptr<GaussNewton> solver;
+
+  struct Moments {
+    double weight = 0;
+    Eigen::RowVector3d from = Eigen::RowVector3d::Zero();
+    Eigen::RowVector3d to = Eigen::RowVector3d::Zero();
+  };
+
+  template <class Use>
+  void for_entries(const Use& use) const {
+    for (int v = 0; v < space.n_input_vertices(); ++v)
+      for (int k = graph.offsets[v]; k < graph.offsets[v + 1]; ++k) use(v, graph.nodes[k], graph.weights[k]);
+  }
+
+  [[nodiscard]] std::vector<char> held_parts(const ConstraintSet& set) const {
+    std::vector<char> is_held(n_parts, 0);
+    for (const int v : set.vertices)
+      if (part_of_vertex[v] >= 0) is_held[part_of_vertex[v]] = 1;
+    for (size_t k = 0; k < set.patches.vertices.size(); ++k)
+      if (set.patches.weights[k] > 0) is_held[part_of_vertex[set.patches.vertices[k]]] = 1;
+    return is_held;
+  }
+
+  [[nodiscard]] Positions start(InitialGuess guess, const Positions& targets) const {
+    switch (guess) {
+      case InitialGuess::kPrevious:
+        return state;
+      case InitialGuess::kHandleRotations:
+        return solver->turned(targets, graph.rest_state());
+      default:
+        return graph.rest_state();
+    }
+  }
+
+  void take(Positions& next, const Positions& targets) {
+    state = std::move(next);
+    held_loose.clear();
+    for (size_t k = 0; k < constraints.vertices.size(); ++k)
+      if (part_of_vertex[constraints.vertices[k]] < 0)
+        held_loose.emplace_back(constraints.vertices[k], targets.row(static_cast<Eigen::Index>(k)));
+  }
+
+  Positions state;
+  std::vector<std::pair<int, Eigen::RowVector3d>> held_loose;  ///< no node moves them: they are where they are put
+  int former_factorizations = 0;
+  std::vector<int> parts_at_rest;
+};
+
+EmbeddedDeformation::EmbeddedDeformation(const PolygonMesh& mesh, const EmbeddedOptions& options,
+                                         const Progress& progress) {
+  options.validate();
+  if (mesh.n_faces() == 0 || !(mesh.diagonal() > 0))
+    throw InvalidInput("the mesh has no faces or no size, so no graph lies on it; give it faces");
+  impl_ = std::make_unique<Impl>(mesh, options, progress);
+}
+
+EmbeddedDeformation::~EmbeddedDeformation() = default;
+EmbeddedDeformation::EmbeddedDeformation(EmbeddedDeformation&&) noexcept = default;
+EmbeddedDeformation& EmbeddedDeformation::operator=(EmbeddedDeformation&&) noexcept = default;
+
+void EmbeddedDeformation::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
+  impl_->set_constraints(constraints, progress);
+}
+
+SolveResult EmbeddedDeformation::solve(const Positions& targets, const SolveOptions& options,
+                                       std::span<const Matrix3> rotations, const Progress& progress,
+                                       std::span<float> out) {
+  options.validate();
+  require_constrained(impl_->solver != nullptr);
+  require_targets(impl_->constraints, targets, rotations);
+  require_out(out, impl_->space.n_input_vertices());
+  return impl_->solve(targets, options, progress, out);
+}
+
+void EmbeddedDeformation::reset() { impl_->reset(); }
+
+void EmbeddedDeformation::set_positions(const Positions& positions) {
+  require_rows("positions", positions.rows(), n_vertices());
+  require_finite("positions", positions, [](int v) { return text("vertex ", v); });
+  impl_->fit(positions);
+}
+
+Positions EmbeddedDeformation::positions() const { return impl_->positions(); }
+
+Positions EmbeddedDeformation::nodes() const {
+  Positions result(n_nodes(), 3);
+  for (int j = 0; j < n_nodes(); ++j) result.row(j) = impl_->graph.node(j);
+  return impl_->space.points_to_input(result);
+}
+
+int EmbeddedDeformation::n_nodes() const { return impl_->graph.size(); }
+int EmbeddedDeformation::n_vertices() const { return impl_->space.n_input_vertices(); }
+int EmbeddedDeformation::n_parts() const { return impl_->n_parts; }
+const std::vector<int>& EmbeddedDeformation::part_of_vertex() const { return impl_->part_of_vertex; }
+const std::vector<int>& EmbeddedDeformation::loose_vertices() const { return impl_->loose_vertices; }
+int EmbeddedDeformation::n_factorizations() const { return impl_->n_factorizations(); }
+int EmbeddedDeformation::threads() const { return impl_->workers.threads(); }
+
+}  // namespace arap

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "models/embedded_deformation/gauss_newton.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "cholesky/solver_choice.h"
+#include "geometry/rotation.h"
+#include "optimize/time_budget.h"
+
+namespace arap {
+
+namespace {
+
+/// Of a hard row, against a soft one of strength 1/2. The larger, the fewer steps to its target, and the less room has
+/// the rest meanwhile.
+constexpr double kHardWeight = 10;
+
+/// A step that is a larger part of the one before wants the matrix of where it is.
+constexpr double kSlow = 0.5;
+/// A gap of a hard constraint that is as good as none, in diagonals.
+constexpr double kMet = 1e-5;
+/// Multipliers are learned where steps are this part of the gap, and no more where the gap does not shrink to this
+/// part: the nodes cannot do it then.
+constexpr double kSettled = 0.1;
+constexpr double kLearning = 0.7;
+
+/// From the first step to the accuracy, in digits.
+double progress_of(double first_step, double step, double accuracy) {
+  const double whole = std::log(first_step / std::max(accuracy, 1e-15));
+  return whole > 0 && step > 0 ? std::clamp(std::log(first_step / step) / whole, 0.0, 1.0) : 1;
+}
+
+/// A_j (g_k - g_j) + g_j + t_j - (g_k + t_k) = 0 [SSP07] Eq. (6), as a row.
+LinearRow edge_row(int j, int k, const Eigen::RowVector3d& edge) {
+  return {{kNodeRows * j, kNodeRows * j + 1, kNodeRows * j + 2, kNodeRows * j + 3, kNodeRows * k + 3},
+          {edge[0], edge[1], edge[2], 1, -1}};
+}
+
+}  // namespace
+
+GaussNewton::GaussNewton(const DeformationGraph& graph, const EmbeddedOptions& options,
+                         const GraphConstraints& constraints, const std::vector<char>& is_held, const Workers& workers,
+                         const MeterPart& meter)
+    : workers_(workers), node_distance_(options.node_distance), nodes_(graph.size(), 3) {
+  for (int j = 0; j < graph.size(); ++j) nodes_.row(j) = graph.node(j);
+  LinearRows rows;
+  n_edge_rows_ = 2 * std::ssize(graph.edges);
+  edge_goals_.resize(n_edge_rows_, 3);
+  for (const auto& [j, k] : graph.edges) {
+    const Eigen::RowVector3d edge = graph.node(k) - graph.node(j);
+    edge_goals_.row(rows.size()) = edge;
+    rows.add(edge_row(j, k, edge), options.regularization_weight);
+    edge_goals_.row(rows.size()) = -edge;
+    rows.add(edge_row(k, j, -edge), options.regularization_weight);
+  }
+  const auto n_constraints = std::ssize(constraints.weights);
+  const auto is_moved = [](const DeformationGraph::Combination& of) { return !of.row.indices.empty(); };
+  const auto n_moved = std::max<std::ptrdiff_t>(1, std::ranges::count_if(constraints.combinations, is_moved));
+  const double share = options.constraint_weight * graph.size() / static_cast<double>(n_moved);
+  constants_.resize(n_constraints, 3);
+  for (Eigen::Index r = 0; r < n_constraints; ++r) {
+    const DeformationGraph::Combination& combination = constraints.combinations[r];
+    const bool is_hard = constraints.weights[r] == LinearRows::kHard;
+    constants_.row(r) = combination.constant;
+    if (is_moved(combination)) {
+      is_hard_.push_back(is_hard ? 1 : 0);
+      rows.add(combination.row, share * (is_hard ? kHardWeight : constraints.weights[r]));
+    } else {
+      is_hard_.push_back(0);
+      rows.add({}, 0);
+    }
+  }
+  learned_ = Positions::Zero(n_constraints, 3);
+  weights_ = rows.weight_vector();
+  rows_ = RowMatrix(rows, kNodeRows * graph.size());
+  meter.add(0.2);
+  SparseMatrix K = rows_.normal_matrix(weights_);
+  K.makeCompressed();
+  unknowns_ = NodeUnknowns::make(options.nodes, options.rotation_weight, K);
+  for (const char held : is_held) is_erased_.insert(is_erased_.end(), unknowns_->per_node(), held == 0 ? 1 : 0);
+  solver_ = make_linear_solver(unknowns_->matrix(graph.rest_state()), LinearSolverKind::kBlockLdlt, workers,
+                               TileFormat::kFloat, meter.part(0.8));
+}
+
+GaussNewton::Report GaussNewton::solve(const Positions& targets, const SolveOptions& options, const Progress& progress,
+                                       Positions& state) {
+  TimeBudget budget(options.time_limit_s);
+  const Positions goals = wanted(targets);
+  Report report;
+  report.energy_before = energy(targets, state);
+  double first_step = 0;
+  double former_step = std::numeric_limits<double>::infinity();
+  double learned_at = std::numeric_limits<double>::infinity();
+  while (report.iterations < options.max_iterations) {
+    if (report.iterations > 0 && !budget.allows_another()) {
+      report.stop_reason = StopReason::kTimeLimit;
+      break;
+    }
+    report.step = step(goals, state);
+    ++report.iterations;
+    budget.end_iteration();
+    const bool was_full = !is_stale_;
+    if (report.step > kSlow * former_step) is_stale_ = true;
+    former_step = report.step;
+    first_step = std::max(first_step, report.step);
+    const double gap = largest_gap(goals, state);
+    if (was_full && report.step <= options.accuracy &&
+        (gap <= std::max(options.accuracy, kMet) || gap > kLearning * learned_at)) {
+      report.stop_reason = StopReason::kConverged;
+      break;
+    }
+    // Not earlier: multipliers of a pose that is far from its minimum would have to be unlearned.
+    if (was_full && report.step <= std::max(options.accuracy, kSettled * gap)) {
+      learn(goals, state);
+      learned_at = gap;
+      former_step = std::numeric_limits<double>::infinity();
+    }
+    if (progress && !progress(progress_of(first_step, report.step, options.accuracy))) {
+      report.stop_reason = StopReason::kCancelled;
+      break;
+    }
+  }
+  report.energy_after = energy(targets, state);
+  return report;
+}
+
+Positions GaussNewton::turned(const Positions& targets, const Positions& rest_state) const {
+  const Positions goals = wanted(targets).bottomRows(targets.rows());
+  Positions rest;
+  rows_.multiply(rest_state, rest, workers_);
+  // What nodes move, at rest and at its targets, about the middles.
+  const Eigen::VectorXd weights = weights_.tail(targets.rows()) / weights_.tail(targets.rows()).sum();
+  const Positions from = rest.bottomRows(targets.rows()) + constants_;
+  const Positions to = goals + constants_;
+  const Eigen::RowVector3d from_middle = weights.transpose() * from;
+  const Eigen::RowVector3d to_middle = weights.transpose() * to;
+  const Matrix3 covariance =
+      (to.rowwise() - to_middle).transpose() * weights.asDiagonal() * (from.rowwise() - from_middle);
+  const Matrix3 R = nearest_rotation(covariance, Matrix3::Identity());
+  Positions state = rest_state;
+  for (int j = 0; j < state.rows() / kNodeRows; ++j) {
+    if (is_erased_[static_cast<size_t>(j) * unknowns_->per_node()] != 0) continue;
+    const Eigen::RowVector3d node = nodes_.row(j);
+    rows_of(state, j).topRows<3>() = R.transpose();
+    rows_of(state, j).row(3) = to_middle + (node - from_middle) * R.transpose() - node;
+  }
+  return state;
+}
+
+double GaussNewton::energy(const Positions& targets, const Positions& state) const {
+  const Positions gaps = rows_.gaps(wanted(targets), state, workers_);
+  double sum = unknowns_->energy(state);
+  for (Eigen::Index r = 0; r < gaps.rows(); ++r)
+    if (r < n_edge_rows_ || is_hard_[r - n_edge_rows_] == 0) sum += weights_[r] * gaps.row(r).squaredNorm();
+  return sum;
+}
+
+Positions GaussNewton::wanted(const Positions& targets) const {
+  Positions result(n_edge_rows_ + targets.rows(), 3);
+  result.topRows(n_edge_rows_) = edge_goals_;
+  result.bottomRows(targets.rows()) = targets - constants_;
+  return result;
+}
+
+double GaussNewton::step(const Positions& goals, Positions& state) {
+  constexpr int kMostHalvings = 30;
+  Positions wanted = goals;
+  wanted.bottomRows(learned_.rows()) += learned_;
+  Positions pull = -rows_.gaps(wanted, state, workers_);
+  const double before = unknowns_->energy(state) + weights_.dot(pull.rowwise().squaredNorm());
+  pull.array().colwise() *= weights_.array();
+  Positions of_state = Positions::Zero(state.rows(), 3);
+  rows_.add_transposed(pull, of_state, workers_);
+  const Eigen::VectorXd gradient = unknowns_->gradient(state, of_state);
+  // The solver has three right-hand sides; here it needs one.
+  Positions change = Positions::Zero(gradient.size(), 3);
+  for (Eigen::Index k = 0; k < gradient.size(); ++k)
+    if (is_erased_[k] == 0) change(k, 0) = -gradient[k];
+  const bool is_new = !factor_ || is_stale_;
+  if (is_new) {
+    factor_ = solver_->factorize(unknowns_->matrix(state), is_erased_);
+    ++n_factorizations_;
+  }
+  factor_->solve(change);
+  double length = 1;
+  for (int k = 0; k < kMostHalvings; ++k, length /= 2) {
+    Positions next = unknowns_->stepped(state, length * change.col(0));
+    if (unknowns_->energy(next) + weights_.dot(rows_.gaps(wanted, next, workers_).rowwise().squaredNorm()) > before)
+      continue;
+    // A step that had to be cut says little of how far the minimum is.
+    is_stale_ = k > 0;
+    const double moved = movement(state, next);
+    state = std::move(next);
+    return moved;
+  }
+  is_stale_ = !is_new;  // at its own state what is left is rounding
+  return 0;
+}
+
+double GaussNewton::largest_gap(const Positions& goals, const Positions& state) const {
+  const Positions gaps = rows_.gaps(goals, state, workers_).bottomRows(learned_.rows());
+  double largest = 0;
+  for (Eigen::Index r = 0; r < learned_.rows(); ++r)
+    if (is_hard_[r] != 0) largest = std::max(largest, gaps.row(r).norm());
+  return largest;
+}
+
+void GaussNewton::learn(const Positions& goals, const Positions& state) {
+  const Positions gaps = rows_.gaps(goals, state, workers_).bottomRows(learned_.rows());
+  for (Eigen::Index r = 0; r < learned_.rows(); ++r)
+    if (is_hard_[r] != 0) learned_.row(r) += gaps.row(r);
+}
+
+double GaussNewton::movement(const Positions& from, const Positions& to) const {
+  double largest = 0;
+  for (Eigen::Index j = 0; j < from.rows() / kNodeRows; ++j) {
+    const auto change = to.middleRows<kNodeRows>(kNodeRows * j) - from.middleRows<kNodeRows>(kNodeRows * j);
+    largest = std::max(largest, change.row(3).norm() + node_distance_ * change.topRows<3>().norm());
+  }
+  return largest;
+}
+
+}  // namespace arap

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "arap/embedded_deformation.h"
+#include "arap/options.h"
+#include "arap/types.h"
+#include "cholesky/linear_solver.h"
+#include "constraints/linear_rows.h"
+#include "models/embedded_deformation/deformation_graph.h"
+#include "models/embedded_deformation/node_unknowns.h"
+#include "parallel/meter.h"
+#include "parallel/workers.h"
+
+namespace arap {
+
+/// A constraint on the nodes: a row of their state, and its weight in E_con before all are scaled, or kHard.
+struct GraphConstraints {
+  std::vector<DeformationGraph::Combination> combinations;
+  std::vector<double> weights;
+};
+
+/// Minimizes the energy of a graph under a set of constraints.
+class GaussNewton {
+ public:
+  /// Throws SolverError, Cancelled.
+  /// @param is_held  (m,) whether anything constrains the part of a node; the others stay at rest
+  GaussNewton(const DeformationGraph& graph, const EmbeddedOptions& options, const GraphConstraints& constraints,
+              const std::vector<char>& is_held, const Workers& workers, const MeterPart& meter);
+
+  struct Report {
+    double energy_before = 0;
+    double energy_after = 0;
+    int iterations = 0;
+    double step = 0;  ///< of the last iteration: the largest movement of a node or of its neighbourhood
+    StopReason stop_reason = StopReason::kMaxIterations;
+  };
+  /// Moves `state` towards the targets, (n_constraints, 3). Throws SolverError; the state is then any.
+  Report solve(const Positions& targets, const SolveOptions& options, const Progress& progress, Positions& state);
+
+  /// Where a solve may start: all nodes moved as one body, as the targets fit best.
+  [[nodiscard]] Positions turned(const Positions& targets, const Positions& rest_state) const;
+
+  /// Forgets what hard constraints have learned of the pose.
+  void forget() { learned_.setZero(); }
+
+  /// With soft constraints only, hard ones left out. @param targets  as solve()
+  [[nodiscard]] double energy(const Positions& targets, const Positions& state) const;
+  [[nodiscard]] int n_factorizations() const { return n_factorizations_; }
+
+ private:
+  /// (n_rows, 3): what edges want, then the targets without what does not move with the nodes.
+  [[nodiscard]] Positions wanted(const Positions& targets) const;
+  /// One step to less energy, hard rows counted with their weight. Returns how far it moves.
+  double step(const Positions& goals, Positions& state);
+  [[nodiscard]] double largest_gap(const Positions& goals, const Positions& state) const;
+  /// Moves the targets of hard constraints by the gaps that are left.
+  void learn(const Positions& goals, const Positions& state);
+  [[nodiscard]] double movement(const Positions& from, const Positions& to) const;
+
+  const Workers& workers_;
+  double node_distance_;
+  Positions nodes_;  ///< (m, 3) at rest
+  Eigen::Index n_edge_rows_ = 0;
+  Positions edge_goals_;
+  Positions constants_;        ///< (n_constraints, 3) of the combinations
+  std::vector<char> is_hard_;  ///< (n_constraints,)
+  RowMatrix rows_;             ///< edges, then constraints
+  Eigen::VectorXd weights_;    ///< of the rows
+  std::unique_ptr<NodeUnknowns> unknowns_;
+  std::vector<char> is_erased_;
+  std::unique_ptr<LinearSolver> solver_;
+  /// At a former state, as long as steps get small quickly: in a drag it costs far more than the rest of a step.
+  std::unique_ptr<Factorization> factor_;
+  bool is_stale_ = true;  ///< the next step is to make another one
+  Positions learned_;     ///< (n_constraints, 3) multipliers, as moves of the targets
+  int n_factorizations_ = 0;
+};
+
+}  // namespace arap

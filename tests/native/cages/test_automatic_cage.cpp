@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "arap/cage.h"
+#include "arap/error.h"
+#include "cages/cage.h"
+#include "cages/green.h"
+#include "support/cages.h"
+#include "support/helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::make_cage;
+using Row = Eigen::RowVector3d;
+
+/// Every edge has two faces, and the faces at each vertex are one fan.
+void expect_manifold(const arap::PolygonMesh& mesh, const std::string& name) {
+  std::map<std::pair<int, int>, int> edges;
+  std::map<int, std::map<int, int>> next_around;  // of each vertex: from the neighbour before to the one after
+  for (int f = 0; f < mesh.n_faces(); ++f)
+    for (int k = 0; k < 4; ++k) {
+      const auto corner = [&](int at) { return mesh.face(f)[at % 4]; };
+      ++edges[std::minmax({corner(k), corner(k + 1)})];
+      next_around[corner(k)][corner(k + 3)] = corner(k + 1);
+    }
+  for (const auto& [edge, n] : edges) EXPECT_EQ(n, 2) << name;
+  for (const auto& [vertex, next] : next_around) {
+    std::set<int> fan;
+    for (int at = next.begin()->first; fan.insert(at).second;) at = next.at(at);
+    EXPECT_EQ(fan.size(), next.size()) << name << ", vertex " << vertex;
+  }
+}
+
+TEST(AutomaticCage, IsAManifoldAroundTheMesh) {
+  for (const MeshData& mesh : all_small_meshes()) {
+    if (mesh.mesh().diagonal() == 0) continue;
+    for (const int cells : {4, 10}) {
+      const arap::PolygonMesh quads = make_cage(mesh.mesh(), cells);
+      expect_manifold(quads, mesh.name);
+      const arap::Cage cage(quads);
+      for (const Vector3& vertex : mesh.vertices)
+        EXPECT_NEAR(winding_number(cage, cage.to_cage(vertex.transpose())), 1, 1e-9) << mesh.name;
+    }
+  }
+}
+
+TEST(AutomaticCage, CarriesTheMesh) {
+  const MeshData mesh = bumpy_sphere(3);
+  const arap::PolygonMesh cage = make_cage(mesh.mesh());
+  arap::CageOptions options;
+  options.coordinates = arap::CageCoordinates::kGreen;
+  const arap::CageDeformation green(cage, mesh.positions(), options);
+  EXPECT_LT(max_distance(green.deform(2 * cage.positions()), 2 * mesh.positions()), 1e-12);
+}
+
+TEST(AutomaticCage, FollowsTheMeshAndTheNumberOfCells) {
+  const MeshData mesh = bar(2, Faces::kQuads);
+  const arap::PolygonMesh coarse = make_cage(mesh.mesh(), 4);
+  const arap::PolygonMesh fine = make_cage(mesh.mesh(), 12);
+  EXPECT_LT(coarse.n_vertices(), fine.n_vertices() / 3);
+  EXPECT_LT(fine.diagonal(), coarse.diagonal());
+  EXPECT_LT(fine.diagonal(), 1.4 * mesh.diagonal());
+}
+
+/// Two spheres apart have a cage each, with one surface.
+TEST(AutomaticCage, PartsFarApartAreParts) {
+  const MeshData ball = icosphere(2);
+  const MeshData two = join(ball, transformed(ball, [](const Vector3& x) { return Vector3(x + Vector3(9, 0, 0)); }));
+  EXPECT_EQ(make_cage(two.mesh(), 20).n_parts(), 2);
+  EXPECT_EQ(make_cage(two.mesh(), 2).n_parts(), 1);
+}
+
+TEST(AutomaticCageErrors, SayWhatIsWrong) {
+  using arap::InvalidInput;
+  const auto make = [](const MeshData& mesh, int cells) {
+    return [mesh, cells] { static_cast<void>(make_cage(mesh.mesh(), cells)); };
+  };
+  expect_error<InvalidInput>(make(cube(), 1), {"cells = 1", "2", "50"});
+  expect_error<InvalidInput>(make(cube(), 51), {"cells = 51"});
+  expect_error<InvalidInput>(make({"points", {{0, 0, 0}, {1, 1, 1}}, {}}, 10), {"no faces", "give it faces"});
+}
+
+}  // namespace
+}  // namespace arap_test

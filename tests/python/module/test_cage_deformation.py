@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""CageDeformation from the outside: arrays in and out, options, jobs, errors. What it computes: tests/native."""
+
+from itertools import product
+from typing import NamedTuple
+
+import arap_native
+import numpy as np
+import pytest
+from arap_native import CageDeformation, CageOptions
+from numpy.typing import NDArray
+from sample_meshes import rotation_z, tube
+
+GREEN = CageOptions(coordinates="green")
+
+
+class Cage(NamedTuple):
+    positions: NDArray[np.float64]
+    corner_vertices: NDArray[np.int32]
+    face_sizes: NDArray[np.int32]
+
+
+def cube() -> Cage:
+    """From -1 to 1, of six quads."""
+    corners = np.array(list(product((-1.0, 1.0), repeat=3)))
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return Cage(corners, np.array(quads, np.int32).ravel(), np.full(6, 4, np.int32))
+
+
+def points_inside(n: int = 20) -> NDArray[np.float64]:
+    return np.random.default_rng(1).uniform(-0.9, 0.9, (n, 3))
+
+
+@pytest.mark.parametrize("coordinates", ["mean_value", "green", "harmonic"])
+def test_points_turn_with_the_cage(coordinates):
+    points = points_inside()
+    cage = CageDeformation(points, *cube(), CageOptions(coordinates=coordinates))
+    assert cage.deform(cube().positions) == pytest.approx(points, abs=1e-14)
+    turned = 2 * cube().positions @ rotation_z(1.0).T + 3
+    assert cage.deform(turned) == pytest.approx(2 * points @ rotation_z(1.0).T + 3, abs=1e-13)
+
+
+def test_weights_say_where_a_point_goes():
+    points = points_inside()
+    moved = cube().positions + np.random.default_rng(2).uniform(-0.3, 0.3, (8, 3))
+    cage = CageDeformation(points, *cube())
+    vertices, triangles = cage.weights(3)
+    assert triangles.shape == (0,)
+    assert vertices.sum() == pytest.approx(1)
+    assert vertices @ moved == pytest.approx(cage.deform(moved)[3], abs=1e-7)
+    vertices, triangles = CageDeformation(points, *cube(), GREEN).weights(3)
+    assert (vertices.shape, triangles.shape) == ((8,), (24,))
+
+
+def test_triangles_alone_need_no_face_sizes():
+    quads = cube().corner_vertices.reshape(-1, 4)
+    triangles = np.ascontiguousarray(np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    cage = CageDeformation(points_inside(), cube().positions, triangles)
+    assert (cage.n_points, cage.n_vertices, cage.n_triangles) == (20, 8, 12)
+    assert repr(cage) == "<CageDeformation: 20 points, 8 vertices of the cage, 1 thread>"
+
+
+def test_out_takes_the_result():
+    cage = CageDeformation(points_inside(), *cube())
+    out = np.empty((20, 3), np.float32)
+    assert cage.deform(2 * cube().positions, out=out) is out
+    assert out == pytest.approx(2 * points_inside(), abs=1e-6)
+    with pytest.raises(ValueError, match=r"^out has shape \(2, 3\), expected \(20, 3\): one row per point"):
+        cage.deform(cube().positions, out=np.empty((2, 3), np.float32))
+
+
+def test_a_made_cage_carries_its_mesh():
+    mesh = tube()
+    made = arap_native.make_cage(*mesh, cells=6)
+    assert (made[0].shape[1], len(made[1]), set(made[2])) == (3, 4 * len(made[2]), {4})
+    cage = CageDeformation(mesh.positions, *made, GREEN)
+    assert cage.deform(made[0] + 1.0) == pytest.approx(mesh.positions + 1.0, abs=1e-12)
+    with pytest.raises(ValueError, match=r"^cells = 1, must be >= 2 and <= 50"):
+        arap_native.make_cage(*mesh, cells=1)
+
+
+def test_a_job_does_what_the_constructor_does():
+    moved = cube().positions * [1.0, 1.0, 1.5] + cube().positions[:, ::-1] ** 2
+    job = CageDeformation.begin_bind(points_inside(), *cube(), GREEN)
+    cage = job.result()
+    assert type(cage) is CageDeformation
+    assert np.array_equal(cage.deform(moved), CageDeformation(points_inside(), *cube(), GREEN).deform(moved))
+
+
+def test_progress_may_stop_it():
+    told = []
+    CageDeformation(points_inside(), *cube(), progress=told.append)
+    assert told[-1] == 1
+    with pytest.raises(arap_native.Cancelled, match="weights of the cage was cancelled"):
+        CageDeformation(points_inside(), *cube(), progress=lambda _: False)
+
+
+def test_options_are_named_values():
+    assert repr(CageOptions()) == "CageOptions(coordinates='mean_value', grid_spacing=0.015625, threads=0)"
+    assert CageDeformation(points_inside(), *cube(), CageOptions(threads=2)).threads == 2
+    with pytest.raises(ValueError, match=r"^coordinates = 'gren', must be one of 'mean_value', 'green', 'harmonic'"):
+        CageOptions(coordinates="gren")
+    with pytest.raises(ValueError, match=r"^threads = -1, must be "):
+        CageOptions(threads=-1)
+
+
+def test_what_is_wrong_is_told_in_words():
+    positions, corners, sizes = cube()
+    with pytest.raises(ValueError, match=r"^points has shape \(3,\), expected \(n, 3\): one row per point"):
+        CageDeformation(np.zeros(3), positions, corners, sizes)
+    with pytest.raises(ValueError, match=r"^the cage is not closed: its edge from vertex \d to \d has 1 face;"):
+        CageDeformation(points_inside(), positions, corners[4:], sizes[1:])
+    with pytest.raises(ValueError, match=r"^1 of 2 points are not inside of the cage \(1\), "):
+        CageDeformation(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0]]), *cube(), GREEN)
+    cage = CageDeformation(points_inside(), *cube())
+    with pytest.raises(ValueError, match=r"^cage_positions has shape \(20, 3\), expected \(8, 3\): one row per vertex"):
+        cage.deform(points_inside())
+    with pytest.raises(ValueError, match=r"^point 20 is not there, there are points 0 to 19"):
+        cage.weights(20)
+    with pytest.raises(TypeError, match="only __new__ was called"):
+        CageDeformation.__new__(CageDeformation).deform(positions)
