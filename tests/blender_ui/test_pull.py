@@ -121,6 +121,23 @@ def test_pull_undo_redo(ui: Ui) -> Steps:
     assert len(sheet().arap.pull_pins) == 1
 
 
+def test_a_pull_that_is_over_before_it_is_seen(ui: Ui) -> Steps:
+    """A quick drag, whose moves Blender has joined with its end while the press was looked at, is no click."""
+    yield from begin(ui)
+    middle = nearest(scenes.key_positions(sheet()), (0.0, 0.0, 0.0))
+    yield from press(ui, (0.0, 0.0, 0.0))
+    ui.mouse = ui.pixel((0.3, 0.1, 0.0))
+    ui.event("LEFTMOUSE", "RELEASE")
+    yield from ui.until(lambda: scenes.shown_positions(sheet())[middle][0] > 0.25, "the mesh follows")
+    yield from release(ui)
+    np.testing.assert_allclose(scenes.shown_positions(sheet())[middle], (0.3, 0.1, 0.0), atol=0.02)
+    assert len(sheet().arap.pull_pins) == 1
+    yield from press(ui, (-0.6, -0.6, 0.0))  # within the threshold it is a click
+    yield from release(ui)
+    assert len(sheet().arap.pull_pins) == 2
+    np.testing.assert_allclose(scenes.shown_positions(sheet())[middle], (0.3, 0.1, 0.0), atol=0.02)
+
+
 def test_pull_is_drawn(ui: Ui) -> Steps:
     """Every move that the mesh follows draws the view anew: nobody but the drag itself evaluates or redraws here."""
     yield from begin(ui)

@@ -13,6 +13,7 @@ from ..follow.act import End, Ending, Phase
 from ..props import preferences
 from ..scene import redraw, shape_keys
 from ..setup.handles import following_first_handle
+from ..setup.rows import take_in_hand
 from ..ui.checks import (
     ArapOperator,
     allow,
@@ -35,7 +36,8 @@ CONFIRM = {"LEFTMOUSE", "RET", "NUMPAD_ENTER"}
 CANCEL = {"ESC", "RIGHTMOUSE"}
 AXES = {"X": 0, "Y": 1, "Z": 2}
 WHEEL = {"WHEELUPMOUSE": 1.1, "WHEELDOWNMOUSE": 1.0 / 1.1}
-MOVES = {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "NONE"}
+MOUSE_MOVES = {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}
+MOVES = {*MOUSE_MOVES, "NONE"}
 
 
 def why_no_pull(context: bpy.types.Context) -> str:
@@ -103,16 +105,22 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
     def _before_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
         if event.type in CANCEL and event.value == "PRESS":
             return {"CANCELLED"}
-        if event.type == "LEFTMOUSE" and event.value == ("RELEASE" if self._is_held else "PRESS"):
-            return self._click(context)
+        is_end = event.type == "LEFTMOUSE" and event.value == ("RELEASE" if self._is_held else "PRESS")
         threshold = context.preferences.inputs.drag_threshold_mouse
         is_drag = max(abs(mouse[0] - self._mouse[0]), abs(mouse[1] - self._mouse[1])) >= threshold
-        if event.type != "MOUSEMOVE" or not is_drag:
+        # While the press is looked at, a quick drag may be over: then its end is the only event that tells of it.
+        if is_end and not (is_drag and self._is_held):
+            return self._click(context)
+        if not (is_drag and (is_end or event.type in MOUSE_MOVES)):
             return {"RUNNING_MODAL"}
         if self._grip is None and not self._problem:
-            bpy.ops.view3d.rotate("INVOKE_DEFAULT")  # as in Sculpt Mode; at the press it would end an axis view
+            if not is_end:
+                bpy.ops.view3d.rotate("INVOKE_DEFAULT")  # as in Sculpt Mode; at the press it would end an axis view
             return {"CANCELLED"}
-        return self._begin_drag(context, event, mouse)
+        answer = self._begin_drag(context, event, mouse)
+        if is_end and self._run is not None:
+            self._run.is_released = True
+        return answer
 
     @reports_errors
     def _begin_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
@@ -166,7 +174,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
             pass
         elif event.type in CANCEL:
             run.act.cancel()
-        elif event.type in AXES:
+        elif event.type in AXES and not (event.ctrl or event.oskey):  # Ctrl Z is no axis
             run.drag.toggle_axis(AXES[event.type])
             run.move(mouse)
         elif event.type in WHEEL:
@@ -234,6 +242,8 @@ class ARAP_OT_pull_make_real(ArapOperator, bpy.types.Operator):
     def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
         with following_first_handle(obj):
             n_handles, n_pins = pins.make_real(obj, context.evaluated_depsgraph_get())
+            if n_handles:
+                take_in_hand(context, obj.arap.handles[-1])
         self.report({"INFO"}, f"Made {counted(n_handles, 'handle')} and {counted(n_pins, 'pin')}")
         redraw.tag_views()
 

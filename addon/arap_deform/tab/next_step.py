@@ -30,14 +30,14 @@ def next_step(context: bpy.types.Context) -> Step:
     if obj is None:
         active = getattr(context, "object", None)  # in other modes a click does not select the mesh
         if active is not None and active.type == "ARMATURE" and active.mode == "OBJECT":
-            return Step("Shift-click the mesh too. Then Add Bones lets the armature move it.")
+            return Step("Shift-click the mesh. Then Add Bones lets the armature move it.")
         return Step((active and why_not_object_mode(active)) or "Click the mesh to pose in the view.")
     if problem := why_no_mesh(context):
         return Step(problem, "ERROR")
     if is_posed(obj):
         return _while_posing(obj)
     if remembered.has_foreign_handles(obj):  # first: it stays when a pull forgets the problem of Follow
-        return Step("A handle has no empty of its own: press Copy Handles, or remove it.", "ERROR")
+        return Step("A handle has no own empty: press Copy Handles or remove it.", "ERROR")
     if obj.arap.live_problem:
         return Step(obj.arap.live_problem, "ERROR")
     if obj.mode == "EDIT":
@@ -67,7 +67,7 @@ def _without_handles(context: bpy.types.Context, obj: bpy.types.Object) -> str:
     if selected_armatures(context):
         return "Add Bones: the armature moves the mesh, without weights."
     if any(pin.reach > 0.0 for pin in obj.arap.pull_pins):  # pulled, not only pinned
-        return "Pull on, or animate: Make Handles (Ctrl H) turns dots into handles and pins."
+        return "Pull on. To animate it, press Make Handles (Ctrl H)."
     if tool.is_on():
         return "Drag the mesh to pull it. Click it to pin a spot."
     if obj.arap.pins:

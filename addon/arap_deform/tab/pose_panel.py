@@ -17,7 +17,7 @@ from ..ui.checks import find_posed_object, is_posed, why_baked, why_not_live
 from ..ui.panels import ArapPanel, button_row, draw_text
 from .next_step import next_step
 
-LINES = 3  # kept free for the next step, so that nothing below it jumps
+LINES = 4  # of the next step in a sidebar of the default width: kept free, so that nothing below it jumps
 
 
 class ARAP_PT_pose(ArapPanel, bpy.types.Panel):

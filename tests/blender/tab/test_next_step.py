@@ -7,7 +7,7 @@ import numpy as np
 from support import SceneTest, bpy, linked_back, module
 from tubes import BOTTOM, MIDDLE, TOP, animate, mesh_object, posable, select_in_edit_mode
 
-MOST_LETTERS = 80  # of three lines in a sidebar of 280 pixels
+MOST_LETTERS = 66  # of four lines in a sidebar of the default width, three in one of 280 pixels
 
 
 class NextStepTest(SceneTest):
@@ -36,7 +36,7 @@ class NextStepTest(SceneTest):
             module("pull.pins").add(obj, [grab(np.array(BOTTOM, dtype=np.int32), 0.0)])
             self.assert_step("Drag the mesh to pull it. Click it to pin a spot.")
             module("pull.pins").add(obj, [grab(np.array(MIDDLE, dtype=np.int32), 1.0)])
-            self.assert_step("Pull on, or animate: Make Handles (Ctrl H) turns dots into handles and pins.")
+            self.assert_step("Pull on. To animate it, press Make Handles (Ctrl H).")
             obj.arap.pull_pins.clear()
         bpy.ops.arap.edit_mesh()
         bpy.ops.mesh.select_all(action="SELECT")
@@ -109,7 +109,7 @@ class NextStepTest(SceneTest):
         """In the same words while Follow has a problem, and after a pull has forgotten that."""
         obj = self.active_mesh(is_ready=True)
         obj.arap.is_live = True
-        text = "A handle has no empty of its own: press Copy Handles, or remove it."
+        text = "A handle has no own empty: press Copy Handles or remove it."
         bpy.context.scene.collection.objects.unlink(obj.arap.handles[0].target)
         bpy.context.view_layer.update()
         self.assertFalse(obj.arap.is_live)
