@@ -16,6 +16,7 @@ from .tasks import Motion
 
 PLANE_CELLS, PLANE_HELD, PLANE_MOVED, PLANE_HEIGHT = 60, 0.46, 0.06, 0.3  # in widths, from the middle
 LIMB_TASKS = 2  # of the rods: those that are held by vertices
+ROD_VIEW = View((0.0, -1.0, 0.0), (0.22, 0.0, -0.1), 1.05)
 
 
 class Compared(NamedTuple):
@@ -35,7 +36,7 @@ class Compared(NamedTuple):
 def tasks() -> Iterator[Compared]:
     yield Compared(plane(), is_closed=False)
     for limb in list(rods())[:LIMB_TASKS]:
-        yield Compared(limb.pose, limb)
+        yield Compared(limb.pose._replace(view=ROD_VIEW), limb)
     yield Compared(bar_bend()._replace(name="bend by 90"))
     yield Compared(bar_twist()._replace(name="twist by 135"))
     for limb in creature_legs():
@@ -50,7 +51,7 @@ def plane() -> Pose:
     width = float(np.ptp(mesh.positions[:, 0]))
     away = np.abs(mesh.positions - [0.5 * width, 0.0, 0.0]).max(axis=1) / width
     held, moved = (np.flatnonzero(m).astype(np.int32) for m in (away > PLANE_HELD, away < PLANE_MOVED))
-    view = View((0.4, -1.0, 0.6), (0.5 * width, 0.0, 0.3 * PLANE_HEIGHT * width), 1.1 * width)
+    view = View((0.4, -1.0, 0.6), (0.5 * width, 0.0, 0.3 * PLANE_HEIGHT * width), 1.5 * width)
     return Pose("pulled up", mesh, held, moved, moved_by(PLANE_HEIGHT * width * Z), view)
 
 
