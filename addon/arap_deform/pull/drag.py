@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum, auto
 
@@ -14,7 +15,23 @@ from .view import Pixels, View
 
 TURN_PER_PIXEL = np.pi / 360.0  # a drag of 180 pixels is a quarter turn
 LEAST_LEVER_PX = 20.0  # a piece nearer to its pivot, as seen, turns by TURN_PER_PIXEL
+FAR_PIXELS = 16  # between a press and the first move after it
 ALONG_THE_VIEW = 0.15  # sine between an axis and the line of sight below which the mouse cannot follow along the axis
+
+
+def press_place(
+    told: tuple[int, int], before: tuple[int, int], first_move: tuple[int, int], *, is_behind: bool
+) -> tuple[int, int]:
+    """Where the mouse was pressed. If Blender was busy, the press tells where the mouse was when it was read.
+
+    Args:
+        told: by the press.
+        before: where the mouse had been before the press.
+        first_move: the place of the first move after it.
+        is_behind: whether further moves had come by then.
+    """
+    nearest = min(told, before, key=lambda place: math.dist(place, first_move))
+    return first_move if is_behind and math.dist(nearest, first_move) > FAR_PIXELS else nearest
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from ..ui.checks import (
 )
 from ..ui.modal import ModalOperator
 from . import pins, tool
-from .drag import Mode
+from .drag import Mode, press_place
 from .other_mesh import mesh_at
 from .region import Grab
 from .run import Grip, PullRun, find_grip, grabs_at, remove_pins_at, runs
@@ -68,6 +68,8 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._mouse = (event.mouse_region_x, event.mouse_region_y)
+        self._before = (event.mouse_prev_x - context.region.x, event.mouse_prev_y - context.region.y)
+        self._is_start_open = True
         self._is_ctrl = event.ctrl
         # Else a key, a menu or a script has called it, and a click ends it.
         self._is_held = (event.type, event.value) == ("LEFTMOUSE", "PRESS")
@@ -105,6 +107,8 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
     def _before_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
         if event.type in CANCEL and event.value == "PRESS":
             return {"CANCELLED"}
+        if event.type in MOUSE_MOVES:
+            self._find_start(context, event, mouse)
         is_end = event.type == "LEFTMOUSE" and event.value == ("RELEASE" if self._is_held else "PRESS")
         threshold = context.preferences.inputs.drag_threshold_mouse
         is_drag = max(abs(mouse[0] - self._mouse[0]), abs(mouse[1] - self._mouse[1])) >= threshold
@@ -121,6 +125,20 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
         if is_end and self._run is not None:
             self._run.is_released = True
         return answer
+
+    def _find_start(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> None:
+        """At the first move: takes the grip again if the press was elsewhere than it told."""
+        if not self._is_start_open:
+            return
+        self._is_start_open = False
+        start = press_place(self._mouse, self._before, mouse, is_behind=event.type == "INBETWEEN_MOUSEMOVE")
+        if start == self._mouse:
+            return
+        self._mouse, self._problem = start, ""
+        try:
+            self._grip = _grip_at(context, start)
+        except ERRORS as error:
+            self._grip, self._problem = None, sentence_of(error)
 
     @reports_errors
     def _begin_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from arap_deform.core.transforms import rotation
-from arap_deform.pull.drag import TURN_PER_PIXEL, Drag, Lever, Mode
+from arap_deform.pull.drag import TURN_PER_PIXEL, Drag, Lever, Mode, press_place
 from arap_deform.pull.view import View
 from sample_meshes import rotation_z
 
@@ -209,3 +209,17 @@ def test_about_the_line_of_sight_a_limb_stays_under_the_mouse():
     drag.set_mode(Mode.TURN)
     move(-1.8, 0.6)
     np.testing.assert_allclose(drag.place - PIVOT, np.array([-0.8, 0.6, 0.0]), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("told", "before", "first_move", "is_behind", "place"),
+    [
+        ((100, 100), (100, 100), (100, 104), False, (100, 100)),  # nothing is late
+        ((100, 100), (100, 100), (100, 150), False, (100, 100)),  # a flick
+        ((100, 170), (100, 100), (100, 111), True, (100, 100)),  # the press was read late
+        ((100, 135), (400, 300), (100, 111), True, (100, 111)),  # and it moved there in one go
+        ((100, 100), (400, 300), (100, 111), True, (100, 100)),
+    ],
+)
+def test_a_press_that_is_read_late_was_where_the_moves_begin(told, before, first_move, is_behind, place):
+    assert press_place(told, before, first_move, is_behind=is_behind) == place
