@@ -267,7 +267,7 @@ TEST(EmbeddedDeformation, ErrorsSayWhatIsWrong) {
   for (const auto& [option, name] : {std::pair{&EmbeddedOptions::rotation_weight, "rotation_weight"},
                                      std::pair{&EmbeddedOptions::regularization_weight, "regularization_weight"},
                                      std::pair{&EmbeddedOptions::constraint_weight, "constraint_weight"}})
-    expect_error<InvalidInput>([&] { bind(option, 0); }, {name, "> 0"});
+    expect_error<InvalidInput>([&, weight = option] { bind(weight, 0); }, {name, "> 0"});  // Clang 14: no binding
   const arap::PolygonMesh points(Positions::Random(3, 3), {}, {});
   expect_error<InvalidInput>([&] { EmbeddedDeformation model(points); }, {"no faces", "give it faces"});
 }
