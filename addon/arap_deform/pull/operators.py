@@ -262,7 +262,8 @@ class ARAP_OT_pull_make_real(ArapOperator, bpy.types.Operator):
             n_handles, n_pins = pins.make_real(obj, context.evaluated_depsgraph_get())
             if n_handles:
                 take_in_hand(context, obj.arap.handles[-1])
-        self.report({"INFO"}, f"Made {counted(n_handles, 'handle')} and {counted(n_pins, 'pin')}")
+        made = [counted(n, word) for n, word in ((n_handles, "handle"), (n_pins, "pin")) if n]
+        self.report({"INFO"}, f"Made {' and '.join(made)}")
         redraw.tag_views()
 
 
