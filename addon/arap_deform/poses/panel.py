@@ -55,7 +55,7 @@ class ARAP_PT_poses(ArapSubPanel, bpy.types.Panel):
         row.operator("arap.poses_apply", text="Apply")
         row.operator("arap.poses_blend", text="Blend")
         row.operator("arap.poses_mirror", text="Mirror")
-        layout.operator("arap.poses_to_keys", icon="SHAPEKEY_DATA")
+        layout.operator("arap.poses_to_keys", text="To Shape Keys", icon="SHAPEKEY_DATA")
 
 
 class ARAP_MT_poses(bpy.types.Menu):
