@@ -20,12 +20,11 @@ constexpr double kHardWeight = 10;
 
 /// A step that is a larger part of the one before wants the matrix of where it is.
 constexpr double kSlow = 0.5;
-/// A gap of a hard constraint that is as good as none, in diagonals.
-constexpr double kMet = 1e-5;
-/// Multipliers are learned where steps are this part of the gap, and no more where the gap does not shrink to this
-/// part: the nodes cannot do it then.
+/// Multipliers are learned where steps are this part of the gap, so often at most, and no more where the gap does not
+/// shrink to this part: the nodes cannot do it then.
 constexpr double kSettled = 0.1;
-constexpr double kLearning = 0.7;
+constexpr double kLearning = 0.9;
+constexpr int kMostLearnings = 20;
 
 /// From the first step to the accuracy, in digits.
 double progress_of(double first_step, double step, double accuracy) {
@@ -94,6 +93,8 @@ GaussNewton::Report GaussNewton::solve(const Positions& targets, const SolveOpti
   double first_step = 0;
   double former_step = std::numeric_limits<double>::infinity();
   double learned_at = std::numeric_limits<double>::infinity();
+  int n_learned = 0;
+  bool has_learned = false;  // all that the nodes can do
   while (report.iterations < options.max_iterations) {
     if (report.iterations > 0 && !budget.allows_another()) {
       report.stop_reason = StopReason::kTimeLimit;
@@ -107,14 +108,15 @@ GaussNewton::Report GaussNewton::solve(const Positions& targets, const SolveOpti
     former_step = report.step;
     first_step = std::max(first_step, report.step);
     const double gap = largest_gap(goals, state);
-    if (was_full && report.step <= options.accuracy &&
-        (gap <= std::max(options.accuracy, kMet) || gap > kLearning * learned_at)) {
+    const bool is_met = gap <= options.accuracy;
+    if (was_full && report.step <= options.accuracy && (is_met || has_learned)) {
       report.stop_reason = StopReason::kConverged;
       break;
     }
     // Not earlier: multipliers of a pose that is far from its minimum would have to be unlearned.
-    if (was_full && report.step <= std::max(options.accuracy, kSettled * gap)) {
-      learn(goals, state);
+    if (was_full && !is_met && !has_learned && report.step <= std::max(options.accuracy, kSettled * gap)) {
+      has_learned = gap > kLearning * learned_at || n_learned++ == kMostLearnings;
+      if (!has_learned) learn(goals, state);
       learned_at = gap;
       former_step = std::numeric_limits<double>::infinity();
     }

@@ -160,8 +160,8 @@ TEST(EmbeddedDeformation, ADenserMeshGivesTheSamePose) {
   for (size_t k = 0; k < of_coarse.constraints.vertices.size(); ++k)  // its first vertices are the coarse one's
     of_dense.add(of_coarse.constraints.vertices[k], of_coarse.targets.row(static_cast<Eigen::Index>(k)),
                  of_coarse.constraints.strengths[k]);
-  const Positions a = solve(coarse, of_coarse, with_distance(.1)).positions;
-  const Positions b = solve(dense, of_dense, with_distance(.1)).positions;
+  const Positions a = solve(coarse, of_coarse, with_distance(.05)).positions;
+  const Positions b = solve(dense, of_dense, with_distance(.05)).positions;
   EXPECT_LT(max_distance(a, b.topRows(a.rows())), .02 * coarse.diagonal());
 }
 
@@ -229,7 +229,7 @@ TEST(EmbeddedDeformation, NumberOfThreadsDoesNotMatter) {
   options.threads = 1;
   const Positions one = solve(mesh, task, options).positions;
   options.threads = 3;
-  EXPECT_LT(max_distance(one, solve(mesh, task, options).positions), 1e-9);
+  EXPECT_LT(max_distance(one, solve(mesh, task, options).positions), 1e-7);
 }
 
 TEST(DeformationGraph, WeightsSumToOneAndWhatIsConnectedStaysSo) {
