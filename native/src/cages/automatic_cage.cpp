@@ -204,14 +204,26 @@ class Smoother {
   }
 
  private:
-  /// So near to each other that none of the mesh is farther than a tenth of a cube from one.
+  /// So near to each other that none of the mesh is farther than a tenth of a cube from one. Rows of them go from the
+  /// shortest edge of a triangle: a long thin one has few.
   static std::vector<Row> samples_of(const PolygonMesh& mesh, double cube) {
+    const auto steps = [&](const Row& way) {
+      return std::max(1, static_cast<int>(std::ceil(way.norm() / (.15 * cube))));
+    };
     std::vector<Row> samples;
     for_each_triangle(mesh, [&](const std::array<Row, 3>& c) {
-      const double longest = std::max({(c[1] - c[0]).norm(), (c[2] - c[1]).norm(), (c[0] - c[2]).norm()});
-      const int n = std::max(1, static_cast<int>(std::ceil(longest / (.15 * cube))));
-      for (int i = 0; i <= n; ++i)
-        for (int j = 0; i + j <= n; ++j) samples.emplace_back(c[0] + (i * (c[1] - c[0]) + j * (c[2] - c[0])) / n);
+      int first = 0;
+      for (int k = 1; k < 3; ++k)
+        if ((c[(k + 1) % 3] - c[k]).norm() < (c[(first + 1) % 3] - c[first]).norm()) first = k;
+      const Row across = c[(first + 1) % 3] - c[first];
+      const Row along = c[(first + 2) % 3] - c[first];
+      const int n_rows = steps(across);
+      for (int i = 0; i <= n_rows; ++i) {
+        const double share = static_cast<double>(i) / n_rows;
+        const Row row = (1 - share) * along;
+        const int n = steps(row);
+        for (int j = 0; j <= n; ++j) samples.emplace_back(c[first] + share * across + j * row / n);
+      }
     });
     return samples;
   }

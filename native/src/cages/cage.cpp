@@ -82,6 +82,7 @@ class Cage::Builder {
   /// distances to their planes, and with rounding in it, it would be random.
   void find_plane(std::span<const int> face, const Row& of_face) {
     constexpr double kFlat = 1e-13;
+    if (!(of_face.norm() > kFlat)) return;  // of a quad whose halves are opposite there is none
     const Positions& p = cage_.vertices_;
     const Row normal = of_face.normalized();
     const Row middle = (p.row(face[0]) + p.row(face[1]) + p.row(face[2]) + p.row(face[3])) / 4;

@@ -104,11 +104,18 @@ struct EmbeddedDeformation::Impl {
     Positions next = start(with.initial_guess, of_model);
     const GaussNewton::Report report = solver->solve(of_model, with, progress, next);
     SolveResult result;
-    if (report.stop_reason != StopReason::kCancelled) take(next, of_model);
-    if (out.empty())
-      result.positions = positions();
+    const Positions former = std::exchange(state, next);
+    const auto former_loose = held_loose;
+    if (report.stop_reason == StopReason::kCancelled)
+      state = former;
     else
-      static_cast<void>(space.write_to_input(model_positions(), workers, out));
+      hold_loose(of_model);
+    if (!hand_over(out, result)) {
+      state = former;
+      held_loose = former_loose;
+      static_cast<void>(hand_over(out, result));
+      throw SolverError("the positions are too large for a number; look for targets far away");
+    }
     result.energy_before = report.energy_before;
     result.energy_after = report.energy_after;
     result.iterations = report.iterations;
@@ -200,12 +207,18 @@ struct EmbeddedDeformation::Impl {
     }
   }
 
-  void take(Positions& next, const Positions& targets) {
-    state = std::move(next);
+  void hold_loose(const Positions& targets) {
     held_loose.clear();
     for (size_t k = 0; k < constraints.vertices.size(); ++k)
       if (part_of_vertex[constraints.vertices[k]] < 0)
         held_loose.emplace_back(constraints.vertices[k], targets.row(static_cast<Eigen::Index>(k)));
+  }
+
+  /// False if a number is not finite.
+  [[nodiscard]] bool hand_over(std::span<float> out, SolveResult& result) const {
+    if (!out.empty()) return space.write_to_input(model_positions(), workers, out);
+    result.positions = positions();
+    return all_finite(result.positions, workers);
   }
 
   Positions state;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/available_memory.h"
 #include "cholesky/solver_choice.h"
 #include "geometry/rotation.h"
 #include "optimize/time_budget.h"
@@ -38,6 +39,12 @@ LinearRow edge_row(int j, int k, const Eigen::RowVector3d& edge) {
           {edge[0], edge[1], edge[2], 1, -1}};
 }
 
+/// Of a step's matrix, its triplets and factor. Measured at 17,000 affine nodes with smooth weights.
+double bytes_to_step(const DeformationGraph& graph) {
+  constexpr double kPerEdge = 2000;
+  return kPerEdge * static_cast<double>(graph.edges.size());
+}
+
 }  // namespace
 
 GaussNewton::GaussNewton(const DeformationGraph& graph, const EmbeddedOptions& options,
@@ -45,6 +52,8 @@ GaussNewton::GaussNewton(const DeformationGraph& graph, const EmbeddedOptions& o
                          const MeterPart& meter)
     : workers_(workers), node_distance_(options.node_distance), nodes_(graph.size(), 3) {
   for (int j = 0; j < graph.size(); ++j) nodes_.row(j) = graph.node(j);
+  meter.tell();
+  require_memory(bytes_to_step(graph), "this graph");
   LinearRows rows;
   n_edge_rows_ = 2 * std::ssize(graph.edges);
   edge_goals_.resize(n_edge_rows_, 3);
@@ -88,6 +97,9 @@ GaussNewton::Report GaussNewton::solve(const Positions& targets, const SolveOpti
                                        Positions& state) {
   TimeBudget budget(options.time_limit_s);
   const Positions goals = wanted(targets);
+  // What was learned of other targets would draw these elsewhere.
+  if (targets.rows() != last_targets_.rows() || targets != last_targets_) learned_.setZero();
+  last_targets_ = targets;
   Report report;
   report.energy_before = energy(targets, state);
   double first_step = 0;

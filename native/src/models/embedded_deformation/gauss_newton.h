@@ -74,8 +74,9 @@ class GaussNewton {
   std::unique_ptr<LinearSolver> solver_;
   /// At a former state, as long as steps get small quickly: in a drag it costs far more than the rest of a step.
   std::unique_ptr<Factorization> factor_;
-  bool is_stale_ = true;  ///< the next step is to make another one
-  Positions learned_;     ///< (n_constraints, 3) multipliers, as moves of the targets
+  bool is_stale_ = true;    ///< the next step is to make another one
+  Positions learned_;       ///< (n_constraints, 3) multipliers, as moves of the targets
+  Positions last_targets_;  ///< of which learned_ is
   int n_factorizations_ = 0;
 };
 

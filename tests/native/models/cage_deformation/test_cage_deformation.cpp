@@ -67,6 +67,15 @@ TEST(CageDeformation, MeanValuesMeetAffineMotionsAndGreenDoesNot) {
   }
 }
 
+TEST(CageDeformation, AQuadThatCrossesItselfHasNoPlane) {
+  MeshData mesh = cube();
+  std::swap(mesh.vertices[4], mesh.vertices[5]);
+  const Positions points = points_inside(cube(), 50);
+  const CageDeformation cage(mesh.mesh(), points, of(CageCoordinates::kMeanValue));
+  EXPECT_LT(max_distance(cage.deform(mesh.positions()), points), 1e-12);
+  EXPECT_TRUE(cage.deform(bent(mesh)).allFinite());
+}
+
 /// Single precision in the sum, double in the weights that are told.
 TEST(CageDeformation, IsTheSumOfTheWeights) {
   for (const MeshData& mesh : all_cages())

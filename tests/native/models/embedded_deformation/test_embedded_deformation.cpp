@@ -111,6 +111,28 @@ INSTANTIATE_TEST_SUITE_P(Kinds, EmbeddedOfEachKind,
                          testing::Combine(testing::Values(GraphNodes::kAffine, GraphNodes::kRigid),
                                           testing::Values(GraphWeights::kSmooth, GraphWeights::kNearest)));
 
+TEST(EmbeddedDeformation, GoesBackToRestWithItsTargets) {
+  const MeshData mesh = grid(30, Faces::kQuads);
+  EmbeddedDeformation model(mesh.mesh(), with_distance(.05));
+  const Task task = bent(mesh);
+  model.set_constraints(task.constraints);
+  model.solve(task.targets, to_accuracy(1e-5));
+  const Positions rest = values_of(task.constraints, mesh.positions());
+  const SolveResult result = model.solve(rest, to_accuracy(1e-8, arap::InitialGuess::kPrevious, 300));
+  EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
+  EXPECT_LT(max_distance(result.positions, mesh.positions()), 1e-5 * mesh.diagonal());
+}
+
+TEST(EmbeddedDeformation, PositionsBeyondSinglePrecisionAreRefusedAndThePoseStays) {
+  const MeshData mesh = transformed(cube(), [](const Vector3& x) { return Vector3(1e60 * x); });
+  EmbeddedDeformation model(mesh.mesh(), with_distance(.2));
+  const Task task = hold(mesh, {0, 1, 2, 3});
+  model.set_constraints(task.constraints);
+  std::vector<float> out(24, 7.F);
+  expect_error<arap::SolverError>([&] { model.solve(task.targets, {}, {}, {}, out); }, {"too large"});
+  EXPECT_LT(max_distance(model.positions(), mesh.positions()), 1e48);
+}
+
 TEST(EmbeddedDeformation, ALargerHandleDoesNotEnlargeTheRest) {
   // Its term of rotations is against that: an affine map of all constraints is not reproduced.
   const MeshData mesh = some_bar();
