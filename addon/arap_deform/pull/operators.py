@@ -68,8 +68,10 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self._mouse = (event.mouse_region_x, event.mouse_region_y)
-        self._before = (event.mouse_prev_x - context.region.x, event.mouse_prev_y - context.region.y)
-        self._is_start_open = True
+        self._before: tuple[int, int] | None = (
+            event.mouse_prev_x - context.region.x,
+            event.mouse_prev_y - context.region.y,
+        )
         self._is_ctrl = event.ctrl
         # Else a key, a menu or a script has called it, and a click ends it.
         self._is_held = (event.type, event.value) == ("LEFTMOUSE", "PRESS")
@@ -78,10 +80,7 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
     @reports_errors
     def _begin(self, context: bpy.types.Context) -> set[str]:
         # A press always begins: passed on, it would let Blender select and move objects.
-        try:
-            self._grip = _grip_at(context, self._mouse)
-        except ERRORS as error:
-            self._problem = sentence_of(error)
+        self._take_grip(context)
         if not self._is_held and self._grip is None:
             lack = f"'{posed_object(context).name}' is not under the mouse: point at the mesh"
             raise ValueError(self._problem or lack)
@@ -128,17 +127,20 @@ class ARAP_OT_pull(ModalOperator, bpy.types.Operator):
 
     def _find_start(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> None:
         """At the first move: takes the grip again if the press was elsewhere than it told."""
-        if not self._is_start_open:
+        if self._before is None:
             return
-        self._is_start_open = False
         start = press_place(self._mouse, self._before, mouse, is_behind=event.type == "INBETWEEN_MOUSEMOVE")
-        if start == self._mouse:
-            return
-        self._mouse, self._problem = start, ""
+        self._before = None
+        if start != self._mouse:
+            self._mouse = start
+            self._take_grip(context)
+
+    def _take_grip(self, context: bpy.types.Context) -> None:
+        self._grip, self._problem = None, ""
         try:
-            self._grip = _grip_at(context, start)
+            self._grip = _grip_at(context, self._mouse)
         except ERRORS as error:
-            self._grip, self._problem = None, sentence_of(error)
+            self._problem = sentence_of(error)
 
     @reports_errors
     def _begin_drag(self, context: bpy.types.Context, event: bpy.types.Event, mouse: tuple[int, int]) -> set[str]:
