@@ -6,12 +6,12 @@
 
 namespace arap {
 
-UserVertices::UserVertices(const ModelSpace& space, const PreparedModel& model)
-    : space_(space), workers_(model.workers) {
+UserVertices::UserVertices(const ModelSpace& space, const std::vector<int>& part_of_vertex, const Workers& workers)
+    : space_(space), workers_(workers) {
   part_of_vertex_.reserve(space.model_vertices().size());
   for (const int m : space.model_vertices()) {
-    if (model.part_of_vertex[m] < 0) loose_vertices_.push_back(static_cast<int>(part_of_vertex_.size()));
-    part_of_vertex_.push_back(model.part_of_vertex[m]);
+    if (part_of_vertex[m] < 0) loose_vertices_.push_back(static_cast<int>(part_of_vertex_.size()));
+    part_of_vertex_.push_back(part_of_vertex[m]);
   }
 }
 

@@ -7,18 +7,18 @@
 #include "arap/constraints.h"
 #include "arap/result.h"
 #include "arap/types.h"
-#include "constraints/prepared_model.h"
 #include "models/model_space.h"
+#include "parallel/workers.h"
 
 namespace arap {
 
-/// The user's side of a model whose unknowns are the user's vertices: checks what calls are given, and takes it to the
-/// model and back. All checks throw InvalidInput.
+/// The user's side of a model that has the user's vertices: checks what calls are given, and takes it to the model and
+/// back. All checks throw InvalidInput.
 class UserVertices {
  public:
-  /// @param space  numbered as the model is; it and the model must outlive this
-  /// @param model  whole
-  UserVertices(const ModelSpace& space, const PreparedModel& model);
+  /// @param space           numbered as the model is; it and the workers must outlive this
+  /// @param part_of_vertex  of each of the model's, -1 = loose
+  UserVertices(const ModelSpace& space, const std::vector<int>& part_of_vertex, const Workers& workers);
 
   [[nodiscard]] const ModelSpace& space() const { return space_; }
   [[nodiscard]] int size() const { return space_.n_input_vertices(); }

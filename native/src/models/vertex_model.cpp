@@ -10,7 +10,11 @@
 namespace arap {
 
 VertexModel::VertexModel(const ModelSpace& space, const PreparedModel& model, int dimension)
-    : space_(space), workers_(model.workers), dimension_(dimension), user_(space, model), engine_(model) {}
+    : space_(space),
+      workers_(model.workers),
+      dimension_(dimension),
+      user_(space, model.part_of_vertex, model.workers),
+      engine_(model) {}
 
 void VertexModel::set_constraints(const ConstraintSet& constraints, const Progress& progress) {
   user_.require_constraints(constraints);

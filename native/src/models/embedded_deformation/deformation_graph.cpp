@@ -46,8 +46,7 @@ void take_smooth(DeformationGraph& graph, RotationNodes nodes) {
   for (double& weight : graph.weights) weight *= weight;
 }
 
-/// The nearest nodes of each vertex. With kFewest nodes or less about it a vertex has all, and the weights end at the
-/// support.
+/// The nearest nodes of each vertex. A vertex with no more about it has all, and their weights end at the support.
 void take_nearest(DeformationGraph& graph, const std::vector<std::vector<Reached>>& supports, float support) {
   constexpr int kTaken = 4;
   const auto n = static_cast<int>(graph.rest.rows());

@@ -9,6 +9,7 @@
 #include "models/embedded_deformation/gauss_newton.h"
 #include "models/input_checks.h"
 #include "models/model_space.h"
+#include "models/user_vertices.h"
 #include "parallel/parallel.h"
 
 namespace arap {
@@ -58,77 +59,67 @@ struct EmbeddedDeformation::Impl {
   Impl(const PolygonMesh& mesh, const EmbeddedOptions& of_bind, const Progress& progress)
       : space(mesh),
         options(of_bind),
-        part_of_vertex(mesh.part_of_vertex()),
-        loose_vertices(mesh.loose_vertices()),
         n_parts(mesh.n_parts()),
-        workers(choose_threads(of_bind.threads, mesh.n_vertices())) {
+        workers(choose_threads(of_bind.threads, mesh.n_vertices())),
+        user(space, mesh.part_of_vertex(), workers) {
     Meter meter(progress, "binding was cancelled");
     graph = make_graph(space.make_model(mesh), options, workers.threads(), {&meter, 1});
     reset();
   }
 
   void reset() {
-    state = graph.rest_state();
-    held_loose.clear();
+    pose = {graph.rest_state(), {}};
     if (solver) solver->forget();
   }
 
   void set_constraints(const ConstraintSet& set, const Progress& progress) {
-    set.validate(space.n_input_vertices());
-    require_no_segments(set);
-    require_movable_patches(set.patches, part_of_vertex);
+    user.require_constraints(set);
     if (solver && set == constraints) return;
     Meter meter(progress, "setting constraints was cancelled");
     ConstraintSet copy = set;
     const std::vector<char> is_held = held_parts(set);
     std::vector<char> node_is_held;
     node_is_held.reserve(graph.size());
-    for (const int v : graph.vertices) node_is_held.push_back(is_held[part_of_vertex[v]]);
+    for (const int v : graph.vertices) node_is_held.push_back(is_held[user.part_of_vertex()[v]]);
     auto next = std::make_unique<GaussNewton>(graph, options, constraints_on(graph, space.to_model(set)), node_is_held,
                                               workers, MeterPart{&meter, 1});
     if (solver) former_factorizations += solver->n_factorizations();
     solver = std::move(next);
     constraints = std::move(copy);
-    held_loose.clear();
+    pose.loose.clear();
     parts_at_rest.clear();
     for (int part = 0; part < n_parts; ++part)
       if (is_held[part] == 0) parts_at_rest.push_back(part);
     const Positions at_rest = graph.rest_state();
     for (int j = 0; j < graph.size(); ++j)
-      if (node_is_held[j] == 0) rows_of(state, j) = rows_of(at_rest, j);
+      if (node_is_held[j] == 0) rows_of(pose.state, j) = rows_of(at_rest, j);
   }
 
   SolveResult solve(const Positions& targets, const SolveOptions& with, const Progress& progress,
                     std::span<float> out) {
     const Positions of_model = space.targets_to_model(targets, constraints);
-    Positions next = start(with.initial_guess, of_model);
-    const GaussNewton::Report report = solver->solve(of_model, with, progress, next);
+    Pose next{start(with.initial_guess, of_model), loose_at(of_model)};
+    const GaussNewton::Report report = solver->solve(of_model, with, progress, next.state);
+    const bool is_done = report.stop_reason != StopReason::kCancelled;
     SolveResult result;
-    const Positions former = std::exchange(state, next);
-    const auto former_loose = held_loose;
-    if (report.stop_reason == StopReason::kCancelled)
-      state = former;
-    else
-      hold_loose(of_model);
-    if (!hand_over(out, result)) {
-      state = former;
-      held_loose = former_loose;
-      static_cast<void>(hand_over(out, result));
+    if (!user.hand_over(placed(is_done ? next : pose), out, result)) {
+      if (!out.empty()) static_cast<void>(user.hand_over(placed(pose), out, result));
       throw SolverError("the positions are too large for a number; look for targets far away");
     }
+    if (is_done) pose = std::move(next);
     result.energy_before = report.energy_before;
     result.energy_after = report.energy_after;
     result.iterations = report.iterations;
     result.step = report.step;
     result.stop_reason = report.stop_reason;
     result.parts_at_rest = parts_at_rest;
-    result.loose_vertices = loose_vertices;
+    result.loose_vertices = user.loose_vertices();
     return result;
   }
 
   /// Each node as its neighbourhood has turned and moved.
   void fit(const Positions& positions) {
-    const Positions to = space.to_model(positions, workers);
+    const Positions to = user.checked_to_model(positions);
     std::vector<Matrix3> covariances(graph.size(), Matrix3::Zero());
     std::vector<Moments> moments(graph.size());
     for_entries([&](int v, int j, double weight) {
@@ -146,34 +137,36 @@ struct EmbeddedDeformation::Impl {
     reset();
     for (int j = 0; j < graph.size(); ++j) {
       const Matrix3 R = nearest_rotation(covariances[j], Matrix3::Identity());
-      rows_of(state, j).topRows<3>() = R.transpose();
-      rows_of(state, j).row(3) =
+      rows_of(pose.state, j).topRows<3>() = R.transpose();
+      rows_of(pose.state, j).row(3) =
           moments[j].to - moments[j].from + (moments[j].from - graph.node(j)) * (Matrix3::Identity() - R.transpose());
     }
-    for (const int v : loose_vertices) held_loose.emplace_back(v, to.row(v));
+    for (const int v : user.loose_vertices()) pose.loose.emplace_back(v, to.row(v));
   }
 
-  [[nodiscard]] Positions model_positions() const {
-    Positions result;
-    graph.move(state, workers, result);
-    for (const auto& [v, place] : held_loose) result.row(v) = place;
-    return result;
-  }
-  [[nodiscard]] Positions positions() const { return space.to_input(model_positions(), workers); }
+  [[nodiscard]] Positions positions() const { return space.to_input(placed(pose), workers); }
 
   [[nodiscard]] int n_factorizations() const {
     return former_factorizations + (solver ? solver->n_factorizations() : 0);
   }
 
+  /// Where the mesh is.
+  struct Pose {
+    Positions state;
+    std::vector<std::pair<int, Eigen::RowVector3d>> loose;  ///< held vertices that no node moves, and their places
+  };
+
   ModelSpace space;
   EmbeddedOptions options;
-  std::vector<int> part_of_vertex;
-  std::vector<int> loose_vertices;
   int n_parts;
   Workers workers;
+  UserVertices user;
   DeformationGraph graph;
   ConstraintSet constraints;
   std::unique_ptr<GaussNewton> solver;
+  Pose pose;
+  int former_factorizations = 0;
+  std::vector<int> parts_at_rest;
 
   struct Moments {
     double weight = 0;
@@ -188,6 +181,7 @@ struct EmbeddedDeformation::Impl {
   }
 
   [[nodiscard]] std::vector<char> held_parts(const ConstraintSet& set) const {
+    const std::vector<int>& part_of_vertex = user.part_of_vertex();
     std::vector<char> is_held(n_parts, 0);
     for (const int v : set.vertices)
       if (part_of_vertex[v] >= 0) is_held[part_of_vertex[v]] = 1;
@@ -199,7 +193,7 @@ struct EmbeddedDeformation::Impl {
   [[nodiscard]] Positions start(InitialGuess guess, const Positions& targets) const {
     switch (guess) {
       case InitialGuess::kPrevious:
-        return state;
+        return pose.state;
       case InitialGuess::kHandleRotations:
         return solver->turned(targets, graph.rest_state());
       default:
@@ -207,24 +201,21 @@ struct EmbeddedDeformation::Impl {
     }
   }
 
-  void hold_loose(const Positions& targets) {
-    held_loose.clear();
+  [[nodiscard]] std::vector<std::pair<int, Eigen::RowVector3d>> loose_at(const Positions& targets) const {
+    std::vector<std::pair<int, Eigen::RowVector3d>> loose;
     for (size_t k = 0; k < constraints.vertices.size(); ++k)
-      if (part_of_vertex[constraints.vertices[k]] < 0)
-        held_loose.emplace_back(constraints.vertices[k], targets.row(static_cast<Eigen::Index>(k)));
+      if (user.part_of_vertex()[constraints.vertices[k]] < 0)
+        loose.emplace_back(constraints.vertices[k], targets.row(static_cast<Eigen::Index>(k)));
+    return loose;
   }
 
-  /// False if a number is not finite.
-  [[nodiscard]] bool hand_over(std::span<float> out, SolveResult& result) const {
-    if (!out.empty()) return space.write_to_input(model_positions(), workers, out);
-    result.positions = positions();
-    return all_finite(result.positions, workers);
+  /// (n, 3) in the model.
+  [[nodiscard]] Positions placed(const Pose& of) const {
+    Positions result;
+    graph.move(of.state, workers, result);
+    for (const auto& [v, place] : of.loose) result.row(v) = place;
+    return result;
   }
-
-  Positions state;
-  std::vector<std::pair<int, Eigen::RowVector3d>> held_loose;  ///< no node moves them: they are where they are put
-  int former_factorizations = 0;
-  std::vector<int> parts_at_rest;
 };
 
 EmbeddedDeformation::EmbeddedDeformation(const PolygonMesh& mesh, const EmbeddedOptions& options,
@@ -249,17 +240,13 @@ SolveResult EmbeddedDeformation::solve(const Positions& targets, const SolveOpti
   options.validate();
   require_constrained(impl_->solver != nullptr);
   require_targets(impl_->constraints, targets, rotations);
-  require_out(out, impl_->space.n_input_vertices());
+  require_out(out, n_vertices());
   return impl_->solve(targets, options, progress, out);
 }
 
 void EmbeddedDeformation::reset() { impl_->reset(); }
 
-void EmbeddedDeformation::set_positions(const Positions& positions) {
-  require_rows("positions", positions.rows(), n_vertices());
-  require_finite("positions", positions, [](int v) { return text("vertex ", v); });
-  impl_->fit(positions);
-}
+void EmbeddedDeformation::set_positions(const Positions& positions) { impl_->fit(positions); }
 
 Positions EmbeddedDeformation::positions() const { return impl_->positions(); }
 
@@ -270,10 +257,10 @@ Positions EmbeddedDeformation::nodes() const {
 }
 
 int EmbeddedDeformation::n_nodes() const { return impl_->graph.size(); }
-int EmbeddedDeformation::n_vertices() const { return impl_->space.n_input_vertices(); }
+int EmbeddedDeformation::n_vertices() const { return impl_->user.size(); }
 int EmbeddedDeformation::n_parts() const { return impl_->n_parts; }
-const std::vector<int>& EmbeddedDeformation::part_of_vertex() const { return impl_->part_of_vertex; }
-const std::vector<int>& EmbeddedDeformation::loose_vertices() const { return impl_->loose_vertices; }
+const std::vector<int>& EmbeddedDeformation::part_of_vertex() const { return impl_->user.part_of_vertex(); }
+const std::vector<int>& EmbeddedDeformation::loose_vertices() const { return impl_->user.loose_vertices(); }
 int EmbeddedDeformation::n_factorizations() const { return impl_->n_factorizations(); }
 int EmbeddedDeformation::threads() const { return impl_->workers.threads(); }
 

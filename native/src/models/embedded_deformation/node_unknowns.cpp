@@ -6,6 +6,7 @@
 #include <array>
 #include <utility>
 
+#include "geometry/rotation_vectors.h"
 #include "models/embedded_deformation/deformation_graph.h"
 
 namespace arap {
@@ -176,12 +177,8 @@ class RigidNodes final : public NodeUnknowns {
   [[nodiscard]] Positions stepped(const Positions& state, const Eigen::VectorXd& step) const override {
     Positions result = state;
     for (int j = 0; j < n_nodes_; ++j) {
-      const Vector3 turn = step.segment<3>(Eigen::Index{kUnknowns} * j);
-      const double angle = turn.norm();
-      if (angle > 0) {
-        const Matrix3 R = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
-        result.middleRows<3>(Eigen::Index{kNodeRows} * j) = linear_part(state, j) * R.transpose();
-      }
+      const Matrix3 R = rotation_by(step.segment<3>(Eigen::Index{kUnknowns} * j)).toRotationMatrix();
+      result.middleRows<3>(Eigen::Index{kNodeRows} * j) = linear_part(state, j) * R.transpose();
       result.row(Eigen::Index{kNodeRows} * j + 3) += step.segment<3>(Eigen::Index{kUnknowns} * j + 3).transpose();
     }
     return result;

@@ -34,7 +34,9 @@ void PoissonOptions::validate() const { require_threads(threads); }
 
 struct PoissonEditing::Impl {
   Impl(const PolygonMesh& mesh, const PoissonOptions& options, const Progress& progress)
-      : space(mesh), user(space, prepare(mesh, options, progress)), solver(model, options.propagation) {
+      : space(mesh),
+        user(space, prepare(mesh, options, progress).part_of_vertex, model.prepared.workers),
+        solver(model, options.propagation) {
     rest();
   }
 
