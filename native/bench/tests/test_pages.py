@@ -2,6 +2,7 @@
 """Results as Markdown, and where they go in the document."""
 
 import pytest
+from measure.pages import marks
 from measure.pages.limbs import cost, limb_cells
 from measure.pages.markdown import markdown, not_run_lines, number, replace_section
 from measure.pages.peers import near_ms, round_ratio
@@ -72,3 +73,23 @@ def test_a_cost_that_was_not_measured_has_no_row():
     row = {"model": "solid", "n_vertices": 2_000_000, "bind_s": 1.0, "constraints_s": 0.5, "frame_s": 0.05}
     table = cost([row | {"bytes_a_vertex": 150.0}, {"model": "firm", "not_run": "no memory"}])
     assert table.splitlines()[2:] == ["| 2000000 | Solid | 1.0 | 0.50 | 50 | - | 300 | 150 |"]
+
+
+@pytest.mark.parametrize(("worst", "mark"), [(0.95, "●●●"), (0.9, "●●●"), (0.89, "●●"), (0.5, "●"), (0.2, "○")])
+def test_a_model_has_the_mark_of_its_worst_task(worst, mark):
+    criterion = marks.Criterion("thin", "", marks.lowest("thin", "bend", "twist"), (0.9, 0.75, 0.5))
+    data = {"tasks": {"bend": {"rows": {"solid": {"thin": 1.0}}}, "twist": {"rows": {"solid": {"thin": worst}}}}}
+    assert criterion.mark(data, "solid") == mark
+
+
+def test_fewer_degrees_are_more_marks():
+    criterion = marks.Criterion("smooth", "", marks.highest("max_deg"), (10, 20, 45))
+    data = {"tasks": {"bend": {"rows": {"solid": {"max_deg": 12.0}, "cage": {"max_deg": 10.0}}}}}
+    assert [criterion.mark(data, model) for model in ("solid", "cage")] == ["●●", "●●●"]
+
+
+@pytest.mark.parametrize("row", [{}, {"thin": None}, {"not_run": "it has no inside"}])
+def test_a_model_that_did_not_do_all_tasks_has_no_mark(row):
+    criterion = marks.Criterion("thin", "", marks.lowest("thin", "bend", "twist"), (0.9, 0.75, 0.5))
+    data = {"tasks": {"bend": {"rows": {"cage": {"thin": 1.0}}}, "twist": {"rows": {"cage": row}}}}
+    assert criterion.mark(data, "cage") == "-"

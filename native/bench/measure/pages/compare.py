@@ -6,39 +6,72 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..inputs.compared import file_part
-from .markdown import NOTHING, Row, joined, machine_line, markdown, number
-from .quality import IMAGES, PanelRow, rendered
+from . import marks
+from .markdown import NOTHING, Row, joined, machine_line, markdown, measured, number
+from .quality import PanelRow, rendered
 
 HEADERS = (
-    "model", "volume", "section", "strain", "max °", "flips", "off, %", "density, %", "set-up, s", "step, ms",
+    "model", "thin", "volume", "section", "strain", "area", "max °", "rms °", "flips", "crossed", "off, %",
+    "density, %", "set-up, s", "step, ms", "MB",
 )  # fmt: skip
-PICTURE_TASKS = {"rod_twist_by_180": "twist", "rod_bend_by_120": "bend", "plane_pulled_up": "pull"}
+SHARES = "thin", "volume", "section", "strain", "area"
+COUNTS = "flips", "self_intersections"
+PICTURE_TASKS = {
+    "bar_twist_by_135": "twist",
+    "rod_bend_by_120": "bend",
+    "plane_pulled_up": "pull",
+}
 PICTURE_MODELS = {
+    "surface, spokes and rims": "[SA07]",
     "surface, rotation nodes": "surface",
     "solid, Keep Volume": "solid",
     "Poisson, harmonic": "Poisson",
     "graph, affine": "graph",
+    "cage, mean value": "cage",
 }
 PICTURE = "comparison-tasks.webp"
 
 
 def sections(data: Row) -> dict[str, str]:
-    """The Markdown of the section of docs/comparison.md."""
-    tables = [task_table(entry) for entry in data["tasks"].values()]
-    picture = f"![Twist, bend and pull by four models]({IMAGES}/{PICTURE})"
-    return {"comparison": joined(machine_line(data["machine"]), picture, *tables)}
+    """The Markdown of each section of docs/comparison.md that has results."""
+    models = list(dict.fromkeys(model for entry in data["tasks"].values() for model in entry["rows"]))
+    found = {
+        "comparison-marks": joined(machine_line(data["machine"]), marks.table(data, models), marks.legend()),
+        "comparison": joined(*(task_table(entry) for entry in data["tasks"].values())),
+    }
+    if "sizes" in data:
+        found["comparison-sizes"] = sizes(data["sizes"])
+    return found
 
 
 def task_table(entry: Row) -> str:
     title = f"**{entry['mesh']}: {entry['pose']}**, {entry['n_vertices']} vertices"
-    return joined(title, markdown(HEADERS, [(model, *cells(row)) for model, row in entry["rows"].items()]))
+    rows = entry["rows"].items()
+    lines = [(model, *cells(row)) for model, row in rows if "not_run" not in row]
+    missing = [f"- {model}: {row['not_run']}" for model, row in rows if "not_run" in row]
+    return joined(title, markdown(HEADERS, lines), "\n".join(missing))
 
 
 def cells(row: Row) -> tuple[str, ...]:
-    shares = (NOTHING if row[key] is None else f"{row[key]:.3f}" for key in ("volume", "section", "strain"))
-    percents = (f"{100 * row[key]:.2f}" for key in ("off", "density"))
-    times = number(row["set_up_s"], 2), number(1e3 * row["frame_s"], 2)
-    return (*shares, number(row["max_deg"], 2), str(row["flips"]), *percents, *times)
+    """Of HEADERS but the first; what was not measured is NOTHING."""
+    shares = (fixed(row.get(key), 3) for key in SHARES)
+    angles = (number(row.get(key), 2) for key in ("max_deg", "dihedral_rms"))
+    counts = (NOTHING if row.get(key) is None else str(row[key]) for key in COUNTS)
+    percents = (fixed(row.get(key), 2, 100) for key in ("off", "density"))
+    costs = number(row["set_up_s"], 2), number(1e3 * row["frame_s"], 2), number(row.get("peak_mb"), 2)
+    return (*shares, *angles, *counts, *percents, *costs)
+
+
+def fixed(value: float | None, places: int, scale: float = 1.0) -> str:
+    return NOTHING if value is None else f"{scale * value:.{places}f}"
+
+
+def sizes(rows: list[Row]) -> str:
+    lines = [
+        (row["model"], str(row["n_vertices"]), *cells(row)[-3:])
+        for row in sorted(measured(rows), key=lambda row: (row["n_vertices"], row["frame_s"]))
+    ]
+    return markdown(("model", "vertices", *HEADERS[-3:]), lines)
 
 
 def panels(tasks: Row, folder: Path) -> list[PanelRow]:

@@ -3,9 +3,8 @@
 
     python -m measure.pages.render RESULTS_DIR DOCS_DIR
 
-RESULTS_DIR holds results.json (native, frame, drag and overlay), peers.json and report.json for performance.md, and
-quality.json and limbs.json for quality.md, and compare.json for comparison.md. A section without results stays as it
-is.
+RESULTS_DIR holds results.json (native, frame, drag and overlay) and peers.json for performance.md, quality.json and
+limbs.json for quality.md, and compare.json and report.json for comparison.md. A section without results stays as it is.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ PICTURES = {
 
 def performance(folder: Path, images: Path) -> dict[str, str]:
     """The Markdown of each section of performance.md that has results; draws their pictures."""
-    results, of_peers, of_report = (read_json(folder / f"{name}.json") for name in ("results", "peers", "report"))
+    results, of_peers = (read_json(folder / f"{name}.json") for name in ("results", "peers"))
     found = {}
     if "native" in results:
         found["native"] = joined(native.native(results["native"]), picture("sizes"))
@@ -39,8 +38,6 @@ def performance(folder: Path, images: Path) -> dict[str, str]:
         found["peers"] = joined(peers.peers(of_peers), picture("peers"), picture("descent"))
         plots.plot_peers(of_peers, images / "performance-peers.svg")
         plots.plot_descents(of_peers, images / "performance-descent.svg")
-    if of_report:
-        found["report"] = report.report(of_report)
     return found
 
 
@@ -74,14 +71,15 @@ def limb_sections(folder: Path, images: Path) -> dict[str, str]:
 
 
 def comparison_sections(folder: Path, images: Path) -> dict[str, str]:
-    """The section of comparison.md, with its pictures."""
-    results = read_json(folder / "compare.json")
+    """The sections of comparison.md, with its pictures."""
+    results, of_report = (read_json(folder / f"{name}.json") for name in ("compare", "report"))
+    found = {"report": report.report(of_report)} if of_report else {}
     if not results:
-        return {}
+        return found
     rows = compare.panels(results["tasks"], folder / "compare")
     if rows:
         plots.plot_panels(rows, images / compare.PICTURE)
-    return compare.sections(results)
+    return found | compare.sections(results)
 
 
 def read_json(path: Path) -> dict[str, Any]:
