@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import importlib
 import json
-import re
 import sys
 import time
 from pathlib import Path
@@ -25,6 +24,7 @@ from statistics import median
 from typing import Any, Protocol
 
 import numpy as np
+from measure.base.machine import process_memory
 from measure.inputs.mesh import Mesh
 from measure.inputs.tasks import Task, read_task
 from numpy.typing import NDArray
@@ -65,7 +65,7 @@ class Measured:
         if name == "solve":
             return self._solve(int(number))
         if name == "memory":
-            return {"peak_mb": peak_memory_mb()}
+            return {"peak_mb": 1e-6 * process_memory("VmHWM")}
         raise ValueError(f"no command {name}")
 
     def _bind(self) -> float:
@@ -81,12 +81,6 @@ class Measured:
         self._library.positions().tofile(self._positions)
         bind_ms = median(self._bind_ms) if self._library.binds_in_every_solve else 0.0
         return {"ms": ms - bind_ms}
-
-
-def peak_memory_mb() -> float:
-    """In 10^6 bytes; getrusage would count what the parent process had resident before exec."""
-    found = re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text())
-    return int(found[1]) * 1024e-6 if found else 0.0
 
 
 def main() -> None:

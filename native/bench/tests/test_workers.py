@@ -31,6 +31,7 @@ def test_a_worker_answers_each_command():
         ("import sys; sys.exit('first\\nno such mesh')", "^no such mesh$"),
         ("import sys; sys.stdout.write('{'); sys.exit('no memory')", "^no memory$"),  # half an answer is none
         ("raise SystemExit(3)", "exit code 3"),
+        ("import os; os.abort()", "^the program was ended by SIGABRT$"),
         ("import time; time.sleep(60)", r"bind took longer than 0\.2 s"),
     ],
 )

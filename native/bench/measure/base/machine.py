@@ -45,5 +45,11 @@ def instruction_sets(bind: Callable[[str], None]) -> tuple[list[str], dict[str, 
     return available, reasons
 
 
+def process_memory(name: str) -> int:
+    """Bytes of this process, VmRSS now or VmHWM at most; getrusage would count what was its parent's before exec."""
+    found = re.search(name + r":\s+(\d+) kB", _text("/proc/self/status"))
+    return 1024 * int(found[1]) if found else 0
+
+
 def _text(path: str) -> str:
     return Path(path).read_text() if Path(path).exists() else ""

@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from signal import Signals
 from threading import Timer
 from types import TracebackType
 from typing import Any, final
@@ -79,6 +80,8 @@ class Worker:
         code = self._process.wait()
         if self._has_timed_out:
             return f"{command} took longer than {self._timeout_s:g} s"
+        if code < 0:
+            return f"the program was ended by {Signals(-code).name}"
         self._errors.seek(0)
         lines = self._errors.read().strip().splitlines()
         return lines[-1] if lines else f"{command} ended the program, exit code {code}"

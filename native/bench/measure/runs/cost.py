@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import gc
 import json
-import re
 import sys
 import time
 from collections.abc import Sequence
@@ -22,6 +21,7 @@ import arap_native
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.machine import process_memory
 from ..base.workers import NotRun, Worker
 from ..inputs.mesh import Floats, Mesh, creature
 from ..inputs.poses import Z
@@ -100,7 +100,7 @@ def measure_one(size: int, model: LimbModel, cube_size: float) -> dict[str, Any]
     out[:] = 1.0  # its memory counts before
     gc.collect()
     Path("/proc/self/clear_refs").write_text("5")  # the peak starts here
-    before = memory("VmRSS")
+    before = process_memory("VmRSS")
     start = time.perf_counter()
     bound = bind(mesh, model, cube_size)
     bind_s = time.perf_counter() - start
@@ -114,8 +114,8 @@ def measure_one(size: int, model: LimbModel, cube_size: float) -> dict[str, Any]
         "bind_s": bind_s,
         "constraints_s": constraints_s,
         "frame_s": median(frames),
-        "bytes_a_vertex": (memory("VmRSS") - before) / n,
-        "peak_bytes_a_vertex": (memory("VmHWM") - before) / n,
+        "bytes_a_vertex": (process_memory("VmRSS") - before) / n,
+        "peak_bytes_a_vertex": (process_memory("VmHWM") - before) / n,
     }
 
 
@@ -129,12 +129,6 @@ def drag(bound: arap_native.Model, held: Floats, moved: Floats, out: NDArray[np.
         bound.solve(targets, options, out=out)
         times.append(time.perf_counter() - start)
     return times[4:]
-
-
-def memory(name: str) -> int:
-    """Bytes of this process, VmRSS now or VmHWM at most."""
-    found = re.search(name + r":\s+(\d+) kB", Path("/proc/self/status").read_text())
-    return 1024 * int(found[1]) if found else 0
 
 
 def main() -> None:

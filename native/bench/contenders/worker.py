@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The models of one module, in a process of its own; measure.runs.contenders says what when.
+
+    python -m contenders.worker MODULE
+
+MODULE is a file of this folder without .py. Reads commands, one a line, a JSON object each, and answers with a line of
+JSON:
+
+    {}                                          {"models": names}
+    {"model": name, "task": path, "out": path}  {"version", "acts", "set_up_s", "step_s": of each step, "peak_mb"}
+
+The task is what measure.base.contender.write_posed wrote; the result goes to ``out``, an .npz with positions (n, 3).
+peak_mb is the memory, in 10^6 bytes, that was resident at most beyond what was before the set-up. Where a model cannot
+do a task, or fails, the answer is {"not_run": reason}. What libraries print goes nowhere.
+"""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import json
+import os
+import resource
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from measure.base.contender import Make, read_posed
+from measure.base.machine import process_memory
+from measure.base.workers import NotRun
+
+MOST_MEMORY = 12 << 30  # bytes of address space: the machine goes on where a model wants too much
+
+
+def run(make: Make, task_path: str, out: str) -> dict[str, Any]:
+    """A task from rest through all its steps."""
+    task = read_posed(Path(task_path))
+    gc.collect()
+    Path("/proc/self/clear_refs").write_text("5")  # the peak starts here
+    before = process_memory("VmRSS")
+    start = time.perf_counter()
+    contender = make(task)
+    set_up_s = time.perf_counter() - start
+    step_s = []
+    for step in range(task.steps):
+        start = time.perf_counter()
+        contender.pose(step)
+        step_s.append(time.perf_counter() - start)
+    peak = process_memory("VmHWM") - before
+    positions = np.asarray(contender.positions(), dtype=np.float64)
+    if positions.shape != task.positions.shape or not np.isfinite(positions).all():
+        raise NotRun("gives positions that are not finite, or not those of all vertices")
+    np.savez(out, positions=positions)
+    return {
+        "version": contender.version,
+        "acts": list(contender.acts),
+        "set_up_s": set_up_s,
+        "step_s": step_s,
+        "peak_mb": 1e-6 * peak,
+    }
+
+
+def answer(models: dict[str, Make], command: dict[str, str]) -> dict[str, Any]:
+    if not command:
+        return {"models": list(models)}
+    try:
+        return run(models[command["model"]], command["task"], command["out"])
+    except NotRun as reason:
+        return {"not_run": str(reason)}
+    except Exception as error:  # noqa: BLE001  a library may raise anything, and the next task still runs
+        return {"not_run": f"{type(error).__name__}: {error}".splitlines()[0]}
+
+
+def main() -> None:
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    models: dict[str, Make] = importlib.import_module(f"contenders.{sys.argv[1]}").MODELS
+    for line in sys.stdin:
+        print(json.dumps(answer(models, json.loads(line))), file=answers, flush=True)
+    sys.stdout.flush()
+    answers.flush()
+    os._exit(0)  # some libraries crash, or print thousands of lines, at their exit
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The models behind one shape: what a task keeps in its file, and the process that runs a model."""
+
+import json
+import os
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from contenders.ours import MODELS
+from measure.base.contender import Bones, PosedTask, read_posed, write_posed
+from measure.base.workers import Worker
+
+BENCH = Path(__file__).resolve().parents[1]
+FAULTY = """
+import numpy as np
+from measure.base.workers import NotRun
+class Faulty:
+    version, acts = "1", ()
+    def __init__(self, task): self._rest = task.positions
+    def pose(self, step): print("chatter")
+    def positions(self): return self._rest + np.nan
+class Picky:
+    def __init__(self, task): raise NotRun("the mesh is too small")
+class Broken:
+    def __init__(self, task): raise ValueError("first\\nsecond")
+MODELS = {"faulty": Faulty, "picky": Picky, "broken": Broken}
+"""
+
+
+def tetrahedron(steps=2):
+    """A polygon soup of four triangles, vertices 0 and 1 held, 2 and 3 moved up."""
+    positions = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], dtype=np.int32)
+    held, moved = np.array([0, 1], dtype=np.int32), np.array([2, 3], dtype=np.int32)
+    targets = np.stack(
+        [np.concatenate([positions[:2], positions[2:] + np.array([0, 0, 0.1 * k])]) for k in range(steps)]
+    )
+    sizes = np.full(4, 3, dtype=np.int32)
+    turns = np.tile(np.eye(3), (steps, 1, 1))
+    return PosedTask(positions, faces.ravel(), sizes, held, moved, targets, turns)
+
+
+def test_a_task_comes_back_from_its_file(tmp_path):
+    bare = tetrahedron()
+    bones = Bones(np.zeros((1, 2, 3)), np.tile(np.eye(3), (2, 1, 1, 1)), np.ones((2, 1, 3)))
+    for task in (bare, bare._replace(patch_weights=np.array([0.5, 0.5])), bare._replace(bones=bones)):
+        write_posed(tmp_path / "task.npz", task)
+        again = read_posed(tmp_path / "task.npz")
+        assert (again.patch_weights is None, again.bones is None) == (task.patch_weights is None, task.bones is None)
+        np.testing.assert_equal(list(again), list(task))
+
+
+def test_polygons_are_cut_as_fans():
+    task = tetrahedron()._replace(
+        corner_vertices=np.array([0, 1, 2, 3, 3, 2, 1, 0, 1], dtype=np.int32),
+        face_sizes=np.array([4, 3, 2], dtype=np.int32),
+    )
+    np.testing.assert_array_equal(task.triangles, [[0, 1, 2], [0, 2, 3], [3, 2, 1]])
+
+
+def test_a_bone_takes_points_along():
+    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    bones = Bones(np.array([[[1.0, 0, 0], [2, 0, 0]]]), turn[None, None], np.array([[[5.0, 0, 0]]]))
+    np.testing.assert_allclose(bones.moved(0, 0, np.array([[1.0, 0, 0], [2, 0, 0]])), [[5, 0, 0], [5, 1, 0]])
+
+
+@pytest.fixture
+def ask(tmp_path):
+    """Asks a new process for the answer of a module, a model and a task."""
+    package = tmp_path / "contenders"
+    package.mkdir()
+    (package / "__init__.py").write_text(f"__path__.append({str(BENCH / 'contenders')!r})")
+    (package / "faulty.py").write_text(FAULTY)
+    write_posed(tmp_path / "task.npz", tetrahedron())
+    paths = [str(tmp_path), *map(os.path.abspath, sys.path)]
+
+    def asked(module, **command):
+        with Worker(
+            [sys.executable, "-m", "contenders.worker", module], {"PYTHONPATH": os.pathsep.join(paths)}
+        ) as worker:
+            return worker.ask(json.dumps(command))
+
+    return asked
+
+
+def test_a_module_says_its_models(ask):
+    assert ask("faulty") == {"models": ["faulty", "picky", "broken"]}
+
+
+@pytest.mark.parametrize(
+    ("model", "reason"),
+    [("faulty", "not finite"), ("picky", "^the mesh is too small$"), ("broken", "^ValueError: first$")],
+)
+def test_why_a_model_is_not_run(ask, tmp_path, model, reason):
+    found = ask("faulty", model=model, task=str(tmp_path / "task.npz"), out=str(tmp_path / "out.npz"))
+    assert re.search(reason, found["not_run"])
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_our_models_take_the_targets_and_say_what_they_took(ask, tmp_path, model):
+    out = tmp_path / "out.npz"
+    found = ask("ours", model=model, task=str(tmp_path / "task.npz"), out=str(out))
+    assert set(found) == {"version", "acts", "set_up_s", "step_s", "peak_mb"}
+    assert len(found["step_s"]) == 2
+    with np.load(out) as data:
+        np.testing.assert_allclose(data["positions"][[0, 2]], [[0, 0, 0], [0, 1, 0.1]], atol=0.05)
