@@ -15,7 +15,7 @@ help:
 	@echo "make bench-peers    ours beside libigl, Open3D and CGAL       make bench-report   a student report's tables"
 	@echo "make bench-quality  how poses look at three densities, plain beside rotation nodes; build/bench/quality.json"
 	@echo "make bench-limbs    twisted and bent limbs, a surface beside a solid; build/bench/limbs.json"
-	@echo "make compare        all models of the library on the same tasks; build/bench/compare.json"
+	@echo "make compare        all models, ours and other libraries', on the same tasks; build/bench/compare.json"
 	@echo "             all take OPTIONS=..., and meshes from ARAP_BENCH_MESHES: OFF files and folders, with colons between"
 	@echo "make bench-test     tests of what measures          make performance    writes what was measured into docs"
 	@echo "make wheel   wheels of arap-native for the Pythons found; build/dist/wheels"

@@ -14,9 +14,9 @@ from measure.inputs.limbs import (
     second_bone_targets,
 )
 from measure.inputs.solids import rod
+from measure.metrics.sections import section_area, thinnest_section, volume
 from measure.runs.cost import medians, ratio
 from measure.runs.limb_models import skinned
-from measure.runs.sections import section_area, thinnest_section, volume
 from measure.runs.steady import turned_pose
 from surfaces import is_closed
 

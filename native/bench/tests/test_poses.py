@@ -6,9 +6,9 @@ import pytest
 from measure.inputs.mesh import make_mesh
 from measure.inputs.poses import finer, knee, named_poses, pull, sample_poses, wide_pieces, wing
 from measure.inputs.solids import plate
+from measure.metrics.shape import facing
 from measure.runs.posing import Posing
 from measure.runs.quality import chosen, densities, file_name
-from measure.runs.shape import facing
 from surfaces import is_closed, volume
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from measure.inputs.mesh import make_mesh, midpoint_subdivision
 from measure.inputs.tasks import rotation
-from measure.runs.shape import Surface, interior_edges, rotations, thickness
+from measure.metrics.shape import Surface, interior_edges, rotations, thickness
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 OCTAHEDRON = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]])

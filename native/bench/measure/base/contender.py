@@ -96,8 +96,10 @@ class Contender(Protocol):
         acts: what a person does to set it up, one string for each act.
     """
 
-    version: str
-    acts: Sequence[str]
+    @property
+    def version(self) -> str: ...
+    @property
+    def acts(self) -> Sequence[str]: ...
 
     def pose(self, step: int) -> None:
         """Goes from where it is to the targets of a step, from 0 on, until it is as near as ACCURACY."""

@@ -19,6 +19,10 @@ class NotRun(Exception):
     """Something cannot be measured here; the text says why."""
 
 
+class Ended(NotRun):
+    """The program that was asked has ended."""
+
+
 @final
 class Worker:
     """A running program; leaving the context ends it."""
@@ -50,15 +54,21 @@ class Worker:
         self._process.communicate()
         self._errors.close()
 
-    def ask(self, command: str) -> dict[str, Any]:
+    def ask(self, command: str, timeout_s: float | None = None, what: str = "") -> dict[str, Any]:
         """The answer to a command.
 
+        Args:
+            command: a line.
+            timeout_s: in place of the worker's own.
+            what: what the command is in words, the command itself if empty.
+
         Raises:
-            NotRun: the program ended, with its last words, or took longer than the timeout.
+            Ended: the program ended, with its last words, or took longer than the timeout and was ended.
         """
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        timer = Timer(self._timeout_s, self._give_up)
+        limit_s = self._timeout_s if timeout_s is None else timeout_s
+        timer = Timer(limit_s, self._give_up)
         timer.start()
         try:
             print(command, file=self._process.stdin, flush=True)
@@ -68,7 +78,7 @@ class Worker:
         finally:
             timer.cancel()
         if not line.endswith("\n"):
-            raise NotRun(self._last_words(command))
+            raise Ended(self._last_words(what or command, limit_s))
         answer: dict[str, Any] = json.loads(line)
         return answer
 
@@ -76,10 +86,10 @@ class Worker:
         self._has_timed_out = True
         self._process.kill()
 
-    def _last_words(self, command: str) -> str:
+    def _last_words(self, command: str, limit_s: float) -> str:
         code = self._process.wait()
         if self._has_timed_out:
-            return f"{command} took longer than {self._timeout_s:g} s"
+            return f"{command} took longer than {limit_s:g} s"
         if code < 0:
             return f"the program was ended by {Signals(-code).name}"
         self._errors.seek(0)

@@ -67,9 +67,9 @@ def rods() -> Iterator[Limb]:
     yield elbow._replace(tilt_deg=30.0, pose=elbow.pose._replace(view=view))
 
 
-def rod_mesh() -> tuple[Mesh, float]:
+def rod_mesh(around: int = ROD_AROUND, along: int = ROD_ALONG) -> tuple[Mesh, float]:
     """The rod, and its diameter where its diagonal is 1."""
-    positions, faces = rod(ROD_LENGTH, ROD_AROUND, ROD_ALONG)
+    positions, faces = rod(ROD_LENGTH, around, along)
     width = 1.0 / float(np.linalg.norm(np.ptp(positions, axis=0)))
     return make_mesh("rod", positions, faces), width
 

@@ -33,6 +33,12 @@ def plate(size: tuple[float, float, float], cells: tuple[int, int]) -> Surface:
 
 def cubes(is_solid: NDArray[np.bool_], side: float = 1.0) -> Surface:
     """The surface between those cubes of a grid that are solid and the others."""
+    places, quads = cube_quads(is_solid)
+    return side * places, cut_quads(quads)
+
+
+def cube_quads(is_solid: NDArray[np.bool_]) -> Surface:
+    """The same surface in quads (f, 4), of cubes of side 1."""
     padded = np.pad(is_solid, 1)
     quads = []
     for axis in range(3):
@@ -44,7 +50,7 @@ def cubes(is_solid: NDArray[np.bool_], side: float = 1.0) -> Surface:
             quads.append(np.stack([first + offset for offset in around], axis=1))
     corners = np.concatenate(quads)
     places, vertices = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    return side * places, cut_quads(vertices.reshape(-1, 4))
+    return places.astype(np.float64), vertices.reshape(-1, 4).astype(np.int32)
 
 
 def joined(*surfaces: Surface) -> Surface:
@@ -59,6 +65,14 @@ def welded(surface: Surface, tolerance: float = 1e-9) -> Surface:
     positions, triangles = surface
     _, first, vertex = np.unique(np.rint(positions / tolerance), axis=0, return_index=True, return_inverse=True)
     return positions[first], vertex.reshape(-1)[triangles].astype(np.int32)
+
+
+def cut_apart(mesh: Mesh, gap: float) -> Mesh:
+    """A polygon soup: each triangle by itself, and smaller by a share about its middle. Old corners in their order."""
+    corners = mesh.positions[mesh.triangles]
+    middles = corners.mean(axis=1, keepdims=True)
+    places = (middles + (1.0 - gap) * (corners - middles)).reshape(-1, 3)
+    return unscaled(mesh.name, places, np.arange(len(places)).reshape(-1, 3))
 
 
 def with_needles(mesh: Mesh, faces: Ints, height: float) -> Mesh:

@@ -74,7 +74,7 @@ def step_at_size(data: Row, model: str) -> float | None:
 def share_bound(data: Row, model: str) -> float | None:
     """Of the dirty meshes, the share that the model binds."""
     entry = data.get("dirty", {}).get(model)
-    return entry["n_bound"] / entry["n_meshes"] if entry else None
+    return entry["n_bound"] / entry["n_meshes"] if entry and "n_bound" in entry else None
 
 
 TWISTS = "rod_twist_by_180", "bar_twist_by_135"

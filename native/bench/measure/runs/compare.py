@@ -1,164 +1,131 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All models of the library on the same tasks: shape, agreement at doubled detail, time.
+"""All models, ours and other libraries', on the same tasks: shape, agreement at doubled detail, cost.
 
-    python -m measure.runs.compare OUT.json [--tasks NAME...] [--models NAME...]
+    python -m measure.runs.compare OUT.json [--parts PART...] [--tasks NAME...] [--models NAME...]
 
-What is measured takes the place of what the file holds of the same task and model. Deformed meshes for the pictures go
-to the folder of the file's name beside it.
+What is measured takes the place of what the file holds of the same part, task and model. A model that does not do
+something has a row {"not_run": why}. Deformed meshes for the pictures go to the folder of the file's name beside it.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import sys
-import time
-from collections.abc import Callable
+import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
-
-import arap_native
-import numpy as np
+from typing import Any
 
 from ..base import machine
-from ..inputs.compared import Compared, file_part, linear_part, tasks
-from ..inputs.mesh import Floats, Mask, Mesh
-from ..inputs.poses import Pose, finer
+from ..base.contender import write_posed
+from ..base.installed import ROOT
+from ..base.progress import say
+from ..base.workers import NotRun
+from ..inputs.compared import Compared, file_part, tasks
+from ..inputs.mesh import Floats
+from ..inputs.poses import finer
+from ..metrics.shape import largest_distance
+from .contenders import Entry, Process, Reached, entries, library_of
+from .dirty import measure_dirty
+from .posed import posed_task
 from .quality import file_name, save
-from .sections import thinnest_section, volume
-from .shape import Surface, largest_distance
+from .rows import shape_row
+from .sizes import measure_sizes
 
-ACCURACY = 1e-5  # of each step, a fraction of the diagonal
-STEP_ITERATIONS = 200
-Bind = Callable[[Mesh], arap_native.Model]
-
-
-def surface(energy: Any) -> Bind:
-    return lambda mesh: arap_native.SurfaceArap(*arrays(mesh), arap_native.Options(energy=energy))
+PARTS = ("tasks", "sizes", "dirty")
+TASK, FINER = "task.npz", "finer.npz"
+TIMEOUT_S = 40.0  # of a task, and of the same with four times as many triangles
 
 
-def solid(keep_volume: float) -> Bind:
-    return lambda mesh: arap_native.LatticeArap(*arrays(mesh), arap_native.LatticeOptions(keep_volume=keep_volume))
+def measure_task(
+    task: Compared, models: Sequence[Entry], known: dict[str, Any], pictures: Path, folder: Path
+) -> dict[str, Any]:
+    """What is said of a task, with a row for each model and those known of other models."""
+    pose, name = task.pose, file_name(task.pose)
+    write_posed(folder / TASK, posed_task(pose, task.bones))
+    write_posed(folder / FINER, posed_task(finer(pose), task.bones))
+    rows = dict(known.get("rows", {}))
+    for model in models:
+        picture = pictures / f"{name}-{file_part(model.name)}.npz"
+        picture.unlink(missing_ok=True)
+        try:
+            rows[model.name], positions = measure_model(task, model, folder)
+            save(picture, pose, positions)
+        except NotRun as reason:
+            rows[model.name] = {"not_run": str(reason)}
+        say(f"{name}, {model.name}", rows[model.name])
+    return {"mesh": pose.mesh.name, "pose": pose.name, "n_vertices": len(pose.mesh.positions), "rows": rows}
 
 
-def poisson(propagation: Any) -> Bind:
-    return lambda mesh: arap_native.PoissonEditing(*arrays(mesh), arap_native.PoissonOptions(propagation=propagation))
+def measure_model(task: Compared, model: Entry, folder: Path) -> tuple[dict[str, Any], Floats]:
+    """The row of a model, and where the task ended."""
+    with Process(model, folder, TIMEOUT_S) as process:
+        reached = process.run(folder / TASK)
+        density = density_gap(process, folder / FINER, reached)
+    return shape_row(task, reached.positions) | density | reached.costs(), reached.positions
 
 
-def graph(nodes: Any, weights: Any = "smooth") -> Bind:
-    return lambda mesh: arap_native.EmbeddedDeformation(
-        *arrays(mesh), arap_native.EmbeddedOptions(nodes=nodes, weights=weights)
-    )
+def density_gap(process: Process, finer_task: Path, reached: Reached) -> dict[str, Any]:
+    """How far a vertex is at most from where it is on the mesh whose triangles are cut in four; None if that fails."""
+    try:
+        finer_positions = process.run(finer_task).positions
+    except NotRun as reason:
+        return {"density": None, "density_not_run": str(reason)}
+    return {"density": largest_distance(finer_positions[: len(reached.positions)], reached.positions)}
 
 
-def arrays(mesh: Mesh) -> tuple[Any, Any, Any]:
-    return mesh.positions, mesh.corner_vertices, mesh.face_sizes
-
-
-MODELS: dict[str, Bind] = {
-    "surface, rotation nodes": surface("rotation_nodes"),
-    "surface, spokes and rims": surface("spokes_and_rims"),
-    "surface, spokes": surface("spokes"),
-    "solid": solid(0.0),
-    "solid, Keep Volume": solid(1.0),
-    "Poisson, harmonic": poisson("harmonic"),
-    "Poisson, geodesic": poisson("geodesic"),
-    "graph, affine": graph("affine"),
-    "graph, rigid": graph("rigid"),
-    "graph, as published": graph("affine", "nearest"),
-}
-
-
-class Reached(NamedTuple):
-    """Positions (n, 3), the seconds of bind and constraints, and those of the last step."""
-
-    positions: Floats
-    set_up_s: float
-    frame_s: float
-
-
-def pose_with(bind: Bind, pose: Pose) -> Reached:
-    """From rest in even steps. All models are told the turns of what is moved."""
-    start = time.perf_counter()
-    model = bind(pose.mesh)
-    model.set_constraints(pose.task(0.0).vertices)
-    set_up_s = time.perf_counter() - start
-    options = arap_native.SolveOptions(accuracy=ACCURACY, max_iterations=STEP_ITERATIONS)
-    for step in range(1, pose.steps + 1):
-        share = step / pose.steps
-        start = time.perf_counter()
-        result = model.solve(pose.task(share).targets, options, rotations=rotations(pose, share))
-    return Reached(result.positions, set_up_s, time.perf_counter() - start)
-
-
-def rotations(pose: Pose, share: float) -> Floats:
-    """(k, 3, 3) of the targets."""
-    result = np.tile(np.eye(3), (len(pose.held) + len(pose.moved), 1, 1))
-    result[len(pose.held) :] = linear_part(pose.motion, share)
-    return result
-
-
-def row_of(task: Compared, bind: Bind, reached: Reached) -> dict[str, Any]:
-    """What became of the mesh; shares are of what is at rest, lengths of the diagonal."""
-    pose, now = task.pose, reached.positions
-    mesh = pose.mesh
-    free = task.limb.is_measured if task.limb else is_free(pose)
-    measured = Surface(mesh)
-    change = measured.change(now, free)
-    of_task = pose.task(1.0)
-    return {
-        "volume": volume(now, mesh.triangles) / volume(mesh.positions, mesh.triangles) if task.is_closed else None,
-        "section": thinnest_section(task.limb, now) if task.limb else None,
-        "strain": edge_strain(mesh, measured, now, free),
-        "max_deg": change.max_deg,
-        "flips": change.flips,
-        "off": largest_distance(now[of_task.vertices], of_task.targets),
-        "density": density_gap(bind, pose, now),
-        "set_up_s": reached.set_up_s,
-        "frame_s": reached.frame_s,
-    }
-
-
-def is_free(pose: Pose) -> Mask:
-    result = np.ones(len(pose.mesh.positions), dtype=bool)
-    result[pose.held] = result[pose.moved] = False
-    return result
-
-
-def edge_strain(mesh: Mesh, measured: Surface, now: Floats, free: Mask) -> float:
-    """Root of the mean square of the edges' relative changes of length, of edges with a free end."""
-    edges = measured.edges[free[measured.edges].any(axis=1)]
-    before, after = (np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (mesh.positions, now))
-    return float(np.sqrt(np.mean((after / before - 1.0) ** 2)))
-
-
-def density_gap(bind: Bind, pose: Pose, now: Floats) -> float:
-    """How far a vertex is from where it is on the mesh whose triangles are cut in four."""
-    return largest_distance(pose_with(bind, finer(pose)).positions[: len(now)], now)
+def chosen(names: Sequence[str]) -> list[Compared]:
+    """The tasks of these names, all where there are none; raises ValueError for a name that no task has."""
+    found = {file_name(task.pose): task for task in tasks()}
+    unknown = [name for name in names if name not in found]
+    if unknown:
+        raise ValueError(f"no task is named {', '.join(unknown)}. The names are {', '.join(found)}")
+    return [found[name] for name in names or found]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="measure.runs.compare", description="All models on the same tasks.")
     parser.add_argument("out", type=Path, help="the JSON file to write")
-    parser.add_argument("--tasks", nargs="+", help="names of files, as bar_twist_by_135; all by default")
-    parser.add_argument("--models", nargs="+", choices=MODELS, default=list(MODELS))
+    parser.add_argument("--parts", nargs="+", choices=PARTS, help="all by default; with --tasks the tasks alone")
+    parser.add_argument("--tasks", nargs="+", default=(), help="names of files, as bar_twist_by_135; all by default")
+    parser.add_argument("--models", nargs="+", default=(), help='names, as "solid, Keep Volume"; all by default')
     args = parser.parse_args()
-    folder = args.out.with_suffix("")
-    folder.mkdir(parents=True, exist_ok=True)
-    results: dict[str, Any] = json.loads(args.out.read_text()) if args.out.exists() else {"tasks": {}}
-    for task in tasks():
-        pose, name = task.pose, file_name(task.pose)
-        if args.tasks and name not in args.tasks:
-            continue
-        entry = results["tasks"].setdefault(name, {"mesh": pose.mesh.name, "pose": pose.name, "rows": {}})
-        entry["n_vertices"] = len(pose.mesh.positions)
-        for model in args.models:
-            reached = pose_with(MODELS[model], pose)
-            entry["rows"][model] = row_of(task, MODELS[model], reached)
-            save(folder / f"{name}-{file_part(model)}.npz", pose, reached.positions)
-            print(f"{name}, {model}: {entry['rows'][model]}", file=sys.stderr, flush=True)
-        results["machine"] = machine.description()
+    try:
+        chosen_tasks, models = chosen(args.tasks), list(entries(args.models))
+    except ValueError as error:
+        parser.error(str(error))
+
+    pictures = args.out.with_suffix("")
+    pictures.mkdir(parents=True, exist_ok=True)
+    results: dict[str, Any] = {"tasks": {}, "sizes": [], "dirty": {}}
+    if args.out.exists():
+        results |= json.loads(args.out.read_text())
+    results["machine"] = machine.description()
+
+    def write() -> None:
+        results["versions"] = versions(results["tasks"])
         args.out.write_text(json.dumps(results, indent=1))
+
+    parts = args.parts or (PARTS[:1] if args.tasks else PARTS)
+    with tempfile.TemporaryDirectory(dir=ROOT / "build") as temporary:
+        folder = Path(temporary)
+        if "tasks" in parts:
+            for task in chosen_tasks:
+                known = results["tasks"].get(file_name(task.pose), {})
+                results["tasks"][file_name(task.pose)] = measure_task(task, models, known, pictures, folder)
+                write()
+        if "sizes" in parts:
+            results["sizes"] = measure_sizes(models, folder, results["sizes"])
+            write()
+        if "dirty" in parts:
+            results["dirty"] = measure_dirty(models, folder, results["dirty"])
+            write()
+
+
+def versions(found: dict[str, Any]) -> dict[str, str]:
+    """Of each library, as the rows of the tasks have it."""
+    rows = [item for entry in found.values() for item in entry["rows"].items()]
+    return {library_of(model) or "arap_native": row["version"] for model, row in rows if "version" in row}
 
 
 if __name__ == "__main__":

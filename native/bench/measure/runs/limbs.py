@@ -25,11 +25,11 @@ from ..inputs.limbs import ACROSS, FINGER, ROD_AROUND, Limb, creature_legs, fing
 from ..inputs.mesh import Floats
 from ..inputs.poses import Y
 from ..inputs.tasks import rotation
+from ..metrics.sections import thinnest_section, volume
+from ..metrics.shape import Surface, largest_distance
 from .cost import measure_cost
 from .limb_models import LIMB_MODELS, Reached, bind, pose_limb, pose_vertices, skinned
 from .quality import file_name, save
-from .sections import thinnest_section, volume
-from .shape import Surface, largest_distance
 from .steady import measure_densities, measure_turned
 
 PARTS = ("limbs", "fingers", "densities", "turned", "cost")

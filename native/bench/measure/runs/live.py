@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ..base import machine
 from ..inputs.mesh import Mesh, creature
 from ..inputs.poses import STEPS, Pose, cub_partners, cub_parts, large_move_of, turned
+from ..metrics.shape import largest_distance
 from .posing import Limit, ModelName, Posing
-from .shape import largest_distance
 
 FRAMES = 60
 SHARES = [(frame + 1) / FRAMES for frame in range(FRAMES)]

@@ -24,9 +24,9 @@ from ..base import machine
 from ..inputs.kinds import Kind, kinds
 from ..inputs.mesh import Floats, named_meshes
 from ..inputs.poses import STEPS, Pose, finer, named_poses, sample_poses
+from ..metrics.shape import Surface, facing, largest_distance, thickness
 from .live import measure_drag, measure_symmetry
 from .posing import MODELS, ModelName, Posing
-from .shape import Surface, facing, largest_distance, thickness
 
 PARTS = ("poses", "kinds", "drag", "symmetry")
 MOST_VERTICES = 250_000

@@ -19,12 +19,14 @@ class Change(NamedTuple):
     Attributes:
         curvature: integral |dH| dA, H the mean curvature; in units of length.
         max_deg: the largest change of an edge's dihedral angle.
+        rms_deg: the root of the mean square of these changes.
         sharp_edges: edges whose dihedral angle changed by more than 60 degrees.
         flips: faces whose normal is against their rotated rest normal.
     """
 
     curvature: float
     max_deg: float
+    rms_deg: float
     sharp_edges: int
     flips: int
 
@@ -49,7 +51,8 @@ class Surface:
         before, after = (self._integrated_curvature(p) for p in (self._rest, positions))
         return Change(
             curvature=float(np.abs(after - before)[region].sum()),
-            max_deg=float(bends.max()),
+            max_deg=float(bends.max(initial=0.0)),
+            rms_deg=float(np.sqrt(np.mean(bends**2))) if len(bends) else 0.0,
             sharp_edges=int(np.count_nonzero(bends > np.degrees(SHARP_RAD))),
             flips=int(np.count_nonzero(self.flipped(positions, np.all(region[self._triangles], axis=1)))),
         )
