@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "arrays.h"
 
+#include <utility>
+
 namespace arap_native {
 
 std::string shape_text(Shape shape) {
@@ -43,11 +45,8 @@ std::span<float> out_from(const py::object& object, py::ssize_t n_rows, const ch
 }
 
 py::array to_array(arap::Positions values) {
-  auto owned = std::make_unique<arap::Positions>(std::move(values));
-  const py::ssize_t rows = owned->rows();
-  const double* data = owned->data();
-  const py::capsule owner(owned.release(), [](void* p) { delete static_cast<arap::Positions*>(p); });
-  return py::array_t<double>({rows, py::ssize_t{3}}, data, owner);
+  const py::ssize_t rows = values.rows();
+  return array_keeping<double>(std::move(values), {rows, py::ssize_t{3}});
 }
 
 }  // namespace arap_native

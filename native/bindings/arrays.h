@@ -5,8 +5,10 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <array>
 #include <cstring>
 #include <initializer_list>
+#include <iterator>
 #include <memory>
 #include <span>
 #include <string>
@@ -93,13 +95,26 @@ arap::Positions positions_from(const py::object& object, const char* name, const
 /// The numbers of an array (n_rows, 3) that is written to; none for None. The array must outlive them.
 std::span<float> out_from(const py::object& object, py::ssize_t n_rows, const char* rows_text = "one row per vertex");
 
+/// An array of `values`, whose numbers are Ts one after the other; it keeps them.
+template <typename T, typename Values>
+py::array array_keeping(Values values, py::array::ShapeContainer shape) {
+  auto kept = std::make_unique<Values>(std::move(values));
+  const void* data = kept->data();
+  const py::capsule owner(kept.release(), [](void* p) { delete static_cast<Values*>(p); });
+  return {py::dtype::of<T>(), std::move(shape), data, owner};
+}
+
 template <typename T>
 py::array to_array(std::vector<T> values) {
-  auto owned = std::make_unique<std::vector<T>>(std::move(values));
-  const auto size = static_cast<py::ssize_t>(owned->size());
-  const T* data = owned->data();
-  const py::capsule owner(owned.release(), [](void* p) { delete static_cast<std::vector<T>*>(p); });
-  return py::array_t<T>(size, data, owner);
+  const auto size = std::ssize(values);
+  return array_keeping<T>(std::move(values), {size});
+}
+
+/// A row per entry.
+template <typename T, size_t N>
+py::array to_array(std::vector<std::array<T, N>> values) {
+  const auto rows = std::ssize(values);
+  return array_keeping<T>(std::move(values), {rows, static_cast<py::ssize_t>(N)});
 }
 
 py::array to_array(arap::Positions values);

@@ -16,6 +16,7 @@
 #include "gil.h"
 #include "inputs.h"
 #include "job_handle.h"
+#include "lattice_tets.h"
 #include "options.h"
 #include "result.h"
 
@@ -63,6 +64,7 @@ PYBIND11_MODULE(_native, m) {
   bind_poisson_editing(m, jobs);
   bind_embedded_deformation(m, jobs);
   bind_tet_arap(m, jobs);
+  bind_lattice_tets(m);
   bind_cage_deformation(m, jobs);
   py::module_::import("atexit").attr("register")(py::cpp_function([jobs] { jobs->close(); }));
   m.def(
@@ -80,7 +82,7 @@ PYBIND11_MODULE(_native, m) {
       py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
   for (const char* name : {"CageDeformation", "CageOptions", "Cancelled", "EmbeddedDeformation", "EmbeddedOptions",
-                           "Job", "LatticeArap", "LatticeOptions", "Model", "Options", "PoissonEditing",
+                           "Job", "LatticeArap", "LatticeOptions", "LatticeTets", "Model", "Options", "PoissonEditing",
                            "PoissonOptions", "SolveOptions", "SolveResult", "SurfaceArap", "TetArap", "TetOptions"})
     m.attr(name).attr("__module__") = "arap_native";
 }

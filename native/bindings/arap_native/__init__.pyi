@@ -623,6 +623,73 @@ class TetArap(Model):
     def energy_gradient(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, 3) float64 gradient of energy() at ``positions``."""
 
+class LatticeTets:
+    """Tetrahedra around a surface and what is inside it, for a TetArap to pose the surface by.
+
+    They are the cubes of the lattice of LatticeArap, cut into six each. What is not connected within a cube has a copy
+    of it each, as two fingers have, and cubes that hang together share corners. Cubes at the surface are whole.
+
+        tets = LatticeTets(rest_positions, corner_vertices, face_sizes)
+        model = TetArap(tets.rest_positions, tets.tets)
+        model.set_constraints(np.empty(0, np.int32), patches=tets.patches(vertices))
+        posed = tets.embed(model.solve(targets).positions)  # targets: of these vertices
+    """
+
+    def __init__(
+        self,
+        rest_positions: NDArray[np.float64],
+        corner_vertices: NDArray[np.int32],
+        face_sizes: NDArray[np.int32] | None = None,
+        cube_size: float = 0.0,
+    ) -> None:
+        """Cuts the inside of a surface.
+
+        Args:
+            rest_positions, corner_vertices, face_sizes: the surface, n vertices, as for SurfaceArap.
+            cube_size: as LatticeOptions.cube_size.
+
+        Raises:
+            ValueError: bad arrays or ``cube_size``, too many cubes, or a mesh without faces or size.
+        """
+
+    def patches(self, vertices: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
+        """The constraints that hold vertices of the surface, for ``patches`` of Model.set_constraints().
+
+        Args:
+            vertices: (k,) int32, of the surface. Each makes a patch of four vertices of its tetrahedron.
+
+        Returns:
+            (k + 1,) int32 offsets, (4 k,) int32 vertices of the tetrahedra, and (4 k,) float64 weights.
+
+        Raises:
+            ValueError: bad array, or a vertex that is loose or not there.
+        """
+
+    def embed(self, of_tets: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Where the vertices of the surface are when those of the tetrahedra are here.
+
+        Args:
+            of_tets: (t, 3) float64, in place of ``rest_positions``.
+
+        Returns:
+            (n, 3) float64; loose vertices are at rest.
+
+        Raises:
+            ValueError: bad shape or dtype.
+        """
+    @property
+    def rest_positions(self) -> NDArray[np.float64]:
+        """(t, 3) float64, the vertices of the tetrahedra at rest."""
+    @property
+    def tets(self) -> NDArray[np.int32]:
+        """(k, 4) int32, the vertices of each tetrahedron, all of positive volume."""
+    @property
+    def tet_of_vertex(self) -> NDArray[np.int32]:
+        """(n,) int32, of each vertex of the surface the tetrahedron that it is in; -1: it is loose."""
+    @property
+    def coordinates(self) -> NDArray[np.float64]:
+        """(n, 4) float64 where it is in there: barycentric coordinates, >= 0, of sum 1; all 0 if it is loose."""
+
 class CageDeformation:
     """Points that a coarse closed mesh around them carries. Construction computes their weights.
 

@@ -24,6 +24,7 @@ CLASSES = [
     "Job",
     "LatticeArap",
     "LatticeOptions",
+    "LatticeTets",
     "Model",
     "Options",
     "PoissonEditing",
