@@ -2,8 +2,6 @@
 // CGAL's Surface_mesh_deformation on a task file of triangles, with the commands of peers/worker.py.
 //
 //   cgal_peer TASK ENERGY POSITIONS
-#include <CGAL/Simple_cartesian.h>
-#include <CGAL/Surface_mesh.h>
 #include <CGAL/Surface_mesh_deformation.h>
 #include <CGAL/version.h>
 
@@ -15,28 +13,24 @@
 #include <stdexcept>
 #include <string>
 
+#include "cgal_mesh.h"
 #include "process.h"
 #include "task_file.h"
 
 namespace {
 
-using Kernel = CGAL::Simple_cartesian<double>;
-using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
+using Mesh = arap::bench::CgalMesh;
+using arap::bench::cgal_vertex;
 using arap::bench::Stopwatch;
 
 template <CGAL::Deformation_algorithm_tag kEnergy>
 class Peer {
  public:
   Peer(const std::string& task_path, std::string positions_path)
-      : task_(task_path), positions_path_(std::move(positions_path)) {
-    for (Eigen::Index v = 0; v < task_.positions.rows(); ++v)
-      mesh_.add_vertex({task_.positions(v, 0), task_.positions(v, 1), task_.positions(v, 2)});
-    for (size_t k = 0; k < task_.corner_vertices.size(); k += 3) {
-      const int* corner = &task_.corner_vertices[k];
-      if (mesh_.add_face(vertex(corner[0]), vertex(corner[1]), vertex(corner[2])) == Mesh::null_face())
-        throw std::runtime_error("the mesh is not manifold or not consistently oriented");
-    }
-  }
+      : task_(task_path),
+        positions_path_(std::move(positions_path)),
+        mesh_(arap::bench::cgal_mesh(task_.positions.data(), static_cast<int>(task_.positions.rows()),
+                                     task_.corner_vertices.data(), static_cast<int>(task_.face_sizes.size()))) {}
 
   std::string answer(const std::string& command) {
     std::istringstream words(command);
@@ -58,7 +52,7 @@ class Peer {
     const Stopwatch watch;
     deformation_ = std::make_unique<Deformation>(mesh_);
     deformation_->insert_roi_vertices(vertices(mesh_).begin(), vertices(mesh_).end());
-    for (const int v : task_.constrained) deformation_->insert_control_vertex(vertex(v));
+    for (const int v : task_.constrained) deformation_->insert_control_vertex(cgal_vertex(v));
     if (!deformation_->preprocess()) throw std::runtime_error("CGAL could not factorize the system");
     std::ostringstream out;
     out << R"({"ms": )" << watch.ms() << '}';
@@ -69,7 +63,7 @@ class Peer {
     if (!deformation_) throw std::runtime_error("bind first");
     deformation_->reset();
     for (size_t k = 0; k < task_.constrained.size(); ++k)
-      deformation_->set_target_position(vertex(task_.constrained[k]),
+      deformation_->set_target_position(cgal_vertex(task_.constrained[k]),
                                         {task_.targets(k, 0), task_.targets(k, 1), task_.targets(k, 2)});
     const Stopwatch watch;
     deformation_->deform(n_iterations, 0.0);
@@ -81,14 +75,9 @@ class Peer {
     return out.str();
   }
 
-  static Mesh::Vertex_index vertex(int v) { return Mesh::Vertex_index(static_cast<Mesh::size_type>(v)); }
-
   void write_positions() const {
     arap::Positions positions(task_.positions.rows(), 3);
-    for (Eigen::Index v = 0; v < positions.rows(); ++v) {
-      const Kernel::Point_3& p = mesh_.point(vertex(static_cast<int>(v)));
-      positions.row(v) << p.x(), p.y(), p.z();
-    }
+    arap::bench::copy_positions(mesh_, positions.data());
     std::ofstream file(positions_path_, std::ios::binary);
     file.write(reinterpret_cast<const char*>(positions.data()),
                static_cast<std::streamsize>(positions.size() * sizeof(double)));

@@ -12,6 +12,9 @@ from .workers import NotRun
 ROOT = Path(__file__).resolve().parents[4]
 PYTHON = "3.13"
 PROGRAMS = ROOT / "build" / "native" / "release" / "native" / "bench"
+PEERS = PROGRAMS / "peers"
+CGAL_LIBRARY = PEERS / "libcgal_models.so"
+BLENDER, BLENDER_PYTHON = "bpy==4.5.*", "3.11"
 
 
 @functools.cache
@@ -25,10 +28,31 @@ def library_python(name: str, *groups: str) -> Path:
 @functools.cache
 def cgal_program() -> Path:
     """The program that runs CGAL, built."""
+    _build_with_cgal("cgal_peer")
+    return PEERS / "cgal_peer"
+
+
+@functools.cache
+def cgal_library() -> Path:
+    """What contenders/cgal.py loads, built."""
+    _build_with_cgal("cgal_models")
+    return CGAL_LIBRARY
+
+
+@functools.cache
+def blender_python() -> Path:
+    """The Python that has Blender, and of ours what makes its cages."""
+    _run(".ci/setup", "native", "bpy")
+    wheels = ROOT / "build" / "dist" / "wheels"
+    _run(".ci/wheels", str(wheels), BLENDER_PYTHON)
+    wheel = next(wheels.glob(f"arap_native-*-cp{BLENDER_PYTHON.replace('.', '')}-*.whl"))
+    return Path(_run(".ci/venv", "peer-blender", BLENDER_PYTHON, BLENDER, str(wheel)))
+
+
+def _build_with_cgal(target: str) -> None:
     _run(".ci/setup", "native", "peers")
     _run("cmake", "--preset", "release", "-DARAP_BUILD_PEERS=ON")
-    _run("cmake", "--build", "--preset", "release", "-j2", "--target", "cgal_peer")
-    return PROGRAMS / "peers" / "cgal_peer"
+    _run("cmake", "--build", "--preset", "release", "-j2", "--target", target)
 
 
 def _run(*command: str) -> str:

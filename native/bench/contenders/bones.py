@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bones for a task that has none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from arap_deform.core.graph import connected_labels, face_edges
+from measure.base.contender import Bones, Floats, Ints, PosedTask
+
+from .steps import motion_of_moved
+
+SHARE = 0.8  # of a piece's length
+SHORTEST = 0.01  # of the diagonal
+
+
+def bones_of(task: PosedTask) -> Bones:
+    """One along each connected piece of what is held, which stays, and of what is moved, which goes along."""
+    held, moved = (
+        [bone_along(task.positions[piece]) for piece in pieces(task, part)] for part in (task.held, task.moved)
+    )
+    rest = np.array(held + moved)
+    rotations = np.tile(np.eye(3), (task.steps, len(rest), 1, 1))
+    heads = np.tile(rest[:, 0], (task.steps, 1, 1))
+    for step in range(task.steps):
+        turn, shift = motion_of_moved(task, step)
+        rotations[step, len(held) :] = turn
+        heads[step, len(held) :] = rest[len(held) :, 0] @ turn.T + shift
+    return Bones(rest, rotations, heads)
+
+
+def pieces(task: PosedTask, vertices: Ints) -> Iterator[Ints]:
+    """The vertices (k,) in pieces that sides of faces connect."""
+    is_in = np.zeros(len(task.positions), dtype=bool)
+    is_in[vertices] = True
+    ends = np.stack(face_edges(task.corner_vertices, task.face_sizes))
+    labels = connected_labels(len(is_in), *ends[:, is_in[ends].all(axis=0)])[vertices]
+    for label in np.unique(labels):
+        yield vertices[labels == label]
+
+
+def bone_along(points: Floats) -> Floats:
+    """(2, 3) head and tail, along the direction in which points (k, 3) reach farthest, about their middle."""
+    middle = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - middle, full_matrices=True)
+    along = (points - middle) @ axes[0]
+    low, high = SHARE * along.min(), SHARE * along.max()
+    reach = max(0.0, SHORTEST - (high - low))
+    return np.stack([middle + (low - 0.5 * reach) * axes[0], middle + (high + 0.5 * reach) * axes[0]])
