@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's modifiers, with Blender as a module of Python. Times are those of its evaluation of the whole scene."""
+"""Blender's modifiers, with Blender as a module of Python. A step is the evaluation of the whole scene."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 from mathutils import Matrix
-from measure.base.contender import BONE, HANDLE, PIN, Floats, Ints, Make, PosedTask
+from measure.base.contender import BONE, CAGE, CAGE_GROUP, HANDLE, PIN, Floats, Make, PosedTask
 from measure.base.workers import NotRun
 
+from . import scene
 from .bones import bones_of
-from .driven_cage import ACTS as CAGE_ACTS
-from .driven_cage import DrivenCage
-
+from .carriers import Carrier, automatic_cage
 
 REPEAT = 10  # of Laplacian Deform, iterations
+VOXEL = 0.03  # of the diagonal, of the copy for Surface Deform
 
 
 class Modified:
@@ -26,21 +26,12 @@ class Modified:
     acts: Sequence[str] = ()
 
     def __init__(self, task: PosedTask) -> None:
-        bpy.ops.wm.read_factory_settings(use_empty=True)
+        scene.clear()
         self._task, self._now = task, task.positions
-        self._object = new_object("Mesh", task.positions, task.corner_vertices, task.face_sizes)
+        self._object = scene.new_mesh("Mesh", task.positions, task.corner_vertices, task.face_sizes)
 
     def positions(self) -> Floats:
         return self._now
-
-    def _evaluate(self) -> None:
-        graph = bpy.context.evaluated_depsgraph_get()
-        vertices = self._object.evaluated_get(graph).data.vertices
-        if len(vertices) != len(self._task.positions):
-            raise RuntimeError(f"Blender gives {len(vertices)} vertices for {len(self._task.positions)}")
-        found = np.empty(3 * len(vertices), dtype=np.float32)
-        vertices.foreach_get("co", found)
-        self._now = found.reshape(-1, 3).astype(np.float64)
 
 
 class LaplacianDeform(Modified):
@@ -52,36 +43,46 @@ class LaplacianDeform(Modified):
         anchors.add(task.constrained.tolist(), 1.0, "REPLACE")
         modifier = self._object.modifiers.new("Laplacian Deform", "LAPLACIANDEFORM")
         modifier.vertex_group, modifier.iterations = anchors.name, REPEAT
-        bind(self._object, "laplaciandeform_bind", modifier.name)
-        if not modifier.is_bind:
-            raise NotRun("Laplacian Deform does not bind")
+        scene.bind(self._object, modifier, bpy.ops.object.laplaciandeform_bind, "is_bind")
 
     def pose(self, step: int) -> None:
         places = self._task.positions.copy()
         places[self._task.constrained] = self._task.targets[step]
-        move_vertices(self._object, places)
-        self._evaluate()
+        scene.move_vertices(self._object, places)
+        self._now = scene.evaluated(self._object)
 
 
-class ByCage(Modified):
-    """A modifier that a cage moves."""
+class Carried(Modified):
+    """A modifier that hangs the mesh on another one."""
 
-    acts = CAGE_ACTS
-
-    def __init__(self, task: PosedTask, kind: str, operator: str) -> None:
+    def __init__(self, task: PosedTask, carrier: Carrier) -> None:
         super().__init__(task)
-        self._cage = DrivenCage(task)
-        cage = new_object("Cage", self._cage.rest, self._cage.corner_vertices, self._cage.face_sizes)
-        modifier = self._object.modifiers.new(kind, kind)
-        setattr(modifier, "target" if kind == "SURFACE_DEFORM" else "object", cage)
-        bind(self._object, operator, modifier.name)
-        if not modifier.is_bound:
-            raise NotRun("the modifier does not bind to the cage")
-        self._cage_object = cage
+        self._carrier = carrier
+        self._carrier_object = scene.new_mesh("Carrier", carrier.rest, carrier.corner_vertices, carrier.face_sizes)
 
     def pose(self, step: int) -> None:
-        move_vertices(self._cage_object, self._cage.pose(step))
-        self._evaluate()
+        scene.move_vertices(self._carrier_object, self._carrier.pose(step))
+        self._now = scene.evaluated(self._object)
+
+
+class MeshDeform(Carried):
+    acts = (PIN, HANDLE, CAGE, CAGE_GROUP, CAGE_GROUP)
+
+    def __init__(self, task: PosedTask) -> None:
+        super().__init__(task, automatic_cage(task))
+        modifier = self._object.modifiers.new("Mesh Deform", "MESH_DEFORM")
+        modifier.object = self._carrier_object
+        scene.bind(self._object, modifier, bpy.ops.object.meshdeform_bind, "is_bound")
+
+
+class SurfaceDeform(Carried):
+    acts = (PIN, HANDLE, "a coarse copy", "the copy's vertices of a handle", "the copy's vertices of a handle")
+
+    def __init__(self, task: PosedTask) -> None:
+        super().__init__(task, coarse_copy(task))
+        modifier = self._object.modifiers.new("Surface Deform", "SURFACE_DEFORM")
+        modifier.target = self._carrier_object
+        scene.bind(self._object, modifier, bpy.ops.object.surfacedeform_bind, "is_bound")
 
 
 class Armature(Modified):
@@ -89,72 +90,46 @@ class Armature(Modified):
         super().__init__(task)
         self._bones = task.bones or bones_of(task)
         self.acts = (BONE,) * len(self._bones.rest)
-        self._armature = new_armature(self._bones.rest)
-        bpy.context.view_layer.objects.active = self._armature
+        self._armature = scene.new_armature(self._bones.rest)
         for chosen in (self._object, self._armature):
             chosen.select_set(True)
+        bpy.context.view_layer.objects.active = self._armature
         bpy.ops.object.parent_set(type="ARMATURE_AUTO")
-        modifier = self._object.modifiers[0]
-        modifier.use_deform_preserve_volume = keeps_volume
+        self._object.modifiers[0].use_deform_preserve_volume = keeps_volume
         if not any(len(vertex.groups) for vertex in self._object.data.vertices):
-            raise NotRun("Blender finds no automatic weights: Bone Heat Weighting failed")
+            raise NotRun("Bone Heat Weighting finds no weights")
 
     def pose(self, step: int) -> None:
         for k, bone in enumerate(self._armature.pose.bones):
-            turn, rest = np.eye(4), np.array(bone.bone.matrix_local)
-            turn[:3, :3] = self._bones.rotations[step, k]
-            turn[:3, 3] = self._bones.moved(step, k, np.zeros((1, 3)))[0]
-            bone.matrix_basis = Matrix((np.linalg.inv(rest) @ turn @ rest).tolist())
-        self._evaluate()
+            moved, rest = np.eye(4), np.array(bone.bone.matrix_local)
+            moved[:3, :3] = self._bones.rotations[step, k]
+            moved[:3, 3] = self._bones.moved(step, k, np.zeros((1, 3)))[0]
+            bone.matrix_basis = Matrix((np.linalg.inv(rest) @ moved @ rest).tolist())
+        self._now = scene.evaluated(self._object)
 
 
-def new_object(name: str, positions: Floats, corner_vertices: Ints, face_sizes: Ints) -> bpy.types.Object:
-    """A mesh object in the scene."""
-    mesh = bpy.data.meshes.new(name)
-    mesh.vertices.add(len(positions))
-    mesh.vertices.foreach_set("co", positions.astype(np.float32).ravel())
-    mesh.loops.add(len(corner_vertices))
-    mesh.loops.foreach_set("vertex_index", corner_vertices)
-    mesh.polygons.add(len(face_sizes))
-    mesh.polygons.foreach_set("loop_start", np.cumsum(face_sizes) - face_sizes)
-    mesh.update(calc_edges=True)
-    mesh.validate()
-    return linked(name, mesh)
-
-
-def new_armature(bones: Floats) -> bpy.types.Object:
-    """With bones (b, 2, 3) that have no parents, in this order."""
-    armature = linked("Armature", bpy.data.armatures.new("Armature"))
-    bpy.context.view_layer.objects.active = armature
-    bpy.ops.object.mode_set(mode="EDIT")
-    for k, (head, tail) in enumerate(bones):
-        bone = armature.data.edit_bones.new(f"Bone {k:04d}")
-        bone.head, bone.tail = head, tail
-    bpy.ops.object.mode_set(mode="OBJECT")
-    return armature
-
-
-def linked(name: str, data: bpy.types.ID) -> bpy.types.Object:
-    made = bpy.data.objects.new(name, data)
-    bpy.context.scene.collection.objects.link(made)
-    return made
-
-
-def bind(modified: bpy.types.Object, operator: str, modifier: str) -> None:
-    bpy.context.view_layer.objects.active = modified
-    bpy.context.view_layer.update()
-    getattr(bpy.ops.object, operator)(modifier=modifier)
-
-
-def move_vertices(moved: bpy.types.Object, places: Floats) -> None:
-    moved.data.vertices.foreach_set("co", places.astype(np.float32).ravel())
-    moved.data.update()
+def coarse_copy(task: PosedTask) -> Carrier:
+    """The mesh in even quads, as Blender's Remesh makes it."""
+    scene.clear()
+    whole = scene.new_mesh("Whole", task.positions, task.corner_vertices, task.face_sizes)
+    remesh = whole.modifiers.new("Remesh", "REMESH")
+    remesh.mode, remesh.voxel_size = "VOXEL", VOXEL
+    return Carrier(task, *scene.arrays(whole))
 
 
 MODELS: dict[str, Make] = {
     "Blender: Laplacian Deform": LaplacianDeform,
-    "Blender: Mesh Deform": lambda task: ByCage(task, "MESH_DEFORM", "meshdeform_bind"),
-    "Blender: Surface Deform": lambda task: ByCage(task, "SURFACE_DEFORM", "surfacedeform_bind"),
+    "Blender: Mesh Deform": MeshDeform,
+    "Blender: Surface Deform": SurfaceDeform,
     "Blender: Armature": lambda task: Armature(task, keeps_volume=False),
     "Blender: Armature, Preserve Volume": lambda task: Armature(task, keeps_volume=True),
+}
+INPUTS = {
+    "Blender: Laplacian Deform": "Held and moved vertices are its anchors, put to their targets as a hook would.",
+    "Blender: Mesh Deform": "The cage of the cage models, moved as theirs, with the modifier's own harmonic weights.",
+    "Blender: Surface Deform": "A coarse copy in even quads, of Remesh at 3 % of the diagonal, posed by surface ARAP of "
+    "this library: the modifier carries a shape, it makes none.",
+    "Blender: Armature": "Automatic weights of the task's bones; where it has none, of a bone along each piece of what "
+    "is held and of what is moved.",
+    "Blender: Armature, Preserve Volume": "The same bones and weights, blended as dual quaternions.",
 }

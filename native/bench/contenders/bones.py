@@ -9,6 +9,8 @@ import numpy as np
 from arap_deform.core.graph import connected_labels, face_edges
 from measure.base.contender import Bones, Floats, Ints, PosedTask
 
+from measure.base.workers import NotRun
+
 from .steps import motion_of_moved
 
 SHARE = 0.8  # of a piece's length
@@ -16,11 +18,19 @@ SHORTEST = 0.01  # of the diagonal
 
 
 def bones_of(task: PosedTask) -> Bones:
-    """One along each connected piece of what is held, which stays, and of what is moved, which goes along."""
+    """One along each connected piece of what is held, which stays, and of what is moved, which goes along.
+
+    Raises:
+        NotRun: a piece that is held is around one that is moved, so that it has no inside of its own for a bone.
+    """
     held, moved = (
         [bone_along(task.positions[piece]) for piece in pieces(task, part)] for part in (task.held, task.moved)
     )
     rest = np.array(held + moved)
+    middles = rest.mean(axis=1)
+    apart = np.linalg.norm(middles[: len(held), None] - middles[len(held) :], axis=2)
+    if apart.min() < SHORTEST:
+        raise NotRun("what is held is all around what is moved: there is no place for a bone in each")
     rotations = np.tile(np.eye(3), (task.steps, len(rest), 1, 1))
     heads = np.tile(rest[:, 0], (task.steps, 1, 1))
     for step in range(task.steps):

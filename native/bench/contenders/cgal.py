@@ -70,3 +70,4 @@ MODELS: dict[str, Make] = {
     "CGAL: ARAP, spokes and rims": lambda task: Arap(task, "spokes_and_rims"),
     "CGAL: ARAP, smooth rotations": lambda task: Arap(task, "smooth_rotations"),
 }
+INPUTS = dict.fromkeys(MODELS, "The targets of held and moved vertices.")

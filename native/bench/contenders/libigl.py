@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from typing import Any
@@ -16,10 +14,13 @@ from measure.base.contender import HANDLE, PIN, TURN, Floats, Make, PosedTask
 from measure.base.workers import NotRun
 from numpy.typing import NDArray
 
+from .printed import Printed
 from .steps import CALL_ITERATIONS, motion_of_moved, settled
 
 TET_EDGE = 0.04  # of the diagonal, which tetrahedra inside have at most, about
 TETGEN_SWITCHES = f"pYq1.414a{TET_EDGE**3 / np.sqrt(72):.3e}"  # Y: the surface stays as it is, its vertices first
+SURFACE_INPUT = "The targets of held and moved vertices."
+LINEAR_INPUT = "How far held and moved vertices go from rest; it takes no turns."
 Indices = NDArray[np.int64]
 Elements = Callable[[PosedTask], tuple[Floats, Indices]]
 
@@ -88,18 +89,12 @@ def solid(task: PosedTask) -> tuple[Floats, Indices]:
     Raises:
         NotRun: TetGen refuses, with its words.
     """
-    with tempfile.TemporaryFile("w+") as words:
-        kept = os.dup(1)
-        os.dup2(words.fileno(), 1)
-        try:
+    printed = Printed()
+    try:
+        with printed:
             places, tets, *_ = tetgen.tetrahedralize(*surface(task), flags=TETGEN_SWITCHES)
-        except RuntimeError as error:
-            words.seek(0)
-            said = [line.strip() for line in words if line.startswith("Exception:")]
-            raise NotRun(f"TetGen: {said[-1].removeprefix('Exception:').strip() if said else error}") from error
-        finally:
-            os.dup2(kept, 1)
-            os.close(kept)
+    except RuntimeError as error:
+        raise NotRun(f"TetGen: {printed.after('Exception:') or error}") from error
     return places, np.ascontiguousarray(tets)
 
 
@@ -115,4 +110,14 @@ MODELS: dict[str, Make] = {
     "libigl: biharmonic": lambda task: Harmonic(task, 2),
     "libigl: bounded biharmonic weights": BoundedBiharmonic,
     "libigl: fast automatic skinning": fast,
+}
+INPUTS = {
+    "libigl: ARAP, spokes": SURFACE_INPUT,
+    "libigl: ARAP, spokes and rims": SURFACE_INPUT,
+    "libigl: ARAP, tetrahedra": "The targets of held and moved vertices, on tetrahedra that TetGen makes of the surface.",
+    "libigl: harmonic": LINEAR_INPUT,
+    "libigl: biharmonic": LINEAR_INPUT,
+    "libigl: bounded biharmonic weights": "The motions of two handles, what is held and what is moved, blended with "
+    "weights on TetGen's tetrahedra.",
+    "libigl: fast automatic skinning": "Not run.",
 }

@@ -32,3 +32,7 @@ class Spokes:
 
 
 MODELS: dict[str, Make] = {"Open3D: ARAP, spokes": Spokes}
+INPUTS = {
+    "Open3D: ARAP, spokes": "The targets of held and moved vertices; every step starts at rest, since what Open3D starts "
+    "from it takes for the rest shape.",
+}
