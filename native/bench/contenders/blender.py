@@ -14,6 +14,7 @@ from measure.base.workers import NotRun
 from . import scene
 from .bones import bones_of
 from .carriers import Carrier, automatic_cage
+from .ours import arrays
 
 REPEAT = 10  # of Laplacian Deform, iterations
 VOXEL = 0.03  # of the diagonal, of the copy for Surface Deform
@@ -28,7 +29,7 @@ class Modified:
     def __init__(self, task: PosedTask) -> None:
         scene.clear()
         self._task, self._now = task, task.positions
-        self._object = scene.new_mesh("Mesh", task.positions, task.corner_vertices, task.face_sizes)
+        self._object = scene.new_mesh("Mesh", *arrays(task))
 
     def positions(self) -> Floats:
         return self._now
@@ -58,7 +59,7 @@ class Carried(Modified):
     def __init__(self, task: PosedTask, carrier: Carrier) -> None:
         super().__init__(task)
         self._carrier = carrier
-        self._carrier_object = scene.new_mesh("Carrier", carrier.rest, carrier.corner_vertices, carrier.face_sizes)
+        self._carrier_object = scene.new_mesh("Carrier", *carrier.arrays)
 
     def pose(self, step: int) -> None:
         scene.move_vertices(self._carrier_object, self._carrier.pose(step))
@@ -111,7 +112,7 @@ class Armature(Modified):
 def coarse_copy(task: PosedTask) -> Carrier:
     """The mesh in even quads, as Blender's Remesh makes it."""
     scene.clear()
-    whole = scene.new_mesh("Whole", task.positions, task.corner_vertices, task.face_sizes)
+    whole = scene.new_mesh("Whole", *arrays(task))
     remesh = whole.modifiers.new("Remesh", "REMESH")
     remesh.mode, remesh.voxel_size = "VOXEL", VOXEL
     return Carrier(task, *scene.arrays(whole))
@@ -125,10 +126,10 @@ MODELS: dict[str, Make] = {
     "Blender: Armature, Preserve Volume": lambda task: Armature(task, keeps_volume=True),
 }
 INPUTS = {
-    "Blender: Laplacian Deform": "Held and moved vertices are its anchors, put to their targets as a hook would.",
+    "Blender: Laplacian Deform": "Held and moved vertices are its anchors, moved as by hooks; Repeat is 10.",
     "Blender: Mesh Deform": "The cage of the cage models, moved as theirs, with the modifier's own harmonic weights.",
-    "Blender: Surface Deform": "A coarse copy in even quads, of Remesh at 3 % of the diagonal, posed by surface ARAP of "
-    "this library: the modifier carries a shape, it makes none.",
+    "Blender: Surface Deform": "A copy in quads by Remesh at 3 % of the diagonal, posed by surface ARAP of this "
+    "library: the modifier carries a shape, it makes none.",
     "Blender: Armature": "Automatic weights of the task's bones; where it has none, of a bone along each piece of what "
     "is held and of what is moved.",
     "Blender: Armature, Preserve Volume": "The same bones and weights, blended as dual quaternions.",

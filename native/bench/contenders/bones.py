@@ -8,7 +8,6 @@ from collections.abc import Iterator
 import numpy as np
 from arap_deform.core.graph import connected_labels, face_edges
 from measure.base.contender import Bones, Floats, Ints, PosedTask
-
 from measure.base.workers import NotRun
 
 from .steps import motion_of_moved

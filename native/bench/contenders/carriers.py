@@ -1,44 +1,67 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Coarse meshes that carry a finer one, moved as its held and moved vertices say. A person would move them by hand."""
+"""Coarse meshes that carry a fine one, moved by what is held and moved of it.
+
+Each held and each moved vertex has a nearest vertex of the coarse mesh. Those make the motion of what they are near,
+as a body; the other vertices follow as rigidly as the coarse mesh's own surface can.
+"""
 
 from __future__ import annotations
 
+from typing import Any
+
 import arap_native
 import numpy as np
-from measure.base.contender import ACCURACY, STEP_ITERATIONS, Floats, Ints, PosedTask
+from measure.base.contender import Floats, Ints, PosedTask
 
+from .ours import OPTIONS, arrays
 from .steps import motion_of_moved
+
+CHUNK = 1 << 22  # distances at a time
 
 
 class Carrier:
-    """Its vertices next to what is held stay, those next to what is moved go along, the rest is posed by ARAP.
+    """A coarse mesh.
 
     Attributes:
-        rest: (c, 3) places of its vertices.
-        corner_vertices, face_sizes: its faces.
+        arrays: at rest: positions (c, 3), corner vertices and face sizes.
     """
 
-    def __init__(self, task: PosedTask, rest: Floats, corner_vertices: Ints, face_sizes: Ints) -> None:
-        self.rest, self.corner_vertices, self.face_sizes = rest, corner_vertices, face_sizes
+    def __init__(self, task: PosedTask, positions: Floats, corner_vertices: Ints, face_sizes: Ints) -> None:
+        self.arrays = positions, corner_vertices, face_sizes
         self._task = task
-        held, moved = (nearest(task.positions[part], self.rest) for part in (task.held, task.moved))
-        self._held, self._moved = np.setdiff1d(held, moved), np.unique(moved)
-        self._arap = arap_native.SurfaceArap(self.rest, self.corner_vertices, self.face_sizes)
+        self._held, self._moved = groups(task, positions)
+        self._arap = arap_native.SurfaceArap(*self.arrays)
         self._arap.set_constraints(np.concatenate([self._held, self._moved]))
 
     def pose(self, step: int) -> Floats:
-        """(c, 3) where its vertices are in a step."""
-        turn, shift = motion_of_moved(self._task, step)
-        targets = np.concatenate([self.rest[self._held], self.rest[self._moved] @ turn.T + shift])
-        options = arap_native.SolveOptions(accuracy=ACCURACY, max_iterations=STEP_ITERATIONS)
-        return np.asarray(self._arap.solve(targets, options).positions)
+        """(c, 3) positions in a step."""
+        rest, (turn, shift) = self.arrays[0], motion_of_moved(self._task, step)
+        targets = np.concatenate([rest[self._held], rest[self._moved] @ turn.T + shift])
+        return np.asarray(self._arap.solve(targets, OPTIONS).positions)
 
 
 def automatic_cage(task: PosedTask) -> Carrier:
-    return Carrier(task, *arap_native.make_cage(task.positions, task.corner_vertices, task.face_sizes))
+    return Carrier(task, *arap_native.make_cage(*arrays(task)))
 
 
-def nearest(points: Floats, places: Floats) -> Ints:
-    """(k,) which of the places (c, 3) is nearest to each of the points (k, 3)."""
-    half_squares = 0.5 * np.einsum("ij,ij->i", places, places)
-    return np.argmin(half_squares - points @ places.T, axis=1).astype(np.int32)
+def groups(task: PosedTask, coarse: Floats) -> tuple[Ints, Ints]:
+    """The coarse vertices nearest to something held, and to something moved; the nearer one where to both."""
+    nearest = [nearest_of(coarse, task.positions[part]) for part in (task.held, task.moved)]
+    distance = np.full((2, len(coarse)), np.inf)
+    for row, (vertices, away) in zip(distance, nearest, strict=True):
+        np.minimum.at(row, vertices, away)
+    is_chosen = np.isfinite(distance)
+    held, moved = is_chosen[0] & (distance[0] <= distance[1]), is_chosen[1] & (distance[1] < distance[0])
+    return np.flatnonzero(held).astype(np.int32), np.flatnonzero(moved).astype(np.int32)
+
+
+def nearest_of(places: Floats, points: Floats) -> tuple[Ints, Floats]:
+    """For each point (k, 3) the index of the nearest place (c, 3), and its distance."""
+    rows = max(1, CHUNK // len(places))
+    found: list[Any] = []
+    for first in range(0, len(points), rows):
+        away = np.linalg.norm(points[first : first + rows, None] - places, axis=2)
+        best = away.argmin(axis=1)
+        found.append((best, away[np.arange(len(best)), best]))
+    indices, distances = (np.concatenate(column) for column in zip(*found, strict=True))
+    return indices, distances

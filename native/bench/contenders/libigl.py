@@ -10,7 +10,7 @@ from typing import Any
 import igl
 import numpy as np
 from igl.copyleft import tetgen
-from measure.base.contender import HANDLE, PIN, TURN, Floats, Make, PosedTask
+from measure.base.contender import HANDLE, PIN, TURN, Contender, Floats, Make, PosedTask
 from measure.base.workers import NotRun
 from numpy.typing import NDArray
 
@@ -98,7 +98,7 @@ def solid(task: PosedTask) -> tuple[Floats, Indices]:
     return places, np.ascontiguousarray(tets)
 
 
-def fast(task: PosedTask) -> Peer:
+def fast(_: PosedTask) -> Contender:
     raise NotRun("the Python package does not have it (arap_dof.h of the C++ library)")
 
 
@@ -114,7 +114,7 @@ MODELS: dict[str, Make] = {
 INPUTS = {
     "libigl: ARAP, spokes": SURFACE_INPUT,
     "libigl: ARAP, spokes and rims": SURFACE_INPUT,
-    "libigl: ARAP, tetrahedra": "The targets of held and moved vertices, on tetrahedra that TetGen makes of the surface.",
+    "libigl: ARAP, tetrahedra": "The targets of held and moved vertices, on TetGen's tetrahedra of the surface.",
     "libigl: harmonic": LINEAR_INPUT,
     "libigl: biharmonic": LINEAR_INPUT,
     "libigl: bounded biharmonic weights": "The motions of two handles, what is held and what is moved, blended with "

@@ -33,6 +33,6 @@ class Spokes:
 
 MODELS: dict[str, Make] = {"Open3D: ARAP, spokes": Spokes}
 INPUTS = {
-    "Open3D: ARAP, spokes": "The targets of held and moved vertices; every step starts at rest, since what Open3D starts "
-    "from it takes for the rest shape.",
+    "Open3D: ARAP, spokes": "The targets of held and moved vertices; every step starts at rest, since Open3D takes "
+    "for the rest shape what it starts from.",
 }

@@ -6,13 +6,15 @@ from __future__ import annotations
 import os
 import tempfile
 from types import TracebackType
+from typing import final
 
 
+@final
 class Printed:
     """Takes what goes to the standard output and to the standard error while the context lasts."""
 
     def __enter__(self) -> Printed:
-        self._file = tempfile.TemporaryFile("w+")  # noqa: SIM115  (closed in __exit__)
+        self._file = tempfile.TemporaryFile("w+")
         self._kept = [(number, os.dup(number)) for number in (1, 2)]
         for number, _ in self._kept:
             os.dup2(self._file.fileno(), number)
