@@ -26,29 +26,33 @@ Elements = Callable[[PosedTask], tuple[Floats, Indices]]
 
 
 class Peer:
-    """What all have: the version, what a person does, and the positions of the surface's vertices."""
+    """What all have.
+
+    Attributes:
+        places: (v, 3) where the surface's vertices are, and after them those inside, if the model has some.
+    """
 
     version = version("libigl")
     acts: Sequence[str] = (PIN, HANDLE)
 
     def __init__(self, task: PosedTask) -> None:
-        self._task, self._now = task, task.positions
+        self._task, self.places = task, task.positions
 
     def positions(self) -> Floats:
-        return np.asarray(self._now[: len(self._task.positions)])
+        return np.asarray(self.places[: len(self._task.positions)])
 
 
 class Arap(Peer):
     def __init__(self, task: PosedTask, elements: Elements, energy: Any) -> None:
         super().__init__(task)
-        self._now, corners = elements(task)
+        self.places, corners = elements(task)
         self._data = igl.ARAPData()
         self._data.energy, self._data.max_iter = energy, CALL_ITERATIONS
-        igl.arap_precomputation(self._now, corners, 3, task.constrained, self._data)
+        igl.arap_precomputation(self.places, corners, 3, task.constrained, self._data)
 
     def pose(self, step: int) -> None:
         targets = self._task.targets[step]
-        self._now = settled(lambda start: igl.arap_solve(targets, self._data, start), self._now)
+        self.places = settled(lambda start: igl.arap_solve(targets, self._data, start), self.places)
 
 
 class Harmonic(Peer):
@@ -59,7 +63,7 @@ class Harmonic(Peer):
     def pose(self, step: int) -> None:
         rest, vertices = self._task.positions, self._task.constrained
         moves = self._task.targets[step] - rest[vertices]
-        self._now = rest + igl.harmonic(rest, self._triangles, vertices.astype(np.int64), moves, self._power)
+        self.places = rest + igl.harmonic(rest, self._triangles, vertices.astype(np.int64), moves, self._power)
 
 
 class BoundedBiharmonic(Peer):
@@ -76,7 +80,7 @@ class BoundedBiharmonic(Peer):
     def pose(self, step: int) -> None:
         turn, shift = motion_of_moved(self._task, step)
         stays = np.eye(4, 3)
-        self._now = self._blend @ np.concatenate([stays, turn.T, shift[None]])
+        self.places = self._blend @ np.concatenate([stays, turn.T, shift[None]])
 
 
 def surface(task: PosedTask) -> tuple[Floats, Indices]:

@@ -35,6 +35,11 @@ class Posed:
     def positions(self) -> Floats:
         return self._positions
 
+    @property
+    def energy(self) -> Callable[[Floats], float] | None:
+        """Of positions (n, 3); None where the model minimizes none of them."""
+        return getattr(self._model, "energy", None)
+
 
 def targets_of(task: PosedTask, step: int) -> tuple[Floats, Floats]:
     """Places (t, 3) and rotations (t, 3, 3) of what set_constraints() was told: a patch is one."""

@@ -23,6 +23,7 @@ import os
 import resource
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -62,27 +63,32 @@ def run(make: Make, task_path: str, out: str) -> dict[str, Any]:
     }
 
 
-def answer(models: dict[str, Make], command: dict[str, str]) -> dict[str, Any]:
+def answer(models: dict[str, Make], command: dict[str, Any]) -> dict[str, Any]:
     if not command:
         return {"models": list(models)}
-    try:
-        return run(models[command["model"]], command["task"], command["out"])
-    except NotRun as reason:
-        return {"not_run": str(reason)}
-    except Exception as error:  # noqa: BLE001  a library may raise anything, and the next task still runs
-        return {"not_run": f"{type(error).__name__}: {error}".splitlines()[0]}
+    return run(models[command["model"]], command["task"], command["out"])
 
 
-def main() -> None:
+def serve(do: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
+    """Answers commands until there are no more; why one fails is its answer."""
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
-    models: dict[str, Make] = importlib.import_module(f"contenders.{sys.argv[1]}").MODELS
     for line in sys.stdin:
-        print(json.dumps(answer(models, json.loads(line))), file=answers, flush=True)
+        try:
+            said = do(json.loads(line))
+        except NotRun as reason:
+            said = {"not_run": str(reason)}
+        except Exception as error:  # noqa: BLE001  a library may raise anything, and the next task still runs
+            said = {"not_run": f"{type(error).__name__}: {error}".splitlines()[0]}
+        print(json.dumps(said), file=answers, flush=True)
     sys.stdout.flush()
-    answers.flush()
     os._exit(0)  # some libraries crash, or print thousands of lines, at their exit
+
+
+def main() -> None:
+    models: dict[str, Make] = importlib.import_module(f"contenders.{sys.argv[1]}").MODELS
+    serve(lambda command: answer(models, command))
 
 
 if __name__ == "__main__":

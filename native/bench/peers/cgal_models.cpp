@@ -55,7 +55,8 @@ class Deformed final : public Model {
 };
 
 std::unique_ptr<Model> bound(const std::string& energy, Mesh mesh, std::vector<int> constrained) {
-  if (energy == "spokes") return std::make_unique<Deformed<CGAL::ORIGINAL_ARAP>>(std::move(mesh), std::move(constrained));
+  if (energy == "spokes")
+    return std::make_unique<Deformed<CGAL::ORIGINAL_ARAP>>(std::move(mesh), std::move(constrained));
   if (energy == "spokes_and_rims")
     return std::make_unique<Deformed<CGAL::SPOKES_AND_RIMS>>(std::move(mesh), std::move(constrained));
   if (energy == "smooth_rotations")

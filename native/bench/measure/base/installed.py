@@ -19,10 +19,10 @@ BLENDER, BLENDER_PYTHON = "bpy==4.5.*", "3.11"
 
 @functools.cache
 def library_python(name: str, *groups: str) -> Path:
-    """The Python that has a library from PyPI, which may need groups of .ci/setup."""
+    """The Python that has a library from PyPI, which may need groups of .ci/setup; ours is there, too."""
     for group in groups:
         _run(".ci/setup", group)
-    return Path(_run(".ci/venv", f"peer-{name}", PYTHON, name, "numpy"))
+    return Path(_run(".ci/venv", f"peer-{name}", PYTHON, name, "numpy", str(our_wheel(PYTHON))))
 
 
 @functools.cache
@@ -41,12 +41,16 @@ def cgal_library() -> Path:
 
 @functools.cache
 def blender_python() -> Path:
-    """The Python that has Blender, and of ours what makes its cages."""
-    _run(".ci/setup", "native", "bpy")
-    wheels = ROOT / "build" / "dist" / "wheels"
-    _run(".ci/wheels", str(wheels), BLENDER_PYTHON)
-    wheel = next(wheels.glob(f"arap_native-*-cp{BLENDER_PYTHON.replace('.', '')}-*.whl"))
-    return Path(_run(".ci/venv", "peer-blender", BLENDER_PYTHON, BLENDER, str(wheel)))
+    """The Python that has Blender; ours is there, too."""
+    _run(".ci/setup", "bpy")
+    return Path(_run(".ci/venv", "peer-blender", BLENDER_PYTHON, BLENDER, str(our_wheel(BLENDER_PYTHON))))
+
+
+@functools.cache
+def our_wheel(python: str) -> Path:
+    """The wheel of arap_native for a version of Python, built."""
+    _run(".ci/setup", "native")
+    return Path(_run(".ci/wheels", str(ROOT / "build" / "dist" / "wheels"), python))
 
 
 def _build_with_cgal(target: str) -> None:

@@ -30,9 +30,10 @@ from .dirty import measure_dirty
 from .posed import posed_task
 from .quality import file_name, save
 from .rows import shape_row
+from .same_models import measure_same_models
 from .sizes import measure_sizes
 
-PARTS = ("tasks", "sizes", "dirty")
+PARTS = ("tasks", "sizes", "dirty", "same_models")
 TASK, FINER = "task.npz", "finer.npz"
 TIMEOUT_S = 40.0  # of a task, and of the same with four times as many triangles
 
@@ -119,6 +120,9 @@ def main() -> None:
             write()
         if "dirty" in parts:
             results["dirty"] = measure_dirty(models, folder, results["dirty"])
+            write()
+        if "same_models" in parts:
+            results["same_models"] = measure_same_models(models, folder)
             write()
 
 
