@@ -17,6 +17,7 @@ from measure.runs.contenders import Entry, Library, entries
 from measure.runs.dirty import KINDS, dirty_task, measure_dirty
 from measure.runs.posed import posed_task
 from measure.runs.quality import file_name
+from measure.runs.rows import shape_row
 from measure.runs.sizes import measure_sizes
 
 
@@ -72,6 +73,14 @@ def test_a_pull_is_the_average_of_a_patch():
     assert task.patch_weights.sum() == pytest.approx(1)
     shift = task.targets[-1, len(task.held) :] - task.positions[task.moved]
     np.testing.assert_allclose(shift, np.tile([0, 0, 0.1], (len(task.moved), 1)), atol=1e-12)
+
+
+def test_of_a_soup_nothing_is_said_that_needs_neighbours(all_tasks):
+    soup = all_tasks[-1]
+    rest = soup.pose.mesh.positions
+    row = shape_row(soup, 2 * rest)
+    assert row["strain"] == pytest.approx(1)
+    assert (row["max_deg"], row["dihedral_rms"], row["flips"], row["volume"]) == (None, None, None, None)
 
 
 def test_a_dirty_mesh_is_held_at_one_end_and_moved_at_the_other():

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from ..base.installed import ROOT
+from ..base.installed import ROOT, blender_python, cgal_library, library_python
 from ..base.workers import NotRun, Worker
 from ..inputs.mesh import Floats
 
@@ -29,9 +29,22 @@ class Library(NamedTuple):
     python: Callable[[], Path]
 
 
+def this_python() -> Path:
+    return Path(sys.executable)
+
+
+def with_cgal() -> Path:
+    cgal_library()
+    return this_python()
+
+
 # By what stands before the colon in the names of their models; ours have none.
 LIBRARIES: dict[str, Library] = {
-    "": Library(("ours", "ours_inside", "ours_cages"), lambda: Path(sys.executable)),
+    "": Library(("ours", "ours_inside", "ours_cages"), this_python),
+    "libigl": Library(("libigl",), lambda: library_python("libigl")),
+    "CGAL": Library(("cgal",), with_cgal),
+    "Open3D": Library(("open3d",), lambda: library_python("open3d", "peers")),
+    "Blender": Library(("blender",), blender_python),
 }
 
 

@@ -17,7 +17,7 @@ from .contenders import Entry, Process
 
 N_VERTICES = 400
 HELD, MOVED, SHIFT = 0.1, 0.05, 0.1  # shares of the vertices along the longest axis, and of its length
-TIMEOUT_S = 10.0
+TIMEOUT_S = 20.0
 KINDS = (
     "needles", "caps", "collapsed_rows", "all_scales", "tiny", "huge", "far_from_the_origin", "exploded_vertex",
     "half_cluster", "loose_vertices", "triangles_apart", "two_walls_in_one_place", "crumpled", "open_seams",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..inputs.compared import Compared
-from ..inputs.mesh import Floats, Mask
+from ..inputs.mesh import Floats, Mask, midpoint_ends
 from ..inputs.poses import Pose
 from ..metrics.distortion import area_distortion, edge_strain
 from ..metrics.intersections import new_intersections
@@ -25,18 +25,18 @@ def shape_row(task: Compared, now: Floats) -> dict[str, Any]:
     """
     pose, (rest, triangles) = task.pose, (task.pose.mesh.positions, task.pose.mesh.triangles)
     surface, free = Surface(pose.mesh), task.limb.is_measured if task.limb else is_free(pose)
-    change = surface.change(now, free)
+    change, has_neighbours = surface.change(now, free), len(surface.edges) > 0
     thin = thinness(triangles, rest, now, free) if task.is_closed else None
     return {
         "volume": volume(now, triangles) / volume(rest, triangles) if task.is_closed else None,
         "section": thinnest_section(task.limb, now) if task.limb else None,
         "thin": thin.thin if thin else None,
         "thin_median": thin.median if thin else None,
-        "strain": edge_strain(surface.edges, rest, now, free),
+        "strain": edge_strain(midpoint_ends(pose.mesh), rest, now, free),
         "area": area_distortion(triangles, rest, now, free),
-        "max_deg": change.max_deg,
-        "dihedral_rms": change.rms_deg,
-        "flips": change.flips,
+        "max_deg": change.max_deg if has_neighbours else None,
+        "dihedral_rms": change.rms_deg if has_neighbours else None,
+        "flips": change.flips if has_neighbours else None,
         "self_intersections": new_intersections(triangles, rest, now, is_free(pose)),
         "off": off_target(pose, now),
         "asymmetry": None if task.mirror is None else asymmetry(rest, now, task.mirror),
