@@ -1,9 +1,93 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "arrays.h"
 
+#include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <utility>
 
 namespace arap_native {
+
+static_assert(sizeof(int) == 4 && sizeof(float) == 4 && sizeof(double) == 8);
+
+namespace {
+
+constexpr const char* kReals = "real numbers";
+constexpr const char* kIntegers = "integers";
+
+/// `object` as an array of any dtype of numbers.
+py::array as_array(const py::object& object, const std::string& name, const char* expected) {
+  if (py::isinstance<py::array>(object)) return py::reinterpret_borrow<py::array>(object);
+  const auto refused = [&] {
+    return py::type_error(name + " is of type " + type_name(object) + ", expected an array of " + expected +
+                          ", or what numpy.asarray() makes one");
+  };
+  try {
+    const py::array array = py::module_::import("numpy").attr("asarray")(object);
+    if (std::string("biufc").find(array.dtype().kind()) == std::string::npos) throw refused();
+    return array;
+  } catch (const py::error_already_set& error) {
+    if (error.matches(PyExc_ValueError)) throw refused();  // rows of different lengths
+    throw;
+  }
+}
+
+py::value_error wrong_dtype(const py::array& array, const std::string& name, const char* expected) {
+  return py::value_error(name + " has dtype " + std::string(py::str(array.dtype())) + ", expected " + expected);
+}
+
+constexpr int kReadable = py::array::c_style | py::array::forcecast | py::detail::npy_api::NPY_ARRAY_ALIGNED_;
+
+/// As native Ts in C order; the same array where it is so already.
+template <typename T>
+py::array_t<T, kReadable> cast(const py::array& array) {
+  return {array};
+}
+
+/// Integers of another width as int32.
+template <typename Wide>
+py::array narrowed(const py::array& array, const std::string& name) {
+  using Limits = std::numeric_limits<int>;
+  const auto wide = cast<Wide>(array);
+  const Wide* const begin = wide.data();
+  const Wide* const end = begin + wide.size();
+  const Wide* const too_large = std::find_if(begin, end, [](Wide value) { return !std::in_range<int>(value); });
+  if (too_large != end)
+    throw py::value_error(name + " has the entry " + std::to_string(*too_large) + " at place " +
+                          std::to_string(too_large - begin) + ", must be from " + std::to_string(Limits::min()) +
+                          " to " + std::to_string(Limits::max()));
+  return cast<int>(wide);
+}
+
+bool has_shape(const py::array& array, Shape shape) {
+  if (array.ndim() != static_cast<py::ssize_t>(shape.size())) return false;
+  const py::ssize_t* given = array.shape();
+  for (const Extent& extent : shape) {
+    if (!extent.accepts(*given++)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+template <>
+py::array numbers_from<double>(const py::object& object, const std::string& name) {
+  const py::array array = as_array(object, name, kReals);
+  const char kind = array.dtype().kind();
+  if (kind != 'f' && kind != 'i' && kind != 'u') throw wrong_dtype(array, name, kReals);
+  return cast<double>(array);
+}
+
+template <>
+py::array numbers_from<int>(const py::object& object, const std::string& name) {
+  const py::array array = as_array(object, name, kIntegers);
+  const char kind = array.dtype().kind();
+  if (kind == 'b') throw wrong_dtype(array, name, "integers: indices, not a mask");
+  if (kind == 'u') return narrowed<uint64_t>(array, name);
+  if (kind == 'i') return array.itemsize() > 4 ? narrowed<int64_t>(array, name) : cast<int>(array);
+  if (kind == 'f' && array.size() == 0) return cast<int>(array);  // numpy makes [] an array of floats
+  throw wrong_dtype(array, name, kIntegers);
+}
 
 std::string shape_text(Shape shape) {
   std::string text;
@@ -18,13 +102,9 @@ std::string shape_text(const py::array& array) { return py::str(py::tuple(array.
 
 std::string type_name(py::handle object) { return py::str(py::type::handle_of(object).attr("__name__")); }
 
-bool has_shape(const py::array& array, Shape shape) {
-  if (array.ndim() != static_cast<py::ssize_t>(shape.size())) return false;
-  const py::ssize_t* given = array.shape();
-  for (const Extent& extent : shape) {
-    if (!extent.accepts(*given++)) return false;
-  }
-  return true;
+void require_shape(const py::array& array, const std::string& name, Shape shape, const char* rows) {
+  if (!has_shape(array, shape))
+    throw py::value_error(name + " has shape " + shape_text(array) + ", expected " + shape_text(shape) + ": " + rows);
 }
 
 arap::Positions positions_from(const py::object& object, const char* name, const Extent& rows, const char* rows_text) {
@@ -36,7 +116,13 @@ arap::Positions positions_from(const py::object& object, const char* name, const
 
 std::span<float> out_from(const py::object& object, py::ssize_t n_rows, const char* rows_text) {
   if (object.is_none()) return {};
-  py::array array = require_array<float>(object, "out", {n_rows, 3}, rows_text);
+  if (!py::isinstance<py::array>(object))
+    throw py::type_error("out is of type " + type_name(object) + ", expected a numpy array of float32");
+  auto array = py::reinterpret_borrow<py::array>(object);
+  if (!array.dtype().equal(py::dtype::of<float>())) throw wrong_dtype(array, "out", "float32");
+  require_shape(array, "out", {n_rows, 3}, rows_text);
+  if ((array.flags() & py::array::c_style) == 0)
+    throw py::value_error("out is not C-contiguous, expected rows one after the other: pass an array made by numpy");
   if (!array.writeable()) throw py::value_error("out is read-only, expected an array that can be written to");
   if ((array.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) == 0)
     throw py::value_error(

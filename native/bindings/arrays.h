@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Arrays of numpy in and out. What is not as expected is a TypeError or ValueError that says so.
+// Arrays of numpy in and out: converted where every number fits, else a TypeError or ValueError that says what is
+// wrong.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -12,7 +13,6 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -21,16 +21,6 @@
 namespace arap_native {
 
 namespace py = pybind11;
-
-template <typename T>
-inline constexpr const char* kDtype = nullptr;
-template <>
-inline constexpr const char* kDtype<double> = "float64";
-template <>
-inline constexpr const char* kDtype<float> = "float32";
-template <>
-inline constexpr const char* kDtype<int> = "int32";
-static_assert(sizeof(int) == 4 && sizeof(float) == 4 && sizeof(double) == 8);
 
 /// One dimension of an expected shape: a size, or a letter for any size.
 class Extent {
@@ -51,29 +41,24 @@ using Shape = std::initializer_list<Extent>;
 std::string shape_text(Shape shape);
 std::string shape_text(const py::array& array);
 std::string type_name(py::handle object);
-bool has_shape(const py::array& array, Shape shape);
 
-/// `object` as an array of native Ts in C order. Throws a TypeError or ValueError that says what was expected.
+/// `object`, an array or what numpy makes one, as float64 or int32 in C order; itself where it is so already. Throws a
+/// TypeError for what is no array, a ValueError for another kind of numbers or an integer that does not fit.
 template <typename T>
-py::array require_dtype(const py::object& object, const std::string& name) {
-  if (!py::isinstance<py::array>(object))
-    throw py::type_error(name + " is of type " + type_name(object) + ", expected a numpy array of " + kDtype<T>);
-  auto array = py::reinterpret_borrow<py::array>(object);
-  const py::dtype dtype = array.dtype();
-  const bool is_native = dtype.byteorder() == '=' || dtype.byteorder() == '|';
-  if (dtype.kind() != (std::is_floating_point_v<T> ? 'f' : 'i') || dtype.itemsize() != sizeof(T) || !is_native)
-    throw py::value_error(name + " has dtype " + std::string(py::str(dtype)) + ", expected " + kDtype<T>);
-  return array;
-}
+py::array numbers_from(const py::object& object, const std::string& name);
+template <>
+py::array numbers_from<double>(const py::object& object, const std::string& name);
+template <>
+py::array numbers_from<int>(const py::object& object, const std::string& name);
 
-/// The same for an array of exactly this shape; `rows` says what a row stands for.
+/// Throws a ValueError if the shape is another one; `rows` says what a row stands for.
+void require_shape(const py::array& array, const std::string& name, Shape shape, const char* rows);
+
+/// Such numbers in exactly this shape.
 template <typename T>
 py::array require_array(const py::object& object, const std::string& name, Shape shape, const char* rows) {
-  py::array array = require_dtype<T>(object, name);
-  if (!has_shape(array, shape))
-    throw py::value_error(name + " has shape " + shape_text(array) + ", expected " + shape_text(shape) + ": " + rows);
-  if ((array.flags() & py::array::c_style) == 0)
-    throw py::value_error(name + " is not C-contiguous, expected rows one after the other: pass a copy of it");
+  py::array array = numbers_from<T>(object, name);
+  require_shape(array, name, shape, rows);
   return array;
 }
 
@@ -92,7 +77,8 @@ std::vector<T> vector_from(const py::object& object, const std::string& name, co
 
 arap::Positions positions_from(const py::object& object, const char* name, const Extent& rows, const char* rows_text);
 
-/// The numbers of an array (n_rows, 3) that is written to; none for None. The array must outlive them.
+/// The numbers of a float32 array (n_rows, 3) in C order that is written to, so nothing is converted; none for None.
+/// The array must outlive them.
 std::span<float> out_from(const py::object& object, py::ssize_t n_rows, const char* rows_text = "one row per vertex");
 
 /// An array of `values`, whose numbers are Ts one after the other; it keeps them.

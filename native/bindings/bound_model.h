@@ -150,7 +150,7 @@ py::class_<BoundAs<Native>, BoundModel> bind_polygon_class(py::module_& m, const
                                                            const char* doc, const char* init_doc,
                                                            const char* begin_bind_doc) {
   return bind_class<Native>(m, jobs, doc, init_doc, begin_bind_doc, &mesh_from, py::arg("rest_positions"),
-                            py::arg("corner_vertices"), py::arg("face_sizes") = py::none());
+                            py::arg("faces"), py::arg("face_sizes") = py::none());
 }
 
 /// Adds the energy of a model that tells it.

@@ -26,10 +26,9 @@ struct CageInput {
   MeshArrays cage;
   arap::CageOptions options;
 
-  CageInput(Object given_points, Object rest_positions, Object corner_vertices, Object face_sizes,
-            const arap::CageOptions* given)
+  CageInput(Object given_points, Object rest_positions, Object faces, Object face_sizes, const arap::CageOptions* given)
       : points(positions_from(given_points, "points", "n", "one row per point")),
-        cage(mesh_from(rest_positions, corner_vertices, face_sizes)) {
+        cage(mesh_from(rest_positions, faces, face_sizes)) {
     if (given != nullptr) options = *given;
   }
 
@@ -97,15 +96,11 @@ arap::PolygonMesh made_cage(MeshArrays mesh, int cells) {
   return arap::make_cage(mesh_of(std::move(mesh)), cells);
 }
 
-/// What a mesh is made from: positions, corner_vertices, face_sizes.
-py::tuple arrays_of(const arap::PolygonMesh& mesh) {
+/// Positions, and (f, 4) faces.
+py::tuple arrays_of(const arap::PolygonMesh& cage) {
   std::vector<int> corners;
-  std::vector<int> sizes;
-  for (int f = 0; f < mesh.n_faces(); ++f) {
-    corners.insert(corners.end(), mesh.face(f).begin(), mesh.face(f).end());
-    sizes.push_back(static_cast<int>(mesh.face(f).size()));
-  }
-  return py::make_tuple(to_array(mesh.positions()), to_array(std::move(corners)), to_array(std::move(sizes)));
+  for (int f = 0; f < cage.n_faces(); ++f) corners.insert(corners.end(), cage.face(f).begin(), cage.face(f).end());
+  return py::make_tuple(to_array(cage.positions()), to_array(std::move(corners)).attr("reshape")(cage.n_faces(), 4));
 }
 
 }  // namespace
@@ -113,35 +108,34 @@ py::tuple arrays_of(const arap::PolygonMesh& mesh) {
 void bind_cage_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
   m.def(
       "make_cage",
-      [](Object rest_positions, Object corner_vertices, Object face_sizes, int cells) {
-        return arrays_of(made_cage(mesh_from(rest_positions, corner_vertices, face_sizes), cells));
+      [](Object rest_positions, Object faces, Object face_sizes, int cells) {
+        return arrays_of(made_cage(mesh_from(rest_positions, faces, face_sizes), cells));
       },
-      docstrings::make_cage, py::arg("rest_positions"), py::arg("corner_vertices"), py::arg("face_sizes") = py::none(),
+      docstrings::make_cage, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none(),
       py::arg("cells") = 10);
   const py::object none = py::none();
   using Options = arap::CageOptions;
   py::class_<BoundCage>(m, "CageDeformation", docstrings::CageDeformation)
-      .def(py::init([](Object points, Object rest_positions, Object corner_vertices, Object face_sizes,
-                       const Options* options, py::object progress) {
-             CageInput input(points, rest_positions, corner_vertices, face_sizes, options);
+      .def(py::init([](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options,
+                       py::object progress) {
+             CageInput input(points, rest_positions, faces, face_sizes, options);
              ProgressCall call(std::move(progress));
              const WithoutGil no_gil;
              return BoundCage::of(input.bind(call.function()));
            }),
-           docstrings::CageDeformation_init, py::arg("points"), py::arg("rest_positions"), py::arg("corner_vertices"),
+           docstrings::CageDeformation_init, py::arg("points"), py::arg("rest_positions"), py::arg("faces"),
            py::arg("face_sizes") = none, py::arg("options") = none, py::kw_only(), py::arg("progress") = none)
       .def_static(
           "begin_bind",
-          [jobs](Object points, Object rest_positions, Object corner_vertices, Object face_sizes,
-                 const Options* options) {
+          [jobs](Object points, Object rest_positions, Object faces, Object face_sizes, const Options* options) {
             return begin_job(
                 *jobs,
-                [input = CageInput(points, rest_positions, corner_vertices, face_sizes, options)](
+                [input = CageInput(points, rest_positions, faces, face_sizes, options)](
                     const arap::Progress& progress) mutable { return input.bind(progress); },
                 [](std::shared_ptr<const Native> native) { return py::cast(BoundCage::of(std::move(native))); });
           },
-          docstrings::CageDeformation_begin_bind, py::arg("points"), py::arg("rest_positions"),
-          py::arg("corner_vertices"), py::arg("face_sizes") = none, py::arg("options") = none)
+          docstrings::CageDeformation_begin_bind, py::arg("points"), py::arg("rest_positions"), py::arg("faces"),
+          py::arg("face_sizes") = none, py::arg("options") = none)
       .def("deform", &BoundCage::deform, docstrings::CageDeformation_deform, py::arg("cage_positions"), py::kw_only(),
            py::arg("out") = none)
       .def("weights", &BoundCage::weights, docstrings::CageDeformation_weights, py::arg("point"))

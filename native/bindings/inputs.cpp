@@ -22,27 +22,38 @@ arap::Patches patches_from(const py::object& object) {
   return patches;
 }
 
+/// Adds faces that are lists of their own, of any lengths.
+void add_faces(MeshArrays& mesh, const py::object& faces) {
+  py::list corner_vertices;
+  for (const py::handle face : faces) {
+    if (!py::isinstance<py::sequence>(face))
+      throw py::type_error(py::str("faces[{}] is of type {}, expected a list of vertices: flat faces need face_sizes")
+                               .format(mesh.face_sizes.size(), type_name(face)));
+    corner_vertices.attr("extend")(face);
+    mesh.face_sizes.push_back(static_cast<int>(py::len(face)));
+  }
+  mesh.corner_vertices = vector_from<int>(corner_vertices, "faces", "c", "one number per vertex of a face");
+}
+
 }  // namespace
 
-MeshArrays mesh_from(const py::object& rest_positions, const py::object& corner_vertices,
-                     const py::object& face_sizes) {
+MeshArrays mesh_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes) {
   MeshArrays mesh{positions_from(rest_positions, "rest_positions", "n", "one row per vertex"), {}, {}};
-  const bool is_triangles = require_dtype<int>(corner_vertices, "corner_vertices").ndim() == 2;
-  if (is_triangles && !face_sizes.is_none())
-    throw py::value_error(
-        "corner_vertices has two dimensions and face_sizes is given, expected one of them: (m, 3) "
-        "triangles alone, or (c,) corners with face_sizes");
-  if (is_triangles) {
+  if (!face_sizes.is_none()) {
     mesh.corner_vertices =
-        to_vector<int>(require_array<int>(corner_vertices, "corner_vertices", {"m", 3}, "one row per triangle"));
-    mesh.face_sizes.assign(mesh.corner_vertices.size() / 3, 3);
-    return mesh;
+        vector_from<int>(faces, "faces", "c", "one face after the other, as face_sizes says how long each is");
+    mesh.face_sizes = vector_from<int>(face_sizes, "face_sizes", "f", "one entry per face");
+  } else if (py::isinstance<py::list>(faces) || py::isinstance<py::tuple>(faces)) {
+    add_faces(mesh, faces);
+  } else {
+    const py::array array =
+        require_array<int>(faces, "faces", {"m", "k"}, "one row per face; flat faces need face_sizes");
+    const py::ssize_t n_corners = array.shape(1);
+    if (n_corners < 3)
+      throw py::value_error("faces has shape " + shape_text(array) + ", expected three or more vertices in a row");
+    mesh.corner_vertices = to_vector<int>(array);
+    mesh.face_sizes.assign(static_cast<size_t>(array.shape(0)), static_cast<int>(n_corners));
   }
-  mesh.corner_vertices =
-      vector_from<int>(corner_vertices, "corner_vertices", "c", "one entry per corner, or (m, 3) for triangles");
-  if (face_sizes.is_none())
-    throw py::value_error("face_sizes is None, expected (f,) int32: only corner_vertices of shape (m, 3) need none");
-  mesh.face_sizes = vector_from<int>(face_sizes, "face_sizes", "f", "one entry per face");
   return mesh;
 }
 

@@ -28,7 +28,8 @@ struct MeshArrays {
   std::vector<int> face_sizes;
 };
 
-MeshArrays mesh_from(const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes);
+/// @param faces  a row or a list per face, or with `face_sizes` one face after the other
+MeshArrays mesh_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes);
 arap::PolygonMesh mesh_of(MeshArrays arrays);
 
 /// What a TetMesh is made of.

@@ -69,8 +69,8 @@ PYBIND11_MODULE(_native, m) {
   py::module_::import("atexit").attr("register")(py::cpp_function([jobs] { jobs->close(); }));
   m.def(
       "same_places",
-      [](const py::object& rest_positions, const py::object& corner_vertices, const py::object& face_sizes) {
-        MeshArrays mesh = mesh_from(rest_positions, corner_vertices, face_sizes);
+      [](const py::object& rest_positions, const py::object& faces, const py::object& face_sizes) {
+        MeshArrays mesh = mesh_from(rest_positions, faces, face_sizes);
         std::vector<int> places;
         {
           const WithoutGil no_gil;
@@ -78,8 +78,7 @@ PYBIND11_MODULE(_native, m) {
         }
         return to_array(std::move(places));
       },
-      docstrings::same_places, py::arg("rest_positions"), py::arg("corner_vertices"),
-      py::arg("face_sizes") = py::none());
+      docstrings::same_places, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
   for (const char* name : {"CageDeformation", "CageOptions", "Cancelled", "EmbeddedDeformation", "EmbeddedOptions",
                            "Job", "LatticeArap", "LatticeOptions", "LatticeTets", "Model", "Options", "PoissonEditing",

@@ -26,8 +26,8 @@ py::tuple patch_around(const Bound& model, const py::object& vertices, double ra
 
 std::unique_ptr<JobHandle> begin_patches(const Bound& model, Jobs& jobs, const py::object& around,
                                          const py::object& radii) {
-  if (!py::isinstance<py::list>(around))
-    throw py::type_error("around is of type " + type_name(around) + ", expected a list of numpy arrays of int32");
+  if (!py::isinstance<py::sequence>(around))
+    throw py::type_error("around is of type " + type_name(around) + ", expected a list of arrays of integers");
   std::vector<std::vector<int>> groups;
   for (const py::handle vertices : around)
     groups.push_back(vector_from<int>(py::reinterpret_borrow<py::object>(vertices), "an array of around", "k",

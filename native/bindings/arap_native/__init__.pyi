@@ -1,12 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # ruff: noqa: PYI021  the one place of the documentation: the compiled objects take theirs from here
-"""As-rigid-as-possible deformation of surfaces and of what is inside them: the native solver.
+"""As-rigid-as-possible deformation of surfaces and of what is inside them, and other models: the native solver.
 
-Arrays are C-contiguous numpy arrays of exactly the stated dtype and shape; nothing is converted silently: a wrong one
-raises ValueError that states the expected and the given dtype or shape, what is no array at all TypeError. Solver
-failures raise RuntimeError. Every long call releases the GIL and takes ``progress``, called with the fraction done in
-[0, 1]; it stops the call by returning False. What it raises, and Ctrl-C, ends the call too. A call that was stopped has
-changed nothing.
+All models have three acts with three costs, those of the class Model:
+
+    model = SurfaceArap(rest_positions, faces)  # binds a mesh
+    model.set_constraints(vertices)  # which vertices are pins and handles: factorizes
+    result = model.solve(targets)  # where these go: result.positions; again for each motion of the handles
+
+SurfaceArap, LatticeArap, PoissonEditing and EmbeddedDeformation take polygons, TetArap tetrahedra. Only CageDeformation
+is no Model: a cage is made to move by all of its vertices, so nothing is left to solve.
+
+Arrays are given in any dtype, byte order and memory order, or as lists. Numbers are read as float64, integers (never
+floats or booleans) as int32, which they must fit; arrays that are so already, in C order, are read fastest. All are
+copied, but ``out``, which is written to. Results are float64 and int32. What cannot be read raises ValueError that
+states the expected and the given dtype or shape; what is no array at all TypeError. Solver failures raise RuntimeError.
+
+Every long call releases the GIL and takes ``progress``, called with the fraction done in [0, 1]; it stops the call by
+returning False. What it raises, and Ctrl-C, ends the call too. A call that was stopped has changed nothing.
 
 The methods begin_...() do the same in a thread of the module's own, which never takes the GIL, and return a Job at
 once. Whoever draws a window looks at it now and then.
@@ -15,11 +26,11 @@ Different objects may work in different threads at once. One object serves one c
 another thread or from the first one's ``progress``, raises RuntimeError.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 
@@ -237,27 +248,27 @@ class SolveResult:
         """Vertices in no face or tetrahedron, left at rest unless constrained."""
 
 class Model:
-    """A mesh bound to a model of deformation: what all classes of models have in common."""
+    """A mesh bound to a model of deformation: what all classes of models have in common. Made by one of these."""
 
     def set_constraints(
         self,
-        vertices: NDArray[np.int32],
-        strengths: NDArray[np.float64] | None = None,
-        patches: tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]] | None = None,
-        segments: NDArray[np.float64] | None = None,
+        vertices: ArrayLike,
+        strengths: ArrayLike | None = None,
+        patches: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
+        segments: ArrayLike | None = None,
         *,
         progress: Progress | None = None,
     ) -> None:
         """Sets which vertices are constrained and factorizes; the same set again costs nothing.
 
         Args:
-            vertices: (k,) int32, each at most once.
-            strengths: (k,) float64 in (0, 1]; None: all hard. 1 is hard, s < 1 soft: it adds
+            vertices: (k,) integers, each at most once.
+            strengths: (k,) numbers in (0, 1]; None: all hard. 1 is hard, s < 1 soft: it adds
                 omega_i |p'_i - target|^2 to the energy 1/2 <p', K p'> + ..., with omega_i = K_ii s / (1 - s). At 1/3
                 the target pulls at a vertex as strongly as its neighbours do.
-            patches: (offsets, vertices, weights): weighted averages held exactly; patch p is the entries
-                offsets[p]:offsets[p + 1].
-            segments: (s, 2, 3) float64, head and tail of bones at rest, for models with an inside. What is around one
+            patches: (offsets, vertices, weights), integers but for the weights: weighted averages held exactly; patch p
+                is the entries offsets[p]:offsets[p + 1].
+            segments: (s, 2, 3) numbers, head and tail of bones at rest, for models with an inside. What is around one
                 moves as one body, but for some of it at each end, where bones meet.
             progress: may stop the work by returning False.
 
@@ -268,30 +279,30 @@ class Model:
 
     def begin_set_constraints(
         self,
-        vertices: NDArray[np.int32],
-        strengths: NDArray[np.float64] | None = None,
-        patches: tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]] | None = None,
-        segments: NDArray[np.float64] | None = None,
+        vertices: ArrayLike,
+        strengths: ArrayLike | None = None,
+        patches: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
+        segments: ArrayLike | None = None,
     ) -> Job[None]:
         """set_constraints() as a job."""
 
     def solve(
         self,
-        targets: NDArray[np.float64],
+        targets: ArrayLike,
         options: SolveOptions | None = None,
         *,
-        rotations: NDArray[np.float64] | None = None,
+        rotations: ArrayLike | None = None,
         progress: Progress | None = None,
         out: NDArray[np.float32] | None = None,
     ) -> SolveResult:
         """Moves the mesh towards the targets.
 
         Args:
-            targets: (k + n_patches + 4 n_segments, 3) float64, one row per constrained vertex, then one per patch, then
+            targets: (k + n_patches + 4 n_segments, 3) numbers, one row per constrained vertex, then one per patch, then
                 four per segment: where its head goes, and head + l x, head + l y and head + l z, with its length l and
                 the axes x, y, z.
             options: see SolveOptions.
-            rotations: (k + n_patches + 4 n_segments, 3, 3) float64, the rotation of each target's handle, for the
+            rotations: (k + n_patches + 4 n_segments, 3, 3) numbers, the rotation of each target's handle, for the
                 initial guess "handle_rotations"; None: estimated from the targets.
             progress: may stop by returning False: then nothing has changed and stop_reason is "cancelled".
             out: (n, 3) float32, takes the positions in place of a new array: for every frame of a drag the same.
@@ -303,10 +314,10 @@ class Model:
 
     def begin_solve(
         self,
-        targets: NDArray[np.float64],
+        targets: ArrayLike,
         options: SolveOptions | None = None,
         *,
-        rotations: NDArray[np.float64] | None = None,
+        rotations: ArrayLike | None = None,
         out: NDArray[np.float32] | None = None,
     ) -> Job[SolveResult]:
         """solve() as a job. Until it is done, ``out`` is written to at any time."""
@@ -314,8 +325,8 @@ class Model:
     def reset(self) -> None:
         """Back to the rest positions; constraints stay."""
 
-    def set_positions(self, positions: NDArray[np.float64]) -> None:
-        """Starts the next solve from ``positions``, (n, 3) float64, or from as near to them as the model can be."""
+    def set_positions(self, positions: ArrayLike) -> None:
+        """Starts the next solve from ``positions``, (n, 3), or from as near to them as the model can be."""
     @property
     def positions(self) -> NDArray[np.float64]:
         """(n, 3) float64 where the mesh is now (a copy)."""
@@ -343,25 +354,25 @@ class SurfaceArap(Model):
 
     def __init__(
         self,
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
         options: Options | None = None,
         *,
-        stiffness: NDArray[np.float64] | None = None,
-        rigid_regions: NDArray[np.int32] | None = None,
+        stiffness: ArrayLike | None = None,
+        rigid_regions: ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> None:
         """Binds a mesh.
 
         Args:
-            rest_positions: (n, 3) float64.
-            corner_vertices: (c,) int32, the faces' vertices, one face after the other; or (m, 3) int32 triangles,
-                then ``face_sizes`` may be None.
-            face_sizes: (f,) int32, consecutive entries of ``corner_vertices`` per face.
+            rest_positions: (n, 3) numbers.
+            faces: (m, k) integers, a row of vertices per face: (m, 3) triangles, (m, 4) quads; or a list of lists, for
+                faces of different lengths; or (c,) integers, one face after the other, with ``face_sizes``.
+            face_sizes: (f,) integers, the length of each face; None if ``faces`` has a row or list per face.
             options: see Options.
-            stiffness: (n,) float64, 1e-12 to 1e12, scales the cell of a vertex; 1 is normal.
-            rigid_regions: (n,) int32, region of each vertex, negative for none; a region moves as one rigid body.
+            stiffness: (n,) numbers, 1e-12 to 1e12, scales the cell of a vertex; 1 is normal.
+            rigid_regions: (n,) integers, region of each vertex, negative for none; a region moves as one rigid body.
             progress: may stop the bind by returning False.
 
         Raises:
@@ -371,18 +382,18 @@ class SurfaceArap(Model):
 
     @staticmethod
     def begin_bind(
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
         options: Options | None = None,
         *,
-        stiffness: NDArray[np.float64] | None = None,
-        rigid_regions: NDArray[np.int32] | None = None,
+        stiffness: ArrayLike | None = None,
+        rigid_regions: ArrayLike | None = None,
     ) -> Job[SurfaceArap]:
         """Begins to bind a mesh: the constructor as a job."""
 
     def patch_around(
-        self, vertices: NDArray[np.int32], radius: float = 0.0
+        self, vertices: ArrayLike, radius: float = 0.0
     ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
         """A round patch of the surface, for set_constraints.
 
@@ -390,7 +401,7 @@ class SurfaceArap(Model):
         would pull a spike.
 
         Args:
-            vertices: (k,) int32, what the patch lies around.
+            vertices: (k,) integers, what the patch lies around.
             radius: as a fraction of the rest bounding-box diagonal; 0: 1.5 times Options.rigidity_radius.
 
         Returns:
@@ -402,18 +413,18 @@ class SurfaceArap(Model):
         """
 
     def begin_patches(
-        self, around: list[NDArray[np.int32]], radii: NDArray[np.float64]
+        self, around: Sequence[ArrayLike], radii: ArrayLike
     ) -> Job[list[tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]]]:
         """patch_around() for many, as a job: patch i lies around the vertices around[i] and has radius radii[i]."""
 
-    def energy(self, positions: NDArray[np.float64]) -> float:
-        """Energy that a solve minimizes, at ``positions``, (n, 3) float64, without constraint terms.
+    def energy(self, positions: ArrayLike) -> float:
+        """Energy that a solve minimizes, at ``positions``, (n, 3), without constraint terms.
 
         Rotations are the best for these positions; each rigid region uses the best-fit rotation of its vertices.
         Vertices joined by Options.join_seams are represented by the first one.
         """
 
-    def energy_gradient(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    def energy_gradient(self, positions: ArrayLike) -> NDArray[np.float64]:
         """(n, 3) float64 gradient of energy() at ``positions``; 0 at joined vertices other than the first."""
 
 class LatticeArap(Model):
@@ -427,21 +438,21 @@ class LatticeArap(Model):
 
     def __init__(
         self,
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
         options: LatticeOptions | None = None,
         *,
-        stiffness: NDArray[np.float64] | None = None,
-        rigid_regions: NDArray[np.int32] | None = None,
+        stiffness: ArrayLike | None = None,
+        rigid_regions: ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> None:
         """Binds a mesh.
 
         Args:
-            rest_positions, corner_vertices, face_sizes, rigid_regions, progress: as for SurfaceArap.
+            rest_positions, faces, face_sizes, rigid_regions, progress: as for SurfaceArap.
             options: see LatticeOptions.
-            stiffness: (n,) float64, 1e-12 to 1e12; a cube is as stiff as the vertices in it. 1 is normal.
+            stiffness: (n,) numbers, 1e-12 to 1e12; a cube is as stiff as the vertices in it. 1 is normal.
 
         Raises:
             ValueError: as for SurfaceArap; or there are no faces, or they have no size.
@@ -450,21 +461,21 @@ class LatticeArap(Model):
 
     @staticmethod
     def begin_bind(
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
         options: LatticeOptions | None = None,
         *,
-        stiffness: NDArray[np.float64] | None = None,
-        rigid_regions: NDArray[np.int32] | None = None,
+        stiffness: ArrayLike | None = None,
+        rigid_regions: ArrayLike | None = None,
     ) -> Job[LatticeArap]:
         """Begins to bind a mesh: the constructor as a job."""
 
-    def segments_outside(self, segments: NDArray[np.float64]) -> NDArray[np.int32]:
+    def segments_outside(self, segments: ArrayLike) -> NDArray[np.int32]:
         """Indices of the segments that can hold nothing, as they pass through nothing that is inside.
 
         Args:
-            segments: (s, 2, 3) float64, as for set_constraints(), which refuses them.
+            segments: (s, 2, 3) numbers, as for set_constraints(), which refuses them.
         """
     def cube_corners(self) -> NDArray[np.float64]:
         """(8 n_cubes, 3) float64 where the corners of the cubes are now, in the space of the rest positions.
@@ -501,9 +512,9 @@ class PoissonEditing(Model):
 
     def __init__(
         self,
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
         options: PoissonOptions | None = None,
         *,
         progress: Progress | None = None,
@@ -511,7 +522,7 @@ class PoissonEditing(Model):
         """Binds a mesh.
 
         Args:
-            rest_positions, corner_vertices, face_sizes, progress: as for SurfaceArap.
+            rest_positions, faces, face_sizes, progress: as for SurfaceArap.
             options: see PoissonOptions.
 
         Raises:
@@ -521,9 +532,9 @@ class PoissonEditing(Model):
 
     @staticmethod
     def begin_bind(
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
         options: PoissonOptions | None = None,
     ) -> Job[PoissonEditing]:
         """Begins to bind a mesh: the constructor as a job."""
@@ -537,9 +548,9 @@ class EmbeddedDeformation(Model):
 
     def __init__(
         self,
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
         options: EmbeddedOptions | None = None,
         *,
         progress: Progress | None = None,
@@ -547,7 +558,7 @@ class EmbeddedDeformation(Model):
         """Binds a mesh.
 
         Args:
-            rest_positions, corner_vertices, face_sizes, progress: as for SurfaceArap.
+            rest_positions, faces, face_sizes, progress: as for SurfaceArap.
             options: see EmbeddedOptions.
 
         Raises:
@@ -557,9 +568,9 @@ class EmbeddedDeformation(Model):
 
     @staticmethod
     def begin_bind(
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
         options: EmbeddedOptions | None = None,
     ) -> Job[EmbeddedDeformation]:
         """Begins to bind a mesh: the constructor as a job."""
@@ -580,21 +591,21 @@ class TetArap(Model):
 
     def __init__(
         self,
-        rest_positions: NDArray[np.float64],
-        tets: NDArray[np.int32],
+        rest_positions: ArrayLike,
+        tets: ArrayLike,
         options: TetOptions | None = None,
         *,
-        stiffness: NDArray[np.float64] | None = None,
-        rigid_regions: NDArray[np.int32] | None = None,
+        stiffness: ArrayLike | None = None,
+        rigid_regions: ArrayLike | None = None,
         progress: Progress | None = None,
     ) -> None:
         """Binds a mesh.
 
         Args:
-            rest_positions: (n, 3) float64.
-            tets: (m, 4) int32, the vertices of each tetrahedron; either orientation serves.
+            rest_positions: (n, 3) numbers.
+            tets: (m, 4) integers, the vertices of each tetrahedron; either orientation serves.
             options: see TetOptions.
-            stiffness: (n,) float64, 1e-12 to 1e12; a tetrahedron has the geometric mean of its vertices'. 1 is normal.
+            stiffness: (n,) numbers, 1e-12 to 1e12; a tetrahedron has the geometric mean of its vertices'. 1 is normal.
             rigid_regions, progress: as for SurfaceArap.
 
         Raises:
@@ -605,22 +616,22 @@ class TetArap(Model):
 
     @staticmethod
     def begin_bind(
-        rest_positions: NDArray[np.float64],
-        tets: NDArray[np.int32],
+        rest_positions: ArrayLike,
+        tets: ArrayLike,
         options: TetOptions | None = None,
         *,
-        stiffness: NDArray[np.float64] | None = None,
-        rigid_regions: NDArray[np.int32] | None = None,
+        stiffness: ArrayLike | None = None,
+        rigid_regions: ArrayLike | None = None,
     ) -> Job[TetArap]:
         """Begins to bind a mesh: the constructor as a job."""
 
-    def energy(self, positions: NDArray[np.float64]) -> float:
-        """Energy that a solve minimizes, at ``positions``, (n, 3) float64, without constraint terms.
+    def energy(self, positions: ArrayLike) -> float:
+        """Energy that a solve minimizes, at ``positions``, (n, 3), without constraint terms.
 
         Rotations are the best for these positions; each rigid region uses the best-fit rotation of its vertices.
         """
 
-    def energy_gradient(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    def energy_gradient(self, positions: ArrayLike) -> NDArray[np.float64]:
         """(n, 3) float64 gradient of energy() at ``positions``."""
 
 class LatticeTets:
@@ -693,16 +704,17 @@ class LatticeTets:
 class CageDeformation:
     """Points that a coarse closed mesh around them carries. Construction computes their weights.
 
-    A point goes to the sum of its weights times the positions of the cage's vertices, with "green" also times the
-    stretched normals of its triangles. Calls may run in several threads at once.
+    No Model, since nothing is constrained or solved: deform() is given all vertices of the cage, and a point goes to
+    the sum of its weights times their positions, with "green" also times the stretched normals of the triangles. Calls
+    may run in several threads at once.
     """
 
     def __init__(
         self,
-        points: NDArray[np.float64],
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
+        points: ArrayLike,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
         options: CageOptions | None = None,
         *,
         progress: Progress | None = None,
@@ -710,8 +722,8 @@ class CageDeformation:
         """Computes the weights of points in a cage.
 
         Args:
-            points: (n, 3) float64 at rest, at least one.
-            rest_positions, corner_vertices, face_sizes: the cage, arrays as for SurfaceArap: triangles and quads,
+            points: (n, 3) numbers at rest, at least one.
+            rest_positions, faces, face_sizes: the cage, arrays as for SurfaceArap: triangles and quads,
                 closed, oriented alike, outwards or inwards.
             options: see CageOptions.
             progress: may stop the work by returning False.
@@ -724,19 +736,19 @@ class CageDeformation:
 
     @staticmethod
     def begin_bind(
-        points: NDArray[np.float64],
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
+        points: ArrayLike,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
         options: CageOptions | None = None,
     ) -> Job[CageDeformation]:
         """Begins to compute the weights: the constructor as a job."""
 
-    def deform(self, cage_positions: NDArray[np.float64], *, out: NDArray[np.float32] | None = None) -> NDArray[Any]:
+    def deform(self, cage_positions: ArrayLike, *, out: NDArray[np.float32] | None = None) -> NDArray[Any]:
         """Where the points go when the cage's vertices are at these positions.
 
         Args:
-            cage_positions: (n_vertices, 3) float64.
+            cage_positions: (n_vertices, 3) numbers.
             out: (n, 3) float32, takes the result in place of a new array: for every frame of a drag the same.
 
         Returns:
@@ -767,31 +779,31 @@ class CageDeformation:
         """Threads in use."""
 
 def make_cage(
-    rest_positions: NDArray[np.float64],
-    corner_vertices: NDArray[np.int32],
-    face_sizes: NDArray[np.int32] | None = None,
+    rest_positions: ArrayLike,
+    faces: ArrayLike,
+    face_sizes: ArrayLike | None = None,
     cells: int = 10,
-) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]:
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """A cage of quads around a mesh, for a CageDeformation: the outside of the cubes that it is in or near, smoothed.
 
     The mesh may be open, or of several parts; holes smaller than a cube are closed. It is nowhere nearer to the cage
     than a seventh of a cube.
 
     Args:
-        rest_positions, corner_vertices, face_sizes: the mesh, as for SurfaceArap.
+        rest_positions, faces, face_sizes: the mesh, as for SurfaceArap.
         cells: cubes along the longest side of its bounding box, 2 to 50.
 
     Returns:
-        (c, 3) float64 positions, (4 f,) int32 corner vertices, and (f,) int32 face sizes.
+        (c, 3) float64 positions and (f, 4) int32 faces.
 
     Raises:
         ValueError: bad arrays or ``cells``, or a mesh without faces or size.
     """
 
 def same_places(
-    rest_positions: NDArray[np.float64],
-    corner_vertices: NDArray[np.int32],
-    face_sizes: NDArray[np.int32] | None = None,
+    rest_positions: ArrayLike,
+    faces: ArrayLike,
+    face_sizes: ArrayLike | None = None,
 ) -> NDArray[np.int32]:
     """For each vertex the first one at its place, (n,) int32.
 

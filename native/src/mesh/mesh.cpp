@@ -28,7 +28,7 @@ PolygonMesh::PolygonMesh(Positions positions, std::vector<int> corner_vertices, 
     face_offsets_.push_back(static_cast<int>(n_corners));
   }
   if (n_corners != static_cast<int64_t>(corner_vertices_.size()))
-    throw InvalidInput(text("corner_vertices has ", corner_vertices_.size(), " entries, but face_sizes adds up to ",
+    throw InvalidInput(text("the faces have ", corner_vertices_.size(), " corners, but face_sizes adds up to ",
                             n_corners, n_corners > static_cast<int64_t>(corner_vertices_.size()) ? " or more" : ""));
 
   MeshPartFinder finder(n_vertices());

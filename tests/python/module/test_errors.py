@@ -26,40 +26,7 @@ def message(error: type[Exception], call, *arguments, **keywords) -> str:
     return str(caught.value)
 
 
-# -------------------------------------------------------------------------------------------------------- arrays
-
-
-@pytest.mark.parametrize(
-    ("positions", "error", "expected"),
-    [
-        (MESH.positions.tolist(), TypeError, "rest_positions is of type list, expected a numpy array of float64"),
-        (None, TypeError, "rest_positions is of type NoneType, expected a numpy array of float64"),
-        (MESH.positions.astype(np.float32), ValueError, "rest_positions has dtype float32, expected float64"),
-        (MESH.positions.astype(">f8"), ValueError, "rest_positions has dtype >f8, expected float64"),
-        (
-            MESH.positions.ravel(),
-            ValueError,
-            "rest_positions has shape (288,), expected (n, 3): one row per vertex",
-        ),
-        (
-            MESH.positions[:, :2].copy(),
-            ValueError,
-            "rest_positions has shape (96, 2), expected (n, 3): one row per vertex",
-        ),
-        (
-            np.asfortranarray(MESH.positions),
-            ValueError,
-            "rest_positions is not C-contiguous, expected rows one after the other: pass a copy of it",
-        ),
-        (
-            np.repeat(MESH.positions, 2, axis=0)[::2],
-            ValueError,
-            "rest_positions is not C-contiguous, expected rows one after the other: pass a copy of it",
-        ),
-    ],
-)
-def test_what_is_wrong_with_an_array(positions, error, expected):
-    assert message(error, arap_native.SurfaceArap, positions, *MESH[1:]) == expected
+# ------------------------------------------------------------------------------------------ arrays: see test_arrays
 
 
 def test_what_is_wrong_with_an_array_to_write_to(solver):
@@ -67,53 +34,19 @@ def test_what_is_wrong_with_an_array_to_write_to(solver):
         return message(ValueError, solver.solve, MESH.positions[VERTICES], out=out)
 
     good = np.zeros(MESH.positions.shape, np.float32)
+    assert message(TypeError, solver.solve, MESH.positions[VERTICES], out=good.tolist()) == (
+        "out is of type list, expected a numpy array of float32"
+    )
     assert said(good.astype(np.float64)) == "out has dtype float64, expected float32"
+    assert said(good.astype(">f4")) == "out has dtype >f4, expected float32"
+    assert said(np.asfortranarray(good)) == (
+        "out is not C-contiguous, expected rows one after the other: pass an array made by numpy"
+    )
     assert said(good[:-1].copy()) == "out has shape (95, 3), expected (96, 3): one row per vertex"
     odd = np.frombuffer(bytearray(good.nbytes + 1), np.float32, offset=1).reshape(good.shape)
     assert said(odd) == "out is not aligned, expected numbers at multiples of their size: pass an array made by numpy"
     good.flags.writeable = False
     assert said(good) == "out is read-only, expected an array that can be written to"
-
-
-def test_nothing_is_converted(solver):
-    """One wrong dtype per array argument: int64 is what numpy makes of a list, float32 what Blender gives."""
-    narrow, wide = np.zeros(3, np.float32), np.zeros(3, np.int64)
-    bind = arap_native.SurfaceArap
-    float32, int64 = "dtype float32, expected float64", "dtype int64, expected int32"
-    assert message(ValueError, bind, MESH.positions, wide) == f"corner_vertices has {int64}"
-    assert message(ValueError, bind, *MESH[:2], wide) == f"face_sizes has {int64}"
-    unsigned = MESH.face_sizes.astype(np.uint32)
-    assert message(ValueError, bind, *MESH[:2], unsigned) == "face_sizes has dtype uint32, expected int32"
-    assert message(ValueError, bind, *MESH, stiffness=narrow) == f"stiffness has {float32}"
-    assert message(ValueError, bind, *MESH, rigid_regions=wide) == f"rigid_regions has {int64}"
-    assert message(ValueError, solver.set_constraints, wide, STRENGTHS) == f"vertices has {int64}"
-    assert message(ValueError, solver.set_constraints, VERTICES, narrow) == f"strengths has {float32}"
-    assert message(ValueError, solver.solve, narrow) == f"targets has {float32}"
-    assert message(ValueError, solver.solve, twisted_ends(MESH), rotations=narrow) == f"rotations has {float32}"
-    assert message(ValueError, solver.set_positions, narrow) == f"positions has {float32}"
-    assert message(ValueError, solver.energy, narrow) == f"positions has {float32}"
-    assert message(ValueError, solver.energy_gradient, narrow) == f"positions has {float32}"
-
-
-def test_shapes_of_the_faces():
-    bind = arap_native.SurfaceArap
-    corners, sizes = MESH.corner_vertices, MESH.face_sizes
-    assert message(ValueError, bind, MESH.positions, corners) == (
-        "face_sizes is None, expected (f,) int32: only corner_vertices of shape (m, 3) need none"
-    )
-    assert message(ValueError, bind, MESH.positions, corners[:12].reshape(3, 4)) == (
-        "corner_vertices has shape (3, 4), expected (m, 3): one row per triangle"
-    )
-    assert message(ValueError, bind, MESH.positions, corners[:12].reshape(4, 3), sizes) == (
-        "corner_vertices has two dimensions and face_sizes is given, expected one of them: (m, 3) triangles alone, or "
-        "(c,) corners with face_sizes"
-    )
-    assert message(ValueError, bind, MESH.positions, corners[:8].reshape(2, 2, 2), sizes) == (
-        "corner_vertices has shape (2, 2, 2), expected (c,): one entry per corner, or (m, 3) for triangles"
-    )
-    assert message(ValueError, bind, MESH.positions, corners, sizes[:, None]) == (
-        "face_sizes has shape (90, 1), expected (f,): one entry per face"
-    )
 
 
 def test_lengths_of_vertex_properties():
@@ -140,7 +73,7 @@ def test_shapes_of_constraints(solver):
     [
         (PATCH[0], TypeError, "patches is not a tuple of three arrays, expected (offsets, vertices, weights)"),
         (PATCH[:2], TypeError, "patches is not a tuple of three arrays, expected (offsets, vertices, weights)"),
-        ((PATCH[0].astype(float), *PATCH[1:]), ValueError, "patch offsets has dtype float64, expected int32"),
+        ((PATCH[0].astype(float), *PATCH[1:]), ValueError, "patch offsets has dtype float64, expected integers"),
         (
             (PATCH[0][None], *PATCH[1:]),
             ValueError,
@@ -181,7 +114,6 @@ def test_patch_around_names_what_is_wrong(solver):
     assert message(ValueError, solver.patch_around, np.array([96], np.int32)) == (
         "vertex 96 is out of range, the mesh has vertices 0 to 95"
     )
-    assert message(ValueError, solver.patch_around, np.array([0], np.int64)).startswith("vertices ")
     assert message(ValueError, solver.patch_around, np.array([0], np.int32), -1.0) == (
         "radius = -1, must be finite and >= 0; 0 is the default"
     )

@@ -168,10 +168,10 @@ def test_only_begin_makes_a_job():
 
 def test_patches_name_what_is_wrong():
     solver = held_at_ends(MESH)
-    with pytest.raises(TypeError, match=r"^around is of type ndarray, expected a list of numpy arrays of int32$"):
-        solver.begin_patches(np.zeros(1, np.int32), np.zeros(1))
-    with pytest.raises(ValueError, match=r"^an array of around has dtype int64, expected int32$"):
-        solver.begin_patches([np.zeros(1, np.int64)], np.zeros(1))
+    with pytest.raises(TypeError, match=r"^around is of type int, expected a list of arrays of integers$"):
+        solver.begin_patches(1, np.zeros(1))
+    with pytest.raises(ValueError, match=r"^an array of around has dtype float64, expected integers$"):
+        solver.begin_patches([np.zeros(1)], np.zeros(1))
     with pytest.raises(ValueError, match=r"^radii has shape \(2,\), expected \(1,\): one entry per patch$"):
         solver.begin_patches([np.zeros(1, np.int32)], np.zeros(2))
 

@@ -105,7 +105,7 @@ def test_signatures_have_the_defaults_in_use():
     for model in (arap_native.SurfaceArap, arap_native.LatticeArap):
         assert list(inspect.signature(model).parameters) == [
             "rest_positions",
-            "corner_vertices",
+            "faces",
             "face_sizes",
             "options",
             "stiffness",
@@ -115,7 +115,7 @@ def test_signatures_have_the_defaults_in_use():
 
     assert list(inspect.signature(arap_native.PoissonEditing).parameters) == [
         "rest_positions",
-        "corner_vertices",
+        "faces",
         "face_sizes",
         "options",
         "progress",
@@ -167,13 +167,12 @@ def test_the_readmes_example_works_as_written():
     lines = [line.removeprefix("    ") for line in section.splitlines() if line.startswith("    ")]
     assert len(lines) == 2
     mesh = tube()
-    names = mesh._asdict() | {
+    names = {
         "arap_native": arap_native,
         "rest_positions": mesh.positions,
+        "faces": np.split(mesh.corner_vertices, np.cumsum(mesh.face_sizes)[:-1]),
         "vertices": ends(mesh),
-        "strengths": np.ones(len(ends(mesh))),
         "targets": twisted_ends(mesh),
     }
-    del names["positions"]
     exec("\n".join(lines), names)
     assert names["positions"][ends(mesh)] == pytest.approx(twisted_ends(mesh))

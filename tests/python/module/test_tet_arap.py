@@ -103,9 +103,7 @@ def test_options_are_named_values():
 def test_what_is_wrong_is_told_in_words():
     positions, tets = bar()
     with pytest.raises(ValueError, match=r"^tets has shape \(144, 3\), expected \(m, 4\): one row per tetrahedron"):
-        arap_native.TetArap(positions, np.ascontiguousarray(tets[:, :3]))
-    with pytest.raises(ValueError, match=r"^tets has dtype int64, expected int32"):
-        arap_native.TetArap(positions, tets.astype(np.int64))
+        arap_native.TetArap(positions, tets[:, :3])
     tets[5, 2] = 63
     with pytest.raises(ValueError, match=r"^tetrahedron 5 .* names vertex 63, but the mesh has vertices 0 to 62"):
         arap_native.TetArap(positions, tets)
