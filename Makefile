@@ -3,7 +3,7 @@
 
 export CCACHE_DIR ?= $(CURDIR)/build/ccache
 
-.PHONY: help demo pictures test test-all attack bench bench-test bench-peers bench-report bench-quality bench-limbs compare performance wheel zip zips lint format asan tsan clang clean
+.PHONY: help demo pictures test test-all attack bench bench-test bench-peers bench-report bench-quality bench-limbs compare performance wheel api zip zips lint format asan tsan clang clean
 
 help:
 	@echo "make demo    poses and bakes the sample creature in a real Blender; pictures in build/demo"
@@ -19,6 +19,7 @@ help:
 	@echo "             all take OPTIONS=..., and meshes from ARAP_BENCH_MESHES: OFF files and folders, with colons between"
 	@echo "make bench-test     tests of what measures          make performance    writes what was measured into docs"
 	@echo "make wheel   wheels of arap-native for the Pythons found; build/dist/wheels"
+	@echo "make api     the reference of the Python module, a web page: build/api/arap_native.html"
 	@echo "make zip     the add-on: legacy zip and extension zip; build/dist"
 	@echo "make zips    a release: zips and wheels for Windows, Linux and macOS; build/dist/release (docs/release.md)"
 	@echo "make lint    clang-format, clang-tidy, ruff, mypy          make format   formats everything"
@@ -60,6 +61,9 @@ wheel:
 	@.ci/setup native
 	@.ci/wheels build/dist/wheels
 
+api:
+	@.ci/api
+
 zip:
 	@.ci/setup native
 	@.ci/zip
@@ -77,4 +81,4 @@ asan tsan clang:
 	@.ci/native $@
 
 clean:
-	rm -rf build/native build/dist build/test build/demo build/bench build/lint build/validate build/wheels
+	rm -rf build/native build/dist build/test build/demo build/bench build/lint build/validate build/wheels build/api
