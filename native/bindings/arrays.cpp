@@ -32,8 +32,8 @@ py::array as_array(const py::object& object, const std::string& name, const char
   }
 }
 
-py::value_error wrong_dtype(const py::array& array, const std::string& name, const char* expected) {
-  return py::value_error(name + " has dtype " + std::string(py::str(array.dtype())) + ", expected " + expected);
+[[noreturn]] void refuse_dtype(const py::array& array, const std::string& name, const char* expected) {
+  throw py::value_error(name + " has dtype " + std::string(py::str(array.dtype())) + ", expected " + expected);
 }
 
 constexpr int kReadable = py::array::c_style | py::array::forcecast | py::detail::npy_api::NPY_ARRAY_ALIGNED_;
@@ -74,7 +74,7 @@ template <>
 py::array numbers_from<double>(const py::object& object, const std::string& name) {
   const py::array array = as_array(object, name, kReals);
   const char kind = array.dtype().kind();
-  if (kind != 'f' && kind != 'i' && kind != 'u') throw wrong_dtype(array, name, kReals);
+  if (kind != 'f' && kind != 'i' && kind != 'u') refuse_dtype(array, name, kReals);
   return cast<double>(array);
 }
 
@@ -82,11 +82,11 @@ template <>
 py::array numbers_from<int>(const py::object& object, const std::string& name) {
   const py::array array = as_array(object, name, kIntegers);
   const char kind = array.dtype().kind();
-  if (kind == 'b') throw wrong_dtype(array, name, "integers: indices, not a mask");
+  if (kind == 'b') refuse_dtype(array, name, "integers: indices, not a mask");
   if (kind == 'u') return narrowed<uint64_t>(array, name);
   if (kind == 'i') return array.itemsize() > 4 ? narrowed<int64_t>(array, name) : cast<int>(array);
   if (kind == 'f' && array.size() == 0) return cast<int>(array);  // numpy makes [] an array of floats
-  throw wrong_dtype(array, name, kIntegers);
+  refuse_dtype(array, name, kIntegers);
 }
 
 std::string shape_text(Shape shape) {
@@ -119,7 +119,7 @@ std::span<float> out_from(const py::object& object, py::ssize_t n_rows, const ch
   if (!py::isinstance<py::array>(object))
     throw py::type_error("out is of type " + type_name(object) + ", expected a numpy array of float32");
   auto array = py::reinterpret_borrow<py::array>(object);
-  if (!array.dtype().equal(py::dtype::of<float>())) throw wrong_dtype(array, "out", "float32");
+  if (!array.dtype().equal(py::dtype::of<float>())) refuse_dtype(array, "out", "float32");
   require_shape(array, "out", {n_rows, 3}, rows_text);
   if ((array.flags() & py::array::c_style) == 0)
     throw py::value_error("out is not C-contiguous, expected rows one after the other: pass an array made by numpy");
