@@ -24,7 +24,7 @@ int main() {
     std::vector<arap::Matrix3> rotations(ends.pins.size(), arap::Matrix3::Identity());
     rotations.resize(ends.pins.size() + ends.handle.size(), is_told ? motion : arap::Matrix3::Identity());
     const auto vertex = model.solve(targets, {}, rotations).positions.row(middle).eval();
-    std::printf("told %s: the middle is turned by %.0f degrees, its radius is %.2f\n",
+    std::printf("told %s: the middle is turned by %.1f degrees, its radius is %.2f\n",
                 is_told ? "the motion of the handle" : "nothing",
                 std::atan2(vertex[2], vertex[1]) * 180 / std::numbers::pi, std::hypot(vertex[1], vertex[2]));
   }

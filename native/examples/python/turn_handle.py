@@ -24,4 +24,4 @@ for name, rotations in told.items():
     ring = model.solve(targets, rotations=rotations).positions[middle]
     first = ring[0] - ring.mean(axis=0)
     angle = np.degrees(np.arctan2(first[2], first[1]))
-    print(f"told {name}: the middle is turned by {angle:.0f} degrees, its radius is {np.linalg.norm(first):.2f}")
+    print(f"told {name}: the middle is turned by {angle:.1f} degrees, its radius is {np.linalg.norm(first):.2f}")

@@ -130,6 +130,18 @@ def test_signatures_have_the_defaults_in_use():
     ]
 
 
+def test_a_polygon_mesh_is_given_alike_everywhere(stub):
+    meshes = [
+        names[names.index("rest_positions") :][:3]
+        for function in ast.walk(stub)
+        if isinstance(function, ast.FunctionDef)
+        and "rest_positions" in (names := [argument.arg for argument in function.args.args])
+        and "tets" not in names
+    ]
+    assert meshes == [["rest_positions", "faces", "face_sizes"]] * len(meshes)
+    assert len(meshes) >= 12
+
+
 def test_names_are_public_ones():
     assert repr(arap_native.SurfaceArap) == "<class 'arap_native.SurfaceArap'>"
     assert repr(arap_native.Cancelled) == "<class 'arap_native.Cancelled'>"
