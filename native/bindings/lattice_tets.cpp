@@ -79,10 +79,10 @@ class BoundTets {
 
 void bind_lattice_tets(py::module_& m) {
   py::class_<BoundTets>(m, "LatticeTets", docstrings::LatticeTets)
-      .def(py::init([](Object rest_positions, Object corner_vertices, Object face_sizes, double cube_size) {
-             return BoundTets::around(mesh_from(rest_positions, corner_vertices, face_sizes), cube_size);
+      .def(py::init([](Object rest_positions, Object faces, Object face_sizes, double cube_size) {
+             return BoundTets::around(mesh_from(rest_positions, faces, face_sizes), cube_size);
            }),
-           docstrings::LatticeTets_init, py::arg("rest_positions"), py::arg("corner_vertices"),
+           docstrings::LatticeTets_init, py::arg("rest_positions"), py::arg("faces"),
            py::arg("face_sizes") = py::none(), py::arg("cube_size") = 0.0)
       .def("patches", &BoundTets::patches, docstrings::LatticeTets_patches, py::arg("vertices"))
       .def("embed", &BoundTets::embed, docstrings::LatticeTets_embed, py::arg("of_tets"))

@@ -640,34 +640,34 @@ class LatticeTets:
     They are the cubes of the lattice of LatticeArap, cut into six each. What is not connected within a cube has a copy
     of it each, as two fingers have, and cubes that hang together share corners. Cubes at the surface are whole.
 
-        tets = LatticeTets(rest_positions, corner_vertices, face_sizes)
+        tets = LatticeTets(rest_positions, faces)
         model = TetArap(tets.rest_positions, tets.tets)
-        model.set_constraints(np.empty(0, np.int32), patches=tets.patches(vertices))
+        model.set_constraints([], patches=tets.patches(vertices))
         posed = tets.embed(model.solve(targets).positions)  # targets: of these vertices
     """
 
     def __init__(
         self,
-        rest_positions: NDArray[np.float64],
-        corner_vertices: NDArray[np.int32],
-        face_sizes: NDArray[np.int32] | None = None,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None = None,
         cube_size: float = 0.0,
     ) -> None:
         """Cuts the inside of a surface.
 
         Args:
-            rest_positions, corner_vertices, face_sizes: the surface, n vertices, as for SurfaceArap.
+            rest_positions, faces, face_sizes: the surface, n vertices, as for SurfaceArap.
             cube_size: as LatticeOptions.cube_size.
 
         Raises:
             ValueError: bad arrays or ``cube_size``, too many cubes, or a mesh without faces or size.
         """
 
-    def patches(self, vertices: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
+    def patches(self, vertices: ArrayLike) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
         """The constraints that hold vertices of the surface, for ``patches`` of Model.set_constraints().
 
         Args:
-            vertices: (k,) int32, of the surface. Each makes a patch of four vertices of its tetrahedron.
+            vertices: (k,) of the surface. Each makes a patch of four vertices of its tetrahedron.
 
         Returns:
             (k + 1,) int32 offsets, (4 k,) int32 vertices of the tetrahedra, and (4 k,) float64 weights.
@@ -676,7 +676,7 @@ class LatticeTets:
             ValueError: bad array, or a vertex that is loose or not there.
         """
 
-    def embed(self, of_tets: NDArray[np.float64]) -> NDArray[np.float64]:
+    def embed(self, of_tets: ArrayLike) -> NDArray[np.float64]:
         """Where the vertices of the surface are when those of the tetrahedra are here.
 
         Args:

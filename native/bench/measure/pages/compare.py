@@ -1,8 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of measure.runs.compare and their pictures."""
+"""Tables of measure.runs.compare and their pictures.
+
+    python -m measure.pages.compare
+
+Prints the names of the pictures that the document shows.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..inputs.compared import file_part
@@ -10,74 +16,138 @@ from . import marks
 from .markdown import NOTHING, Row, joined, machine_line, markdown, measured, number
 from .quality import PanelRow, rendered
 
-HEADERS = (
-    "model", "thin", "volume", "section", "strain", "area", "max °", "rms °", "flips", "crossed", "off, %",
-    "density, %", "set-up, s", "step, ms", "MB",
-)  # fmt: skip
-SHARES = "thin", "volume", "section", "strain", "area"
-COUNTS = "flips", "self_intersections"
+Cell = Callable[[Row], str]
+
+
+def fixed(key: str, places: int = 3, scale: float = 1.0) -> Cell:
+    return lambda row: NOTHING if row.get(key) is None else f"{scale * row[key]:.{places}f}"
+
+
+def digits(key: str, scale: float = 1.0) -> Cell:
+    return lambda row: NOTHING if row.get(key) is None else number(scale * row[key], 2)
+
+
+COLUMNS: dict[str, Cell] = {
+    "thin": fixed("thin"),
+    "volume": fixed("volume"),
+    "section": fixed("section"),
+    "strain": fixed("strain"),
+    "area": fixed("area"),
+    "max °": digits("max_deg"),
+    "rms °": digits("dihedral_rms"),
+    "flips": fixed("flips", 0),
+    "crossed": fixed("self_intersections", 0),
+    "off, %": fixed("off", 2, 100),
+    "density, %": fixed("density", 2, 100),
+    "mirror, %": fixed("asymmetry", 3, 100),
+    "parted, %": fixed("parted", 2, 100),
+    "stray, %": fixed("stray", 2, 100),
+    "set-up, s": digits("set_up_s"),
+    "step, ms": digits("frame_s", 1000),
+    "MB": digits("peak_mb"),
+}
+COSTS = "set-up, s", "step, ms", "MB"
 PICTURE_TASKS = {
     "bar_twist_by_135": "twist",
     "rod_bend_by_120": "bend",
     "plane_pulled_up": "pull",
+    "creature_paw_knee_of_90": "paw",
+    "figure_arm_raised": "arm",
 }
-PICTURE_MODELS = {
-    "surface, spokes and rims": "[SA07]",
-    "surface, rotation nodes": "surface",
-    "solid, Keep Volume": "solid",
-    "Poisson, harmonic": "Poisson",
-    "graph, affine": "graph",
-    "cage, mean value": "cage",
-}
-PICTURE = "comparison-tasks.webp"
+PICTURE_MODELS = (
+    "surface, rotation nodes",
+    "surface, spokes and rims",
+    "solid",
+    "solid, Keep Volume",
+    "solid, bones",
+    "tetrahedra",
+    "Poisson, harmonic",
+    "graph, affine",
+    "graph, as published",
+    "cage, mean value",
+    "cage, Green",
+    "libigl: biharmonic",
+    "libigl: bounded biharmonic weights",
+    "Blender: Laplacian Deform",
+    "Blender: Armature",
+)
+PICTURE = "comparison-models.webp"
 
 
 def sections(data: Row) -> dict[str, str]:
     """The Markdown of each section of docs/comparison.md that has results."""
-    models = list(dict.fromkeys(model for entry in data["tasks"].values() for model in entry["rows"]))
-    found = {
+    models = models_of(data)
+    return {
         "comparison-marks": joined(machine_line(data["machine"]), marks.table(data, models), marks.legend()),
-        "comparison": joined(*(task_table(entry) for entry in data["tasks"].values())),
+        "comparison-sizes": sizes(data["sizes"]),
+        "comparison-set-up": set_up(data, models),
     }
-    if "sizes" in data:
-        found["comparison-sizes"] = sizes(data["sizes"])
-    return found
+
+
+def models_of(data: Row) -> list[str]:
+    return list(dict.fromkeys(model for entry in data["tasks"].values() for model in entry["rows"]))
+
+
+def tables(data: Row) -> dict[str, str]:
+    """The section of docs/comparison-tables.md."""
+    versions = "; ".join(f"{library} {version}" for library, version in data["versions"].items())
+    of_tasks = (task_table(entry) for entry in data["tasks"].values())
+    return {"comparison-tables": joined(machine_line(data["machine"], versions), *of_tasks)}
 
 
 def task_table(entry: Row) -> str:
-    title = f"**{entry['mesh']}: {entry['pose']}**, {entry['n_vertices']} vertices"
-    rows = entry["rows"].items()
-    lines = [(model, *cells(row)) for model, row in rows if "not_run" not in row]
-    missing = [f"- {model}: {row['not_run']}" for model, row in rows if "not_run" in row]
-    return joined(title, markdown(HEADERS, lines), "\n".join(missing))
-
-
-def cells(row: Row) -> tuple[str, ...]:
-    """Of HEADERS but the first; what was not measured is NOTHING."""
-    shares = (fixed(row.get(key), 3) for key in SHARES)
-    angles = (number(row.get(key), 2) for key in ("max_deg", "dihedral_rms"))
-    counts = (NOTHING if row.get(key) is None else str(row[key]) for key in COUNTS)
-    percents = (fixed(row.get(key), 2, 100) for key in ("off", "density"))
-    costs = number(row["set_up_s"], 2), number(1e3 * row["frame_s"], 2), number(row.get("peak_mb"), 2)
-    return (*shares, *angles, *counts, *percents, *costs)
-
-
-def fixed(value: float | None, places: int, scale: float = 1.0) -> str:
-    return NOTHING if value is None else f"{scale * value:.{places}f}"
+    """One row a model, with the columns that any has; and why the others have none."""
+    title = f"## {entry['mesh']}: {entry['pose']}\n{entry['n_vertices']} vertices."
+    rows = {model: row for model, row in entry["rows"].items() if "not_run" not in row}
+    columns = [name for name, cell in COLUMNS.items() if any(cell(row) != NOTHING for row in rows.values())]
+    lines = [(model, *(COLUMNS[name](row) for name in columns)) for model, row in rows.items()]
+    missing: dict[str, list[str]] = {}
+    for model, row in entry["rows"].items():
+        if "not_run" in row:
+            missing.setdefault(row["not_run"], []).append(model)
+    reasons = [f"- {'; '.join(names)}: {reason}" for reason, names in missing.items()]
+    return joined(title, markdown(("model", *columns), lines), "\n".join(reasons))
 
 
 def sizes(rows: list[Row]) -> str:
+    """One row a model: its costs at each size; at what size it failed is in the last cell."""
+    counts = sorted({row["n_vertices"] for row in rows})
+    headers = ("model", *(f"{name} at {count}" for name in COSTS for count in counts))
+    found = {(row["model"], row["n_vertices"]): row for row in measured(rows)}
     lines = [
-        (row["model"], str(row["n_vertices"]), *cells(row)[-3:])
-        for row in sorted(measured(rows), key=lambda row: (row["n_vertices"], row["frame_s"]))
+        (model, *(COLUMNS[name](found.get((model, count), {})) for name in COSTS for count in counts))
+        for model in dict.fromkeys(model for model, _ in found)
     ]
-    return markdown(("model", "vertices", *HEADERS[-3:]), lines)
+    return markdown(headers, lines)
 
 
-def panels(tasks: Row, folder: Path) -> list[PanelRow]:
-    """A row for each task that is shown: its models side by side."""
+def set_up(data: Row, models: Sequence[str]) -> str:
+    """What a person does to set a model up, what it is given, and the dirty meshes that it poses."""
+    lines = []
+    for model in models:
+        rows = [row for entry in data["tasks"].values() for row in [entry["rows"].get(model, {})] if "acts" in row]
+        dirty = data["dirty"].get(model, {})
+        bound = f"{dirty['n_bound']} of {dirty['n_meshes']}" if "n_bound" in dirty else NOTHING
+        if rows:
+            lines.append((model, ", ".join(rows[0]["acts"]), data["inputs"].get(model, ""), bound))
+    return markdown(("model", "acts", "what it is given", "dirty meshes"), lines, 3)
+
+
+def panels(folder: Path) -> list[PanelRow]:
+    """A row for each model that is shown: its tasks side by side."""
     return rendered(
-        (title, [(short, folder / f"{name}-{file_part(model)}.png") for model, short in PICTURE_MODELS.items()])
-        for name, title in PICTURE_TASKS.items()
-        if name in tasks
+        (model, [(title, folder / f"{picture_name(task, model)}.png") for task, title in PICTURE_TASKS.items()])
+        for model in PICTURE_MODELS
     )
+
+
+def picture_name(task: str, model: str) -> str:
+    return f"{task}-{file_part(model)}"
+
+
+def main() -> None:
+    print(*(picture_name(task, model) for model in PICTURE_MODELS for task in PICTURE_TASKS))
+
+
+if __name__ == "__main__":
+    main()

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import plotly.graph_objects as go
 from plotly.io import to_html
 
+from .compare import models_of
 from .markdown import Row, measured, number
 from .marks import CRITERIA, MARKS
 
@@ -46,6 +47,9 @@ METRICS = (
     Metric("self_intersections", "faces that cross others"),
     Metric("off", "farthest vertex from its target, % of the diagonal", 100),
     Metric("density", "from the same pose of a finer mesh, % of the diagonal", 100, is_spread=True),
+    Metric("asymmetry", "from the mirrored pose, % of the diagonal", 100, is_spread=True),
+    Metric("parted", "change of distance of what lies side by side, % of the diagonal", 100),
+    Metric("stray", "motion of what should stay, % of the diagonal", 100),
     Metric("set_up_s", "set-up, s", is_spread=True),
     Metric("frame_s", "step, ms", 1000, is_spread=True),
     Metric("peak_mb", "memory, MB", is_spread=True),
@@ -69,10 +73,6 @@ def page(data: Row) -> str:
     head = '<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>Models compared</title>'
     style = "<style>body{font-family:sans-serif;max-width:1200px;margin:2em auto;color:#222}</style>"
     return "\n".join([head, style, "<h1>Models compared</h1>", *parts, "</html>"])
-
-
-def models_of(data: Row) -> list[str]:
-    return list(dict.fromkeys(model for entry in data["tasks"].values() for model in entry["rows"]))
 
 
 def marks_plot(data: Row, models: Sequence[str]) -> go.Figure:

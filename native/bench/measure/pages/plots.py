@@ -60,11 +60,11 @@ def plot_native(data: dict[str, Any], path: Path) -> None:
     _finish(figure, axes, "vertices", "ms an iteration", path)
 
 
-def plot_panels(rows: Sequence[tuple[str, Sequence[tuple[str, Path]]]], path: Path) -> None:
+def plot_panels(rows: Sequence[tuple[str, Sequence[tuple[str, Path]]]], path: Path, dpi: int = 200) -> None:
     """Pictures in a grid: one row for each name, with the title and the file of each picture."""
     n_columns = max(len(pictures) for _, pictures in rows)
     _same_files()
-    figure = Figure(figsize=(2.4 * n_columns, 2.5 * len(rows)), layout="constrained", dpi=200)
+    figure = Figure(figsize=(2.4 * n_columns, 2.5 * len(rows)), layout="constrained", dpi=dpi)
     grid = figure.subplots(len(rows), n_columns, squeeze=False)
     for axes in grid.ravel():
         axes.set_axis_off()

@@ -4,7 +4,8 @@
     python -m measure.pages.render RESULTS_DIR DOCS_DIR
 
 RESULTS_DIR holds results.json (native, frame, drag and overlay) and peers.json for performance.md, quality.json and
-limbs.json for quality.md, and compare.json and report.json for comparison.md. A section without results stays as it is.
+limbs.json for quality.md, and compare.json and report.json for comparison.md and its tables. A section without results
+stays as it is.
 """
 
 from __future__ import annotations
@@ -70,16 +71,16 @@ def limb_sections(folder: Path, images: Path) -> dict[str, str]:
     return limbs.sections(results) if results else {}
 
 
-def comparison_sections(folder: Path, images: Path) -> dict[str, str]:
-    """The sections of comparison.md, with its pictures."""
+def comparison_sections(folder: Path, images: Path) -> tuple[dict[str, str], dict[str, str]]:
+    """The sections of comparison.md, with its pictures, and of comparison-tables.md."""
     results, of_report = (read_json(folder / f"{name}.json") for name in ("compare", "report"))
     found = {"report": report.report(of_report)} if of_report else {}
     if not results:
-        return found
-    rows = compare.panels(results["tasks"], folder / "compare")
+        return found, {}
+    rows = compare.panels(folder / "compare")
     if rows:
-        plots.plot_panels(rows, images / compare.PICTURE)
-    return found | compare.sections(results)
+        plots.plot_panels(rows, images / compare.PICTURE, dpi=110)
+    return found | compare.sections(results), compare.tables(results)
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -100,7 +101,9 @@ def main() -> None:
     images.mkdir(parents=True, exist_ok=True)
     write_sections(docs / "performance.md", performance(folder, images))
     write_sections(docs / "quality.md", quality_sections(folder, images) | limb_sections(folder, images))
-    write_sections(docs / "comparison.md", comparison_sections(folder, images))
+    comparison, tables = comparison_sections(folder, images)
+    write_sections(docs / "comparison.md", comparison)
+    write_sections(docs / "comparison-tables.md", tables)
 
 
 if __name__ == "__main__":
