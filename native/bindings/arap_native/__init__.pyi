@@ -542,7 +542,7 @@ class PoissonEditing(Model):
 class EmbeddedDeformation(Model):
     """A graph of nodes, each with a map of its own, that moves a polygon surface. Construction binds the mesh.
 
-    In solve() an iteration is a Gauss-Newton step, and energies are pure numbers. Hard constraints are met as well as
+    In solve() an iteration is a Newton step, and energies are pure numbers. Hard constraints are met as well as
     the nodes can. ``rotations`` are not used: a graph finds them.
     """
 

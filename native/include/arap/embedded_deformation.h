@@ -53,7 +53,7 @@ struct EmbeddedOptions {
 /// [SSP07] Sumner, Schmid, Pauly: Embedded Deformation for Shape Manipulation, SIGGRAPH 2007.
 ///
 /// A vertex v goes to sum_j w_j(v) (A_j (v - g_j) + g_j + t_j) over its nodes j at g_j. The energy is
-/// w_rot E_rot + w_reg E_reg + w_con E_con, minimized by Gauss-Newton steps. Departures: lengths are fractions of the
+/// w_rot E_rot + w_reg E_reg + w_con E_con, minimized by Newton steps. Departures: lengths are fractions of the
 /// bounding-box diagonal, so that the result does not depend on the unit; distances are along the surface and straight
 /// through thin limbs, so that limbs that touch stay apart; hard constraints are met, by multipliers; the weights of
 /// all constraints sum to w_con times the number of nodes, so that a denser mesh is not held more strongly.
@@ -75,8 +75,10 @@ class EmbeddedDeformation {
   /// vertices and patches are met as well as the nodes can: a few of them exactly.
   void set_constraints(const ConstraintSet& constraints, const Progress& progress = {});
 
-  /// As SurfaceArap::solve; energies are pure numbers. An iteration is a Gauss-Newton step. kHandleRotations starts
-  /// from one rigid motion of the whole mesh that fits the targets best, kNaiveLaplacian at rest.
+  /// As SurfaceArap::solve; energies are pure numbers. An iteration is a Newton step. kHandleRotations starts
+  /// from one rigid motion of the whole mesh that fits the targets best, kNaiveLaplacian at rest. Converged: the steps
+  /// to come sum to less than the accuracy, or are lost in rounding, and hard constraints are met as well as the nodes
+  /// can. Throws SolverError also where no step lowers the energy, as for targets 1e12 diagonals away.
   /// @param rotations  not used: a graph finds them
   SolveResult solve(const Positions& targets, const SolveOptions& options = {}, std::span<const Matrix3> rotations = {},
                     const Progress& progress = {}, std::span<float> out = {});

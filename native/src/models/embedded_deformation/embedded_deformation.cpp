@@ -6,7 +6,7 @@
 
 #include "base/format_message.h"
 #include "geometry/rotation.h"
-#include "models/embedded_deformation/gauss_newton.h"
+#include "models/embedded_deformation/newton_steps.h"
 #include "models/input_checks.h"
 #include "models/model_space.h"
 #include "models/user_vertices.h"
@@ -81,7 +81,7 @@ struct EmbeddedDeformation::Impl {
     std::vector<char> node_is_held;
     node_is_held.reserve(graph.size());
     for (const int v : graph.vertices) node_is_held.push_back(is_held[user.part_of_vertex()[v]]);
-    auto next = std::make_unique<GaussNewton>(graph, options, constraints_on(graph, space.to_model(set)), node_is_held,
+    auto next = std::make_unique<NewtonSteps>(graph, options, constraints_on(graph, space.to_model(set)), node_is_held,
                                               workers, MeterPart{&meter, 1});
     if (solver) former_factorizations += solver->n_factorizations();
     solver = std::move(next);
@@ -99,7 +99,7 @@ struct EmbeddedDeformation::Impl {
                     std::span<float> out) {
     const Positions of_model = space.targets_to_model(targets, constraints);
     Pose next{start(with.initial_guess, of_model), loose_at(of_model)};
-    const GaussNewton::Report report = solver->solve(of_model, with, progress, next.state);
+    const NewtonSteps::Report report = solver->solve(of_model, with, progress, next.state);
     const bool is_done = report.stop_reason != StopReason::kCancelled;
     SolveResult result;
     if (!user.hand_over(placed(is_done ? next : pose), out, result)) {
@@ -163,7 +163,7 @@ struct EmbeddedDeformation::Impl {
   UserVertices user;
   DeformationGraph graph;
   ConstraintSet constraints;
-  std::unique_ptr<GaussNewton> solver;
+  std::unique_ptr<NewtonSteps> solver;
   Pose pose;
   int former_factorizations = 0;
   std::vector<int> parts_at_rest;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "models/embedded_deformation/node_unknowns.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -28,6 +29,17 @@ int slot_of(const SparseMatrix& matrix, int row, int column) {
   const int* begin = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column];
   const int* end = matrix.innerIndexPtr() + matrix.outerIndexPtr()[column + 1];
   return static_cast<int>(std::lower_bound(begin, end, row) - matrix.innerIndexPtr());
+}
+
+using Curvature = NodeUnknowns::Curvature;
+
+/// What a matrix has of the second derivatives of a node.
+Matrix3 taken(Curvature curvature, const Matrix3& symmetric) {
+  if (curvature == Curvature::kWhole) return symmetric;
+  Eigen::SelfAdjointEigenSolver<Matrix3> solver;
+  solver.computeDirect(symmetric);
+  const Matrix3& axes = solver.eigenvectors();
+  return axes * solver.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
 }
 
 /// Affine nodes: the unknowns are all numbers of the state, row by row.
@@ -59,11 +71,17 @@ class AffineNodes final : public NodeUnknowns {
     return weight_ * sum;
   }
 
-  const SparseMatrix& matrix(const Positions& state) override {
+  const SparseMatrix& matrix(const Positions& state, const Positions& /*of_state*/, Curvature curvature) override {
     std::copy(constant_.begin(), constant_.end(), matrix_.valuePtr());
     for (int j = 0; j < n_nodes_; ++j) {
-      const Jacobian J = jacobian(linear_part(state, j));
-      const Eigen::Matrix<double, kOwn, kOwn> own = weight_ * J.transpose() * J;
+      const Linear columns = linear_part(state, j);
+      const Jacobian J = jacobian(columns);
+      const Matrix3 bent = taken(curvature, second_derivatives(errors(columns)));
+      Eigen::Matrix<double, kOwn, kOwn> own = J.transpose() * J;
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b)
+          own.block<3, 3>(Eigen::Index{3} * a, Eigen::Index{3} * b).diagonal().array() += bent(a, b);
+      own *= weight_;
       for (int k = 0; k < kSquares; ++k)
         matrix_.valuePtr()[slots_[static_cast<size_t>(kSquares) * j + k]] += own(k % kOwn, k / kOwn);
     }
@@ -112,6 +130,17 @@ class AffineNodes final : public NodeUnknowns {
     return J;
   }
 
+  /// Of the columns, sum_k errors_k times the second derivative of error k: the same for x, y and z.
+  static Matrix3 second_derivatives(const Errors& errors) {
+    Matrix3 result = Matrix3::Zero();
+    for (int k = 0; k < kErrors; ++k) {
+      const auto [a, b] = kPairs[k];
+      result(a, b) += errors[k];
+      result(b, a) += errors[k];
+    }
+    return result;
+  }
+
   /// use(row, column) for the entries of each node's own term, column by column.
   template <class Use>
   void for_own(const Use& use) const {
@@ -146,10 +175,13 @@ class RigidNodes final : public NodeUnknowns {
   [[nodiscard]] int per_node() const override { return kUnknowns; }
   [[nodiscard]] double energy(const Positions& /*state*/) const override { return 0; }
 
-  const SparseMatrix& matrix(const Positions& state) override {
+  const SparseMatrix& matrix(const Positions& state, const Positions& of_state, Curvature curvature) override {
     for (const Block& block : blocks_) {
       Eigen::Matrix<double, kUnknowns, kUnknowns> own = turned(block, state);
-      if (block.row == block.column) own.diagonal().array() += damping_;
+      if (block.row == block.column) {
+        own.diagonal().array() += damping_;
+        own.topLeftCorner<3, 3>() += taken(curvature, second_derivatives(state, of_state, block.row));
+      }
       const int* starts = matrix_.outerIndexPtr() + std::ptrdiff_t{kUnknowns} * block.column;
       for (int column = 0; column < kUnknowns; ++column) {
         // All columns of a node have the same rows.
@@ -228,6 +260,12 @@ class RigidNodes final : public NodeUnknowns {
     result.bottomLeftCorner<3, 3>() = -cross_with(of_column.transpose() * block.K.bottomLeftCorner<1, 3>().transpose());
     result.bottomRightCorner<3, 3>() = block.K(3, 3) * Matrix3::Identity();
     return result;
+  }
+
+  /// By the turn w of a node, the second derivative of <of_state, exp([w]) A>.
+  static Matrix3 second_derivatives(const Positions& state, const Positions& of_state, int node) {
+    const Matrix3 products = linear_part(of_state, node).transpose() * linear_part(state, node);
+    return (products + products.transpose()) / 2 - products.trace() * Matrix3::Identity();
   }
 
   /// The matrix of x -> v x x.

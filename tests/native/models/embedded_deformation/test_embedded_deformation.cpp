@@ -41,14 +41,14 @@ SolveResult solve(const MeshData& mesh, const Task& task, const EmbeddedOptions&
 MeshData some_bar() { return bar(4, Faces::kQuads); }
 RigidMotion some_bend() { return {rotation_about({0, 0, 1}, .9), {-.1, .4, 0}}; }
 
-/// Both ends are hard; the far one is moved by `map`.
+/// Both ends, each of that part of the length, are hard; the far one is moved by `map`.
 template <class Map>
-Task held_ends(const MeshData& mesh, const Map& map, double strength = 1) {
+Task held_ends(const MeshData& mesh, const Map& map, double strength = 1, double part = .15) {
   Task task;
   const Positions rest = mesh.positions();
   const int axis = longest_axis(rest);
-  for (const int v : extreme_vertices(rest, axis, .15)) task.add(v, rest.row(v));
-  for (const int v : extreme_vertices(rest, axis, -.15)) task.add(v, map(Vector3(rest.row(v))), strength);
+  for (const int v : extreme_vertices(rest, axis, part)) task.add(v, rest.row(v));
+  for (const int v : extreme_vertices(rest, axis, -part)) task.add(v, map(Vector3(rest.row(v))), strength);
   return task;
 }
 Task bent(const MeshData& mesh, double strength = 1) {
@@ -93,6 +93,37 @@ TEST_P(EmbeddedOfEachKind, HardConstraintsAreMetAndTheEndDoesNotDependOnTheStart
   EXPECT_EQ(back.stop_reason, arap::StopReason::kConverged);
 }
 
+TEST_P(EmbeddedOfEachKind, LargeHeldRegionsAreMetInFewSteps) {
+  const MeshData mesh = bar(6, Faces::kQuads);
+  const Vector3 joint = mesh.positions().colwise().mean();
+  const Matrix3 turn = rotation_about({0, 1, 0}, 1.5);
+  const Task task = held_ends(
+      mesh, [&](const Vector3& x) { return Vector3(turn * (x - joint) + joint); }, 1, .42);
+  EmbeddedDeformation model(mesh.mesh(), options(.05));
+  model.set_constraints(task.constraints);
+  const SolveResult result = model.solve(task.targets, to_accuracy(1e-6));
+  EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
+  EXPECT_LT(result.iterations, 80);
+  EXPECT_LT(max_distance(values_of(task.constraints, result.positions), task.targets), .005 * mesh.diagonal());
+}
+
+TEST_P(EmbeddedOfEachKind, ASolveEndsWhereStepsAreLostInRounding) {
+  const MeshData mesh = some_bar();
+  for (const double strength : {.5, 1.}) {
+    const Task task = bent(mesh, strength);
+    EmbeddedDeformation model(mesh.mesh(), options(.1));
+    model.set_constraints(task.constraints);
+    const SolveResult result = model.solve(task.targets, to_accuracy(1e-15, arap::InitialGuess::kPrevious, 300));
+    EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged) << strength;
+    EXPECT_EQ(result.step, 0) << strength;
+    const SolveResult again = model.solve(task.targets, to_accuracy(1e-10));
+    EXPECT_EQ(again.stop_reason, arap::StopReason::kConverged) << strength;
+    EXPECT_LT(max_distance(again.positions, result.positions), 1e-9) << strength;
+    EXPECT_EQ(model.solve(task.targets, to_accuracy(0, arap::InitialGuess::kPrevious, 40)).stop_reason,
+              arap::StopReason::kMaxIterations);
+  }
+}
+
 TEST_P(EmbeddedOfEachKind, UnitAndPlaceOfTheMeshDoNotMatter) {
   const MeshData mesh = some_bar();
   const Task task = bent(mesh, .5);
@@ -131,6 +162,16 @@ TEST(EmbeddedDeformation, PositionsBeyondSinglePrecisionAreRefusedAndThePoseStay
   std::vector<float> out(24, 7.F);
   expect_error<arap::SolverError>([&] { model.solve(task.targets, {}, {}, {}, out); }, {"too large"});
   EXPECT_LT(max_distance(model.positions(), mesh.positions()), 1e48);
+}
+
+TEST(EmbeddedDeformation, TargetsThatNoStepComesNearToAreRefused) {
+  const MeshData mesh = some_bar();
+  Task task = bent(mesh);
+  task.targets(0, 0) = 1e20;
+  EmbeddedDeformation model(mesh.mesh(), with_distance(.1));
+  model.set_constraints(task.constraints);
+  expect_error<arap::SolverError>([&] { model.solve(task.targets); }, {"no step lowers the energy", "far away"});
+  EXPECT_LT(max_distance(model.positions(), mesh.positions()), 1e-12);
 }
 
 TEST(EmbeddedDeformation, ALargerHandleDoesNotEnlargeTheRest) {

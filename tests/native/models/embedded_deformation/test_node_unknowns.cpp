@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include "models/embedded_deformation/deformation_graph.h"
 #include "support/helpers.h"
 
@@ -44,9 +46,12 @@ class NodesOfEachKind : public testing::TestWithParam<GraphNodes> {
   const std::unique_ptr<NodeUnknowns> unknowns = NodeUnknowns::make(GetParam(), kWeight, K.sparseView());
   const Eigen::Index n = Eigen::Index{unknowns->per_node()} * kNodes;
 
-  [[nodiscard]] Eigen::VectorXd gradient_at(const Positions& x) const { return unknowns->gradient(x, K * x); }
+  const Positions pull = Random(9).noise(static_cast<int>(state.rows()), 3);
+
+  [[nodiscard]] Positions of_state(const Positions& x) const { return K * x - pull; }
+  [[nodiscard]] Eigen::VectorXd gradient_at(const Positions& x) const { return unknowns->gradient(x, of_state(x)); }
   [[nodiscard]] double energy_at(const Positions& x) const {
-    return unknowns->energy(x) + (x.transpose() * K * x).trace();
+    return unknowns->energy(x) + (x.transpose() * (K * x - 2 * pull)).trace();
   }
 };
 
@@ -61,39 +66,60 @@ TEST_P(NodesOfEachKind, GradientAgreesWithDifferences) {
   }
 }
 
-TEST_P(NodesOfEachKind, MatrixIsTheSquareOfTheChangeOfTheErrors) {
-  // Without the errors' own curvature: of all terms that are linear in the state, the change of the state.
+/// J^T J: by differences, and of the products of columns.
+Eigen::MatrixXd square_of(GraphNodes kind, NodeUnknowns& unknowns, const Eigen::MatrixXd& K, const Positions& state) {
   constexpr double kStep = 1e-6;
+  const Eigen::Index n = Eigen::Index{unknowns.per_node()} * kNodes;
   Eigen::MatrixXd changes(state.size(), n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(n, k);
-    const Positions change = (unknowns->stepped(state, step) - unknowns->stepped(state, -step)) / (2 * kStep);
+    const Positions change = (unknowns.stepped(state, step) - unknowns.stepped(state, -step)) / (2 * kStep);
     changes.col(k) = change.reshaped<Eigen::RowMajor>();
   }
   Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(state.size(), state.size());
   for (Eigen::Index p = 0; p < K.rows(); ++p)
     for (Eigen::Index q = 0; q < K.cols(); ++q) spread.block<3, 3>(3 * p, 3 * q) = K(p, q) * Matrix3::Identity();
-  Eigen::MatrixXd expected = changes.transpose() * spread * changes;
-  const Eigen::MatrixXd matrix = unknowns->matrix(state);
-  EXPECT_LT((matrix - matrix.transpose()).norm(), 1e-12 * matrix.norm());
-  if (GetParam() == GraphNodes::kAffine) {
-    // The errors of a rotation: products of columns.
-    for (int j = 0; j < kNodes; ++j) {
-      const Matrix3 columns = arap::rows_of(state, j).topRows<3>();
-      const auto products = [&](const Matrix3& of) { return Matrix3(of * of.transpose()); };
-      for (int a = 0; a < 3; ++a)
-        for (int b = a; b < 3; ++b) {
-          Eigen::VectorXd row = Eigen::VectorXd::Zero(n);
-          for (int k = 0; k < 9; ++k) {
-            Matrix3 moved = columns;
-            moved(k / 3, k % 3) += kStep;
-            row[12 * j + k] = (products(moved) - products(columns))(a, b) / kStep;
-          }
-          expected += kWeight * row * row.transpose();
+  Eigen::MatrixXd square = changes.transpose() * spread * changes;
+  if (kind == GraphNodes::kRigid) return square;
+  for (int j = 0; j < kNodes; ++j) {
+    const Matrix3 columns = arap::rows_of(state, j).topRows<3>();
+    const auto products = [&](const Matrix3& of) { return Matrix3(of * of.transpose()); };
+    for (int a = 0; a < 3; ++a)
+      for (int b = a; b < 3; ++b) {
+        Eigen::VectorXd row = Eigen::VectorXd::Zero(n);
+        for (int k = 0; k < 9; ++k) {
+          Matrix3 moved = columns;
+          moved(k / 3, k % 3) += kStep;
+          row[12 * j + k] = (products(moved) - products(columns))(a, b) / kStep;
         }
-    }
+        square += kWeight * row * row.transpose();
+      }
   }
-  EXPECT_LT((matrix - expected).norm(), 1e-5 * matrix.norm());
+  return square;
+}
+
+TEST_P(NodesOfEachKind, MatrixIsThatOfSecondDerivatives) {
+  constexpr double kStep = 1e-6;
+  Eigen::MatrixXd hessian(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(n, k);
+    hessian.col(k) =
+        (gradient_at(unknowns->stepped(state, step)) - gradient_at(unknowns->stepped(state, -step))) / (2 * kStep);
+  }
+  // Turns do not commute: only the symmetric part is of the energy.
+  hessian = (hessian + hessian.transpose().eval()) / 2;
+  const Eigen::MatrixXd whole = unknowns->matrix(state, of_state(state), NodeUnknowns::Curvature::kWhole);
+  EXPECT_LT((whole - whole.transpose()).norm(), 1e-12 * whole.norm());
+  EXPECT_LT((whole - hessian).norm(), 1e-5 * hessian.norm());
+
+  const Eigen::MatrixXd square = square_of(GetParam(), *unknowns, K, state);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> curvature(hessian - square);
+  const Eigen::MatrixXd& axes = curvature.eigenvectors();
+  EXPECT_LT(curvature.eigenvalues().minCoeff(), -.1);
+  EXPECT_GT(curvature.eigenvalues().maxCoeff(), .1);
+  const Eigen::MatrixXd bent = axes * curvature.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose();
+  const Eigen::MatrixXd matrix = unknowns->matrix(state, of_state(state), NodeUnknowns::Curvature::kNotNegative);
+  EXPECT_LT((matrix - square - bent).norm(), 1e-5 * matrix.norm());
 }
 
 TEST_P(NodesOfEachKind, RotationsCostNothing) {

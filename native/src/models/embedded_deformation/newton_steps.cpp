@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "models/embedded_deformation/gauss_newton.h"
+#include "models/embedded_deformation/newton_steps.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,10 @@ namespace {
 
 /// Of a hard row, against a soft one of strength 1/2. The larger, the fewer steps to its target, and the less room has
 /// the rest meanwhile.
-constexpr double kHardWeight = 10;
+constexpr double kHardWeight = 100;
+
+/// Of a gap, as a part of its goal.
+constexpr double kRounding = 2e-15;
 
 /// A step that is a larger part of the one before wants the matrix of where it is.
 constexpr double kSlow = 0.5;
@@ -31,6 +34,12 @@ constexpr int kMostLearnings = 20;
 double progress_of(double first_step, double step, double accuracy) {
   const double whole = std::log(first_step / std::max(accuracy, 1e-15));
   return whole > 0 && step > 0 ? std::clamp(std::log(first_step / step) / whole, 0.0, 1.0) : 1;
+}
+
+/// How far the minimum is: further steps sum to this if they shrink as the last ones did; the last one at least.
+double distance_left(double step, double former_step) {
+  if (step >= former_step) return std::numeric_limits<double>::infinity();
+  return step * std::max(1.0, step / (former_step - step));
 }
 
 /// A_j (g_k - g_j) + g_j + t_j - (g_k + t_k) = 0 [SSP07] Eq. (6), as a row.
@@ -47,7 +56,7 @@ double bytes_to_step(const DeformationGraph& graph) {
 
 }  // namespace
 
-GaussNewton::GaussNewton(const DeformationGraph& graph, const EmbeddedOptions& options,
+NewtonSteps::NewtonSteps(const DeformationGraph& graph, const EmbeddedOptions& options,
                          const GraphConstraints& constraints, const std::vector<char>& is_held, const Workers& workers,
                          const MeterPart& meter)
     : workers_(workers), node_distance_(options.node_distance), nodes_(graph.size(), 3) {
@@ -81,7 +90,7 @@ GaussNewton::GaussNewton(const DeformationGraph& graph, const EmbeddedOptions& o
       rows.add({}, 0);
     }
   }
-  learned_ = Positions::Zero(n_constraints, 3);
+  learned_.moves = Positions::Zero(n_constraints, 3);
   weights_ = rows.weight_vector();
   rows_ = RowMatrix(rows, kNodeRows * graph.size());
   meter.add(0.2);
@@ -89,59 +98,60 @@ GaussNewton::GaussNewton(const DeformationGraph& graph, const EmbeddedOptions& o
   K.makeCompressed();
   unknowns_ = NodeUnknowns::make(options.nodes, options.rotation_weight, K);
   for (const char held : is_held) is_erased_.insert(is_erased_.end(), unknowns_->per_node(), held == 0 ? 1 : 0);
-  solver_ = make_linear_solver(unknowns_->matrix(graph.rest_state()), LinearSolverKind::kBlockLdlt, workers,
-                               TileFormat::kFloat, meter.part(0.8));
+  const Positions rest = graph.rest_state();
+  solver_ =
+      make_linear_solver(unknowns_->matrix(rest, Positions::Zero(rest.rows(), 3), NodeUnknowns::Curvature::kWhole),
+                         LinearSolverKind::kBlockLdlt, workers, TileFormat::kFloat, meter.part(0.8));
 }
 
-GaussNewton::Report GaussNewton::solve(const Positions& targets, const SolveOptions& options, const Progress& progress,
+NewtonSteps::Report NewtonSteps::solve(const Positions& targets, const SolveOptions& options, const Progress& progress,
                                        Positions& state) {
   TimeBudget budget(options.time_limit_s);
   const Positions goals = wanted(targets);
   // What was learned of other targets would draw these elsewhere.
-  if (targets.rows() != last_targets_.rows() || targets != last_targets_) learned_.setZero();
+  if (targets.rows() != last_targets_.rows() || targets != last_targets_) forget();
   last_targets_ = targets;
+  Place at = place(goals, std::move(state));
   Report report;
-  report.energy_before = energy(targets, state);
+  report.energy_before = energy(at);
   double first_step = 0;
   double former_step = std::numeric_limits<double>::infinity();
-  double learned_at = std::numeric_limits<double>::infinity();
-  int n_learned = 0;
-  bool has_learned = false;  // all that the nodes can do
   while (report.iterations < options.max_iterations) {
     if (report.iterations > 0 && !budget.allows_another()) {
       report.stop_reason = StopReason::kTimeLimit;
       break;
     }
-    report.step = step(goals, state);
+    const Step taken = step(goals, at);
+    report.step = taken.moved;
     ++report.iterations;
     budget.end_iteration();
-    const bool was_full = !is_stale_;
-    if (report.step > kSlow * former_step) is_stale_ = true;
-    former_step = report.step;
-    first_step = std::max(first_step, report.step);
-    const double gap = largest_gap(goals, state);
+    if (taken.whole > kSlow * former_step) is_stale_ = true;
+    const bool is_lost = taken.is_lost && options.accuracy > 0;
+    const bool is_still = is_lost || distance_left(taken.whole, former_step) <= options.accuracy;
+    former_step = taken.whole;
+    first_step = std::max(first_step, taken.whole);
+    const double gap = largest_gap(at);
     const bool is_met = gap <= options.accuracy;
-    if (was_full && report.step <= options.accuracy && (is_met || has_learned)) {
+    if (is_still && (is_met || learned_.is_all)) {
       report.stop_reason = StopReason::kConverged;
       break;
     }
     // Not earlier: multipliers of a pose that is far from its minimum would have to be unlearned.
-    if (was_full && !is_met && !has_learned && report.step <= std::max(options.accuracy, kSettled * gap)) {
-      has_learned = gap > kLearning * learned_at || n_learned++ == kMostLearnings;
-      if (!has_learned) learn(goals, state);
-      learned_at = gap;
+    if (!is_met && !learned_.is_all && (is_still || taken.whole <= kSettled * gap)) {
+      learn(at, gap);
       former_step = std::numeric_limits<double>::infinity();
     }
-    if (progress && !progress(progress_of(first_step, report.step, options.accuracy))) {
+    if (progress && !progress(progress_of(first_step, taken.whole, options.accuracy))) {
       report.stop_reason = StopReason::kCancelled;
       break;
     }
   }
-  report.energy_after = energy(targets, state);
+  report.energy_after = energy(at);
+  state = std::move(at.state);
   return report;
 }
 
-Positions GaussNewton::turned(const Positions& targets, const Positions& rest_state) const {
+Positions NewtonSteps::turned(const Positions& targets, const Positions& rest_state) const {
   const Positions goals = wanted(targets).bottomRows(targets.rows());
   Positions rest;
   rows_.multiply(rest_state, rest, workers_);
@@ -164,71 +174,109 @@ Positions GaussNewton::turned(const Positions& targets, const Positions& rest_st
   return state;
 }
 
-double GaussNewton::energy(const Positions& targets, const Positions& state) const {
-  const Positions gaps = rows_.gaps(wanted(targets), state, workers_);
-  double sum = unknowns_->energy(state);
-  for (Eigen::Index r = 0; r < gaps.rows(); ++r)
-    if (r < n_edge_rows_ || is_hard_[r - n_edge_rows_] == 0) sum += weights_[r] * gaps.row(r).squaredNorm();
-  return sum;
-}
-
-Positions GaussNewton::wanted(const Positions& targets) const {
+Positions NewtonSteps::wanted(const Positions& targets) const {
   Positions result(n_edge_rows_ + targets.rows(), 3);
   result.topRows(n_edge_rows_) = edge_goals_;
   result.bottomRows(targets.rows()) = targets - constants_;
   return result;
 }
 
-double GaussNewton::step(const Positions& goals, Positions& state) {
+NewtonSteps::Place NewtonSteps::place(const Positions& goals, Positions state) const {
+  Positions gaps = rows_.gaps(goals, state, workers_);
+  return {std::move(state), std::move(gaps)};
+}
+
+Positions NewtonSteps::seen(const Place& at) const {
+  Positions gaps = at.gaps;
+  gaps.bottomRows(learned_.moves.rows()) += learned_.moves;
+  return gaps;
+}
+
+double NewtonSteps::cost(const Positions& state, const Positions& gaps) const {
+  return unknowns_->energy(state) + weights_.dot(gaps.rowwise().squaredNorm());
+}
+
+double NewtonSteps::energy(const Place& at) const {
+  double sum = unknowns_->energy(at.state);
+  for (Eigen::Index r = 0; r < at.gaps.rows(); ++r)
+    if (r < n_edge_rows_ || is_hard_[r - n_edge_rows_] == 0) sum += weights_[r] * at.gaps.row(r).squaredNorm();
+  return sum;
+}
+
+NewtonSteps::Step NewtonSteps::step(const Positions& goals, Place& at) {
   constexpr int kMostHalvings = 30;
-  Positions wanted = goals;
-  wanted.bottomRows(learned_.rows()) += learned_;
-  Positions pull = -rows_.gaps(wanted, state, workers_);
-  const double before = unknowns_->energy(state) + weights_.dot(pull.rowwise().squaredNorm());
-  pull.array().colwise() *= weights_.array();
-  Positions of_state = Positions::Zero(state.rows(), 3);
-  rows_.add_transposed(pull, of_state, workers_);
-  const Eigen::VectorXd gradient = unknowns_->gradient(state, of_state);
+  const Positions gaps = seen(at);
+  const double before = cost(at.state, gaps);
+  // All gaps may be wrong by their rounding: so much the root of the cost, and of what a step promises.
+  const double rounding = kRounding * std::sqrt(weights_.dot(goals.rowwise().squaredNorm()));
+  const double highest = std::pow(std::sqrt(before) + rounding, 2);
+  Positions of_state = Positions::Zero(at.state.rows(), 3);
+  rows_.add_transposed(weights_.asDiagonal() * -gaps, of_state, workers_);
+  const Eigen::VectorXd gradient = unknowns_->gradient(at.state, of_state);
+  while (true) {
+    const bool is_new = !factor_ || is_stale_;
+    if (is_new) factorize(at.state, of_state);
+    const Eigen::VectorXd change = solve_for(gradient);
+    const double promise = -gradient.dot(change);
+    Step taken;
+    taken.whole = movement(at.state, unknowns_->stepped(at.state, change));
+    taken.is_lost = promise <= rounding * rounding;
+    double length = 1;
+    for (int k = 0; !taken.is_lost && k < kMostHalvings; ++k, length /= 2) {
+      Place next = place(goals, unknowns_->stepped(at.state, length * change));
+      if (!(cost(next.state, seen(next)) <= highest)) continue;
+      // A step that had to be cut wants the matrix of where it ends.
+      is_stale_ = k > 0;
+      taken.moved = movement(at.state, next.state);
+      at = std::move(next);
+      return taken;
+    }
+    is_stale_ = !is_new;
+    if (is_stale_) continue;
+    taken.is_lost = taken.is_lost || length * promise <= highest - before;
+    if (!taken.is_lost) throw SolverError("no step lowers the energy; look for targets far away");
+    return taken;
+  }
+}
+
+void NewtonSteps::factorize(const Positions& state, const Positions& of_state) {
+  using Curvature = NodeUnknowns::Curvature;
+  ++n_factorizations_;
+  try {
+    factor_ = solver_->factorize(unknowns_->matrix(state, of_state, Curvature::kWhole), is_erased_);
+  } catch (const SolverError&) {  // it is not positive definite
+    ++n_factorizations_;
+    factor_ = solver_->factorize(unknowns_->matrix(state, of_state, Curvature::kNotNegative), is_erased_);
+  }
+}
+
+Eigen::VectorXd NewtonSteps::solve_for(const Eigen::VectorXd& gradient) const {
   // The solver has three right-hand sides; here it needs one.
   Positions change = Positions::Zero(gradient.size(), 3);
   for (Eigen::Index k = 0; k < gradient.size(); ++k)
     if (is_erased_[k] == 0) change(k, 0) = -gradient[k];
-  const bool is_new = !factor_ || is_stale_;
-  if (is_new) {
-    factor_ = solver_->factorize(unknowns_->matrix(state), is_erased_);
-    ++n_factorizations_;
-  }
   factor_->solve(change);
-  double length = 1;
-  for (int k = 0; k < kMostHalvings; ++k, length /= 2) {
-    Positions next = unknowns_->stepped(state, length * change.col(0));
-    if (unknowns_->energy(next) + weights_.dot(rows_.gaps(wanted, next, workers_).rowwise().squaredNorm()) > before)
-      continue;
-    // A step that had to be cut says little of how far the minimum is.
-    is_stale_ = k > 0;
-    const double moved = movement(state, next);
-    state = std::move(next);
-    return moved;
-  }
-  is_stale_ = !is_new;  // at its own state what is left is rounding
-  return 0;
+  return change.col(0);
 }
 
-double GaussNewton::largest_gap(const Positions& goals, const Positions& state) const {
-  const Positions gaps = rows_.gaps(goals, state, workers_).bottomRows(learned_.rows());
+double NewtonSteps::largest_gap(const Place& at) const {
   double largest = 0;
-  for (Eigen::Index r = 0; r < learned_.rows(); ++r)
-    if (is_hard_[r] != 0) largest = std::max(largest, gaps.row(r).norm());
+  for (Eigen::Index r = 0; r < learned_.moves.rows(); ++r)
+    if (is_hard_[r] != 0) largest = std::max(largest, at.gaps.row(n_edge_rows_ + r).norm());
   return largest;
 }
 
-void GaussNewton::learn(const Positions& goals, const Positions& state) {
-  const Positions gaps = rows_.gaps(goals, state, workers_).bottomRows(learned_.rows());
-  for (Eigen::Index r = 0; r < learned_.rows(); ++r)
-    if (is_hard_[r] != 0) learned_.row(r) += gaps.row(r);
+void NewtonSteps::learn(const Place& at, double gap) {
+  learned_.is_all = gap > kLearning * learned_.gap || learned_.times++ == kMostLearnings;
+  learned_.gap = gap;
+  if (learned_.is_all) return;
+  for (Eigen::Index r = 0; r < learned_.moves.rows(); ++r)
+    if (is_hard_[r] != 0) learned_.moves.row(r) += at.gaps.row(n_edge_rows_ + r);
 }
 
-double GaussNewton::movement(const Positions& from, const Positions& to) const {
+void NewtonSteps::forget() { learned_ = {Positions::Zero(learned_.moves.rows(), 3)}; }
+
+double NewtonSteps::movement(const Positions& from, const Positions& to) const {
   double largest = 0;
   for (Eigen::Index j = 0; j < from.rows() / kNodeRows; ++j) {
     const auto change = to.middleRows<kNodeRows>(kNodeRows * j) - from.middleRows<kNodeRows>(kNodeRows * j);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -22,16 +23,17 @@ struct GraphConstraints {
   std::vector<double> weights;
 };
 
-/// Minimizes the energy of a graph under a set of constraints.
-class GaussNewton {
+/// Minimizes the energy of a graph under a set of constraints. A step is Newton's where the matrix with all second
+/// derivatives is positive definite, else of Gauss and Newton, with as much of them as is not negative.
+class NewtonSteps {
  public:
   /// Throws SolverError, Cancelled.
   /// @param is_held  (m,) whether anything constrains the part of a node; the others stay at rest
-  GaussNewton(const DeformationGraph& graph, const EmbeddedOptions& options, const GraphConstraints& constraints,
+  NewtonSteps(const DeformationGraph& graph, const EmbeddedOptions& options, const GraphConstraints& constraints,
               const std::vector<char>& is_held, const Workers& workers, const MeterPart& meter);
 
   struct Report {
-    double energy_before = 0;
+    double energy_before = 0;  ///< without hard constraints
     double energy_after = 0;
     int iterations = 0;
     double step = 0;  ///< of the last iteration: the largest movement of a node or of its neighbourhood
@@ -44,20 +46,38 @@ class GaussNewton {
   [[nodiscard]] Positions turned(const Positions& targets, const Positions& rest_state) const;
 
   /// Forgets what hard constraints have learned of the pose.
-  void forget() { learned_.setZero(); }
+  void forget();
 
-  /// With soft constraints only, hard ones left out. @param targets  as solve()
-  [[nodiscard]] double energy(const Positions& targets, const Positions& state) const;
   [[nodiscard]] int n_factorizations() const { return n_factorizations_; }
 
  private:
+  /// A state, and what its rows leave of the goals, (n_rows, 3).
+  struct Place {
+    Positions state;
+    Positions gaps;
+  };
+  struct Step {
+    double moved = 0;
+    double whole = 0;      ///< before it was cut: an estimate of how far the minimum is
+    bool is_lost = false;  ///< in rounding: nothing moved, as no part of it lowers the energy that double can tell
+  };
+
   /// (n_rows, 3): what edges want, then the targets without what does not move with the nodes.
   [[nodiscard]] Positions wanted(const Positions& targets) const;
-  /// One step to less energy, hard rows counted with their weight. Returns how far it moves.
-  double step(const Positions& goals, Positions& state);
-  [[nodiscard]] double largest_gap(const Positions& goals, const Positions& state) const;
-  /// Moves the targets of hard constraints by the gaps that are left.
-  void learn(const Positions& goals, const Positions& state);
+  [[nodiscard]] Place place(const Positions& goals, Positions state) const;
+  /// Gaps as hard constraints have learned to see them.
+  [[nodiscard]] Positions seen(const Place& at) const;
+  /// The energy with hard rows, counted with their weight. @param gaps  seen()
+  [[nodiscard]] double cost(const Positions& state, const Positions& gaps) const;
+  [[nodiscard]] double energy(const Place& at) const;
+  /// One step to less cost. Throws SolverError.
+  Step step(const Positions& goals, Place& at);
+  void factorize(const Positions& state, const Positions& of_state);
+  /// The whole step.
+  [[nodiscard]] Eigen::VectorXd solve_for(const Eigen::VectorXd& gradient) const;
+  [[nodiscard]] double largest_gap(const Place& at) const;
+  /// Moves the targets of hard constraints by the gaps that are left, or finds that the nodes can do no more.
+  void learn(const Place& at, double gap);
   [[nodiscard]] double movement(const Positions& from, const Positions& to) const;
 
   const Workers& workers_;
@@ -75,8 +95,15 @@ class GaussNewton {
   /// At a former state, as long as steps get small quickly: in a drag it costs far more than the rest of a step.
   std::unique_ptr<Factorization> factor_;
   bool is_stale_ = true;    ///< the next step is to make another one
-  Positions learned_;       ///< (n_constraints, 3) multipliers, as moves of the targets
   Positions last_targets_;  ///< of which learned_ is
+  /// Multipliers of hard constraints.
+  struct Learned {
+    Positions moves;                                       ///< (n_constraints, 3) of the targets
+    double gap = std::numeric_limits<double>::infinity();  ///< when it was learned last
+    int times = 0;
+    bool is_all = false;  ///< that the nodes can do
+  };
+  Learned learned_;
   int n_factorizations_ = 0;
 };
 
