@@ -15,6 +15,8 @@ from measure.base.contender import STEP_ITERATIONS, PosedTask
 from measure.base.workers import NotRun
 from measure.inputs.solids import cubes, sheet
 from measure.inputs.tasks import rotation
+from measure.pages.same_models import excess
+from measure.pages.same_models import same_models as same_models_page
 from measure.runs import same_models as run
 from measure.runs.contenders import Entry
 
@@ -129,3 +131,16 @@ def test_a_pair_has_a_row_for_each_task_and_the_rest_are_alone(tmp_path, monkeyp
     assert (row["ours"], row["task"], row["distance"], row["energies"]) == ("Poisson, harmonic", run.BAR, 0.0, None)
     assert len(row["step_s"]) == len(row["set_up_s"]) == 2
     assert row["step_ratio"] > 0
+
+
+def test_the_page_has_pairs_then_what_did_not_run_then_what_is_alone():
+    pair = {"ours": "surface", "theirs": "X: ARAP", "task": "rod_bend"}
+    row = pair | {"version": "2", "distance": 1.4e-5, "energies": [2.0, 2.002], "step_ratio": 25.04}
+    row |= {"set_up_s": [0.1, 0.2], "step_s": [0.004, 0.1]}
+    page = same_models_page({"rows": [row, pair | {"not_run": "no X here"}], "alone": ["X: other"]})
+    table, missing, alone = page.split("\n\n")
+    cells = "| surface | X: ARAP (2) | rod bend | 1e-05 | +1e-03 | 0.10 | 0.20 | 4.0 | 100 | 25 |"
+    assert table.splitlines()[2] == cells
+    assert missing == "- X: ARAP, rod_bend: no X here"
+    assert alone == "No model of ours is the same as X: other."
+    assert excess(None) == "-"

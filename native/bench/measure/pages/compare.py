@@ -15,6 +15,7 @@ from ..inputs.compared import file_part
 from . import marks
 from .markdown import NOTHING, Row, joined, machine_line, markdown, measured, number
 from .quality import PanelRow, rendered
+from .same_models import same_models
 
 Cell = Callable[[Row], str]
 
@@ -77,11 +78,13 @@ PICTURE = "comparison-models.webp"
 def sections(data: Row) -> dict[str, str]:
     """The Markdown of each section of docs/comparison.md that has results."""
     models = models_of(data)
-    return {
+    found = {
         "comparison-marks": joined(machine_line(data["machine"]), marks.table(data, models), marks.legend()),
-        "comparison-sizes": sizes(data["sizes"]),
         "comparison-set-up": set_up(data, models),
+        "comparison-sizes": sizes(data["sizes"]),
+        "comparison-same-models": same_models(data["same_models"]) if "same_models" in data else "",
     }
+    return {name: body for name, body in found.items() if body}
 
 
 def models_of(data: Row) -> list[str]:
