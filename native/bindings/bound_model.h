@@ -181,6 +181,7 @@ void bind_surface_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 void bind_lattice_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 void bind_poisson_editing(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 void bind_embedded_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs);
+void bind_cage_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 void bind_tet_arap(py::module_& m, const std::shared_ptr<Jobs>& jobs);
 
 }  // namespace arap_native

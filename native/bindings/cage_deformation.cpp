@@ -60,6 +60,16 @@ class BoundCage {
     return out;
   }
 
+  [[nodiscard]] py::array fit(Object positions, double smoothness) const {
+    const arap::Positions points = positions_from(positions, "positions", native_->n_points(), "one row per point");
+    arap::Positions result;
+    {
+      const WithoutGil no_gil;
+      result = native_->fit(points, smoothness);
+    }
+    return to_array(std::move(result));
+  }
+
   [[nodiscard]] py::tuple weights(int point) const {
     const arap::CageWeights weights = native_->weights(point);
     const auto array = [](const Eigen::VectorXd& values) {
@@ -96,6 +106,11 @@ arap::PolygonMesh made_cage(MeshArrays mesh, int cells) {
   return arap::make_cage(mesh_of(std::move(mesh)), cells);
 }
 
+arap::Positions transferred(MeshArrays source, const arap::Positions& moved_source, MeshArrays target) {
+  const WithoutGil no_gil;
+  return arap::transfer_cage(mesh_of(std::move(source)), moved_source, mesh_of(std::move(target)));
+}
+
 /// Positions, and (f, 4) faces.
 py::tuple arrays_of(const arap::PolygonMesh& cage) {
   std::vector<int> corners;
@@ -113,6 +128,15 @@ void bind_cage_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
       },
       docstrings::make_cage, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none(),
       py::arg("cells") = 10);
+  m.def(
+      "transfer_cage",
+      [](Object source, Object moved_source, Object target) {
+        MeshArrays from = mesh_from_tuple(source, "source");
+        const arap::Positions moved =
+            positions_from(moved_source, "moved_source", from.positions.rows(), "one row per vertex of the source");
+        return to_array(transferred(std::move(from), moved, mesh_from_tuple(target, "target")));
+      },
+      docstrings::transfer_cage, py::arg("source"), py::arg("moved_source"), py::arg("target"));
   const py::object none = py::none();
   using Options = arap::CageOptions;
   py::class_<BoundCage>(m, "CageDeformation", docstrings::CageDeformation)
@@ -138,6 +162,7 @@ void bind_cage_deformation(py::module_& m, const std::shared_ptr<Jobs>& jobs) {
           py::arg("face_sizes") = none, py::arg("options") = none)
       .def("deform", &BoundCage::deform, docstrings::CageDeformation_deform, py::arg("cage_positions"), py::kw_only(),
            py::arg("out") = none)
+      .def("fit", &BoundCage::fit, docstrings::CageDeformation_fit, py::arg("positions"), py::arg("smoothness") = 1e-6)
       .def("weights", &BoundCage::weights, docstrings::CageDeformation_weights, py::arg("point"))
       .def_property_readonly(
           "n_points", [](const BoundCage& cage) { return cage.native().n_points(); },

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "arap/cage.h"
+#include "arap/cage_arap.h"
 #include "arap/embedded_deformation.h"
 #include "arap/options.h"
 #include "arap/poisson_editing.h"
@@ -55,6 +56,8 @@ constexpr std::pair<const char*, arap::CageCoordinates> kCageCoordinates[] = {
     {"green", arap::CageCoordinates::kGreen},
     {"harmonic", arap::CageCoordinates::kHarmonic},
 };
+constexpr std::pair<const char*, arap::CageEnergy> kCageEnergies[] = {{"mesh", arap::CageEnergy::kMesh},
+                                                                      {"cage", arap::CageEnergy::kCage}};
 constexpr std::pair<const char*, arap::StopReason> kStopReasons[] = {
     {"converged", arap::StopReason::kConverged},
     {"max_iterations", arap::StopReason::kMaxIterations},

@@ -57,6 +57,18 @@ MeshArrays mesh_from(const py::object& rest_positions, const py::object& faces, 
   return mesh;
 }
 
+MeshArrays mesh_from_tuple(const py::object& object, const std::string& name) {
+  if (!py::isinstance<py::tuple>(object) || py::len(object) < 2 || py::len(object) > 3)
+    throw py::type_error(name + " is not a tuple of arrays, expected (rest_positions, faces)");
+  const auto fields = py::reinterpret_borrow<py::tuple>(object);
+  return mesh_from(fields[0], fields[1], py::len(object) == 3 ? py::object(fields[2]) : py::none());
+}
+
+CagedArrays caged_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes,
+                       const py::object& cage) {
+  return {mesh_from(rest_positions, faces, face_sizes), mesh_from_tuple(cage, "cage")};
+}
+
 arap::PolygonMesh mesh_of(MeshArrays arrays) {
   return {std::move(arrays.positions), std::move(arrays.corner_vertices), std::move(arrays.face_sizes)};
 }

@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 
 #include <memory>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -30,6 +31,8 @@ struct MeshArrays {
 
 /// @param faces  a row or a list per face, or with `face_sizes` one face after the other
 MeshArrays mesh_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes);
+/// Of a tuple as make_cage() returns it, with or without face_sizes.
+MeshArrays mesh_from_tuple(const py::object& object, const std::string& name);
 arap::PolygonMesh mesh_of(MeshArrays arrays);
 
 /// What a TetMesh is made of.
@@ -73,6 +76,32 @@ struct BindInput {
       return std::make_shared<ModelOf<Native>>(Native(mesh_of(std::move(mesh)), options, properties, progress));
     else
       return std::make_shared<ModelOf<Native>>(Native(mesh_of(std::move(mesh)), options, progress));
+  }
+};
+
+/// A mesh and its cage.
+struct CagedArrays {
+  MeshArrays mesh;
+  MeshArrays cage;
+};
+
+CagedArrays caged_from(const py::object& rest_positions, const py::object& faces, const py::object& face_sizes,
+                       const py::object& cage);
+
+template <>
+struct BindInput<arap::CageArap> {
+  using Options = arap::CageArapOptions;
+  using Arrays = CagedArrays;
+  Arrays arrays;
+  Options options;
+
+  BindInput(Arrays given_arrays, const Options* given)
+      : arrays(std::move(given_arrays)), options(given != nullptr ? *given : Options{}) {}
+
+  /// As that of the others.
+  std::shared_ptr<ModelOf<arap::CageArap>> bind(const arap::Progress& progress) {
+    return std::make_shared<ModelOf<arap::CageArap>>(
+        arap::CageArap(mesh_of(std::move(arrays.mesh)), mesh_of(std::move(arrays.cage)), options, progress));
   }
 };
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "arap/cage_arap.h"
 #include "arap/embedded_deformation.h"
 #include "arap/lattice_arap.h"
 #include "arap/poisson_editing.h"
@@ -43,6 +44,12 @@ struct ClassOf<arap::EmbeddedDeformation> {
   using Mesh = arap::PolygonMesh;
   using Options = arap::EmbeddedOptions;
   static constexpr const char* kName = "EmbeddedDeformation";
+};
+template <>
+struct ClassOf<arap::CageArap> {
+  using Mesh = arap::PolygonMesh;
+  using Options = arap::CageArapOptions;
+  static constexpr const char* kName = "CageArap";
 };
 template <>
 struct ClassOf<arap::TetArap> {

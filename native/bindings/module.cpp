@@ -54,6 +54,7 @@ PYBIND11_MODULE(_native, m) {
   bind_embedded_options(m);
   bind_tet_options(m);
   bind_cage_options(m);
+  bind_cage_arap_options(m);
   bind_solve_options(m);
   bind_result(m);
   const auto jobs = std::make_shared<Jobs>();
@@ -63,6 +64,7 @@ PYBIND11_MODULE(_native, m) {
   bind_lattice_arap(m, jobs);
   bind_poisson_editing(m, jobs);
   bind_embedded_deformation(m, jobs);
+  bind_cage_arap(m, jobs);
   bind_tet_arap(m, jobs);
   bind_lattice_tets(m);
   bind_cage_deformation(m, jobs);

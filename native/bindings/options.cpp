@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "arap/cage.h"
+#include "arap/cage_arap.h"
 #include "arap/embedded_deformation.h"
 #include "arap/lattice_arap.h"
 #include "arap/options.h"
@@ -154,6 +155,20 @@ void bind_cage_options(py::module_& m) {
   def_field(type, "grid_spacing", &CageOptions::grid_spacing, docstrings::CageOptions_grid_spacing);
   def_field(type, "threads", &CageOptions::threads, docstrings::CageOptions_threads);
   def_construction(type, docstrings::CageOptions_init, {"coordinates", "grid_spacing", "threads"});
+}
+
+void bind_cage_arap_options(py::module_& m) {
+  using arap::CageArapOptions;
+  py::class_<CageArapOptions> type(m, "CageArapOptions", docstrings::CageArapOptions);
+  def_enum<CageArapOptions, arap::CageEnergy>(type, "energy", &CageArapOptions::energy, kCageEnergies,
+                                              docstrings::CageArapOptions_energy);
+  def_enum<CageArapOptions, arap::CageCoordinates>(type, "coordinates", &CageArapOptions::coordinates, kCageCoordinates,
+                                                   docstrings::CageArapOptions_coordinates);
+  def_field(type, "grid_spacing", &CageArapOptions::grid_spacing, docstrings::CageArapOptions_grid_spacing);
+  def_field(type, "rigidity_radius", &CageArapOptions::rigidity_radius, docstrings::CageArapOptions_rigidity_radius);
+  def_field(type, "threads", &CageArapOptions::threads, docstrings::CageArapOptions_threads);
+  def_construction(type, docstrings::CageArapOptions_init,
+                   {"energy", "coordinates", "grid_spacing", "rigidity_radius", "threads"});
 }
 
 void bind_solve_options(py::module_& m) {

@@ -18,6 +18,7 @@ void bind_poisson_options(py::module_& m);
 void bind_tet_options(py::module_& m);
 /// Adds CageOptions.
 void bind_cage_options(py::module_& m);
+void bind_cage_arap_options(py::module_& m);
 /// Adds SolveOptions.
 void bind_solve_options(py::module_& m);
 

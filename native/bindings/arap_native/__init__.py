@@ -5,6 +5,8 @@ from typing import TypeAlias
 
 from . import _native
 from ._native import (
+    CageArap,
+    CageArapOptions,
     CageDeformation,
     CageOptions,
     Cancelled,
@@ -26,6 +28,7 @@ from ._native import (
     __version__,
     make_cage,
     same_places,
+    transfer_cage,
 )
 
 __doc__ = _native.__doc__
@@ -33,6 +36,8 @@ __doc__ = _native.__doc__
 Progress: TypeAlias = Callable[[float], bool | None]
 
 __all__ = [
+    "CageArap",
+    "CageArapOptions",
     "CageDeformation",
     "CageOptions",
     "Cancelled",
@@ -55,4 +60,5 @@ __all__ = [
     "__version__",
     "make_cage",
     "same_places",
+    "transfer_cage",
 ]

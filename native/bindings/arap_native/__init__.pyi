@@ -188,6 +188,31 @@ class CageOptions:
         threads: int = 0,
     ) -> None: ...
 
+class CageArapOptions:
+    """Options of a CageArap, fixed at bind. A value that is not allowed raises ValueError when it is set."""
+
+    energy: Literal["mesh", "cage"]
+    """Whose shape resists: "mesh" the surface of the mesh; "cage" that of the cage, which costs less and keeps less of
+    the volume of limbs."""
+    coordinates: Literal["mean_value", "harmonic"]
+    """As CageOptions.coordinates; but "green" is not linear in the cage."""
+    grid_spacing: float
+    """As CageOptions.grid_spacing."""
+    rigidity_radius: float
+    """Distance between the rotation nodes of that surface, as a fraction of the mesh's bounding-box diagonal, in [1e-6,
+    1]. Larger is stiffer."""
+    threads: int
+    """Threads of bind and solve; 0 is as many as pay at this size."""
+    def __init__(
+        self,
+        *,
+        energy: Literal["mesh", "cage"] = "mesh",
+        coordinates: Literal["mean_value", "harmonic"] = "mean_value",
+        grid_spacing: float = 0.015625,
+        rigidity_radius: float = 0.05,
+        threads: int = 0,
+    ) -> None: ...
+
 class SolveOptions:
     """Options of one solve. A value that is not allowed raises ValueError when it is set."""
 
@@ -581,6 +606,52 @@ class EmbeddedDeformation(Model):
     def nodes(self) -> NDArray[np.float64]:
         """(n_nodes, 3) float64 where the nodes are at rest."""
 
+class CageArap(Model):
+    """As-rigid-as-possible deformation of a cage by vertices of the mesh that hangs on it. Construction binds both.
+
+    The unknowns are the vertices of the cage, and rotations those of nodes, so an iteration costs the same at every
+    density of the mesh. The mesh goes where the cage carries it, all of its parts; loose vertices stay. The cage brings
+    hard vertices as near to their targets as it can, a region to about a thousandth of the size.
+    """
+
+    def __init__(
+        self,
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None,
+        cage: tuple[ArrayLike, ...],
+        options: CageArapOptions | None = None,
+        *,
+        progress: Progress | None = None,
+    ) -> None:
+        """Binds a mesh and its cage.
+
+        Args:
+            rest_positions, faces, face_sizes, progress: as for SurfaceArap.
+            cage: its rest_positions and faces, as make_cage() returns them and CageDeformation takes them.
+            options: see CageArapOptions.
+
+        Raises:
+            ValueError: as for SurfaceArap and CageDeformation, or a mesh without faces or size.
+            Cancelled: ``progress`` returned False.
+        """
+
+    @staticmethod
+    def begin_bind(
+        rest_positions: ArrayLike,
+        faces: ArrayLike,
+        face_sizes: ArrayLike | None,
+        cage: tuple[ArrayLike, ...],
+        options: CageArapOptions | None = None,
+    ) -> Job[CageArap]:
+        """Begins to bind a mesh and its cage: the constructor as a job."""
+
+    def cage_positions(self) -> NDArray[np.float64]:
+        """(n_cage_vertices, 3) float64 where the cage is now."""
+    @property
+    def n_cage_vertices(self) -> int:
+        """Number of vertices of the cage: the unknowns of a solve."""
+
 class TetArap(Model):
     """As-rigid-as-possible deformation of tetrahedra. Construction binds the mesh.
 
@@ -758,6 +829,21 @@ class CageDeformation:
             ValueError: bad shape, or a position that is not finite.
         """
 
+    def fit(self, positions: NDArray[np.float64], smoothness: float = 1e-6) -> NDArray[np.float64]:
+        """Where the cage must be so that the points come to these positions, as well as they can.
+
+        Args:
+            positions: (n, 3) float64.
+            smoothness: 1e-12 to 1, how smoothly the cage moves where points tell little.
+
+        Returns:
+            (n_vertices, 3) float64.
+
+        Raises:
+            ValueError: bad shape, a position that is not finite, a bad smoothness; or "green", which is not linear in
+                the cage.
+        """
+
     def weights(self, point: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The weights of a point, in double.
 
@@ -798,6 +884,27 @@ def make_cage(
 
     Raises:
         ValueError: bad arrays or ``cells``, or a mesh without faces or size.
+    """
+
+def transfer_cage(
+    source: tuple[ArrayLike, ...], moved_source: ArrayLike, target: tuple[ArrayLike, ...]
+) -> NDArray[np.float64]:
+    """Moves a cage as another one of the same faces has been moved: deformation transfer.
+
+    After CageDeformation.fit() of a shape and before CageDeformation.deform() of another, it carries a deformation from
+    the one to the other. Where the source has turned, grown and moved, the target turns and grows alike, about its own
+    middle, which moves as the source's does.
+
+    Args:
+        source: the cage at rest, as for CageArap.
+        moved_source: (n_vertices, 3).
+        target: the cage to move, at rest, of the same faces.
+
+    Returns:
+        (n_vertices, 3) float64 of the target.
+
+    Raises:
+        ValueError: bad arrays, other faces, or no faces.
     """
 
 def same_places(

@@ -16,6 +16,8 @@ inline namespace ARAP_COMPILED_ALIKE {
 /// [JSW05] Ju, Schaefer, Warren: Mean Value Coordinates for Closed Triangular Meshes, SIGGRAPH 2005.
 /// [JMD07] Joshi, Meyer, DeRose, Green, Sanocki: Harmonic Coordinates for Character Articulation, SIGGRAPH 2007.
 /// [LLC08] Lipman, Levin, Cohen-Or: Green Coordinates, SIGGRAPH 2008.
+/// [CHSB10] Chen, Huang, Sun, Bao: Cage-based deformation transfer, Computers & Graphics 34(2), 2010.
+/// [SP04] Sumner, Popovic: Deformation Transfer for Triangle Meshes, SIGGRAPH 2004.
 enum class CageCoordinates {
   /// [JSW05]: follows the cage closely and meets affine motions exactly. Defined everywhere, also outside of the cage.
   kMeanValue,
@@ -84,6 +86,17 @@ class CageDeformation {
   /// @param out  (3 n) takes the result, row by row
   void deform(const Positions& cage_positions, std::span<float> out) const;
 
+  /// Where the cage must be, (n_vertices, 3), so that the points come to given places as well as they can [CHSB10]:
+  ///
+  ///     min 1/n |Phi C' - positions|^2 + smoothness / n_vertices |L (C' - M C)|^2,
+  ///
+  /// Phi the weights, L of each vertex how far it is from the mean of its neighbours. Departure: the smoothness is that
+  /// of what the best turn, scale and shift M of the points leaves, so it does not resist these.
+  /// @param positions   (n, 3) of the points, finite
+  /// @param smoothness  1e-12 to 1: how smoothly the cage moves where points tell little
+  /// Throws InvalidInput, also for kGreen, which is not linear in the cage.
+  [[nodiscard]] Positions fit(const Positions& positions, double smoothness = 1e-6) const;
+
   /// The weights of a point in double: computed again, or for kHarmonic those that there are, repaired. Throws
   /// InvalidInput for an index out of [0, n_points).
   [[nodiscard]] CageWeights weights(int point) const;
@@ -98,6 +111,22 @@ class CageDeformation {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Moves a cage as another one of the same faces has been moved [CHSB10], by deformation transfer [SP04]. The gradients
+/// of the source's triangles (of a quad those of both its diagonals), completed by their normals, whose lengths grow
+/// as the root of the area, turn and stretch the edges of the target's; the result is nearest to these. With
+/// CageDeformation::fit() before and CageDeformation::deform() after it carries a deformation from one shape to
+/// another.
+///
+/// If the source has moved by a turn, a scale and a shift, the target turns and grows alike, about its own middle: this
+/// moves as the source's does. The result does not depend on where the target is.
+/// @param source        at rest
+/// @param moved_source  (n_vertices, 3), finite
+/// @param target        at rest, with the source's faces
+/// @return  (n_vertices, 3) of the target
+/// Throws InvalidInput.
+[[nodiscard]] Positions transfer_cage(const PolygonMesh& source, const Positions& moved_source,
+                                      const PolygonMesh& target);
 
 /// A cage of quads around a mesh and what is inside of it: the outside of the cubes of a coarse grid that the mesh is
 /// in or near, smoothed. The mesh may be open, or of several parts; holes smaller than a cube are closed. It is nowhere

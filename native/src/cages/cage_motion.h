@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Core>
+
 #include "arap/types.h"
 #include "cages/cage.h"
 
@@ -21,7 +23,13 @@ struct AffineMap {
 /// triangle do not count.
 [[nodiscard]] AffineMap best_affine_map(const Cage& cage, const Positions& moved);
 
+/// The same map as a matrix, (4, n_vertices): times `moved` it is the shift and then the transposed linear part.
+[[nodiscard]] Eigen::Matrix4Xd affine_fit(const Cage& cage);
+
 /// The same of a turn, a scale and a shift.
 [[nodiscard]] AffineMap best_similarity(const Cage& cage, const Positions& moved);
+
+/// The same of any points, (n, 3). Where they tell no scale, as one alone, it is 1.
+[[nodiscard]] AffineMap best_similarity(const Positions& rest, const Positions& moved);
 
 }  // namespace arap

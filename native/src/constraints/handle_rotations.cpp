@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -66,13 +67,18 @@ HandleRotations::HandleRotations(const PreparedModel& model, const PreparedConst
       for (const int v : rows.rows[r].indices) joined.join(first, v);
     }
   }
+  const std::vector<int>& handles = constraints.handle_of_row;
+  const size_t first_told = vertex_of_row.size() - handles.size();
 
   std::vector<int> group_of_root(n, -1);
   group_of_row_.assign(vertex_of_row.size(), -1);
   for (const int v : constraints.vertex_of_target) part_of_row_.push_back(model.part_of_vertex[v]);
+  std::map<int, int> group_of_handle;
   for (size_t k = 0; k < vertex_of_row.size(); ++k) {
-    if (vertex_of_row[k] < 0) continue;
-    int& group = group_of_root[joined.find(vertex_of_row[k])];
+    const bool is_told = k >= first_told;
+    if (!is_told && vertex_of_row[k] < 0) continue;
+    int& group = is_told ? group_of_handle.try_emplace(handles[k - first_told], -1).first->second
+                         : group_of_root[joined.find(vertex_of_row[k])];
     if (group < 0) {
       group = static_cast<int>(rows_of_group_.size());
       rows_of_group_.emplace_back();

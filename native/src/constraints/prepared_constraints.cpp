@@ -40,6 +40,7 @@ PreparedConstraints::PreparedConstraints(const PreparedModel& model, const Model
                                          const Progress& progress)
     : regions(model.regions),
       vertex_of_target(constraints.n_targets()),
+      handle_of_row(constraints.handle_of_row),
       target_sums(Eigen::VectorXd::Ones(constraints.n_targets())),
       stiffness_(model.energy.K.diagonal()) {
   const auto n = static_cast<int>(model.rest.rows());

@@ -17,6 +17,8 @@ namespace arap {
 struct ModelConstraints {
   ConstraintSet set;  ///< a vertex may have several entries
   LinearRows rows;
+  /// (n_rows,) the handle that each row is of; or empty: rows that share unknowns are of one.
+  std::vector<int> handle_of_row{};  // NOLINT(readability-redundant-member-init): as in ConstraintSet
 
   [[nodiscard]] int n_targets() const { return set.n_targets() + rows.size(); }
 };
@@ -95,6 +97,7 @@ class PreparedConstraints {
   Rows soft_rows;
   Rows stiff_rows;
   std::vector<int> vertex_of_target;  ///< (n_targets,) one that the target is about
+  std::vector<int> handle_of_row;     ///< as given: of the last targets
   /// (n_targets,) what a rotation vector that all unknowns have makes of each target: 1 but for rows of another sum
   Eigen::VectorXd target_sums;
   bool is_weak_hold = false;  ///< if nothing holds a part but constraints so soft that rounded forces could push it

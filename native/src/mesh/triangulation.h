@@ -40,6 +40,27 @@ struct Triangulation {
 /// edge becomes ties: its weights would be meaningless, but its corners must stay together.
 [[nodiscard]] Triangulation triangulate(const PolygonMesh& mesh, EdgeWeights weights);
 
+/// Calls add(vertex, q) with what a triangle adds to the rest vectors of its corners: sum over its edges jk at j of
+/// cot (p_j - p_k), twice the divergence of the rest's gradients there.
+template <class Add>
+void add_rest_vectors(const Triangle& triangle, const Positions& rest, const Add& add) {
+  for (size_t edge = 0; edge < 3; ++edge) {
+    const int a = triangle.vertices[(edge + 1) % 3];
+    const int b = triangle.vertices[(edge + 2) % 3];
+    const Eigen::RowVector3d pull = 2 * triangle.half_cotangents[edge] * (rest.row(a) - rest.row(b));
+    add(a, pull);
+    add(b, -pull);
+  }
+}
+
+/// The same of a tie.
+template <class Add>
+void add_rest_vectors(const Tie& tie, const Positions& rest, const Add& add) {
+  Eigen::RowVector3d u = Eigen::RowVector3d::Zero();
+  for (size_t k = 0; k < 3; ++k) u += tie.coefficients[k] * rest.row(tie.vertices[k]);
+  for (size_t k = 0; k < 3; ++k) add(tie.vertices[k], 2 * tie.weight * tie.coefficients[k] * u);
+}
+
 inline constexpr size_t kMostFanTriangles = 2048;
 inline constexpr size_t kFewestFans = 4;
 inline constexpr double kDegenerateHeight = 1e-4;

@@ -79,6 +79,23 @@ def test_a_made_cage_carries_its_mesh():
         arap_native.make_cage(*mesh, cells=1)
 
 
+@pytest.mark.parametrize("coordinates", ["mean_value", "harmonic"])
+def test_a_deformation_goes_from_one_shape_to_another(coordinates):
+    options = CageOptions(coordinates=coordinates)
+    source = CageDeformation(points_inside(200), *cube(), options)
+    moved = cube().positions + np.random.default_rng(2).uniform(-0.3, 0.3, (8, 3))
+    fitted = source.fit(source.deform(moved), smoothness=1e-9)
+    assert fitted == pytest.approx(moved, abs=1e-4)
+    target = cube()._replace(positions=cube().positions * [2.0, 2.0, 4.0] + 5.0)
+    transferred = arap_native.transfer_cage(cube(), fitted, target)
+    assert transferred.shape == (8, 3)
+    grown = arap_native.transfer_cage(cube(), 2 * cube().positions @ rotation_z(1.0).T, target)
+    assert grown == pytest.approx(2 * (target.positions - 5.0) @ rotation_z(1.0).T + 5.0, abs=1e-12)
+    triangles = np.ascontiguousarray(cube().corner_vertices.reshape(-1, 4)[:, :3])
+    same = (cube().positions, triangles)
+    assert arap_native.transfer_cage(same, moved, same) == pytest.approx(moved, abs=1e-12)
+
+
 def test_a_job_does_what_the_constructor_does():
     moved = cube().positions * [1.0, 1.0, 1.5] + cube().positions[:, ::-1] ** 2
     job = CageDeformation.begin_bind(points_inside(), *cube(), GREEN)
@@ -117,5 +134,11 @@ def test_what_is_wrong_is_told_in_words():
         cage.deform(points_inside())
     with pytest.raises(ValueError, match=r"^point 20 is not there, there are points 0 to 19"):
         cage.weights(20)
+    with pytest.raises(ValueError, match=r"^positions has shape \(8, 3\), expected \(20, 3\): one row per point"):
+        cage.fit(positions)
+    with pytest.raises(ValueError, match=r"^moved_source has shape \(20, 3\), expected \(8, 3\): one row per vertex"):
+        arap_native.transfer_cage(cube(), points_inside(), cube())
+    with pytest.raises(TypeError, match=r"^target is not a tuple of arrays, expected \(rest_positions, faces\)$"):
+        arap_native.transfer_cage(cube(), positions, positions)
     with pytest.raises(TypeError, match="only __new__ was called"):
         CageDeformation.__new__(CageDeformation).deform(positions)

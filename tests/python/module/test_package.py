@@ -17,6 +17,8 @@ from sample_meshes import ends, tube, twisted_ends
 ROOT = Path(__file__).parents[3]
 PACKAGE = Path(arap_native.__file__).parent
 CLASSES = [
+    "CageArap",
+    "CageArapOptions",
     "CageDeformation",
     "CageOptions",
     "EmbeddedDeformation",
@@ -97,6 +99,7 @@ def test_signatures_have_the_defaults_in_use():
         arap_native.EmbeddedOptions,
         arap_native.TetOptions,
         arap_native.CageOptions,
+        arap_native.CageArapOptions,
         arap_native.SolveOptions,
     ):
         made = options()

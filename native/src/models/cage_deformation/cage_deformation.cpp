@@ -1,21 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
-#include <array>
-#include <string>
-#include <vector>
-
 #include "arap/cage.h"
-#include "base/available_memory.h"
-#include "cages/cage.h"
-#include "cages/cage_motion.h"
+#include "cages/cage_points.h"
 #include "cages/cage_weights.h"
-#include "cages/green.h"
 #include "cages/harmonic.h"
-#include "cages/weight_blocks.h"
-#include "kernels/kernels.h"
+#include "models/cage_deformation/cage_fit.h"
 #include "models/input_checks.h"
 #include "parallel/meter.h"
-#include "parallel/parallel.h"
 
 namespace arap {
 
@@ -33,18 +23,6 @@ void require_moved(const Positions& cage_positions, int n_vertices) {
   require_finite("cage_positions", cage_positions, [](int v) { return text("vertex ", v); });
 }
 
-/// Tells which points a cage cannot carry.
-void require_none(const std::vector<int>& outside, Eigen::Index n_points, CageCoordinates coordinates) {
-  if (outside.empty()) return;
-  constexpr size_t kMostNamed = 5;
-  std::string named;
-  for (size_t k = 0; k < std::min(outside.size(), kMostNamed); ++k) named += text(k == 0 ? "" : ", ", outside[k]);
-  if (outside.size() > kMostNamed) named += ", ...";
-  throw InvalidInput(text(outside.size(), " of ", n_points, " points are not inside of the cage (", named,
-                          "), where there are no ", coordinates == CageCoordinates::kGreen ? "Green" : "harmonic",
-                          " coordinates; make the cage larger or take mean value coordinates"));
-}
-
 }  // namespace
 
 void CageOptions::validate() const {
@@ -56,72 +34,20 @@ void CageOptions::validate() const {
 }
 
 struct CageDeformation::Impl {
-  Impl(const PolygonMesh& mesh, const Positions& points, const CageOptions& options, const Progress& progress)
-      : cage(mesh),
-        coordinates(options.coordinates),
-        workers(choose_threads(options.threads, static_cast<int>(points.rows()))),
-        rest(points.rows(), 3),
-        weights(static_cast<int>(points.rows()), n_weight_rows(cage, coordinates)) {
-    for (Eigen::Index k = 0; k < points.rows(); ++k) rest.row(k) = cage.to_cage(points.row(k));
-    Meter meter(progress, "computing the weights of the cage was cancelled");
-    const std::vector<int> outside =
-        coordinates == CageCoordinates::kHarmonic
-            ? harmonic_weights(cage, options.grid_spacing, rest, workers, {&meter, 1}, weights)
-            : compute_weights(cage, coordinates, rest, workers.threads(), {&meter, 1}, weights);
-    require_none(outside, points.rows(), coordinates);
-    meter.reach(1);
-  }
+  Impl(const PolygonMesh& mesh, const Positions& given, const CageOptions& options, Meter& meter)
+      : points(mesh, given, options, {&meter, 1}), fit(points) {}
 
-  /// What the best map leaves of the motion of the cage: vectors that the weights are multiplied by.
-  [[nodiscard]] Positions left_by(const AffineMap& map, const Positions& moved) const {
-    Positions left(weights.n_rows(), 3);
-    const auto n = cage.n_vertices();
-    left.topRows(n) = moved - map.apply(cage.vertices());
-    if (coordinates == CageCoordinates::kGreen)
-      left.bottomRows(cage.n_triangles()) =
-          stretched_normals(cage, moved) - stretched_normals(cage, cage.vertices()) * map.linear.transpose();
-    return left;
-  }
-
-  /// Calls put(point, place) for all points.
-  template <class Put>
-  void deform(const Positions& moved, const Put& put) const {
-    const AffineMap map =
-        coordinates == CageCoordinates::kGreen ? best_similarity(cage, moved) : best_affine_map(cage, moved);
-    const Positions left = left_by(map, moved);
-    const CageKernels& own = kernels(isa).cage;
-    parallel_for<kBlocks>(workers, weights.n_blocks(), [&](int begin, int end) {
-      for (int b = begin; b < end; ++b) {
-        std::array<double, 3 * kCageBlock> sums{};
-        own.carry(weights.block(b), left.data(), weights.n_rows(), sums.data());
-        for (int lane = 0; lane < kCageBlock; ++lane) {
-          const int p = b * kCageBlock + lane;
-          if (p >= weights.n_points()) break;
-          const Vector3 carried(sums[lane], sums[kCageBlock + lane], sums[2 * kCageBlock + lane]);
-          put(p, Vector3(map.linear * rest.row(p).transpose() + map.shift + carried));
-        }
-      }
-    });
-  }
-
-  static constexpr int kBlocks = 16;  ///< that a thread takes at a time
-
-  Cage cage;
-  CageCoordinates coordinates;
-  Isa isa = choose_isa();
-  Workers workers;
-  Positions rest;  ///< of the points, in the cage's space
-  WeightBlocks weights;
+  CagePoints points;
+  CageFit fit;
 };
 
 CageDeformation::CageDeformation(const PolygonMesh& cage, const Positions& points, const CageOptions& options,
                                  const Progress& progress) {
   options.validate();
   require_points(points);
-  // A quad may have four triangles.
-  const double n_rows = cage.n_vertices() + (options.coordinates == CageCoordinates::kGreen ? 4.0 * cage.n_faces() : 0);
-  require_memory(WeightBlocks::bytes(static_cast<double>(points.rows()), n_rows), "this cage with so many points");
-  impl_ = std::make_unique<Impl>(cage, points, options, progress);
+  Meter meter(progress, "computing the weights of the cage was cancelled");
+  impl_ = std::make_unique<Impl>(cage, points, options, meter);
+  meter.reach(1);
 }
 
 CageDeformation::~CageDeformation() = default;
@@ -131,7 +57,7 @@ CageDeformation& CageDeformation::operator=(CageDeformation&&) noexcept = defaul
 Positions CageDeformation::deform(const Positions& cage_positions) const {
   require_moved(cage_positions, n_vertices());
   Positions result(n_points(), 3);
-  impl_->deform(cage_positions, [&](int p, const Vector3& place) { result.row(p) = place.transpose(); });
+  impl_->points.deform(cage_positions, [&](int p, const Vector3& place) { result.row(p) = place.transpose(); });
   return result;
 }
 
@@ -140,24 +66,38 @@ void CageDeformation::deform(const Positions& cage_positions, std::span<float> o
   const size_t n_numbers = 3 * static_cast<size_t>(n_points());
   if (out.size() != n_numbers)
     throw InvalidInput(text("out has ", out.size(), " numbers, must have three per point, ", n_numbers));
-  impl_->deform(cage_positions, [&](int p, const Vector3& place) {
+  impl_->points.deform(cage_positions, [&](int p, const Vector3& place) {
     for (int k = 0; k < 3; ++k) out[3 * static_cast<size_t>(p) + k] = static_cast<float>(place[k]);
   });
+}
+
+Positions CageDeformation::fit(const Positions& positions, double smoothness) const {
+  require_rows("positions", positions.rows(), n_points());
+  require_finite("positions", positions, [](int k) { return text("row ", k); });
+  constexpr double kLeast = 1e-12;
+  if (!(smoothness >= kLeast && smoothness <= 1))
+    throw InvalidInput(text("smoothness = ", smoothness, ", must be >= ", kLeast, " and <= 1"));
+  if (impl_->points.coordinates() == CageCoordinates::kGreen)
+    throw InvalidInput(
+        "Green coordinates are not linear in the cage, so no cage can be fitted by them; take mean value or harmonic "
+        "coordinates");
+  return impl_->fit.fit(positions, smoothness);
 }
 
 CageWeights CageDeformation::weights(int point) const {
   if (point < 0 || point >= n_points())
     throw InvalidInput(text("point ", point, " is not there, there are points 0 to ", n_points() - 1));
-  if (impl_->coordinates != CageCoordinates::kHarmonic)
-    return weights_of(impl_->cage, impl_->coordinates, impl_->rest.row(point));
-  CageWeights stored{impl_->weights.of_point(point), {}};
-  repair_weights(impl_->cage, impl_->rest.row(point), stored.vertices);
+  const CagePoints& points = impl_->points;
+  if (points.coordinates() != CageCoordinates::kHarmonic)
+    return weights_of(points.cage(), points.coordinates(), points.rest().row(point));
+  CageWeights stored{points.weights().of_point(point), {}};
+  repair_weights(points.cage(), points.rest().row(point), stored.vertices);
   return stored;
 }
 
-int CageDeformation::n_points() const { return impl_->weights.n_points(); }
-int CageDeformation::n_vertices() const { return impl_->cage.n_vertices(); }
-int CageDeformation::n_triangles() const { return impl_->cage.n_triangles(); }
-int CageDeformation::threads() const { return impl_->workers.threads(); }
+int CageDeformation::n_points() const { return impl_->points.size(); }
+int CageDeformation::n_vertices() const { return impl_->points.cage().n_vertices(); }
+int CageDeformation::n_triangles() const { return impl_->points.cage().n_triangles(); }
+int CageDeformation::threads() const { return impl_->points.workers().threads(); }
 
 }  // namespace arap

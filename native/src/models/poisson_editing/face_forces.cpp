@@ -27,23 +27,12 @@ class FaceForces::Reader {
   }
 
  private:
-  void add(const Triangle& triangle) {
-    for (size_t edge = 0; edge < 3; ++edge) {
-      const int a = triangle.vertices[(edge + 1) % 3];
-      const int b = triangle.vertices[(edge + 2) % 3];
-      const Eigen::RowVector3d pull = 2 * triangle.half_cotangents[edge] * (rest_.row(a) - rest_.row(b));
-      add(a, pull);
-      add(b, -pull);
-    }
+  template <class Item>
+  void add(const Item& item) {
+    add_rest_vectors(item, rest_, [&](int vertex, const Eigen::RowVector3d& q) {
+      forces_.rest_vectors_.row(corner_of_[vertex]) += q;
+    });
   }
-
-  void add(const Tie& tie) {
-    Eigen::RowVector3d u = Eigen::RowVector3d::Zero();
-    for (size_t k = 0; k < 3; ++k) u += tie.coefficients[k] * rest_.row(tie.vertices[k]);
-    for (size_t k = 0; k < 3; ++k) add(tie.vertices[k], 2 * tie.weight * tie.coefficients[k] * u);
-  }
-
-  void add(int vertex, const Eigen::RowVector3d& q) { forces_.rest_vectors_.row(corner_of_[vertex]) += q; }
 
   FaceForces& forces_;
   const Positions& rest_;

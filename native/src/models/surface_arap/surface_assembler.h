@@ -32,10 +32,10 @@ class SurfaceAssembler {
   class Incidence {
    public:
     template <class Item>
-    Incidence(int n_vertices, const std::vector<Item>& all)
+    Incidence(int n_vertices, const std::vector<Item>& items)
         : items_(n_vertices, [&](const auto& add) {
-            for (size_t i = 0; i < all.size(); ++i)
-              for (const int v : all[i].vertices) add(v, static_cast<int>(i));
+            for (size_t i = 0; i < items.size(); ++i)
+              for (const int v : items[i].vertices) add(v, static_cast<int>(i));
           }) {}
 
     /// f(item) for each item of v once; a tie that names v twice lists it twice in a row.

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cages/cage_points.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "arap/error.h"
+#include "base/available_memory.h"
+#include "base/format_message.h"
+#include "cages/cage_weights.h"
+#include "cages/green.h"
+#include "cages/harmonic.h"
+
+namespace arap {
+
+namespace {
+
+/// Tells which points a cage cannot carry.
+void require_none(const std::vector<int>& outside, Eigen::Index n_points, CageCoordinates coordinates) {
+  if (outside.empty()) return;
+  constexpr size_t kMostNamed = 5;
+  std::string named;
+  for (size_t k = 0; k < std::min(outside.size(), kMostNamed); ++k) named += text(k == 0 ? "" : ", ", outside[k]);
+  if (outside.size() > kMostNamed) named += ", ...";
+  throw InvalidInput(text(outside.size(), " of ", n_points, " points are not inside of the cage (", named,
+                          "), where there are no ", coordinates == CageCoordinates::kGreen ? "Green" : "harmonic",
+                          " coordinates; make the cage larger or take mean value coordinates"));
+}
+
+/// What n_weight_rows() says, if there is memory for so many points.
+int checked_rows(const Cage& cage, CageCoordinates coordinates, Eigen::Index n_points) {
+  const int n_rows = n_weight_rows(cage, coordinates);
+  require_memory(WeightBlocks::bytes(static_cast<double>(n_points), n_rows), "this cage with so many points");
+  return n_rows;
+}
+
+}  // namespace
+
+CagePoints::CagePoints(const PolygonMesh& mesh, const Positions& points, const CageOptions& options,
+                       const MeterPart& meter)
+    : cage_(mesh),
+      coordinates_(options.coordinates),
+      workers_(choose_threads(options.threads, static_cast<int>(points.rows()))),
+      rest_(points.rows(), 3),
+      weights_(static_cast<int>(points.rows()), checked_rows(cage_, coordinates_, points.rows())),
+      affine_(affine_fit(cage_)) {
+  for (Eigen::Index k = 0; k < points.rows(); ++k) rest_.row(k) = cage_.to_cage(points.row(k));
+  const std::vector<int> outside =
+      coordinates_ == CageCoordinates::kHarmonic
+          ? harmonic_weights(cage_, options.grid_spacing, rest_, workers_, meter, weights_)
+          : compute_weights(cage_, coordinates_, rest_, workers_.threads(), meter, weights_);
+  require_none(outside, points.rows(), coordinates_);
+}
+
+AffineMap CagePoints::best_map(const Positions& moved) const {
+  return coordinates_ == CageCoordinates::kGreen ? best_similarity(cage_, moved) : best_affine_map(cage_, moved);
+}
+
+Positions CagePoints::left_by(const AffineMap& map, const Positions& moved) const {
+  Positions left(weights_.n_rows(), 3);
+  const auto n = cage_.n_vertices();
+  left.topRows(n) = moved - map.apply(cage_.vertices());
+  if (coordinates_ == CageCoordinates::kGreen)
+    left.bottomRows(cage_.n_triangles()) =
+        stretched_normals(cage_, moved) - stretched_normals(cage_, cage_.vertices()) * map.linear.transpose();
+  return left;
+}
+
+CagePoints::Rows CagePoints::rows(int first, int n) const {
+  Rows result(n, cage_.n_vertices());
+  for (int k = 0; k < n; ++k) result.row(k) = weights_.of_point(first + k).transpose();
+  // The map is linear in the cage, too: what it does to a point, less what the weights have done of it already.
+  Eigen::MatrixX4d beyond(n, 4);
+  Eigen::MatrixX4d of_cage(cage_.n_vertices(), 4);
+  of_cage << Eigen::VectorXd::Ones(cage_.n_vertices()), cage_.vertices();
+  beyond << Eigen::VectorXd::Ones(n), rest_.middleRows(first, n);
+  beyond -= result * of_cage;
+  result += beyond * affine_;
+  return result;
+}
+
+}  // namespace arap

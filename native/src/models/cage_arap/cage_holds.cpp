@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "models/cage_arap/cage_holds.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <span>
+#include <utility>
+
+#include "base/union_find.h"
+
+namespace arap {
+
+namespace {
+
+/// How stiff what is hard is, beside the mean of K: a region is met to a thousandth of the size, by a cage that stays
+/// smooth.
+constexpr double kHardStrength = 1e4;
+
+/// What of a matrix, beside its largest value, moves no held vertex that one would see.
+constexpr double kLeast = 1e-8;
+
+/// Columns B of which B B^T is A^T A, up to a small part: a Cholesky factor whose pivots are the largest ones left.
+Eigen::MatrixXd thin_factor(const Eigen::MatrixXd& A) {
+  const auto c = A.cols();
+  Eigen::VectorXd left = A.colwise().squaredNorm();
+  const double largest = left.maxCoeff();
+  Eigen::MatrixXd B(c, std::min(A.rows(), c));
+  Eigen::Index n = 0;
+  for (; n < B.cols(); ++n) {
+    Eigen::Index pivot = 0;
+    const double value = left.maxCoeff(&pivot);
+    if (!(value > kLeast * largest)) break;
+    B.col(n) = (A.transpose() * A.col(pivot) - B.leftCols(n) * B.row(pivot).head(n).transpose()) / std::sqrt(value);
+    left -= B.col(n).cwiseAbs2();
+  }
+  return B.leftCols(n);
+}
+
+double strength_of(const ConstraintSet& set, size_t k) {
+  const double s = set.strengths.empty() ? 1.0 : set.strengths[k];
+  return s < 1 ? std::min(kHardStrength, s / (1 - s)) : kHardStrength;
+}
+
+/// A number of the handle of each constrained vertex, by vertex.
+std::map<int, int> handles_of(const PolygonMesh& mesh, const std::vector<char>& is_constrained) {
+  UnionFind joined(mesh.n_vertices());
+  for (int f = 0; f < mesh.n_faces(); ++f) {
+    const std::span<const int> face = mesh.face(f);
+    for (size_t k = 0; k < face.size(); ++k) {
+      const int next = face[(k + 1) % face.size()];
+      if (is_constrained[face[k]] != 0 && is_constrained[next] != 0) joined.join(face[k], next);
+    }
+  }
+  std::map<int, int> handle_of_root;
+  std::map<int, int> result;
+  for (int v = 0; v < mesh.n_vertices(); ++v)
+    if (is_constrained[v] != 0)
+      result[v] = handle_of_root.try_emplace(joined.find(v), static_cast<int>(handle_of_root.size())).first->second;
+  return result;
+}
+
+}  // namespace
+
+CageHolds::CageHolds(const CagePoints& points, const std::vector<int>& point_of_vertex, const PolygonMesh& mesh,
+                     const std::vector<double>& areas, double cage_area, double stiffness, const ConstraintSet& set)
+    : points_(&points) {
+  std::vector<char> is_constrained(mesh.n_vertices(), 0);
+  for (const int v : set.vertices) is_constrained[v] = point_of_vertex[v] >= 0 ? 1 : 0;
+  const std::map<int, int> handle_of_vertex = handles_of(mesh, is_constrained);
+  std::vector<std::vector<size_t>> entries;
+  for (size_t k = 0; k < set.vertices.size(); ++k) {
+    const auto found = handle_of_vertex.find(set.vertices[k]);
+    if (found == handle_of_vertex.end()) continue;
+    entries.resize(std::max(entries.size(), static_cast<size_t>(found->second) + 1));
+    entries[found->second].push_back(k);
+  }
+  for (const std::vector<size_t>& of_handle : entries) {
+    Handle handle;
+    double area = 0;
+    for (const size_t k : of_handle) area += areas[set.vertices[k]];
+    const double lacking = std::max(0.0, cage_area - area) / static_cast<double>(of_handle.size());
+    handle.weights.resize(std::ssize(of_handle));
+    for (const size_t k : of_handle) {
+      const int v = set.vertices[k];
+      handle.weights[std::ssize(handle.points)] = strength_of(set, k) * (areas[v] + lacking) / cage_area;
+      handle.sources.push_back(static_cast<int>(k));
+      handle.points.push_back(point_of_vertex[v]);
+    }
+    add_rows(std::move(handle), stiffness);
+  }
+  for (int p = 0; p < set.patches.size(); ++p) {
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(points.cage().n_vertices());
+    double weight = 0;
+    for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
+      if (!(set.patches.weights[k] > 0)) continue;
+      sum += set.patches.weights[k] * points.row(point_of_vertex[set.patches.vertices[k]]);
+      weight += set.patches.weights[k];
+    }
+    const int source = static_cast<int>(set.vertices.size()) + p;
+    add_row(sum / weight, LinearRows::kHard, source, static_cast<int>(handles_.size()) + p);
+  }
+}
+
+void CageHolds::add_rows(Handle handle, double stiffness) {
+  Eigen::MatrixXd phi(std::ssize(handle.points), points_->cage().n_vertices());
+  for (Eigen::Index k = 0; k < phi.rows(); ++k) phi.row(k) = points_->row(handle.points[k]);
+  const Eigen::MatrixXd B = thin_factor(handle.weights.cwiseSqrt().asDiagonal() * phi);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(B.transpose() * B);
+  const auto n_rows = (eigen.eigenvalues().array() > kLeast * eigen.eigenvalues().maxCoeff()).count();
+  const Eigen::VectorXd values = eigen.eigenvalues().tail(n_rows);
+  const Eigen::MatrixXd vectors =
+      B * eigen.eigenvectors().rightCols(n_rows) * values.cwiseSqrt().cwiseInverse().asDiagonal();
+  handle.to_rows =
+      values.cwiseInverse().asDiagonal() * vectors.transpose() * phi.transpose() * handle.weights.asDiagonal();
+  // The same combinations of the points as of the targets, so that what the cage can meet it meets.
+  const Eigen::MatrixXd of_cage = handle.to_rows * phi;
+  const auto handle_number = static_cast<int>(handles_.size());
+  for (Eigen::Index r = 0; r < n_rows; ++r)
+    add_row(of_cage.row(r), 2 * stiffness * values[r], handle.sources.front(), handle_number);
+  handles_.push_back(std::move(handle));
+}
+
+void CageHolds::add_row(const Eigen::RowVectorXd& row, double weight, int source, int handle) {
+  LinearRow sparse;
+  for (Eigen::Index k = 0; k < row.size(); ++k)
+    if (row[k] != 0) {
+      sparse.indices.push_back(static_cast<int>(k));
+      sparse.coefficients.push_back(row[k]);
+    }
+  rows_.add(std::move(sparse), weight);
+  handle_of_row_.push_back(handle);
+  sources_.push_back(source);
+}
+
+Positions CageHolds::targets(const Positions& of_set) const {
+  Positions result(rows_.size(), 3);
+  Eigen::Index row = 0;
+  for (const Handle& handle : handles_) {
+    Positions own(std::ssize(handle.sources), 3);
+    for (Eigen::Index k = 0; k < own.rows(); ++k) own.row(k) = of_set.row(handle.sources[k]);
+    result.middleRows(row, handle.to_rows.rows()) = handle.to_rows * own;
+    row += handle.to_rows.rows();
+  }
+  for (; row < result.rows(); ++row) result.row(row) = of_set.row(sources_[row]);
+  return result;
+}
+
+}  // namespace arap

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <mutex>
+
+#include "arap/types.h"
+#include "cages/cage_points.h"
+
+namespace arap {
+
+/// Finds the cage that brings its points to given places: see CageDeformation::fit(). The first call takes n c^2 steps
+/// for n points and c vertices, and another smoothness c^3; several threads may call it.
+class CageFit {
+ public:
+  /// @param points  linear in the cage; must outlive this
+  explicit CageFit(const CagePoints& points) : points_(points) {}
+
+  /// @param positions   (n, 3)
+  /// @param smoothness  > 0
+  [[nodiscard]] Positions fit(const Positions& positions, double smoothness) const;
+
+ private:
+  using Matrix = Eigen::MatrixXd;
+
+  /// Phi^T Phi / n.
+  [[nodiscard]] Matrix gram() const;
+  /// Phi^T x / n, of x (n, 3).
+  [[nodiscard]] Positions transposed(const Positions& x) const;
+  /// L^T L / c, and a little that holds what neither points nor edges do.
+  [[nodiscard]] Matrix smoothing() const;
+  void factorize(double smoothness) const;
+
+  const CagePoints& points_;
+  mutable std::mutex mutex_;  ///< of all below
+  mutable Matrix gram_;       ///< made when first needed
+  mutable Matrix smoothing_;
+  mutable double smoothness_ = 0;  ///< of the factor
+  mutable Eigen::LDLT<Matrix> factor_;
+};
+
+}  // namespace arap

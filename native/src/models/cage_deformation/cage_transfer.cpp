@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "arap/cage.h"
+#include "base/eigen_compat.h"
+#include "cages/cage_motion.h"
+#include "cholesky/preconditioned_cg.h"
+#include "cholesky/solver_choice.h"
+#include "mesh/triangulation.h"
+#include "models/input_checks.h"
+#include "models/surface_arap/surface_assembler.h"
+#include "sparse/matrix_assembly.h"
+
+namespace arap {
+
+namespace {
+
+using Row = Eigen::RowVector3d;
+
+void require_same_faces(const PolygonMesh& source, const PolygonMesh& target) {
+  if (source.n_faces() == 0 || !(source.diagonal() > 0))
+    throw InvalidInput("the source has no faces or no size, so there are no gradients to transfer; give it faces");
+  if (source.n_vertices() != target.n_vertices() || source.n_faces() != target.n_faces())
+    throw InvalidInput(text("the target has ", target.n_vertices(), " vertices and ", target.n_faces(),
+                            " faces, the source ", source.n_vertices(), " and ", source.n_faces(),
+                            "; give cages of the same faces"));
+  for (int f = 0; f < source.n_faces(); ++f)
+    if (!std::equal(source.face(f).begin(), source.face(f).end(), target.face(f).begin(), target.face(f).end()))
+      throw InvalidInput(text("face ", f,
+                              " of the target has other vertices than that of the source; give cages of "
+                              "the same faces"));
+}
+
+/// Two edges of a triangle and its normal, as long as the root of twice its area; singular where it has none.
+Matrix3 frame(const Positions& p, const std::array<int, 3>& corners) {
+  const Row u = p.row(corners[1]) - p.row(corners[0]);
+  const Row v = p.row(corners[2]) - p.row(corners[0]);
+  const Row normal = u.cross(v);
+  const double twice_area = normal.norm();
+  Matrix3 result;
+  result << u.transpose(), v.transpose(), (twice_area > 0 ? Row(normal / std::sqrt(twice_area)) : normal).transpose();
+  return result;
+}
+
+/// How the source has moved.
+class SourceMotion {
+ public:
+  SourceMotion(const PolygonMesh& source, const Positions& moved) : rest_(source.positions()), moved_(moved) {
+    std::vector<int> used;
+    for (int v = 0; v < source.n_vertices(); ++v)
+      if (source.part_of_vertex()[v] >= 0) used.push_back(v);
+    whole_ = best_similarity(Positions(rest_(used, all)), Positions(moved(used, all)));
+  }
+
+  [[nodiscard]] const AffineMap& whole() const { return whole_; }
+
+  /// Gradient of the triangle of these corners; of one without area that of the whole.
+  [[nodiscard]] Matrix3 gradient(const std::array<int, 3>& corners) const {
+    const Matrix3 at_rest = frame(rest_, corners);
+    constexpr double kLeast = 1e-6;  // of its height to its longest edge
+    const double longest = at_rest.leftCols<2>().colwise().norm().maxCoeff();
+    if (!(at_rest.col(2).squaredNorm() > kLeast * longest * longest)) return whole_.linear;
+    return frame(moved_, corners) * at_rest.inverse();
+  }
+
+ private:
+  const Positions& rest_;
+  const Positions& moved_;
+  AffineMap whole_;
+};
+
+/// The energy of the target's gradients.
+class TargetSystem {
+ public:
+  explicit TargetSystem(const PolygonMesh& target)
+      : rest_(target.positions()), assembler_(target, options(), no_stiffness_) {
+    const auto fill = [&](int i, RowAccumulator<double>& column) { assembler_.system_column(i, column); };
+    K_ = assemble_matrix(target.n_vertices(), 1, fill, {});
+    components_ = connected_components(K_);
+  }
+
+  /// (n,) of each vertex the lowest one that is joined with it.
+  [[nodiscard]] const std::vector<int>& components() const { return components_; }
+
+  /// The positions whose gradients are nearest to those that the motion gives the triangles; each component is
+  /// somewhere.
+  [[nodiscard]] Positions driven_by(const SourceMotion& motion) const {
+    Positions result = motion.whole().apply(rest_);
+    Positions residual;
+    multiply(K_, result, residual, workers_);
+    residual = -residual;
+    const auto drive = [&](const auto& items) {
+      for (const auto& item : items) {
+        const Matrix3 gradient = motion.gradient(item.vertices);
+        add_rest_vectors(item, rest_, [&](int v, const Row& q) { residual.row(v) += q * gradient.transpose(); });
+      }
+    };
+    drive(assembler_.triangulation().triangles);
+    drive(assembler_.triangulation().ties);
+    return result + solved(std::move(residual));
+  }
+
+ private:
+  static Options options() {
+    Options result;
+    result.energy = Energy::kSpokesAndRims;
+    return result;
+  }
+
+  /// K^-1 b, 0 at the first vertex of each component.
+  [[nodiscard]] Positions solved(Positions b) const {
+    std::vector<char> is_fixed(components_.size());
+    for (size_t v = 0; v < is_fixed.size(); ++v) is_fixed[v] = components_[v] == static_cast<int>(v) ? 1 : 0;
+    const auto erase = [&](Positions& x) {
+      for (size_t v = 0; v < is_fixed.size(); ++v)
+        if (is_fixed[v] != 0) x.row(static_cast<Eigen::Index>(v)).setZero();
+    };
+    erase(b);
+    const auto factor = make_linear_solver(K_)->factorize(K_, is_fixed);
+    solve_with_cg(
+        [&](const Positions& x, Positions& y) {
+          multiply(K_, x, y, workers_);
+          erase(y);
+        },
+        [&](Positions& residual, Positions& x) { factor->solve(residual, x); }, b, workers_);
+    return b;
+  }
+
+  const Positions& rest_;
+  std::vector<double> no_stiffness_;
+  SurfaceAssembler assembler_;
+  Workers workers_;
+  SparseMatrix K_;
+  std::vector<int> components_;
+};
+
+/// Mean of the points of each component, by its first vertex.
+std::map<int, Row> means_of(const std::vector<int>& components, const Positions& points) {
+  std::map<int, std::pair<Row, double>> sums;
+  for (size_t v = 0; v < components.size(); ++v) {
+    auto& [sum, n] = sums.try_emplace(components[v], Row::Zero(), 0.0).first->second;
+    sum += points.row(static_cast<Eigen::Index>(v));
+    n += 1;
+  }
+  std::map<int, Row> means;
+  for (const auto& [first, of] : sums) means.emplace(first, of.first / of.second);
+  return means;
+}
+
+}  // namespace
+
+inline namespace ARAP_COMPILED_ALIKE {
+
+Positions transfer_cage(const PolygonMesh& source, const Positions& moved_source, const PolygonMesh& target) {
+  require_same_faces(source, target);
+  require_rows("moved_source", moved_source.rows(), source.n_vertices());
+  require_finite("moved_source", moved_source, [](int v) { return text("vertex ", v); });
+  const SourceMotion motion(source, moved_source);
+  const TargetSystem system(target);
+  Positions result = system.driven_by(motion);
+  const std::vector<int>& components = system.components();
+  const std::map<int, Row> of_source = means_of(components, source.positions());
+  const std::map<int, Row> of_moved = means_of(components, moved_source);
+  const std::map<int, Row> of_target = means_of(components, target.positions());
+  const std::map<int, Row> of_result = means_of(components, result);
+  const Row middle = source.positions().colwise().mean();
+  const Row shift = target.positions().colwise().mean() - middle;
+  // Components turn about the common middle with the source, and go beside that as those of the source do.
+  for (Eigen::Index v = 0; v < result.rows(); ++v) {
+    const int c = components[v];
+    const Row from = of_target.at(c) - shift;
+    const Row place = of_moved.at(c) + (from - of_source.at(c)) * motion.whole().linear.transpose() + shift;
+    result.row(v) += place - of_result.at(c);
+  }
+  return result;
+}
+
+}  // namespace ARAP_COMPILED_ALIKE
+}  // namespace arap

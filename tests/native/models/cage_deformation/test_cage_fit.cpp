@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <thread>
+#include <vector>
+
+#include "arap/cage.h"
+#include "arap/error.h"
+#include "support/cages.h"
+#include "support/helpers.h"
+
+namespace arap_test {
+namespace {
+
+using arap::CageCoordinates;
+using arap::CageDeformation;
+using arap::CageOptions;
+using arap::InvalidInput;
+
+CageOptions of(CageCoordinates coordinates) {
+  CageOptions options;
+  options.coordinates = coordinates;
+  options.grid_spacing = .05;
+  return options;
+}
+
+constexpr CageCoordinates kLinear[] = {CageCoordinates::kMeanValue, CageCoordinates::kHarmonic};
+
+Positions bent(const MeshData& cage) {
+  return cage.positions() + Random(9).noise(cage.n_vertices(), .1 * cage.diagonal());
+}
+
+TEST(CageFit, FindsTheCageThatMovedThePoints) {
+  for (const MeshData& mesh : all_cages())
+    for (const CageCoordinates coordinates : kLinear) {
+      const CageDeformation cage(mesh.mesh(), points_inside(mesh, 400), of(coordinates));
+      const Positions moved = bent(mesh);
+      const Positions found = cage.fit(cage.deform(moved), 1e-9);
+      EXPECT_LT(max_distance(found, moved), 1e-2 * mesh.diagonal()) << mesh.name;
+      EXPECT_LT(max_distance(cage.deform(found), cage.deform(moved)), 1e-4 * mesh.diagonal()) << mesh.name;
+    }
+}
+
+TEST(CageFit, IsExactForTurnsScalesAndShiftsHoweverSmooth) {
+  const RigidMotion motion = Random(4).rigid_motion(3, 5);
+  for (const MeshData& mesh : all_cages())
+    for (const double smoothness : {1e-9, 1e-2}) {
+      // Also where one point tells little.
+      for (const int n : {3, 50}) {
+        const Positions points = points_inside(mesh, n);
+        const CageDeformation cage(mesh.mesh(), points);
+        EXPECT_LT(max_distance(cage.fit(2 * motion.apply(points), smoothness), 2 * motion.apply(mesh.positions())),
+                  1e-9 * mesh.diagonal())
+            << mesh.name;
+      }
+    }
+}
+
+TEST(CageFit, OnePointMovesTheWholeCage) {
+  const MeshData mesh = icosphere(1);
+  const CageDeformation cage(mesh.mesh(), points_inside(mesh, 1));
+  const Eigen::RowVector3d shift(1, 2, 3);
+  EXPECT_LT(max_distance(cage.fit(points_inside(mesh, 1).rowwise() + shift), mesh.positions().rowwise() + shift), 1e-9);
+}
+
+TEST(CageFit, DoesNotHangOnTheUnitNorOnTheNumberOfPoints) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Positions points = points_inside(mesh, 30);
+  const Positions targets = CageDeformation(mesh.mesh(), points).deform(bent(mesh)) + Random(3).noise(30, .01);
+  const Positions expected = CageDeformation(mesh.mesh(), points).fit(targets, 1e-4);
+  const MeshData large = transformed(mesh, [](const Vector3& x) { return Vector3(100 * x); });
+  EXPECT_LT(max_distance(CageDeformation(large.mesh(), 100 * points).fit(100 * targets, 1e-4) / 100, expected), 1e-6);
+  const CageDeformation twice(mesh.mesh(), points.replicate(2, 1));
+  EXPECT_LT(max_distance(twice.fit(targets.replicate(2, 1), 1e-4), expected), 1e-9);
+}
+
+TEST(CageFit, SmoothnessDrawsTheCageToTheMotionOfThePoints) {
+  const MeshData mesh = bumpy_sphere(1);
+  const Positions points = points_inside(mesh, 200);
+  const CageDeformation cage(mesh.mesh(), points);
+  const Positions targets = cage.deform(bent(mesh));
+  double last = 0;
+  for (const double smoothness : {1e-9, 1e-6, 1e-3, 1.0}) {
+    const double left = (cage.deform(cage.fit(targets, smoothness)) - targets).norm();
+    EXPECT_GT(left, last);
+    last = left;
+  }
+}
+
+TEST(CageFit, SeveralThreadsMayFitAtOnce) {
+  const MeshData mesh = bumpy_sphere(1);
+  const CageDeformation cage(mesh.mesh(), points_inside(mesh, 100));
+  const Positions targets = cage.deform(bent(mesh));
+  const Positions expected = CageDeformation(mesh.mesh(), points_inside(mesh, 100)).fit(targets);
+  std::vector<Positions> found(4);
+  std::vector<std::thread> threads;
+  for (int k = 0; k < 4; ++k) threads.emplace_back([&, k] { found[k] = cage.fit(targets, k % 2 == 0 ? 1e-6 : 1e-3); });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(found[0], expected);
+  EXPECT_EQ(found[2], expected);
+  EXPECT_EQ(found[1], found[3]);
+}
+
+TEST(CageFit, SaysWhatIsWrong) {
+  const MeshData mesh = cube();
+  const Positions points = points_inside(mesh, 5);
+  const CageDeformation cage(mesh.mesh(), points);
+  expect_error<InvalidInput>([&] { cage.fit(mesh.positions()); }, {"positions has 8 rows, expected 5"});
+  Positions nowhere = points;
+  nowhere(2, 0) = std::numeric_limits<double>::quiet_NaN();
+  expect_error<InvalidInput>([&] { cage.fit(nowhere); }, {"positions: row 2", "must be finite"});
+  expect_error<InvalidInput>([&] { cage.fit(points, 0); }, {"smoothness = 0, must be >= 1e-12 and <= 1"});
+  expect_error<InvalidInput>([&] { CageDeformation(mesh.mesh(), points, of(CageCoordinates::kGreen)).fit(points); },
+                             {"Green coordinates are not linear in the cage, so no cage can be fitted"});
+}
+
+}  // namespace
+}  // namespace arap_test
