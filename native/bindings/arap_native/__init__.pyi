@@ -829,11 +829,11 @@ class CageDeformation:
             ValueError: bad shape, or a position that is not finite.
         """
 
-    def fit(self, positions: NDArray[np.float64], smoothness: float = 1e-6) -> NDArray[np.float64]:
+    def fit(self, positions: ArrayLike, smoothness: float = 1e-6) -> NDArray[np.float64]:
         """Where the cage must be so that the points come to these positions, as well as they can.
 
         Args:
-            positions: (n, 3) float64.
+            positions: (n, 3).
             smoothness: 1e-12 to 1, how smoothly the cage moves where points tell little.
 
         Returns:

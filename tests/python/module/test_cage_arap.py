@@ -43,5 +43,5 @@ def test_what_is_wrong_is_told_in_words():
         CageArapOptions(energy="solid")
     with pytest.raises(TypeError, match=r"^cage is not a tuple of arrays, expected \(rest_positions, faces\)$"):
         CageArap(*MESH, CAGE[0])
-    with pytest.raises(ValueError, match="^the cage is not closed: "):
+    with pytest.raises(ValueError, match=r"^the cage is not closed: "):
         CageArap(*MESH, (CAGE[0], CAGE[1][1:]))
