@@ -9,8 +9,8 @@ line of JSON:
     version      of the other library
     distance     the largest between both results at the end, as a fraction of the diagonal
     energies     ours and theirs at the end, both as our model measures it; null where it has no energy
-    set_up_s     [[ours, theirs]] of each round
-    step_s       [[ours, theirs]] of each step of each round
+    set_up_s     [[ours, theirs]], several
+    step_s       [[ours, theirs]] of each step
 
 or {"not_run": reason}. Both go one step after the other, so that a busy moment of the machine does not fall on one.
 """
@@ -29,18 +29,18 @@ from measure.base.contender import Contender, Floats, Make, PosedTask, read_pose
 
 from .worker import serve
 
-ROUNDS = 3
+SET_UPS = 3
 Result = TypeVar("Result")
 
 
 def compared(makes: Sequence[Make], task: PosedTask) -> dict[str, Any]:
     """Of both: ours, then the other library's."""
-    set_up_s, step_s = [], []
-    for _ in range(ROUNDS):
+    set_up_s = []
+    for _ in range(SET_UPS):
         contenders, times = timed([partial(make, task) for make in makes])
         set_up_s.append(times)
-        steps = range(task.steps)
-        step_s.extend(timed([partial(contender.pose, step) for contender in contenders])[1] for step in steps)
+    steps = range(task.steps)
+    step_s = [timed([partial(contender.pose, step) for contender in contenders])[1] for step in steps]
     away = np.linalg.norm(contenders[0].positions() - contenders[1].positions(), axis=1)
     energy = getattr(contenders[0], "energy", None)
     return {

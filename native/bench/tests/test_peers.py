@@ -117,8 +117,8 @@ def test_two_models_are_compared_where_they_end(task):
     found = same_models.compared([lambda t: Shifted(t, 0.0), lambda t: Shifted(t, [0.1, 0.0, 0.0])], task)
     assert found["distance"] == pytest.approx(0.1)
     assert found["energies"] == pytest.approx([1.0, 1.1])
-    assert np.shape(found["set_up_s"]) == (same_models.ROUNDS, 2)
-    assert np.shape(found["step_s"]) == (same_models.ROUNDS * task.steps, 2)
+    assert np.shape(found["set_up_s"]) == (same_models.SET_UPS, 2)
+    assert np.shape(found["step_s"]) == (task.steps, 2)
 
 
 def test_a_pair_has_a_row_for_each_task_and_the_rest_are_alone(tmp_path, monkeypatch):
