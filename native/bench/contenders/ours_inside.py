@@ -10,7 +10,8 @@ import numpy as np
 from measure.base.contender import BONE, HANDLE, PIN, Bones, Floats, Ints, Make, PosedTask
 
 from .bones import bones_of
-from .ours import OPTIONS, arrays, targets_of
+from .ours import OPTIONS, arrays
+from .steps import motion_of_moved
 
 NO_VERTICES = np.empty(0, dtype=np.int32)
 
@@ -42,7 +43,11 @@ def segment_targets(bones: Bones, step: int) -> Floats:
 
 
 class Tetrahedra:
-    """Tetrahedra cut from the lattice of the mesh; what is constrained are places inside of them."""
+    """Tetrahedra cut from the lattice of the mesh.
+
+    Those of which all is held stay, those of which all is moved go along. In others it is held by its vertices, points
+    inside of them. Points everywhere would be thousands of constraints in a few tetrahedra.
+    """
 
     version = arap_native.__version__
     acts: Sequence[str] = (PIN, HANDLE)
@@ -51,27 +56,53 @@ class Tetrahedra:
         self._task, self._positions = task, task.positions
         self._tets = arap_native.LatticeTets(*arrays(task))
         self._model = arap_native.TetArap(self._tets.rest_positions, self._tets.tets)
-        self._model.set_constraints(NO_VERTICES, patches=patches_of(task, self._tets))
+        is_average = task.patch_weights is not None
+        self._held, held_points = whole_and_points(self._tets, task.held)
+        self._moved, moved_points = (
+            (NO_VERTICES, task.moved) if is_average else whole_and_points(self._tets, task.moved)
+        )
+        self._held = np.setdiff1d(self._held, self._moved)
+        self._points = np.concatenate([held_points, moved_points])
+        patches = averaged(self._tets, held_points, task) if is_average else self._tets.patches(self._points)
+        self._model.set_constraints(np.concatenate([self._held, self._moved]), patches=patches)
 
     def pose(self, step: int) -> None:
-        targets, turns = targets_of(self._task, step)
-        self._positions = self._tets.embed(self._model.solve(targets, OPTIONS, rotations=turns).positions)
+        rest, (turn, shift) = self._tets.rest_positions, motion_of_moved(self._task, step)
+        places = np.empty_like(self._task.positions)
+        places[self._task.constrained] = self._task.targets[step]
+        points = places[self._points]
+        if self._task.patch_weights is not None:
+            n_held = len(self._points) - len(self._task.moved)
+            points = np.concatenate([points[:n_held], (self._task.patch_weights @ points[n_held:])[None]])
+        targets = np.concatenate([rest[self._held], rest[self._moved] @ turn.T + shift, points])
+        self._positions = self._tets.embed(self._model.solve(targets, OPTIONS).positions)
 
     def positions(self) -> Floats:
         return self._positions
 
 
-def patches_of(task: PosedTask, tets: arap_native.LatticeTets) -> tuple[Ints, Ints, Floats]:
-    """One for each constrained vertex; what the task moves as an average is one, too."""
-    if task.patch_weights is None:
-        return tets.patches(task.constrained)
-    offsets, vertices, weights = tets.patches(task.held)
-    _, of_patch, its_weights = tets.patches(task.moved)
-    own, place = np.unique(of_patch, return_inverse=True)
+def whole_and_points(tets: arap_native.LatticeTets, part: Ints) -> tuple[Ints, Ints]:
+    """The corners of the tetrahedra that hold vertices of a part of the surface alone; the vertices in others."""
+    tet, n_tets = tets.tet_of_vertex, len(tets.tets)
+    part = part[tet[part] >= 0]
+    of_part = np.bincount(tet[part], minlength=n_tets)
+    is_whole = (of_part > 0) & (of_part == np.bincount(tet[tet >= 0], minlength=n_tets))
+    corners = np.unique(tets.tets[is_whole])
+    is_corner = np.zeros(len(tets.rest_positions), dtype=bool)
+    is_corner[corners] = True
+    return corners.astype(np.int32), part[~is_corner[tets.tets[tet[part]]].all(axis=1)]
+
+
+def averaged(tets: arap_native.LatticeTets, points: Ints, task: PosedTask) -> tuple[Ints, Ints, Floats]:
+    """Patches for points of the surface, and one for the average that the task moves."""
+    assert task.patch_weights is not None
+    offsets, corners, weights = tets.patches(points)
+    _, of_average, its_weights = tets.patches(task.moved)
+    own, place = np.unique(of_average, return_inverse=True)
     sums = np.bincount(place.reshape(-1), np.repeat(task.patch_weights, 4) * its_weights)
     return (
-        np.concatenate([offsets, [offsets[-1] + len(own)]]).astype(np.int32),
-        np.concatenate([vertices, own]).astype(np.int32),
+        np.append(offsets, offsets[-1] + len(own)).astype(np.int32),
+        np.concatenate([corners, own]).astype(np.int32),
         np.concatenate([weights, sums]),
     )
 

@@ -100,6 +100,11 @@ class Reached(NamedTuple):
     positions: Floats
     said: dict[str, Any]
 
+    @property
+    def seconds(self) -> float:
+        """Of set-up and all steps."""
+        return float(self.said["set_up_s"] + sum(self.said["step_s"]))
+
     def costs(self) -> dict[str, Any]:
         """Seconds of the set-up, of the median step and of the last one; memory; version; acts."""
         steps = self.said["step_s"]
@@ -127,15 +132,15 @@ class Process:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._worker.__exit__(kind, error, at)
 
-    def run(self, task: Path) -> Reached:
-        """The task of a file of write_posed.
+    def run(self, task: Path, timeout_s: float | None = None) -> Reached:
+        """The task of a file of write_posed, in a time of its own if it has one.
 
         Raises:
             NotRun: it cannot do it, failed, or took too long.
         """
         self._worker.ask("{}")  # the time to import its library is not the task's
         command = {"model": self._model, "task": str(task), "out": str(self._out)}
-        said = self._worker.ask(json.dumps(command), self._timeout_s, what="the task")
+        said = self._worker.ask(json.dumps(command), timeout_s or self._timeout_s, what="the task")
         if "not_run" in said:
             raise NotRun(said["not_run"])
         with np.load(self._out) as data:
