@@ -15,7 +15,7 @@ Bind = Callable[[PosedTask], arap_native.Model]
 
 
 class Posed:
-    """A mesh bound, its constraints set. All models are told how what is moved has turned."""
+    """A mesh bound, its constraints set. All models are told how what is moved has turned; Poisson editing takes it."""
 
     version = arap_native.__version__
 
@@ -90,3 +90,6 @@ MODELS: dict[str, Make] = {
     "graph, rigid": posed(graph("rigid"), PIN, HANDLE),
     "graph, as published": posed(graph("affine", "nearest"), PIN, HANDLE),
 }
+WITHOUT_TURNS = "The targets of held and moved vertices."
+WITH_TURNS = "The targets of held and moved vertices, and how what is moved has turned."
+INPUTS = {name: WITH_TURNS if name.startswith("Poisson") else WITHOUT_TURNS for name in MODELS}

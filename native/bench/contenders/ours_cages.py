@@ -39,3 +39,8 @@ MODELS: dict[str, Make] = {
     "cage, harmonic": cage("harmonic"),
     "cage, Green": cage("green"),
 }
+INPUTS = dict.fromkeys(
+    MODELS,
+    "A cage of make_cage: its vertices next to what is held stay, those next to what is moved go along, and surface "
+    "ARAP of the cage poses the rest.",
+)

@@ -111,3 +111,8 @@ MODELS: dict[str, Make] = {
     "tetrahedra": Tetrahedra,
     "bones in a volume": BonesInVolume,
 }
+INPUTS = {
+    "tetrahedra": "The targets of held and moved vertices, on tetrahedra cut from the lattice of the solid.",
+    "bones in a volume": "The task's bones; where it has none, a bone along each piece of what is held and of what is "
+    "moved.",
+}

@@ -6,7 +6,7 @@
 MODULE is a file of this folder without .py. Reads commands, one a line, a JSON object each, and answers with a line of
 JSON:
 
-    {}                                          {"models": names}
+    {}                                          {"models": {name: what it is given, as a sentence}}
     {"model": name, "task": path, "out": path}  {"version", "acts", "set_up_s", "step_s": of each step, "peak_mb"}
 
 The task is what measure.base.contender.write_posed wrote; the result goes to ``out``, an .npz with positions (n, 3).
@@ -63,10 +63,10 @@ def run(make: Make, task_path: str, out: str) -> dict[str, Any]:
     }
 
 
-def answer(models: dict[str, Make], command: dict[str, Any]) -> dict[str, Any]:
+def answer(module: Any, command: dict[str, Any]) -> dict[str, Any]:
     if not command:
-        return {"models": list(models)}
-    return run(models[command["model"]], command["task"], command["out"])
+        return {"models": {model: module.INPUTS[model] for model in module.MODELS}}
+    return run(module.MODELS[command["model"]], command["task"], command["out"])
 
 
 def serve(do: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
@@ -87,8 +87,8 @@ def serve(do: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
 
 
 def main() -> None:
-    models: dict[str, Make] = importlib.import_module(f"contenders.{sys.argv[1]}").MODELS
-    serve(lambda command: answer(models, command))
+    module = importlib.import_module(f"contenders.{sys.argv[1]}")
+    serve(lambda command: answer(module, command))
 
 
 if __name__ == "__main__":

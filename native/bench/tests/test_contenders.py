@@ -27,6 +27,7 @@ class Picky:
 class Broken:
     def __init__(self, task): raise ValueError("first\\nsecond")
 MODELS = {"faulty": Faulty, "picky": Picky, "broken": Broken}
+INPUTS = dict.fromkeys(MODELS, "Targets.")
 """
 
 
@@ -86,8 +87,8 @@ def ask(tmp_path):
     return asked
 
 
-def test_a_module_says_its_models(ask):
-    assert ask("faulty") == {"models": ["faulty", "picky", "broken"]}
+def test_a_module_says_its_models_and_what_they_are_given(ask):
+    assert ask("faulty") == {"models": dict.fromkeys(["faulty", "picky", "broken"], "Targets.")}
 
 
 @pytest.mark.parametrize(

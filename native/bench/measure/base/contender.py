@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a model gets and gives that takes part in the comparison, ours or another library's.
 
-A module of ``contenders`` has MODELS: a name and what makes its contender of a task. Names of other libraries' models
-begin with the library's: "libigl: ARAP". contenders/worker.py runs one in a process of its own.
+A module of ``contenders`` has MODELS: a name and what makes its contender of a task, and INPUTS: of each, in a
+sentence, what of a task it is given. Names of other libraries' models begin with the library's: "libigl: ARAP".
+contenders/worker.py runs one in a process of its own.
 """
 
 from __future__ import annotations

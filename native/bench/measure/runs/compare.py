@@ -101,10 +101,11 @@ def main() -> None:
 
     pictures = args.out.with_suffix("")
     pictures.mkdir(parents=True, exist_ok=True)
-    results: dict[str, Any] = {"tasks": {}, "sizes": [], "dirty": {}}
+    results: dict[str, Any] = {"tasks": {}, "sizes": [], "dirty": {}, "inputs": {}}
     if args.out.exists():
         results |= json.loads(args.out.read_text())
     results["machine"] = machine.description()
+    results["inputs"] |= {entry.name: entry.given for entry in models if entry.given}
 
     def write() -> None:
         results["versions"] = versions(results["tasks"])

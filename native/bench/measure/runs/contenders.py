@@ -49,10 +49,11 @@ LIBRARIES: dict[str, Library] = {
 
 
 class Entry(NamedTuple):
-    """A model, and what starts the process that runs it; or why its library does not run here."""
+    """A model, what starts the process that runs it, and what it is given; or why its library does not run here."""
 
     name: str
     command: tuple[str, ...] = ()
+    given: str = ""
     not_run: str = ""
 
 
@@ -74,7 +75,9 @@ def entries(wanted: Sequence[str]) -> Iterator[Entry]:
                 yield Entry(f"{name}: all of {module}" if name else module, not_run=str(reason))
                 continue
             known += models
-            yield from (Entry(model, command) for model in models if not wanted or model in wanted)
+            yield from (
+                Entry(model, command, given) for model, given in models.items() if not wanted or model in wanted
+            )
     unknown = [model for model in wanted if model not in known]
     if unknown:
         raise ValueError(f"no model is named {'; '.join(unknown)}. The names are {'; '.join(known)}")
@@ -85,9 +88,10 @@ def library_of(model: str) -> str:
     return library if colon else ""
 
 
-def models_of(command: Sequence[str]) -> list[str]:
+def models_of(command: Sequence[str]) -> dict[str, str]:
+    """The models of a module, and what each is given."""
     with Worker(command, environment(), START_S) as worker:
-        return list(worker.ask("{}")["models"])
+        return dict(worker.ask("{}")["models"])
 
 
 def environment() -> dict[str, str]:
