@@ -15,6 +15,7 @@ from . import scene
 from .bones import bones_of
 from .carriers import Carrier, automatic_cage
 from .ours import arrays
+from .steps import diagonal
 
 REPEAT = 10  # of Laplacian Deform, iterations
 VOXEL = 0.03  # of the diagonal, of the copy for Surface Deform
@@ -114,8 +115,11 @@ def coarse_copy(task: PosedTask) -> Carrier:
     scene.clear()
     whole = scene.new_mesh("Whole", *arrays(task))
     remesh = whole.modifiers.new("Remesh", "REMESH")
-    remesh.mode, remesh.voxel_size = "VOXEL", VOXEL
-    return Carrier(task, *scene.arrays(whole))
+    remesh.mode, remesh.voxel_size = "VOXEL", VOXEL * diagonal(task)
+    positions, corner_vertices, face_sizes = scene.arrays(whole)
+    if len(face_sizes) == 0:
+        raise NotRun("Remesh makes no faces of the mesh")
+    return Carrier(task, positions, corner_vertices, face_sizes)
 
 
 MODELS: dict[str, Make] = {

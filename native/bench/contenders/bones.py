@@ -10,7 +10,7 @@ from arap_deform.core.graph import connected_labels, face_edges
 from measure.base.contender import Bones, Floats, Ints, PosedTask
 from measure.base.workers import NotRun
 
-from .steps import motion_of_moved
+from .steps import diagonal, motion_of_moved
 
 SHARE = 0.8  # of a piece's length
 SHORTEST = 0.01  # of the diagonal
@@ -23,12 +23,13 @@ def bones_of(task: PosedTask) -> Bones:
         NotRun: a piece that is held is around one that is moved, so that it has no inside of its own for a bone.
     """
     held, moved = (
-        [bone_along(task.positions[piece]) for piece in pieces(task, part)] for part in (task.held, task.moved)
+        [bone_along(task.positions[piece], SHORTEST * diagonal(task)) for piece in pieces(task, part)]
+        for part in (task.held, task.moved)
     )
     rest = np.array(held + moved)
     middles = rest.mean(axis=1)
     apart = np.linalg.norm(middles[: len(held), None] - middles[len(held) :], axis=2)
-    if apart.min() < SHORTEST:
+    if apart.min() < SHORTEST * diagonal(task):
         raise NotRun("what is held is all around what is moved: there is no place for a bone in each")
     rotations = np.tile(np.eye(3), (task.steps, len(rest), 1, 1))
     heads = np.tile(rest[:, 0], (task.steps, 1, 1))
@@ -49,11 +50,11 @@ def pieces(task: PosedTask, vertices: Ints) -> Iterator[Ints]:
         yield vertices[labels == label]
 
 
-def bone_along(points: Floats) -> Floats:
+def bone_along(points: Floats, shortest: float) -> Floats:
     """(2, 3) head and tail, along the direction in which points (k, 3) reach farthest, about their middle."""
     middle = points.mean(axis=0)
     _, _, axes = np.linalg.svd(points - middle, full_matrices=True)
     along = (points - middle) @ axes[0]
     low, high = SHARE * along.min(), SHARE * along.max()
-    reach = max(0.0, SHORTEST - (high - low))
+    reach = max(0.0, shortest - (high - low))
     return np.stack([middle + (low - 0.5 * reach) * axes[0], middle + (high + 0.5 * reach) * axes[0]])

@@ -15,10 +15,9 @@ from measure.base.workers import NotRun
 from numpy.typing import NDArray
 
 from .printed import Printed
-from .steps import CALL_ITERATIONS, motion_of_moved, settled
+from .steps import CALL_ITERATIONS, diagonal, motion_of_moved, settled
 
 TET_EDGE = 0.04  # of the diagonal, which tetrahedra inside have at most, about
-TETGEN_SWITCHES = f"pYq1.414a{TET_EDGE**3 / np.sqrt(72):.3e}"  # Y: the surface stays as it is, its vertices first
 SURFACE_INPUT = "The targets of held and moved vertices."
 LINEAR_INPUT = "How far held and moved vertices go from rest; it takes no turns."
 Indices = NDArray[np.int64]
@@ -93,12 +92,14 @@ def solid(task: PosedTask) -> tuple[Floats, Indices]:
     Raises:
         NotRun: TetGen refuses, with its words.
     """
+    largest = (TET_EDGE * diagonal(task)) ** 3 / np.sqrt(72)
+    switches = f"pYq1.414a{largest:.3e}"  # Y: the surface stays as it is, its vertices first
     printed = Printed()
     try:
         with printed:
-            places, tets, *_ = tetgen.tetrahedralize(*surface(task), flags=TETGEN_SWITCHES)
+            places, tets, *_ = tetgen.tetrahedralize(*surface(task), flags=switches)
     except RuntimeError as error:
-        raise NotRun(f"TetGen: {printed.after('Exception:') or error}") from error
+        raise NotRun(f"TetGen: {printed.after('Exception:') or printed.after('tetrahedralize:') or error}") from error
     return places, np.ascontiguousarray(tets)
 
 

@@ -11,6 +11,11 @@ from measure.base.contender import ACCURACY, STEP_ITERATIONS, Floats, PosedTask
 CALL_ITERATIONS = 10
 
 
+def diagonal(task: PosedTask) -> float:
+    """Of the bounding box at rest: 1, but for dirty meshes."""
+    return float(np.linalg.norm(np.ptp(task.positions, axis=0)))
+
+
 def settled(iterate: Callable[[Floats], Floats], start: Floats) -> Floats:
     """For libraries that do not say when they are at the end: calls until one moves no vertex more than ACCURACY.
 

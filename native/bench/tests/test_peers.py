@@ -122,13 +122,13 @@ def test_two_models_are_compared_where_they_end(task):
 
 
 def test_a_pair_has_a_row_for_each_task_and_the_rest_are_alone(tmp_path, monkeypatch):
-    monkeypatch.setattr(run, "PAIRS", (run.Pair("ours", "Poisson, harmonic", "Poisson, harmonic", (run.BAR,)),))
+    monkeypatch.setattr(run, "PAIRS", (run.Pair("ours", "Poisson, harmonic", "Poisson, harmonic", (run.ROD,)),))
     command = (sys.executable, "-m", "contenders.worker", "ours")
     missing = Entry("X: other", not_run="it is not there")
     found = run.measure_same_models([Entry("Poisson, harmonic", command), missing], tmp_path)
     assert found["alone"] == ["X: other"]
     (row,) = found["rows"]
-    assert (row["ours"], row["task"], row["distance"], row["energies"]) == ("Poisson, harmonic", run.BAR, 0.0, None)
+    assert (row["ours"], row["task"], row["distance"], row["energies"]) == ("Poisson, harmonic", run.ROD, 0.0, None)
     assert len(row["step_s"]) == len(row["set_up_s"]) == 2
     assert row["step_ratio"] > 0
 
