@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
 import open3d
 from measure.base.contender import HANDLE, PIN, STEP_ITERATIONS, Floats, Make, PosedTask
+from measure.base.workers import NotRun
 from open3d.geometry import DeformAsRigidAsPossibleEnergy as Energy
 from open3d.geometry import TriangleMesh
 from open3d.utility import IntVector, Vector3dVector, Vector3iVector
@@ -25,7 +27,12 @@ class Spokes:
 
     def pose(self, step: int) -> None:
         targets = Vector3dVector(self._targets[step])
-        self._result = self._rest.deform_as_rigid_as_possible(self._vertices, targets, STEP_ITERATIONS, Energy.Spokes)
+        try:
+            deform = self._rest.deform_as_rigid_as_possible
+            self._result = deform(self._vertices, targets, STEP_ITERATIONS, Energy.Spokes)
+        except RuntimeError as error:
+            said = re.sub(r"\x1b\[[0-9;]*m", "", str(error))  # in colour, with the function and its file before it
+            raise NotRun(said.rpartition(": ")[2].strip()) from error
 
     def positions(self) -> Floats:
         return np.array(self._result.vertices, dtype=np.float64)
