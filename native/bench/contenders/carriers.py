@@ -41,7 +41,8 @@ class Carrier:
 
 
 def automatic_cage(task: PosedTask) -> Carrier:
-    return Carrier(task, *arap_native.make_cage(*arrays(task)))
+    positions, quads = arap_native.make_cage(*arrays(task))
+    return Carrier(task, positions, quads.ravel(), np.full(len(quads), quads.shape[1], dtype=np.int32))
 
 
 def groups(task: PosedTask, coarse: Floats) -> tuple[Ints, Ints]:

@@ -10,6 +10,7 @@ import numpy as np
 from measure.base.contender import CAGE, CAGE_GROUP, HANDLE, PIN, Floats, Make, PosedTask
 
 from .carriers import automatic_cage
+from .ours import arrays, posed
 
 
 class CageByHandles:
@@ -34,13 +35,30 @@ def cage(coordinates: str) -> Make:
     return lambda task: CageByHandles(task, coordinates)
 
 
-MODELS: dict[str, Make] = {
+def cage_arap(energy: Any) -> Make:
+    def bind(task: PosedTask) -> arap_native.Model:
+        around = arap_native.make_cage(*arrays(task))
+        return arap_native.CageArap(*arrays(task), around, arap_native.CageArapOptions(energy=energy))
+
+    return posed(bind, PIN, HANDLE, CAGE)
+
+
+BY_HANDLES: dict[str, Make] = {
     "cage, mean value": cage("mean_value"),
     "cage, harmonic": cage("harmonic"),
     "cage, Green": cage("green"),
 }
-INPUTS = dict.fromkeys(
-    MODELS,
-    "A cage of make_cage: its vertices next to what is held stay, those next to what is moved go along, and surface "
-    "ARAP of the cage poses the rest.",
-)
+MODELS: dict[str, Make] = {
+    **BY_HANDLES,
+    "ARAP on a cage": cage_arap("cage"),
+    "ARAP on a cage, the mesh's energy": cage_arap("mesh"),
+}
+INPUTS = {
+    **dict.fromkeys(
+        BY_HANDLES,
+        "A cage of make_cage: its vertices next to what is held stay, those next to what is moved go along, and "
+        "surface ARAP of the cage poses the rest.",
+    ),
+    "ARAP on a cage": "A cage of make_cage, and the targets of held and moved vertices of the mesh.",
+    "ARAP on a cage, the mesh's energy": "The same; what is kept is the shape of the mesh, not of the cage.",
+}
