@@ -68,7 +68,7 @@ class Carried(Modified):
 
 
 class MeshDeform(Carried):
-    acts = (PIN, HANDLE, CAGE, CAGE_GROUP, CAGE_GROUP)
+    acts = (CAGE, CAGE_GROUP, CAGE_GROUP, HANDLE)
 
     def __init__(self, task: PosedTask) -> None:
         super().__init__(task, automatic_cage(task))
@@ -78,7 +78,7 @@ class MeshDeform(Carried):
 
 
 class SurfaceDeform(Carried):
-    acts = (PIN, HANDLE, "a coarse copy", "the copy's vertices of a handle", "the copy's vertices of a handle")
+    acts = ("a coarse copy", "the copy's vertices of a handle", "the copy's vertices of a handle", HANDLE)
 
     def __init__(self, task: PosedTask) -> None:
         super().__init__(task, coarse_copy(task))

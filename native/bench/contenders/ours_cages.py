@@ -7,7 +7,7 @@ from typing import Any
 
 import arap_native
 import numpy as np
-from measure.base.contender import CAGE, CAGE_GROUP, HANDLE, PIN, Floats, Make, PosedTask
+from measure.base.contender import CAGE, CAGE_GROUP, HANDLE, Floats, Make, PosedTask
 
 from .carriers import automatic_cage
 from .ours import arrays, posed
@@ -17,7 +17,7 @@ class CageByHandles:
     """A cage whose coordinates carry the mesh."""
 
     version = arap_native.__version__
-    acts = (PIN, HANDLE, CAGE, CAGE_GROUP, CAGE_GROUP)
+    acts = (CAGE, CAGE_GROUP, CAGE_GROUP, HANDLE)
 
     def __init__(self, task: PosedTask, coordinates: Any) -> None:
         self._cage, self._positions = automatic_cage(task), task.positions

@@ -22,7 +22,7 @@ ACCURACY = 1e-5  # of each step, a fraction of the diagonal
 STEP_ITERATIONS = 200  # at most, where a model has no measure of its accuracy
 # Acts of a person that sets a model up; a bone, or a group of a cage's vertices, is an act each.
 PIN, HANDLE, TURN, CAGE = "what stays", "what moves", "how it turns", "a cage around it"
-CAGE_GROUP, BONE = "the cage's vertices of a handle", "a bone"
+CAGE_GROUP, BONE = "the cage's vertices beside what is held or moved", "a bone"
 
 
 class Bones(NamedTuple):
