@@ -7,10 +7,12 @@ MODULE is a file of this folder without .py. Reads commands, one a line, a JSON 
 JSON:
 
     {}                                          {"models": {name: what it is given, as a sentence}}
-    {"model": name, "task": path, "out": path}  {"version", "acts", "set_up_s", "step_s": of each step, "peak_mb"}
+    {"model": name, "task": path, "out": path, "limit_s": seconds}
+                                                {"version", "acts", "set_up_s", "step_s": of each step, "peak_mb"}
 
 The task is what measure.base.contender.write_posed wrote; the result goes to ``out``, an .npz with positions (n, 3).
-peak_mb is the memory, in 10^6 bytes, that was resident at most beyond what was before the set-up. Where a model cannot
+peak_mb is the memory, in 10^6 bytes, that was resident at most beyond what was before the set-up. A task of which the
+first steps say that it will take much longer than the limit is given up. Where a model cannot
 do a task, or fails, the answer is {"not_run": reason}. What libraries print goes nowhere.
 """
 
@@ -32,10 +34,11 @@ from measure.base.contender import Make, read_posed
 from measure.base.machine import process_memory
 from measure.base.workers import NotRun
 
+SLOWER = 1.5  # first steps may be slower than the others
 MOST_MEMORY = 12 << 30  # bytes of address space: the machine goes on where a model wants too much
 
 
-def run(make: Make, task_path: str, out: str) -> dict[str, Any]:
+def run(make: Make, task_path: str, out: str, limit_s: float) -> dict[str, Any]:
     """A task from rest through all its steps."""
     task = read_posed(Path(task_path))
     gc.collect()
@@ -49,6 +52,8 @@ def run(make: Make, task_path: str, out: str) -> dict[str, Any]:
         start = time.perf_counter()
         contender.pose(step)
         step_s.append(time.perf_counter() - start)
+        if set_up_s + sum(step_s) * task.steps / (step + 1) > SLOWER * limit_s:
+            raise NotRun(f"would take longer than {limit_s:g} s")
     peak = process_memory("VmHWM") - before
     positions = np.asarray(contender.positions(), dtype=np.float64)
     if positions.shape != task.positions.shape or not np.isfinite(positions).all():
@@ -66,7 +71,7 @@ def run(make: Make, task_path: str, out: str) -> dict[str, Any]:
 def answer(module: Any, command: dict[str, Any]) -> dict[str, Any]:
     if not command:
         return {"models": {model: module.INPUTS[model] for model in module.MODELS}}
-    return run(module.MODELS[command["model"]], command["task"], command["out"])
+    return run(module.MODELS[command["model"]], command["task"], command["out"], command["limit_s"])
 
 
 def serve(do: Callable[[dict[str, Any]], dict[str, Any]]) -> None:

@@ -22,7 +22,7 @@ from measure.runs.rows import shape_row
 
 BENCH = Path(__file__).resolve().parents[1]
 FAULTY = """
-import numpy as np
+import time, numpy as np
 from measure.base.workers import NotRun
 class Faulty:
     version, acts = "1", ()
@@ -31,9 +31,13 @@ class Faulty:
     def positions(self): return self._rest + np.nan
 class Picky:
     def __init__(self, task): raise NotRun("the mesh is too small")
+class Slow(Picky):
+    version, acts = "1", ()
+    def __init__(self, task): pass
+    def pose(self, step): time.sleep(0.2)
 class Broken:
     def __init__(self, task): raise ValueError("first\\nsecond")
-MODELS = {"faulty": Faulty, "picky": Picky, "broken": Broken}
+MODELS = {"faulty": Faulty, "picky": Picky, "broken": Broken, "slow": Slow}
 INPUTS = dict.fromkeys(MODELS, "Targets.")
 """
 
@@ -95,16 +99,21 @@ def ask(tmp_path):
 
 
 def test_a_module_says_its_models_and_what_they_are_given(ask):
-    assert ask("faulty") == {"models": dict.fromkeys(["faulty", "picky", "broken"], "Targets.")}
+    assert ask("faulty") == {"models": dict.fromkeys(["faulty", "picky", "broken", "slow"], "Targets.")}
 
 
 @pytest.mark.parametrize(
-    ("model", "reason"),
-    [("faulty", "not finite"), ("picky", "^the mesh is too small$"), ("broken", "^ValueError: first$")],
+    ("model", "limit_s", "reason"),
+    [
+        ("faulty", 60.0, "not finite"),
+        ("picky", 60.0, "^the mesh is too small$"),
+        ("broken", 60.0, "^ValueError: first$"),
+        ("slow", 0.1, r"^would take longer than 0\.1 s$"),
+    ],
 )
-def test_why_a_model_is_not_run(ask, tmp_path, model, reason):
-    found = ask("faulty", model=model, task=str(tmp_path / "task.npz"), out=str(tmp_path / "out.npz"))
-    assert re.search(reason, found["not_run"])
+def test_why_a_model_is_not_run(ask, tmp_path, model, limit_s, reason):
+    task, out = (str(tmp_path / name) for name in ("task.npz", "out.npz"))
+    assert re.search(reason, ask("faulty", model=model, task=task, out=out, limit_s=limit_s)["not_run"])
 
 
 OURS = [
@@ -128,7 +137,7 @@ def bent_rod():
 @pytest.mark.parametrize(("module", "model"), OURS)
 def test_our_models_bend_a_rod_and_say_what_it_took(ask, tmp_path, bent_rod, module, model):
     write_posed(tmp_path / "task.npz", posed_task(bent_rod.pose, bent_rod.bones))
-    found = ask(module, model=model, task=str(tmp_path / "task.npz"), out=str(tmp_path / "out.npz"))
+    found = ask(module, model=model, task=str(tmp_path / "task.npz"), out=str(tmp_path / "out.npz"), limit_s=60.0)
     assert set(found) == {"version", "acts", "set_up_s", "step_s", "peak_mb"}
     assert len(found["step_s"]) == 2
     with np.load(tmp_path / "out.npz") as data:

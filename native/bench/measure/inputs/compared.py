@@ -67,7 +67,7 @@ def tasks() -> Iterator[Compared]:
     yield from paws()
     yield arm_raised_by(figure(is_dressed=False))
     yield arm_raised_by(figure(is_dressed=True))
-    turn = large_move_of(cub())._replace(name="head turned and moved")
+    turn = large_move_of(cub())._replace(name="head turned and moved", steps=LIMB_STEPS)
     yield Compared(turn, bones=cub_bones({"head": turn.motion}))
     yield translation()
     yield Compared(pull("pull", PULL_RADIUS)._replace(steps=LIMB_STEPS))
@@ -122,7 +122,7 @@ def cactus_bent() -> Compared:
     between = arc_between(low * Z, high - low, CACTUS_BEND, *ends)
     motion = between(ends[1], ends[1])
     view = View((0.0, -1.0, 0.1), (0.12, 0.0, 0.42), 0.95)
-    pose = Pose("bend by 70", mesh, groups["Roots"], groups["Top"], motion, view)
+    pose = Pose("bend by 70", mesh, groups["Roots"], groups["Top"], motion, view, LIMB_STEPS)
     return Compared(pose, bones=rod_bones(bottom, top, ends, between, motion), mirror=1)
 
 
@@ -134,7 +134,7 @@ def paws() -> Iterator[Compared]:
 def translation() -> Compared:
     """The creature's head moved sideways without a turn, the paws held."""
     motion = moved_by(0.15 * X - 0.1 * Y)
-    pose = large_move_of(cub())._replace(name="head moved only", motion=motion)
+    pose = large_move_of(cub())._replace(name="head moved only", motion=motion, steps=LIMB_STEPS)
     return Compared(pose, bones=cub_bones({"head": motion}))
 
 

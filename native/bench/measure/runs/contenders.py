@@ -104,11 +104,6 @@ class Reached(NamedTuple):
     positions: Floats
     said: dict[str, Any]
 
-    @property
-    def seconds(self) -> float:
-        """Of set-up and all steps."""
-        return float(self.said["set_up_s"] + sum(self.said["step_s"]))
-
     def costs(self) -> dict[str, Any]:
         """Seconds of the set-up, of the median step and of the last one; memory; version; acts."""
         steps = self.said["step_s"]
@@ -143,8 +138,9 @@ class Process:
             NotRun: it cannot do it, failed, or took too long.
         """
         self._worker.ask("{}")  # the time to import its library is not the task's
-        command = {"model": self._model, "task": str(task), "out": str(self._out)}
-        said = self._worker.ask(json.dumps(command), timeout_s or self._timeout_s, what="the task")
+        limit_s = timeout_s or self._timeout_s
+        command = {"model": self._model, "task": str(task), "out": str(self._out), "limit_s": limit_s}
+        said = self._worker.ask(json.dumps(command), limit_s, what="the task")
         if "not_run" in said:
             raise NotRun(said["not_run"])
         with np.load(self._out) as data:
