@@ -14,21 +14,23 @@ from .ours import arrays, posed
 
 
 class CageByHandles:
-    """A cage whose coordinates carry the mesh."""
+    """A cage whose coordinates carry the mesh, but for vertices in no face: they may be outside of it, and stay."""
 
     version = arap_native.__version__
     acts = (CAGE, CAGE_GROUP, CAGE_GROUP, HANDLE)
 
     def __init__(self, task: PosedTask, coordinates: Any) -> None:
-        self._cage, self._positions = automatic_cage(task), task.positions
+        self._cage, self._positions = automatic_cage(task), task.positions.copy()
+        self._carried_vertices = np.unique(task.corner_vertices)
         options = arap_native.CageOptions(coordinates=coordinates)
-        self._carried = arap_native.CageDeformation(task.positions, *self._cage.arrays, options)
+        points = task.positions[self._carried_vertices]
+        self._carried = arap_native.CageDeformation(points, *self._cage.arrays, options)
 
     def pose(self, step: int) -> None:
-        self._positions = self._carried.deform(self._cage.pose(step))
+        self._positions[self._carried_vertices] = self._carried.deform(self._cage.pose(step))
 
     def positions(self) -> Floats:
-        return np.asarray(self._positions)
+        return self._positions
 
 
 def cage(coordinates: str) -> Make:
