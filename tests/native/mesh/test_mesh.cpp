@@ -86,8 +86,8 @@ TEST(PolygonMesh, WhatIsWrongIsRefusedByPlace) {
     expect_refused(square(), {0, 1, 2, 0, bad, 3}, {3, 3}, {"face 1", std::to_string(bad), "0 to 3"});
   for (const int bad : {2, 1, 0, -3})
     expect_refused(square(), {0, 1, 2, 0, 1}, {3, bad}, {"face_sizes[1]", std::to_string(bad), ">= 3"});
-  expect_refused(square(), {0, 1, 2, 3}, {3}, {"corner_vertices", "4", "face_sizes", "3"});
-  expect_refused(square(), {0, 1, 2, 3}, {3, 3}, {"corner_vertices", "4", "face_sizes", "6"});
+  expect_refused(square(), {0, 1, 2, 3}, {3}, {"4 corners", "face_sizes", "3"});
+  expect_refused(square(), {0, 1, 2, 3}, {3, 3}, {"4 corners", "face_sizes", "6"});
   const int huge = std::numeric_limits<int>::max();
   expect_refused(square(), {0, 1, 2, 3}, {huge, huge, huge}, {"face_sizes"});
 }
