@@ -16,6 +16,7 @@ What stays, what moves, what is stiff:
 - add_pin(), add_pin_group(), remove_pin(): vertices, or a vertex group, that stay where they are.
 - add_handle(), add_handle_for(), remove_handle(): vertices that follow a new empty, or an object or bone.
 - add_bones(): bones of an armature move what they pass through inside the mesh, without vertex groups.
+- make_cage(), add_cage(): a coarse closed mesh around the mesh moves all of it.
 - copy_handles(): gives a copied mesh handles of its own, instead of those of the original.
 - add_stiffness(), add_stiffness_group(), add_rigid(), remove_stiffness(): vertices that bend less, or not at all.
 - soften_group(): gives a vertex group a soft edge.
@@ -63,6 +64,7 @@ from .poses.keys import poses_to_keys
 from .poses.library import NOW, REST, apply_pose, blend_poses, delete_pose, mirror_pose, store_pose
 from .scene.placing import reset_handles
 from .setup.bones import add_bones
+from .setup.cages import add_cage, make_cage
 from .setup.handle_copies import copy_handles
 from .setup.handles import add_handle, add_handle_for, remove_handle
 from .setup.pins import add_pin, add_pin_group, remove_pin
@@ -73,6 +75,7 @@ __all__ = [
     "REST",
     "Cancelled",
     "add_bones",
+    "add_cage",
     "add_handle",
     "add_handle_for",
     "add_pin",
@@ -90,6 +93,7 @@ __all__ = [
     "delete_pose",
     "end_session",
     "export_mesh_cache",
+    "make_cage",
     "mirror_pose",
     "poses_to_keys",
     "prepare_session",

@@ -25,7 +25,7 @@ from .naming import listed
 from .patches import Surface, begin_patches, held_by_themselves, patches_from, points_of, surface_diagonal, without
 from .session_data import OF_BIND, Readout, SessionMesh, SessionSettings
 from .targets import NO_PATCHES, HandleMap, HandleSpec, Patch, Patches, check_specs, checked_matrices
-from .transforms import map_points
+from .transforms import SolverSpace
 
 if TYPE_CHECKING:
     import arap_native
@@ -35,10 +35,6 @@ CUBE_EDGES = [corner for bit in (1, 2, 4) for i in range(8) if not i & bit for c
 PATCHES_SHARE = 0.1  # of the progress of new handles
 HANDLES_CANCELLED = "Preparing the handles was cancelled; nothing has changed"
 SOLVE_CANCELLED = "Solving was cancelled; the pose is as it was"
-TOO_FAR = (
-    "Some vertices would be too far away for single precision, so the pose is as it was: "
-    "bring the handles nearer to the mesh, or apply its scale"
-)
 
 
 class Session:
@@ -93,9 +89,8 @@ class Session:
     ) -> None:
         """Prepares it, for bind()."""
         self._native = native
-        self._stretch = np.ascontiguousarray(stretch, dtype=np.float64)
-        self._unstretch: Floats = np.asarray(np.linalg.inv(self._stretch), dtype=np.float64)
-        self._is_stretched = not np.array_equal(self._stretch, np.eye(3))
+        self._space = SolverSpace(stretch)
+        self._stretch, self._unstretch = self._space.stretch, self._space.unstretch
         self._n_own = len(mesh.rest_positions)
         self._mirrors = tuple(mirrors)
         mesh, self._whole = completed(mesh, mirrors, self._stretch)
@@ -111,7 +106,7 @@ class Session:
         self._positions = self._rest.astype(np.float32)
         self._own_positions = self._positions[: self._n_own]
         # The solver writes single precision into memory that is there already: a frame allocates nothing.
-        self._solved = np.empty_like(self._positions) if self._is_stretched else self._positions
+        self._solved = np.empty_like(self._positions) if self._space.is_stretched else self._positions
         self._model: models.Model
         self._own_parts: Ints  # the others are images
         self._loose: LooseParts | None = None
@@ -421,20 +416,16 @@ class Session:
         self._positions[...] = self._rest
 
     def _to_solver(self, positions: Floats) -> Floats:
-        return np.ascontiguousarray(positions @ self._stretch.T) if self._is_stretched else positions
+        return self._space.to_solver(positions)
 
     def _show_solved(self) -> None:
         if self._solved is self._positions:
             return
-        farthest = max(self._solved.max(), -self._solved.min())
-        in_object = float(farthest) * np.abs(self._unstretch).sum(axis=1).max()
-        if not in_object <= np.finfo(np.float32).max:  # also what is not a number
+        try:
+            self._space.show(self._solved, self._positions)
+        except RuntimeError:
             self._model.set_positions(self._to_solver(self._positions.astype(np.float64)))
-            raise RuntimeError(TOO_FAR)
-        if self._is_stretched:
-            map_points(self._solved, self._unstretch.astype(np.float32), self._positions)
-        else:
-            self._positions[...] = self._solved
+            raise
 
 
 def _are_same(former: Sequence[HandleSpec], specs: Sequence[HandleSpec]) -> bool:

@@ -11,20 +11,23 @@ import ctypes
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 from . import native
 from .background import Steps, part
+from .cages.session import CageSession
 from .session import Session
 from .session_data import Readout
 from .session_input import SessionInput, difference_of_bind
+
+AnySession: TypeAlias = Session | CageSession
 
 
 @dataclass
 class Bound:
     """A session and what it was made from."""
 
-    session: Session
+    session: AnySession
     inputs: SessionInput
 
 
@@ -154,12 +157,14 @@ def set_readout(object_name: str, value: Readout) -> None:
     _readouts[object_name] = value
 
 
-def build(inputs: SessionInput) -> Steps[Session]:
+def build(inputs: SessionInput) -> Steps[AnySession]:
     """Binds and factorizes. Touches no Blender data.
 
     Raises:
-        ValueError: the mesh cannot be used. RuntimeError: no native module, or the solver failed.
+        ValueError: the mesh or its cage cannot be used. RuntimeError: no native module, or the solver failed.
     """
+    if inputs.cage is not None:
+        return (yield from CageSession.bind(native.load(), inputs.mesh, inputs.stretch, inputs.settings, inputs.cage))
     binding = Session.bind(
         native.load(),
         inputs.mesh,
@@ -174,7 +179,7 @@ def build(inputs: SessionInput) -> Steps[Session]:
     return session
 
 
-def rebuild(inputs: SessionInput, former: Bound | None) -> Steps[Session]:
+def rebuild(inputs: SessionInput, former: Bound | None) -> Steps[AnySession]:
     """build(), or the former session with the handles of ``inputs`` if its bind fits.
 
     Meanwhile the former one is busy, so it must not be the object's live session. It is as it was if this raises or is
@@ -185,6 +190,7 @@ def rebuild(inputs: SessionInput, former: Bound | None) -> Steps[Session]:
     """
     if former is None or difference_of_bind(former.inputs, inputs):
         return (yield from build(inputs))
-    yield from former.session.set_handles(inputs.specs, inputs.shown)
+    if isinstance(former.session, Session):
+        yield from former.session.set_handles(inputs.specs, inputs.shown)
     former.session.settings = inputs.settings
     return former.session

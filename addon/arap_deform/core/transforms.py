@@ -21,6 +21,11 @@ NEWTON_ENDS = 1e-8  # its next step would be the square of that
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 """A 4x4 matrix, row by row, as Blender's properties save it."""
 
+TOO_FAR = (
+    "Some vertices would be too far away for single precision, so the pose is as it was: "
+    "bring the handles nearer to the mesh, or apply its scale"
+)
+
 
 def transformed(matrix: Floats, points: NDArray[np.floating]) -> Floats:
     """(k, 3) ``points``, or a single one, moved by a (4, 4) matrix."""
@@ -135,3 +140,36 @@ def best_rigid_fit(rest: Floats, shown: Floats, stretch: Floats, weights: Floats
     fit[:3, :3] = unstretch @ rotation @ stretch
     fit[:3, 3] = unstretch @ (shown_centre - rotation @ rest_centre)
     return fit
+
+
+class SolverSpace:
+    """Where a model works: object space times a stretch. There rigid means rigid as seen.
+
+    Attributes:
+        stretch, unstretch: (3, 3) float64, symmetric, and its inverse.
+    """
+
+    def __init__(self, stretch: Floats) -> None:
+        """``stretch``: see stretch_of()."""
+        self.stretch = np.ascontiguousarray(stretch, dtype=np.float64)
+        self.unstretch: Floats = np.asarray(np.linalg.inv(self.stretch), dtype=np.float64)
+        self.is_stretched = not np.array_equal(self.stretch, np.eye(3))
+
+    def to_solver(self, positions: Floats) -> Floats:
+        """(n, 3) contiguous, for (n, 3) of object space."""
+        return np.ascontiguousarray(positions @ self.stretch.T if self.is_stretched else positions)
+
+    def show(self, solved: NDArray[np.float32], positions: NDArray[np.float32]) -> None:
+        """Writes (n, 3) ``solved`` of solver space to ``positions`` of object space.
+
+        Raises:
+            RuntimeError: single precision does not reach that far; nothing is written.
+        """
+        farthest = max(solved.max(), -solved.min())
+        in_object = float(farthest) * np.abs(self.unstretch).sum(axis=1).max()
+        if not in_object <= np.finfo(np.float32).max:  # also what is not a number
+            raise RuntimeError(TOO_FAR)
+        if self.is_stretched:
+            map_points(solved, self.unstretch.astype(np.float32), positions)
+        else:
+            positions[...] = solved

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..core import sessions
 from ..core.arrays import Floats
-from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import Hold, difference, difference_of_scene
+from ..core.sessions import AnySession
 from ..props import hooks
 from ..scene import handle_motion, meshes, pose_key, shape_keys
 from ..scene.inputs import read_input, read_state
@@ -94,7 +94,7 @@ class Frame:
         return result
 
 
-def write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: Session, result: Readout) -> None:
+def write_pose(obj: bpy.types.Object, key: bpy.types.ShapeKey, session: AnySession, result: Readout) -> None:
     """Writes the session's positions to the key, shows it, and keeps the readout for the panel."""
     shape_keys.write(obj, key, session.positions)
     shape_keys.show(key)

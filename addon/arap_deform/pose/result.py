@@ -15,6 +15,7 @@ from mathutils import Matrix
 from ..core import sessions
 from ..core.arrays import Floats
 from ..scene import handle_motion, meshes, placing, pose_key, shape_keys, staying
+from ..scene.cages import place as cages
 from ..setup.handles import take_over
 
 Transforms = dict[tuple[str, str], tuple[Any, ...]]  # channels by name of object and bone; bone '': the object itself
@@ -31,6 +32,7 @@ class PoseState:
         transforms: of every object and bone that moves a handle.
         empties: names of the empties that were made for handles, by the numbers of these.
         shapes: that pins and handles hold.
+        cage_shapes: of the cages, by the numbers of their handles.
     """
 
     object_name: str
@@ -38,6 +40,7 @@ class PoseState:
     transforms: Transforms
     empties: dict[int, str]
     shapes: staying.Shapes
+    cage_shapes: dict[int, cages.CageShape]
 
 
 def bake_pose(obj: bpy.types.Object, name: str = "Pose") -> bpy.types.ShapeKey:
@@ -96,7 +99,11 @@ def _set_rest_here(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Non
     """Makes every handle's present place its place at rest."""
     inverse = np.linalg.inv(handle_motion.object_matrix(obj, depsgraph))
     for handle in obj.arap.handles:
-        if not handle_motion.problem_of(obj, handle, depsgraph):
+        if handle_motion.problem_of(obj, handle, depsgraph):
+            continue
+        if handle.is_cage:
+            cages.take_over(obj, handle, depsgraph)
+        else:
             handle.rest = Matrix(inverse @ handle_motion.target_matrix(handle.target, handle.bone, depsgraph))
 
 
@@ -127,7 +134,7 @@ def _rest_matrices(obj: bpy.types.Object) -> dict[int, Floats]:
 def capture_state(obj: bpy.types.Object) -> PoseState:
     """The state that restore_state() restores."""
     key, transforms, shapes = pose_key.capture(obj), capture_transforms(obj), staying.capture_shapes(obj)
-    return PoseState(obj.name, key, transforms, _empties_of(obj), shapes)
+    return PoseState(obj.name, key, transforms, _empties_of(obj), shapes, cages.capture(obj))
 
 
 def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
@@ -142,6 +149,7 @@ def restore_state(obj: bpy.types.Object, state: PoseState) -> None:
     sessions.check_free(obj.name)
     empties = _empties_of(obj)  # they may have been renamed since then
     restore_transforms(state.transforms, {name: empties.get(i, name) for i, name in state.empties.items()})
+    cages.restore(obj, state.cage_shapes)
     added = staying.restore_shapes(obj, state.shapes)
     pose_key.restore(obj, state.key)
     bound = sessions.get(obj.name)

@@ -11,10 +11,9 @@ from ..core import sessions
 from ..core.background import Background, Progress, Steps, part
 from ..core.job import STEP_S
 from ..core.naming import counted
-from ..core.session import Session
 from ..core.session_data import Readout
 from ..core.session_input import difference_of_bind
-from ..core.sessions import Bound
+from ..core.sessions import AnySession, Bound
 from ..follow import mesh
 from ..follow.frame import Frame, write_pose
 from ..follow.update import bind
@@ -66,7 +65,7 @@ class SolveJob:
         self._inputs = read_input(obj, depsgraph)
         self._matrices = handle_motion.handle_matrices(obj, depsgraph)
         self._former = sessions.get(obj.name)
-        self._session: Session | None = None
+        self._session: AnySession | None = None
         sessions.drop(obj.name)  # it is busy now
         sessions.claim(obj.name, self)
         self._work = Background(self._steps())

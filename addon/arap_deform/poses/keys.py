@@ -16,6 +16,7 @@ from ..core.arrays import Float32s, Floats
 from ..core.background import Progress
 from ..core.job import run_job
 from ..scene import pose_key, shape_keys, versions
+from ..scene.cages.read import check_no_cage
 from . import library
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ class PoseKeysJob(ShapesJob[list[str]]):
         """Checks everything. Arguments and errors as poses_to_keys()."""
         scene = scene or bpy.context.scene
         check_in_scene(obj, scene)
+        check_no_cage(obj)
         self._names = [pose.name for pose in obj.arap.poses] if names is None else list(names)
         if not self._names:
             raise ValueError(f"'{obj.name}' has no stored poses: store one first")

@@ -11,6 +11,7 @@ from ..ui.checks import (
     ArapOperator,
     is_posed,
     posed_object,
+    why_caged,
     why_not_changeable,
     why_not_object_mode,
     why_not_posable,
@@ -33,9 +34,10 @@ def why_no_library(context: bpy.types.Context) -> str:
 
 
 def why_not_storable(context: bpy.types.Context) -> str:
-    """As why_no_library(), and there must be handles."""
+    """As why_no_library(), and there must be handles that move the mesh."""
     lack = "Add a handle first: a pose stores the places of the handles"
-    return why_no_library(context) or ("" if posed_object(context).arap.handles else lack)
+    reason = why_no_library(context) or why_caged(posed_object(context))
+    return reason or ("" if posed_object(context).arap.handles else lack)
 
 
 def why_no_stored_pose(context: bpy.types.Context) -> str:

@@ -17,6 +17,7 @@ from mathutils import Matrix
 
 from ..core.transforms import IDENTITY
 from . import hooks
+from .cage import CageRest
 from .held_shape import HeldShape
 
 
@@ -62,8 +63,11 @@ class ArapPin(HeldShape, bpy.types.PropertyGroup):
     )
 
 
-class ArapHandle(HeldShape, bpy.types.PropertyGroup):
-    """A vertex group that follows an object or a bone; or, without a group, what its bone passes through."""
+class ArapHandle(CageRest, HeldShape, bpy.types.PropertyGroup):
+    """A vertex group that follows an object or a bone; or, without a group, what its bone passes through.
+
+    Or a cage: a closed mesh around the whole mesh, that moves all of it.
+    """
 
     name: StringProperty(
         name="Name",

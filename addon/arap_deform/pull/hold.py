@@ -15,6 +15,7 @@ from ..core.session_input import GroupHold, Hold, SessionInput
 from ..core.targets import HandleSpec
 from ..core.transforms import best_rigid_fit, transformed
 from ..scene import handle_motion, meshes, pose_key, shape_keys, versions
+from ..scene.cages.read import check_no_cage
 from ..scene.inputs import read_input
 from . import pins, seen_mesh
 from .drag import Lever
@@ -90,6 +91,7 @@ def begin_pull(
         ValueError: as read_input(), but pins and handles may be missing; the key would not show the pose; or a pin
             or handle holds one of ``grabs``.
     """
+    check_no_cage(obj)
     inputs = read_input(obj, depsgraph, needs_holds=False)
     key = pose_key.find(obj)
     if key is not None:

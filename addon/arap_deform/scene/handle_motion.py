@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..core.arrays import Floats
 from ..core.transforms import transformed
 from . import meshes, pose_key, versions
+from .cages import read as cages
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -25,7 +26,8 @@ SMALLEST_VOLUME = 1e-24  # of a handle's rest matrix, as its determinant; below,
 def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> NDArray[np.float64]:
     """(h, 4, 4) float64 object-space motion of each enabled pin (identity), then of each enabled handle.
 
-    (O_now^-1 M_now)(O_rest^-1 M_rest)^-1, of evaluated matrices. The order is that of the session's handles.
+    (O_now^-1 M_now)(O_rest^-1 M_rest)^-1, of evaluated matrices. The order is that of the session's handles. If a cage
+    moves the mesh: (c, 3) float64 the positions of its vertices, object space of the mesh.
 
     Raises:
         ValueError: a handle's object, bone or group is missing, or its object is not kept up to date by Blender.
@@ -37,6 +39,9 @@ def handle_matrices(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None
 def motions(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph, world: Floats) -> NDArray[np.float64]:
     """As handle_matrices(), for an object whose evaluated (4, 4) ``world`` matrix has an inverse."""
     check_handles(obj, depsgraph)
+    cage = cages.enabled_cage(obj)
+    if cage is not None:
+        return cages.positions_now(cage, depsgraph, world)
     n_pins = sum(pin.is_enabled for pin in obj.arap.pins)
     handles = [handle for handle in obj.arap.handles if handle.is_enabled]
     result = np.tile(np.eye(4), (n_pins + len(handles), 1, 1))
@@ -55,11 +60,16 @@ def motion_of(handle: ArapHandle, depsgraph: bpy.types.Depsgraph, world: Floats)
 
 
 def check_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> None:
-    """Raises ValueError if an enabled pin or handle, or the object itself, cannot work."""
+    """Raises ValueError if an enabled pin or handle, or the object itself, cannot work. With a cage the others rest."""
     if not meshes.is_evaluated(obj, depsgraph):
         raise ValueError(
             f"'{obj.name}' is disabled in viewports or excluded from the view layer: enable it, or hide it with the eye"
         )
+    cage = cages.enabled_cage(obj)
+    if cage is not None:
+        if reason := problem_of(obj, cage, depsgraph):
+            raise ValueError(reason)
+        return
     for pin in obj.arap.pins:
         if pin.is_enabled and pin.name not in obj.vertex_groups:
             raise ValueError(
@@ -76,13 +86,14 @@ def problem_of(
     obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph, made: Made | None = None
 ) -> str:
     """Why a handle cannot work, one sentence; '' if it can. ``made``: see other_owner()."""
-    whose = f"Handle '{handle.name}' of '{obj.name}': "
-    reason = target_problem(obj, handle.target, handle.bone, depsgraph, is_made=handle.has_made_target)
+    whose = f"{'Cage' if handle.is_cage else 'Handle'} '{handle.name}' of '{obj.name}': "
+    made_as = ("cage" if handle.is_cage else "empty") if handle.has_made_target else ""
+    reason = target_problem(obj, handle.target, handle.bone, depsgraph, made_as)
     if reason:
         return whose + reason
     owner = other_owner(obj, handle, made)
     if owner is not None:
-        return f"{whose}its empty belongs to '{owner.name}', of which this is a copy; press Copy Handles"
+        return f"{whose}its {made_as} belongs to '{owner.name}', of which this is a copy; press Copy Handles"
     if not any(handle.rest_matrix):
         return (
             f"{whose}'{obj.name}' was scaled to nothing when '{handle.target.name}' was chosen; "
@@ -92,6 +103,9 @@ def problem_of(
         return f"{whose}its rest place is not a finite one; choose '{handle.target.name}' again"
     if abs(handle.rest.determinant()) < SMALLEST_VOLUME:
         return f"{whose}'{handle.target.name}' was scaled to nothing at rest; give it a scale and choose it again"
+    if handle.is_cage:
+        reason = cages.problem_of(obj, handle, depsgraph)
+        return whose + reason if reason else ""
     if handle.is_bone_alone:
         if obj.arap.model == "solid":
             return ""
@@ -144,18 +158,17 @@ def target_problem(
     target: bpy.types.Object | None,
     bone: str,
     depsgraph: bpy.types.Depsgraph,
-    *,
-    is_made: bool = False,
+    made_as: str = "",
 ) -> str:
-    """Why an object, or its bone, cannot be that of a handle. ``is_made``: the add-on made it for the handle."""
+    """Why an object, or its bone, cannot be that of a handle. ``made_as``: what the add-on made it as, if it did."""
     if target is None:
         return "it has no object; choose one or remove the handle"
     if target == obj:
         return f"'{target.name}' is the mesh itself; choose another object"
     if not meshes.is_evaluated(target, depsgraph):
         if depsgraph.scene.objects.get(target.name) != target:
-            if is_made:
-                return "its empty is not in the scene; press Copy Handles or remove the handle"
+            if made_as:
+                return f"its {made_as} is not in the scene; press Copy Handles or remove the handle"
             return f"'{target.name}' is not in the scene; choose another object or remove the handle"
         return (
             f"'{target.name}' is disabled in viewports or excluded from the view layer, so it does not move; "

@@ -11,12 +11,13 @@ import numpy as np
 
 from ..core.arrays import Floats
 from ..core.session_data import SessionSettings
-from ..core.session_input import BoneHold, Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
+from ..core.session_input import BoneHold, CageHold, Counts, GroupHold, Hold, MeshSignature, SceneState, SessionInput
 from ..core.stiffness import StiffGroup, regions_of, stiffness_of
 from ..core.targets import HandleSpec, Segment
 from ..props import preferences
 from ..props.bounds import bounded
 from . import handle_motion, meshes, pose_key, shape_keys
+from .cages import read as cages
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle, ArapPin
@@ -60,6 +61,7 @@ def spec_of(entry: ArapPin | ArapHandle, weights: Mapping[str, Floats], rest: Fl
     if isinstance(hold, BoneHold):
         ends = np.array(hold.ends).reshape(2, 3)
         return HandleSpec(hold.name, np.empty(0, dtype=np.int32), np.empty(0), segment=Segment(ends))
+    assert isinstance(hold, GroupHold)  # a cage holds no vertices: it moves all
     of_vertices = weights[hold.group]
     vertices = np.flatnonzero(of_vertices > 0.0).astype(np.int32)
     moved, offsets, n = entry.shape
@@ -94,7 +96,7 @@ def read_state(
         holds=enabled_holds(obj),
         stiff_groups=enabled_stiffness(obj),
         key_name=key_name,
-        mirrors=meshes.read_mirrors(obj, depsgraph, stretch, rest),
+        mirrors=() if cages.enabled_cage(obj) else meshes.read_mirrors(obj, depsgraph, stretch, rest),
     )
 
 
@@ -125,6 +127,10 @@ def read_input(
     handle_motion.check_handles(obj, depsgraph)
     if needs_holds and not state.holds:
         raise ValueError(f"Nothing holds or moves '{obj.name}': add a pin or a handle")
+    cage = cages.enabled_cage(obj)
+    if cage is not None:
+        around = cages.cage_of(cage, mesh.rest_positions)
+        return SessionInput(**vars(state), mesh=mesh, specs=(), signature=MeshSignature.of(mesh, ()), cage=around)
     check_stiffness(obj)
     wanted = sorted({*groups_of(state.holds), *(entry.group for entry in state.stiff_groups)})
     weights = meshes.read_weights(obj, wanted, use_nodes=use_nodes)
@@ -144,7 +150,11 @@ def read_input(
 
 def _check_handle_weights(obj: bpy.types.Object, weights: dict[str, Floats]) -> None:
     for handle in obj.arap.handles:
-        if handle.is_enabled and not handle.is_bone_alone and not weights[handle.vertex_group].any():
+        if (
+            handle.is_enabled
+            and not (handle.is_bone_alone or handle.is_cage)
+            and not weights[handle.vertex_group].any()
+        ):
             raise ValueError(handle_motion.no_weights(obj, handle))
 
 
@@ -155,13 +165,18 @@ def counts_of(obj: bpy.types.Object) -> Counts:
 
 
 def enabled_entries(obj: bpy.types.Object) -> list[ArapPin | ArapHandle]:
-    """The enabled pins, then the enabled handles: the order of the session's handles."""
+    """The enabled pins, then the enabled handles: the order of the session's handles. A cage alone if there is one."""
+    cage = cages.enabled_cage(obj)
+    if cage is not None:
+        return [cage]
     return [entry for entry in (*obj.arap.pins, *obj.arap.handles) if entry.is_enabled]
 
 
 def hold_of(entry: ArapPin | ArapHandle) -> Hold:
     if not hasattr(entry, "vertex_group"):
         return GroupHold(entry.name, shape_id=entry.shape_id)
+    if entry.is_cage:
+        return cages.hold_of(entry)
     if entry.is_bone_alone:
         return BoneHold(entry.name, tuple(handle_motion.bone_ends(entry).ravel().tolist()))
     return GroupHold(entry.vertex_group, entry.is_exact, bounded(entry, "reach"), entry.shape_id)
@@ -173,8 +188,10 @@ def groups_of(holds: Iterable[Hold]) -> set[str]:
 
 
 def has_group(obj: bpy.types.Object, entry: ArapPin | ArapHandle) -> bool:
-    """Whether what an entry holds is there: its vertex group, or its bone without one."""
+    """Whether what an entry holds is there: its vertex group, or its bone without one. A cage holds no part."""
     hold = hold_of(entry)
+    if isinstance(hold, CageHold):
+        return False
     return isinstance(hold, BoneHold) or hold.group in obj.vertex_groups
 
 

@@ -53,14 +53,14 @@ def read_rest(obj: bpy.types.Object) -> NDArray[np.float32]:
 
 def read_mesh(obj: bpy.types.Object) -> SessionMesh:
     """The mesh at rest. Call check_mesh() before."""
-    mesh = obj.data
-    face_sizes = np.empty(len(mesh.polygons), dtype=np.int32)
-    mesh.polygons.foreach_get("loop_total", face_sizes)
-    return SessionMesh(
-        rest_positions=read_rest(obj).astype(np.float64),
-        corner_vertices=versions.read_corner_vertices(mesh),
-        face_sizes=face_sizes,
-    )
+    return SessionMesh(read_rest(obj).astype(np.float64), *read_faces(obj.data))
+
+
+def read_faces(mesh: bpy.types.Mesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """(c,) int32 vertices of all faces, one face after the other, and (f,) int32 sizes of these."""
+    sizes = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("loop_total", sizes)
+    return versions.read_corner_vertices(mesh), sizes
 
 
 def read_weights(

@@ -12,6 +12,7 @@ from mathutils import Matrix
 
 from ..core.arrays import Floats
 from . import handle_motion, meshes, remembered
+from .cages import place as cages
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
@@ -29,7 +30,9 @@ def reset_handles(obj: bpy.types.Object) -> list[str]:
     meshes.check_mesh(obj)
     forget_shapes(obj)
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    return place_handles(obj, {i: np.eye(4) for i in working_handles(obj, depsgraph)})
+    held = place_handles(obj, {i: np.eye(4) for i in working_handles(obj, depsgraph)})
+    working_cages = [h for h in obj.arap.handles if h.is_cage and not handle_motion.problem_of(obj, h, depsgraph)]
+    return held + [cage.name for cage in working_cages if not cages.put_to_rest(obj, cage)]
 
 
 def forget_shapes(obj: bpy.types.Object) -> None:
@@ -39,10 +42,12 @@ def forget_shapes(obj: bpy.types.Object) -> None:
 
 
 def working_handles(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> list[int]:
-    """Indices of the handles that can be moved, enabled or not."""
+    """Indices of the handles that can be moved, enabled or not; without cages, whose shape is no motion."""
     made: handle_motion.Made = {}
     handles = enumerate(obj.arap.handles)
-    return [i for i, handle in handles if not handle_motion.problem_of(obj, handle, depsgraph, made)]
+    return [
+        i for i, handle in handles if not handle.is_cage and not handle_motion.problem_of(obj, handle, depsgraph, made)
+    ]
 
 
 def place_handles(obj: bpy.types.Object, motions: Mapping[int, Floats]) -> list[str]:

@@ -12,6 +12,7 @@ from ..core.graph import connected_labels, face_edges
 from ..core.loose.pieces import joined_by_regions, numbered
 from ..core.loose.riders import find_riders
 from ..core.mirror import completed
+from ..core.session import Session
 from .inputs import read_input
 
 
@@ -23,6 +24,8 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
         RuntimeError: the native module cannot be used.
     """
     inputs = read_input(obj, depsgraph)
+    if inputs.cage is not None:
+        return np.zeros(0, dtype=np.int32), 0  # it moves all
     if any(spec.segment is not None for spec in inputs.specs):
         return _beside_bones(obj)
     mesh, whole = completed(inputs.mesh, inputs.mirrors, inputs.stretch)
@@ -57,6 +60,6 @@ def find(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[Ints, i
 def _beside_bones(obj: bpy.types.Object) -> tuple[Ints, int]:
     """As find(). Only a bound model knows what bones pass through."""
     bound = sessions.get(obj.name_full)
-    if bound is None or sessions.readout(obj.name_full) is None:
+    if bound is None or not isinstance(bound.session, Session) or sessions.readout(obj.name_full) is None:
         raise ValueError(f"What bones move of '{obj.name}' is known once it was posed: tick Follow, or press Solve")
     return bound.session.at_rest

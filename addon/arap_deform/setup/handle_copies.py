@@ -8,11 +8,11 @@ import numpy as np
 from mathutils import Matrix
 
 from ..scene import handle_motion, meshes
-from .handles import collection_for_empty, making
+from .handles import collection_for_made, making
 
 
 def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
-    """Copies the empties of the original, with their animation, and puts them to the same places on this mesh.
+    """Copies the empties and cages of the original, with their animation, to the same places on this mesh.
 
     Empties of its own that are in no scene, as if they were deleted, are put into that of the mesh.
 
@@ -35,7 +35,7 @@ def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
     for target, owner in owners.items():
         if owner is not None:
             _take_along(twins[target], target, owner, obj, twins, depsgraph)
-    collection = collection_for_empty(obj)
+    collection = collection_for_made(obj)
     for twin in twins.values():
         collection.objects.link(twin)
     with making():
@@ -47,8 +47,10 @@ def copy_handles(obj: bpy.types.Object) -> list[bpy.types.Object]:
 
 
 def _copied(target: bpy.types.Object) -> bpy.types.Object:
-    """With an animation of its own."""
+    """With an animation, and if it is a cage a mesh, of its own."""
     twin = target.copy()
+    if twin.data is not None:
+        twin.data = twin.data.copy()
     animation = twin.animation_data
     if animation is not None and animation.action is not None:
         animation.action = animation.action.copy()

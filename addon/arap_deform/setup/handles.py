@@ -19,6 +19,7 @@ from ..core.transforms import transformed
 from ..props import hooks
 from ..props.bounds import bounded
 from ..scene import groups, handle_motion, meshes, remembered, staying
+from ..scene.cages import place as cages
 from ..scene.groups import VertexIndices
 from ..scene.held import HeldMesh, fit
 from ..scene.inputs import has_group
@@ -164,12 +165,17 @@ def following_first_handle(obj: bpy.types.Object) -> Iterator[None]:
 
 
 def remove_handle(obj: bpy.types.Object, index: int) -> None:
-    """Removes a handle, and the vertex group and the empty made for it if nothing else uses them."""
+    """Removes a handle, and the vertex group and the empty or cage made for it if nothing else uses them."""
     handle = HANDLES.at(obj, index)
     target = handle.target if handle.has_made_target else None
+    if target is not None and target.mode != "OBJECT":
+        raise ValueError(f"'{target.name}' is in another mode: go back to Object Mode first")
     HANDLES.remove(obj, index)
     if target is not None and not _is_used(target):
+        data = target.data
         bpy.data.objects.remove(target)
+        if data is not None and not data.users:  # that of a cage
+            bpy.data.meshes.remove(data)
 
 
 def take_over(obj: bpy.types.Object, *entries: Entry) -> None:
@@ -183,16 +189,25 @@ def take_over(obj: bpy.types.Object, *entries: Entry) -> None:
         return
     depsgraph = bpy.context.evaluated_depsgraph_get()
     use_nodes = False if obj.mode == "EDIT" else None  # nodes would read the mesh that is being edited
+    for entry in entries:
+        if hasattr(entry, "target") and entry.is_cage and not _lack_of_target(obj, entry, depsgraph):
+            cages.take_over(obj, entry, depsgraph)
     whole = [entry for entry in entries if not _lack_of(obj, entry, depsgraph)]
     _set_rests(obj, [entry for entry in whole if hasattr(entry, "target")], depsgraph, use_nodes)
     staying.stay(obj, depsgraph, *whole, use_nodes=use_nodes)
 
 
 def _lack_of(obj: bpy.types.Object, entry: Entry, depsgraph: bpy.types.Depsgraph) -> bool:
-    """Whether its group or its object is missing."""
-    if hasattr(entry, "target") and handle_motion.target_problem(obj, entry.target, entry.bone, depsgraph):
+    """Whether its group or its object is missing. A cage has no group."""
+    if hasattr(entry, "target") and _lack_of_target(obj, entry, depsgraph):
         return True
     return not has_group(obj, entry)
+
+
+def _lack_of_target(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> bool:
+    if handle_motion.target_problem(obj, handle.target, handle.bone, depsgraph):
+        return True
+    return bool(handle.is_cage and handle.target.type != "MESH")
 
 
 def _set_rests(
@@ -262,7 +277,7 @@ def new_handle(obj: bpy.types.Object, group: str, name: str) -> ArapHandle:
 
 def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) -> bpy.types.Object:
     empty = bpy.data.objects.new(name, None)
-    collection_for_empty(obj).objects.link(empty)
+    collection_for_made(obj).objects.link(empty)
     empty.empty_display_type = "SPHERE"
     empty.show_in_front = True
     empty.parent = obj
@@ -272,7 +287,7 @@ def _new_empty(obj: bpy.types.Object, name: str, world: Floats, matrix: Floats) 
     return empty
 
 
-def collection_for_empty(obj: bpy.types.Object) -> bpy.types.Collection:
+def collection_for_made(obj: bpy.types.Object) -> bpy.types.Collection:
     """A local, enabled collection of the object, else the scene's."""
     users = obj.users_collection
     for collection in meshes.enabled_collections(bpy.context.view_layer.layer_collection):

@@ -7,7 +7,9 @@ import bpy
 
 from ..core import sessions
 from ..core.naming import counted
+from ..core.session import Session
 from ..scene import meshes, remembered, versions
+from ..scene.cages.read import enabled_cage
 from ..scene.inputs import settings_of
 from ..ui.checks import find_posed_object, posed_object
 from ..ui.panels import ArapPanel, ArapSubPanel, draw_table, draw_text, split_column
@@ -33,6 +35,9 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         key_name = column.row()
         key_name.enabled = not sessions.claimed_by(obj.name_full)  # the act is writing to that key
         key_name.prop(settings, "key_name")
+        if (cage := enabled_cage(obj)) is not None:
+            draw_text(context, layout, f"'{cage.name}' moves the mesh: it needs no model and no solve", "INFO")
+            return
         column.row().prop(settings, "model", expand=True)
         if settings.model == "solid":
             _whole_row(column).prop(settings, "keep_volume", slider=True)
@@ -75,7 +80,7 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
 def _draw_inside(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """What a solid makes of parts that are open or thin, once that is known."""
     bound = sessions.get(obj.name_full)
-    if bound is None:
+    if bound is None or not isinstance(bound.session, Session):
         return
     if not bound.session.has_inside:
         draw_text(context, layout, "This mesh has no inside: Surface bends it better", "INFO")

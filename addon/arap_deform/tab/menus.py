@@ -43,6 +43,8 @@ class ARAP_MT_main(bpy.types.Menu):
         layout.operator("arap.handle_add", icon="EMPTY_AXIS")
         layout.operator("arap.handle_add_from_empties")
         layout.operator("arap.bones_add", icon="BONE_DATA")
+        layout.operator("arap.cage_make", icon="MESH_CUBE")
+        layout.operator("arap.cage_add", icon="MOD_MESHDEFORM")
         layout.operator("arap.handles_copy")
         layout.operator("arap.handle_remove")
         layout.operator("arap.pin_add", icon="PINNED")

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 
@@ -12,6 +13,7 @@ from ..follow.act import Phase, PoseAct
 from ..live import runs
 from ..pull import tool
 from ..scene import remembered
+from ..scene.cages.read import enabled_cage
 from ..setup.bone_operators import selected_armatures
 from ..ui.checks import find_posed_object, is_posed, why_baked, why_no_mesh, why_not_object_mode
 
@@ -85,6 +87,9 @@ def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
         return Step(run.pause, "PAUSE")
     if run is not None and run.is_binding:
         return Step("Preparing", fraction=run.bind_fraction)
+    cage = enabled_cage(obj)
+    if cage is not None:
+        return _with_cage(context, cage)
     if len(obj.arap.handles) == 1 and not obj.arap.pins:
         return Step("Nothing holds the mesh. Add Pin in Edit Mode does.")
     moving = [handle for handle in obj.arap.handles if context.object is not None and handle.target == context.object]
@@ -95,3 +100,11 @@ def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
     if obj.select_get():
         return Step("Click a handle in the list. Now G would move the whole object.")
     return Step("Click a handle in the list, then press G.")
+
+
+def _with_cage(context: bpy.types.Context, cage: Any) -> Step:
+    if cage.target is None or context.object != cage.target:
+        return Step("Click the cage in the list, then Tab edits it.")
+    if context.mode != "EDIT_MESH":
+        return Step("Tab edits the cage. G, R, S move all of it.")
+    return Step("Move vertices of the cage: G. With O its surroundings go along.", "REC")

@@ -11,6 +11,7 @@ from ..live import runs
 from ..pose.starts import has_start
 from ..pose.unheld_text import unheld_text
 from ..scene import baked, remembered, versions
+from ..scene.cages.read import enabled_cage
 from ..setup.bone_operators import selected_armatures
 from ..setup.panels import draw_rows
 from ..ui.checks import find_posed_object, is_posed, why_baked, why_not_live
@@ -86,6 +87,8 @@ def draw_follow(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy
 
 def _draw_notes(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bpy.types.Object) -> None:
     """What is seldom there: so nothing of the tab is below it."""
+    if enabled_cage(obj) is not None and len(obj.arap.rows) > 1:
+        draw_text(context, layout, "The cage moves the whole mesh. Handles and pins rest meanwhile.", "INFO")
     if obj.arap.is_live and runs.render_notice():
         draw_text(context, layout, runs.render_notice(), "ERROR")
     readout = sessions.readout(obj.name_full)

@@ -13,6 +13,7 @@ from ..core import native, sessions
 from ..follow.act import PoseAct
 from ..follow.scene import is_rendering
 from ..scene import baked, meshes, pose_key, remembered
+from ..scene.cages.read import enabled_cage, is_cage_of
 
 Execute = Callable[..., set[str]]
 
@@ -28,9 +29,9 @@ def posed_object(context: bpy.types.Context) -> bpy.types.Object:
 def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     """The mesh that panels and operators work on, None if there is none.
 
-    The first of: the active mesh, unless it is only a handle of a mesh that is being posed; the mesh that the active
-    object moves, so the panel stays when an empty or an armature is picked; the only mesh that is being posed; the only
-    selected mesh.
+    The first of: the active mesh, unless it is only a cage, or a handle of a mesh that is being posed; the mesh that
+    the active object moves, so the panel stays when a cage, an empty or an armature is picked; the only mesh that is
+    being posed; the only selected mesh.
     """
     active = getattr(context, "object", None)  # a timer or a handler may have no window
     found = [_local_object(context.view_layer, name) for name in sessions.acts]
@@ -38,6 +39,9 @@ def find_posed_object(context: bpy.types.Context) -> bpy.types.Object | None:
     if active is not None and active.type == "MESH":
         if active.arap.pins or active.arap.handles:
             return active
+        owner = remembered.owner_of(context.view_layer, active)
+        if owner is not None and is_cage_of(active, owner):
+            return owner
         return next((obj for obj in posed if remembered.is_moved_by(obj, active)), active)
     if active is not None:
         for obj in (*posed, active.parent):
@@ -160,6 +164,11 @@ def why_baked(obj: bpy.types.Object) -> str:
     return "The animation is baked: press Edit Again to pose the mesh" if baked.is_shown(obj) else ""
 
 
+def why_caged(obj: bpy.types.Object) -> str:
+    """How to go on with handles or a pull, '' if no cage moves the mesh."""
+    return "A cage moves the mesh: untick it in the list first" if enabled_cage(obj) is not None else ""
+
+
 def why_not_live(context: bpy.types.Context) -> str:
     """As why_no_mesh(). There must be a solver, and a handle."""
     return why_no_mesh(context) or native.problem() or _why_nothing_moves(posed_object(context))
@@ -185,7 +194,7 @@ def why_not_pullable(context: bpy.types.Context) -> str:
     if reason:
         return reason
     obj = posed_object(context)
-    reason = why_baked(obj)
+    reason = why_baked(obj) or why_caged(obj)
     if reason:
         return reason
     space = context.space_data

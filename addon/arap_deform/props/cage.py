@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""What a handle that is a cage saves."""
+
+import base64
+import zlib
+
+import numpy as np
+from bpy.props import BoolProperty, EnumProperty, StringProperty
+
+from ..core.arrays import Floats
+
+# Files store the numbers, so an item keeps its number.
+COORDINATES = (
+    (
+        "mean_value",
+        "Mean Value",
+        "The mesh follows the cage closely. It need not be inside of it. Fast",
+        "NONE",
+        0,
+    ),
+    (
+        "harmonic",
+        "Harmonic",
+        "A limb follows its own part of the cage alone, and never goes the other way. All of the mesh must be inside",
+        "NONE",
+        1,
+    ),
+    (
+        "green",
+        "Green",
+        "Keeps the shapes of details, but follows the cage less closely. All of the mesh must be inside",
+        "NONE",
+        2,
+    ),
+)
+
+
+class CageRest:
+    """A mixin for handles. The shape at rest is saved: the artist edits the cage itself."""
+
+    is_cage: BoolProperty(options={"HIDDEN"}, description="Its object is a cage, which moves the whole mesh")
+    coordinates: EnumProperty(
+        name="Coordinates",
+        description="How the mesh hangs on its cage",
+        items=COORDINATES,
+        default="mean_value",
+    )
+    cage_text: StringProperty(
+        options={"HIDDEN"},
+        description="Positions of the cage's vertices at rest, in the space of the mesh (float64), base64",
+    )
+
+    @property
+    def cage_rest(self) -> Floats:
+        """(c, 3) float64 positions of the cage's vertices at rest; none if what is saved is damaged."""
+        try:
+            saved = np.frombuffer(base64.b64decode(self.cage_text), "<f8")
+            positions = saved.reshape(-1, 3).astype(np.float64)
+        except ValueError:
+            return np.zeros((0, 3))
+        return positions if np.isfinite(positions).all() else np.zeros((0, 3))
+
+    def set_cage_rest(self, positions: Floats) -> None:
+        """See cage_rest."""
+        self.cage_text = base64.b64encode(positions.astype("<f8").tobytes()).decode()
+
+    @property
+    def cage_rest_id(self) -> int:
+        """A number that changes with the shape at rest."""
+        return zlib.crc32(self.cage_text.encode())

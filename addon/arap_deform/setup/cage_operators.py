@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# mypy: disable-error-code="valid-type"
+"""Make Cage and Add Cage: a closed mesh around the mesh moves all of it."""
+
+import bpy
+from bpy.props import IntProperty
+
+from ..ui.checks import ArapOperator, posed_object, why_not_changeable, why_not_object_mode
+from .cages import CELLS, add_cage, make_cage
+from .handles import following_first_handle
+from .rows import take_in_hand
+
+
+def selected_cages(context: bpy.types.Context, obj: bpy.types.Object) -> list[bpy.types.Object]:
+    """The selected meshes but ``obj`` and its cages."""
+    taken = {handle.target for handle in obj.arap.handles if handle.is_cage}
+    return [o for o in context.selected_objects if o.type == "MESH" and o != obj and o not in taken]
+
+
+def why_no_cage_here(context: bpy.types.Context) -> str:
+    """As why_not_changeable(). The mesh must be in Object Mode."""
+    return why_not_changeable(context) or why_not_object_mode(posed_object(context))
+
+
+def why_no_selected_cage(context: bpy.types.Context) -> str:
+    """As why_no_cage_here(). One other mesh must be selected, too."""
+    reason = why_no_cage_here(context)
+    if reason or len(selected_cages(context, posed_object(context))) == 1:
+        return reason
+    return "Click a closed mesh around the mesh, then Shift-click the mesh itself"
+
+
+class ARAP_OT_cage_make(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.cage_make"
+    bl_label = "Make Cage"
+    bl_description = (
+        "Make a coarse mesh around this one, which moves all of it: edit its vertices, its shape keys, or move it"
+    )
+    why_not = staticmethod(why_no_cage_here)
+
+    cells: IntProperty(
+        name="Cells",
+        description="Cubes along the longest side of the mesh. More make a cage with more vertices to move",
+        default=CELLS,
+        min=2,
+        max=50,
+        soft_max=20,
+    )
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        with following_first_handle(obj):
+            handle = make_cage(obj, self.cells)
+        if context.mode == "OBJECT":
+            take_in_hand(context, handle)
+        self.report({"INFO"}, f"'{handle.target.name}' has {len(handle.target.data.vertices)} vertices: Tab edits it")
+
+
+class ARAP_OT_cage_add(ArapOperator, bpy.types.Operator):
+    bl_idname = "arap.cage_add"
+    bl_label = "Add Cage"
+    bl_description = "The other selected mesh, a closed one around this one, moves all of it"
+    why_not = staticmethod(why_no_selected_cage)
+    ends_itself = True
+
+    def act(self, context: bpy.types.Context, obj: bpy.types.Object) -> None:
+        cages = selected_cages(context, obj)
+        if len(cages) != 1:
+            raise ValueError("Select the cage and the mesh, and no other mesh")
+        with following_first_handle(obj):
+            handle = add_cage(obj, cages[0])
+        if context.mode == "OBJECT":
+            take_in_hand(context, handle)

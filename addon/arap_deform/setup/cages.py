@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cages of an object: made around it, or chosen."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from ..core import naming, native
+from ..core.arrays import Floats, Ints
+from ..core.transforms import SolverSpace
+from ..scene import handle_motion, meshes
+from .handles import all_or_none, collection_for_made, making, new_handle, take_over
+
+if TYPE_CHECKING:
+    from ..props.handles import ArapHandle
+
+CELLS = 6
+"""Cubes along the longest side of the mesh: few vertices to move by hand."""
+
+
+def make_cage(obj: bpy.types.Object, cells: int = CELLS, coordinates: str = "mean_value") -> ArapHandle:
+    """Makes a coarse closed mesh around the mesh as it is shown, which moves all of it.
+
+    It is a child of the object, in one of the object's enabled collections, drawn as wires and not rendered. Handles
+    and pins rest, and a former cage is switched off.
+
+    Args:
+        cells: cubes along the longest side of the mesh, 2 to 50.
+        coordinates: how the mesh hangs on it: "mean_value", "harmonic" or "green".
+
+    Returns:
+        Its handle; edit the mesh of its ``target``.
+    """
+    meshes.check_mesh(obj)
+    meshes.check_local(obj)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    space = SolverSpace(meshes.read_stretch(obj, depsgraph))
+    shown = handle_motion.shown_positions(obj, meshes.read_rest(obj)).astype(np.float64)
+    positions, corners, sizes = native.load().make_cage(space.to_solver(shown), *meshes.read_faces(obj.data), cells)
+    cage = _new_object(obj, positions @ space.unstretch.T, corners, sizes)
+    try:
+        handle = add_cage(obj, cage, coordinates)
+    except BaseException:
+        mesh = cage.data
+        bpy.data.objects.remove(cage)
+        bpy.data.meshes.remove(mesh)
+        raise
+    handle.has_made_target = True
+    return handle
+
+
+def add_cage(obj: bpy.types.Object, cage: bpy.types.Object, coordinates: str = "mean_value") -> ArapHandle:
+    """Makes a closed mesh object around the mesh move all of it.
+
+    Its present shape is its rest, at which the mesh stays as it is shown. Handles and pins rest, and a former cage is
+    switched off.
+
+    Args:
+        cage: triangles and quads. With "mean_value" the mesh may be partly outside.
+        coordinates: as for make_cage().
+
+    Returns:
+        Its handle.
+    """
+    meshes.check_mesh(obj)
+    meshes.check_local(obj)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    reason = handle_motion.target_problem(obj, cage, "", depsgraph)
+    if not reason and cage.type != "MESH":
+        reason = f"'{cage.name}' is not a mesh; choose a closed mesh around it"
+    if reason:
+        raise ValueError(f"'{obj.name}' cannot take the cage: {reason}")
+    with all_or_none(obj):
+        with making():
+            handle = new_handle(obj, "", cage.name)
+            handle.is_cage = True
+            handle.coordinates = coordinates
+            handle.target = cage
+        take_over(obj, handle)
+    for other in obj.arap.handles:
+        if other.is_cage and other != handle:
+            other.is_enabled = False
+    return handle
+
+
+def _new_object(obj: bpy.types.Object, positions: Floats, corners: Ints, sizes: Ints) -> bpy.types.Object:
+    name = naming.cut(f"{obj.name} Cage")
+    mesh = bpy.data.meshes.new(name)
+    starts = np.cumsum(sizes) - sizes
+    mesh.from_pydata(positions.tolist(), [], [corners[s : s + n].tolist() for s, n in zip(starts, sizes, strict=True)])
+    cage = bpy.data.objects.new(name, mesh)
+    cage.parent = obj
+    cage.display_type = "WIRE"
+    cage.hide_render = True
+    collection_for_made(obj).objects.link(cage)
+    bpy.context.view_layer.update()
+    return cage
