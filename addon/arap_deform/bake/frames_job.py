@@ -41,8 +41,7 @@ class FramesJob(ShapesJob[Result]):
         obj = self._object()
         depsgraph = depsgraph_of(scene)
         stretch = meshes.read_stretch(obj, depsgraph)
-        rest = self._inputs.mesh.rest_positions
-        mirrors = () if self._inputs.cage else meshes.read_mirrors(obj, depsgraph, stretch, rest)
+        mirrors = meshes.read_mirrors(obj, depsgraph, stretch, self._inputs.mesh.rest_positions)
         if not (is_same_stretch(self._session.stretch, stretch) and are_same(self._session.mirrors, mirrors)):
             # The scale or a mirror plane is animated: what looks rigid, and what is posed, depends on them.
             self._begin_bind(replace(self._inputs, stretch=stretch, mirrors=mirrors))

@@ -164,7 +164,9 @@ def build(inputs: SessionInput) -> Steps[AnySession]:
         ValueError: the mesh or its cage cannot be used. RuntimeError: no native module, or the solver failed.
     """
     if inputs.cage is not None:
-        return (yield from CageSession.bind(native.load(), inputs.mesh, inputs.stretch, inputs.settings, inputs.cage))
+        module, mesh = native.load(), inputs.mesh
+        bind = CageSession.bind(module, mesh, inputs.stretch, inputs.settings, inputs.cage, inputs.mirrors)
+        return (yield from bind)
     binding = Session.bind(
         native.load(),
         inputs.mesh,

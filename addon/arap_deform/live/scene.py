@@ -18,6 +18,7 @@ from ..follow.act import print_fault
 from ..follow.mesh import SessionBinding
 from ..follow.scene import BlenderFollowScene
 from ..scene import baked, handle_motion, meshes, pose_key, undo_step
+from ..scene.cages import read as cages
 from ..scene.console import say
 from ..scene.inputs import read_state
 from .run import NotNow
@@ -90,7 +91,8 @@ class BlenderLiveScene(BlenderFollowScene):
             return "Paused: this mesh is disabled, excluded or in another scene"
         if baked.is_shown(obj):
             return "Paused: the bake is shown. Edit Again goes on"
-        return ""
+        lack = cages.why_wait(obj)
+        return f"Paused: {lack}" if lack else ""
 
     def has_changed(self) -> bool:
         """What the first call sees is kept. Nothing is seen of an object that Blender does not evaluate."""

@@ -96,7 +96,7 @@ def read_state(
         holds=enabled_holds(obj),
         stiff_groups=enabled_stiffness(obj),
         key_name=key_name,
-        mirrors=() if cages.enabled_cage(obj) else meshes.read_mirrors(obj, depsgraph, stretch, rest),
+        mirrors=meshes.read_mirrors(obj, depsgraph, stretch, rest),
     )
 
 

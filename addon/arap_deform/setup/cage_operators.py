@@ -12,9 +12,8 @@ from .rows import take_in_hand
 
 
 def selected_cages(context: bpy.types.Context, obj: bpy.types.Object) -> list[bpy.types.Object]:
-    """The selected meshes but ``obj`` and its cages."""
-    taken = {handle.target for handle in obj.arap.handles if handle.is_cage}
-    return [o for o in context.selected_objects if o.type == "MESH" and o != obj and o not in taken]
+    """The selected meshes but ``obj``."""
+    return [other for other in context.selected_objects if other.type == "MESH" and other != obj]
 
 
 def why_no_cage_here(context: bpy.types.Context) -> str:
@@ -58,7 +57,10 @@ class ARAP_OT_cage_make(ArapOperator, bpy.types.Operator):
 class ARAP_OT_cage_add(ArapOperator, bpy.types.Operator):
     bl_idname = "arap.cage_add"
     bl_label = "Add Cage"
-    bl_description = "The other selected mesh, a closed one around this one, moves all of it"
+    bl_description = (
+        "The other selected mesh, a closed one around this one, moves all of it. "
+        "Again: its present shape becomes its rest"
+    )
     why_not = staticmethod(why_no_selected_cage)
     ends_itself = True
 

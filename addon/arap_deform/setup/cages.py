@@ -12,12 +12,13 @@ from ..core import naming, native
 from ..core.arrays import Floats, Ints
 from ..core.transforms import SolverSpace
 from ..scene import handle_motion, meshes
+from ..scene.cages import read
 from .handles import all_or_none, collection_for_made, making, new_handle, take_over
 
 if TYPE_CHECKING:
     from ..props.handles import ArapHandle
 
-CELLS = 6
+CELLS = 5
 """Cubes along the longest side of the mesh: few vertices to move by hand."""
 
 
@@ -52,15 +53,15 @@ def make_cage(obj: bpy.types.Object, cells: int = CELLS, coordinates: str = "mea
     return handle
 
 
-def add_cage(obj: bpy.types.Object, cage: bpy.types.Object, coordinates: str = "mean_value") -> ArapHandle:
+def add_cage(obj: bpy.types.Object, cage: bpy.types.Object, coordinates: str = "") -> ArapHandle:
     """Makes a closed mesh object around the mesh move all of it.
 
-    Its present shape is its rest, at which the mesh stays as it is shown. Handles and pins rest, and a former cage is
-    switched off.
+    Its present shape is its rest, at which the mesh stays as it is shown; of a cage that the mesh has already, too.
+    Handles and pins rest, and a former cage is switched off.
 
     Args:
         cage: triangles and quads. With "mean_value" the mesh may be partly outside.
-        coordinates: as for make_cage().
+        coordinates: as for make_cage(); "": those that it has, or "mean_value".
 
     Returns:
         Its handle.
@@ -71,19 +72,38 @@ def add_cage(obj: bpy.types.Object, cage: bpy.types.Object, coordinates: str = "
     reason = handle_motion.target_problem(obj, cage, "", depsgraph)
     if not reason and cage.type != "MESH":
         reason = f"'{cage.name}' is not a mesh; choose a closed mesh around it"
+    if not reason and _is_inside(cage, obj, depsgraph):
+        reason = f"'{cage.name}' is inside of it; choose a closed mesh around it"
     if reason:
         raise ValueError(f"'{obj.name}' cannot take the cage: {reason}")
     with all_or_none(obj):
-        with making():
-            handle = new_handle(obj, "", cage.name)
-            handle.is_cage = True
+        handle = next((h for h in obj.arap.handles if h.is_cage and h.target == cage), None) or _new(obj, cage)
+        if coordinates:
             handle.coordinates = coordinates
-            handle.target = cage
         take_over(obj, handle)
     for other in obj.arap.handles:
-        if other.is_cage and other != handle:
-            other.is_enabled = False
+        if other.is_cage:
+            other.is_enabled = other == handle
     return handle
+
+
+def _new(obj: bpy.types.Object, cage: bpy.types.Object) -> ArapHandle:
+    with making():
+        handle = new_handle(obj, "", cage.name)
+        handle.is_cage = True
+        handle.is_enabled = False  # until its rest is known: a mesh that follows looks at it at any time
+        handle.target = cage
+    return handle
+
+
+def _is_inside(cage: bpy.types.Object, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
+    """Whether the box of the cage is inside of that of the mesh: the two were mistaken for each other."""
+    shown = handle_motion.shown_positions(obj, meshes.read_rest(obj))
+    now = read.evaluated_positions(cage, depsgraph, handle_motion.object_matrix(obj, depsgraph))
+    if not len(now):
+        return False
+    is_within = (now.min(axis=0) > shown.min(axis=0)) & (now.max(axis=0) < shown.max(axis=0))
+    return bool(is_within.all())
 
 
 def _new_object(obj: bpy.types.Object, positions: Floats, corners: Ints, sizes: Ints) -> bpy.types.Object:

@@ -6,7 +6,7 @@ import numpy as np
 from looks import key_positions, rest_positions, shown_positions
 from mathutils import Matrix
 from support import SceneTest, bpy, module, opened_again
-from tubes import PLACED, TOP, mesh_object, move, posable
+from tubes import BOTTOM, PLACED, TOP, mesh_object, move, posable
 
 TURNED = Matrix.Translation((1.0, 2.0, 3.0)) @ Matrix.Rotation(0.6, 4, "X")
 
@@ -35,6 +35,11 @@ def edit(cage, change):
 def lift(vertex):
     if vertex.co.z > 2.0:
         vertex.co.x += 1.0
+
+
+def moved(obj, *way):
+    """Rest positions, moved."""
+    return rest_positions(obj) + np.array(way)
 
 
 class CageTest(SceneTest):
@@ -68,9 +73,265 @@ class CageTest(SceneTest):
         obj, cage = self.following()
         edit(cage, lift)
         self.assertEqual((obj.arap.is_live, obj.arap.live_problem), (True, ""))
-        self.assert_close(shown_positions(obj)[TOP], rest_positions(obj)[TOP] + (1.0, 0.0, 0.0), 0.1)
+        self.assert_close(shown_positions(obj)[TOP], moved(obj, 1.0, 0.0, 0.0)[TOP], 0.1)
         bpy.ops.object.mode_set(mode="OBJECT")
-        self.assert_close(shown_positions(obj)[TOP], rest_positions(obj)[TOP] + (1.0, 0.0, 0.0), 0.1)
+        self.assert_close(shown_positions(obj)[TOP], moved(obj, 1.0, 0.0, 0.0)[TOP], 0.1)
+
+    def test_shape_keys_and_modifiers_of_the_cage_move_the_mesh(self):
+        obj, cage = self.following()
+        cage.shape_key_add(name="Basis")
+        key = cage.shape_key_add(name="Up")
+        for point in key.data:
+            point.co.z += 1.0
+        key.value = 0.5
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(obj), moved(obj, 0.0, 0.0, 0.5), 1e-5)
+        modifier = cage.modifiers.new("Move", "DISPLACE")
+        modifier.direction, modifier.mid_level, modifier.strength = "X", 0.0, 0.25
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(obj), moved(obj, 0.25, 0.0, 0.5), 1e-5)
+
+    def test_its_animation_is_baked_in_the_frames_of_its_keys(self):
+        obj = mesh_object()
+        cage = self.api.make_cage(obj).target
+        cage.shape_key_add(name="Basis")
+        key = cage.shape_key_add(name="Up")
+        for point in key.data:
+            point.co.z += 1.0
+        for frame, value in ((3, 0.0), (13, 1.0)):
+            key.value = value
+            key.keyframe_insert("value", frame=frame)
+        self.assertEqual(module("bake.frame_range").proposed_range(obj, self.scene), (3, 13))
+        for name, height in zip(self.api.bake_animation(obj, 3, 13, 10), (0.0, 1.0), strict=True):
+            self.assert_close(key_positions(obj, name), moved(obj, 0.0, 0.0, height), 1e-5)
+
+    def test_the_edge_of_half_a_mesh_stays_on_the_mirror_plane(self):
+        obj = mesh_object()
+        obj.data.transform(Matrix.Rotation(1.5707963, 4, "Y"))  # along x, from the plane
+        obj.modifiers.new("Mirror", "MIRROR").use_clip = True
+        cage = self.api.make_cage(obj).target
+        cage.location = (0.5, 0.0, 1.0)
+        cage.keyframe_insert("location", frame=1)
+        expected = moved(obj, 0.5, 0.0, 1.0)
+        expected[BOTTOM, 0] = 0.0
+        self.assert_close(key_positions(obj, self.api.bake_animation(obj, 1, 1)[0]), expected, 1e-5)
+
+    def test_handles_and_pins_rest_while_it_is_on(self):
+        obj = posable()
+        move(obj.arap.handles[0].target, (1.0, 0.0, 0.0))
+        self.api.solve(obj)
+        posed = key_positions(obj)
+        handle = self.api.make_cage(obj)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), posed, 1e-6)
+        move(obj.arap.handles[0].target, (0.0, 1.0, 0.0))
+        obj.vertex_groups.remove(obj.vertex_groups["Feet"])
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), posed, 1e-6)
+        handle.is_enabled = False
+        with self.assertRaisesRegex(ValueError, "^Pin 'Feet' of 'Tube': there is no vertex group"):
+            self.api.solve(obj)
+        message = "Cage 'Tube Cage' moves 'Tube', so handles rest: switch it off first"
+        handle.is_enabled = True
+        self.assert_error(ValueError, message, self.api.store_pose, obj)
+
+    def test_reset_handles_and_cancel_put_the_cage_back(self):
+        obj, cage = self.following()
+        at_rest = np.array([v.co[:] for v in cage.data.vertices])
+        edit(cage, lift)
+        cage.location.y = 2.0
+        bpy.context.view_layer.update()
+        self.assertEqual(self.api.reset_handles(obj), [])
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(obj), rest_positions(obj), 1e-5)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.assert_close([v.co[:] for v in cage.data.vertices], at_rest, 1e-6)
+        edit(cage, lift)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        cage.location.y = 2.0
+        bpy.context.view_layer.update()
+        module("pose.starts").end_following(obj, is_kept=False)
+        self.assert_close([v.co[:] for v in cage.data.vertices], at_rest, 1e-6)
+        self.assert_close(cage.location, (0.0, 0.0, 0.0), 0.0)
+
+    def test_reset_handles_names_a_cage_that_something_else_holds(self):
+        obj, cage = self.following()
+        modifier = cage.modifiers.new("Move", "DISPLACE")
+        modifier.direction, modifier.mid_level, modifier.strength = "X", 0.0, 0.25
+        self.assertEqual(self.api.reset_handles(obj), ["Tube Cage"])
+
+    def test_apply_pose_as_rest_makes_the_cage_rest_where_it_is(self):
+        obj, cage = self.following()
+        edit(cage, lift)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        posed = shown_positions(obj)
+        obj.arap.is_live = False
+        self.api.apply_pose_as_rest(obj)
+        self.assert_close(rest_positions(obj), posed, 1e-6)
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), posed, 1e-6)
+
+    def test_what_is_saved_is_there_after_opening(self):
+        obj, cage = self.following(coordinates="harmonic")
+        obj.arap.is_live = False
+        edit(cage, lift)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.api.solve(obj)
+        posed = key_positions(obj)
+        obj = opened_again()
+        self.api.solve(obj)
+        self.assertEqual(obj.arap.handles[0].coordinates, "harmonic")
+        self.assert_close(key_positions(obj), posed, 1e-6)
+        numbers = {i.identifier: i.value for i in obj.arap.handles[0].bl_rna.properties["coordinates"].enum_items}
+        self.assertEqual(numbers, {"mean_value": 0, "harmonic": 1, "green": 2}, "files have the numbers")
+
+    def test_a_copy_of_the_mesh_gets_a_cage_of_its_own(self):
+        obj, cage = self.following()
+        twin = obj.copy()
+        twin.data = obj.data.copy()
+        self.scene.collection.objects.link(twin)
+        twin.location.x = 5.0
+        bpy.context.view_layer.update()
+        self.assert_error(
+            ValueError,
+            "Cage 'Tube Cage' of 'Tube.001': its cage belongs to 'Tube', of which this is a copy; press Copy Handles",
+            self.api.solve,
+            twin,
+        )
+        self.api.copy_handles(twin)
+        own = twin.arap.handles[0].target
+        self.assertEqual((own.parent, own.data == cage.data), (twin, False))
+        self.api.solve(twin)
+        self.assert_close(key_positions(twin), rest_positions(twin), 1e-6)
+
+    def test_another_cage_switches_the_former_off_and_add_cage_again_reads_its_shape_again(self):
+        obj = mesh_object()
+        made = self.api.make_cage(obj)
+        cage = box(obj)
+        handle = self.api.add_cage(obj, cage, "green")
+        self.assertEqual([h.is_enabled for h in obj.arap.handles], [False, True])
+        made.is_enabled = True
+        self.assert_error(
+            ValueError,
+            "Cage 'Tube Cage' of 'Tube': only one cage can move a mesh, and 'Box' is on, too; switch one off",
+            self.api.solve,
+            obj,
+        )
+        cage.location.z += 0.1
+        bpy.context.view_layer.update()
+        again = self.api.add_cage(obj, cage)
+        self.assertEqual((len(obj.arap.handles), again, again.coordinates), (2, handle, "green"))
+        self.api.solve(obj)
+        self.assert_close(key_positions(obj), rest_positions(obj), 1e-6)
+
+    def test_another_object_is_chosen_in_the_panel(self):
+        obj, _ = self.following()
+        cage = box(obj)
+        obj.arap.handles[0].target = cage
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(obj), rest_positions(obj), 1e-6)
+        cage.location.x += 1.0
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(obj), moved(obj, 1.0, 0.0, 0.0), 1e-5)
+
+    def test_follow_waits_while_the_edited_cage_has_another_number_of_vertices(self):
+        obj, cage = self.following()
+        edit(cage, lift)
+        before = shown_positions(obj)
+        edited = bmesh.from_edit_mesh(cage.data)
+        edited.verts.new((0.0, 0.0, 9.0))
+        bmesh.update_edit_mesh(cage.data)
+        bpy.context.view_layer.update()
+        n = len(cage.data.vertices)
+        lack = (
+            f"'Tube Cage' has {n + 1} vertices now, but had {n}; undo that, switch off the modifier that does it, or "
+            "press Add Cage again"
+        )
+        self.assertEqual((obj.arap.is_live, module("live.runs").run_of(obj).pause), (True, f"Paused: {lack}"))
+        edited = bmesh.from_edit_mesh(cage.data)
+        edited.verts.ensure_lookup_table()
+        edited.verts.remove(edited.verts[-1])
+        for vertex in edited.verts:
+            vertex.co.y += 0.5
+        bmesh.update_edit_mesh(cage.data)
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(obj), before + np.array([0.0, 0.5, 0.0]), 1e-5)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        cage.modifiers.new("Subdivision", "SUBSURF")
+        bpy.context.view_layer.update()
+        self.assertFalse(obj.arap.is_live)
+        self.assertRegex(obj.arap.live_problem, "^Cage 'Tube Cage' of 'Tube': 'Tube Cage' has [0-9]+ vertices now")
+
+    def test_what_cannot_be_is_refused_and_nothing_changes(self):
+        obj = mesh_object()
+        add = self.api.add_cage
+        refused = "'Tube' cannot take the cage: "
+        self.assert_error(ValueError, refused + "'Tube' is the mesh itself; choose another object", add, obj, obj)
+        light = bpy.data.objects.new("Light", bpy.data.lights.new("Light", "POINT"))
+        self.scene.collection.objects.link(light)
+        bpy.context.view_layer.update()
+        message = refused + "'Light' is not a mesh; choose a closed mesh around it"
+        self.assert_error(ValueError, message, add, obj, light)
+        small = box(obj, 0.1, "Small")
+        small.location.z = 1.0
+        bpy.context.view_layer.update()
+        message = refused + "'Small' is inside of it; choose a closed mesh around it"
+        self.assert_error(ValueError, message, add, obj, small)
+        elsewhere = bpy.data.objects.new("Elsewhere", small.data)
+        bpy.data.scenes.new("Other").collection.objects.link(elsewhere)
+        message = refused + "'Elsewhere' is not in the scene; choose another object or remove the handle"
+        self.assert_error(ValueError, message, add, obj, elsewhere)
+        self.assertEqual(len(obj.arap.handles), 0)
+
+    def test_a_cage_that_cannot_move_the_mesh_says_why(self):
+        obj = mesh_object()
+        cage = box(obj)
+        handle = self.api.add_cage(obj, cage, "harmonic")
+        cage.location.x += 1.3
+        bpy.context.view_layer.update()
+        self.api.add_cage(obj, cage)
+        with self.assertRaisesRegex(
+            ValueError, r"^Cage 'Box' cannot move the mesh: [0-9]+ of 136 points are not inside of the cage \("
+        ):
+            self.api.solve(obj)
+        handle.coordinates = "mean_value"
+        self.api.solve(obj)
+        edit(cage, lambda vertex: None)
+        edited = bmesh.from_edit_mesh(cage.data)
+        edited.faces.ensure_lookup_table()
+        edited.faces.remove(edited.faces[0])
+        bmesh.update_edit_mesh(cage.data)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        with self.assertRaisesRegex(ValueError, "^Cage 'Box' cannot move the mesh: the cage is not closed: its edge"):
+            self.api.solve(obj)
+        handle.cage_text = "AAAA"
+        message = "Cage 'Box' of 'Tube': what is saved of 'Box' is damaged; press Add Cage again"
+        self.assert_error(ValueError, message, self.api.solve, obj)
+        bpy.data.objects.remove(cage)
+        message = "Cage 'Box' of 'Tube': it has no object; choose one or remove the handle"
+        self.assert_error(ValueError, message, self.api.solve, obj)
+
+    def test_the_operators_take_what_is_selected_and_the_panel_stays_with_the_mesh(self):
+        obj = mesh_object()
+        find = module("ui.checks").find_posed_object
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.arap.cage_make(cells=3)
+        made = obj.arap.handles[0].target
+        self.assertEqual((bpy.context.object, find(bpy.context), obj.arap.is_live), (made, obj, True))
+        self.assertFalse(bpy.ops.arap.pull_tool.poll())
+        bpy.ops.object.select_all(action="DESELECT")
+        bpy.context.view_layer.objects.active = obj
+        self.assertFalse(bpy.ops.arap.cage_add.poll())
+        cage = box(obj)
+        obj.select_set(True)
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.arap.cage_add()
+        self.assertEqual([(h.target, h.is_enabled) for h in obj.arap.handles], [(made, False), (cage, True)])
+        self.assertEqual((bpy.context.object, find(bpy.context), obj.arap.is_live), (cage, obj, True))
+        bpy.ops.object.mode_set(mode="EDIT")
+        with self.assertRaisesRegex(RuntimeError, "'Box' is in another mode: go back to Object Mode first"):
+            obj.arap.handles[1].has_made_target = True
+            bpy.ops.arap.handle_remove()
 
     def test_it_follows_the_object_of_the_cage_exactly(self):
         for coordinates in ("mean_value", "harmonic", "green"):

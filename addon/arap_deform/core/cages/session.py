@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +13,9 @@ from numpy.typing import NDArray
 
 from ..arrays import Float32s, Floats
 from ..background import Steps, stage
+from ..mirror import Mirror
 from ..session_data import Readout, SessionMesh, SessionSettings
-from ..transforms import SolverSpace
+from ..transforms import SolverSpace, transformed
 
 if TYPE_CHECKING:
     import arap_native
@@ -41,7 +43,13 @@ class CageSession:
 
     @classmethod
     def bind(
-        cls, native: Any, mesh: SessionMesh, stretch: Floats, settings: SessionSettings, cage: Cage
+        cls,
+        native: Any,
+        mesh: SessionMesh,
+        stretch: Floats,
+        settings: SessionSettings,
+        cage: Cage,
+        mirrors: Sequence[Mirror] = (),
     ) -> Steps[CageSession]:
         """Binds.
 
@@ -51,11 +59,12 @@ class CageSession:
             stretch: (3, 3) symmetric factor of the mesh's matrix: even coordinates are even as seen.
             settings: for the threads.
             cage: what moves it.
+            mirrors: planes on which vertices of half a mesh stay, see mirror.used_mirrors().
 
         Raises:
             ValueError: the cage is not closed, or with "green" and "harmonic" vertices are not inside.
         """
-        session = cls(mesh, stretch, settings)
+        session = cls(mesh, stretch, settings, mirrors)
         start = time.perf_counter()
         job = native.CageDeformation.begin_bind(
             session._space.to_solver(mesh.rest_positions if cage.base is None else cage.base),
@@ -71,11 +80,15 @@ class CageSession:
         session._bind_ms = 1e3 * (time.perf_counter() - start)
         return session
 
-    def __init__(self, mesh: SessionMesh, stretch: Floats, settings: SessionSettings) -> None:
+    def __init__(
+        self, mesh: SessionMesh, stretch: Floats, settings: SessionSettings, mirrors: Sequence[Mirror]
+    ) -> None:
         """Prepares it, for bind()."""
+        self.mirrors = tuple(mirrors)
         self.settings = settings
         self._space = SolverSpace(stretch)
         self._rest = mesh.rest_positions
+        self._on_planes = [(mirror, np.flatnonzero(mirror.sides(self._rest) == 0.0)) for mirror in mirrors]
         self._positions = self._rest.astype(np.float32)
         self._solved = np.empty_like(self._positions)  # solver space; a frame allocates nothing
         self._model: arap_native.CageDeformation
@@ -89,11 +102,6 @@ class CageSession:
     def stretch(self) -> Floats:
         """(3, 3) float64."""
         return self._space.stretch
-
-    @property
-    def mirrors(self) -> tuple[()]:
-        """There are none: a cage moves the half that is there."""
-        return ()
 
     @property
     def positions(self) -> Float32s:
@@ -114,6 +122,9 @@ class CageSession:
         start = time.perf_counter()
         self._model.deform(self._space.to_solver(np.asarray(cage_positions, dtype=np.float64)), out=self._solved)
         self._space.show(self._solved, self._positions)
+        for mirror, vertices in self._on_planes:
+            there = self._positions[vertices].astype(np.float64)
+            self._positions[vertices] = 0.5 * (there + transformed(mirror.matrix, there))
         return Readout(
             vertices=self.n_vertices,
             free_vertices=0,

@@ -53,8 +53,16 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
         return f"only one cage can move a mesh, and '{others[0]}' is on, too; switch one off"
     n_rest = len(handle.cage_rest)
     if not n_rest:
-        return f"its shape at rest is not saved; choose '{target.name}' again"
+        return f"what is saved of '{target.name}' is damaged; press Add Cage again"
     return other_number(handle, n_rest, _count(target, depsgraph))
+
+
+def why_wait(obj: bpy.types.Object) -> str:
+    """What is wrong with the cage while it is edited, '' if nothing is: the next step of undo may bring it back."""
+    cage = enabled_cage(obj)
+    if cage is None or cage.target is None or cage.target.type != "MESH" or not cage.target.data.is_editmode:
+        return ""
+    return other_number(cage, len(cage.cage_rest), len(bmesh.from_edit_mesh(cage.target.data).verts))
 
 
 def other_number(handle: ArapHandle, n_rest: int, n_now: int) -> str:
@@ -62,8 +70,8 @@ def other_number(handle: ArapHandle, n_rest: int, n_now: int) -> str:
     if n_now == n_rest:
         return ""
     return (
-        f"'{handle.target.name}' has {n_now} vertices now, but had {n_rest}; undo that, switch off modifiers that "
-        "change it, or choose it again"
+        f"'{handle.target.name}' has {n_now} vertices now, but had {n_rest}; undo that, switch off the modifier that "
+        "does it, or press Add Cage again"
     )
 
 
@@ -135,9 +143,3 @@ def _faces(handle: ArapHandle) -> tuple[Ints, Ints]:
     if handle.target is None or handle.target.type != "MESH":
         return np.zeros(0, np.int32), np.zeros(0, np.int32)
     return meshes.read_faces(handle.target.data)
-
-
-def number_outside(positions: Floats, points: Floats) -> int:
-    """How many points are outside of the box of the cage's vertices."""
-    is_outside = (points < positions.min(axis=0)) | (points > positions.max(axis=0))
-    return int(is_outside.any(axis=1).sum())
