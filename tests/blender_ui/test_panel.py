@@ -6,8 +6,9 @@ from typing import Any
 import bpy
 import numpy as np
 import scenes
-from camera import open_creature
+from camera import begin_pull, look, open_creature
 from harness import Steps, Ui
+from test_live import make_cage, move_selected
 from test_overlay import show_all
 from test_pose import bar, begin, drag, handle, select_vertices
 from test_weight_paint import take_brush
@@ -23,6 +24,7 @@ def test_all_is_drawn(ui: Ui) -> Steps:
     yield from draw_menus(ui)
     yield from draw_preferences(ui)
     yield from draw_creature(ui)
+    yield from draw_cage(ui)
 
 
 def draw_states_of_the_tab(ui: Ui) -> Steps:
@@ -114,6 +116,28 @@ def draw_creature(ui: Ui) -> Steps:
     ui.call(bpy.ops.view3d.view_selected)
     yield from ui.screenshot("creature")
     assert creature.arap.live_problem == ""
+
+
+def draw_cage(ui: Ui) -> Steps:
+    """The creature in its cage: made, edited with O, beside a pin, and off."""
+    creature = yield from begin_pull(ui)
+    look(ui, right=-0.9, up=0.25)
+    cage = make_cage(ui)
+    yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "it is bound")
+    yield from ui.screenshot("cage_made")
+    bpy.ops.object.mode_set(mode="EDIT")
+    select_vertices(cage, [v.index for v in cage.data.vertices if v.co.z > 1.4])
+    bpy.ops.ed.undo_push(message="selected")
+    yield from ui.move_mouse_to_view()
+    bpy.context.scene.tool_settings.use_proportional_edit = True
+    bpy.context.scene.tool_settings.proportional_size = 0.7
+    yield from move_selected(ui, "Y", "-.4")
+    yield from ui.screenshot("cage_edited")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    ui.api.add_pin(creature, range(40), name="Feet")
+    yield from ui.screenshot("cage_with_a_pin")
+    creature.arap.handles[0].is_enabled = False
+    yield from ui.screenshot("cage_off")
 
 
 def test_search_finds_the_acts(ui: Ui) -> Steps:

@@ -171,7 +171,7 @@ def _draw_handle(context: bpy.types.Context, layout: bpy.types.UILayout, obj: bp
 def _draw_cage(layout: bpy.types.UILayout, handle: Any) -> None:
     column = split_column(layout)
     column.prop(handle, "target", text="Cage")
-    column.prop(handle, "coordinates", text="Follows By")
+    column.prop(handle, "coordinates")
 
 
 def _icon_of(handle: Any) -> str:

@@ -35,9 +35,8 @@ class ARAP_PT_advanced(ArapSubPanel, bpy.types.Panel):
         key_name = column.row()
         key_name.enabled = not sessions.claimed_by(obj.name_full)  # the act is writing to that key
         key_name.prop(settings, "key_name")
-        if (cage := enabled_cage(obj)) is not None:
-            draw_text(context, layout, f"'{cage.name}' moves the mesh: it needs no model and no solve", "INFO")
-            return
+        if enabled_cage(obj) is not None:
+            return  # the rest is for handles
         column.row().prop(settings, "model", expand=True)
         if settings.model == "solid":
             _whole_row(column).prop(settings, "keep_volume", slider=True)
@@ -61,7 +60,9 @@ class ARAP_PT_readout(ArapPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         obj = find_posed_object(context)
-        return obj is not None and sessions.readout(obj.name_full) is not None
+        if obj is None or enabled_cage(obj) is not None:  # there is nothing to iterate
+            return False
+        return sessions.readout(obj.name_full) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         readout = sessions.readout(posed_object(context).name_full)

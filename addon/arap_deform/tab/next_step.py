@@ -78,6 +78,9 @@ def _without_handles(context: bpy.types.Context, obj: bpy.types.Object) -> str:
 
 
 def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
+    cage = enabled_cage(obj)
+    if not obj.arap.is_live and cage is not None:
+        return Step("Tick Follow, then edit the cage: the mesh follows.")
     if not obj.arap.is_live and obj.arap.pull_pins:
         return Step("Make Handles (Ctrl H) keeps what you pulled. Then tick Follow.")
     if not obj.arap.is_live:
@@ -87,7 +90,6 @@ def _with_handles(context: bpy.types.Context, obj: bpy.types.Object) -> Step:
         return Step(run.pause, "PAUSE")
     if run is not None and run.is_binding:
         return Step("Preparing", fraction=run.bind_fraction)
-    cage = enabled_cage(obj)
     if cage is not None:
         return _with_cage(context, cage)
     if len(obj.arap.handles) == 1 and not obj.arap.pins:

@@ -64,6 +64,18 @@ class NextStepTest(SceneTest):
         self.api.add_pin(self.active_mesh(), BOTTOM)
         self.assert_step("Press Pull and drag the mesh, or add a handle in Edit Mode.")
 
+    def test_with_a_cage(self):
+        obj = self.active_mesh()
+        bpy.ops.arap.cage_make()
+        self.assert_step("Tab edits the cage. G, R, S move all of it.")
+        bpy.ops.object.mode_set(mode="EDIT")
+        self.assert_step("Move vertices of the cage: G. With O its surroundings go along.", "REC")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        bpy.context.view_layer.objects.active = obj
+        self.assert_step("Click the cage in the list, then Tab edits it.")
+        bpy.ops.arap.follow_end()
+        self.assert_step("Tick Follow, then edit the cage: the mesh follows.")
+
     def test_in_other_modes(self):
         self.active_mesh(is_ready=True)
         for mode in ("WEIGHT_PAINT", "SCULPT"):
