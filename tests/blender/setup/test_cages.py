@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cages: a closed mesh around the mesh moves all of it."""
 
+import base64
+
 import bmesh
 import numpy as np
 from looks import key_positions, rest_positions, shown_positions
 from mathutils import Matrix
-from support import SceneTest, bpy, module, opened_again
+from support import SceneTest, bpy, linked_back, module, opened_again
 from tubes import BOTTOM, PLACED, TOP, mesh_object, move, posable
 
 TURNED = Matrix.Translation((1.0, 2.0, 3.0)) @ Matrix.Rotation(0.6, 4, "X")
@@ -49,6 +51,12 @@ class CageTest(SceneTest):
         obj.arap.is_live = True
         bpy.context.view_layer.update()
         return obj, handle.target
+
+    def light(self):
+        light = bpy.data.objects.new("Light", bpy.data.lights.new("Light", "POINT"))
+        self.scene.collection.objects.link(light)
+        bpy.context.view_layer.update()
+        return light
 
     def test_a_made_cage_is_around_the_mesh_and_leaves_it_in_place(self):
         for matrix in (None, PLACED):
@@ -102,6 +110,10 @@ class CageTest(SceneTest):
             key.value = value
             key.keyframe_insert("value", frame=frame)
         self.assertEqual(module("bake.frame_range").proposed_range(obj, self.scene), (3, 13))
+        obj.arap.is_live = True
+        self.scene.frame_set(8)
+        self.assert_close(shown_positions(obj), moved(obj, 0.0, 0.0, 0.5), 1e-5)
+        obj.arap.is_live = False
         for name, height in zip(self.api.bake_animation(obj, 3, 13, 10), (0.0, 1.0), strict=True):
             self.assert_close(key_positions(obj, name), moved(obj, 0.0, 0.0, height), 1e-5)
 
@@ -267,11 +279,8 @@ class CageTest(SceneTest):
         add = self.api.add_cage
         refused = "'Tube' cannot take the cage: "
         self.assert_error(ValueError, refused + "'Tube' is the mesh itself; choose another object", add, obj, obj)
-        light = bpy.data.objects.new("Light", bpy.data.lights.new("Light", "POINT"))
-        self.scene.collection.objects.link(light)
-        bpy.context.view_layer.update()
         message = refused + "'Light' is not a mesh; choose a closed mesh around it"
-        self.assert_error(ValueError, message, add, obj, light)
+        self.assert_error(ValueError, message, add, obj, self.light())
         small = box(obj, 0.1, "Small")
         small.location.z = 1.0
         bpy.context.view_layer.update()
@@ -296,6 +305,20 @@ class CageTest(SceneTest):
             self.api.solve(obj)
         handle.coordinates = "mean_value"
         self.api.solve(obj)
+        for text in ("!", "AAAA", base64.b64encode(np.full(24, np.nan).tobytes()).decode()):
+            handle.cage_text = text
+            message = "Cage 'Box' of 'Tube': what is saved of 'Box' is damaged; press Add Cage again"
+            self.assert_error(ValueError, message, self.api.solve, obj)
+        handle.cage_text = base64.b64encode(np.full(24, 1e300).tobytes()).decode()
+        with self.assertRaisesRegex(ValueError, "^Cage 'Box' cannot move the mesh: "):
+            self.api.solve(obj)
+        target, handle.target = cage, self.light()
+        message = "Cage 'Box' of 'Tube': 'Light' is not a mesh; choose a closed mesh around 'Tube'"
+        self.assert_error(ValueError, message, self.api.solve, obj)
+        handle.target = target
+        self.api.solve(obj)
+        cage.name = "Renamed"
+        self.api.solve(obj)
         edit(cage, lambda vertex: None)
         edited = bmesh.from_edit_mesh(cage.data)
         edited.faces.ensure_lookup_table()
@@ -304,12 +327,40 @@ class CageTest(SceneTest):
         bpy.ops.object.mode_set(mode="OBJECT")
         with self.assertRaisesRegex(ValueError, "^Cage 'Box' cannot move the mesh: the cage is not closed: its edge"):
             self.api.solve(obj)
-        handle.cage_text = "AAAA"
-        message = "Cage 'Box' of 'Tube': what is saved of 'Box' is damaged; press Add Cage again"
+        self.scene.collection.objects.unlink(cage)
+        bpy.data.scenes.new("Other").collection.objects.link(cage)
+        message = "Cage 'Box' of 'Tube': 'Renamed' is not in the scene; choose another object or remove the handle"
         self.assert_error(ValueError, message, self.api.solve, obj)
         bpy.data.objects.remove(cage)
         message = "Cage 'Box' of 'Tube': it has no object; choose one or remove the handle"
         self.assert_error(ValueError, message, self.api.solve, obj)
+
+    def test_a_linked_cage_and_one_for_two_meshes(self):
+        box(self.following()[0])
+        [cage] = linked_back(bpy.data.objects["Box"], "Box")
+        bpy.context.scene.collection.objects.link(cage)
+        for name in ("Tube", "Twin"):
+            obj = mesh_object(name)
+            self.api.add_cage(obj, cage)
+            obj.arap.is_live = True
+            self.assertEqual(self.api.reset_handles(obj), [])
+        cage.location.x += 1.0
+        bpy.context.view_layer.update()
+        for name in ("Tube", "Twin"):
+            obj = bpy.data.objects[name]
+            self.assertEqual(obj.arap.live_problem, "")
+            self.assert_close(shown_positions(obj), moved(obj, 1.0, 0.0, 0.0), 1e-5)
+
+    def test_copies_of_mesh_and_cage_belong_together(self):
+        obj, _ = self.following()
+        bpy.ops.object.select_all(action="SELECT")
+        bpy.ops.object.duplicate()
+        twin, own = bpy.data.objects["Tube.001"], bpy.data.objects["Tube Cage.001"]
+        self.assertEqual((twin.arap.handles[0].target, own.parent), (own, twin))
+        own.location.x += 1.0
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(twin), moved(twin, 1.0, 0.0, 0.0), 1e-5)
+        self.assert_close(shown_positions(obj), rest_positions(obj), 1e-5)
 
     def test_the_operators_take_what_is_selected_and_the_panel_stays_with_the_mesh(self):
         obj = mesh_object()
