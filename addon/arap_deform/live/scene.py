@@ -91,7 +91,7 @@ class BlenderLiveScene(BlenderFollowScene):
             return "Paused: this mesh is disabled, excluded or in another scene"
         if baked.is_shown(obj):
             return "Paused: the bake is shown. Edit Again goes on"
-        lack = cages.why_wait(obj)
+        lack = cages.why_wait(obj, self._depsgraph())
         return f"Paused: {lack}" if lack else ""
 
     def has_changed(self) -> bool:

@@ -74,11 +74,18 @@ class ArapHandle(CageRest, HeldShape, bpy.types.PropertyGroup):
         description="Name of the handle, and of the empty and the vertex group that were made for it",
         update=_on_handle_renamed,
     )
-    is_enabled: BoolProperty(name="Enabled", description="The group follows. Off: its vertices are free", default=True)
+    is_enabled: BoolProperty(
+        name="Enabled",
+        description="The group follows. Off: its vertices are free. A cage: it moves the whole mesh. Off: handles do",
+        default=True,
+    )
     target: PointerProperty(
         type=bpy.types.Object,
         name="Object",
-        description="The object that moves the group: an empty, any other object, or an armature with a bone",
+        description=(
+            "The object that moves the group: an empty, any other object, or an armature with a bone. "
+            "Of a cage: a closed mesh around the mesh"
+        ),
         poll=_is_other_object,
         update=_on_target_changed,
     )

@@ -246,7 +246,7 @@ class CageTest(SceneTest):
         bpy.context.view_layer.update()
         self.assert_close(shown_positions(obj), moved(obj, 1.0, 0.0, 0.0), 1e-5)
 
-    def test_follow_waits_while_the_edited_cage_has_another_number_of_vertices(self):
+    def test_follow_waits_while_the_cage_has_another_number_of_vertices(self):
         obj, cage = self.following()
         edit(cage, lift)
         before = shown_positions(obj)
@@ -269,10 +269,36 @@ class CageTest(SceneTest):
         bpy.context.view_layer.update()
         self.assert_close(shown_positions(obj), before + np.array([0.0, 0.5, 0.0]), 1e-5)
         bpy.ops.object.mode_set(mode="OBJECT")
-        cage.modifiers.new("Subdivision", "SUBSURF")
+        modifier = cage.modifiers.new("Subdivision", "SUBSURF")
         bpy.context.view_layer.update()
-        self.assertFalse(obj.arap.is_live)
-        self.assertRegex(obj.arap.live_problem, "^Cage 'Tube Cage' of 'Tube': 'Tube Cage' has [0-9]+ vertices now")
+        pause = module("live.runs").run_of(obj).pause
+        self.assertRegex(pause, "^Paused: 'Tube Cage' has [0-9]+ vertices now, but had")
+        with self.assertRaisesRegex(ValueError, "^Cage 'Tube Cage' of 'Tube': 'Tube Cage' has [0-9]+ vertices now"):
+            self.api.solve(obj)
+        modifier.show_viewport = False
+        bpy.context.view_layer.update()
+        self.assertEqual((obj.arap.is_live, module("live.runs").run_of(obj).pause), (True, ""))
+        self.assert_close(shown_positions(obj), before + np.array([0.0, 0.5, 0.0]), 1e-5)
+
+    def test_add_cage_in_edit_mode_takes_a_refined_cage(self):
+        obj, cage = self.following()
+        edit(cage, lift)
+        shown = shown_positions(obj)
+        edited = bmesh.from_edit_mesh(cage.data)
+        bmesh.ops.subdivide_edges(edited, edges=edited.edges, cuts=1, use_grid_fill=True)
+        bmesh.update_edit_mesh(cage.data)
+        bpy.context.view_layer.update()
+        self.assertIn("vertices now, but had", module("live.runs").run_of(obj).pause)
+        cage.select_set(True)
+        bpy.ops.arap.cage_add()
+        bpy.context.view_layer.update()
+        self.assertEqual((cage.mode, obj.arap.is_live), ("EDIT", True))
+        self.assert_close(shown_positions(obj), shown, 1e-5)
+        for vertex in bmesh.from_edit_mesh(cage.data).verts:
+            vertex.co.y += 1.0
+        bmesh.update_edit_mesh(cage.data)
+        bpy.context.view_layer.update()
+        self.assert_close(shown_positions(obj), shown + np.array([0.0, 1.0, 0.0]), 1e-5)
 
     def test_what_cannot_be_is_refused_and_nothing_changes(self):
         obj = mesh_object()

@@ -14,16 +14,18 @@ def test_picture_cage(ui: Ui) -> Steps:
     camera = Camera(ui)
     creature = yield from begin_pull(ui)
     ui.call(bpy.ops.wm.tool_set_by_id, "EXEC_DEFAULT", True, name="builtin.select_box")
+    tidy_up(
+        ui.view.spaces.active
+    )  # first: Blender 3.4 crashes if a script hides Adjust Last Operation while it is shown
     cage = make_cage(ui)
     yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "it is bound")
-    tidy_up(ui.view.spaces.active)
-    look(ui, right=-0.9, up=0.2, closer=0.95)
+    look(ui, right=-0.9, up=0.2, closer=0.9)
     bpy.ops.object.mode_set(mode="EDIT")
     top = max(vertex.co.z for vertex in cage.data.vertices)
     select_vertices(cage, [v.index for v in cage.data.vertices if v.co.z > 0.75 * top and v.co.y < 0.0])
     yield from ui.move_mouse_to_view()
     tools = bpy.context.scene.tool_settings
     tools.use_proportional_edit, tools.proportional_size = True, 0.6
-    yield from move_selected(ui, "Z", ".5")
+    yield from move_selected(ui, "Z", ".4")
     yield from ui.until(lambda: ui.live.run_of(creature).is_settled, "the mesh follows")
     yield from camera.view("guide-cage", *CUT)

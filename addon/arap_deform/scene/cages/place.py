@@ -39,6 +39,8 @@ class CageShape:
 def take_over(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.Depsgraph) -> None:
     """Makes the present shape of a cage its rest, at which the mesh is as it is shown now: it must not jump."""
     world = handle_motion.object_matrix(obj, depsgraph)
+    if handle.target.data.is_editmode:
+        handle.target.update_from_editmode()  # its faces are read from the mesh
     handle.set_cage_rest(read.evaluated_positions(handle.target, depsgraph, world))
     handle.rest = Matrix(np.linalg.inv(world) @ meshes.read_matrix(handle.target, depsgraph))
     rest = meshes.read_rest(obj)

@@ -57,12 +57,13 @@ def problem_of(obj: bpy.types.Object, handle: ArapHandle, depsgraph: bpy.types.D
     return other_number(handle, n_rest, _count(target, depsgraph))
 
 
-def why_wait(obj: bpy.types.Object) -> str:
-    """What is wrong with the cage while it is edited, '' if nothing is: the next step of undo may bring it back."""
+def why_wait(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> str:
+    """What is wrong with the vertices of the cage, '' if nothing is: the next step of undo may bring them back."""
     cage = enabled_cage(obj)
-    if cage is None or cage.target is None or cage.target.type != "MESH" or not cage.target.data.is_editmode:
+    if cage is None or cage.target is None or cage.target.type != "MESH":
         return ""
-    return other_number(cage, len(cage.cage_rest), len(bmesh.from_edit_mesh(cage.target.data).verts))
+    n_rest = len(cage.cage_rest)
+    return other_number(cage, n_rest, _count(cage.target, depsgraph)) if n_rest else ""
 
 
 def other_number(handle: ArapHandle, n_rest: int, n_now: int) -> str:
