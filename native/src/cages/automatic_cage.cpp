@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 #include <vector>
 
 #include "arap/cage.h"
@@ -185,7 +186,7 @@ class Smoother {
   Smoother(Quads& quads, const PolygonMesh& mesh, const CubeGrid& grid)
       : quads_(quads),
         grid_(grid),
-        samples_(samples_of(mesh, grid.size)),
+        samples_(samples_of(mesh, grid)),
         samples_of_cube_(grid.counts[0] * grid.counts[1] * grid.counts[2],
                          [&](const auto& add) {
                            for (int s = 0; s < static_cast<int>(samples_.size()); ++s)
@@ -205,13 +206,24 @@ class Smoother {
 
  private:
   /// So near to each other that none of the mesh is farther than a tenth of a cube from one. Rows of them go from the
-  /// shortest edge of a triangle: a long thin one has few.
-  static std::vector<Row> samples_of(const PolygonMesh& mesh, double cube) {
+  /// shortest edge of a triangle: a long thin one has few. Tiny triangles of a dense mesh share one in each small cell.
+  static std::vector<Row> samples_of(const PolygonMesh& mesh, const CubeGrid& grid) {
+    constexpr double kTiny = .05;
+    constexpr int kCells = 33;  // along a cube: so a corner is .05 cubes from the one of its cell at most
+    const double cube = grid.size;
+    const CubeGrid cells{
+        grid.origin, cube / kCells, {kCells * grid.counts[0], kCells * grid.counts[1], kCells * grid.counts[2]}};
+    std::set<Cube> taken;
     const auto steps = [&](const Row& way) {
       return std::max(1, static_cast<int>(std::ceil(way.norm() / (.15 * cube))));
     };
     std::vector<Row> samples;
     for_each_triangle(mesh, [&](const std::array<Row, 3>& c) {
+      const double longest = std::max({(c[1] - c[0]).norm(), (c[2] - c[1]).norm(), (c[0] - c[2]).norm()});
+      if (longest <= kTiny * cube) {
+        if (taken.insert(cells.cube_at(c[0])).second) samples.push_back(c[0]);
+        return;
+      }
       int first = 0;
       for (int k = 1; k < 3; ++k)
         if ((c[(k + 1) % 3] - c[k]).norm() < (c[(first + 1) % 3] - c[first]).norm()) first = k;
@@ -248,11 +260,22 @@ class Smoother {
 
   /// Whether the mesh is far enough from the faces at a vertex, however they are cut.
   [[nodiscard]] bool is_free(int v) const {
+    return std::ranges::none_of(faces_of_.of(v), [&](int f) { return is_near(f); });
+  }
+
+  /// Whether the mesh is too near to a face.
+  [[nodiscard]] bool is_near(int f) const {
+    const auto corner = [&](int k) -> const Row& { return quads_.places[quads_.faces[f][k % 4]]; };
     Eigen::AlignedBox3d box;
-    for (const int f : faces_of_.of(v))
-      for (const int w : quads_.faces[f]) box.extend(quads_.places[w].transpose());
+    for (int k = 0; k < 4; ++k) box.extend(corner(k).transpose());
     box.min().array() -= kLeastDistance * grid_.size;
     box.max().array() += kLeastDistance * grid_.size;
+    const auto is_near_to = [&](const Row& sample) {
+      if (!box.contains(sample.transpose())) return false;
+      for (int k = 0; k < 4; ++k)
+        if (distance(sample, corner(k), corner(k + 1), corner(k + 2)) < kLeastDistance * grid_.size) return true;
+      return false;
+    };
     const Cube low = grid_.cube_at(box.min().transpose());
     const Cube high = grid_.cube_at(box.max().transpose());
     Cube cube{};
@@ -260,16 +283,7 @@ class Smoother {
       for (cube[1] = low[1]; cube[1] <= high[1]; ++cube[1])
         for (cube[2] = low[2]; cube[2] <= high[2]; ++cube[2])
           for (const int s : samples_of_cube_.of(grid_.index(cube)))
-            if (box.contains(samples_[s].transpose()) && is_near(samples_[s], v)) return false;
-    return true;
-  }
-
-  [[nodiscard]] bool is_near(const Row& sample, int v) const {
-    for (const int f : faces_of_.of(v)) {
-      const auto corner = [&](int k) -> const Row& { return quads_.places[quads_.faces[f][k % 4]]; };
-      for (int k = 0; k < 4; ++k)
-        if (distance(sample, corner(k), corner(k + 1), corner(k + 2)) < kLeastDistance * grid_.size) return true;
-    }
+            if (is_near_to(samples_[s])) return true;
     return false;
   }
 

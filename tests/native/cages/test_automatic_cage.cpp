@@ -59,6 +59,23 @@ TEST(AutomaticCage, CarriesTheMesh) {
   EXPECT_LT(max_distance(green.deform(2 * cage.positions()), 2 * mesh.positions()), 1e-12);
 }
 
+/// As from a coarse one: a seventh of a cube.
+TEST(AutomaticCage, KeepsItsDistanceFromADenseMesh) {
+  constexpr int kCells = 4;
+  const arap::PolygonMesh cage = make_cage(icosphere(6).mesh(), kCells);
+  double nearest = 1e300;
+  for (int f = 0; f < cage.n_faces(); ++f) {
+    const auto corner = [&](int k) { return Row(cage.positions().row(cage.face(f)[k])); };
+    for (double a = 0; a <= 1; a += .125)
+      for (double b = 0; b <= 1; b += .125)
+        nearest = std::min(
+            nearest,
+            ((1 - b) * ((1 - a) * corner(0) + a * corner(1)) + b * ((1 - a) * corner(3) + a * corner(2))).norm());
+  }
+  EXPECT_GT(nearest, 1 + 2.0 / kCells / 7);
+  EXPECT_LT(nearest, 1 + 2.0 / kCells);
+}
+
 TEST(AutomaticCage, FollowsTheMeshAndTheNumberOfCells) {
   const MeshData mesh = bar(2, Faces::kQuads);
   const arap::PolygonMesh coarse = make_cage(mesh.mesh(), 4);
