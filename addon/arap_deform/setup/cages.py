@@ -40,8 +40,8 @@ def make_cage(obj: bpy.types.Object, cells: int = CELLS, coordinates: str = "mea
     depsgraph = bpy.context.evaluated_depsgraph_get()
     space = SolverSpace(meshes.read_stretch(obj, depsgraph))
     shown = handle_motion.shown_positions(obj, meshes.read_rest(obj)).astype(np.float64)
-    positions, corners, sizes = native.load().make_cage(space.to_solver(shown), *meshes.read_faces(obj.data), cells)
-    cage = _new_object(obj, positions @ space.unstretch.T, corners, sizes)
+    positions, quads = native.load().make_cage(space.to_solver(shown), *meshes.read_faces(obj.data), cells)
+    cage = _new_object(obj, positions @ space.unstretch.T, quads)
     try:
         handle = add_cage(obj, cage, coordinates)
     except BaseException:
@@ -106,11 +106,10 @@ def _is_inside(cage: bpy.types.Object, obj: bpy.types.Object, depsgraph: bpy.typ
     return bool(is_within.all())
 
 
-def _new_object(obj: bpy.types.Object, positions: Floats, corners: Ints, sizes: Ints) -> bpy.types.Object:
+def _new_object(obj: bpy.types.Object, positions: Floats, quads: Ints) -> bpy.types.Object:
     name = naming.cut(f"{obj.name} Cage")
     mesh = bpy.data.meshes.new(name)
-    starts = np.cumsum(sizes) - sizes
-    mesh.from_pydata(positions.tolist(), [], [corners[s : s + n].tolist() for s, n in zip(starts, sizes, strict=True)])
+    mesh.from_pydata(positions.tolist(), [], quads.tolist())
     cage = bpy.data.objects.new(name, mesh)
     cage.parent = obj
     cage.display_type = "WIRE"

@@ -15,7 +15,8 @@ from sample_meshes import tube
 
 TUBE = tube()
 MESH = SessionMesh(TUBE.positions, TUBE.corner_vertices, TUBE.face_sizes)
-AROUND = SessionMesh(*arap_native.make_cage(TUBE.positions, TUBE.corner_vertices, TUBE.face_sizes, 4))
+PLACES, QUADS = arap_native.make_cage(TUBE.positions, TUBE.corner_vertices, TUBE.face_sizes, 4)
+AROUND = SessionMesh(PLACES, QUADS.ravel(), np.full(len(QUADS), 4, dtype=np.int32))
 CAGE = Cage("Cage", AROUND, "mean_value")
 STRETCH = np.diag([1.0, 3.0, 0.5])
 SHEAR = np.array([[1.0, 0.3, 0.0], [0.0, 1.2, 0.0], [0.1, 0.0, 0.8]])
