@@ -35,8 +35,8 @@ from .sizes import measure_sizes
 
 PARTS = ("tasks", "sizes", "dirty", "same_models")
 TASK, FINER = "task.npz", "finer.npz"
-TIMEOUT_S = 20.0  # of a task
-FINER_TIMEOUT_S = 15.0  # of the same with four times as many triangles
+TIMEOUT_S = 30.0  # of a task
+FINER_TIMEOUT_S = 20.0  # of the same with four times as many triangles
 
 
 def measure_task(
