@@ -5,17 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import arap_native
 import numpy as np
 from arap_deform.core.graph import connected_labels, face_edges
 from measure.base.contender import Bones, Floats, Ints, PosedTask
 from measure.base.workers import NotRun
 
-from .ours import arrays
 from .steps import diagonal, motion_of_moved
 
 SHARE = 0.8  # of a piece's length
 SHORTEST = 0.01  # of the diagonal
+SMALL = 0.1  # of the vertices: a piece that has no bone of its own
 
 
 def bones_of(task: PosedTask) -> Bones:
@@ -43,14 +42,15 @@ def bones_of(task: PosedTask) -> Bones:
 
 
 def pieces(task: PosedTask, vertices: Ints) -> Iterator[Ints]:
-    """The vertices (k,) in pieces that sides of faces connect; what is at one place is one."""
+    """The vertices (k,) in pieces that sides of faces connect; all that are smaller than SMALL are one."""
     is_in = np.zeros(len(task.positions), dtype=bool)
     is_in[vertices] = True
-    place = arap_native.same_places(*arrays(task))
     ends = np.stack(face_edges(task.corner_vertices, task.face_sizes))
-    labels = connected_labels(len(is_in), *place[ends[:, is_in[ends].all(axis=0)]])[place[vertices]]
-    for label in np.unique(labels):
-        yield vertices[labels == label]
+    labels = connected_labels(len(is_in), *ends[:, is_in[ends].all(axis=0)])[vertices]
+    _, piece, sizes = np.unique(labels, return_inverse=True, return_counts=True)
+    piece = np.where(sizes[piece] < SMALL * len(vertices), -1, piece)
+    for k in np.unique(piece):
+        yield vertices[piece == k]
 
 
 def bone_along(points: Floats, shortest: float) -> Floats:
