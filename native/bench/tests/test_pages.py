@@ -3,6 +3,7 @@
 
 import pytest
 from measure.pages import marks
+from measure.pages.compare import inputs
 from measure.pages.limbs import cost, limb_cells
 from measure.pages.markdown import markdown, not_run_lines, number, replace_section
 from measure.pages.peers import near_ms, round_ratio
@@ -93,3 +94,8 @@ def test_a_model_that_did_not_do_all_tasks_has_no_mark(row):
     criterion = marks.Criterion("thin", "", marks.lowest("thin", "bend", "twist"), (0.9, 0.75, 0.5))
     data = {"tasks": {"bend": {"rows": {"cage": {"thin": 1.0}}}, "twist": {"rows": {"cage": row}}}}
     assert criterion.mark(data, "cage") == "-"
+
+
+def test_models_that_are_given_the_same_share_a_line():
+    given = {"solid": "Targets.", "Poisson": "Targets and turns.", "surface": "Targets."}
+    assert inputs(given) == "- solid; surface: Targets.\n- Poisson: Targets and turns."

@@ -80,7 +80,7 @@ def sections(data: Row) -> dict[str, str]:
     models = models_of(data)
     found = {
         "comparison-marks": joined(machine_line(data["machine"]), marks.table(data, models), marks.legend()),
-        "comparison-set-up": set_up(data, models),
+        "comparison-set-up": joined(set_up(data, models), inputs(data["inputs"])),
         "comparison-sizes": sizes(data["sizes"]),
         "comparison-same-models": same_models(data["same_models"]) if "same_models" in data else "",
     }
@@ -112,6 +112,14 @@ def task_table(entry: Row) -> str:
     return joined(title, markdown(("model", *columns), lines), "\n".join(reasons))
 
 
+def inputs(given: dict[str, str]) -> str:
+    """A line for each sentence about what models are given, with those of which it is true."""
+    return "\n".join(
+        f"- {'; '.join(model for model, said in given.items() if said == sentence)}: {sentence}"
+        for sentence in dict.fromkeys(given.values())
+    )
+
+
 def sizes(rows: list[Row]) -> str:
     """One row a model: its costs at each size; at what size it failed is in the last cell."""
     counts = sorted({row["n_vertices"] for row in rows})
@@ -125,15 +133,15 @@ def sizes(rows: list[Row]) -> str:
 
 
 def set_up(data: Row, models: Sequence[str]) -> str:
-    """What a person does to set a model up, what it is given, and the dirty meshes that it poses."""
+    """What a person does to set a model up, and how many dirty meshes it poses."""
     lines = []
     for model in models:
         rows = [row for entry in data["tasks"].values() for row in [entry["rows"].get(model, {})] if "acts" in row]
         dirty = data["dirty"].get(model, {})
         bound = f"{dirty['n_bound']} of {dirty['n_meshes']}" if "n_bound" in dirty else NOTHING
         if rows:
-            lines.append((model, ", ".join(rows[0]["acts"]), data["inputs"].get(model, ""), bound))
-    return markdown(("model", "acts", "what it is given", "dirty meshes"), lines, 3)
+            lines.append((model, ", ".join(rows[0]["acts"]), bound))
+    return markdown(("model", "acts of a person", "dirty meshes"), lines, 2)
 
 
 def panels(folder: Path) -> list[PanelRow]:
