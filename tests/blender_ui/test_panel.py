@@ -178,6 +178,24 @@ def test_adjust_last_operation_changes_what_was_added(ui: Ui) -> Steps:
     assert len(bar().arap.handles) == 1
 
 
+def test_adjust_last_operation_makes_another_cage(ui: Ui) -> Steps:
+    """The first one goes; undo leaves none."""
+    scenes.add_bar_with_handle(ui.api)
+    yield from ui.move_mouse_to_view()
+    bpy.ops.ed.undo_push(message="bar")
+    n_vertices = len(make_cage(ui).data.vertices)
+    bpy.context.window_manager.operators[-1].properties.cells = 2
+    assert ui.call(bpy.ops.ed.undo_redo, "EXEC_DEFAULT", True) == {"FINISHED"}
+    yield
+    cages = [obj for obj in bpy.data.objects if "Cage" in obj.name]
+    assert [handle.target for handle in bar().arap.handles[1:]] == cages
+    assert len(cages) == 1
+    assert len(cages[0].data.vertices) < n_vertices
+    yield from ui.undo()
+    assert ["Cage" in obj.name for obj in bpy.data.objects] == [False, False]
+    assert len(bar().arap.handles) == 1
+
+
 def add_and_adjust(ui: Ui, add: Any, items: str, mode_after: str = "", **options: object) -> Steps:
     """Adds to a list, changes options in Adjust Last Operation, and takes it back. ``mode_after``: '' for the same."""
     mode, n_entries = bar().mode, len(getattr(bar().arap, items))
