@@ -7,7 +7,7 @@ from typing import Any
 
 import arap_native
 import numpy as np
-from measure.base.contender import CAGE, CAGE_GROUP, HANDLE, Floats, Make, PosedTask
+from measure.base.contender import CAGE, CAGE_GROUP, HANDLE, PIN, Floats, Make, PosedTask
 
 from .carriers import automatic_cage
 from .ours import arrays, posed

@@ -43,8 +43,8 @@ struct CageArapOptions {
 };
 
 /// As-rigid-as-possible deformation of a cage by vertices of the mesh that hangs on it. The unknowns are the vertices
-/// of the cage, and rotations those of nodes, so an iteration costs the same at every density of the mesh.
-///
+/// of the cage, and rotations those of nodes, so an iteration costs the same at every density of the mesh. Cages of some
+/// hundreds of vertices are meant: a bind takes time as their square, a set of constraints as their cube.
 /// [HSL06] Huang, Shi, Liu, Zhou, Wei, Teng, Bao, Guo, Shum: Subspace Gradient Domain Mesh Deformation, SIGGRAPH 2006.
 ///
 /// The same three acts as SurfaceArap. The mesh goes where the cage carries it, all of its parts; loose vertices stay.

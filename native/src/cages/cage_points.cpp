@@ -2,6 +2,8 @@
 #include "cages/cage_points.h"
 
 #include <algorithm>
+#include <iterator>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -44,7 +46,9 @@ CagePoints::CagePoints(const PolygonMesh& mesh, const Positions& points, const C
       workers_(choose_threads(options.threads, static_cast<int>(points.rows()))),
       rest_(points.rows(), 3),
       weights_(static_cast<int>(points.rows()), checked_rows(cage_, coordinates_, points.rows())),
-      affine_(affine_fit(cage_)) {
+      affine_(affine_fit(cage_)),
+      affine_terms_(cage_.n_vertices(), 4) {
+  affine_terms_ << Eigen::VectorXd::Ones(cage_.n_vertices()), cage_.vertices();
   for (Eigen::Index k = 0; k < points.rows(); ++k) rest_.row(k) = cage_.to_cage(points.row(k));
   const std::vector<int> outside =
       coordinates_ == CageCoordinates::kHarmonic
@@ -68,16 +72,43 @@ Positions CagePoints::left_by(const AffineMap& map, const Positions& moved) cons
 }
 
 CagePoints::Rows CagePoints::rows(int first, int n) const {
+  std::vector<int> points(n);
+  std::iota(points.begin(), points.end(), first);
+  return rows(points);
+}
+
+CagePoints::Rows CagePoints::rows(std::span<const int> points) const {
+  const auto n = std::ssize(points);
   Rows result(n, cage_.n_vertices());
-  for (int k = 0; k < n; ++k) result.row(k) = weights_.of_point(first + k).transpose();
-  // The map is linear in the cage, too: what it does to a point, less what the weights have done of it already.
+  // The best map is linear in the cage, too: what it does to a point, less what the weights do of that.
   Eigen::MatrixX4d beyond(n, 4);
-  Eigen::MatrixX4d of_cage(cage_.n_vertices(), 4);
-  of_cage << Eigen::VectorXd::Ones(cage_.n_vertices()), cage_.vertices();
-  beyond << Eigen::VectorXd::Ones(n), rest_.middleRows(first, n);
-  beyond -= result * of_cage;
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    result.row(k) = weights_.of_point(points[k]).transpose();
+    beyond.row(k) << 1, rest_.row(points[k]);
+  }
+  beyond -= result * affine_terms_;
   result += beyond * affine_;
   return result;
+}
+
+Eigen::MatrixXd CagePoints::normal_matrix(std::span<const int> points, const Eigen::VectorXd& weights) const {
+  const auto n = static_cast<int>(points.size());
+  const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(cage_.n_vertices(), cage_.n_vertices());
+  constexpr int kSums = 8;  // that there is memory for
+  const auto lower = parallel_reduce(
+      workers_, n, none,
+      [&](int begin, int end) {
+        Eigen::MatrixXd sum = none;
+        for (int first = begin; first < end; first += kRows) {
+          const int size = std::min(kRows, end - first);
+          const Rows scaled = weights.segment(first, size).cwiseSqrt().asDiagonal() * rows(points.subspan(first, size));
+          sum.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
+        }
+        return sum;
+      },
+      [](const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return Eigen::MatrixXd(a + b); },
+      std::max(kRows, n / kSums + 1));
+  return lower.selfadjointView<Eigen::Lower>();
 }
 
 }  // namespace arap

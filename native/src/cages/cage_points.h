@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <span>
 
 #include "arap/cage.h"
 #include "arap/mesh.h"
@@ -60,7 +61,13 @@ class CagePoints {
   /// Rows `first` to `first` + n - 1 of Phi in p' = Phi c': what deform() does. Not for kGreen, which is not linear in
   /// the cage.
   [[nodiscard]] Rows rows(int first, int n) const;
-  [[nodiscard]] Eigen::RowVectorXd row(int point) const { return rows(point, 1); }
+  /// The same of any points.
+  [[nodiscard]] Rows rows(std::span<const int> points) const;
+  /// Phi^T diag(weights) Phi of some points, (n_vertices, n_vertices).
+  [[nodiscard]] Eigen::MatrixXd normal_matrix(std::span<const int> points, const Eigen::VectorXd& weights) const;
+
+  /// Points whose rows are made at once: they stay in the cache.
+  static constexpr int kRows = 256;
 
  private:
   static constexpr int kBlocks = 16;  ///< that a thread takes at a time
@@ -75,7 +82,8 @@ class CagePoints {
   Workers workers_;
   Positions rest_;
   WeightBlocks weights_;
-  Eigen::Matrix4Xd affine_;  ///< (4, n_vertices) the shift and the transposed linear part of best_affine_map()
+  Eigen::Matrix4Xd affine_;        ///< affine_fit()
+  Eigen::MatrixX4d affine_terms_;  ///< (n_vertices, 4) of the cage: 1 and the place
 };
 
 }  // namespace arap

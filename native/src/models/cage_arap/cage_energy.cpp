@@ -21,9 +21,6 @@ using Matrix = Eigen::MatrixXd;
 /// Of the cage's own energy beside that of the mesh.
 constexpr double kShareOfCage = 1e-3;
 
-/// Vertices whose rows are multiplied at once.
-constexpr int kChunk = 256;
-
 /// The energy of a surface with rotation nodes, whose model numbers its vertices as it likes.
 struct Surface {
   SurfaceModel model;
@@ -52,7 +49,7 @@ class Subspace {
       : energy_(surface.energy()),
         workers_(points.workers()),
         phi_(Rows::Zero(std::ssize(surface.numbers), points.cage().n_vertices())) {
-    parallel_for<kChunk>(workers_, points.size(), [&](int begin, int end) {
+    parallel_for<CagePoints::kRows>(workers_, points.size(), [&](int begin, int end) {
       const Rows read = points.rows(begin, end - begin);
       for (int k = begin; k < end; ++k) phi_.row(surface.numbers[carried[k]]) = read.row(k - begin);
     });
@@ -64,8 +61,8 @@ class Subspace {
     const auto c = phi_.cols();
     const auto of_range = [&](int begin, int end) {
       Matrix sum = Matrix::Zero(c, c);
-      for (int first = begin; first < end; first += kChunk) {
-        const int size = std::min(kChunk, end - first);
+      for (int first = begin; first < end; first += CagePoints::kRows) {
+        const int size = std::min(CagePoints::kRows, end - first);
         Rows forces = Rows::Zero(size, c);
         for (int k = 0; k < size; ++k)
           for (SparseMatrix::InnerIterator it(energy_.K, first + k); it; ++it)
@@ -75,8 +72,10 @@ class Subspace {
       meter.add(static_cast<double>(end - begin) / n);
       return sum;
     };
-    const Matrix lower = parallel_reduce<16 * kChunk>(workers_, n, Matrix(Matrix::Zero(c, c)), of_range,
-                                                      [](const Matrix& a, const Matrix& b) { return Matrix(a + b); });
+    constexpr int kSums = 8;  // that there is memory for
+    const Matrix lower = parallel_reduce(
+        workers_, n, Matrix(Matrix::Zero(c, c)), of_range,
+        [](const Matrix& a, const Matrix& b) { return Matrix(a + b); }, std::max(CagePoints::kRows, n / kSums + 1));
     return lower.selfadjointView<Eigen::Lower>();
   }
 

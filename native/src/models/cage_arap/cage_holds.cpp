@@ -4,11 +4,13 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <span>
 #include <utility>
 
 #include "base/union_find.h"
+#include "parallel/parallel.h"
 
 namespace arap {
 
@@ -21,18 +23,17 @@ constexpr double kHardStrength = 1e4;
 /// What of a matrix, beside its largest value, moves no held vertex that one would see.
 constexpr double kLeast = 1e-8;
 
-/// Columns B of which B B^T is A^T A, up to a small part: a Cholesky factor whose pivots are the largest ones left.
-Eigen::MatrixXd thin_factor(const Eigen::MatrixXd& A) {
-  const auto c = A.cols();
-  Eigen::VectorXd left = A.colwise().squaredNorm();
+/// Columns B of which B B^T is N, up to a small part: a Cholesky factor whose pivots are the largest ones left.
+Eigen::MatrixXd thin_factor(const Eigen::MatrixXd& N) {
+  Eigen::VectorXd left = N.diagonal();
   const double largest = left.maxCoeff();
-  Eigen::MatrixXd B(c, std::min(A.rows(), c));
+  Eigen::MatrixXd B(N.rows(), N.cols());
   Eigen::Index n = 0;
   for (; n < B.cols(); ++n) {
     Eigen::Index pivot = 0;
     const double value = left.maxCoeff(&pivot);
     if (!(value > kLeast * largest)) break;
-    B.col(n) = (A.transpose() * A.col(pivot) - B.leftCols(n) * B.row(pivot).head(n).transpose()) / std::sqrt(value);
+    B.col(n) = (N.col(pivot) - B.leftCols(n) * B.row(pivot).head(n).transpose()) / std::sqrt(value);
     left -= B.col(n).cwiseAbs2();
   }
   return B.leftCols(n);
@@ -91,34 +92,41 @@ CageHolds::CageHolds(const CagePoints& points, const std::vector<int>& point_of_
     add_rows(std::move(handle), stiffness);
   }
   for (int p = 0; p < set.patches.size(); ++p) {
-    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(points.cage().n_vertices());
-    double weight = 0;
+    std::vector<int> of_patch;
+    std::vector<double> weights;
     for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
       if (!(set.patches.weights[k] > 0)) continue;
-      sum += set.patches.weights[k] * points.row(point_of_vertex[set.patches.vertices[k]]);
-      weight += set.patches.weights[k];
+      of_patch.push_back(point_of_vertex[set.patches.vertices[k]]);
+      weights.push_back(set.patches.weights[k]);
     }
+    const auto weight = Eigen::RowVectorXd::Map(weights.data(), std::ssize(weights));
+    const Eigen::RowVectorXd average = weight * points.rows(of_patch) / weight.sum();
     const int source = static_cast<int>(set.vertices.size()) + p;
-    add_row(sum / weight, LinearRows::kHard, source, static_cast<int>(handles_.size()) + p);
+    add_row(average, LinearRows::kHard, source, static_cast<int>(handles_.size()) + p);
   }
 }
 
 void CageHolds::add_rows(Handle handle, double stiffness) {
-  Eigen::MatrixXd phi(std::ssize(handle.points), points_->cage().n_vertices());
-  for (Eigen::Index k = 0; k < phi.rows(); ++k) phi.row(k) = points_->row(handle.points[k]);
-  const Eigen::MatrixXd B = thin_factor(handle.weights.cwiseSqrt().asDiagonal() * phi);
+  const Eigen::MatrixXd N = points_->normal_matrix(handle.points, handle.weights);
+  const Eigen::MatrixXd B = thin_factor(N);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(B.transpose() * B);
   const auto n_rows = (eigen.eigenvalues().array() > kLeast * eigen.eigenvalues().maxCoeff()).count();
   const Eigen::VectorXd values = eigen.eigenvalues().tail(n_rows);
-  const Eigen::MatrixXd vectors =
-      B * eigen.eigenvectors().rightCols(n_rows) * values.cwiseSqrt().cwiseInverse().asDiagonal();
-  handle.to_rows =
-      values.cwiseInverse().asDiagonal() * vectors.transpose() * phi.transpose() * handle.weights.asDiagonal();
-  // The same combinations of the points as of the targets, so that what the cage can meet it meets.
-  const Eigen::MatrixXd of_cage = handle.to_rows * phi;
-  const auto handle_number = static_cast<int>(handles_.size());
+  // The eigenvectors over their values: these combinations of sum_v omega_v phi_v t_v are targets, and the same ones
+  // of N are rows, so that what the cage can meet it meets.
+  const Eigen::MatrixXd combinations = values.array().pow(-1.5).matrix().asDiagonal() *
+                                       eigen.eigenvectors().rightCols(n_rows).transpose() * B.transpose();
+  const Eigen::MatrixXd rows = combinations * N;
+  const auto n = static_cast<int>(handle.points.size());
+  handle.to_rows.resize(n_rows, n);
+  parallel_for<CagePoints::kRows>(points_->workers(), n, [&](int begin, int end) {
+    const auto weights = handle.weights.segment(begin, end - begin);
+    const CagePoints::Rows phi = points_->rows(std::span(handle.points).subspan(begin, end - begin));
+    handle.to_rows.middleCols(begin, end - begin) = combinations * phi.transpose() * weights.asDiagonal();
+  });
+  const auto number = static_cast<int>(handles_.size());
   for (Eigen::Index r = 0; r < n_rows; ++r)
-    add_row(of_cage.row(r), 2 * stiffness * values[r], handle.sources.front(), handle_number);
+    add_row(rows.row(r), 2 * stiffness * values[r], handle.sources.front(), number);
   handles_.push_back(std::move(handle));
 }
 

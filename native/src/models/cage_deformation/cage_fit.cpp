@@ -2,38 +2,18 @@
 #include "models/cage_deformation/cage_fit.h"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
+#include <vector>
 
 #include "cages/cage_motion.h"
 
 namespace arap {
 
-namespace {
-
-/// Points that are read at once.
-constexpr int kRows = 256;
-
-}  // namespace
-
-CageFit::Matrix CageFit::gram() const {
-  const int c = points_.cage().n_vertices();
-  return parallel_reduce<16 * kRows>(
-             points_.workers(), points_.size(), Matrix(Matrix::Zero(c, c)),
-             [&](int begin, int end) {
-               Matrix sum = Matrix::Zero(c, c);
-               for (int first = begin; first < end; first += kRows) {
-                 const CagePoints::Rows phi = points_.rows(first, std::min(kRows, end - first));
-                 sum.selfadjointView<Eigen::Lower>().rankUpdate(phi.transpose());
-               }
-               return sum;
-             },
-             [](const Matrix& a, const Matrix& b) { return Matrix(a + b); }) /
-         points_.size();
-}
-
 Positions CageFit::transposed(const Positions& x) const {
   Positions sum = Positions::Zero(points_.cage().n_vertices(), 3);
-  for (int first = 0; first < points_.size(); first += kRows) {
-    const int n = std::min(kRows, points_.size() - first);
+  for (int first = 0; first < points_.size(); first += CagePoints::kRows) {
+    const int n = std::min(CagePoints::kRows, points_.size() - first);
     sum += points_.rows(first, n).transpose() * x.middleRows(first, n);
   }
   return sum / points_.size();
@@ -59,7 +39,9 @@ CageFit::Matrix CageFit::smoothing() const {
 
 void CageFit::factorize(double smoothness) const {
   if (gram_.size() == 0) {
-    gram_ = gram();
+    std::vector<int> all_points(points_.size());
+    std::iota(all_points.begin(), all_points.end(), 0);
+    gram_ = points_.normal_matrix(all_points, Eigen::VectorXd::Constant(points_.size(), 1. / points_.size()));
     smoothing_ = smoothing();
   }
   if (smoothness == smoothness_) return;
@@ -70,9 +52,11 @@ void CageFit::factorize(double smoothness) const {
 Positions CageFit::fit(const Positions& positions, double smoothness) const {
   const std::scoped_lock lock(mutex_);
   factorize(smoothness);
-  const AffineMap map = best_similarity(points_.rest(), positions);
-  const Positions left = positions - map.apply(points_.rest());
-  return map.apply(points_.cage().vertices()) + Positions(factor_.solve(transposed(left)));
+  // In the input's unit: where points tell no scale, it stays.
+  const double unit = points_.cage().size();
+  const AffineMap map = best_similarity(unit * points_.rest(), positions);
+  const Positions left = positions - map.apply(unit * points_.rest());
+  return map.apply(unit * points_.cage().vertices()) + Positions(factor_.solve(transposed(left)));
 }
 
 }  // namespace arap

@@ -24,8 +24,6 @@ class CageFit {
  private:
   using Matrix = Eigen::MatrixXd;
 
-  /// Phi^T Phi / n.
-  [[nodiscard]] Matrix gram() const;
   /// Phi^T x / n, of x (n, 3).
   [[nodiscard]] Positions transposed(const Positions& x) const;
   /// L^T L / c, and a little that holds what neither points nor edges do.
@@ -34,7 +32,7 @@ class CageFit {
 
   const CagePoints& points_;
   mutable std::mutex mutex_;  ///< of all below
-  mutable Matrix gram_;       ///< made when first needed
+  mutable Matrix gram_;       ///< Phi^T Phi / n; made when first needed, as what follows
   mutable Matrix smoothing_;
   mutable double smoothness_ = 0;  ///< of the factor
   mutable Eigen::LDLT<Matrix> factor_;

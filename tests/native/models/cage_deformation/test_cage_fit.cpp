@@ -105,13 +105,18 @@ TEST(CageFit, SeveralThreadsMayFitAtOnce) {
 TEST(CageFit, SaysWhatIsWrong) {
   const MeshData mesh = cube();
   const Positions points = points_inside(mesh, 5);
-  const CageDeformation cage(mesh.mesh(), points);
-  expect_error<InvalidInput>([&] { cage.fit(mesh.positions()); }, {"positions has 8 rows, expected 5"});
+  const auto fit = [&](const Positions& positions, double smoothness, CageCoordinates coordinates) {
+    static_cast<void>(CageDeformation(mesh.mesh(), points, of(coordinates)).fit(positions, smoothness));
+  };
+  expect_error<InvalidInput>([&] { fit(mesh.positions(), 1, CageCoordinates::kMeanValue); },
+                             {"positions has 8 rows, expected 5"});
   Positions nowhere = points;
   nowhere(2, 0) = std::numeric_limits<double>::quiet_NaN();
-  expect_error<InvalidInput>([&] { cage.fit(nowhere); }, {"positions: row 2", "must be finite"});
-  expect_error<InvalidInput>([&] { cage.fit(points, 0); }, {"smoothness = 0, must be >= 1e-12 and <= 1"});
-  expect_error<InvalidInput>([&] { CageDeformation(mesh.mesh(), points, of(CageCoordinates::kGreen)).fit(points); },
+  expect_error<InvalidInput>([&] { fit(nowhere, 1, CageCoordinates::kMeanValue); },
+                             {"positions: row 2", "must be finite"});
+  expect_error<InvalidInput>([&] { fit(points, 0, CageCoordinates::kMeanValue); },
+                             {"smoothness = 0, must be >= 1e-12 and <= 1"});
+  expect_error<InvalidInput>([&] { fit(points, 1, CageCoordinates::kGreen); },
                              {"Green coordinates are not linear in the cage, so no cage can be fitted"});
 }
 
