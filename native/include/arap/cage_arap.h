@@ -47,10 +47,10 @@ struct CageArapOptions {
 /// hundreds of vertices are meant: a bind takes time as their square, a set of constraints as their cube.
 /// [HSL06] Huang, Shi, Liu, Zhou, Wei, Teng, Bao, Guo, Shum: Subspace Gradient Domain Mesh Deformation, SIGGRAPH 2006.
 ///
-/// The same three acts as SurfaceArap. The mesh goes where the cage carries it, all of its parts; loose vertices stay.
+/// The same three acts as SurfaceArap. All parts of the mesh go where the cage carries them. Loose vertices stay, and so
+/// do connected shells of the cage that carry nothing constrained: what is in them is at rest.
 class CageArap {
  public:
-  /// Binds.
   /// @param cage  around the mesh, at rest: as for CageDeformation; make_cage() makes one
   /// Throws InvalidInput for bad options, a mesh without faces or size, or what CageDeformation refuses; Cancelled when
   /// `progress` returns false.

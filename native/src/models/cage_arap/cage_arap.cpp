@@ -71,10 +71,6 @@ struct CageArap::Impl {
         shown(mesh.positions()) {
     point_of_vertex.assign(mesh.n_vertices(), -1);
     for (size_t k = 0; k < carried.size(); ++k) point_of_vertex[carried[k]] = static_cast<int>(k);
-    const std::vector<double> of_cage = vertex_areas(cage);
-    double sum = 0;
-    for (const double area : of_cage) sum += area;
-    cage_area = sum / cage.n_vertices();
   }
 
   const PreparedModel& prepare(const CageArapOptions& options, const MeterPart& meter) {
@@ -90,8 +86,7 @@ struct CageArap::Impl {
     user.require_constraints(set);
     if (engine.has_constraints() && set == constraints) return;
     ConstraintSet copy = set;
-    CageHolds next(points, point_of_vertex, mesh, areas, cage_area, model.energy.K.diagonal().mean(),
-                   space.to_model(set));
+    CageHolds next(points, point_of_vertex, mesh, areas, cage, model.energy.K.diagonal().mean(), space.to_model(set));
     engine.set_constraints({{}, next.rows(), next.handle_of_row()}, progress);
     holds = std::move(next);
     constraints = std::move(copy);
@@ -102,7 +97,8 @@ struct CageArap::Impl {
     const Positions of_model = space.targets_to_model(targets, constraints);
     std::vector<Matrix3> of_rows;
     if (!rotations.empty())
-      for (const int source : holds.sources()) of_rows.push_back(rotations[source]);
+      for (const int source : holds.sources())
+        of_rows.push_back(source < 0 ? Matrix3(Matrix3::Identity()) : rotations[source]);
     SolveResult result;
     Positions next = mesh.positions();
     for (size_t k = 0; k < constraints.vertices.size(); ++k)
@@ -124,6 +120,7 @@ struct CageArap::Impl {
     result.iterations = report.iterations;
     result.step = report.step;
     result.stop_reason = report.stop_reason;
+    result.parts_at_rest = holds.parts_at_rest();
     result.loose_vertices = user.loose_vertices();
     return result;
   }
@@ -157,7 +154,6 @@ struct CageArap::Impl {
   UserVertices user;
   CageFit fit;
   std::vector<int> point_of_vertex;  ///< -1: loose
-  double cage_area = 0;              ///< of a vertex of the cage
   ConstraintSet constraints;
   CageHolds holds;
   Positions shown;  ///< of the mesh

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numeric>
 #include <span>
 #include <utility>
 
 #include "base/union_find.h"
 #include "parallel/parallel.h"
+#include "sampling/surface_patch.h"
 
 namespace arap {
 
@@ -65,19 +67,26 @@ std::map<int, int> handles_of(const PolygonMesh& mesh, const std::vector<char>& 
 }  // namespace
 
 CageHolds::CageHolds(const CagePoints& points, const std::vector<int>& point_of_vertex, const PolygonMesh& mesh,
-                     const std::vector<double>& areas, double cage_area, double stiffness, const ConstraintSet& set)
-    : points_(&points) {
+                     const std::vector<double>& areas, const PolygonMesh& cage, double stiffness,
+                     const ConstraintSet& set)
+    : points_(&points), cage_(&cage), is_held_(cage.n_parts(), 0) {
+  add_handles(point_of_vertex, mesh, areas, stiffness, set);
+  for (int p = 0; p < set.patches.size(); ++p) add_patch(point_of_vertex, set, p);
+  add_shells(point_of_vertex, mesh);
+}
+
+void CageHolds::add_handles(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh,
+                            const std::vector<double>& areas, double stiffness, const ConstraintSet& set) {
   std::vector<char> is_constrained(mesh.n_vertices(), 0);
   for (const int v : set.vertices) is_constrained[v] = point_of_vertex[v] >= 0 ? 1 : 0;
   const std::map<int, int> handle_of_vertex = handles_of(mesh, is_constrained);
-  std::vector<std::vector<size_t>> entries;
-  for (size_t k = 0; k < set.vertices.size(); ++k) {
-    const auto found = handle_of_vertex.find(set.vertices[k]);
-    if (found == handle_of_vertex.end()) continue;
-    entries.resize(std::max(entries.size(), static_cast<size_t>(found->second) + 1));
-    entries[found->second].push_back(k);
-  }
-  for (const std::vector<size_t>& of_handle : entries) {
+  std::map<int, std::vector<size_t>> entries;
+  for (size_t k = 0; k < set.vertices.size(); ++k)
+    if (const auto found = handle_of_vertex.find(set.vertices[k]); found != handle_of_vertex.end())
+      entries[found->second].push_back(k);
+  const std::vector<double> of_cage = vertex_areas(*cage_);
+  const double cage_area = std::reduce(of_cage.begin(), of_cage.end()) / cage_->n_vertices();
+  for (const auto& [number, of_handle] : entries) {
     Handle handle;
     double area = 0;
     for (const size_t k : of_handle) area += areas[set.vertices[k]];
@@ -91,23 +100,11 @@ CageHolds::CageHolds(const CagePoints& points, const std::vector<int>& point_of_
     }
     add_rows(std::move(handle), stiffness);
   }
-  for (int p = 0; p < set.patches.size(); ++p) {
-    std::vector<int> of_patch;
-    std::vector<double> weights;
-    for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
-      if (!(set.patches.weights[k] > 0)) continue;
-      of_patch.push_back(point_of_vertex[set.patches.vertices[k]]);
-      weights.push_back(set.patches.weights[k]);
-    }
-    const auto weight = Eigen::RowVectorXd::Map(weights.data(), std::ssize(weights));
-    const Eigen::RowVectorXd average = weight * points.rows(of_patch) / weight.sum();
-    const int source = static_cast<int>(set.vertices.size()) + p;
-    add_row(average, LinearRows::kHard, source, static_cast<int>(handles_.size()) + p);
-  }
 }
 
 void CageHolds::add_rows(Handle handle, double stiffness) {
   const Eigen::MatrixXd N = points_->normal_matrix(handle.points, handle.weights);
+  is_held_[shell_of(N.rowwise().sum().transpose())] = 1;
   const Eigen::MatrixXd B = thin_factor(N);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(B.transpose() * B);
   const auto n_rows = (eigen.eigenvalues().array() > kLeast * eigen.eigenvalues().maxCoeff()).count();
@@ -128,6 +125,48 @@ void CageHolds::add_rows(Handle handle, double stiffness) {
   for (Eigen::Index r = 0; r < n_rows; ++r)
     add_row(rows.row(r), 2 * stiffness * values[r], handle.sources.front(), number);
   handles_.push_back(std::move(handle));
+}
+
+void CageHolds::add_patch(const std::vector<int>& point_of_vertex, const ConstraintSet& set, int p) {
+  std::vector<int> of_patch;
+  std::vector<double> weights;
+  for (int k = set.patches.offsets[p]; k < set.patches.offsets[p + 1]; ++k) {
+    if (!(set.patches.weights[k] > 0)) continue;
+    of_patch.push_back(point_of_vertex[set.patches.vertices[k]]);
+    weights.push_back(set.patches.weights[k]);
+  }
+  const auto weight = Eigen::RowVectorXd::Map(weights.data(), std::ssize(weights));
+  const Eigen::RowVectorXd average = weight * points_->rows(of_patch) / weight.sum();
+  is_held_[shell_of(average)] = 1;
+  const int source = static_cast<int>(set.vertices.size()) + p;
+  add_row(average, LinearRows::kHard, source, static_cast<int>(handles_.size()) + p);
+}
+
+void CageHolds::add_shells(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh) {
+  const int first = handle_of_row_.empty() ? 0 : handle_of_row_.back() + 1;
+  for (int v = 0; v < cage_->n_vertices(); ++v) {
+    const int shell = cage_->part_of_vertex()[v];
+    if (shell < 0 || is_held_[shell] != 0) continue;
+    add_row(Eigen::RowVectorXd::Unit(cage_->n_vertices(), v), LinearRows::kHard, -1, first + shell);
+    shell_rows_.push_back(v);
+  }
+  if (shell_rows_.empty()) return;
+  // Parts are numbered by their lowest vertices.
+  int n_parts = 0;
+  for (int v = 0; v < mesh.n_vertices(); ++v) {
+    if (mesh.part_of_vertex()[v] != n_parts) continue;
+    if (is_held_[shell_of(points_->rows(point_of_vertex[v], 1))] == 0) parts_at_rest_.push_back(n_parts);
+    ++n_parts;
+  }
+}
+
+int CageHolds::shell_of(const Eigen::RowVectorXd& weights) const {
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(cage_->n_parts());
+  for (int v = 0; v < cage_->n_vertices(); ++v)
+    if (const int shell = cage_->part_of_vertex()[v]; shell >= 0) sums[shell] += weights[v];
+  Eigen::Index most = 0;
+  sums.maxCoeff(&most);
+  return static_cast<int>(most);
 }
 
 void CageHolds::add_row(const Eigen::RowVectorXd& row, double weight, int source, int handle) {
@@ -151,7 +190,8 @@ Positions CageHolds::targets(const Positions& of_set) const {
     result.middleRows(row, handle.to_rows.rows()) = handle.to_rows * own;
     row += handle.to_rows.rows();
   }
-  for (; row < result.rows(); ++row) result.row(row) = of_set.row(sources_[row]);
+  for (; row < result.rows() - std::ssize(shell_rows_); ++row) result.row(row) = of_set.row(sources_[row]);
+  for (const int v : shell_rows_) result.row(row++) = cage_->positions().row(v);
   return result;
 }
 

@@ -19,24 +19,27 @@ namespace arap {
 class CageHolds {
  public:
   CageHolds() = default;
-  /// @param points           of the vertices in faces; must outlive this
+  /// @param points           of the vertices in faces; it and the cage must outlive this
   /// @param point_of_vertex  (n,) -1 for loose vertices
   /// @param mesh             for its edges
   /// @param areas            (n,) of the surface at each vertex
-  /// @param cage_area        of a vertex of the cage
+  /// @param cage             at rest
   /// @param stiffness        mean diagonal of K
   /// @param set              with numbers of the mesh's vertices
   CageHolds(const CagePoints& points, const std::vector<int>& point_of_vertex, const PolygonMesh& mesh,
-            const std::vector<double>& areas, double cage_area, double stiffness, const ConstraintSet& set);
+            const std::vector<double>& areas, const PolygonMesh& cage, double stiffness, const ConstraintSet& set);
 
-  /// Rows over the vertices of the cage: those of handles, then one a patch.
+  /// Rows over the vertices of the cage: those of handles, then one a patch, then the vertices of shells (connected
+  /// parts of the cage) that carry nothing constrained: these stay.
   [[nodiscard]] const LinearRows& rows() const { return rows_; }
-  /// The handle or patch that each row is of.
+  /// The handle, patch or shell that each row is of.
   [[nodiscard]] const std::vector<int>& handle_of_row() const { return handle_of_row_; }
   /// Their targets, (n_rows, 3), from those of the set.
   [[nodiscard]] Positions targets(const Positions& of_set) const;
-  /// For each row a target of the set that it is about.
+  /// For each row a target of the set that it is about; -1: it stays.
   [[nodiscard]] const std::vector<int>& sources() const { return sources_; }
+  /// Parts of the mesh in shells that stay, ascending.
+  [[nodiscard]] const std::vector<int>& parts_at_rest() const { return parts_at_rest_; }
 
  private:
   /// Rows of connected vertices, one after the other.
@@ -47,14 +50,25 @@ class CageHolds {
     Eigen::MatrixXd to_rows;  ///< (n_rows, n) of t, the rows' targets
   };
 
+  void add_handles(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh, const std::vector<double>& areas,
+                   double stiffness, const ConstraintSet& set);
   void add_rows(Handle handle, double stiffness);
+  void add_patch(const std::vector<int>& point_of_vertex, const ConstraintSet& set, int p);
+  void add_shells(const std::vector<int>& point_of_vertex, const PolygonMesh& mesh);
   void add_row(const Eigen::RowVectorXd& row, double weight, int source, int handle);
 
+  /// The shell that carries most of what has these weights.
+  [[nodiscard]] int shell_of(const Eigen::RowVectorXd& weights) const;
+
   const CagePoints* points_ = nullptr;
+  const PolygonMesh* cage_ = nullptr;
   LinearRows rows_;
   std::vector<int> handle_of_row_;
   std::vector<int> sources_;
   std::vector<Handle> handles_;
+  std::vector<char> is_held_;    ///< of each shell
+  std::vector<int> shell_rows_;  ///< the vertices of those that stay
+  std::vector<int> parts_at_rest_;
 };
 
 }  // namespace arap

@@ -210,6 +210,25 @@ TEST(CageArap, LooseVerticesStayAndGoToTheirTargets) {
   }
 }
 
+/// Of the cage, with the parts of the mesh in it.
+TEST(CageArap, AShellWithoutConstraintsStays) {
+  const MeshData near = rod();
+  const MeshData mesh = join(near, transformed(near, [](const Vector3& x) { return Vector3(x + Vector3(0, 9, 0)); }));
+  const Ends ends(near);
+  for (const CageEnergy energy : kBoth)
+    for (const CageCoordinates coordinates : {CageCoordinates::kMeanValue, CageCoordinates::kHarmonic}) {
+      CageArap solver = bound(mesh, with(energy, coordinates), 20);
+      solver.set_constraints(ends.task.constraints);
+      const SolveResult result = solver.solve(ends.targets(twist(40)));
+      EXPECT_EQ(result.stop_reason, arap::StopReason::kConverged);
+      EXPECT_EQ(result.parts_at_rest, std::vector<int>{1});
+      EXPECT_LT(max_distance(rows(result.positions, ends.task.constraints.vertices), ends.targets(twist(40))), .01);
+      EXPECT_LT(
+          max_distance(result.positions.bottomRows(near.n_vertices()), mesh.positions().bottomRows(near.n_vertices())),
+          .02);
+    }
+}
+
 TEST(CageArap, StartsFromPositionsAndGoesBackToRest) {
   const MeshData mesh = rod();
   const Ends ends(mesh);
