@@ -82,9 +82,11 @@ PYBIND11_MODULE(_native, m) {
       },
       docstrings::same_places, py::arg("rest_positions"), py::arg("faces"), py::arg("face_sizes") = py::none());
   // The public place, in messages and help(): the package, not this file.
-  for (const char* name : {"CageDeformation", "CageOptions", "Cancelled", "EmbeddedDeformation", "EmbeddedOptions",
-                           "Job", "LatticeArap", "LatticeOptions", "LatticeTets", "Model", "Options", "PoissonEditing",
-                           "PoissonOptions", "SolveOptions", "SolveResult", "SurfaceArap", "TetArap", "TetOptions"})
+  for (const char* name : {"CageArap",    "CageArapOptions",     "CageDeformation", "CageOptions",
+                           "Cancelled",   "EmbeddedDeformation", "EmbeddedOptions", "Job",
+                           "LatticeArap", "LatticeOptions",      "LatticeTets",     "Model",
+                           "Options",     "PoissonEditing",      "PoissonOptions",  "SolveOptions",
+                           "SolveResult", "SurfaceArap",         "TetArap",         "TetOptions"})
     m.attr(name).attr("__module__") = "arap_native";
 }
 

@@ -40,7 +40,7 @@ def cage(coordinates: str) -> Make:
 def cage_arap(energy: Any) -> Make:
     def bind(task: PosedTask) -> arap_native.Model:
         around = arap_native.make_cage(*arrays(task))
-        return arap_native.CageArap(*arrays(task), around, arap_native.CageArapOptions(energy=energy))
+        return arap_native.CageArap(*arrays(task), arap_native.CageArapOptions(energy=energy), cage=around)
 
     return posed(bind, PIN, HANDLE, CAGE)
 

@@ -8,8 +8,9 @@ All models have three acts with three costs, those of the class Model:
     model.set_constraints(vertices)  # which vertices are pins and handles: factorizes
     result = model.solve(targets)  # where these go: result.positions; again for each motion of the handles
 
-SurfaceArap, LatticeArap, PoissonEditing and EmbeddedDeformation take polygons, TetArap tetrahedra. Only CageDeformation
-is no Model: a cage is made to move by all of its vertices, so nothing is left to solve.
+SurfaceArap, LatticeArap, PoissonEditing and EmbeddedDeformation take polygons, CageArap also a cage around them,
+TetArap tetrahedra, as LatticeTets makes them. Only CageDeformation is no Model: all vertices of a cage are given, and
+nothing is left to solve.
 
 Arrays are given in any dtype, byte order and memory order, or as lists. Numbers are read as float64, integers (never
 floats or booleans) as int32, which they must fit; arrays that are so already, in C order, are read fastest. All are
@@ -618,18 +619,18 @@ class CageArap(Model):
         self,
         rest_positions: ArrayLike,
         faces: ArrayLike,
-        face_sizes: ArrayLike | None,
-        cage: tuple[ArrayLike, ...],
+        face_sizes: ArrayLike | None = None,
         options: CageArapOptions | None = None,
         *,
+        cage: tuple[ArrayLike, ...],
         progress: Progress | None = None,
     ) -> None:
         """Binds a mesh and its cage.
 
         Args:
             rest_positions, faces, face_sizes, progress: as for SurfaceArap.
-            cage: its rest_positions and faces, as make_cage() returns them and CageDeformation takes them.
             options: see CageArapOptions.
+            cage: its rest_positions and faces, as make_cage() returns them and CageDeformation takes them.
 
         Raises:
             ValueError: as for SurfaceArap and CageDeformation, or a mesh without faces or size.
@@ -640,9 +641,10 @@ class CageArap(Model):
     def begin_bind(
         rest_positions: ArrayLike,
         faces: ArrayLike,
-        face_sizes: ArrayLike | None,
-        cage: tuple[ArrayLike, ...],
+        face_sizes: ArrayLike | None = None,
         options: CageArapOptions | None = None,
+        *,
+        cage: tuple[ArrayLike, ...],
     ) -> Job[CageArap]:
         """Begins to bind a mesh and its cage: the constructor as a job."""
 
@@ -738,7 +740,7 @@ class LatticeTets:
         """The constraints that hold vertices of the surface, for ``patches`` of Model.set_constraints().
 
         Args:
-            vertices: (k,) of the surface. Each makes a patch of four vertices of its tetrahedron.
+            vertices: (k,) integers, of the surface. Each makes a patch of four vertices of its tetrahedron.
 
         Returns:
             (k + 1,) int32 offsets, (4 k,) int32 vertices of the tetrahedra, and (4 k,) float64 weights.
@@ -751,7 +753,7 @@ class LatticeTets:
         """Where the vertices of the surface are when those of the tetrahedra are here.
 
         Args:
-            of_tets: (t, 3) float64, in place of ``rest_positions``.
+            of_tets: (t, 3) numbers, in place of ``rest_positions``.
 
         Returns:
             (n, 3) float64; loose vertices are at rest.

@@ -14,7 +14,7 @@ CAGE = arap_native.make_cage(*MESH, cells=8)
 @pytest.mark.parametrize("energy", ["cage", "mesh"])
 @pytest.mark.parametrize("coordinates", ["mean_value", "harmonic"])
 def test_handles_move_the_mesh_through_its_cage(energy, coordinates):
-    model = CageArap(*MESH, CAGE, CageArapOptions(energy=energy, coordinates=coordinates))
+    model = CageArap(*MESH, CageArapOptions(energy=energy, coordinates=coordinates), cage=CAGE)
     model.set_constraints(ends(MESH))
     assert model.solve(MESH.positions[ends(MESH)]).positions == pytest.approx(MESH.positions, abs=1e-9)
     turned = MESH.positions @ rotation_z(1.0).T + 3.0
@@ -29,17 +29,17 @@ def test_handles_move_the_mesh_through_its_cage(energy, coordinates):
 
 
 def test_it_is_a_model_as_the_others():
-    model = CageArap.begin_bind(*MESH, CAGE).result()
+    model = CageArap.begin_bind(*MESH, cage=CAGE).result()
     assert type(model) is CageArap
     assert isinstance(model, arap_native.Model)
     assert (model.n_vertices, model.n_cage_vertices, model.n_parts) == (len(MESH.positions), len(CAGE[0]), 1)
     assert repr(model).startswith(f"<CageArap: {len(MESH.positions)} vertices, 1 part, ")
     with pytest.raises(arap_native.Cancelled, match="binding was cancelled"):
-        CageArap(*MESH, CAGE, progress=lambda _: False)
+        CageArap(*MESH, cage=CAGE, progress=lambda _: False)
 
 
 def test_what_is_wrong_is_told_in_words():
     with pytest.raises(ValueError, match=r"^energy = 'solid', must be one of 'mesh', 'cage'"):
         CageArapOptions(energy="solid")
     with pytest.raises(ValueError, match=r"^the cage is not closed: "):
-        CageArap(*MESH, (CAGE[0], CAGE[1][1:]))
+        CageArap(*MESH, cage=(CAGE[0], CAGE[1][1:]))

@@ -105,32 +105,18 @@ def test_signatures_have_the_defaults_in_use():
         made = options()
         for name, parameter in inspect.signature(options).parameters.items():
             assert parameter.default == getattr(made, name)
-    for model in (arap_native.SurfaceArap, arap_native.LatticeArap):
-        assert list(inspect.signature(model).parameters) == [
-            "rest_positions",
-            "faces",
-            "face_sizes",
-            "options",
-            "stiffness",
-            "rigid_regions",
-            "progress",
-        ]
 
-    assert list(inspect.signature(arap_native.PoissonEditing).parameters) == [
-        "rest_positions",
-        "faces",
-        "face_sizes",
-        "options",
-        "progress",
-    ]
-    assert list(inspect.signature(arap_native.TetArap).parameters) == [
-        "rest_positions",
-        "tets",
-        "options",
-        "stiffness",
-        "rigid_regions",
-        "progress",
-    ]
+
+@pytest.mark.parametrize("model", arap_native.Model.__subclasses__())
+def test_every_model_is_bound_alike(model):
+    """By a mesh and options, then keywords that only some have, and progress at last."""
+    mesh = ["rest_positions", "tets"] if model is arap_native.TetArap else ["rest_positions", "faces", "face_sizes"]
+    parameters = inspect.signature(model).parameters
+    names = list(parameters)
+    keywords = [name for name, parameter in parameters.items() if parameter.kind is parameter.KEYWORD_ONLY]
+    assert names == [*mesh, "options", *keywords]
+    assert keywords in (["progress"], ["stiffness", "rigid_regions", "progress"], ["cage", "progress"])
+    assert list(inspect.signature(model.begin_bind).parameters) == names[:-1]
 
 
 def test_a_polygon_mesh_is_given_alike_everywhere(stub):
@@ -146,7 +132,8 @@ def test_a_polygon_mesh_is_given_alike_everywhere(stub):
 
 
 def test_names_are_public_ones():
-    assert repr(arap_native.SurfaceArap) == "<class 'arap_native.SurfaceArap'>"
+    for name in CLASSES:
+        assert repr(getattr(arap_native, name)) == f"<class 'arap_native.{name}'>"
     assert repr(arap_native.Cancelled) == "<class 'arap_native.Cancelled'>"
     assert arap_native.Cancelled.__mro__[1] is RuntimeError
 
