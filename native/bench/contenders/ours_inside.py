@@ -109,10 +109,10 @@ def averaged(tets: arap_native.LatticeTets, points: Ints, task: PosedTask) -> tu
 
 MODELS: dict[str, Make] = {
     "tetrahedra": Tetrahedra,
-    "bones in a volume": BonesInVolume,
+    "solid, bones": BonesInVolume,
 }
 INPUTS = {
     "tetrahedra": "The targets of held and moved vertices, on tetrahedra cut from the lattice of the solid.",
-    "bones in a volume": "The task's bones; where it has none, a bone along each piece of what is held and of what is "
+    "solid, bones": "The task's bones; where it has none, a bone along each piece of what is held and of what is "
     "moved.",
 }
