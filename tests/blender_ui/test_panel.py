@@ -137,6 +137,7 @@ def draw_cage(ui: Ui) -> Steps:
     ui.api.add_pin(creature, range(40), name="Feet")
     yield from ui.screenshot("cage_with_a_pin")
     creature.arap.handles[0].is_enabled = False
+    ui.region("UI").tag_redraw()
     yield from ui.screenshot("cage_off")
 
 

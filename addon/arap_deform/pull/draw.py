@@ -15,7 +15,7 @@ from ..props.bounds import bounded
 from ..scene import meshes
 from ..ui import batches
 from ..ui.batches import Color
-from ..ui.checks import find_drawn_object, find_posed_object
+from ..ui.checks import find_drawn_object, find_posed_object, why_caged
 from . import seen_mesh
 from .drag import Mode
 from .run import runs
@@ -57,7 +57,8 @@ def draw_cursor(context: bpy.types.Context, xy: tuple[int, int]) -> None:
             draw_lines(corner + np.concatenate([pivot, place[1:2]]), color)
         draw_lines(corner + place[1] + radius * CIRCLE, color)
         return
-    if obj is not None and obj.mode == "OBJECT" and obj.name not in {r.scene.name for r in runs}:
+    is_pulled = obj is not None and obj.name in {r.scene.name for r in runs}
+    if obj is not None and obj.mode == "OBJECT" and not is_pulled and not why_caged(obj):
         view = seen_mesh.view_of(region, region_data)
         pick = hover(context, obj, view, (float(mouse[0]), float(mouse[1])), radius)
         if pick is not None:

@@ -140,6 +140,8 @@ class CageTest(SceneTest):
         obj.vertex_groups.remove(obj.vertex_groups["Feet"])
         self.api.solve(obj)
         self.assert_close(key_positions(obj), posed, 1e-6)
+        vertices, n_parts = module("scene.unheld").find(obj, bpy.context.evaluated_depsgraph_get())
+        self.assertEqual((len(vertices), n_parts), (0, 0), "it moves all")
         handle.is_enabled = False
         with self.assertRaisesRegex(ValueError, "^Pin 'Feet' of 'Tube': there is no vertex group"):
             self.api.solve(obj)
